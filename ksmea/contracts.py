@@ -1,0 +1,118 @@
+"""The contracts between the framework and what is plugged into it; small enough to read at one sitting.
+
+A plugin is one file: a frozen dataclass whose fields are its settings (`ksmea.settings.Settings`), and one entry
+point in `ksmea.problems`, `ksmea.surrogates`, `ksmea.optimizers` or `ksmea.methods`. Points are rows of the unit
+cube, (n, d) in [0, 1]; physical parameter vectors are SI, in the order of `Problem.parameters`.
+
+Sign convention: a real response is Re(q e^{iΩt}); complex responses q are in m, 0-peak.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ksmea.errors import SettingError
+from ksmea.parameters import Array, Parameters
+
+if TYPE_CHECKING:
+    from ksmea.model import Model
+    from ksmea.objective import Minimum, Objective
+
+ComplexArray = NDArray[np.complex128]
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One probe: where along the shaft it looks (m) and in which direction."""
+
+    position: float
+    direction: str
+
+    def __post_init__(self) -> None:
+        if self.direction not in ("x", "y"):
+            raise SettingError(f"direction of a channel: expected x or y, got {self.direction!r}")
+
+    def __str__(self) -> str:
+        return f"{self.direction} at {self.position:g} m"
+
+
+class Problem(Protocol):
+    """A rotor with unknowns, seen at given speeds through given channels. It never knows the true values."""
+
+    @property
+    def parameters(self) -> Parameters: ...
+
+    @property
+    def speed(self) -> Array:  # (n_speed,) rad/s
+        ...
+
+    @property
+    def channels(self) -> tuple[Channel, ...]: ...
+
+    def response(self, x: Array) -> ComplexArray:
+        """(n, d) SI → (n, n_speed, n_channel), m."""
+        ...
+
+    def sensitivity(self, x: Array) -> ComplexArray:
+        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit."""
+        ...
+
+    def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
+        """The same rotor at other speeds (rad/s) and channels."""
+        ...
+
+
+class ProblemSettings(Protocol):
+    """What registers under `ksmea.problems`: settings that build a problem, and the published values of its unknowns.
+
+    They are apart so that what is handed to an identification cannot hold the values it is to find.
+    """
+
+    def build(self) -> Problem: ...
+
+    def reference(self) -> Mapping[str, float]:
+        """Published values by parameter name, SI; only what makes synthetic data and prints tables may read them."""
+        ...
+
+
+class Predictor(Protocol):
+    """A fitted surrogate. These further members are used where a predictor has them:
+
+    - `variance(u) -> (k, q)`: prediction variance of each output;
+    - `leave_one_out() -> (q,)`: rms leave-one-out error of each output;
+    - `append(u (d,), y (q,)) -> Predictor`: a new predictor with one more sample, cheaper than a new fit;
+    - `notes: Mapping[str, float]`: what is worth a place in the run's record (a nugget that grew, θ …).
+    """
+
+    def predict(self, u: Array) -> Array:
+        """(k, d) → (k, q)."""
+        ...
+
+
+@runtime_checkable
+class Surrogate(Protocol):
+    """Settings of a surrogate. `transform` names how the real outputs are made of the complex response
+    (`ksmea.transforms.TRANSFORMS`, or 'auto'): a setting where the user may choose, else a class constant."""
+
+    transform: str
+
+    def least_samples(self, d: int) -> int:
+        """The fewest samples it can be fitted to in d dimensions."""
+        ...
+
+    def fit(self, u: Array, y: Array, model: Model, rng: np.random.Generator) -> Predictor:
+        """Samples u (n, d) in the unit cube with outputs y (n, q); `model` is the counted true model."""
+        ...
+
+
+@runtime_checkable
+class Optimizer(Protocol):
+    """Settings of an optimiser. It asks the objective for values and returns `objective.result()`;
+    it lets `BudgetSpent` pass."""
+
+    def minimize(self, objective: Objective, rng: np.random.Generator) -> Minimum: ...

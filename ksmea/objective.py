@@ -1,0 +1,128 @@
+"""The objective handed to optimisers: it counts points, keeps the best one and ends at the budget exactly."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.parameters import Array
+from ksmea.errors import BudgetSpent
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """The best point seen (d,) in the unit cube, its misfit and what finding it took."""
+
+    u: Array
+    value: float
+    evaluations: int
+    jacobians: int
+
+
+class Objective:
+    """A misfit over the unit cube, batched, counted and with a budget.
+
+    `residuals_at` (k, d) → (k, m) gives residuals whose sum of squares is the misfit, `jacobian_at` (d,) → (m, d)
+    their derivatives and `screening_at` (k, d) → (k,) a robust misfit without narrow valleys, for choosing starts.
+    Points are counted wherever they are evaluated, Jacobians apart. The last batch is cut to what the budget
+    leaves; asking for more raises `BudgetSpent` after the cut batch has been evaluated and remembered.
+
+    >>> sphere = Objective(2, lambda u: u - 0.5, budget=3)
+    >>> sphere(np.array([[0.5, 0.5], [0.0, 0.0]]))
+    array([0. , 0.5])
+    >>> sphere.result().value, sphere.result().evaluations
+    (0.0, 2)
+    """
+
+    def __init__(
+        self,
+        dim: int,
+        residuals_at: Callable[[Array], Array],
+        *,
+        jacobian_at: Callable[[Array], Array] | None = None,
+        screening_at: Callable[[Array], Array] | None = None,
+        budget: int | None = None,
+    ) -> None:
+        self.dim = dim
+        self.budget = budget
+        self.evaluations = 0
+        self.jacobians = 0
+        self._residuals_at = residuals_at
+        self._jacobian_at = jacobian_at
+        self._screening_at = screening_at
+        self._best_u = np.full(dim, 0.5)
+        self._best_value = np.inf
+
+    def __call__(self, u: Array) -> Array:
+        """Misfit at points (k, d) → (k,); a point where it cannot be computed is +inf."""
+        u = self._checked(u)
+        return self._within_budget(u, self._values)
+
+    def residuals(self, u: Array) -> Array:
+        """Residuals at one point (d,) → (m,); their sum of squares is the misfit there."""
+        u = self._checked(u)
+        return self._within_budget(u, self._remembered_residuals)[0]
+
+    def jacobian(self, u: Array) -> Array:
+        """Derivatives of the residuals at one point (d,) → (m, d); central differences where none are given."""
+        u = self._checked(u)[0]
+        if self._jacobian_at is not None:
+            self.jacobians += 1
+            return self._jacobian_at(u)
+        return self._differences(u)
+
+    def screening(self, u: Array) -> Array:
+        """Robust misfit at points (k, d) → (k,), counted like any other point; the misfit itself where there is none."""
+        if self._screening_at is None:
+            return self(u)
+        u = self._checked(u)
+        return self._within_budget(u, lambda points: _finite_or_inf(self._screening_at(points)))
+
+    def result(self) -> Minimum:
+        """The best point evaluated so far."""
+        return Minimum(self._best_u.copy(), float(self._best_value), self.evaluations, self.jacobians)
+
+    def _checked(self, u: Array) -> Array:
+        u = np.atleast_2d(np.asarray(u, dtype=float))
+        if u.shape[1] != self.dim:
+            raise ValueError(f"objective: expected points of shape (k, {self.dim}), got {u.shape}")
+        return np.clip(u, 0.0, 1.0)  # rounding of a library's own bounds handling
+
+    def _within_budget(self, u: Array, evaluate: Callable[[Array], Array]) -> Array:
+        left = len(u) if self.budget is None else min(len(u), self.budget - self.evaluations)
+        values = None
+        if left > 0:
+            self.evaluations += left
+            values = evaluate(u[:left])
+        if left < len(u):
+            raise BudgetSpent(f"the budget of {self.budget} evaluations is spent")
+        return values
+
+    def _values(self, u: Array) -> Array:
+        values = _finite_or_inf(np.sum(self._residuals_at(u) ** 2, axis=1))
+        self._remember(u, values)
+        return values
+
+    def _remembered_residuals(self, u: Array) -> Array:
+        residuals = self._residuals_at(u)
+        self._remember(u, _finite_or_inf(np.sum(residuals**2, axis=1)))
+        return residuals
+
+    def _remember(self, u: Array, values: Array) -> None:
+        best = int(np.argmin(values))
+        if values[best] < self._best_value:
+            self._best_u, self._best_value = u[best].copy(), values[best]
+
+    def _differences(self, u: Array, step: float = 1e-5) -> Array:
+        """Central differences inside the cube; step near the cube root of the rounding error."""
+        lower, upper = np.maximum(u - step, 0.0), np.minimum(u + step, 1.0)
+        points = np.concatenate([np.where(np.eye(self.dim), upper, u), np.where(np.eye(self.dim), lower, u)])
+        residuals = self._within_budget(points, self._remembered_residuals)
+        return ((residuals[: self.dim] - residuals[self.dim :]) / (upper - lower)[:, None]).T
+
+
+def _finite_or_inf(values: Array) -> Array:
+    """NaN poisons a population: a point without a value is the worst one."""
+    return np.where(np.isfinite(values), values, np.inf)

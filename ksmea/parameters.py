@@ -1,0 +1,80 @@
+"""Unknown parameters with their units and bounds: the one door between SI, engineering units and the unit cube."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ksmea.errors import SettingError
+
+Array = NDArray[np.float64]
+
+MEGANEWTON_PER_METRE = 1e6  # N/m
+KILONEWTON_SECOND_PER_METRE = 1e3  # N s/m
+GRAM_MILLIMETRE = 1e-6  # kg m
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One unknown: `unit` is what people read, `si_per_unit` its size in SI; the bounds are in SI."""
+
+    name: str
+    unit: str
+    si_per_unit: float
+    lower: float
+    upper: float
+
+    def __post_init__(self) -> None:
+        if not (np.isfinite(self.lower) and np.isfinite(self.upper) and self.lower < self.upper):
+            raise SettingError(
+                f"bounds of {self.name}: expected lower < upper, got"
+                f" [{self.lower / self.si_per_unit:g}, {self.upper / self.si_per_unit:g}] {self.unit}; swap or widen them"
+            )
+
+
+@dataclass(frozen=True)
+class Parameters:
+    """The unknowns of a problem, in the order of every parameter vector."""
+
+    items: tuple[Parameter, ...]
+
+    def __len__(self) -> int:
+        return len(self.items)
+
+    def __iter__(self) -> Iterator[Parameter]:
+        return iter(self.items)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(parameter.name for parameter in self.items)
+
+    @property
+    def lower(self) -> Array:  # (d,) SI
+        return np.array([parameter.lower for parameter in self.items])
+
+    @property
+    def upper(self) -> Array:  # (d,) SI
+        return np.array([parameter.upper for parameter in self.items])
+
+    @property
+    def width(self) -> Array:  # (d,) SI
+        return self.upper - self.lower
+
+    @property
+    def si_per_unit(self) -> Array:  # (d,)
+        return np.array([parameter.si_per_unit for parameter in self.items])
+
+    def to_si(self, u: Array) -> Array:
+        """Unit cube (…, d) to SI."""
+        return self.lower + np.asarray(u) * self.width
+
+    def to_cube(self, x: Array) -> Array:
+        """SI (…, d) to the unit cube."""
+        return (np.asarray(x) - self.lower) / self.width
+
+    def in_units(self, x: Array) -> Array:
+        """SI (…, d) to the units people read."""
+        return np.asarray(x) / self.si_per_unit
