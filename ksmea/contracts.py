@@ -59,7 +59,8 @@ class Problem(Protocol):
         ...
 
     def sensitivity(self, x: Array) -> ComplexArray:
-        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit."""
+        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit. A problem may leave it out: differences
+        of the response take its place, counted as evaluations."""
         ...
 
     def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:

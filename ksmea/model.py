@@ -5,6 +5,8 @@ from __future__ import annotations
 import time
 
 from ksmea.contracts import ComplexArray, Problem
+from ksmea.misfit import Misfit
+from ksmea.objective import Objective
 from ksmea.parameters import Array
 from ksmea.transforms import Transform
 
@@ -27,15 +29,39 @@ class Model:
         self.evaluations += len(u)
         return response
 
-    def sensitivity(self, u: Array) -> ComplexArray:
-        """(d,) in the unit cube → ∂response/∂u (n_speed, n_channel, d), m."""
+    def linearise(self, u: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Response (n_speed, n_channel) at a point (d,) of the unit cube and its derivatives (n_speed, n_channel, d);
+        together they count as one Jacobian."""
         started = time.perf_counter()
         parameters = self.problem.parameters
-        sensitivity = self.problem.sensitivity(parameters.to_si(u)) * parameters.width
+        x = parameters.to_si(u)
+        response = self.problem.response(x[None])[0]
+        sensitivity = self.problem.sensitivity(x) * parameters.width
         self.seconds += time.perf_counter() - started
         self.jacobians += 1
-        return sensitivity
+        return response, sensitivity
 
     def outputs(self, u: Array) -> Array:
         """(k, d) → real outputs (k, q) as surrogates model them."""
         return self.transform.encode(self.response(u))
+
+
+def model_objective(model: Model, misfit: Misfit, budget: int | None = None) -> Objective:
+    """The misfit of the true model as an objective, with the Jacobian from the sensitivity where the problem has one."""
+
+    def residuals(u: Array) -> Array:
+        return misfit.residuals(misfit.observed(model.response(u)))
+
+    def jacobian(u: Array) -> Array:
+        return misfit.jacobian(*model.linearise(u))
+
+    def screening(u: Array) -> Array:
+        return misfit.screening(misfit.observed(model.response(u)))
+
+    return Objective(
+        len(model.problem.parameters),
+        residuals,
+        jacobian_at=jacobian if hasattr(model.problem, "sensitivity") else None,
+        screening_at=screening,
+        budget=budget,
+    )

@@ -1,0 +1,65 @@
+"""The optimiser on the true model, without a surrogate."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from typing import ClassVar
+
+from ksmea.contracts import Optimizer, Problem, Surrogate
+from ksmea.errors import BudgetSpent
+from ksmea.identification import Identification, Streams, at_bound
+from ksmea.measurement import Measurement
+from ksmea.misfit import FORMS, Misfit
+from ksmea.model import Model, model_objective
+from ksmea.settings import Settings, setting
+from ksmea.transforms import make_transform
+
+
+@dataclass(frozen=True)
+class Direct(Settings):
+    """Minimise the misfit of the true model with the optimiser alone, as Table 6 does with DE, PSO and GA."""
+
+    misfit: str = setting("likelihood", "form of the misfit", choices=FORMS)
+    budget: int | None = setting(None, "true-model evaluations at most; null: what the optimiser asks for", at_least=1)
+
+    ignores: ClassVar[tuple[str, ...]] = ("samples", "surrogate")
+
+    def identify(
+        self,
+        problem: Problem,
+        measurement: Measurement,
+        surrogate: Surrogate,
+        optimizer: Optimizer,
+        samples: int,
+        streams: Streams,
+    ) -> Identification:
+        started = time.perf_counter()
+        transform = make_transform(
+            "none",
+            amplitude_data=measurement.is_amplitude,
+            n_speed=len(measurement.speed),
+            n_channel=len(measurement.channels),
+        )
+        model = Model(problem, transform)
+        misfit = Misfit(measurement, self.misfit)
+        objective = model_objective(model, misfit, self.budget)
+        try:
+            minimum = optimizer.minimize(objective, streams.optimizer)
+            stop = "optimizer"
+        except BudgetSpent:
+            minimum = objective.result()
+            stop = "budget"
+        total = time.perf_counter() - started
+        return Identification(
+            x=problem.parameters.to_si(minimum.u),
+            at_bound=at_bound(minimum.u),
+            misfit=minimum.value - misfit.offset,
+            stop=stop,
+            updates=0,
+            model_evaluations=model.evaluations,
+            model_jacobians=model.jacobians,
+            surrogate_evaluations=0,
+            seconds={"model": model.seconds, "surrogate": 0.0, "search": total - model.seconds, "total": total},
+        )
+

@@ -1,0 +1,82 @@
+"""What an identification returns, and the random streams it is given."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from ksmea.contracts import Optimizer, Problem, Surrogate
+from ksmea.measurement import Measurement
+from ksmea.parameters import Array
+
+BUDGET_STOPS = ("updates", "budget")  # stop reasons that say it was cut short, not that it converged
+
+
+@dataclass(frozen=True)
+class Streams:
+    """Independent generators by component, so that methods that share a component draw the same numbers for it."""
+
+    design: np.random.Generator
+    surrogate: np.random.Generator
+    optimizer: np.random.Generator
+
+
+@dataclass(frozen=True)
+class Update:
+    """One updating step: the surrogate's optimum, its misfit as predicted and as the true model has it, and both
+    stopping rules there (eqs. 23 and 24)."""
+
+    x: Array  # (d,) SI
+    predicted_misfit: float
+    misfit: float
+    smc: float
+    sdf: float
+
+
+@dataclass(frozen=True)
+class Identification:
+    """Identified values and all that stands behind them.
+
+    `stop` is one of: smc, sdf, repeated (the optimum is a sample already), updates, budget, optimizer.
+    `seconds` splits the wall time into model, surrogate (fits), search (optimiser and predictions) and total.
+    """
+
+    x: Array  # (d,) SI
+    at_bound: tuple[bool, ...]
+    misfit: float
+    stop: str
+    updates: int
+    model_evaluations: int
+    model_jacobians: int
+    surrogate_evaluations: int
+    seconds: Mapping[str, float]
+    history: tuple[Update, ...] = ()
+    notes: Mapping[str, float] = field(default_factory=dict)
+
+    @property
+    def was_cut_short(self) -> bool:
+        return self.stop in BUDGET_STOPS
+
+
+class Method(Protocol):
+    """Settings of a way to identify; `ignores` names the parts of a run that make no difference to it."""
+
+    ignores: tuple[str, ...]
+
+    def identify(
+        self,
+        problem: Problem,
+        measurement: Measurement,
+        surrogate: Surrogate,
+        optimizer: Optimizer,
+        samples: int,
+        streams: Streams,
+    ) -> Identification: ...
+
+
+def at_bound(u: Array, tolerance: float = 1e-3) -> tuple[bool, ...]:
+    """Which coordinates of a point in the unit cube lie on a bound, within a thousandth of the range."""
+    return tuple(bool(on) for on in (u <= tolerance) | (u >= 1 - tolerance))

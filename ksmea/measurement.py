@@ -1,0 +1,67 @@
+"""What was measured: amplitudes or complex responses over speed and channels, with their noise model. Never the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.contracts import Channel, ComplexArray
+from ksmea.errors import SettingError
+from ksmea.parameters import Array
+
+KINDS = ("amplitude", "complex")
+
+
+@dataclass(frozen=True)
+class Noise:
+    """Noise with standard deviation s, s² = (relative · |y|)² + floor² (m).
+
+    For complex data s² is the total variance, s/√2 per real and imaginary part; for amplitudes s is the standard
+    deviation itself.
+    """
+
+    relative: float
+    floor: float
+
+    def sd(self, amplitude: Array) -> Array:
+        return np.hypot(self.relative * np.abs(amplitude), self.floor)
+
+    @property
+    def is_absent(self) -> bool:
+        return self.relative == 0 and self.floor == 0
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Values (n_speed, n_channel), m 0-peak: real amplitudes or complex responses, at `speed` (rad/s)."""
+
+    speed: Array
+    channels: tuple[Channel, ...]
+    values: Array | ComplexArray
+    noise: Noise
+    source: str
+
+    def __post_init__(self) -> None:
+        expected = (len(self.speed), len(self.channels))
+        if self.values.shape != expected:
+            raise SettingError(f"measurement: expected values of shape (n_speed, n_channel) = {expected}, got {self.values.shape}")
+        if not np.all(np.isfinite(self.values)):
+            raise SettingError("measurement: expected finite values, got NaN or infinity; remove those speeds or channels")
+
+    @property
+    def is_amplitude(self) -> bool:
+        return not np.iscomplexobj(self.values)
+
+
+def observe(response: ComplexArray, kind: str, noise: Noise, rng: np.random.Generator) -> Array | ComplexArray:
+    """Noisy data (n_speed, n_channel) of a response, m.
+
+    Amplitude noise that would make an amplitude negative is folded back: no instrument shows one. Both kinds draw
+    the same numbers from `rng`, so that they differ in kind only.
+    """
+    first, second = rng.standard_normal((2, *response.shape))
+    if kind == "amplitude":
+        amplitude = np.abs(response)
+        return np.abs(amplitude + noise.sd(amplitude) * first)
+    return response + noise.sd(np.abs(response)) * (first + 1j * second) / np.sqrt(2)

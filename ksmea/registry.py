@@ -1,0 +1,44 @@
+"""The cabinets that plugins register in by entry point, and the only place where a name becomes a class.
+
+    [project.entry-points."ksmea.optimizers"]
+    mine = "my_package.mine:Mine"
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from functools import cache
+from importlib.metadata import EntryPoint, entry_points
+from typing import Any
+
+from ksmea.errors import SettingError, unknown
+
+GROUPS = {
+    "problem": "ksmea.problems",
+    "measurement": "ksmea.measurements",
+    "surrogate": "ksmea.surrogates",
+    "optimizer": "ksmea.optimizers",
+    "method": "ksmea.methods",
+}
+
+
+@cache
+def registered(group: str) -> dict[str, EntryPoint]:
+    """Entry points of a group ('optimizer', …) by name, in alphabetical order."""
+    return {point.name: point for point in sorted(entry_points(group=GROUPS[group]), key=lambda point: point.name)}
+
+
+def plugin_class(group: str, name: str) -> type:
+    """The settings class registered under a name; unknown names list the known ones, the nearest first."""
+    points = registered(group)
+    if name not in points:
+        raise unknown(group, name, points)
+    return points[name].load()
+
+
+def create(group: str, name: str, settings: Mapping[str, Any]) -> Any:
+    """A plugin with its settings checked; the error says which plugin and setting it was."""
+    try:
+        return plugin_class(group, name)(**settings)
+    except SettingError as error:
+        raise SettingError(f"{group}={name}: {error}") from error
