@@ -1,0 +1,1 @@
+"""The benchmark: experiments as Hydra configurations, plans of runs, records, tables and figures."""

@@ -1,0 +1,92 @@
+"""One run: from its settings and seeds to its record. It is called in a worker process and returns plain data."""
+
+from __future__ import annotations
+
+import time
+import traceback
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from bench.plan import generator
+from ksmea import registry
+from ksmea.identification import Identification, Streams
+from ksmea.parameters import Parameters
+
+
+def execute(settings: Mapping[str, Any], seeds: Mapping[str, list[int]]) -> dict[str, Any]:
+    """The record of a run; an error inside it is a record too, with its traceback."""
+    started = time.perf_counter()
+    try:
+        record = _identify(settings, seeds)
+    except (Exception, SystemExit) as error:  # a plugin that calls sys.exit costs its own run only
+        record = {
+            "status": "error",
+            "error": f"{type(error).__name__}: {error}",
+            "traceback": traceback.format_exc(),
+        }
+    return {**record, "elapsed": time.perf_counter() - started}
+
+
+def plugins_of(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """The plugins that a run's settings name, their settings checked; a part that is ignored is None."""
+    return {
+        group: registry.create(group, settings[group]["name"], _without_name(settings[group]))
+        if settings.get(group) is not None
+        else None
+        for group in registry.GROUPS
+    }
+
+
+def _without_name(settings: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in settings.items() if key != "name"}
+
+
+def _identify(settings: Mapping[str, Any], seeds: Mapping[str, list[int]]) -> dict[str, Any]:
+    plugins = plugins_of(settings)
+    problem = plugins["problem"].build()
+    truth = plugins["measurement"].true_values(plugins["problem"], problem)
+    measurement = plugins["measurement"].measure(plugins["problem"], truth, generator(seeds["noise"]))
+    streams = Streams(*(generator(seeds[component]) for component in ("design", "surrogate", "optimizer")))
+    found = plugins["method"].identify(
+        problem, measurement, plugins["surrogate"], plugins["optimizer"], settings.get("samples") or 0, streams
+    )
+    return _record(problem.parameters, truth, found)
+
+
+def _record(parameters: Parameters, truth: Mapping[str, float], found: Identification) -> dict[str, Any]:
+    if not np.all(np.isfinite(found.x)):
+        raise ArithmeticError(f"the identified values are not finite: {found.x}")
+    return {
+        "status": "budget" if found.was_cut_short else "done",
+        "stop": found.stop,
+        "parameters": [
+            {
+                "name": parameter.name,
+                "unit": parameter.unit,
+                "si_per_unit": parameter.si_per_unit,
+                "true": truth[parameter.name],
+                "identified": float(value),
+                "at_bound": on_bound,
+            }
+            for parameter, value, on_bound in zip(parameters, found.x, found.at_bound)
+        ],
+        "misfit": found.misfit,
+        "updates": found.updates,
+        "model_evaluations": found.model_evaluations,
+        "model_jacobians": found.model_jacobians,
+        "surrogate_evaluations": found.surrogate_evaluations,
+        "seconds": dict(found.seconds),
+        "history": [
+            {
+                "x": update.x.tolist(),
+                "predicted_misfit": update.predicted_misfit,
+                "misfit": update.misfit,
+                "smc": update.smc if np.isfinite(update.smc) else None,
+                "sdf": update.sdf,
+            }
+            for update in found.history
+        ],
+        "notes": dict(found.notes),
+    }

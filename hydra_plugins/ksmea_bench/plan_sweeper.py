@@ -1,0 +1,40 @@
+"""The one place where Hydra meets the plan: the command line becomes a plan, its batches go through the launcher."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from hydra.core.config_store import ConfigStore
+from hydra.core.plugins import Plugins
+from hydra.plugins.sweeper import Sweeper
+from hydra.types import HydraContext, TaskFunction
+from omegaconf import DictConfig
+
+from bench.experiment import Experiment
+
+
+@dataclass
+class PlanSweeperConfig:
+    _target_: str = "hydra_plugins.ksmea_bench.plan_sweeper.PlanSweeper"
+
+
+ConfigStore.instance().store(group="hydra/sweeper", name="plan", node=PlanSweeperConfig, provider="ksmea_bench")
+
+
+class PlanSweeper(Sweeper):
+    """Plans the experiment, then launches one job per batch that still has work."""
+
+    def setup(self, *, hydra_context: HydraContext, task_function: TaskFunction, config: DictConfig) -> None:
+        self.config = config
+        self.hydra_context = hydra_context
+        self.launcher = Plugins.instance().instantiate_launcher(
+            hydra_context=hydra_context, task_function=task_function, config=config
+        )
+
+    def sweep(self, arguments: list[str]) -> Any:
+        experiment = Experiment.compose(self.hydra_context.config_loader, self.config, arguments)
+        jobs = experiment.prepare()
+        if jobs:
+            for job in self.launcher.launch(jobs, initial_job_idx=0):
+                _ = job.return_value  # raises what the job raised

@@ -1,0 +1,70 @@
+"""Differential evolution, by scipy.
+
+R. Storn and K. Price, Differential evolution, J. Global Optimization 11 (1997) 341–359, doi 10.1023/A:1008202821328;
+the reference paper's optimiser, eqs. (25)–(28) and Table 5, doi 10.1016/j.jsv.2012.12.025.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import differential_evolution
+from scipy.stats import qmc
+
+from ksmea.objective import Minimum, Objective
+from ksmea.settings import Settings, setting
+from optimizers.isolation import finite
+
+STRATEGIES = tuple(
+    f"{base}{crossover}"
+    for crossover in ("bin", "exp")
+    for base in ("rand1", "rand2", "best1", "best2", "randtobest1", "currenttobest1")
+)
+
+
+@dataclass(frozen=True)
+class DE(Settings):
+    """Differential evolution with rand/1 mutation, binomial crossover and greedy selection.
+
+    Mutation v = z_r1 + F (z_r2 − z_r3), eq. (26); crossover with rate C; a trial replaces its parent where its
+    misfit is not larger. It evaluates population · (generations + 1) points, in one batch per generation.
+    Departure from the paper, which does not treat it: a coordinate that leaves the bounds is drawn anew (scipy).
+    """
+
+    mutation_factor: float = setting(
+        0.8, "F, the scale of difference vectors", source="Table 5", above=0.0, at_most=1.99
+    )
+    crossover_rate: float = setting(
+        0.95, "C, the probability that a coordinate comes from the mutant", source="Table 5", at_least=0.0, at_most=1.0
+    )
+    population: int = setting(100, "members of the population", source="Table 5", at_least=5)
+    generations: int = setting(
+        100, "generations after the initial population; assumed, the paper does not state their number", at_least=1
+    )
+    strategy: str = setting(
+        "rand1bin", "mutation and crossover, in scipy's names", source="eqs. (26)–(27)", choices=STRATEGIES
+    )
+
+    def minimize(self, objective: Objective, rng: np.random.Generator) -> Minimum:
+        """Evolve a Latin hypercube of points."""
+        try:
+            differential_evolution(
+                lambda points: finite(objective(points.T)),  # points (d, population)
+                bounds=[(0.0, 1.0)] * objective.dim,
+                strategy=self.strategy,
+                mutation=self.mutation_factor,
+                recombination=self.crossover_rate,
+                maxiter=self.generations,
+                init=qmc.LatinHypercube(objective.dim, rng=rng).random(self.population),
+                rng=rng,
+                vectorized=True,
+                updating="deferred",
+                polish=False,
+                tol=0.0,
+                atol=-1.0,  # below any spread: with 0 a population of equal misfits would end the run early
+            )
+        except RuntimeError as error:
+            # scipy hides a ValueError of the objective, a singular matrix among them, behind a remark on map functions
+            raise error.__cause__ or error
+        return objective.result()

@@ -1,0 +1,96 @@
+"""Nonlinear least squares from the best points of a screening, by scipy.
+
+The peaks of a lightly damped rotor give the misfit many minima: least squares from random starts finds the right one
+in few percent of them. Thousands of batched evaluations of a robust misfit first, and least squares from the best of
+these points, find it.
+
+M. A. Branch, T. F. Coleman and Y. Li, A subspace, interior, and conjugate gradient method for large-scale
+bound-constrained minimization problems, SIAM J. Sci. Comput. 21 (1999) 1–23, doi 10.1137/S1064827595289108;
+Levenberg and Marquardt's step in a trust region: J. J. Moré, Lect. Notes Math. 630 (1978) 105–116,
+doi 10.1007/BFb0067700. Screening points: I. M. Sobol' (1967), scrambled by A. B. Owen (1998).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.stats import qmc
+
+from ksmea.objective import Minimum, Objective
+from ksmea.parameters import Array
+from ksmea.settings import Settings, setting
+
+
+@dataclass(frozen=True)
+class LM(Settings):
+    """Bounded least squares (trust region reflective) from the best, mutually distant points of a screening.
+
+    It evaluates `screening` points, the misfit at the starts, and at most `max_iterations` points from each start
+    besides Jacobians. Of a budget at most half is screened, so that the best of it is sure to be evaluated.
+    """
+
+    screening: int = setting(8000, "points of the screening, a scrambled Sobol' sequence", at_least=0)
+    starts: int = setting(15, "screened points from which least squares starts, at most", at_least=1)
+    min_distance: float = setting(
+        0.1, "least distance of two starts in the unit cube; fewer points as far apart: fewer starts", at_least=0.0
+    )
+    margin: float = setting(
+        1e-3, "starts are moved this far inside the bounds, from where the method barely leaves", above=0.0, at_most=0.5
+    )
+    max_iterations: int = setting(100, "evaluations of the residuals in one start, Jacobians apart", at_least=1)
+    xtol: float = setting(1e-10, "relative change of the parameters that ends a start", above=0.0)
+    ftol: float = setting(1e-12, "relative change of the misfit that ends a start", above=0.0)
+    gtol: float = setting(1e-12, "norm of the scaled gradient that ends a start", above=0.0)
+    batch: int = setting(1000, "points screened at once; bounds the memory needed", at_least=1)
+
+    def minimize(self, objective: Objective, rng: np.random.Generator) -> Minimum:
+        """Screen, choose starts and run least squares from each, the most promising first."""
+        points, values = self._screened(objective, rng)
+        starts = np.clip(distant_best(points, values, self.starts, self.min_distance), self.margin, 1.0 - self.margin)
+        for start in starts[np.isfinite(objective(starts))]:
+            least_squares(
+                objective.residuals,
+                start,
+                jac=lambda u: np.nan_to_num(objective.jacobian(u), nan=0.0, posinf=0.0, neginf=0.0),
+                bounds=(0.0, 1.0),
+                method="trf",
+                xtol=self.xtol,
+                ftol=self.ftol,
+                gtol=self.gtol,
+                max_nfev=self.max_iterations,
+            )
+        return objective.result()
+
+    def _screened(self, objective: Objective, rng: np.random.Generator) -> tuple[Array, Array]:
+        n = self.screening
+        if objective.budget is not None:
+            n = min(n, max(objective.budget - objective.evaluations, 0) // 2)
+        points = sobol(max(n, self.starts), objective.dim, rng)
+        if n == 0:
+            return points, np.zeros(len(points))
+        points = points[:n]
+        batches = np.split(points, range(self.batch, n, self.batch))
+        return points, np.concatenate([objective.screening(batch) for batch in batches])
+
+
+def sobol(n: int, dim: int, rng: np.random.Generator) -> Array:
+    """The first n points (n, dim) of a scrambled Sobol' sequence; balanced best where n is a power of two."""
+    return qmc.Sobol(dim, scramble=True, rng=rng).random_base2((n - 1).bit_length())[:n]
+
+
+def distant_best(points: Array, values: Array, count: int, min_distance: float) -> Array:
+    """Up to `count` of the points (n, d), by rising value, none nearer than `min_distance` to one before it.
+
+    >>> distant_best(np.array([[0.5], [0.1], [0.52], [0.9]]), np.array([1.0, 3.0, 2.0, 4.0]), 2, 0.1).ravel()
+    array([0.5, 0.1])
+    """
+    remaining = points[np.argsort(values, kind="stable")]
+    chosen = []
+    while len(remaining) and len(chosen) < count:
+        chosen.append(remaining[0])
+        distance = np.linalg.norm(remaining - chosen[-1], axis=1)
+        distance[0] = -1.0
+        remaining = remaining[distance >= min_distance]
+    return np.array(chosen)

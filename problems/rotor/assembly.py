@@ -1,0 +1,74 @@
+"""Global matrices of a rotor, and the rows that read its deflection anywhere on the shaft.
+
+M q̈ + (C + Ω G) q̇ + K q = f, with the degrees of freedom (x, y, φ_x, φ_y) node by node.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.parameters import Array
+from problems.rotor import shaft
+from problems.rotor.data import Rotor
+from problems.rotor.disk import disk_gyroscopic, disk_mass
+from problems.rotor.mesh import DOF_PER_NODE, elements, locate
+
+
+@dataclass(frozen=True, eq=False)
+class Matrices:
+    """Matrices of a rotor, each (n_dof, n_dof); what turns with the shaft and what stands on the ground together."""
+
+    mass: Array
+    damping: Array
+    gyroscopic: Array
+    stiffness: Array
+
+
+def assemble(rotor: Rotor) -> Matrices:
+    """The matrices of a rotor on its bearings."""
+    free = assemble_free(rotor)
+    stiffness, damping = free.stiffness.copy(), free.damping.copy()
+    for bearing in rotor.bearings:
+        lateral = node_dof(rotor.node_at(bearing.position, "bearing"))[:2]
+        stiffness[np.ix_(lateral, lateral)] += bearing.stiffness
+        damping[np.ix_(lateral, lateral)] += bearing.damping
+    return Matrices(free.mass, damping, free.gyroscopic, stiffness)
+
+
+def assemble_free(rotor: Rotor) -> Matrices:
+    """The matrices of the shaft and its disks alone, without bearings."""
+    n_dof = DOF_PER_NODE * len(rotor.node_positions)
+    mass, gyroscopic, stiffness = (np.zeros((n_dof, n_dof)) for _ in range(3))
+    for index, element in enumerate(elements(rotor)):
+        here = element_dof(index)
+        matrices = shaft.element_matrices(element)
+        mass[here, here] += matrices.mass
+        gyroscopic[here, here] += matrices.gyroscopic
+        stiffness[here, here] += matrices.stiffness
+    for disk in rotor.disks:
+        at_node = node_dof(rotor.node_at(disk.position, "disk"))
+        mass[np.ix_(at_node, at_node)] += disk_mass(disk)
+        gyroscopic[np.ix_(at_node, at_node)] += disk_gyroscopic(disk)
+    return Matrices(mass, np.zeros((n_dof, n_dof)), gyroscopic, stiffness)
+
+
+def displacement_row(rotor: Rotor, position: float, direction: str, what: str = "unbalance") -> Array:
+    """The row (n_dof,) that reads the deflection in x or y at a position (m), by the element's own shape functions.
+
+    Its transpose spreads a force at that position over the nodes consistently.
+    """
+    rotor.require_on_shaft(position, what)
+    index, fraction = locate(rotor, position)
+    row = np.zeros(DOF_PER_NODE * len(rotor.node_positions))
+    row[element_dof(index)] = shaft.displacement_row(elements(rotor)[index], fraction, direction)
+    return row
+
+
+def node_dof(node: int) -> Array:
+    return DOF_PER_NODE * node + np.arange(DOF_PER_NODE)
+
+
+def element_dof(element: int) -> slice:
+    return slice(DOF_PER_NODE * element, DOF_PER_NODE * (element + 2))

@@ -1,0 +1,62 @@
+"""How a shaft is cut into elements, and where a position lies on the mesh."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.errors import SettingError
+from problems.rotor.data import Rotor, ShaftSegment
+
+DOF_PER_NODE = 4  # x, y, rotation about x, rotation about y
+
+
+@dataclass(frozen=True)
+class Element:
+    """A piece of a shaft segment between two neighbouring nodes."""
+
+    segment: ShaftSegment
+    start: float  # m
+
+    @property
+    def length(self) -> float:  # m
+        return self.segment.length / self.segment.n_element
+
+
+def elements(rotor: Rotor) -> tuple[Element, ...]:
+    """The elements of a rotor's shaft from left to right; element e lies between nodes e and e + 1."""
+    owners = [segment for segment in rotor.segments for _ in range(segment.n_element)]
+    return tuple(Element(owner, start) for owner, start in zip(owners, rotor.node_positions[:-1], strict=True))
+
+
+def locate(rotor: Rotor, position: float) -> tuple[int, float]:
+    """The element that holds a position (m), and the place inside it as a fraction of its length."""
+    nodes = rotor.node_positions
+    element = int(np.clip(np.searchsorted(nodes, position, side="right") - 1, 0, len(nodes) - 2))
+    fraction = (position - nodes[element]) / (nodes[element + 1] - nodes[element])
+    return element, float(np.clip(fraction, 0.0, 1.0))
+
+
+def share_elements(n_element: int, lengths: Sequence[float]) -> tuple[int, ...]:
+    """Elements per segment in proportion to length by largest remainder, at least one each.
+
+    >>> share_elements(13, [0.2, 0.3, 0.5, 0.3]), share_elements(21, [0.2, 0.3, 0.5, 0.3])
+    ((2, 3, 5, 3), (3, 5, 8, 5))
+    """
+    if n_element < len(lengths):
+        raise SettingError(
+            f"mesh: expected at least {len(lengths)} elements, got {n_element};"
+            " disks need a node at the end of each of the shaft's segments"
+        )
+    quotas = [n_element * length / sum(lengths) for length in lengths]
+    counts = [max(1, math.floor(quota + 1e-9)) for quota in quotas]  # 1e-9: a whole quota may round to just below it
+    while sum(counts) < n_element:
+        remainders = [quota - count for quota, count in zip(quotas, counts, strict=True)]
+        counts[remainders.index(max(remainders))] += 1
+    while sum(counts) > n_element:  # where many short segments were raised to one
+        spare = [count - quota if count > 1 else -math.inf for quota, count in zip(quotas, counts, strict=True)]
+        counts[spare.index(max(spare))] -= 1
+    return tuple(counts)

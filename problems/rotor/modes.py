@@ -1,0 +1,106 @@
+"""Natural frequencies, whirl and critical speeds of a rotor on its bearings, from the damped eigenproblem.
+
+A free motion is Re(q e^{λt}), λ = σ + iω_d; the shaft turns from +x to +y, and forward whirl turns with it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+import scipy.optimize
+
+from ksmea.contracts import ComplexArray
+from ksmea.parameters import Array
+from problems.rotor.assembly import Matrices, assemble
+from problems.rotor.data import Rotor
+from problems.rotor.mesh import DOF_PER_NODE
+
+STILL = 1e-3  # of the largest amplitude: nodes that move less do not vote on the direction of whirl
+STRAIGHT = 1e-6  # an orbit's minor axis relative to its major one below which it is a line, not an ellipse
+
+
+@dataclass(frozen=True, eq=False)
+class Mode:
+    """One damped mode at one speed."""
+
+    frequency: float  # damped, rad/s
+    damping_ratio: float
+    whirl: str  # forward, backward, or mixed where nodes differ or move along lines
+    shape: ComplexArray  # (n_node, 4): x, y, φ_x, φ_y, scaled to a largest deflection of 1
+
+
+def natural_modes(rotor: Rotor, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
+    """The oscillating modes at a spin speed (rad/s) by rising frequency, the first `n_mode` or all."""
+    matrices = assemble(rotor)
+    eigenvalues, vectors = scipy.linalg.eig(_state_matrix(matrices, speed))
+    oscillating = np.flatnonzero(eigenvalues.imag > 0)
+    order = oscillating[np.argsort(eigenvalues[oscillating].imag)][:n_mode]
+    n_dof = len(matrices.mass)
+    return tuple(_mode(eigenvalues[index], vectors[:n_dof, index]) for index in order)
+
+
+def natural_frequencies(matrices: Matrices, speed: float) -> Array:
+    """Damped frequencies at a spin speed, (n_dof,) rad/s, rising; an overdamped pair counts as two at zero speed.
+
+    Each entry is a continuous function of speed, because the pairs never leave the count.
+    """
+    eigenvalues = scipy.linalg.eigvals(_state_matrix(matrices, speed))
+    return np.sort(eigenvalues.imag)[len(matrices.mass) :]
+
+
+def critical_speeds(rotor: Rotor, highest: float, n_scan: int = 64) -> Array:
+    """Speeds up to `highest` (rad/s) at which a damped natural frequency equals the spin speed, rising, rad/s.
+
+    The Campbell diagram is scanned at `n_scan` speeds and each crossing refined by Brent's method; a frequency that
+    crosses twice between two scanned speeds is missed, so raise `n_scan` where two criticals of one curve lie close.
+    """
+    matrices = assemble(rotor)
+
+    def excess(speed: float) -> Array:  # (n_dof,): natural frequency above spin speed
+        return natural_frequencies(matrices, speed) - speed
+
+    scanned = np.linspace(0.0, highest, n_scan + 1)[1:]
+    table = np.array([excess(speed) for speed in scanned])  # (n_scan, n_dof)
+    intervals, curves = np.nonzero(np.sign(table[:-1]) * np.sign(table[1:]) < 0)
+    crossings = [
+        scipy.optimize.brentq(lambda speed, curve=curve: excess(speed)[curve], *scanned[interval : interval + 2], rtol=1e-10)
+        for interval, curve in zip(intervals, curves, strict=True)
+    ]
+    return np.sort(np.array(crossings))
+
+
+def _state_matrix(matrices: Matrices, speed: float) -> Array:
+    """A of ż = A z with z = (q, q̇), (2 n_dof, 2 n_dof)."""
+    n_dof = len(matrices.mass)
+    damping = matrices.damping + speed * matrices.gyroscopic
+    accelerations = -scipy.linalg.solve(matrices.mass, np.hstack([matrices.stiffness, damping]), assume_a="pos")
+    return np.vstack([np.hstack([np.zeros((n_dof, n_dof)), np.eye(n_dof)]), accelerations])
+
+
+def _mode(eigenvalue: complex, vector: ComplexArray) -> Mode:
+    shape = vector.reshape(-1, DOF_PER_NODE)
+    largest = np.unravel_index(np.argmax(np.abs(shape[:, :2])), (len(shape), 2))
+    return Mode(
+        frequency=float(eigenvalue.imag),
+        damping_ratio=float(-eigenvalue.real / abs(eigenvalue)),
+        whirl=_whirl(shape[:, 0], shape[:, 1]),
+        shape=shape / shape[largest],
+    )
+
+
+def _whirl(x: ComplexArray, y: ComplexArray) -> str:
+    """Direction of the orbits Re(x e^{iωt}), Re(y e^{iωt}) over the nodes.
+
+    An orbit is a forward circle of radius |x + iy|/2 and a backward one of radius |x − iy|/2; the difference of
+    their squares is Im(x ȳ), which is ±(|x|² + |y|²)/2 for a circle and 0 for a line.
+    """
+    power = np.abs(x) ** 2 + np.abs(y) ** 2
+    moving = power > STILL**2 * power.max()
+    roundness = 2 * np.imag(x * y.conj())[moving] / power[moving]
+    if np.all(roundness > STRAIGHT):
+        return "forward"
+    if np.all(roundness < -STRAIGHT):
+        return "backward"
+    return "mixed"

@@ -1,0 +1,177 @@
+"""A rotor with unknown bearing coefficients and unbalance, as a problem for identification.
+
+Sign convention: a real response is Re(q e^{iΩt}), m 0-peak; the shaft turns from +x to +y.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ksmea.contracts import Channel, ComplexArray
+from ksmea.errors import SettingError
+from ksmea.parameters import Array, Parameters
+from problems.rotor import dense
+from problems.rotor.data import DAMPINGS, STIFFNESSES, Rotor
+from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
+from problems.rotor.unknowns import (
+    BearingTarget,
+    Inputs,
+    Unknown,
+    UnbalanceTarget,
+    check_unknowns,
+    inputs_at,
+    rotor_at,
+)
+
+CHUNK_BYTES = 2**20  # of the largest temporary array of a batch: about what a core's own cache holds
+
+
+@dataclass(frozen=True, eq=False)
+class RotorProblem:
+    """The unbalance response of a rotor at given speeds and channels as a function of its unknowns.
+
+    Whatever values the unknowns have in the given rotor are replaced by the middle of their bounds, so that a
+    problem cannot carry the values that are to be identified.
+    """
+
+    rotor: Rotor
+    unknowns: tuple[Unknown, ...]
+    speed: Array  # (n_speed,) rad/s
+    channels: tuple[Channel, ...]
+
+    def __post_init__(self) -> None:
+        _check(self.rotor, self.unknowns, self.speed, self.channels)
+        middle = (self.parameters.lower + self.parameters.upper) / 2
+        object.__setattr__(self, "rotor", rotor_at(self.rotor, self.unknowns, middle))
+        object.__setattr__(self, "unknowns", tuple(self.unknowns))
+        object.__setattr__(self, "speed", np.array(self.speed, dtype=float))
+        object.__setattr__(self, "channels", tuple(self.channels))
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        return Parameters(tuple(item.parameter for item in self.unknowns))
+
+    @cached_property
+    def reduction(self) -> Reduction:
+        """The rotor seen from its ports, with the bearings of the middle of the bounds as nominal ones."""
+        return reduce_rotor(self.rotor, _impedances(self.rotor, self.unknowns), self.speed, self.channels)
+
+    def response(self, x: Array) -> ComplexArray:
+        """(n, d) SI → (n, n_speed, n_channel), m."""
+        x = self._checked(x)
+        response = np.empty((len(x), len(self.speed), len(self.channels)), dtype=complex)
+        n_chunk = max(1, CHUNK_BYTES // self.reduction.receptance.nbytes)
+        for start in range(0, len(x), n_chunk):
+            chunk = slice(start, start + n_chunk)
+            inputs = inputs_at(self.rotor, self.unknowns, x[chunk])
+            per_unbalance = self.reduction.unit_response(*self._impedance_parts(inputs))
+            response[chunk] = _combined(per_unbalance, inputs.complex_unbalance)
+        return _finite(response)
+
+    def sensitivity(self, x: Array) -> ComplexArray:
+        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit.
+
+        From D q = f: ∂q/∂z_rc = −D⁻¹ e_r q_c for an impedance, D⁻¹ ∂f/∂x for an unbalance.
+        """
+        inputs = inputs_at(self.rotor, self.unknowns, self._checked(np.asarray(x)[None]))
+        stiffness, damping = (part[:, 0] for part in self._impedance_parts(inputs))
+        receptance = self.reduction.full_receptance(stiffness, damping)
+        n_port = self.reduction.n_port
+        unbalance = inputs.complex_unbalance[0]
+        channel_per_port = receptance[n_port:, :n_port]  # (n_channel, n_port, n_speed)
+        channel_per_unbalance = receptance[n_port:, n_port:]  # (n_channel, n_plane, n_speed)
+        port_motion = np.einsum("pus,u->ps", receptance[:n_port, n_port:], unbalance)
+
+        def derivative(target: BearingTarget | UnbalanceTarget) -> ComplexArray:  # (n_channel, n_speed)
+            if isinstance(target, UnbalanceTarget):
+                phase = inputs.unbalance[0, target.plane, 1]
+                change = np.exp(1j * phase) if target.part == "magnitude" else 1j * unbalance[target.plane]
+                return channel_per_unbalance[:, target.plane] * change
+            impedance = _impedance_of(target)
+            factor = 1.0 if target.coefficient in STIFFNESSES else 1j * self.speed
+            return -factor * channel_per_port[:, impedance.row_port] * port_motion[impedance.column_port]
+
+        columns = [sum(derivative(target) for target in item.targets) for item in self.unknowns]
+        return _finite(np.stack(columns, axis=-1).transpose(1, 0, 2))
+
+    def at(self, speed: Array, channels: Sequence[Channel]) -> RotorProblem:
+        """The same rotor at other speeds (rad/s) and channels."""
+        return dataclasses.replace(self, speed=speed, channels=tuple(channels))
+
+    def dense_response(self, x: Array) -> ComplexArray:
+        """`response` by the dense route, one solve with the whole rotor per set and speed: slow, for comparison."""
+        rotors = (rotor_at(self.rotor, self.unknowns, row) for row in self._checked(x))
+        return np.stack([dense.dense_response(rotor, self.speed, self.channels) for rotor in rotors])
+
+    def _impedance_parts(self, inputs: Inputs) -> tuple[Array, Array]:
+        """Stiffness and damping of the reduction's impedances, (n_impedance, n) each."""
+        bearing = [impedance.bearing for impedance in self.reduction.impedances]
+        place = np.array([2 * impedance.row + impedance.column for impedance in self.reduction.impedances])
+        return inputs.coefficients[:, bearing, place].T, inputs.coefficients[:, bearing, place + len(STIFFNESSES)].T
+
+    def _checked(self, x: Array) -> Array:
+        x = np.asarray(x, dtype=float)
+        if x.ndim != 2 or x.shape[1] != len(self.unknowns):
+            raise SettingError(
+                f"parameter sets: expected an array (n, {len(self.unknowns)}) in the order"
+                f" {', '.join(self.parameters.names)}, got shape {x.shape}"
+            )
+        return x
+
+
+def _combined(per_unbalance: ComplexArray, unbalance: ComplexArray) -> ComplexArray:
+    """Σ over planes of the response per unbalance (n_channel, n_plane, n, n_speed) times the unbalance (n, n_plane),
+    → (n, n_speed, n_channel)."""
+    total = np.sum(per_unbalance * unbalance.T[:, :, None], axis=1)
+    return total.transpose(1, 2, 0)
+
+
+def _finite(values: ComplexArray) -> ComplexArray:
+    if not np.all(np.isfinite(values)):
+        raise np.linalg.LinAlgError(
+            "unbalance response is not finite: the rotor is undamped exactly at a critical speed, or a parameter is not finite"
+        )
+    return values
+
+
+def _impedances(rotor: Rotor, unknowns: Sequence[Unknown]) -> tuple[Impedance, ...]:
+    """All direct impedances, and those cross-coupled ones that are given or unknown."""
+    sought = {_impedance_of(target) for item in unknowns for target in item.targets if isinstance(target, BearingTarget)}
+    return tuple(
+        Impedance(index, row, column)
+        for index, bearing in enumerate(rotor.bearings)
+        for row in range(2)
+        for column in range(2)
+        if row == column
+        or bearing.stiffness[row, column]
+        or bearing.damping[row, column]
+        or Impedance(index, row, column) in sought
+    )
+
+
+def _impedance_of(target: BearingTarget) -> Impedance:
+    names = STIFFNESSES if target.coefficient in STIFFNESSES else DAMPINGS
+    return Impedance(target.bearing, *divmod(names.index(target.coefficient), 2))
+
+
+def _check(rotor: Rotor, unknowns: Sequence[Unknown], speed: Array, channels: Sequence[Channel]) -> None:
+    if not rotor.bearings or not rotor.unbalance:
+        raise SettingError(
+            "rotor: expected at least one bearing and one unbalance plane,"
+            f" got {len(rotor.bearings)} and {len(rotor.unbalance)}"
+        )
+    if not unknowns:
+        raise SettingError("unknowns of a rotor: expected at least one, got none")
+    check_unknowns(rotor, unknowns)
+    speed = np.asarray(speed)
+    if speed.ndim != 1 or not len(speed) or not np.all(np.isfinite(speed) & (speed > 0)):
+        raise SettingError(f"speeds: expected a list of numbers above 0 rad/s, got {speed}; unbalance does nothing at rest")
+    if not channels:
+        raise SettingError("channels: expected at least one, got none")
+    for channel in channels:
+        rotor.require_on_shaft(channel.position, "sensor")

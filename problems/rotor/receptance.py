@@ -1,0 +1,135 @@
+"""The receptance reduction: a rotor seen only from its ports, so that a new bearing costs a few small operations.
+
+Bearings touch the rotor at few degrees of freedom, its ports. With the dynamic stiffness factored once per speed
+about nominal bearings, all that a response needs is the receptance H between ports, unbalance planes and channels.
+An impedance z_rc = k_rc + iΩ c_rc that differs from its nominal by Δz changes D by e_r Δz e_cᵀ, and H by the
+rank-one update of Sherman and Morrison (Ann. Math. Stat. 21 (1950) 124–127, doi 10.1214/aoms/1177729893),
+
+    H ← H − H[:, r] Δz / (1 + Δz H[c, r]) H[c, :],
+
+one impedance after the other: exact, and the same few array operations for a whole batch of bearings.
+
+Sign convention: real quantities are Re(· e^{iΩt}); a bearing pushes the shaft with −z q.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.contracts import Channel, ComplexArray
+from ksmea.parameters import Array
+from problems.rotor.assembly import assemble_free, node_dof
+from problems.rotor.data import Bearing, Rotor
+from problems.rotor.dense import channel_rows, dynamic_stiffness
+from problems.rotor.unbalance import force_per_unbalance
+
+PORTS_PER_BEARING = 2  # x and y
+
+# Phase of the nominal impedances. It makes them dissipate at every speed, so that the nominal rotor has no sharp
+# resonance where the factorisation would lose digits, and so that each update starts from a damped rotor.
+NOMINAL_PHASE = np.exp(0.25j * np.pi)
+
+
+@dataclass(frozen=True)
+class Impedance:
+    """The impedance of a bearing from motion in direction `column` to force in direction `row` (0 is x, 1 is y)."""
+
+    bearing: int
+    row: int
+    column: int
+
+    @property
+    def row_port(self) -> int:
+        return PORTS_PER_BEARING * self.bearing + self.row
+
+    @property
+    def column_port(self) -> int:
+        return PORTS_PER_BEARING * self.bearing + self.column
+
+
+@dataclass(frozen=True, eq=False)
+class Reduction:
+    """A rotor about nominal bearings, seen from its ports."""
+
+    speed: Array  # (n_speed,) rad/s
+    impedances: tuple[Impedance, ...]  # those that may differ from nominal, bearing by bearing
+    nominal: ComplexArray  # (n_impedance, n_speed) N/m
+    receptance: ComplexArray  # (n_port + n_channel, n_port + n_plane, n_speed): m/N, and m per kg m of unbalance
+
+    @property
+    def n_port(self) -> int:
+        return PORTS_PER_BEARING * (1 + max(impedance.bearing for impedance in self.impedances))
+
+    def unit_response(self, stiffness: Array, damping: Array) -> ComplexArray:
+        """Response of each channel to a unit unbalance in each plane, (n_channel, n_plane, n, n_speed) m per kg m,
+        for n sets of coefficients (n_impedance, n) in N/m and N s/m."""
+        return updated_receptance(self.receptance, self.impedances, self._change(stiffness, damping), self.n_port)
+
+    def full_receptance(self, stiffness: Array, damping: Array) -> ComplexArray:
+        """`receptance` on the actual bearings instead of the nominal ones, ports included, for one set of
+        coefficients (n_impedance,), (n_port + n_channel, n_port + n_plane, n_speed)."""
+        ports = np.arange(self.n_port)
+        # The update consumes the ports that it works on, so those to be kept are entered twice.
+        rows, columns = (np.concatenate([ports, np.arange(size)]) for size in self.receptance.shape[:2])
+        change = self._change(stiffness[:, None], damping[:, None])
+        return updated_receptance(self.receptance[np.ix_(rows, columns)], self.impedances, change, self.n_port)[:, :, 0]
+
+    def _change(self, stiffness: Array, damping: Array) -> ComplexArray:
+        """Impedances minus nominal, (n_impedance, n, n_speed)."""
+        change = np.empty((*stiffness.shape, len(self.speed)), dtype=complex)
+        np.subtract(stiffness[..., None], self.nominal.real[:, None], out=change.real)
+        np.subtract(damping[..., None] * self.speed, self.nominal.imag[:, None], out=change.imag)
+        return change
+
+
+def reduce_rotor(
+    rotor: Rotor, impedances: tuple[Impedance, ...], speed: Array, channels: Sequence[Channel]
+) -> Reduction:
+    """The receptances of a rotor about nominal impedances as large as those of its bearings, but well damped."""
+    nominal = np.stack([_nominal_impedance(rotor.bearings, impedance, speed) for impedance in impedances])
+    ports = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
+    stiffness = dynamic_stiffness(assemble_free(rotor), speed)
+    for impedance, values in zip(impedances, nominal, strict=True):
+        stiffness[:, ports[impedance.row_port], ports[impedance.column_port]] += values
+    n_dof = stiffness.shape[1]
+    port_rows = np.eye(n_dof)[ports]
+    forces = np.broadcast_to(port_rows.T, (len(speed), n_dof, len(ports)))
+    motion = np.linalg.solve(stiffness, np.concatenate([forces, force_per_unbalance(rotor, speed)], axis=2))
+    receptance = np.concatenate([port_rows, channel_rows(rotor, channels)]) @ motion  # (n_speed, row, column)
+    return Reduction(speed, impedances, nominal, np.ascontiguousarray(np.moveaxis(receptance, 0, 2)))
+
+
+def updated_receptance(
+    receptance: ComplexArray, impedances: Sequence[Impedance], change: ComplexArray, n_port: int
+) -> ComplexArray:
+    """Receptance (row, column, n_speed) after changes (n_impedance, n, n_speed) of the impedances, one by one.
+
+    The first rows and columns are the ports. A port is dropped once no later impedance touches it, so that what
+    remains are the rows and columns beyond the ports, (…, …, n, n_speed).
+    """
+    current = receptance[:, :, None]
+    dropped = 0
+    for index, impedance in enumerate(impedances):
+        row, column = impedance.row_port - dropped, impedance.column_port - dropped
+        still_needed = _first_port(impedances[index + 1 :], n_port) - dropped
+        gain = change[index] / (1 + change[index] * current[column, row])
+        update = current[still_needed:, row, None] * (gain * current[column, still_needed:])
+        current = np.subtract(current[still_needed:, still_needed:], update, out=update)
+        dropped += still_needed
+    return current
+
+
+def _first_port(impedances: Sequence[Impedance], n_port: int) -> int:
+    """The lowest port that these impedances touch."""
+    return min((min(impedance.row_port, impedance.column_port) for impedance in impedances), default=n_port)
+
+
+def _nominal_impedance(bearings: Sequence[Bearing], impedance: Impedance, speed: Array) -> ComplexArray:
+    """(n_speed,): the size of the given impedance at each speed with the nominal phase; none off the diagonal."""
+    bearing, row, column = bearings[impedance.bearing], impedance.row, impedance.column
+    if row != column:
+        return np.zeros(len(speed), dtype=complex)
+    return NOMINAL_PHASE * np.abs(bearing.stiffness[row, column] + 1j * speed * bearing.damping[row, column])

@@ -1,0 +1,124 @@
+"""The Timoshenko shaft element: bending, shear, rotary inertia and gyroscopic effect of a circular shaft.
+
+H. D. Nelson, "A finite rotating shaft element using Timoshenko beam theory", J. Mech. Design 102 (1980) 793–803,
+doi 10.1115/1.3254824. Each bending plane has the degrees of freedom (w₁, ψ₁, w₂, ψ₂) with ψ the rotation of the
+section, ψ = dw/dz without shear: x–z holds (x, φ_y), y–z holds (y, −φ_x). An element's degrees of freedom are
+(x, y, φ_x, φ_y) of its left node, then of its right one. Its shape functions solve the beam's static equations
+exactly, so they do not lock in shear and carry no internal freedom.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.parameters import Array
+from problems.rotor.data import ShaftSegment
+from problems.rotor.mesh import Element
+
+# Which degrees of freedom of the element each bending plane uses, and with which sign: (4, 8).
+X_PLANE = np.zeros((4, 8))
+X_PLANE[[0, 1, 2, 3], [0, 3, 4, 7]] = [1, 1, 1, 1]
+Y_PLANE = np.zeros((4, 8))
+Y_PLANE[[0, 1, 2, 3], [1, 2, 5, 6]] = [1, -1, 1, -1]
+
+# Four Gauss points integrate polynomials up to degree 7 exactly; products of two cubics have degree 6.
+GAUSS_POINTS, GAUSS_WEIGHTS = (np.polynomial.legendre.leggauss(4)[0] + 1) / 2, np.polynomial.legendre.leggauss(4)[1] / 2
+
+
+@dataclass(frozen=True)
+class ElementMatrices:
+    """Matrices of M q̈ + Ω G q̇ + K q = f, each (8, 8)."""
+
+    mass: Array
+    gyroscopic: Array
+    stiffness: Array
+
+
+def shear_coefficient(segment: ShaftSegment) -> float:
+    """Cowper's shear coefficient κ of a solid or hollow circular section, J. Appl. Mech. 33 (1966) 335–340,
+    doi 10.1115/1.3625046: 6(1 + ν)(1 + m²)² / ((7 + 6ν)(1 + m²)² + (20 + 12ν)m²) with m = r_i/r_o."""
+    nu = segment.material.poisson_ratio
+    m2 = (segment.inner_radius / segment.outer_radius) ** 2
+    return 6 * (1 + nu) * (1 + m2) ** 2 / ((7 + 6 * nu) * (1 + m2) ** 2 + (20 + 12 * nu) * m2)
+
+
+def shear_parameter(element: Element) -> float:
+    """Φ = 12EI/(κGAl²), the flexibility in shear relative to that in bending; 0 for Euler–Bernoulli."""
+    segment = element.segment
+    shear_stiffness = shear_coefficient(segment) * segment.material.shear_modulus * segment.area
+    return 12 * segment.material.young_modulus * segment.second_moment / (shear_stiffness * element.length**2)
+
+
+def deflection_shapes(element: Element, fraction: Array | float) -> Array:
+    """Deflection w at fractions ξ (…) of the element per degree of freedom of one plane, (…, 4); m per m and per rad."""
+    xi, length, phi = np.asarray(fraction), element.length, shear_parameter(element)
+    return np.stack(
+        [
+            1 + phi * (1 - xi) - 3 * xi**2 + 2 * xi**3,
+            length * (xi - 2 * xi**2 + xi**3 + phi / 2 * (xi - xi**2)),
+            phi * xi + 3 * xi**2 - 2 * xi**3,
+            length * (xi**3 - xi**2 - phi / 2 * (xi - xi**2)),
+        ],
+        axis=-1,
+    ) / (1 + phi)
+
+
+def rotation_shapes(element: Element, fraction: Array | float) -> Array:
+    """Rotation ψ of the section at fractions ξ (…) per degree of freedom of one plane, (…, 4); rad per m and per rad."""
+    xi, length, phi = np.asarray(fraction), element.length, shear_parameter(element)
+    return np.stack(
+        [
+            6 / length * (xi**2 - xi),
+            1 - 4 * xi + 3 * xi**2 + phi * (1 - xi),
+            6 / length * (xi - xi**2),
+            3 * xi**2 - 2 * xi + phi * xi,
+        ],
+        axis=-1,
+    ) / (1 + phi)
+
+
+def element_matrices(element: Element) -> ElementMatrices:
+    """Consistent matrices of an element, both bending planes and their gyroscopic coupling."""
+    segment, length = element.segment, element.length
+    density = segment.material.density
+    translation = density * segment.area * _integral_of_products(deflection_shapes(element, GAUSS_POINTS), length)
+    rotation = density * segment.second_moment * _integral_of_products(rotation_shapes(element, GAUSS_POINTS), length)
+    polar = 2 * rotation  # a circular section's polar moment is twice that about a diameter
+    stiffness = plane_stiffness(element)
+    return ElementMatrices(
+        mass=_in_both_planes(translation + rotation),
+        # Spin Ω turns a rotation rate φ̇_y into a moment I_p Ω φ̇_y about x, and φ̇_x into −I_p Ω φ̇_x about y.
+        gyroscopic=X_PLANE.T @ polar @ Y_PLANE - Y_PLANE.T @ polar @ X_PLANE,
+        stiffness=_in_both_planes(stiffness),
+    )
+
+
+def plane_stiffness(element: Element) -> Array:
+    """Stiffness of one bending plane, (4, 4), with shear (Nelson 1980, appendix)."""
+    length, phi = element.length, shear_parameter(element)
+    near, far = (4 + phi) * length**2, (2 - phi) * length**2
+    bending = element.segment.material.young_modulus * element.segment.second_moment
+    return (bending / (length**3 * (1 + phi))) * np.array(
+        [
+            [12, 6 * length, -12, 6 * length],
+            [6 * length, near, -6 * length, far],
+            [-12, -6 * length, 12, -6 * length],
+            [6 * length, far, -6 * length, near],
+        ]
+    )
+
+
+def displacement_row(element: Element, fraction: float, direction: str) -> Array:
+    """The row (8,) that reads the deflection in x or y at a fraction of the element from its degrees of freedom."""
+    return deflection_shapes(element, fraction) @ (X_PLANE if direction == "x" else Y_PLANE)
+
+
+def _integral_of_products(shapes: Array, length: float) -> Array:
+    """∫ Nᵀ N dz over the element, from the shapes (4 points, 4) at the Gauss points."""
+    return length * (shapes.T * GAUSS_WEIGHTS) @ shapes
+
+
+def _in_both_planes(plane: Array) -> Array:
+    return X_PLANE.T @ plane @ X_PLANE + Y_PLANE.T @ plane @ Y_PLANE

@@ -1,0 +1,116 @@
+"""How a parameter vector enters a rotor: each unknown sets one or more of its numbers.
+
+An unknown with several targets ties them: two equal bearings have one kxx that sets both.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.errors import SettingError, unknown
+from ksmea.parameters import Array, Parameter
+from problems.rotor.data import COEFFICIENTS, Rotor
+
+UNBALANCE_PARTS = ("magnitude", "phase")
+
+
+@dataclass(frozen=True)
+class BearingTarget:
+    """One coefficient of one bearing, by the bearing's place in `Rotor.bearings`."""
+
+    bearing: int
+    coefficient: str
+
+    def __post_init__(self) -> None:
+        if self.coefficient not in COEFFICIENTS:
+            raise unknown("bearing coefficient", self.coefficient, COEFFICIENTS)
+
+
+@dataclass(frozen=True)
+class UnbalanceTarget:
+    """The magnitude (kg m) or the phase (rad) of the unbalance in one plane, by its place in `Rotor.unbalance`."""
+
+    plane: int
+    part: str = "magnitude"
+
+    def __post_init__(self) -> None:
+        if self.part not in UNBALANCE_PARTS:
+            raise unknown("part of an unbalance", self.part, UNBALANCE_PARTS)
+
+
+Target = BearingTarget | UnbalanceTarget
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A parameter and all that it sets."""
+
+    parameter: Parameter
+    targets: tuple[Target, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class Inputs:
+    """The numbers of a rotor that unknowns may set, for a batch of parameter sets."""
+
+    coefficients: Array  # (n, n_bearing, 8) in the order of COEFFICIENTS, N/m and N s/m
+    unbalance: Array  # (n, n_plane, 2): magnitude in kg m, phase in rad
+
+    @property
+    def complex_unbalance(self) -> Array:  # (n, n_plane) kg m
+        return self.unbalance[..., 0] * np.exp(1j * self.unbalance[..., 1])
+
+
+def inputs_at(rotor: Rotor, unknowns: Sequence[Unknown], x: Array) -> Inputs:
+    """The rotor's own numbers with the unknowns' values (n, d) put in."""
+    coefficients = np.array([[getattr(bearing, name) for name in COEFFICIENTS] for bearing in rotor.bearings])
+    unbalance = np.array([[getattr(plane, part) for part in UNBALANCE_PARTS] for plane in rotor.unbalance])
+    inputs = Inputs(np.tile(coefficients, (len(x), 1, 1)), np.tile(unbalance, (len(x), 1, 1)))
+    for column, item in enumerate(unknowns):
+        for target in item.targets:
+            if isinstance(target, BearingTarget):
+                inputs.coefficients[:, target.bearing, COEFFICIENTS.index(target.coefficient)] = x[:, column]
+            else:
+                inputs.unbalance[:, target.plane, UNBALANCE_PARTS.index(target.part)] = x[:, column]
+    return inputs
+
+
+def rotor_at(rotor: Rotor, unknowns: Sequence[Unknown], x: Array) -> Rotor:
+    """The rotor with one set of values (d,) put in."""
+    inputs = inputs_at(rotor, unknowns, np.asarray(x, dtype=float)[None])
+    bearings = tuple(
+        dataclasses.replace(bearing, **dict(zip(COEFFICIENTS, map(float, values), strict=True)))
+        for bearing, values in zip(rotor.bearings, inputs.coefficients[0], strict=True)
+    )
+    unbalance = tuple(
+        dataclasses.replace(plane, **dict(zip(UNBALANCE_PARTS, map(float, values), strict=True)))
+        for plane, values in zip(rotor.unbalance, inputs.unbalance[0], strict=True)
+    )
+    return dataclasses.replace(rotor, bearings=bearings, unbalance=unbalance)
+
+
+def check_unknowns(rotor: Rotor, unknowns: Sequence[Unknown]) -> None:
+    """Raise `SettingError` where an unknown points at nothing, or two point at the same number."""
+    owner: dict[Target, str] = {}
+    for item in unknowns:
+        name = item.parameter.name
+        if not item.targets:
+            raise SettingError(f"unknown {name}: expected at least one target, got none")
+        for target in item.targets:
+            _check_target(rotor, name, target)
+            if target in owner:
+                raise SettingError(f"unknown {name}: {target} is already set by {owner[target]}; tie them in one unknown")
+            owner[target] = name
+
+
+def _check_target(rotor: Rotor, name: str, target: Target) -> None:
+    if isinstance(target, BearingTarget):
+        kind, index, count = "bearing", target.bearing, len(rotor.bearings)
+    else:
+        kind, index, count = "unbalance plane", target.plane, len(rotor.unbalance)
+    if not 0 <= index < count:
+        raise SettingError(f"unknown {name}: expected a {kind} from 0 to {count - 1}, got {index}")

@@ -1,0 +1,166 @@
+"""The three-disk rotor of the reference paper, Table 1: Han, Guo & Gao, J. Sound Vib. 332 (2013) 2659–2671,
+doi 10.1016/j.jsv.2012.12.025. It is the example rotor of Lalanne & Ferraris, Rotordynamics Prediction in
+Engineering (Wiley, 1998).
+
+Two equal bearings without cross-coupling carry the shaft at its ends; their four coefficients and the unbalance on
+the second disk are the unknowns.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.contracts import Channel
+from ksmea.errors import SettingError, unknown
+from ksmea.parameters import (
+    GRAM_MILLIMETRE,
+    KILONEWTON_SECOND_PER_METRE,
+    MEGANEWTON_PER_METRE,
+    Parameter,
+)
+from ksmea.settings import Settings, setting
+from problems.rotor.data import Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane
+from problems.rotor.mesh import share_elements
+from problems.rotor.problem import RotorProblem
+from problems.rotor.unknowns import BearingTarget, Target, UnbalanceTarget, Unknown
+
+PAPER = "Han, Guo & Gao 2013"
+RAD_PER_S_PER_READING = {"rad_s": 1.0, "rpm": math.pi / 30}
+
+STEEL = Material(young_modulus=200e9, density=7800.0, poisson_ratio=0.3)
+SHAFT_RADIUS = 0.05  # m
+SEGMENT_LENGTHS = (0.2, 0.3, 0.5, 0.3)  # m
+SHAFT_LENGTH = sum(SEGMENT_LENGTHS)
+DISK_POSITIONS = (0.2, 0.5, 1.0)  # m, the ends of the first three segments
+DISK_OUTER_RADII = (0.12, 0.20, 0.20)  # m
+DISK_INNER_RADIUS = 0.05  # m
+DISK_THICKNESSES = (0.05, 0.05, 0.06)  # m
+UNBALANCED_DISK = 1  # the second one
+
+UNITS = {  # of each unknown: the unit people read and its size in SI
+    "kxx": ("MN/m", MEGANEWTON_PER_METRE),
+    "kyy": ("MN/m", MEGANEWTON_PER_METRE),
+    "cxx": ("kN s/m", KILONEWTON_SECOND_PER_METRE),
+    "cyy": ("kN s/m", KILONEWTON_SECOND_PER_METRE),
+    "u": ("g mm", GRAM_MILLIMETRE),
+}
+BOUNDS = {"kxx": [10.0, 100.0], "kyy": [10.0, 100.0], "cxx": [0.01, 1.0], "cyy": [0.01, 1.0], "u": [50.0, 500.0]}
+
+
+@dataclass(frozen=True)
+class ThreeDisk(Settings):
+    """The three-disk rotor on two equal bearings: four bearing coefficients and one unbalance are unknown."""
+
+    mesh: int = setting(
+        13,
+        "number of shaft elements: 13 lie as 2/3/5/3 on the four segments, 21 as 3/5/8/5, any other count by length;"
+        " the paper names 13 and 21 grids but not where the 21 lie",
+        source=f"{PAPER}, section 4",
+    )
+    reading: str = setting(
+        "rad_s",
+        "how the paper's band of 200 to 1500 is read: it prints rpm, where the response is quasi-static and the bearings"
+        " cannot be seen; in rad/s four critical speeds lie inside and the published errors are reproduced",
+        source=f"{PAPER}, section 4, and the Cramér–Rao bound of both readings",
+        choices=tuple(RAD_PER_S_PER_READING),
+    )
+    speed_from: float = setting(200.0, "first speed, in the unit of `reading`", source=f"{PAPER}, section 4", above=0)
+    speed_to: float = setting(1500.0, "last speed, in the unit of `reading`", source=f"{PAPER}, section 4", above=0)
+    n_speed: int = setting(53, "number of equally spaced speeds; the paper names none, 53 step by 25", at_least=1)
+    sensors: list[float] = setting(
+        [0.1],
+        "where the probes look; the paper's 'second node' of 13 elements lies at 0.1 m, which is no node of 21"
+        " elements: there the element's shape functions interpolate",
+        unit="m",
+        source=f"{PAPER}, section 4",
+        at_least=0,
+        at_most=SHAFT_LENGTH,
+    )
+    directions: list[str] = setting(
+        ["x", "y"], "directions each probe measures, x or y; the paper does not say whether it used one or both"
+    )
+    bounds: dict[str, list[float]] = setting(
+        BOUNDS,
+        "lower and upper bound of each unknown; any that is not named keeps its default. The paper gives none: those"
+        " of c are where its results stick, 100 MN/m is the bound seen in its Table 8, those of u are our choice",
+        unit="MN/m, kN s/m, g mm",
+        source=f"{PAPER}, Tables 3-6 and 8",
+    )
+
+    def check(self) -> None:
+        share_elements(self.mesh, SEGMENT_LENGTHS)
+        if self.speed_to < self.speed_from or (self.speed_to == self.speed_from and self.n_speed > 1):
+            raise SettingError(f"speed_to: expected more than speed_from ({self.speed_from:g}), got {self.speed_to:g}; swap them")
+        for name in ("sensors", "directions"):
+            entries = getattr(self, name)
+            if not entries or len(set(entries)) < len(entries):
+                raise SettingError(f"{name}: expected at least one entry and none twice, got {list(entries)}")
+        for direction in self.directions:
+            if direction not in ("x", "y"):
+                raise SettingError(f"directions: expected x or y, got {direction!r}")
+        self._parameters()
+
+    def build(self) -> RotorProblem:
+        """The problem; its rotor carries no values of the unknowns."""
+        step = RAD_PER_S_PER_READING[self.reading]
+        return RotorProblem(
+            rotor=three_disk_rotor(self.mesh),
+            unknowns=tuple(
+                Unknown(parameter, _targets(parameter.name)) for parameter in self._parameters()
+            ),
+            speed=step * np.linspace(self.speed_from, self.speed_to, self.n_speed),
+            channels=tuple(Channel(position, direction) for position in self.sensors for direction in self.directions),
+        )
+
+    def reference(self) -> dict[str, float]:
+        """The values of Table 1, SI."""
+        return {"kxx": 50e6, "kyy": 70e6, "cxx": 500.0, "cyy": 700.0, "u": 200 * GRAM_MILLIMETRE}
+
+    def _parameters(self) -> list[Parameter]:
+        for name in self.bounds:
+            if name not in UNITS:
+                raise unknown("name in bounds:", name, UNITS)
+        return [_parameter(name, self.bounds.get(name, BOUNDS[name])) for name in UNITS]
+
+
+def three_disk_rotor(mesh: int) -> Rotor:
+    """The rotor without the values of its unknowns: bearings and unbalance have their places only."""
+    counts = share_elements(mesh, SEGMENT_LENGTHS)
+    return Rotor(
+        segments=tuple(
+            ShaftSegment(length, SHAFT_RADIUS, STEEL, n_element)
+            for length, n_element in zip(SEGMENT_LENGTHS, counts, strict=True)
+        ),
+        disks=tuple(
+            Disk.from_geometry(
+                position,
+                outer_radius=outer_radius,
+                inner_radius=DISK_INNER_RADIUS,
+                thickness=thickness,
+                density=STEEL.density,
+            )
+            for position, outer_radius, thickness in zip(
+                DISK_POSITIONS, DISK_OUTER_RADII, DISK_THICKNESSES, strict=True
+            )
+        ),
+        bearings=(Bearing(0.0), Bearing(SHAFT_LENGTH)),
+        unbalance=(UnbalancePlane(DISK_POSITIONS[UNBALANCED_DISK]),),
+    )
+
+
+def _targets(name: str) -> tuple[Target, ...]:
+    """What an unknown sets: the unbalance, or a coefficient of both bearings alike."""
+    if name == "u":
+        return (UnbalanceTarget(0),)
+    return (BearingTarget(0, name), BearingTarget(1, name))
+
+
+def _parameter(name: str, bounds: list[float]) -> Parameter:
+    unit, si_per_unit = UNITS[name]
+    if len(bounds) != 2:
+        raise SettingError(f"bounds of {name}: expected [lower, upper] in {unit}, got {list(bounds)}")
+    return Parameter(name, unit, si_per_unit, bounds[0] * si_per_unit, bounds[1] * si_per_unit)

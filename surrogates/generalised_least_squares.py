@@ -1,0 +1,128 @@
+"""Generalised least squares of many outputs on one trend with correlated departures, by Cholesky and QR.
+
+With R + nugget·I = C Cᵀ, F̃ = C⁻¹F = Q G and Ỹ = C⁻¹Y, the coefficients are β = G⁻¹ Qᵀ Ỹ, the process variances
+σ² = ‖Ỹ − F̃β‖²/n and the weights of the departures γ = C⁻ᵀ(Ỹ − F̃β) = R⁻¹(Y − Fβ), as in DACE (Lophaven, Nielsen &
+Søndergaard 2002, IMM-TR-2002-12, section 2). Samples share C whatever the number of outputs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import blas, lapack
+
+from ksmea.parameters import Array
+
+# What the nugget climbs when R is not positive definite in floating point. 1e-6 costs an error of the order of 1e-6
+# of the outputs' spread; what needs more than that is better solved by moving samples apart.
+NUGGET_LADDER = tuple(10.0**exponent for exponent in range(-12, -5))
+
+
+@dataclass(frozen=True)
+class GeneralisedLeastSquares:
+    """The factors and estimates at one θ; p trend terms, q outputs."""
+
+    cholesky: Array  # (n, n) C, lower, Fortran order
+    nugget: float
+    whitened_trend: Array  # (n, p) F̃
+    whitened_outputs: Array  # (n, q) Ỹ
+
+    @cached_property
+    def orthogonal_and_triangle(self) -> tuple[Array, Array]:
+        """Q (n, p) and G (p, p)."""
+        return np.linalg.qr(self.whitened_trend)
+
+    @cached_property
+    def coefficients(self) -> Array:
+        """β (p, q)."""
+        orthogonal, triangle = self.orthogonal_and_triangle
+        return np.linalg.solve(triangle, orthogonal.T @ self.whitened_outputs)
+
+    @cached_property
+    def whitened_residuals(self) -> Array:
+        """Ỹ − F̃β = (I − QQᵀ)Ỹ, (n, q), in Fortran order."""
+        orthogonal, _ = self.orthogonal_and_triangle
+        fitted = (self.whitened_outputs.T @ orthogonal) @ orthogonal.T
+        return self.whitened_outputs - fitted.T
+
+    @cached_property
+    def process_variance(self) -> Array:
+        """σ² (q,), maximum likelihood: divided by n as in DACE and DiceKriging, not by n − p."""
+        return np.einsum("ij,ij->j", self.whitened_residuals, self.whitened_residuals) / len(self.cholesky)
+
+    @cached_property
+    def weights(self) -> Array:
+        """γ (n, q)."""
+        return solve_lower(self.cholesky, self.whitened_residuals, transposed=True)
+
+    @property
+    def log_determinant(self) -> float:
+        """ln |R|."""
+        return 2.0 * float(np.sum(np.log(np.diagonal(self.cholesky))))
+
+    def leave_one_out(self) -> Array:
+        """Errors (n, q) of predicting each sample from the others, θ fixed and β estimated anew; infinite for a sample
+        that alone determines a term of the trend.
+
+        Dubrule 1983 (doi 10.1007/BF01033232): the error is γ_i/B_ii with B = R⁻¹ − R⁻¹F(FᵀR⁻¹F)⁻¹FᵀR⁻¹, the block of
+        the inverse of the augmented matrix of eq. (20); here B = C⁻ᵀ(I − QQᵀ)C⁻¹, whose diagonal is a sum of squares.
+        """
+        orthogonal, _ = self.orthogonal_and_triangle
+        inverse = solve_lower(self.cholesky, np.eye(len(self.cholesky), order="F"))
+        projected = inverse - orthogonal @ (orthogonal.T @ inverse)
+        diagonal = np.sum(projected**2, axis=0)
+        # B_ii is 0 up to rounding, against (R⁻¹)_ii, where nothing is left without sample i.
+        determined = diagonal > 1e-12 * np.sum(inverse**2, axis=0)
+        return np.where(determined[:, None], self.weights / np.where(determined, diagonal, 1.0)[:, None], np.inf)
+
+    def append(self, correlation: Array, terms: Array, outputs: Array) -> GeneralisedLeastSquares | None:
+        """One more sample with r (n,), f (p,) and y (q,): a new row of C, F̃ and Ỹ, O(n²).
+
+        None where rounding has used up the new pivot; its square is at least the nugget in exact arithmetic.
+        """
+        n = len(self.cholesky)
+        row = solve_lower(self.cholesky, correlation[:, None])[:, 0]
+        pivot_squared = 1.0 + self.nugget - row @ row
+        if pivot_squared < max(self.nugget / 2, n * np.finfo(float).eps):
+            return None
+        pivot = np.sqrt(pivot_squared)
+        cholesky = np.zeros((n + 1, n + 1), order="F")
+        cholesky[:n, :n] = self.cholesky
+        cholesky[n, :n] = row
+        cholesky[n, n] = pivot
+        return GeneralisedLeastSquares(
+            cholesky,
+            self.nugget,
+            np.asfortranarray(np.vstack([self.whitened_trend, (terms - row @ self.whitened_trend) / pivot])),
+            np.asfortranarray(np.vstack([self.whitened_outputs, (outputs - row @ self.whitened_outputs) / pivot])),
+        )
+
+
+def generalised_least_squares(correlation: Array, nugget: float, terms: Array, outputs: Array) -> GeneralisedLeastSquares:
+    """The estimates for R (n, n), whose diagonal is overwritten, F (n, p) and Y (n, q)."""
+    cholesky, nugget = factorise(correlation, nugget)
+    p = terms.shape[1]
+    whitened = solve_lower(cholesky, np.asfortranarray(np.hstack([terms, outputs])))
+    return GeneralisedLeastSquares(cholesky, nugget, whitened[:, :p], whitened[:, p:])
+
+
+def factorise(correlation: Array, nugget: float) -> tuple[Array, float]:
+    """Cholesky factor of R + nugget·I and the nugget used: the one given, or the first of the ladder above it that works."""
+    n = len(correlation)
+    climbing = (nugget, *(step for step in NUGGET_LADDER if step > nugget))
+    for step in climbing:
+        np.fill_diagonal(correlation, 1.0 + step)
+        cholesky, failed_at = lapack.dpotrf(correlation.T, lower=1, clean=1)
+        if failed_at == 0:
+            return cholesky, step
+    raise np.linalg.LinAlgError(
+        f"the correlation matrix of {n} samples is not positive definite even with a nugget of {climbing[-1]:g}"
+        f" (leading minor {failed_at}): samples nearly coincide, or theta is too small; move or drop samples, raise theta_lower"
+    )
+
+
+def solve_lower(cholesky: Array, right: Array, *, transposed: bool = False) -> Array:
+    """C⁻¹ B, or C⁻ᵀ B, for a lower triangle C (n, n) and B (n, m)."""
+    return blas.dtrsm(1.0, cholesky, right, lower=1, trans_a=int(transposed))
