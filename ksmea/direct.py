@@ -25,6 +25,9 @@ class Direct(Settings):
 
     ignores: ClassVar[tuple[str, ...]] = ("samples", "surrogate")
 
+    def validate(self, problem: Problem, surrogate: Surrogate, optimizer: Optimizer, samples: int) -> None:
+        """Any problem and optimiser will do."""
+
     def identify(
         self,
         problem: Problem,

@@ -66,6 +66,10 @@ class Method(Protocol):
 
     ignores: tuple[str, ...]
 
+    def validate(self, problem: Problem, surrogate: Surrogate, optimizer: Optimizer, samples: int) -> None:
+        """Raise `SettingError` where these cannot work together, before anything is run."""
+        ...
+
     def identify(
         self,
         problem: Problem,

@@ -68,6 +68,20 @@ class KSMEA(Settings):
 
     ignores: ClassVar[tuple[str, ...]] = ()
 
+    def validate(self, problem: Problem, surrogate: Surrogate, optimizer: Optimizer, samples: int) -> None:
+        d = len(problem.parameters)
+        least = surrogate.least_samples(d)
+        if samples < least:
+            raise SettingError(
+                f"samples: expected at least {least} for this surrogate with {d} unknowns, got {samples};"
+                " take more samples, or a lower trend or degree"
+            )
+        if self.budget is not None and samples > self.budget:
+            raise SettingError(
+                f"method.budget: expected at least the {samples} initial samples, got {self.budget};"
+                " raise it or take fewer samples"
+            )
+
     def identify(
         self,
         problem: Problem,
@@ -79,16 +93,6 @@ class KSMEA(Settings):
     ) -> Identification:
         clock = _Clock()
         d = len(problem.parameters)
-        if samples < surrogate.least_samples(d):
-            raise SettingError(
-                f"samples: expected at least {surrogate.least_samples(d)} for this surrogate with {d} unknowns,"
-                f" got {samples}; take more samples or a lower trend or degree"
-            )
-        if self.budget is not None and samples > self.budget:
-            raise SettingError(
-                f"method.budget: expected at least the {samples} initial samples, got {self.budget};"
-                " raise it or take fewer samples"
-            )
         transform = make_transform(
             surrogate.transform,
             amplitude_data=measurement.is_amplitude,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import sys
 from typing import Any
 
 from hydra.core.config_store import ConfigStore
@@ -14,12 +14,9 @@ from omegaconf import DictConfig
 from bench.experiment import Experiment
 
 
-@dataclass
-class PlanSweeperConfig:
-    _target_: str = "hydra_plugins.ksmea_bench.plan_sweeper.PlanSweeper"
-
-
-ConfigStore.instance().store(group="hydra/sweeper", name="plan", node=PlanSweeperConfig, provider="ksmea_bench")
+# A plain node: Hydra scans this file outside sys.modules, where a dataclass cannot resolve its annotations.
+TARGET = {"_target_": "hydra_plugins.ksmea_bench.plan_sweeper.PlanSweeper"}
+ConfigStore.instance().store(group="hydra/sweeper", name="plan", node=TARGET, provider="ksmea_bench")
 
 
 class PlanSweeper(Sweeper):
@@ -38,3 +35,4 @@ class PlanSweeper(Sweeper):
         if jobs:
             for job in self.launcher.launch(jobs, initial_job_idx=0):
                 _ = job.return_value  # raises what the job raised
+        sys.exit(experiment.collect())

@@ -1,0 +1,64 @@
+"""Help from what is registered: groups, plugins, their settings with defaults, units, ranges and sources."""
+
+from __future__ import annotations
+
+import dataclasses
+
+from bench.config import CONF
+from ksmea import registry
+from ksmea.errors import unknown
+from ksmea.settings import expected_range
+
+USAGE = """\
+python -m bench [+experiment=NAME] [setting=value ...]      run an experiment (again: only what is missing)
+python -m bench help [GROUP [NAME]]                         plugins, their settings, units and sources
+
+settings of every run: samples repetitions seed workers timeout output batches
+  several values make a sweep:  samples=40,70  optimizer=de,pso  problem.mesh=13,21
+  a plugin's own settings:      optimizer.population=50  measurement.relative=0.05
+exit code: 0 all runs have a result, 1 some failed, 2 bad input, 130 interrupted (finished runs are kept)
+BENCH_TRACEBACK=1 shows the traceback of an error of input"""
+
+
+def help_text(words: list[str]) -> str:
+    """Help on everything, on a group, or on one plugin."""
+    if not words:
+        experiments = ", ".join(sorted(path.stem for path in (CONF / "experiment").glob("*.yaml")))
+        groups = "\n".join(f"  {group + '=':<13}{' | '.join(registry.registered(group))}" for group in registry.GROUPS)
+        return f"{USAGE}\n\nexperiments: {experiments}\nplugins:\n{groups}"
+    group, *names = words
+    if group not in registry.GROUPS:
+        raise unknown("group", group, registry.GROUPS)
+    return "\n\n".join(_plugin_text(group, name) for name in names or registry.registered(group))
+
+
+def _plugin_text(group: str, name: str) -> str:
+    settings = registry.plugin_class(group, name)
+    summary = (settings.__doc__ or "").strip().split("\n\n")[0]
+    lines = [f"{group}={name}: {' '.join(summary.split())}"]
+    for field in dataclasses.fields(settings):
+        lines.append(f"  {group}.{field.name}={_default(field)}  {_remarks(field)}")
+    return "\n".join(lines)
+
+
+def _default(field: dataclasses.Field) -> str:
+    default = field.default_factory() if field.default_factory is not dataclasses.MISSING else field.default
+    return {None: "null", True: "true", False: "false"}.get(default, str(default)) if _is_plain(default) else str(default)
+
+
+def _is_plain(value: object) -> bool:
+    return value is None or isinstance(value, bool)
+
+
+def _remarks(field: dataclasses.Field) -> str:
+    metadata = field.metadata
+    remarks = [metadata.get("help", "")]
+    if metadata.get("unit"):
+        remarks.append(f"[{metadata['unit']}]")
+    if metadata.get("choices"):
+        remarks.append(f"one of {', '.join(metadata['choices'])}")
+    elif expected_range(metadata):
+        remarks.append(f"({expected_range(metadata)})")
+    if metadata.get("source"):
+        remarks.append(f"– {metadata['source']}")
+    return " ".join(remark for remark in remarks if remark)

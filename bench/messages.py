@@ -1,0 +1,72 @@
+"""Hydra's and OmegaConf's errors as one line for the user: what was expected, what came, what to try."""
+
+from __future__ import annotations
+
+import difflib
+import re
+from collections.abc import Iterable
+
+from hydra.errors import HydraException, MissingConfigException, OverrideParseException
+from omegaconf import Container, OmegaConf
+from omegaconf.errors import ConfigKeyError, OmegaConfBaseException, ValidationError
+
+from ksmea.errors import unknown
+from ksmea.registry import GROUPS
+
+USER_ERRORS = (HydraException, OmegaConfBaseException)
+
+EXPECTED = {
+    "Integer": "a whole number",
+    "Float": "a number",
+    "Boolean": "true or false",
+    "String": "a text",
+}
+
+
+def one_line(error: BaseException) -> str:
+    """The innermost thing that Hydra or OmegaConf has to say, in words of the bench."""
+    for cause in _causes(error):
+        if isinstance(cause, MissingConfigException) and cause.options is not None:
+            group, _, name = (cause.missing_cfg_file or "").rpartition("/")
+            return str(unknown(group or "configuration", name, cause.options))
+        if isinstance(cause, OverrideParseException):
+            return f"{cause.override}: expected setting=value, for lists setting=a,b; check quotes and brackets"
+        if isinstance(cause, ValidationError) and cause.full_key:
+            return _wrong_type(cause)
+        if isinstance(cause, ConfigKeyError):
+            return _unknown_setting(cause)
+    text = str(error)
+    if found := re.search(r"Could not override '([^']+)'", text):
+        return _unknown_key(found[1], GROUPS)
+    return " ".join(text.split())
+
+
+def _causes(error: BaseException) -> Iterable[BaseException]:
+    """The chain of errors, innermost first."""
+    chain = [error]
+    while (cause := chain[-1].__cause__ or chain[-1].__context__) is not None and cause not in chain:
+        chain.append(cause)
+    return reversed(chain)
+
+
+def _wrong_type(error: ValidationError) -> str:
+    text = str(error.msg)
+    if found := re.search(r"Value '(.*)' of type '\w+' could not be converted to (\w+)", text):
+        return f"{error.full_key}: expected {EXPECTED.get(found[2], found[2])}, got '{found[1]}'"
+    return f"{error.full_key}: {' '.join(text.splitlines()[0].split())}"
+
+
+def _unknown_setting(error: ConfigKeyError) -> str:
+    key = str(error.full_key or error.key)
+    parent = error.parent_node
+    names = [str(name) for name in parent.keys()] if isinstance(parent, Container) and OmegaConf.is_dict(parent) else []
+    return _unknown_key(key, [name for name in names if name not in ("name", "hydra")])
+
+
+def _unknown_key(key: str, names: Iterable[str]) -> str:
+    parent, _, name = key.rpartition(".")
+    known = sorted(names)
+    close = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
+    path = f"{parent}." if parent else ""
+    hint = f"did you mean '{path}{close[0]}'? " if close else ""
+    return f"unknown setting '{key}'; {hint}known: {', '.join(known)}"
