@@ -9,7 +9,6 @@ the second disk are the unknowns.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -63,8 +62,8 @@ class ThreeDisk(Settings):
     )
     reading: str = setting(
         "rad_s",
-        "how the paper's band of 200 to 1500 is read: it prints rpm, where the response is quasi-static and the bearings"
-        " cannot be seen; in rad/s four critical speeds lie inside and the published errors are reproduced",
+        "how the paper's band of 200 to 1500 is read: it prints rpm, where the response is quasi-static and the"
+        " bearings cannot be seen; in rad/s four critical speeds lie inside and the published errors are reproduced",
         source=f"{PAPER}, section 4, and the Cramér–Rao bound of both readings",
         choices=tuple(RAD_PER_S_PER_READING),
     )
@@ -94,7 +93,9 @@ class ThreeDisk(Settings):
     def check(self) -> None:
         share_elements(self.mesh, SEGMENT_LENGTHS)
         if self.speed_to < self.speed_from or (self.speed_to == self.speed_from and self.n_speed > 1):
-            raise SettingError(f"speed_to: expected more than speed_from ({self.speed_from:g}), got {self.speed_to:g}; swap them")
+            raise SettingError(
+                f"speed_to: expected more than speed_from ({self.speed_from:g}), got {self.speed_to:g}; swap them"
+            )
         for name in ("sensors", "directions"):
             entries = getattr(self, name)
             if not entries or len(set(entries)) < len(entries):
@@ -109,9 +110,7 @@ class ThreeDisk(Settings):
         step = RAD_PER_S_PER_READING[self.reading]
         return RotorProblem(
             rotor=three_disk_rotor(self.mesh),
-            unknowns=tuple(
-                Unknown(parameter, _targets(parameter.name)) for parameter in self._parameters()
-            ),
+            unknowns=tuple(Unknown(parameter, _targets(parameter.name)) for parameter in self._parameters()),
             speed=step * np.linspace(self.speed_from, self.speed_to, self.n_speed),
             channels=tuple(Channel(position, direction) for position in self.sensors for direction in self.directions),
         )

@@ -20,7 +20,7 @@ from ksmea.settings import Settings, setting
 from ksmea.transforms import TRANSFORMS
 from surrogates.correlation import CORRELATIONS, squared_differences
 from surrogates.kriging_predictor import KrigingPredictor, OutputGroup
-from surrogates.theta_search import OBJECTIVES, ThetaObjective, best_isotropic, search_theta
+from surrogates.theta_search import OBJECTIVES, ThetaObjective, isotropic_minima, search_theta
 from surrogates.trend import DEGREES, n_terms, trend_over
 
 
@@ -58,7 +58,7 @@ class Kriging(Settings):
     )
     theta_lower: float = setting(1e-3, "lower bound of θ", unit="1/(width of the cube)²", above=0)
     theta_upper: float = setting(1e3, "upper bound of θ", unit="1/(width of the cube)²", above=0)
-    theta_ladder: int = setting(7, "number of isotropic θ tried before the gradient search", at_least=1)
+    theta_ladder: int = setting(7, "number of isotropic θ tried; gradient searches start from their local minima", at_least=1)
     restarts: int = setting(0, "further gradient searches from random θ", at_least=0)
     nugget: float = setting(
         1e-10, "added to the diagonal of R; grows in decades up to 1e-6 only while R cannot be factorised", at_least=0
@@ -131,7 +131,7 @@ class Kriging(Settings):
     def _estimated_theta(self, objective: ThetaObjective, rng: np.random.Generator) -> Array:
         bounds = self.theta_lower, self.theta_upper
         d = len(objective.squared)
-        starts = [best_isotropic(objective, *bounds, self.theta_ladder)]
+        starts = isotropic_minima(objective, *bounds, self.theta_ladder)
         starts += [np.exp(rng.uniform(*np.log(bounds), size=d)) for _ in range(self.restarts)]
         return search_theta(objective, starts, *bounds)
 

@@ -141,17 +141,19 @@ class KrigingPredictor:
     def _with_last_sample(self, group: OutputGroup, samples: Array, outputs: Array) -> OutputGroup:
         """The group with the last row of samples (n + 1, d) and outputs (n + 1, q) added to its estimates."""
         added = samples[-1:]
-        standardised = ((outputs - self.mean) / self.spread)[:, group.outputs]
         correlation = self.correlation.between(group.theta, added, self.samples)[0]
-        estimate = group.estimate.append(correlation, self.trend.terms(added)[0], standardised[-1])
+        estimate = group.estimate.append(correlation, self.trend.terms(added)[0], self._standardised(outputs[-1:], group)[0])
         if estimate is None:  # too close to another sample for the present nugget
             estimate = generalised_least_squares(
                 self.correlation.among(group.theta, squared_differences(samples)),
                 group.estimate.nugget,
                 self.trend.terms(samples),
-                standardised,
+                self._standardised(outputs, group),
             )
         return replace(group, estimate=estimate)
+
+    def _standardised(self, outputs: Array, group: OutputGroup) -> Array:
+        return (outputs[:, group.outputs] - self.mean[group.outputs]) / self.spread[group.outputs]
 
     def _over_groups(self, of_group) -> Array:
         values = np.empty(len(self.mean))

@@ -75,14 +75,18 @@ class ThetaObjective:
         return np.full(len(variance), 1.0 / np.sum(variance))
 
 
-def best_isotropic(objective: ThetaObjective, lower: float, upper: float, n_step: int) -> Array:
-    """The best of equal θ in all directions on a logarithmic ladder, (d,).
+def isotropic_minima(objective: ThetaObjective, lower: float, upper: float, n_step: int) -> list[Array]:
+    """The local minima, each (d,), on a logarithmic ladder of θ that are equal in all directions.
 
     A gradient search from a cold start can sit where R is all but singular, or all but the identity, and see no slope.
+    There are often two minima: the nugget makes a shallow one of its own at small θ, which can win on the ladder and
+    lose once θ differs by direction.
     """
     d = len(objective.squared)
-    ladder = [np.full(d, log_theta) for log_theta in np.linspace(np.log(lower), np.log(upper), n_step)]
-    return np.exp(min(ladder, key=objective.value))
+    ladder = np.linspace(np.log(lower), np.log(upper), n_step)
+    values = np.array([np.inf, *(objective.value(np.full(d, log_theta)) for log_theta in ladder), np.inf])
+    lowest = (values[1:-1] <= values[:-2]) & (values[1:-1] < values[2:])
+    return [np.full(d, np.exp(log_theta)) for log_theta in ladder[lowest]]
 
 
 def search_theta(objective: ThetaObjective, starts: Sequence[Array], lower: float, upper: float) -> Array:

@@ -54,12 +54,11 @@ def assemble_free(rotor: Rotor) -> Matrices:
     return Matrices(mass, np.zeros((n_dof, n_dof)), gyroscopic, stiffness)
 
 
-def displacement_row(rotor: Rotor, position: float, direction: str, what: str = "unbalance") -> Array:
+def displacement_row(rotor: Rotor, position: float, direction: str) -> Array:
     """The row (n_dof,) that reads the deflection in x or y at a position (m), by the element's own shape functions.
 
     Its transpose spreads a force at that position over the nodes consistently.
     """
-    rotor.require_on_shaft(position, what)
     index, fraction = locate(rotor, position)
     row = np.zeros(DOF_PER_NODE * len(rotor.node_positions))
     row[element_dof(index)] = shaft.displacement_row(elements(rotor)[index], fraction, direction)

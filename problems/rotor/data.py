@@ -34,7 +34,9 @@ class Material:
         _require_positive("Young's modulus", self.young_modulus, "Pa")
         _require_positive("density", self.density, "kg/m³")
         if not -1 < self.poisson_ratio <= 0.5:
-            raise SettingError(f"Poisson's ratio: expected above -1 and at most 0.5, got {self.poisson_ratio}; steel has 0.3")
+            raise SettingError(
+                f"Poisson's ratio: expected above -1 and at most 0.5, got {self.poisson_ratio}; steel has 0.3"
+            )
 
     @property
     def shear_modulus(self) -> float:  # Pa
@@ -55,7 +57,9 @@ class ShaftSegment:
         _require_positive("length of a shaft segment", self.length, "m")
         _require_ring("shaft segment", self.inner_radius, self.outer_radius)
         if self.n_element < 1:
-            raise SettingError(f"elements of a shaft segment: expected at least 1, got {self.n_element}; refine the mesh")
+            raise SettingError(
+                f"elements of a shaft segment: expected at least 1, got {self.n_element}; refine the mesh"
+            )
 
     @property
     def area(self) -> float:  # m²
@@ -116,7 +120,9 @@ class Bearing:
     def __post_init__(self) -> None:
         for name in COEFFICIENTS:
             if not math.isfinite(getattr(self, name)):
-                raise SettingError(f"{name} of the bearing at {self.position:g} m: expected a number, got {getattr(self, name)}")
+                raise SettingError(
+                    f"{name} of the bearing at {self.position:g} m: expected a number, got {getattr(self, name)}"
+                )
 
     @property
     def stiffness(self) -> Array:  # (2, 2) N/m
@@ -189,7 +195,9 @@ class Rotor:
     def require_on_shaft(self, position: float, what: str) -> None:
         tolerance = SAME_PLACE * self.length
         if not -tolerance <= position <= self.length + tolerance:
-            raise SettingError(f"{what} at {position:g} m: expected a position on the shaft, from 0 to {self.length:g} m")
+            raise SettingError(
+                f"{what} at {position:g} m: expected a position on the shaft, from 0 to {self.length:g} m"
+            )
 
 
 def _require_positive(what: str, value: float, unit: str) -> None:

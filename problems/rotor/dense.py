@@ -19,9 +19,7 @@ from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
 def dynamic_stiffness(matrices: Matrices, speed: Array) -> ComplexArray:
     """D(Ω) = K + iΩ(C + ΩG) − Ω²M at each speed (rad/s), (n_speed, n_dof, n_dof) N/m."""
     omega = np.asarray(speed)[:, None, None]
-    return (
-        matrices.stiffness - omega**2 * matrices.mass + 1j * omega * (matrices.damping + omega * matrices.gyroscopic)
-    )
+    return matrices.stiffness - omega**2 * matrices.mass + 1j * omega * (matrices.damping + omega * matrices.gyroscopic)
 
 
 def dense_response(rotor: Rotor, speed: Array, channels: Sequence[Channel]) -> ComplexArray:
@@ -33,4 +31,6 @@ def dense_response(rotor: Rotor, speed: Array, channels: Sequence[Channel]) -> C
 
 def channel_rows(rotor: Rotor, channels: Sequence[Channel]) -> Array:
     """The rows that read each channel, (n_channel, n_dof)."""
-    return np.stack([displacement_row(rotor, channel.position, channel.direction, "sensor") for channel in channels])
+    for channel in channels:
+        rotor.require_on_shaft(channel.position, "sensor")
+    return np.stack([displacement_row(rotor, channel.position, channel.direction) for channel in channels])

@@ -65,7 +65,9 @@ def critical_speeds(rotor: Rotor, highest: float, n_scan: int = 64) -> Array:
     table = np.array([excess(speed) for speed in scanned])  # (n_scan, n_dof)
     intervals, curves = np.nonzero(np.sign(table[:-1]) * np.sign(table[1:]) < 0)
     crossings = [
-        scipy.optimize.brentq(lambda speed, curve=curve: excess(speed)[curve], *scanned[interval : interval + 2], rtol=1e-10)
+        scipy.optimize.brentq(
+            lambda speed, curve=curve: excess(speed)[curve], *scanned[interval : interval + 2], rtol=1e-10
+        )
         for interval, curve in zip(intervals, curves, strict=True)
     ]
     return np.sort(np.array(crossings))

@@ -21,8 +21,8 @@ from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
 from problems.rotor.unknowns import (
     BearingTarget,
     Inputs,
-    Unknown,
     UnbalanceTarget,
+    Unknown,
     check_unknowns,
     inputs_at,
     rotor_at,
@@ -49,7 +49,9 @@ class RotorProblem:
         middle = (self.parameters.lower + self.parameters.upper) / 2
         object.__setattr__(self, "rotor", rotor_at(self.rotor, self.unknowns, middle))
         object.__setattr__(self, "unknowns", tuple(self.unknowns))
-        object.__setattr__(self, "speed", np.array(self.speed, dtype=float))
+        speed = np.array(self.speed, dtype=float)
+        speed.setflags(write=False)
+        object.__setattr__(self, "speed", speed)
         object.__setattr__(self, "channels", tuple(self.channels))
 
     @cached_property
@@ -134,14 +136,16 @@ def _combined(per_unbalance: ComplexArray, unbalance: ComplexArray) -> ComplexAr
 def _finite(values: ComplexArray) -> ComplexArray:
     if not np.all(np.isfinite(values)):
         raise np.linalg.LinAlgError(
-            "unbalance response is not finite: the rotor is undamped exactly at a critical speed, or a parameter is not finite"
+            "unbalance response is not finite: a parameter is not, or the rotor is undamped at a critical speed"
         )
     return values
 
 
 def _impedances(rotor: Rotor, unknowns: Sequence[Unknown]) -> tuple[Impedance, ...]:
     """All direct impedances, and those cross-coupled ones that are given or unknown."""
-    sought = {_impedance_of(target) for item in unknowns for target in item.targets if isinstance(target, BearingTarget)}
+    sought = {
+        _impedance_of(target) for item in unknowns for target in item.targets if isinstance(target, BearingTarget)
+    }
     return tuple(
         Impedance(index, row, column)
         for index, bearing in enumerate(rotor.bearings)
@@ -170,7 +174,9 @@ def _check(rotor: Rotor, unknowns: Sequence[Unknown], speed: Array, channels: Se
     check_unknowns(rotor, unknowns)
     speed = np.asarray(speed)
     if speed.ndim != 1 or not len(speed) or not np.all(np.isfinite(speed) & (speed > 0)):
-        raise SettingError(f"speeds: expected a list of numbers above 0 rad/s, got {speed}; unbalance does nothing at rest")
+        raise SettingError(
+            f"speeds: expected a list of numbers above 0 rad/s, got {speed}; unbalance does nothing at rest"
+        )
     if not channels:
         raise SettingError("channels: expected at least one, got none")
     for channel in channels:

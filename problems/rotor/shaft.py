@@ -3,8 +3,11 @@
 H. D. Nelson, "A finite rotating shaft element using Timoshenko beam theory", J. Mech. Design 102 (1980) 793–803,
 doi 10.1115/1.3254824. Each bending plane has the degrees of freedom (w₁, ψ₁, w₂, ψ₂) with ψ the rotation of the
 section, ψ = dw/dz without shear: x–z holds (x, φ_y), y–z holds (y, −φ_x). An element's degrees of freedom are
-(x, y, φ_x, φ_y) of its left node, then of its right one. Its shape functions solve the beam's static equations
-exactly, so they do not lock in shear and carry no internal freedom.
+(x, y, φ_x, φ_y) of its left node, then of its right one. Its shape functions solve the equations of a beam loaded
+at its nodes, so that static deflections are exact and nothing locks in shear.
+
+Order of convergence: shear is constant in an element, while inertia makes it vary, so natural frequencies converge
+with the square of the element's length; for a slender shaft, where shear does not count, with its fourth power.
 """
 
 from __future__ import annotations
@@ -52,7 +55,7 @@ def shear_parameter(element: Element) -> float:
 
 
 def deflection_shapes(element: Element, fraction: Array | float) -> Array:
-    """Deflection w at fractions ξ (…) of the element per degree of freedom of one plane, (…, 4); m per m and per rad."""
+    """Deflection w at fractions ξ (…) per degree of freedom of one bending plane, (…, 4); m per m and per rad."""
     xi, length, phi = np.asarray(fraction), element.length, shear_parameter(element)
     return np.stack(
         [
@@ -66,7 +69,7 @@ def deflection_shapes(element: Element, fraction: Array | float) -> Array:
 
 
 def rotation_shapes(element: Element, fraction: Array | float) -> Array:
-    """Rotation ψ of the section at fractions ξ (…) per degree of freedom of one plane, (…, 4); rad per m and per rad."""
+    """Rotation ψ of the section at fractions ξ (…) per degree of freedom of one plane, (…, 4); rad per m, per rad."""
     xi, length, phi = np.asarray(fraction), element.length, shear_parameter(element)
     return np.stack(
         [

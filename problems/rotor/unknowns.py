@@ -103,7 +103,9 @@ def check_unknowns(rotor: Rotor, unknowns: Sequence[Unknown]) -> None:
         for target in item.targets:
             _check_target(rotor, name, target)
             if target in owner:
-                raise SettingError(f"unknown {name}: {target} is already set by {owner[target]}; tie them in one unknown")
+                raise SettingError(
+                    f"unknown {name}: {target} is already set by {owner[target]}; tie them in one unknown"
+                )
             owner[target] = name
 
 
