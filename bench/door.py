@@ -14,10 +14,11 @@ from bench.config import CONF, register_schemas
 from bench.help import help_text
 from bench.messages import USER_ERRORS, one_line
 from bench.work import work
-from ksmea.errors import SettingError
+from ksmea.errors import SettingError, unknown
 
 BAD_INPUT, INTERRUPTED = 2, 130
 HELP = ("help", "--help", "-h")
+HYDRA_OPTIONS = ("--multirun", "-m", "--cfg", "-c", "--info", "-i", "--config-dir", "-cd", "--package", "-p", "--resolve", "--version")
 
 
 def run(words: list[str]) -> int:
@@ -30,6 +31,8 @@ def run(words: list[str]) -> int:
         return _refused(str(error))
     except USER_ERRORS as error:
         return _refused(one_line(error))
+    except OSError as error:
+        return _refused(f"{error.filename or 'output'}: {error.strerror}; choose another output=DIR")
     except KeyboardInterrupt:
         print("interrupted: finished runs are kept, the same command does the rest", file=sys.stderr)
         return INTERRUPTED
@@ -37,9 +40,14 @@ def run(words: list[str]) -> int:
 
 def _experiment(words: list[str]) -> int:
     """Hand all words to Hydra, which plans, launches and collects through the plan sweeper."""
+    for word in words:
+        if word.startswith("-") and word.partition("=")[0] not in HYDRA_OPTIONS:
+            raise unknown("option", word, HYDRA_OPTIONS)
     os.environ["HYDRA_FULL_ERROR"] = "1"  # errors come here as they are; this is the only place that prints them
     register_schemas()
     sys.argv[1:] = [f"+{word}" if word.startswith("experiment=") else word for word in words]
+    if not any(word.startswith("-") for word in words):
+        sys.argv.append("--multirun")  # conf/config.yaml says so too, but Hydra forgets it where composing fails
     try:
         _job()
     except SystemExit as exit:

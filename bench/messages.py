@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 from hydra.errors import HydraException, MissingConfigException, OverrideParseException
 from omegaconf import Container, OmegaConf
-from omegaconf.errors import ConfigKeyError, OmegaConfBaseException, ValidationError
+from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException, ValidationError
 
 from ksmea.errors import unknown
 from ksmea.registry import GROUPS
@@ -33,10 +33,10 @@ def one_line(error: BaseException) -> str:
             return f"{cause.override}: expected setting=value, for lists setting=a,b; check quotes and brackets"
         if isinstance(cause, ValidationError) and cause.full_key:
             return _wrong_type(cause)
-        if isinstance(cause, ConfigKeyError):
+        if isinstance(cause, (ConfigAttributeError, ConfigKeyError)):
             return _unknown_setting(cause)
     text = str(error)
-    if found := re.search(r"Could not override '([^']+)'", text):
+    if found := re.search(r"Could not override '([^']+)'", text):  # a group, or a path below one, that does not exist
         return _unknown_key(found[1], GROUPS)
     return " ".join(text.split())
 
@@ -53,10 +53,14 @@ def _wrong_type(error: ValidationError) -> str:
     text = str(error.msg)
     if found := re.search(r"Value '(.*)' of type '\w+' could not be converted to (\w+)", text):
         return f"{error.full_key}: expected {EXPECTED.get(found[2], found[2])}, got '{found[1]}'"
+    if "is not a ListConfig" in text:
+        return f"{error.full_key}: expected a list [a,b,...], got one value"
+    if "Cannot assign int to DictConfig" in text or "is not a DictConfig" in text:
+        return f"{error.full_key}: expected {{name: value, ...}}, got one value"
     return f"{error.full_key}: {' '.join(text.splitlines()[0].split())}"
 
 
-def _unknown_setting(error: ConfigKeyError) -> str:
+def _unknown_setting(error: ConfigAttributeError | ConfigKeyError) -> str:
     key = str(error.full_key or error.key)
     parent = error.parent_node
     names = [str(name) for name in parent.keys()] if isinstance(parent, Container) and OmegaConf.is_dict(parent) else []

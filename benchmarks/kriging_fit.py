@@ -50,9 +50,10 @@ def fit_kriging_likelihood(u: np.ndarray, y: np.ndarray) -> Callable[[np.ndarray
 
 
 def fit_scikit_learn(u: np.ndarray, y: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    """Its default optimiser and start, within our default bounds of θ = 1/(2ℓ²): within its own it ends at ℓ = 1e-5."""
+    """Its default optimiser within our default bounds of θ = 1/(2ℓ²), started at ℓ = 0.5: from its default start and in
+    its default bounds it ends at ℓ = 1e-5, where every prediction is the mean."""
     bounds = (1 / np.sqrt(2 * Kriging().theta_upper), 1 / np.sqrt(2 * Kriging().theta_lower))
-    kernel = RBF(np.ones(u.shape[1]), bounds)
+    kernel = RBF(np.full(u.shape[1], 0.5), bounds)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", ConvergenceWarning)  # of lengths at their bounds
         return GaussianProcessRegressor(kernel, normalize_y=True, n_restarts_optimizer=0).fit(u, y).predict

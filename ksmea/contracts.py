@@ -114,6 +114,7 @@ class Surrogate(Protocol):
 @runtime_checkable
 class Optimizer(Protocol):
     """Settings of an optimiser. It asks the objective for values and returns `objective.result()`;
-    it lets `BudgetSpent` pass."""
+    it lets `BudgetSpent` pass. Where it does not suit every number of unknowns it has a
+    `check_dimension(dim)` that raises `SettingError`."""
 
     def minimize(self, objective: Objective, rng: np.random.Generator) -> Minimum: ...

@@ -8,22 +8,34 @@ from scipy.optimize import least_squares
 from ksmea.objective import Objective
 from ksmea.parameters import Array
 
-INSIDE = 1e-6  # a trust-region-reflective iteration must start off the bounds
 
-
-def descend(objective: Objective, start: Array, *, max_iterations: int, tolerance: float = 1e-12) -> None:
+def descend(
+    objective: Objective,
+    start: Array,
+    *,
+    max_iterations: int,
+    margin: float = 1e-6,
+    xtol: float = 1e-12,
+    ftol: float = 1e-12,
+    gtol: float = 1e-12,
+) -> None:
     """Trust-region-reflective least squares in the unit cube from `start` (d,); the objective remembers the best point.
 
-    `max_iterations` bounds the evaluations of the residuals; Jacobians are the objective's own.
+    `max_iterations` bounds the evaluations of the residuals, Jacobians are the objective's own. The start is moved
+    `margin` inside the bounds, which the iteration must not start on. A derivative that cannot be computed counts
+    as zero, so that one bad direction does not end the others.
+
+    M. A. Branch, T. F. Coleman and Y. Li, A subspace, interior, and conjugate gradient method for large-scale
+    bound-constrained minimization problems, SIAM J. Sci. Comput. 21 (1999) 1–23, doi 10.1137/S1064827595289108.
     """
     least_squares(
         objective.residuals,
-        np.clip(start, INSIDE, 1 - INSIDE),
-        jac=objective.jacobian,
+        np.clip(start, margin, 1 - margin),
+        jac=lambda u: np.nan_to_num(objective.jacobian(u), nan=0.0, posinf=0.0, neginf=0.0),
         bounds=(0.0, 1.0),
         method="trf",
-        ftol=tolerance,
-        xtol=tolerance,
-        gtol=tolerance,
+        xtol=xtol,
+        ftol=ftol,
+        gtol=gtol,
         max_nfev=max_iterations,
     )

@@ -8,7 +8,7 @@ from typing import ClassVar
 
 from ksmea.contracts import Optimizer, Problem, Surrogate
 from ksmea.errors import BudgetSpent
-from ksmea.identification import Identification, Streams, at_bound
+from ksmea.identification import Identification, Streams, at_bound, check_optimizer
 from ksmea.measurement import Measurement
 from ksmea.misfit import FORMS, Misfit
 from ksmea.model import Model, model_objective
@@ -26,7 +26,7 @@ class Direct(Settings):
     ignores: ClassVar[tuple[str, ...]] = ("samples", "surrogate")
 
     def validate(self, problem: Problem, surrogate: Surrogate, optimizer: Optimizer, samples: int) -> None:
-        """Any problem and optimiser will do."""
+        check_optimizer(optimizer, problem)
 
     def identify(
         self,

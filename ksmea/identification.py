@@ -81,6 +81,12 @@ class Method(Protocol):
     ) -> Identification: ...
 
 
+def check_optimizer(optimizer: Optimizer, problem: Problem) -> None:
+    """Raise `SettingError` where the optimiser does not suit the problem's number of unknowns."""
+    if hasattr(optimizer, "check_dimension"):
+        optimizer.check_dimension(len(problem.parameters))
+
+
 def at_bound(u: Array, tolerance: float = 1e-3) -> tuple[bool, ...]:
     """Which coordinates of a point in the unit cube lie on a bound, within a thousandth of the range."""
     return tuple(bool(on) for on in (u <= tolerance) | (u >= 1 - tolerance))

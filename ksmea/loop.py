@@ -21,7 +21,7 @@ import numpy as np
 from ksmea.contracts import Optimizer, Predictor, Problem, Surrogate
 from ksmea.descent import descend
 from ksmea.errors import BudgetSpent, SettingError
-from ksmea.identification import Identification, Streams, Update, at_bound
+from ksmea.identification import Identification, Streams, Update, at_bound, check_optimizer
 from ksmea.measurement import Measurement
 from ksmea.misfit import FORMS, Misfit
 from ksmea.model import Model, model_objective
@@ -69,6 +69,7 @@ class KSMEA(Settings):
     ignores: ClassVar[tuple[str, ...]] = ()
 
     def validate(self, problem: Problem, surrogate: Surrogate, optimizer: Optimizer, samples: int) -> None:
+        check_optimizer(optimizer, problem)
         d = len(problem.parameters)
         least = surrogate.least_samples(d)
         if samples < least:

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
@@ -38,7 +39,12 @@ def plugin_class(group: str, name: str) -> type:
 
 def create(group: str, name: str, settings: Mapping[str, Any]) -> Any:
     """A plugin with its settings checked; the error says which plugin and setting it was."""
+    plugin = plugin_class(group, name)
+    known = [field.name for field in dataclasses.fields(plugin)]
+    for key in settings:
+        if key not in known:
+            raise unknown(f"setting of {group}={name}:", key, known)
     try:
-        return plugin_class(group, name)(**settings)
+        return plugin(**settings)
     except SettingError as error:
         raise SettingError(f"{group}={name}: {error}") from error

@@ -13,6 +13,7 @@ from ksmea.contracts import ComplexArray
 from ksmea.errors import unknown
 from ksmea.parameters import Array
 
+LARGEST_LOG = 230.0  # ln of 1e100
 TRANSFORMS = ("auto", "none", "complex", "log", "log_phase")
 
 
@@ -46,11 +47,11 @@ class Transform:
         if self.name == "amplitude":
             return parts[0]
         if self.name == "log":
-            return np.exp(parts[0])
+            return _amplitude(parts[0])
         if self.name == "complex":
             response = parts[0] + 1j * parts[1]
             return np.abs(response) if self.amplitude_data else response
-        amplitude = np.exp(parts[0])
+        amplitude = _amplitude(parts[0])
         if self.amplitude_data:
             return amplitude
         return amplitude * np.exp(1j * np.arctan2(parts[2], parts[1]))
@@ -70,6 +71,11 @@ class Transform:
     def _parts(self, outputs: Array) -> Array:
         n_part = {"amplitude": 1, "complex": 2, "log": 1, "log_phase": 3}[self.name]
         return np.moveaxis(outputs.reshape(len(outputs), n_part, self.n_speed, self.n_channel), 1, 0)
+
+
+def _amplitude(logarithm: Array) -> Array:
+    """exp, kept where its square is still a float: a surrogate far from its samples may predict anything."""
+    return np.exp(np.clip(logarithm, -LARGEST_LOG, LARGEST_LOG))
 
 
 def make_transform(name: str, *, amplitude_data: bool, n_speed: int, n_channel: int) -> Transform:

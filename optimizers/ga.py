@@ -94,7 +94,7 @@ class GA(Settings):
 
     def minimize(self, objective: Objective, rng: np.random.Generator) -> Minimum:
         """Evolve random chromosomes."""
-        self._check_dimension(objective.dim)
+        self.check_dimension(objective.dim)
         toolbox = self._toolbox()
         population = [
             Chromosome(bits) for bits in rng.integers(2, size=(self.population, self.chromosome_length)).tolist()
@@ -122,13 +122,14 @@ class GA(Settings):
             for individual, value in zip(changed, objective(decode(np.array(changed), self.bits, self.gray))):
                 individual.fitness.values = (value,)
 
-    def _check_dimension(self, dim: int) -> None:
+    def check_dimension(self, dim: int) -> None:
+        """Raise `SettingError` where the bits are not shared among `dim` parameters."""
         if len(self.bits) != dim:
             share, rest = divmod(max(self.chromosome_length, dim), dim)
             bits = [share + (i < rest) for i in range(dim)]
             raise SettingError(
                 f"bits: expected one entry for each of {dim} parameters, got {len(self.bits)} entries; write for"
-                f" example bits={bits} chromosome_length={sum(bits)}".replace(", ", ",")
+                f" example bits=[{','.join(map(str, bits))}] chromosome_length={sum(bits)}"
             )
 
 

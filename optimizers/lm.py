@@ -15,9 +15,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import least_squares
 from scipy.stats import qmc
 
+from ksmea.descent import descend
 from ksmea.objective import Minimum, Objective
 from ksmea.parameters import Array
 from ksmea.settings import Settings, setting
@@ -50,16 +50,14 @@ class LM(Settings):
         points, values = self._screened(objective, rng)
         starts = np.clip(distant_best(points, values, self.starts, self.min_distance), self.margin, 1.0 - self.margin)
         for start in starts[np.isfinite(objective(starts))]:
-            least_squares(
-                objective.residuals,
+            descend(
+                objective,
                 start,
-                jac=lambda u: np.nan_to_num(objective.jacobian(u), nan=0.0, posinf=0.0, neginf=0.0),
-                bounds=(0.0, 1.0),
-                method="trf",
+                max_iterations=self.max_iterations,
+                margin=self.margin,
                 xtol=self.xtol,
                 ftol=self.ftol,
                 gtol=self.gtol,
-                max_nfev=self.max_iterations,
             )
         return objective.result()
 

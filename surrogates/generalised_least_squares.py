@@ -100,7 +100,9 @@ class GeneralisedLeastSquares:
         )
 
 
-def generalised_least_squares(correlation: Array, nugget: float, terms: Array, outputs: Array) -> GeneralisedLeastSquares:
+def generalised_least_squares(
+    correlation: Array, nugget: float, terms: Array, outputs: Array
+) -> GeneralisedLeastSquares:
     """The estimates for R (n, n), whose diagonal is overwritten, F (n, p) and Y (n, q)."""
     cholesky, nugget = factorise(correlation, nugget)
     p = terms.shape[1]

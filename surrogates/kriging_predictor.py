@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -142,7 +142,9 @@ class KrigingPredictor:
         """The group with the last row of samples (n + 1, d) and outputs (n + 1, q) added to its estimates."""
         added = samples[-1:]
         correlation = self.correlation.between(group.theta, added, self.samples)[0]
-        estimate = group.estimate.append(correlation, self.trend.terms(added)[0], self._standardised(outputs[-1:], group)[0])
+        estimate = group.estimate.append(
+            correlation, self.trend.terms(added)[0], self._standardised(outputs[-1:], group)[0]
+        )
         if estimate is None:  # too close to another sample for the present nugget
             estimate = generalised_least_squares(
                 self.correlation.among(group.theta, squared_differences(samples)),
@@ -155,7 +157,8 @@ class KrigingPredictor:
     def _standardised(self, outputs: Array, group: OutputGroup) -> Array:
         return (outputs[:, group.outputs] - self.mean[group.outputs]) / self.spread[group.outputs]
 
-    def _over_groups(self, of_group) -> Array:
+    def _over_groups(self, of_group: Callable[[OutputGroup], Array]) -> Array:
+        """A value per output (q,), gathered from those of the groups."""
         values = np.empty(len(self.mean))
         for group in self.groups:
             values[group.outputs] = of_group(group)

@@ -68,11 +68,12 @@ class RotorProblem:
         x = self._checked(x)
         response = np.empty((len(x), len(self.speed), len(self.channels)), dtype=complex)
         n_chunk = max(1, CHUNK_BYTES // self.reduction.receptance.nbytes)
-        for start in range(0, len(x), n_chunk):
-            chunk = slice(start, start + n_chunk)
-            inputs = inputs_at(self.rotor, self.unknowns, x[chunk])
-            per_unbalance = self.reduction.unit_response(*self._impedance_parts(inputs))
-            response[chunk] = _combined(per_unbalance, inputs.complex_unbalance)
+        with np.errstate(divide="ignore", invalid="ignore"):  # `_finite` speaks of it instead
+            for start in range(0, len(x), n_chunk):
+                chunk = slice(start, start + n_chunk)
+                inputs = inputs_at(self.rotor, self.unknowns, x[chunk])
+                per_unbalance = self.reduction.unit_response(*self._impedance_parts(inputs))
+                response[chunk] = _combined(per_unbalance, inputs.complex_unbalance)
         return _finite(response)
 
     def sensitivity(self, x: Array) -> ComplexArray:

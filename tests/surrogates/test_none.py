@@ -1,0 +1,25 @@
+"""Without a surrogate each prediction is an evaluation of the model."""
+
+import numpy as np
+
+from surrogates.none import NoSurrogate
+
+
+class CountingModel:
+    def __init__(self):
+        self.evaluations = 0
+
+    def outputs(self, u):
+        self.evaluations += len(u)
+        return np.column_stack([u.sum(axis=1), u.prod(axis=1)])
+
+
+def test_prediction_is_the_counted_model():
+    model = CountingModel()
+    settings = NoSurrogate()
+    assert settings.least_samples(5) == 1 and settings.transform == "auto"
+    predictor = settings.fit(np.array([[0.5, 0.5]]), np.array([[1.0, 0.25]]), model, np.random.default_rng(0))
+    assert model.evaluations == 0
+    u = np.array([[0.1, 0.2], [0.3, 0.4], [0.0, 1.0]])
+    np.testing.assert_array_equal(predictor.predict(u), [[0.1 + 0.2, 0.1 * 0.2], [0.3 + 0.4, 0.3 * 0.4], [1.0, 0.0]])
+    assert model.evaluations == 3
