@@ -49,7 +49,9 @@ def register_schemas() -> None:
 def _typed_node(group: str, name: str) -> Any:
     """A plugin's settings with their types, and its name so that a composed configuration says what was chosen."""
     settings = registry.plugin_class(group, name)
-    named = dataclasses.make_dataclass("Named" + settings.__name__, [("name", str, name)], bases=(settings,), frozen=True, kw_only=True)
+    named = dataclasses.make_dataclass(
+        "Named" + settings.__name__, [("name", str, name)], bases=(settings,), frozen=True, kw_only=True
+    )
     node = OmegaConf.structured(named)
     OmegaConf.set_readonly(node, None)  # a frozen dataclass would refuse every override
     return node

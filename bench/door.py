@@ -18,7 +18,20 @@ from ksmea.errors import SettingError, unknown
 
 BAD_INPUT, INTERRUPTED = 2, 130
 HELP = ("help", "--help", "-h")
-HYDRA_OPTIONS = ("--multirun", "-m", "--cfg", "-c", "--info", "-i", "--config-dir", "-cd", "--package", "-p", "--resolve", "--version")
+HYDRA_OPTIONS = (
+    "--multirun",
+    "-m",
+    "--cfg",
+    "-c",
+    "--info",
+    "-i",
+    "--config-dir",
+    "-cd",
+    "--package",
+    "-p",
+    "--resolve",
+    "--version",
+)
 
 
 def run(words: list[str]) -> int:

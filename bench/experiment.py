@@ -64,7 +64,9 @@ class Experiment:
     def prepare(self) -> list[list[str]]:
         """Write the plan; the overrides of each job that has work left."""
         write_plan(self.plan, self.output)
-        finished = {key for key, record in records.read_records(self.output).items() if record["status"] in records.RESULTS}
+        finished = {
+            key for key, record in records.read_records(self.output).items() if record["status"] in records.RESULTS
+        }
         jobs = []
         for batch in range(self.batches):
             if any(run.key not in finished for run in self.plan.runs[batch :: self.batches]):

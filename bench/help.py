@@ -43,7 +43,9 @@ def _plugin_text(group: str, name: str) -> str:
 
 def _default(field: dataclasses.Field) -> str:
     default = field.default_factory() if field.default_factory is not dataclasses.MISSING else field.default
-    return {None: "null", True: "true", False: "false"}.get(default, str(default)) if _is_plain(default) else str(default)
+    return (
+        {None: "null", True: "true", False: "false"}.get(default, str(default)) if _is_plain(default) else str(default)
+    )
 
 
 def _is_plain(value: object) -> bool:

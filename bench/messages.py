@@ -63,7 +63,7 @@ def _wrong_type(error: ValidationError) -> str:
 def _unknown_setting(error: ConfigAttributeError | ConfigKeyError) -> str:
     key = str(error.full_key or error.key)
     parent = error.parent_node
-    names = [str(name) for name in parent.keys()] if isinstance(parent, Container) and OmegaConf.is_dict(parent) else []
+    names = [str(name) for name in parent] if isinstance(parent, Container) and OmegaConf.is_dict(parent) else []
     return _unknown_key(key, [name for name in names if name not in ("name", "hydra")])
 
 

@@ -6,7 +6,7 @@ import fcntl
 import json
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any, TextIO
+from typing import Any, Self, TextIO
 
 from ksmea.errors import SettingError
 
@@ -22,7 +22,7 @@ class RecordWriter:
         self._path = output / FOLDER / f"batch-{batch:04d}.jsonl"
         self._file: TextIO | None = None
 
-    def __enter__(self) -> RecordWriter:
+    def __enter__(self) -> Self:
         self._path.parent.mkdir(parents=True, exist_ok=True)
         self._file = self._path.open("a+", encoding="utf-8")
         try:
@@ -68,7 +68,11 @@ def read_records(output: Path) -> dict[str, dict[str, Any]]:
         if line["event"] == "result":
             latest[line["key"]] = line
         else:
-            latest[line["key"]] = {"key": line["key"], "status": "killed", "error": "the run was started and never ended"}
+            latest[line["key"]] = {
+                "key": line["key"],
+                "status": "killed",
+                "error": "the run was started and never ended",
+            }
     return latest
 
 

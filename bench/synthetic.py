@@ -27,10 +27,16 @@ class Synthetic(Settings):
     The paper says '10 % Gaussian noise' and not what it multiplies: here each value by its own standard deviation.
     """
 
-    kind: str = setting("amplitude", "what is measured: amplitudes, or complex responses with their phase", choices=KINDS)
+    kind: str = setting(
+        "amplitude", "what is measured: amplitudes, or complex responses with their phase", choices=KINDS
+    )
     relative: float = setting(0.0, "standard deviation of the noise relative to each value", at_least=0)
-    floor: float = setting(0.0, "standard deviation of the noise that is there without any response", unit="µm", at_least=0)
-    mesh: int | None = setting(None, "number of elements of the model that makes the data; null: the problem's", at_least=1)
+    floor: float = setting(
+        0.0, "standard deviation of the noise that is there without any response", unit="µm", at_least=0
+    )
+    mesh: int | None = setting(
+        None, "number of elements of the model that makes the data; null: the problem's", at_least=1
+    )
     truth: dict[str, float] | None = setting(
         None, "true values in the units of the problem's parameters; null, or a name left out: the published ones"
     )

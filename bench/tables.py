@@ -97,7 +97,8 @@ def _printed_values(paper: str | None) -> dict[tuple[str, int], tuple[float, flo
         return {}
     table = pd.read_csv(PAPER / f"{paper}.csv")
     return {
-        (row.parameter, int(row.samples)): (row.identified, row.error_pct_printed) for row in table.itertuples(index=False)
+        (row.parameter, int(row.samples)): (row.identified, row.error_pct_printed)
+        for row in table.itertuples(index=False)
     }
 
 
@@ -115,7 +116,11 @@ def as_text(plan: Plan, summary: pd.DataFrame) -> str:
     lines = []
     for _, row in summary.iterrows():
         line = [row["parameter"], row["unit"], _number(row["reference"]), *(str(row[axis]) for axis in axes)]
-        line += [_number(row["median"]), f"[{_number(row['q1'])}, {_number(row['q3'])}]", _number(row["error_pct_median"], 3)]
+        line += [
+            _number(row["median"]),
+            f"[{_number(row['q1'])}, {_number(row['q3'])}]",
+            _number(row["error_pct_median"], 3),
+        ]
         if has_paper:
             line += [_number(row["paper"]), _number(row["paper_error_pct"])]
         lines.append([*line, str(row["runs"]), str(row["failed"])])

@@ -65,4 +65,3 @@ class Direct(Settings):
             surrogate_evaluations=0,
             seconds={"model": model.seconds, "surrogate": 0.0, "search": total - model.seconds, "total": total},
         )
-

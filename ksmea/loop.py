@@ -45,7 +45,9 @@ class KSMEA(Settings):
     sdf: float = setting(
         1e-11, "stop when the simple difference function falls below this", unit="m", source="eq. (24)", at_least=0
     )
-    max_updates: int = setting(50, "updating steps at most; 50 is the most the paper reports", source="Table 8", at_least=1)
+    max_updates: int = setting(
+        50, "updating steps at most; 50 is the most the paper reports", source="Table 8", at_least=1
+    )
     budget: int | None = setting(None, "true-model evaluations at most, initial samples included", at_least=1)
     surrogate_budget: int | None = setting(
         None, "surrogate evaluations at most per updating step; null: what the optimiser asks for", at_least=1
@@ -55,11 +57,14 @@ class KSMEA(Settings):
         None, "fit the surrogate to this many samples nearest to the best one; null: to all", at_least=1
     )
     refit_every: int = setting(
-        1, "re-estimate the surrogate's own parameters at every n-th update and only append the sample in between,"
-        " where the surrogate can", at_least=1,
+        1,
+        "re-estimate the surrogate's own parameters at every n-th update and only append the sample in between,"
+        " where the surrogate can",
+        at_least=1,
     )
     least_distance: float = setting(
-        1e-7, "a new sample nearer than this to an old one (unit cube) would make the surrogate singular: stop there",
+        1e-7,
+        "a new sample nearer than this to an old one (unit cube) would make the surrogate singular: stop there",
         at_least=0,
     )
     final_step: bool = setting(

@@ -45,9 +45,13 @@ class Measurement:
     def __post_init__(self) -> None:
         expected = (len(self.speed), len(self.channels))
         if self.values.shape != expected:
-            raise SettingError(f"measurement: expected values of shape (n_speed, n_channel) = {expected}, got {self.values.shape}")
+            raise SettingError(
+                f"measurement: expected values of shape (n_speed, n_channel) = {expected}, got {self.values.shape}"
+            )
         if not np.all(np.isfinite(self.values)):
-            raise SettingError("measurement: expected finite values, got NaN or infinity; remove those speeds or channels")
+            raise SettingError(
+                "measurement: expected finite values, got NaN or infinity; remove those speeds or channels"
+            )
 
     @property
     def is_amplitude(self) -> bool:

@@ -1,7 +1,7 @@
 """The cabinets that plugins register in by entry point, and the only place where a name becomes a class.
 
-    [project.entry-points."ksmea.optimizers"]
-    mine = "my_package.mine:Mine"
+[project.entry-points."ksmea.optimizers"]
+mine = "my_package.mine:Mine"
 """
 
 from __future__ import annotations

@@ -30,7 +30,8 @@ def setting(
     `None` is legal where the field's type admits it; ranges then apply to other values only. A range on a list
     applies to each of its entries.
     """
-    metadata = dict(help=help, unit=unit, source=source, at_least=at_least, above=above, at_most=at_most, choices=choices)
+    limits = {"at_least": at_least, "above": above, "at_most": at_most}
+    metadata = {"help": help, "unit": unit, "source": source, "choices": choices, **limits}
     if isinstance(default, (list, dict)):
         return dataclasses.field(default_factory=lambda: default.copy(), metadata=metadata)
     return dataclasses.field(default=default, metadata=metadata)
@@ -68,7 +69,9 @@ def _check_field(field: dataclasses.Field, value: Any) -> None:
     entries = value if isinstance(value, (list, tuple)) else [value]
     for entry in entries:
         if isinstance(entry, (int, float)) and not isinstance(entry, bool) and not _in_range(entry, field.metadata):
-            raise SettingError(f"{field.name}: expected a number {expected_range(field.metadata) or 'that is finite'}, got {entry}")
+            raise SettingError(
+                f"{field.name}: expected a number {expected_range(field.metadata) or 'that is finite'}, got {entry}"
+            )
 
 
 def _in_range(value: float, metadata: Any) -> bool:

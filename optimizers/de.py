@@ -66,5 +66,5 @@ class DE(Settings):
             )
         except RuntimeError as error:
             # scipy hides a ValueError of the objective, a singular matrix among them, behind a remark on map functions
-            raise error.__cause__ or error
+            raise (error.__cause__ or error) from None
         return objective.result()

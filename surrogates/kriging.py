@@ -57,7 +57,7 @@ class Kriging(Settings):
     objective: str = setting(
         "likelihood", "what θ minimises: mean ln σ² with ln|R|, or DACE's Σσ² with |R|", choices=OBJECTIVES
     )
-    theta: list[float] | None = setting(  # noqa: RUF009 — the call makes a dataclass field
+    theta: list[float] | None = setting(
         None, "fixed θ, one per parameter or one for all; null: estimated", unit="1/(width of the cube)²", above=0
     )
     theta_lower: float = setting(1e-3, "lower bound of θ", unit="1/(width of the cube)²", above=0)

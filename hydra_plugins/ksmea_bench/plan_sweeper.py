@@ -13,7 +13,6 @@ from omegaconf import DictConfig
 
 from bench.experiment import Experiment
 
-
 # A plain node: Hydra scans this file outside sys.modules, where a dataclass cannot resolve its annotations.
 TARGET = {"_target_": "hydra_plugins.ksmea_bench.plan_sweeper.PlanSweeper"}
 ConfigStore.instance().store(group="hydra/sweeper", name="plan", node=TARGET, provider="ksmea_bench")
