@@ -54,7 +54,7 @@ class Misfit:
         if self.form == "log":
             return self._flat(_log(predicted / self._nonzero) * self._log_weight)
         if self.form == "weighted":
-            return self._flat((predicted - y) / self._sd(y))
+            return self._flat((predicted - y) / self._data_sd)
         sd = self._sd(predicted)
         deviations = self._flat((predicted - y) / sd)
         if not self._has_log_term:
@@ -73,7 +73,7 @@ class Misfit:
         if self.form == "log":
             return self._flat_jacobian(d_data / data[..., None] * self._log_weight[..., None])
         if self.form == "weighted":
-            return self._flat_jacobian(d_data / self._sd(y)[..., None])
+            return self._flat_jacobian(d_data / self._data_sd[..., None])
         sd = self._sd(amplitude)
         d_log_sd = (self._relative**2 * amplitude / sd**2)[..., None] * d_amplitude
         d_deviation = self._flat_jacobian(d_data / sd[..., None] - ((data - y) / sd)[..., None] * d_log_sd)
@@ -124,16 +124,22 @@ class Misfit:
 
     @property
     def _log_weight(self) -> Array:
-        y = self.measurement.values
-        return np.abs(y) / self._sd(y)
+        return np.abs(self.measurement.values) / self._data_sd
+
+    @property
+    def _data_sd(self) -> Array:
+        """s(y); infinite, which is no weight, where y = 0 and the noise has no floor: relative noise says nothing there."""
+        sd = self._sd(self.measurement.values)
+        return np.where(sd == 0, np.inf, sd)
 
     def _sd(self, amplitude: Array | ComplexArray) -> Array:
         variance = (self._relative * np.abs(amplitude)) ** 2 + self.measurement.noise.floor**2
         return np.sqrt(variance if self.model_sd is None else variance + self.model_sd**2)
 
     def _log_term(self, sd: Array) -> Array:
-        """dimensions · ln(s² / s(y)²) + offset, never negative."""
-        ratio = sd / self._sd(self.measurement.values)
+        """dimensions · ln(s² / s(y)²) + offset, never negative; a zero s(y) leaves s² in proportion to the data's mean."""
+        reference = self._sd(self.measurement.values)
+        ratio = sd / np.where(reference == 0, self._plain_scale, reference)
         return np.maximum(2 * self._dimensions * np.log(ratio) + LOG_OFFSET, 1e-6)
 
     def _flat(self, scaled: Array | ComplexArray) -> Array:
