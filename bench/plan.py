@@ -15,7 +15,9 @@ from typing import Any
 
 import numpy as np
 
-SCHEMA = 1
+from ksmea.errors import SettingError
+
+SCHEMA = 2
 PLAN_FILE = "plan.jsonl"
 
 # Place of each component in the seed sequence [seed, repetition, place]. A component that several methods share
@@ -35,17 +37,27 @@ class ParameterFacts:
 
 @dataclass(frozen=True)
 class Cell:
-    """One set of settings: where it stands on the experiment's axes, and all that a run of it is computed from."""
+    """One set of settings: where it stands on the experiment's axes, and all that a run of it is computed from.
+
+    `code` is the digest of the modules that take part, without which a key would find results of other code.
+    """
 
     place: Mapping[str, Any]
     settings: Mapping[str, Any]
     seed: int
     parameters: tuple[ParameterFacts, ...]
+    code: str
 
 
 @dataclass(frozen=True)
 class Run:
+    """`question` is the hash of settings and seeds; `key` that of the question, the code and the libraries' versions.
+
+    A record of the same question with another key is a stale answer to it.
+    """
+
     key: str
+    question: str
     cell: int
     repetition: int
 
@@ -56,8 +68,9 @@ class Plan:
     paper: str | None
     axes: tuple[str, ...]
     command: tuple[str, ...]
-    code: str
+    commit: str
     versions: Mapping[str, str]
+    modules: Mapping[str, str]  # digests of all modules that take part in any of the runs
     cells: tuple[Cell, ...]
     runs: tuple[Run, ...]
 
@@ -74,33 +87,19 @@ def generator(entropy: list[int]) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence(entropy))
 
 
-def make_plan(
-    name: str,
-    paper: str | None,
-    axes: tuple[str, ...],
-    command: tuple[str, ...],
-    cells: tuple[Cell, ...],
-    repetitions: int,
-    code: str,
-    versions: Mapping[str, str],
-) -> Plan:
-    """All runs, repetition by repetition, so that a stopped experiment has seen every cell about equally often."""
-    runs = tuple(
-        Run(run_key(cell, repetition, code, versions), index, repetition)
-        for repetition in range(repetitions)
-        for index, cell in enumerate(cells)
-    )
-    return Plan(name, paper, axes, command, code, dict(versions), cells, runs)
+def all_runs(cells: tuple[Cell, ...], repetitions: int, versions: Mapping[str, str]) -> tuple[Run, ...]:
+    """Repetition by repetition, so that a stopped experiment has seen every cell about equally often."""
+    settings = [_hash(cell.settings) for cell in cells]
+    computing = [_hash([cell.code, versions]) for cell in cells]
+    runs = []
+    for repetition in range(repetitions):
+        for index, cell in enumerate(cells):
+            question = _hash([settings[index], component_seeds(cell.seed, repetition)])
+            runs.append(Run(_hash([question, computing[index]]), question, index, repetition))
+    return tuple(runs)
 
 
-def run_key(cell: Cell, repetition: int, code: str, versions: Mapping[str, str]) -> str:
-    """Hash of all that a result depends on: settings, seeds, the code that computes it, numerical libraries."""
-    content = {
-        "settings": cell.settings,
-        "seeds": component_seeds(cell.seed, repetition),
-        "code": code,
-        "versions": versions,
-    }
+def _hash(content: Any) -> str:
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -108,32 +107,51 @@ def write_plan(plan: Plan, output: Path) -> None:
     """Write `plan.jsonl` in one move: a head, a line per cell, a line per run."""
     output.mkdir(parents=True, exist_ok=True)
     partial = output / f"{PLAN_FILE}.{os.getpid()}.tmp"
-    partial.write_text("".join(json.dumps(line) + "\n" for line in _lines(plan)), encoding="utf-8")
-    os.replace(partial, output / PLAN_FILE)
+    try:
+        with partial.open("w", encoding="utf-8") as file:
+            file.writelines(json.dumps(line) + "\n" for line in _lines(plan))
+            file.flush()
+            os.fsync(file.fileno())
+        os.replace(partial, output / PLAN_FILE)
+    finally:
+        partial.unlink(missing_ok=True)
 
 
 def _lines(plan: Plan) -> Iterator[dict[str, Any]]:
-    head = {key: value for key, value in asdict(plan).items() if key not in ("cells", "runs")}
+    head = {key: value for key, value in vars(plan).items() if key not in ("cells", "runs")}
     yield {"schema": SCHEMA, "line": "plan", **head}
     for cell in plan.cells:
         yield {"line": "cell", **asdict(cell)}
     for run in plan.runs:
-        yield {"line": "run", **asdict(run)}
+        yield {"line": "run", **vars(run)}
 
 
 def read_plan(output: Path) -> Plan:
-    lines = [json.loads(line) for line in (output / PLAN_FILE).read_text(encoding="utf-8").splitlines()]
+    path = output / PLAN_FILE
+    if not path.is_file():
+        raise SettingError(f"{output}: expected the results of an experiment, found no {PLAN_FILE}; run the experiment first")
     kinds: dict[str, list[dict[str, Any]]] = {"plan": [], "cell": [], "run": []}
-    for line in lines:
-        kinds[line.pop("line")].append(line)
-    head = kinds["plan"][0]
-    head.pop("schema")
-    cells = tuple(
-        Cell(**{**cell, "parameters": tuple(ParameterFacts(**facts) for facts in cell["parameters"])})
-        for cell in kinds["cell"]
-    )
+    try:
+        with path.open(encoding="utf-8") as file:
+            for text in file:
+                line = json.loads(text)
+                kinds[line.pop("line")].append(line)
+        return _plan(*kinds["plan"], kinds["cell"], kinds["run"])
+    except (ValueError, KeyError, TypeError) as error:
+        raise SettingError(
+            f"{path}: expected a plan of schema {SCHEMA}, could not read it ({type(error).__name__}: {error});"
+            " give the experiment's command again, it writes the plan anew and keeps the records"
+        ) from error
+
+
+def _plan(head: dict[str, Any], cells: list[dict[str, Any]], runs: list[dict[str, Any]]) -> Plan:
+    if head.pop("schema") != SCHEMA:
+        raise ValueError("the schema is another")
     return Plan(
         **{**head, "axes": tuple(head["axes"]), "command": tuple(head["command"])},
-        cells=cells,
-        runs=tuple(Run(**run) for run in kinds["run"]),
+        cells=tuple(
+            Cell(**{**cell, "parameters": tuple(ParameterFacts(**facts) for facts in cell["parameters"])})
+            for cell in cells
+        ),
+        runs=tuple(Run(**run) for run in runs),
     )

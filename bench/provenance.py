@@ -1,11 +1,13 @@
-"""What a result was computed by: the source of the packages that compute, and the numerical libraries' versions."""
+"""What a result was computed by: the modules that take part in it, without their comments, and the libraries' versions."""
 
 from __future__ import annotations
 
+import ast
 import hashlib
-import inspect
+import importlib.util
+import subprocess
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterator, Mapping
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -14,29 +16,89 @@ from typing import Any
 from ksmea import registry
 
 ROOT = Path(__file__).resolve().parents[1]
-COMPUTING = ("ksmea", "problems", "surrogates", "optimizers", "bench/execute.py", "bench/synthetic.py")
+OURS = ("bench", "ksmea", "optimizers", "problems", "surrogates")
+ENTRANCE = "bench.execute"  # where a run begins
 NUMERICAL = ("numpy", "scipy", "scikit-learn", "pyswarms", "deap")
 
 
-def code_digest(settings: Iterable[Mapping[str, Any]]) -> str:
-    """Hash of all source files that take part in the runs, the files of outside plugins among them."""
-    plugins = {
-        (group, run[group]["name"]) for run in settings for group in registry.GROUPS if run.get(group) is not None
-    }
-    files = {Path(inspect.getfile(registry.plugin_class(*plugin))).resolve() for plugin in plugins}
-    for place in COMPUTING:
-        files.update(path for path in [ROOT / place, *(ROOT / place).rglob("*.py")] if path.is_file())
-    digest = hashlib.sha256()
-    for path in sorted(files):
-        digest.update(_content(path))
-    return digest.hexdigest()[:16]
+def used_modules(settings: Mapping[str, Any]) -> dict[str, str]:
+    """Digest by name of every module that a run with these settings executes: its plugins, and all that they and the
+    run itself import, of this project and of the packages that the plugins come from."""
+    plugins = [
+        registry.plugin_class(group, settings[group]["name"]).__module__
+        for group in registry.GROUPS
+        if settings.get(group) is not None
+    ]
+    packages = frozenset([*OURS, *(name.partition(".")[0] for name in plugins)])
+    found: dict[str, str] = {}
+    pending = [ENTRANCE, *plugins]
+    while pending:
+        name = pending.pop()
+        if name not in found and (source := _source(name)) is not None:
+            found[name] = _digest(source)
+            pending.extend(module for module in _imports(source, name) if module.partition(".")[0] in packages)
+    return dict(sorted(found.items()))
+
+
+def code_digest(modules: Mapping[str, str]) -> str:
+    return hashlib.sha256("".join(f"{name}:{digest}\n" for name, digest in modules.items()).encode()).hexdigest()[:16]
 
 
 @cache
-def _content(path: Path) -> bytes:
-    return path.read_bytes()
+def _source(module: str) -> Path | None:
+    """The file of a module; None for what is no module of Python source."""
+    try:
+        spec = importlib.util.find_spec(module)
+    except (ImportError, AttributeError, ValueError):
+        return None
+    return Path(spec.origin) if spec is not None and spec.origin and spec.origin.endswith(".py") else None
 
 
+@cache
+def _tree(source: Path) -> ast.Module:
+    return ast.parse(source.read_text(encoding="utf-8"), filename=str(source))
+
+
+@cache
+def _digest(source: Path) -> str:
+    """Hash of the syntax tree without docstrings: comments, layout and documentation change no result."""
+    tree = ast.parse(ast.unparse(_tree(source)))
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)) and ast.get_docstring(node):
+            node.body[0] = ast.Pass()
+    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()[:12]
+
+
+@cache
+def _imports(source: Path, module: str) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(_imported_names(_tree(source), module, source.name == "__init__.py")))
+
+
+def _imported_names(tree: ast.Module, module: str, is_package: bool) -> Iterator[str]:
+    """Names that an import statement of the module may load: packages, modules, and what might be one."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = module.split(".")[: len(module.split(".")) - node.level + is_package] if node.level else []
+            base = ".".join([*base, *([node.module] if node.module else [])])
+            yield base
+            yield from (f"{base}.{alias.name}" for alias in node.names)
+
+
+@cache
 def library_versions() -> dict[str, str]:
     python = f"{sys.version_info.major}.{sys.version_info.minor}"
     return {"python": python, **{name: version(name) for name in NUMERICAL}}
+
+
+@cache
+def commit() -> str:
+    """The commit of this checkout, '+' behind it where files differ from it; the package's version where there is none."""
+    if (ROOT / ".git").exists():
+        try:
+            command = ["git", "-C", str(ROOT), "describe", "--always", "--dirty=+", "--abbrev=12", "--exclude=*"]
+            return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+        except (OSError, subprocess.CalledProcessError):
+            pass
+    return version("ksmea-bench")

@@ -1,88 +1,135 @@
-"""Records: append-only JSON lines, one file and one writer per batch; a torn line is ignored and its run redone."""
+"""Records: append-only JSON lines, one file and one writer per batch; a torn line is ignored and its run redone.
+
+Three kinds of lines: a `session` says what code, versions and commit the following ones were computed by; `started`
+and `result` belong to a run's key.
+"""
 
 from __future__ import annotations
 
-import fcntl
 import json
-from collections.abc import Iterator
+import os
+import time
+from collections.abc import Callable, Iterator
+from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, Self, TextIO
+from typing import Any, Self, TextIO, TypeVar
 
+from bench.locks import exclusive
+from bench.plan import Plan, Run
 from ksmea.errors import SettingError
 
-SCHEMA = 1
+SCHEMA = 2
 FOLDER = "records"
 RESULTS = ("done", "budget")  # statuses that are results; all others are failures
+FAILURES = ("timeout", "error", "killed", "not run")
+
+Kept = TypeVar("Kept")
 
 
 class RecordWriter:
     """The only writer of a batch's record file, for as long as the context lasts."""
 
-    def __init__(self, output: Path, batch: int) -> None:
+    def __init__(self, output: Path, batch: int, plan: Plan) -> None:
         self._path = output / FOLDER / f"batch-{batch:04d}.jsonl"
+        self._plan = plan
+        self._held = ExitStack()
         self._file: TextIO | None = None
+        self._session = ""
 
     def __enter__(self) -> Self:
-        self._path.parent.mkdir(parents=True, exist_ok=True)
-        self._file = self._path.open("a+", encoding="utf-8")
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except OSError:
-            self._file.close()
-            raise SettingError(
-                f"output: another process is writing {self._path}; wait for it to end or choose another output=DIR"
-            ) from None
-        self._end_torn_line()
+        with ExitStack() as held:
+            held.enter_context(exclusive(self._path.with_suffix(".lock")))
+            torn = _ends_within_a_line(self._path)
+            self._file = held.enter_context(self._path.open("a", encoding="utf-8"))
+            if torn:  # what a killed writer left unfinished gets a line of its own, that no reader accepts
+                self._file.write("\n")
+            self._held = held.pop_all()
         return self
 
     def __exit__(self, *exception: object) -> None:
-        self._file.close()
+        self._held.close()
 
-    def started(self, key: str) -> None:
-        self._append({"event": "started", "key": key})
+    def started(self, run: Run) -> None:
+        self._append({"event": "started", **self._identity(run)})
 
-    def result(self, key: str, record: dict[str, Any]) -> None:
-        self._append({"event": "result", "key": key, **record})
+    def result(self, run: Run, record: dict[str, Any]) -> None:
+        self._append({"event": "result", **self._identity(run), **record})
+
+    def _identity(self, run: Run) -> dict[str, Any]:
+        return {"key": run.key, "question": run.question, "session": self._session or self._begin_session()}
+
+    def _begin_session(self) -> str:
+        """Say once, before the first run, what all runs of this writer are computed by."""
+        self._session = f"{time.time_ns():x}-{os.getpid()}"
+        plan = self._plan
+        facts = {"commit": plan.commit, "versions": dict(plan.versions), "modules": dict(plan.modules)}
+        self._append({"event": "session", "session": self._session, "began": time.strftime("%Y-%m-%dT%H:%M:%S%z"), **facts})
+        return self._session
 
     def _append(self, line: dict[str, Any]) -> None:
+        """One write per line: what is on the disk is whole lines, and at most one torn one at the end."""
         self._file.write(json.dumps({"schema": SCHEMA, **line}) + "\n")
         self._file.flush()
 
-    def _end_torn_line(self) -> None:
-        """What a killed writer left unfinished gets a line of its own, that no reader accepts."""
-        text = self._path.read_bytes()
-        if text and not text.endswith(b"\n"):
-            self._file.write("\n")
+
+def _ends_within_a_line(path: Path) -> bool:
+    if not path.exists() or path.stat().st_size == 0:
+        return False
+    with path.open("rb") as file:
+        file.seek(-1, os.SEEK_END)
+        return file.read(1) != b"\n"
 
 
-def read_records(output: Path) -> dict[str, dict[str, Any]]:
-    """The last word on each key: its result, or {'status': 'killed'} where a run was started and no more.
+def finished_keys(output: Path) -> set[str]:
+    """Keys of all runs that have a result."""
+    return {key for key, status in read_records(output, lambda line: line["status"]).items() if status in RESULTS}
 
-    A result is never replaced by a later failure.
+
+def read_records(output: Path, keep: Callable[[dict[str, Any]], Kept] = lambda line: line) -> dict[str, Kept]:
+    """The last word on each key, as `keep` has it of the line: its result, or status 'killed' where a run was started
+    and no more. A result is never replaced by a later failure.
+
+    `keep` picks what is needed while the file is read: a hundred thousand whole records would fill the memory.
     """
-    latest: dict[str, dict[str, Any]] = {}
-    for line in _lines(output):
-        known = latest.get(line["key"])
-        if known is not None and known["status"] in RESULTS:
+    statuses: dict[str, str] = {}
+    kept: dict[str, Kept] = {}
+    for line in read_lines(output):
+        if line["event"] == "session" or statuses.get(line["key"]) in RESULTS:
             continue
-        if line["event"] == "result":
-            latest[line["key"]] = line
-        else:
-            latest[line["key"]] = {
-                "key": line["key"],
-                "status": "killed",
-                "error": "the run was started and never ended",
-            }
-    return latest
+        if line["event"] == "started":
+            line = {**line, "status": "killed", "error": "the run was started and never ended"}
+        statuses[line["key"]] = line["status"]
+        kept[line["key"]] = keep(line)
+    return kept
 
 
-def _lines(output: Path) -> Iterator[dict[str, Any]]:
+def read_lines(output: Path) -> Iterator[dict[str, Any]]:
+    """All lines of all record files in the present schema; what is not a record is passed over."""
     for path in sorted((output / FOLDER).glob("*.jsonl")):
         with path.open(encoding="utf-8", errors="replace") as file:
             for text in file:
-                try:
-                    line = json.loads(text)
-                except ValueError:
-                    continue
-                if isinstance(line, dict) and {"key", "event"} <= line.keys():
-                    yield line
+                line = _parsed(text)
+                if line is not None:
+                    yield _upgraded(line, path)
+
+
+def _parsed(text: str) -> dict[str, Any] | None:
+    """A line that is a whole record, else None."""
+    try:
+        line = json.loads(text)
+    except ValueError:
+        return None
+    if not isinstance(line, dict) or not isinstance(line.get("schema"), int):
+        return None
+    needed = {"session": {"session"}, "started": {"key"}, "result": {"key", "status"}}.get(line.get("event"))
+    return line if needed is not None and needed <= line.keys() else None
+
+
+def _upgraded(line: dict[str, Any], path: Path) -> dict[str, Any]:
+    """A line of any schema that ever was, in the present one. Schema 1 knew neither questions nor sessions."""
+    if line["schema"] > SCHEMA:
+        raise SettingError(
+            f"{path}: expected records up to schema {SCHEMA}, found {line['schema']}: a newer version wrote them;"
+            " install that one, or choose another output=DIR"
+        )
+    return {"question": "", "session": "", **line}

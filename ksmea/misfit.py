@@ -21,6 +21,7 @@ from ksmea.contracts import ComplexArray
 from ksmea.errors import unknown
 from ksmea.measurement import Measurement
 from ksmea.parameters import Array
+from ksmea.transforms import LARGEST_LOG
 
 FORMS = ("plain", "weighted", "log", "likelihood")
 
@@ -118,9 +119,9 @@ class Misfit:
 
     @property
     def _nonzero(self) -> Array | ComplexArray:
-        """The data with zeros replaced by the smallest number that has a logarithm; their weight is zero."""
+        """The data with zeros replaced by a number whose ratio to any prediction has a logarithm; their weight is zero."""
         y = self.measurement.values
-        return np.where(y == 0, np.finfo(float).tiny, y)
+        return np.where(y == 0, np.exp(-LARGEST_LOG), y)
 
     @property
     def _log_weight(self) -> Array:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import numbers
 from dataclasses import dataclass
 from typing import Any
 
@@ -68,7 +69,7 @@ def _check_field(field: dataclasses.Field, value: Any) -> None:
         raise unknown(f"value for {field.name}:", str(value), choices)
     entries = value if isinstance(value, (list, tuple)) else [value]
     for entry in entries:
-        if isinstance(entry, (int, float)) and not isinstance(entry, bool) and not _in_range(entry, field.metadata):
+        if isinstance(entry, numbers.Real) and not isinstance(entry, bool) and not _in_range(entry, field.metadata):
             raise SettingError(
                 f"{field.name}: expected a number {expected_range(field.metadata) or 'that is finite'}, got {entry}"
             )

@@ -1,0 +1,166 @@
+"""Worker processes that may raise, hang, exit, crash or be killed: each costs the task that it was working on, no more.
+
+Every worker has a pipe of its own and at most one task, so that nothing is shared that a dying worker could leave
+locked, and so that it is always known which task died with it. Deadlines follow the monotonic clock.
+"""
+
+from __future__ import annotations
+
+import multiprocessing
+import resource
+import signal
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from multiprocessing.connection import Connection, wait
+from multiprocessing.process import BaseProcess
+from typing import Any, Generic, TypeVar
+
+Task = TypeVar("Task")
+
+# A server process imports everything once and forks the workers; a new one after a crash costs milliseconds.
+CONTEXT = multiprocessing.get_context("forkserver")
+PRELOADED = ["bench.execute"]
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Of one task: seconds, and bytes of address space of its process; None for no limit."""
+
+    seconds: float | None = None
+    memory: int | None = None
+
+
+@dataclass
+class _Worker(Generic[Task]):
+    process: BaseProcess
+    connection: Connection
+    task: Task | None = None
+    deadline: float | None = None
+
+    def is_busy(self) -> bool:
+        return self.task is not None
+
+
+def run_tasks(
+    function: Callable[..., dict[str, Any]],
+    tasks: Iterable[tuple[Task, tuple[Any, ...]]],
+    workers: int,
+    limits: Limits,
+    on_start: Callable[[Task], None],
+) -> Iterator[tuple[Task, dict[str, Any]]]:
+    """`function(*arguments)` for every (task, arguments), as results come: (task, what the function returned).
+
+    A task whose worker died or was stopped has {'status': 'killed' or 'timeout', 'error': why} instead.
+    """
+    CONTEXT.set_forkserver_preload(PRELOADED)
+    waiting = iter(tasks)
+    pool: list[_Worker[Task]] = []
+    try:
+        while True:
+            _hand_out(waiting, pool, workers, function, limits, on_start)
+            busy = [worker for worker in pool if worker.is_busy()]
+            if not busy:
+                return
+            _wait(busy)
+            for worker in busy:
+                outcome = _outcome(worker, limits)
+                if outcome is not None:
+                    yield worker.task, outcome
+                    worker.task = None
+            pool = [worker for worker in pool if worker.process.is_alive() and not worker.connection.closed]
+    finally:
+        for worker in pool:
+            _stop(worker)
+
+
+def _hand_out(
+    waiting: Iterator[tuple[Task, tuple[Any, ...]]],
+    pool: list[_Worker[Task]],
+    workers: int,
+    function: Callable[..., dict[str, Any]],
+    limits: Limits,
+    on_start: Callable[[Task], None],
+) -> None:
+    """A task for every idle worker, and new workers up to the number wanted while there are tasks."""
+    while True:
+        idle = next((worker for worker in pool if not worker.is_busy()), None)
+        if idle is None and len(pool) >= workers:
+            return
+        following = next(waiting, None)
+        if following is None:
+            return
+        if idle is None:
+            idle = _new_worker(function, limits)
+            pool.append(idle)
+        task, arguments = following
+        on_start(task)
+        idle.task = task
+        idle.deadline = None if limits.seconds is None else time.monotonic() + limits.seconds
+        try:
+            idle.connection.send(arguments)
+        except OSError:
+            pass  # it has died in the meantime: the pipe says so below
+
+
+def _new_worker(function: Callable[..., dict[str, Any]], limits: Limits) -> _Worker[Task]:
+    ours, theirs = CONTEXT.Pipe()
+    process = CONTEXT.Process(target=_serve, args=(theirs, function, limits.memory), daemon=True)
+    process.start()
+    theirs.close()
+    return _Worker(process, ours)
+
+
+def _wait(busy: list[_Worker[Task]]) -> None:
+    """Until a worker has something to say, has died, or is at its deadline."""
+    deadlines = [worker.deadline for worker in busy if worker.deadline is not None]
+    timeout = max(0.0, min(deadlines) - time.monotonic()) if deadlines else None
+    wait([handle for worker in busy for handle in (worker.connection, worker.process.sentinel)], timeout)
+
+
+def _outcome(worker: _Worker[Task], limits: Limits) -> dict[str, Any] | None:
+    """What became of a worker's task, or None while it goes on."""
+    was_alive = worker.process.is_alive()  # asked first: what a dead worker has sent is in the pipe by now
+    try:
+        if worker.connection.poll():
+            return worker.connection.recv()
+    except (EOFError, OSError):
+        worker.process.join()
+        was_alive = False
+    if not was_alive:
+        worker.connection.close()
+        return {"status": "killed", "error": f"the worker process {_ending(worker.process.exitcode)}"}
+    if worker.deadline is not None and time.monotonic() >= worker.deadline:
+        _stop(worker)
+        return {"status": "timeout", "error": f"the run did not end within {limits.seconds:g} s"}
+    return None
+
+
+def _ending(exitcode: int | None) -> str:
+    if exitcode is None or exitcode >= 0:
+        return f"ended by itself with exit code {exitcode}"
+    name = signal.Signals(-exitcode).name
+    return f"was ended by {name}" + (" (out of memory?)" if name == "SIGKILL" else "")
+
+
+def _stop(worker: _Worker[Task]) -> None:
+    worker.process.kill()
+    worker.process.join()
+    worker.connection.close()
+
+
+def _serve(connection: Connection, function: Callable[..., dict[str, Any]], memory: int | None) -> None:
+    """A worker's life: task after task, until the other end of the pipe is gone."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent alone decides
+    if memory is not None:
+        resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    while True:
+        try:
+            arguments = connection.recv()
+        except (EOFError, OSError):
+            return
+        result = function(*arguments)
+        try:
+            connection.send(result)
+        except OSError:
+            return

@@ -1,0 +1,71 @@
+"""Parameters: SI, the unit cube and the units people read."""
+
+import math
+
+import numpy as np
+import pytest
+
+from ksmea.errors import SettingError
+from ksmea.parameters import (
+    GRAM_MILLIMETRE,
+    KILONEWTON_SECOND_PER_METRE,
+    MEGANEWTON_PER_METRE,
+    Parameter,
+    Parameters,
+)
+
+PARAMETERS = Parameters(
+    (
+        Parameter("kxx", "MN/m", MEGANEWTON_PER_METRE, 10e6, 100e6),
+        Parameter("cxx", "kN s/m", KILONEWTON_SECOND_PER_METRE, 10.0, 1000.0),
+        Parameter("u", "g mm", GRAM_MILLIMETRE, 50e-6, 500e-6),
+    )
+)
+
+
+def test_the_corners_of_the_cube_are_the_bounds():
+    assert np.array_equal(PARAMETERS.to_si(np.zeros(3)), [10e6, 10.0, 50e-6])
+    assert np.allclose(PARAMETERS.to_si(np.ones(3)), [100e6, 1000.0, 500e-6], rtol=1e-15)
+    assert np.array_equal(PARAMETERS.to_cube(PARAMETERS.lower), np.zeros(3))
+    assert np.array_equal(PARAMETERS.to_cube(PARAMETERS.upper), np.ones(3))
+
+
+def test_the_middle_of_the_cube_is_the_mean_of_the_bounds():
+    assert np.allclose(PARAMETERS.to_si(np.full(3, 0.5)), [55e6, 505.0, 275e-6], rtol=1e-15)
+
+
+@pytest.mark.parametrize("shape", [(3,), (7, 3), (2, 5, 3)])
+def test_to_si_and_back_is_the_same_point(shape):
+    u = np.random.default_rng(1).random(shape)
+    # rounding: lower / width of 0.11 at most, so that a few units of the last place remain
+    assert np.allclose(PARAMETERS.to_cube(PARAMETERS.to_si(u)), u, rtol=0, atol=4 * np.finfo(float).eps)
+
+
+def test_points_outside_the_bounds_lie_outside_the_cube():
+    assert np.allclose(PARAMETERS.to_cube([190e6, 505.0, 275e-6]), [2.0, 0.5, 0.5])
+
+
+def test_values_are_read_in_their_units():
+    # one MN/m is 1e6 N/m, one kN s/m 1e3 N s/m, one g mm 1e-6 kg m
+    assert np.allclose(PARAMETERS.in_units([50e6, 500.0, 2e-4]), [50.0, 0.5, 200.0], rtol=1e-15)
+
+
+def test_the_order_is_kept():
+    assert PARAMETERS.names == ("kxx", "cxx", "u") == tuple(parameter.name for parameter in PARAMETERS)
+    assert len(PARAMETERS) == 3
+    assert np.array_equal(PARAMETERS.width, PARAMETERS.upper - PARAMETERS.lower)
+
+
+@pytest.mark.parametrize(
+    "lower, upper",
+    [(100e6, 10e6), (10e6, 10e6), (math.nan, 1e6), (1e6, math.nan), (-math.inf, 1e6), (1e6, math.inf)],
+)
+def test_bounds_that_hold_nothing_are_refused(lower, upper):
+    with pytest.raises(SettingError, match="bounds of kxx: expected lower < upper"):
+        Parameter("kxx", "MN/m", MEGANEWTON_PER_METRE, lower, upper)
+
+
+def test_reversed_bounds_are_told_in_the_units_they_were_given_in():
+    with pytest.raises(SettingError) as caught:
+        Parameter("kxx", "MN/m", MEGANEWTON_PER_METRE, 100e6, 10e6)
+    assert str(caught.value) == "bounds of kxx: expected lower < upper, got [100, 10] MN/m; swap or widen them"
