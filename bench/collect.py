@@ -9,14 +9,14 @@ import pandas as pd
 
 from bench.figures import summary_figure
 from bench.plan import Plan, read_plan
-from bench.records import RESULTS, read_records
+from bench.records import RESULTS
 from bench.tables import as_text, runs_frame, summary_frame, write_csv
 
 
 def collect(output: Path) -> int:
     """Write and print what the records of an experiment say; 0 where every planned run has a result, else 1."""
     plan = read_plan(output)
-    runs = runs_frame(plan, read_records(output))
+    runs = runs_frame(plan, output)
     summary = summary_frame(plan, runs)
     write_csv(runs, output / "runs.csv")
     write_csv(summary, output / f"{plan.name}.csv")

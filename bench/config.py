@@ -25,6 +25,9 @@ class BenchConfig:
     seed: int = MISSING
     workers: int | None = None
     timeout: float | None = None
+    memory: float | None = None
+    journal: bool = False
+    share: list[str] = field(default_factory=list)
     output: str = MISSING
     batches: int = MISSING
     batch: int = MISSING

@@ -2,21 +2,24 @@
 
 from __future__ import annotations
 
+import errno
 import os
 import sys
 import traceback
-from pathlib import Path
 
 import hydra
 from omegaconf import DictConfig
 
+from bench.commands import COMMANDS
 from bench.config import CONF, register_schemas
+from bench.experiment import job_of
 from bench.help import help_text
 from bench.messages import USER_ERRORS, one_line
 from bench.work import work
 from ksmea.errors import SettingError, unknown
 
-BAD_INPUT, INTERRUPTED = 2, 130
+FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+DISK_TROUBLE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 HELP = ("help", "--help", "-h")
 HYDRA_OPTIONS = (
     "--multirun",
@@ -39,13 +42,15 @@ def run(words: list[str]) -> int:
         if words and words[0] in HELP:
             print(help_text(words[1:]))
             return 0
+        if words and words[0] in COMMANDS:
+            return COMMANDS[words[0]](words[1:])
         return _experiment(words)
     except SettingError as error:
         return _refused(str(error))
     except USER_ERRORS as error:
         return _refused(one_line(error))
     except OSError as error:
-        return _refused(f"{error.filename or 'output'}: {error.strerror}; choose another output=DIR")
+        return _cannot_write(error)
     except KeyboardInterrupt:
         print("interrupted: finished runs are kept, the same command does the rest", file=sys.stderr)
         return INTERRUPTED
@@ -71,7 +76,16 @@ def _experiment(words: list[str]) -> int:
 @hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")
 def _job(config: DictConfig) -> None:
     """One job: a share of the plan's runs."""
-    work(Path(config.output), config.batch, config.batches, config.workers, config.timeout)
+    work(job_of(config))
+
+
+def _cannot_write(error: OSError) -> int:
+    """A folder that cannot be used is bad input; a disk that fills up is not, and what was written before is kept."""
+    place = error.filename or "output"
+    if error.errno in DISK_TROUBLE:
+        _refused(f"{place}: {error.strerror}; finished runs are kept: make room and give the same command again")
+        return FAILED
+    return _refused(f"{place}: {error.strerror}; choose another output=DIR")
 
 
 def _refused(line: str) -> int:

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import math
 import time
 import traceback
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -12,14 +14,18 @@ import numpy as np
 from bench.plan import generator
 from ksmea import registry
 from ksmea.identification import Identification, Streams
+from ksmea.journal import Journal, journaled
 from ksmea.parameters import Parameters
 
 
-def execute(settings: Mapping[str, Any], seeds: Mapping[str, list[int]]) -> dict[str, Any]:
-    """The record of a run; an error inside it is a record too, with its traceback."""
+def execute(settings: Mapping[str, Any], seeds: Mapping[str, list[int]], journal: Path | None = None) -> dict[str, Any]:
+    """The record of a run; an error inside it is a record too, with its traceback.
+
+    With a journal, model evaluations that an earlier attempt finished are replayed from it.
+    """
     started = time.perf_counter()
     try:
-        record = _identify(settings, seeds)
+        record = _identify(settings, seeds, journal)
     except (Exception, SystemExit) as error:  # a plugin that calls sys.exit costs its own run only
         record = {
             "status": "error",
@@ -43,11 +49,13 @@ def _without_name(settings: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in settings.items() if key != "name"}
 
 
-def _identify(settings: Mapping[str, Any], seeds: Mapping[str, list[int]]) -> dict[str, Any]:
+def _identify(settings: Mapping[str, Any], seeds: Mapping[str, list[int]], journal: Path | None) -> dict[str, Any]:
     plugins = plugins_of(settings)
     problem = plugins["problem"].build()
     truth = plugins["measurement"].true_values(plugins["problem"], problem)
     measurement = plugins["measurement"].measure(plugins["problem"], truth, generator(seeds["noise"]))
+    if journal is not None:
+        problem = journaled(problem, Journal(journal))
     streams = Streams(*(generator(seeds[component]) for component in ("design", "surrogate", "optimizer")))
     found = plugins["method"].identify(
         problem, measurement, plugins["surrogate"], plugins["optimizer"], settings.get("samples") or 0, streams
@@ -72,7 +80,7 @@ def _record(parameters: Parameters, truth: Mapping[str, float], found: Identific
             }
             for parameter, value, on_bound in zip(parameters, found.x, found.at_bound)
         ],
-        "misfit": found.misfit,
+        "misfit": _finite(found.misfit),
         "updates": found.updates,
         "model_evaluations": found.model_evaluations,
         "model_jacobians": found.model_jacobians,
@@ -81,12 +89,17 @@ def _record(parameters: Parameters, truth: Mapping[str, float], found: Identific
         "history": [
             {
                 "x": update.x.tolist(),
-                "predicted_misfit": update.predicted_misfit,
-                "misfit": update.misfit,
-                "smc": update.smc if np.isfinite(update.smc) else None,
-                "sdf": update.sdf,
+                "predicted_misfit": _finite(update.predicted_misfit),
+                "misfit": _finite(update.misfit),
+                "smc": _finite(update.smc),
+                "sdf": _finite(update.sdf),
             }
             for update in found.history
         ],
-        "notes": dict(found.notes),
+        "notes": {name: _finite(value) for name, value in found.notes.items()},
     }
+
+
+def _finite(value: float) -> float | None:
+    """JSON has no infinity: what is not finite is null."""
+    return value if math.isfinite(value) else None

@@ -11,17 +11,19 @@ from hydra.core.config_loader import ConfigLoader
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
-from bench import records
-from bench.collect import collect
 from bench.execute import plugins_of
 from bench.overrides import Choice, grid_points, parse
-from bench.plan import Cell, ParameterFacts, Plan, make_plan, write_plan
-from bench.provenance import code_digest, library_versions
+from bench.plan import Cell, ParameterFacts, Plan, all_runs, write_plan
+from bench.provenance import code_digest, commit, library_versions, used_modules
+from bench.records import finished_keys
+from bench.work import Job, unfinished
 from ksmea import registry
 from ksmea.errors import SettingError
 
 # Settings of the whole experiment, which cannot be an axis of it.
-WHOLE = ("name", "repetitions", "workers", "timeout", "output", "batches", "batch", "paper", "grid")
+WHOLE = ("name", "repetitions", "output", "paper", "grid")
+# Settings of how its jobs work, passed on to them; none of them changes a result.
+WORKING = ("batches", "workers", "timeout", "memory", "journal", "share")
 
 
 @dataclass(frozen=True)
@@ -31,8 +33,7 @@ class Experiment:
     plan: Plan
     output: Path
     batches: int
-    workers: int | None
-    timeout: float | None
+    working: tuple[str, ...]  # overrides for the jobs
 
     @classmethod
     def compose(cls, loader: ConfigLoader, master: DictConfig, arguments: list[str]) -> Experiment:
@@ -40,51 +41,58 @@ class Experiment:
         fixed = [choice for choice in choices if len(choice.values) <= 1]
         swept = {choice.key: choice.values for choice in choices if len(choice.values) > 1}
         for key in swept:
-            if key in WHOLE or key == "experiment":
+            if key in (*WHOLE, *WORKING, "batch", "experiment"):
                 raise SettingError(f"{key}: expected one value for the whole experiment, got several; give one")
         composer = _Composer(loader, master, fixed)
         config = composer.composed({})
         _check_whole(config)
         grid = OmegaConf.to_container(config.grid)
         points = grid_points(grid, swept, {choice.key for choice in fixed})
-        cells = tuple(_cell(composer.at(point), point) for point in points)
-        axes = _axes(points)
-        plan = make_plan(
+        modules: dict[str, str] = {}
+        cells = tuple(_cell(composer.at(point), point, modules) for point in points)
+        versions = library_versions()
+        plan = Plan(
             name=config.name,
             paper=config.paper,
-            axes=axes,
+            axes=_axes(points),
             command=tuple(arguments),
+            commit=commit(),
+            versions=versions,
+            modules=modules,
             cells=cells,
-            repetitions=config.repetitions,
-            code=code_digest(cell.settings for cell in cells),
-            versions=library_versions(),
+            runs=all_runs(cells, config.repetitions, versions),
         )
-        return cls(plan, Path(config.output).absolute(), config.batches, config.workers, config.timeout)
+        working = tuple(choice.override.input_line for choice in fixed if choice.key in WORKING)
+        return cls(plan, Path(config.output).absolute(), config.batches, working)
 
     def prepare(self) -> list[list[str]]:
         """Write the plan; the overrides of each job that has work left."""
         write_plan(self.plan, self.output)
-        finished = {
-            key for key, record in records.read_records(self.output).items() if record["status"] in records.RESULTS
-        }
-        jobs = []
-        for batch in range(self.batches):
-            if any(run.key not in finished for run in self.plan.runs[batch :: self.batches]):
-                jobs.append(self._job(batch))
-        return jobs
+        finished = finished_keys(self.output)
+        return [
+            [f"output={_quoted(self.output)}", f"batch={batch}", *self.working]
+            for batch in range(self.batches)
+            if unfinished(self.plan.runs[batch :: self.batches], finished)
+        ]
 
-    def _job(self, batch: int) -> list[str]:
-        output = str(self.output).replace("\\", "\\\\").replace("'", "\\'")
-        job = [f"output='{output}'", f"batches={self.batches}", f"batch={batch}"]
-        if self.workers is not None:
-            job.append(f"workers={self.workers}")
-        if self.timeout is not None:
-            job.append(f"timeout={self.timeout}")
-        return job
 
-    def collect(self) -> int:
-        """Tables and figures of what is there; the exit code."""
-        return collect(self.output)
+def job_of(config: DictConfig) -> Job:
+    """The job that a job's configuration describes."""
+    return Job(
+        output=Path(config.output),
+        batch=config.batch,
+        batches=config.batches,
+        workers=config.workers,
+        timeout=config.timeout,
+        memory=config.memory,
+        journal=config.journal,
+        share=tuple(Path(folder) for folder in config.share),
+    )
+
+
+def _quoted(path: Path) -> str:
+    """A path as a value in Hydra's grammar."""
+    return "'" + str(path).replace("\\", "\\\\").replace("'", "\\'") + "'"
 
 
 class _Composer:
@@ -119,12 +127,19 @@ def _check_whole(config: DictConfig) -> None:
     for key, least in (("repetitions", 1), ("workers", 1), ("batches", 1), ("seed", 0)):
         if config[key] is not None and config[key] < least:
             raise SettingError(f"{key}: expected at least {least}, got {config[key]}")
-    if config.timeout is not None and config.timeout <= 0:
-        raise SettingError(f"timeout: expected seconds above 0, got {config.timeout}")
+    for key in ("timeout", "memory"):
+        if config[key] is not None and config[key] <= 0:
+            raise SettingError(f"{key}: expected a number above 0, got {config[key]}")
+    for folder in config.share:
+        if not Path(folder).is_dir():
+            raise SettingError(f"share: expected folders of results, found none at {folder}")
 
 
-def _cell(config: DictConfig, point: dict[str, Any]) -> Cell:
-    """The settings of one point, checked by making its plugins; what the method ignores is left out."""
+def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) -> Cell:
+    """The settings of one point, checked by making its plugins; what the method ignores is left out.
+
+    The modules that it uses are added to `modules`.
+    """
     if config.samples < 1:
         raise SettingError(f"samples: expected at least 1, got {config.samples}")
     settings = {group: OmegaConf.to_container(config[group], resolve=True) for group in registry.GROUPS}
@@ -139,8 +154,10 @@ def _cell(config: DictConfig, point: dict[str, Any]) -> Cell:
         ParameterFacts(parameter.name, parameter.unit, parameter.si_per_unit, truth[parameter.name])
         for parameter in problem.parameters
     )
+    used = used_modules(settings)
+    modules |= used
     place = {"samples": config.samples} | point
-    return Cell(place=place, settings=settings, seed=config.seed, parameters=parameters)
+    return Cell(place, settings, config.seed, parameters, code_digest(used))
 
 
 def _axes(points: list[dict[str, Any]]) -> tuple[str, ...]:

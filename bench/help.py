@@ -11,9 +11,12 @@ from ksmea.settings import expected_range
 
 USAGE = """\
 python -m bench [+experiment=NAME] [setting=value ...]      run an experiment (again: only what is missing)
+python -m bench status NAME|DIR                             planned, done, failed, stale, missing runs
+python -m bench explain KEY [NAME|DIR]                      why a run failed or is stale, with its traceback
+python -m bench collect NAME|DIR                            tables and figures again, from plan and records alone
 python -m bench help [GROUP [NAME]]                         plugins, their settings, units and sources
 
-settings of every run: samples repetitions seed workers timeout output batches
+settings of every experiment: samples repetitions seed output workers timeout memory journal share batches
   several values make a sweep:  samples=40,70  optimizer=de,pso  problem.mesh=13,21
   a plugin's own settings:      optimizer.population=50  measurement.relative=0.05
 exit code: 0 all runs have a result, 1 some failed, 2 bad input, 130 interrupted (finished runs are kept)

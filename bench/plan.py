@@ -129,7 +129,9 @@ def _lines(plan: Plan) -> Iterator[dict[str, Any]]:
 def read_plan(output: Path) -> Plan:
     path = output / PLAN_FILE
     if not path.is_file():
-        raise SettingError(f"{output}: expected the results of an experiment, found no {PLAN_FILE}; run the experiment first")
+        raise SettingError(
+            f"{output}: expected the results of an experiment, found no {PLAN_FILE}; run the experiment first"
+        )
     kinds: dict[str, list[dict[str, Any]]] = {"plan": [], "cell": [], "run": []}
     try:
         with path.open(encoding="utf-8") as file:

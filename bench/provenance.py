@@ -64,7 +64,9 @@ def _digest(source: Path) -> str:
     """Hash of the syntax tree without docstrings: comments, layout and documentation change no result."""
     tree = ast.parse(ast.unparse(_tree(source)))
     for node in ast.walk(tree):
-        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)) and ast.get_docstring(node):
+        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)) and ast.get_docstring(
+            node
+        ):
             node.body[0] = ast.Pass()
     return hashlib.sha256(ast.dump(tree).encode()).hexdigest()[:12]
 

@@ -63,7 +63,9 @@ class RecordWriter:
         self._session = f"{time.time_ns():x}-{os.getpid()}"
         plan = self._plan
         facts = {"commit": plan.commit, "versions": dict(plan.versions), "modules": dict(plan.modules)}
-        self._append({"event": "session", "session": self._session, "began": time.strftime("%Y-%m-%dT%H:%M:%S%z"), **facts})
+        self._append(
+            {"event": "session", "session": self._session, "began": time.strftime("%Y-%m-%dT%H:%M:%S%z"), **facts}
+        )
         return self._session
 
     def _append(self, line: dict[str, Any]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -9,35 +10,44 @@ import numpy as np
 import pandas as pd
 
 from bench.plan import Cell, Plan, Run
-from bench.records import RESULTS
+from bench.records import RESULTS, read_records
 
 PAPER = Path(__file__).resolve().parent / "paper"
 COUNTS = ("updates", "model_evaluations", "model_jacobians", "surrogate_evaluations")
-SECONDS = ("model", "surrogate", "search", "total")
+SECONDS = ("model", "surrogate", "search")
 EFFORT = (("updates", ""), ("model_evaluations", ""), ("time", "s"))  # rows of a table below the parameters
 
 
-def runs_frame(plan: Plan, records: dict[str, dict[str, Any]]) -> pd.DataFrame:
+def runs_frame(plan: Plan, output: Path) -> pd.DataFrame:
     """A row for every planned run, in the order of the plan; values in the units of the parameters."""
-    return pd.DataFrame([_run_row(plan, run, records.get(run.key)) for run in plan.runs])
+    rows = read_records(output, _result_row)
+    not_run = {"status": "not run", "error": ""}
+    return pd.DataFrame([_place_row(plan, run) | rows.get(run.key, not_run) for run in plan.runs])
 
 
-def _run_row(plan: Plan, run: Run, record: dict[str, Any] | None) -> dict[str, Any]:
+def _place_row(plan: Plan, run: Run) -> dict[str, Any]:
     cell = plan.cells[run.cell]
-    row: dict[str, Any] = {"key": run.key, "cell": run.cell}
-    row |= {axis: cell.place.get(axis) for axis in plan.axes}
-    row |= {"seed": cell.seed, "repetition": run.repetition}
-    record = record or {"status": "not run"}
-    row["status"] = record["status"]
+    return {
+        "key": run.key,
+        "cell": run.cell,
+        **{axis: cell.place.get(axis) for axis in plan.axes},
+        "seed": cell.seed,
+        "repetition": run.repetition,
+    }
+
+
+def _result_row(record: dict[str, Any]) -> dict[str, Any]:
+    """What runs.csv says of a record, its names shared among all rows."""
+    row: dict[str, Any] = {"status": record["status"]}
     if record["status"] in RESULTS:
         for parameter in record["parameters"]:
             name = parameter["name"]
-            row[name] = parameter["identified"] / parameter["si_per_unit"]
-            row[f"{name}_error_pct"] = 100 * (parameter["identified"] - parameter["true"]) / parameter["true"]
-            row[f"{name}_at_bound"] = parameter["at_bound"]
-        row |= {"misfit": record["misfit"], "stop": record["stop"]}
+            row[sys.intern(name)] = parameter["identified"] / parameter["si_per_unit"]
+            row[sys.intern(f"{name}_error_pct")] = 100 * (parameter["identified"] / parameter["true"] - 1)
+            row[sys.intern(f"{name}_at_bound")] = parameter["at_bound"]
+        row |= {"misfit": record["misfit"], "stop": sys.intern(record["stop"])}
         row |= {count: record[count] for count in COUNTS}
-        row |= {f"time_{part}": record["seconds"][part] for part in SECONDS}
+        row |= {sys.intern(f"time_{part}"): record["seconds"][part] for part in SECONDS}
         row["time"] = record["seconds"]["total"]
     row["error"] = record.get("error", "")
     return row

@@ -2,83 +2,100 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
-import signal
-from collections.abc import Iterator
-from concurrent.futures import FIRST_COMPLETED, wait
+from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from pebble import ProcessExpired, ProcessFuture, ProcessPool
 from tqdm import tqdm
 
 from bench.execute import execute
+from bench.log import experiment_log
 from bench.plan import Plan, Run, read_plan
-from bench.records import RESULTS, RecordWriter, read_records
+from bench.pool import Limits, run_tasks
+from bench.records import RESULTS, RecordWriter, finished_keys, read_records
 
-LOOK_AHEAD = 2  # runs handed out per worker: one in work, one waiting, so that no worker idles
+JOURNALS = "journals"
+GIGABYTE = 2**30
 
 
-def work(output: Path, batch: int, batches: int, workers: int | None, timeout: float | None) -> None:
+@dataclass(frozen=True)
+class Job:
+    """A share of a plan and what its runs may use. `share` names folders whose results of the same key are taken over."""
+
+    output: Path
+    batch: int = 0
+    batches: int = 1
+    workers: int | None = None
+    timeout: float | None = None  # s
+    memory: float | None = None  # GB
+    journal: bool = False
+    share: tuple[Path, ...] = ()
+
+    @property
+    def limits(self) -> Limits:
+        return Limits(self.timeout, None if self.memory is None else int(self.memory * GIGABYTE))
+
+
+def work(job: Job) -> None:
     """Do what `plan[batch::batches]` still lacks, one record per run."""
-    plan = read_plan(output)
-    with RecordWriter(output, batch) as writer:
-        todo = list(_unfinished(plan, plan.runs[batch::batches], output))
-        if not todo:
-            return
-        n_worker = min(workers or available_cores(), len(todo))
+    plan = read_plan(job.output)
+    todo = unfinished(plan.runs[job.batch :: job.batches], finished_keys(job.output))
+    if not todo:
+        return
+    with RecordWriter(job.output, job.batch, plan) as writer, experiment_log(job.output, plan.name, job.batch) as log:
+        todo = _take_over(todo, job.share, writer)
+        n_worker = min(job.workers or available_cores(), len(todo))
+        log.info("%d runs to do with %d workers, commit %s", len(todo), n_worker, plan.commit)
         # disable=None: silent where there is no terminal
         with tqdm(total=len(todo), desc=plan.name, unit="run", disable=None) as bar:
-            for run, record in _computed(plan, todo, n_worker, timeout, writer):
-                writer.result(run.key, record)
+            tasks = ((run, _arguments(plan, run, job)) for run in todo)
+            for run, record in run_tasks(execute, tasks, n_worker, job.limits, on_start=writer.started):
+                writer.result(run, record)
+                if job.journal and record["status"] in RESULTS:
+                    _journal(run, job).unlink(missing_ok=True)  # only a run without a result needs it again
                 bar.update()
+                log.info("%s", _log_line(plan, run, record))
+        log.info("job ended")
 
 
 def available_cores() -> int:
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def _unfinished(plan: Plan, runs: tuple[Run, ...], output: Path) -> Iterator[Run]:
+def unfinished(runs: Iterable[Run], finished: set[str]) -> list[Run]:
     """Runs without a result, each key once."""
-    finished = {key for key, record in read_records(output).items() if record["status"] in RESULTS}
-    for run in runs:
-        if run.key not in finished:
-            finished.add(run.key)
-            yield run
+    return list({run.key: run for run in runs if run.key not in finished}.values())
 
 
-def _computed(
-    plan: Plan, todo: list[Run], workers: int, timeout: float | None, writer: RecordWriter
-) -> Iterator[tuple[Run, dict[str, Any]]]:
-    waiting = iter(todo)
-    pool = ProcessPool(
-        max_workers=workers, context=multiprocessing.get_context("spawn"), initializer=_ignore_interrupts
-    )
-    futures: dict[ProcessFuture, Run] = {}
-    try:
-        while True:
-            while len(futures) < LOOK_AHEAD * workers and (run := next(waiting, None)) is not None:
-                writer.started(run.key)
-                futures[pool.schedule(execute, (plan.cells[run.cell].settings, plan.seeds(run)), timeout=timeout)] = run
-            if not futures:
-                return
-            for future in wait(futures, return_when=FIRST_COMPLETED).done:
-                yield futures.pop(future), _record_of(future, timeout)
-    finally:
-        pool.stop()
-        pool.join()
+def _arguments(plan: Plan, run: Run, job: Job) -> tuple[Any, ...]:
+    return plan.cells[run.cell].settings, plan.seeds(run), _journal(run, job) if job.journal else None
 
 
-def _record_of(future: ProcessFuture, timeout: float | None) -> dict[str, Any]:
-    try:
-        return future.result()
-    except TimeoutError:
-        return {"status": "timeout", "error": f"the run did not end within {timeout:g} s"}
-    except ProcessExpired as expired:
-        return {"status": "killed", "error": f"the worker process ended with exit code {expired.exitcode}"}
+def _journal(run: Run, job: Job) -> Path:
+    return job.output / JOURNALS / f"{run.key}.journal"
 
 
-def _ignore_interrupts() -> None:
-    """Ctrl-C goes to the whole process group; the parent alone decides."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+def _take_over(todo: list[Run], share: tuple[Path, ...], writer: RecordWriter) -> list[Run]:
+    """Copy results of the same key from other experiments' folders; the runs that remain to be done."""
+    wanted = {run.key: run for run in todo}
+    for folder in share:
+        found = read_records(folder, lambda line: line if line["key"] in wanted else None)
+        for key, record in found.items():
+            if record is not None and record["status"] in RESULTS and key in wanted:
+                writer.result(wanted.pop(key), {**_content(record), "taken_from": str(folder)})
+    return list(wanted.values())
+
+
+def _content(record: dict[str, Any]) -> dict[str, Any]:
+    """A record without what identifies the line that it stands in."""
+    return {
+        name: value for name, value in record.items() if name not in ("schema", "event", "key", "question", "session")
+    }
+
+
+def _log_line(plan: Plan, run: Run, record: dict[str, Any]) -> str:
+    place = " ".join(f"{axis}={value}" for axis, value in plan.cells[run.cell].place.items())
+    ending = f"{record['status']} after {record['elapsed']:.3f} s" if "elapsed" in record else record["status"]
+    return f"run {run.key} ({place} repetition={run.repetition}) {ending} {record.get('error', '')}".rstrip()

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import ClassVar
+
+import numpy as np
 
 from ksmea.contracts import Optimizer, Problem, Surrogate
 from ksmea.errors import BudgetSpent
@@ -47,18 +50,17 @@ class Direct(Settings):
         model = Model(problem, transform)
         misfit = Misfit(measurement, self.misfit)
         objective = model_objective(model, misfit, self.budget)
-        try:
-            minimum = optimizer.minimize(objective, streams.optimizer)
-            stop = "optimizer"
-        except BudgetSpent:
-            minimum = objective.result()
-            stop = "budget"
+        with suppress(BudgetSpent):
+            optimizer.minimize(objective, streams.optimizer)
+        minimum = objective.result()  # not what the optimiser returned: the objective knows
+        if not np.isfinite(minimum.value):
+            raise ArithmeticError(f"none of the {objective.evaluations} points of the optimiser has a finite misfit")
         total = time.perf_counter() - started
         return Identification(
             x=problem.parameters.to_si(minimum.u),
             at_bound=at_bound(minimum.u),
             misfit=minimum.value - misfit.offset,
-            stop=stop,
+            stop="budget" if objective.was_refused else "optimizer",
             updates=0,
             model_evaluations=model.evaluations,
             model_jacobians=model.jacobians,

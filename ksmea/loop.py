@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -209,13 +209,14 @@ class KSMEA(Settings):
 
     def _search(self, objective: Objective, optimizer: Optimizer, rng: np.random.Generator) -> Array:
         """The optimum (d,) on the surrogate; a spent budget ends the search with the best point seen."""
-        try:
-            found = optimizer.minimize(objective, rng)
+        with suppress(BudgetSpent):
+            optimizer.minimize(objective, rng)
             if self.polish:
-                descend(objective, found.u, max_iterations=50)
-        except BudgetSpent:
-            pass
-        return objective.result().u
+                descend(objective, objective.result().u, max_iterations=50)
+        best = objective.result()
+        if not np.isfinite(best.value):
+            raise ArithmeticError(f"none of the {objective.evaluations} points of the optimiser has a finite misfit")
+        return best.u
 
     def _stop(self, update: Update, repeated: bool, updates: int, model_evaluations: int) -> str:
         """The reason to stop, or '' to go on."""
@@ -233,10 +234,8 @@ class KSMEA(Settings):
         likelihood = Misfit(measurement, "likelihood")
         left = None if self.budget is None else self.budget - model.evaluations
         objective = model_objective(model, likelihood, left)
-        try:
+        with suppress(BudgetSpent):
             descend(objective, start, max_iterations=100)
-        except BudgetSpent:
-            pass
         found = objective.result()
         return found.u, found.value - likelihood.offset
 

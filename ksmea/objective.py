@@ -49,6 +49,7 @@ class Objective:
         self.budget = budget
         self.evaluations = 0
         self.jacobians = 0
+        self.was_refused = False  # whether more was asked for than the budget holds
         self._residuals_at = residuals_at
         self._jacobian_at = jacobian_at
         self._screening_at = screening_at
@@ -97,6 +98,7 @@ class Objective:
             self.evaluations += left
             values = evaluate(u[:left])
         if left < len(u):
+            self.was_refused = True
             raise BudgetSpent(f"the budget of {self.budget} evaluations is spent")
         return values
 

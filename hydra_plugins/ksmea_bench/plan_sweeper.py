@@ -11,7 +11,9 @@ from hydra.plugins.sweeper import Sweeper
 from hydra.types import HydraContext, TaskFunction
 from omegaconf import DictConfig
 
+from bench.collect import collect
 from bench.experiment import Experiment
+from bench.locks import exclusive
 
 # A plain node: Hydra scans this file outside sys.modules, where a dataclass cannot resolve its annotations.
 TARGET = {"_target_": "hydra_plugins.ksmea_bench.plan_sweeper.PlanSweeper"}
@@ -30,8 +32,13 @@ class PlanSweeper(Sweeper):
 
     def sweep(self, arguments: list[str]) -> Any:
         experiment = Experiment.compose(self.hydra_context.config_loader, self.config, arguments)
-        jobs = experiment.prepare()
-        if jobs:
-            for job in self.launcher.launch(jobs, initial_job_idx=0):
-                _ = job.return_value  # raises what the job raised
-        sys.exit(experiment.collect())
+        with exclusive(experiment.output / ".lock"):
+            jobs = experiment.prepare()
+            try:
+                if jobs:
+                    for job in self.launcher.launch(jobs, initial_job_idx=0):
+                        _ = job.return_value  # raises what the job raised
+            except Exception:
+                collect(experiment.output)  # what there is; then the reason why it is not all
+                raise
+            sys.exit(collect(experiment.output))

@@ -1,0 +1,109 @@
+"""The bench as its users meet it: as a command in a process of its own, and through its door inside this one."""
+
+import json
+import os
+import subprocess
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+import pytest
+from hydra.core.global_hydra import GlobalHydra
+
+from bench import door
+
+PARAMETERS = ["kxx", "kyy", "cxx", "cyy", "u"]
+ROWS = [*PARAMETERS, "updates", "model_evaluations", "time"]
+
+
+@dataclass(frozen=True)
+class Ended:
+    """How a call of the bench ended, and the folder it wrote to."""
+
+    code: int
+    out: str
+    err: str
+    output: Path
+
+    def table(self, name="table3"):
+        return pd.read_csv(self.output / f"{name}.csv")
+
+    def runs(self):
+        return pd.read_csv(self.output / "runs.csv", dtype={"key": str}, keep_default_na=False, na_values={"time": [""]})
+
+    def records(self):
+        return (self.output / "records" / "batch-0000.jsonl").read_text()
+
+    def events(self, kind="result"):
+        return [line for line in map(json.loads, self.records().splitlines()) if line["event"] == kind]
+
+    def cells(self):
+        lines = map(json.loads, (self.output / "plan.jsonl").read_text().splitlines())
+        return [line for line in lines if line["line"] == "cell"]
+
+
+def command(words):
+    return [sys.executable, "-m", "bench", *words]
+
+
+def clean_environment(**changes):
+    """This process's environment without what would change the bench's behaviour."""
+    kept = {key: value for key, value in os.environ.items() if key not in ("BENCH_TRACEBACK", "HYDRA_FULL_ERROR")}
+    return kept | changes
+
+
+@pytest.fixture(scope="session")
+def quick():
+    """An experiment of two cells that a core does in a second; a list, to be followed by more overrides."""
+    cheap = ["optimizer.generations=5", "optimizer.population=20", "method.max_updates=2"]
+    return ["+experiment=table3", *cheap, "samples=25,30"]
+
+
+@pytest.fixture(scope="session")
+def cheapest():
+    """Settings without an experiment whose run takes a few milliseconds."""
+    return ["optimizer.generations=1", "optimizer.population=5", "method.max_updates=1", "surrogate=rsm", "samples=25"]
+
+
+@pytest.fixture(scope="session")
+def shell():
+    """`python -m bench WORDS` in a process of its own."""
+
+    def call(*words, cwd, output="results/table3", timeout=100, **environment):
+        done = subprocess.run(
+            command(words),
+            cwd=cwd,
+            env=clean_environment(**environment),
+            capture_output=True,
+            text=True,
+            timeout=timeout,
+        )
+        return Ended(done.returncode, done.stdout, done.stderr, Path(cwd, output))
+
+    return call
+
+
+@pytest.fixture(scope="session")
+def table3(shell, quick, tmp_path_factory):
+    """The small experiment, done once on two workers for all tests that look at its results."""
+    return shell(*quick, "repetitions=4", "workers=2", cwd=tmp_path_factory.mktemp("table3"))
+
+
+@pytest.fixture
+def enter(tmp_path, monkeypatch, capsys):
+    """The bench inside this process, which spares its imports, in a working directory of the test's own."""
+
+    def call(*words, output="results/run"):
+        monkeypatch.chdir(tmp_path)
+        monkeypatch.setattr(sys, "argv", ["bench"])
+        monkeypatch.setenv("HYDRA_FULL_ERROR", "1")  # the door sets it: so it is restored
+        capsys.readouterr()
+        try:
+            code = door.run(list(words))
+        finally:
+            GlobalHydra.instance().clear()
+        printed = capsys.readouterr()
+        return Ended(code, printed.out, printed.err, tmp_path / output)
+
+    return call

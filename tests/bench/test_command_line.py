@@ -1,0 +1,226 @@
+"""What people see who call `python -m bench +experiment=table3` with overrides of their own."""
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+PARAMETERS = ["kxx", "kyy", "cxx", "cyy", "u"]
+HEADER = "parameter,unit,reference,samples,paper,paper_error_pct,median,q1,q3,error_pct_median,runs,failed"
+
+
+def without_times(ended):
+    """table3.csv and runs.csv but for what a clock says."""
+    table, runs = ended.table(), ended.runs()
+    return table[table["parameter"] != "time"], runs.loc[:, ~runs.columns.str.startswith("time")]
+
+
+def assert_same(ended, other):
+    for one, two in zip(without_times(ended), without_times(other)):
+        pd.testing.assert_frame_equal(one, two, check_exact=True)
+
+
+def test_a_small_table3_ends_well_and_leaves_its_files(table3):
+    assert table3.code == 0, table3.err
+    assert {path.name for path in table3.output.iterdir()} >= {
+        "plan.jsonl", "records", "runs.csv", "table3.csv", "table3.png"
+    }  # fmt: skip
+    assert (table3.output / "table3.png").read_bytes().startswith(b"\x89PNG")
+    assert [path.name for path in table3.output.parent.parent.iterdir()] == ["results"]
+
+
+def test_it_prints_the_table_beside_the_papers(table3):
+    head, *lines = table3.out.splitlines()
+    for word in ("parameter", "unit", "reference", "samples", "median", "[q1, q3]", "paper", "runs", "failed"):
+        assert word in head
+    first = [line.split()[0] for line in lines if line.strip()]
+    assert first[:16] == [name for name in [*PARAMETERS, "updates", "model_evaluations", "time"] for _ in range(2)]
+    assert "all 8 runs of table3 have a result" in table3.out
+    assert "table3.csv, runs.csv, table3.png" in table3.out
+    assert table3.err == ""
+
+
+def test_table3_csv_is_tidy(table3):
+    assert (table3.output / "table3.csv").read_text().splitlines()[0] == HEADER
+    table = table3.table()
+    assert table["parameter"].tolist() == [
+        name for name in [*PARAMETERS, "updates", "model_evaluations", "time"] for _ in range(2)
+    ]
+    assert table["samples"].tolist() == [25, 30] * 8
+    assert table["runs"].tolist() == [4] * 16 and table["failed"].tolist() == [0] * 16
+    assert table["median"].notna().all() and (table["q1"] <= table["q3"]).all()
+    references = table.drop_duplicates("parameter").set_index("parameter")["reference"]
+    assert references[PARAMETERS].tolist() == [50, 70, 0.5, 0.7, 200]  # Table 1 of the paper, in the units printed
+    assert references[["updates", "model_evaluations", "time"]].isna().all()
+
+
+def test_runs_csv_has_a_row_per_run_that_agrees_with_the_table(table3):
+    runs, table = table3.runs(), table3.table().set_index(["parameter", "samples"])
+    assert sorted(zip(runs["samples"], runs["repetition"])) == [(n, r) for n in (25, 30) for r in range(4)]
+    assert set(runs["status"]) <= {"done", "budget"}
+    assert runs["model_evaluations"].between(26, 32).all() and (runs["updates"] <= 2).all()
+    for (name, samples), row in table.iterrows():
+        assert row["median"] == pytest.approx(runs.loc[runs["samples"] == samples, name].median(), rel=1e-9)
+
+
+def test_every_run_has_one_record_with_a_start_before_it(table3):
+    keys = set(table3.runs()["key"])
+    events = [json.loads(line) for line in table3.records().splitlines()]
+    assert {event["key"] for event in events if event["event"] == "result"} == keys
+    assert len(table3.events("result")) == len(table3.events("started")) == len(keys) == 8
+    for key in keys:
+        assert [event["event"] for event in events if event.get("key") == key] == ["started", "result"]
+
+
+def test_another_call_computes_nothing_and_says_the_same(table3, quick, shell):
+    before = {path: path.read_bytes() for path in table3.output.glob("records/*.jsonl")}
+    again = shell(*quick, "repetitions=4", "workers=2", cwd=table3.output.parent.parent)
+    assert (again.code, again.out) == (0, table3.out)
+    assert {path: path.read_bytes() for path in table3.output.glob("records/*.jsonl")} == before
+
+
+def test_more_repetitions_compute_the_new_ones_only(enter, cheapest):
+    first = enter(*cheapest, "repetitions=2")
+    kept = first.records()
+    more = enter(*cheapest, "repetitions=3")
+    assert more.code == 0 and more.records().startswith(kept)
+    assert len(more.events()) == 3
+    fewer = enter(*cheapest, "repetitions=1")
+    assert fewer.runs()["repetition"].tolist() == [0]
+
+
+def test_one_worker_computes_what_two_do(table3, quick, enter):
+    alone = enter(*quick, "repetitions=4", "workers=1", output="results/table3")
+    assert alone.code == 0
+    assert_same(alone, table3)
+
+
+def test_another_seed_gives_other_numbers(enter, cheapest):
+    seeds = [enter(*cheapest, "repetitions=1", f"seed={seed}", f"output=s{seed}", output=f"s{seed}") for seed in (0, 5)]
+    zero, five = (ended.runs() for ended in seeds)
+    assert five["seed"].tolist() == [5]
+    assert (zero[PARAMETERS].to_numpy() != five[PARAMETERS].to_numpy()).all()
+
+
+def test_single_values_reach_the_runs(enter):
+    words = ["repetitions=3", "seed=5", "workers=1", "output=mine", "samples=30", "optimizer=pso", "surrogate=rsm"]
+    words += ["problem.mesh=21", "measurement.relative=0.05", "optimizer.generations=1", "method.max_updates=1"]
+    ended = enter("+experiment=table3", *words, output="mine")
+    assert ended.code == 0
+    [cell] = ended.cells()
+    settings = cell["settings"]
+    assert (settings["optimizer"]["name"], settings["surrogate"]["name"]) == ("pso", "rsm")
+    assert (settings["problem"]["mesh"], settings["measurement"]["relative"]) == (21, 0.05)
+    assert (settings["samples"], settings["optimizer"]["generations"]) == (30, 1)
+    runs = ended.runs()
+    assert runs["seed"].tolist() == [5] * 3 and runs["repetition"].tolist() == [0, 1, 2]
+    assert ended.table().columns.tolist() == HEADER.split(",")  # a single value is no axis
+
+
+SWEEPS = {
+    "optimizer": ["de", "pso"],
+    "surrogate": ["rsm", "none"],
+    "problem.mesh": [13, 21],
+    "measurement.relative": [0.05, 0.1],
+    "seed": [1, 2],
+    "method": ["ksmea", "direct"],
+}
+
+
+@pytest.mark.parametrize("key", SWEEPS)
+def test_a_list_is_a_sweep_with_a_column_of_its_own(key, enter):
+    words = ["method.max_updates=1", "surrogate=rsm", "optimizer.population=5", "optimizer.generations=1"]
+    if key == "method":
+        words.pop(0)  # which direct does not have
+    words = [word for word in words if not word.startswith(f"{key}=")]
+    values = SWEEPS[key]
+    sweep = f"{key}={','.join(map(str, values))}"
+    ended = enter("+experiment=table3", *words, "samples=25,30", "repetitions=1", sweep, output="results/table3")
+    assert ended.code == 0, ended.err
+    table, runs = ended.table(), ended.runs()
+    assert table.columns.tolist() == HEADER.replace("samples", f"samples,{key}").split(",")
+    for frame in (runs, table[table["parameter"] == "kxx"]):
+        assert sorted(zip(frame["samples"], frame[key])) == sorted((n, value) for n in (25, 30) for value in values)
+    expected = 3 if key == "method" else 4  # the direct method takes no samples: both its cells are the same run
+    assert len(ended.events()) == runs["key"].nunique() == expected
+
+
+def test_sweeps_multiply(enter, cheapest):
+    words = [word for word in cheapest if not word.startswith("samples")]
+    ended = enter(*words, "repetitions=2", "samples=25,26", "problem.mesh=13,21", "measurement.relative=0,0.1")
+    assert ended.code == 0
+    runs = ended.runs()
+    assert len(runs) == 2 * 2 * 2 * 2 and runs["key"].is_unique
+    assert len(ended.table("run")) == 8 * 8
+
+
+def test_the_noise_of_a_repetition_is_the_same_for_every_method(enter):
+    """Without noise but for the data: the best misfit that the true model can have is the same whatever searches."""
+    words = ["method=direct", "optimizer=lm", "optimizer.screening=500", "optimizer.starts=2", "repetitions=2"]
+    ended = enter(*words, "measurement.relative=0.05", "optimizer.max_iterations=60,80")
+    misfits = ended.runs().pivot(index="repetition", columns="optimizer.max_iterations", values="misfit")
+    assert misfits[60].to_numpy() == pytest.approx(misfits[80].to_numpy(), rel=1e-6)
+    assert abs(misfits[60][0] / misfits[60][1] - 1) > 1e-3  # and another one in another repetition
+
+
+def test_batches_share_the_runs_and_none_is_done_twice(enter, cheapest):
+    ended = enter(*cheapest, "repetitions=3", "batches=2", "workers=1")
+    assert ended.code == 0
+    files = sorted(ended.output.glob("records/*.jsonl"))
+    assert [path.name for path in files] == ["batch-0000.jsonl", "batch-0001.jsonl"]
+    keys = [
+        line["key"] for path in files for line in map(json.loads, path.read_text().splitlines()) if line["event"] == "result"
+    ]
+    assert sorted(keys) == sorted(ended.runs()["key"]) and len(set(keys)) == 3
+
+
+def test_results_of_other_settings_are_not_taken_for_these(enter, cheapest):
+    first = enter(*cheapest, "repetitions=1").runs()
+    ended = enter(*cheapest, "repetitions=1", "measurement.relative=0.2")
+    second = ended.runs()
+    assert ended.code == 0 and len(ended.events()) == 2
+    assert first["key"][0] != second["key"][0]
+    assert not np.isclose(first["misfit"][0], second["misfit"][0], rtol=1e-6)
+
+
+def test_it_works_where_a_conf_of_someone_else_lies(shell, cheapest, tmp_path):
+    (tmp_path / "conf" / "experiment").mkdir(parents=True)
+    (tmp_path / "conf" / "config.yaml").write_text("name: wrong\nsamples: [\n")
+    (tmp_path / "conf" / "experiment" / "table3.yaml").write_text("name: wrong\n")
+    (tmp_path / "conf.py").write_text("raise SystemExit('the wrong conf')\n")
+    folder = """it's a "folder" a=b, of 1"""
+    quoted = folder.replace("'", "\\'")
+    ended = shell("+experiment=table3", *cheapest, "repetitions=1", f"output='{quoted}'", cwd=tmp_path, output=folder)
+    assert (ended.code, ended.err) == (0, "")
+    assert ended.output.is_dir() and ended.table()["runs"].eq(1).all()
+    assert {path.name for path in tmp_path.iterdir()} == {"conf", "conf.py", folder}
+
+
+@pytest.mark.parametrize("folder", ["a b", "back\\slash", "tail\\", "quote'\\'s", "ünïcode", "$home", "{a}", "[1,2]"])
+def test_an_output_with_signs_of_hydras_grammar(folder, enter, cheapest):
+    quoted = quoted_for_hydra(folder)
+    ended = enter(*cheapest, "repetitions=1", f"output={quoted}", output=folder)
+    assert ended.code == 0, ended.err
+    assert (ended.output / "run.csv").is_file()
+    assert [path.name for path in ended.output.parent.iterdir()] == [folder]
+
+
+def quoted_for_hydra(text):
+    """Hydra's rule: quotes are escaped, and backslashes only where a quote follows."""
+    parts = (text + "'").split("'")
+    escaped = [part + "\\" * (len(part) - len(part.rstrip("\\"))) for part in parts[:-1]]
+    return "'" + "\\'".join(escaped) + "'"
+
+
+def test_without_an_experiment_it_is_a_single_cell_called_run(enter, cheapest):
+    ended = enter(*cheapest, "repetitions=1")
+    table = ended.table("run")
+    assert table.columns.tolist() == HEADER.split(",")
+    assert table["paper"].isna().all() and len(table) == 8
+    assert "paper" not in ended.out
+
+
+def test_experiment_needs_no_plus_sign(enter, cheapest):
+    ended = enter("experiment=table3", *cheapest, "repetitions=1", output="results/table3")
+    assert ended.code == 0 and (ended.output / "table3.csv").is_file()

@@ -1,0 +1,493 @@
+"""KSMEA: the three-disk rotor with Kriging and DE, and a mass on a spring with parts whose behaviour is known."""
+
+import dataclasses
+from collections.abc import Iterable, Mapping
+
+import numpy as np
+import pytest
+
+from ksmea.contracts import Channel
+from ksmea.errors import SettingError
+from ksmea.identification import Streams
+from ksmea.loop import KSMEA
+from ksmea.measurement import Measurement, Noise, observe
+from ksmea.misfit import Misfit
+from ksmea.parameters import Parameter, Parameters
+from ksmea.sampling import latin_hypercube
+from optimizers.de import DE
+from problems.three_disk import ThreeDisk
+from surrogates.kriging import Kriging
+from surrogates.none import NoSurrogate
+
+REFERENCE = {"kxx": 50e6, "kyy": 70e6, "cxx": 500.0, "cyy": 700.0, "u": 2e-4}
+NEAR_BOUNDS = {"kxx": [30.0, 80.0], "kyy": [50.0, 100.0]}
+SHORT_DE = DE(generations=30)
+
+
+def streams(seed=0):
+    return Streams(*(np.random.default_rng([seed, part]) for part in range(3)))
+
+
+def measured(problem, x, kind="complex", noise=Noise(0.0, 0.0), seed=0):  # noqa: B008, a frozen value
+    values = observe(problem.response(np.array([x]))[0], kind, noise, np.random.default_rng(seed))
+    return Measurement(problem.speed, problem.channels, values, noise, "test")
+
+
+class Counted:
+    """A problem that counts what it is asked, apart from any counter of the framework."""
+
+    def __init__(self, problem):
+        self._problem = problem
+        self.parameters, self.speed, self.channels = problem.parameters, problem.speed, problem.channels
+        self.points = self.sensitivities = 0
+        if hasattr(problem, "sensitivity"):
+            self.sensitivity = self._sensitivity
+
+    def response(self, x):
+        self.points += len(x)
+        return self._problem.response(x)
+
+    def _sensitivity(self, x):
+        self.sensitivities += 1
+        return self._problem.sensitivity(x)
+
+    def agrees_with(self, found):
+        """A Jacobian takes the response at its point too, and counts as one Jacobian."""
+        return (self.points - self.sensitivities, self.sensitivities) == (
+            found.model_evaluations,
+            found.model_jacobians,
+        )
+
+
+# ---- the three-disk rotor, Kriging and DE
+
+
+@pytest.fixture(scope="module")
+def rotor():
+    return ThreeDisk(bounds=NEAR_BOUNDS).build()
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_without_noise_all_five_parameters_are_identified(rotor, seed):
+    problem = Counted(rotor)
+    measurement = measured(rotor, list(REFERENCE.values()))
+    method = KSMEA(max_updates=12)
+    found = method.identify(problem, measurement, Kriging(), SHORT_DE, 80, streams(seed))
+    assert np.all(np.abs(found.x / list(REFERENCE.values()) - 1) < 1e-3)  # what the surrogate was found to reach
+    assert not any(found.at_bound)
+    assert problem.agrees_with(found) and found.model_evaluations == 80 + found.updates <= 92
+    assert found.updates == len(found.history)
+    assert found.misfit == min(update.misfit for update in found.history) < found.history[0].misfit
+    parts = found.seconds
+    assert 0 < parts["model"] + parts["surrogate"] + parts["search"] <= parts["total"]
+
+
+@pytest.fixture(scope="module")
+def noisy(rotor):
+    """10 % noise on amplitudes: the run, and the same run with a final step on the true model."""
+    measurement = measured(rotor, list(REFERENCE.values()), "amplitude", Noise(0.1, 0.0), seed=3)
+    runs = {}
+    for final_step in (False, True):
+        problem = Counted(rotor)
+        method = KSMEA(max_updates=5, final_step=final_step)
+        runs[final_step] = problem, method.identify(problem, measurement, Kriging(), SHORT_DE, 60, streams())
+    return measurement, runs
+
+
+def test_the_final_step_improves_the_likelihood(rotor, noisy):
+    measurement, runs = noisy
+    likelihood = Misfit(measurement, "likelihood")
+    without, with_step = (
+        likelihood.value(likelihood.observed(rotor.response(runs[final][1].x[None])))[0] for final in (False, True)
+    )
+    assert with_step < without
+    assert runs[True][1].misfit == pytest.approx(with_step, rel=1e-9)  # what it says it reached
+
+
+def test_the_final_step_is_counted_and_changes_nothing_before_it(noisy):
+    _, runs = noisy
+    (plain_problem, plain), (step_problem, step) = runs[False], runs[True]
+    assert plain_problem.agrees_with(plain) and step_problem.agrees_with(step)
+    assert plain.model_evaluations == 60 + plain.updates and plain.model_jacobians == 0
+    assert step.model_evaluations > plain.model_evaluations and step.model_jacobians > 0
+    assert same(plain.history, step.history) and plain.stop == step.stop
+
+
+def test_the_same_streams_give_the_same_result(rotor, noisy):
+    measurement, runs = noisy
+    expected = runs[False][1]
+    again = KSMEA(max_updates=5).identify(rotor, measurement, Kriging(), SHORT_DE, 60, streams())
+    assert np.array_equal(again.x, expected.x) and again.surrogate_evaluations == expected.surrogate_evaluations
+    assert same(again.history, expected.history)
+    other = KSMEA(max_updates=5).identify(rotor, measurement, Kriging(), SHORT_DE, 60, streams(1))
+    assert not same(other.history, expected.history)
+
+
+def same(first, second):
+    return len(first) == len(second) and all(
+        np.array_equal(getattr(a, field.name), getattr(b, field.name))
+        for a, b in zip(first, second)
+        for field in dataclasses.fields(a)
+    )
+
+
+def numbers_in(thing, seen=None):
+    """Every number that can be reached from an object through attributes, entries and arrays."""
+    seen = set() if seen is None else seen
+    if isinstance(thing, (bool, str, bytes, type)) or thing is None or callable(thing):
+        return
+    if isinstance(thing, (int, float, complex, np.number)):
+        yield from (complex(thing).real, complex(thing).imag, abs(complex(thing)))
+        return
+    if id(thing) in seen:
+        return
+    seen.add(id(thing))
+    if isinstance(thing, np.ndarray):
+        for part in (thing.real, thing.imag, np.abs(thing)):
+            yield from part.ravel().tolist()
+    elif isinstance(thing, Mapping):
+        yield from numbers_in([*thing.keys(), *thing.values()], seen)
+    elif isinstance(thing, Iterable):
+        for entry in list(thing):
+            yield from numbers_in(entry, seen)
+    for entry in getattr(thing, "__dict__", {}).values():
+        yield from numbers_in(entry, seen)
+
+
+def true_values_in(*things):
+    numbers = np.array(list(numbers_in(things)))
+    return {name for name, value in REFERENCE.items() if np.any(np.abs(np.abs(numbers) / value - 1) < 1e-6)}
+
+
+@pytest.mark.parametrize("kind", ["amplitude", "complex"])
+def test_nothing_that_is_handed_to_an_identification_holds_the_true_values(kind):
+    received = []
+
+    class Method(KSMEA):
+        def identify(self, *arguments):
+            received.extend(arguments)
+            return super().identify(*arguments)
+
+    settings = ThreeDisk(n_speed=50)  # 53 speeds would have 500 and 700 rad/s among them
+    problem = settings.build()
+    measurement = measured(problem, list(settings.reference().values()), kind, Noise(0.1, 0.0))
+    Method(max_updates=1).identify(problem, measurement, Kriging(), DE(generations=2), 30, streams())
+    assert problem in received and measurement in received
+    assert true_values_in(*received, vars(problem)["reduction"]) == set()
+    # it would be noticed
+    assert true_values_in(received, {"hidden": [settings.reference()]}) == set(REFERENCE)
+
+
+def test_without_a_surrogate_the_true_model_is_searched_and_counted(rotor):
+    problem = Counted(rotor)
+    measurement = measured(rotor, list(REFERENCE.values()), "amplitude", Noise(0.1, 0.0))
+    found = KSMEA().identify(problem, measurement, NoSurrogate(), SHORT_DE, 10, streams())
+    assert found.stop == "smc" and found.updates <= 2  # prediction and model are the same
+    assert problem.agrees_with(found)
+    # the samples, the search, and the optimum once as prediction and once as true model
+    assert found.model_evaluations == 10 + found.surrogate_evaluations + 2 * found.updates
+    assert found.surrogate_evaluations >= 100 * 31  # DE's populations
+    assert found.seconds["model"] + found.seconds["surrogate"] + found.seconds["search"] <= found.seconds["total"]
+
+
+# ---- a mass on a spring, with parts whose behaviour is known
+
+
+class Spring:
+    """The receptance 1 / (k − ω² + iωc) of 1 kg, k in [1, 4] N/m, c in [0.5, 1.5] N s/m: smooth everywhere."""
+
+    parameters = Parameters((Parameter("k", "N/m", 1.0, 1.0, 4.0), Parameter("c", "N s/m", 1.0, 0.5, 1.5)))
+    speed = np.array([0.5, 1.0, 1.5, 2.0])
+    channels = (Channel(0.0, "x"),)
+
+    def response(self, x):
+        k, c = x[:, :1], x[:, 1:]
+        return (1 / (k - self.speed**2 + 1j * self.speed * c))[:, :, None]
+
+
+SPRING_TRUTH = [2.0, 0.8]
+
+
+class ExactSurrogate:
+    """Predicts with a model of its own that nobody counts, and notes what it was fitted to and asked."""
+
+    transform = "auto"
+
+    def __init__(self, error=0.0):
+        self.error = error
+        self.fitted, self.appended, self.rows = [], [], 0
+
+    def least_samples(self, d):
+        return 1
+
+    def fit(self, u, y, model, rng):
+        self.fitted.append(u.copy())
+        return ExactPredictor(self, model.transform)
+
+
+class ExactPredictor:
+    def __init__(self, surrogate, transform):
+        self.surrogate, self.transform = surrogate, transform
+
+    def predict(self, u):
+        self.surrogate.rows += len(u)
+        return self.transform.encode(Spring().response(Spring.parameters.to_si(u))) + self.surrogate.error
+
+
+class AppendingSurrogate(ExactSurrogate):
+    def fit(self, u, y, model, rng):
+        super().fit(u, y, model, rng)
+        return AppendingPredictor(self, model.transform)
+
+
+class AppendingPredictor(ExactPredictor):
+    def append(self, u, y):
+        self.surrogate.appended.append((u.copy(), y.copy()))
+        return AppendingPredictor(self.surrogate, self.transform)
+
+
+class RefittingSurrogate(AppendingSurrogate):
+    def __init__(self, error=0.0):
+        super().__init__(error)
+        self.refitted = []
+
+    def refit(self, previous, u, y, model, rng):
+        assert isinstance(previous, AppendingPredictor)
+        self.refitted.append(u.copy())
+        return AppendingPredictor(self, model.transform)
+
+
+@dataclasses.dataclass(frozen=True)
+class Guess:
+    """An optimiser that evaluates `n` random points, or one that it is given."""
+
+    n: int = 1
+    always: tuple[float, ...] | None = None
+
+    def minimize(self, objective, rng):
+        objective(rng.random((self.n, objective.dim)) if self.always is None else np.array([self.always]))
+        return objective.result()
+
+
+def run_spring(method, surrogate, optimizer=Guess(), samples=6, noise=Noise(0.05, 0.0), seed=0):  # noqa: B008
+    problem = Counted(Spring())
+    found = method.identify(
+        problem, measured(Spring(), SPRING_TRUTH, noise=noise), surrogate, optimizer, samples, streams(seed)
+    )
+    assert problem.points == found.model_evaluations
+    return found
+
+
+def test_it_stops_where_the_surrogate_is_accurate_beside_the_residual():
+    found = run_spring(KSMEA(), ExactSurrogate(error=1e-6))
+    assert (found.stop, found.updates) == ("smc", 1)
+    assert 0.999 < found.history[0].smc < 1 and not found.was_cut_short
+
+
+def test_it_goes_on_where_the_surrogate_is_less_accurate_than_asked():
+    found = run_spring(KSMEA(max_updates=3), ExactSurrogate(error=1.0))
+    assert (found.stop, found.updates) == ("updates", 3) and found.was_cut_short
+    assert all(update.smc < 0.999 for update in found.history)
+
+
+def test_it_stops_where_surrogate_and_model_agree():
+    found = run_spring(KSMEA(smc=1.0), ExactSurrogate())  # 1 is never exceeded
+    assert (found.stop, found.updates) == ("sdf", 1)
+    assert found.history[0].sdf < 1e-11
+
+
+def test_at_the_exact_values_only_the_difference_can_stop_it():
+    """Without noise nothing is left to compare the surrogate's error with."""
+    truth = tuple(Spring.parameters.to_cube(SPRING_TRUTH))
+    method = KSMEA(polish=False)
+    found = run_spring(method, ExactSurrogate(), Guess(always=truth), noise=Noise(0.0, 0.0))
+    assert (found.stop, found.updates) == ("sdf", 1) and found.history[0].smc == -np.inf
+    assert np.allclose(found.x, SPRING_TRUTH, rtol=1e-14)
+
+
+def test_it_stops_at_a_point_that_is_a_sample_already():
+    found = run_spring(KSMEA(polish=False), ExactSurrogate(error=1.0), Guess(always=(0.2, 0.7)))
+    assert (found.stop, found.updates) == ("repeated", 2) and not found.was_cut_short
+
+
+def test_it_stops_at_its_budget():
+    found = run_spring(KSMEA(polish=False, budget=10), ExactSurrogate(error=1.0))
+    assert (found.stop, found.updates, found.model_evaluations) == ("budget", 4, 10) and found.was_cut_short
+
+
+@pytest.mark.parametrize("budget", [7, 8, 9, 11, 30])
+def test_the_budget_holds_for_updates_and_final_step_together(budget):
+    method = KSMEA(polish=False, max_updates=2, final_step=True, budget=budget)
+    found = run_spring(method, ExactSurrogate(error=1.0))
+    assert found.model_evaluations <= budget
+    if budget <= 11:  # derivatives by differences take 4 points each: all that was left is used
+        assert found.model_evaluations == budget
+
+
+@pytest.mark.xfail(strict=True, reason="a search that evaluates the true model does not know its budget")
+def test_the_budget_holds_where_the_surrogate_is_the_true_model():
+    found = run_spring(KSMEA(budget=50), NoSurrogate(), Guess(n=100))
+    assert found.model_evaluations <= 50
+
+
+def test_a_search_on_the_surrogate_has_its_own_budget():
+    surrogate = ExactSurrogate(error=1.0)
+    found = run_spring(KSMEA(max_updates=3, surrogate_budget=50), surrogate, Guess(n=1000))
+    assert found.surrogate_evaluations == 3 * 50 and found.updates == 3
+
+
+def test_surrogate_evaluations_are_counted_apart():
+    surrogate = ExactSurrogate(error=1.0)
+    found = run_spring(KSMEA(max_updates=4, polish=False), surrogate, Guess(n=20))
+    assert found.surrogate_evaluations == 4 * 20 == surrogate.rows - 4
+    surrogate = ExactSurrogate(error=1.0)
+    found = run_spring(KSMEA(max_updates=4), surrogate, Guess(n=20))
+    # beside the search each optimum is predicted once more, for the stopping rules
+    assert found.surrogate_evaluations == surrogate.rows - found.updates > found.updates * 20
+    assert found.model_evaluations == 6 + found.updates
+
+
+def test_the_optimum_is_added_as_a_sample():
+    surrogate = ExactSurrogate(error=1.0)
+    found = run_spring(KSMEA(max_updates=4), surrogate)
+    initial = latin_hypercube(6, 2, streams().design)
+    optima = Spring.parameters.to_cube([update.x for update in found.history])
+    assert len(surrogate.fitted) == 4
+    for k, u in enumerate(surrogate.fitted):
+        assert np.allclose(u, np.vstack([initial, optima[:k]]), rtol=0, atol=1e-14)  # cube to SI and back
+
+
+def test_the_search_ends_at_the_optimum_of_the_surrogate():
+    polished = run_spring(KSMEA(max_updates=1), ExactSurrogate(), Guess(n=30), noise=Noise(0.0, 0.0))
+    rough = run_spring(KSMEA(max_updates=1, polish=False), ExactSurrogate(), Guess(n=30), noise=Noise(0.0, 0.0))
+    assert np.allclose(polished.x, SPRING_TRUTH, rtol=1e-8)
+    assert not np.allclose(rough.x, SPRING_TRUTH, rtol=1e-3)
+
+
+def test_the_best_of_all_true_evaluations_is_returned():
+    """Also a sample of the initial design, where no optimum of a poor surrogate is better."""
+    found = run_spring(KSMEA(max_updates=3, polish=False), ExactSurrogate(error=1.0), Guess(always=(1.0, 1.0)), 40)
+    misfit = Misfit(measured(Spring(), SPRING_TRUTH, noise=Noise(0.05, 0.0)), "log")
+    points = Spring.parameters.to_si(latin_hypercube(40, 2, streams().design))
+    values = misfit.value(Spring().response(points))
+    assert np.array_equal(found.x, points[values.argmin()])
+    assert found.misfit == pytest.approx(values.min(), rel=1e-12) and found.misfit < found.history[0].misfit
+
+
+def test_only_the_nearest_samples_to_the_best_one_are_fitted():
+    surrogate = ExactSurrogate(error=1.0)
+    found = run_spring(KSMEA(max_updates=6, polish=False, nearest=5), surrogate, samples=9)
+    points = np.vstack(
+        [latin_hypercube(9, 2, streams().design), Spring.parameters.to_cube([update.x for update in found.history])]
+    )
+    misfit = Misfit(measured(Spring(), SPRING_TRUTH, noise=Noise(0.05, 0.0)), "log")
+    values = misfit.value(Spring().response(Spring.parameters.to_si(points)))
+    for k, u in enumerate(surrogate.fitted):
+        known = points[: 9 + k]
+        distance = np.linalg.norm(known - known[values[: 9 + k].argmin()], axis=1)
+        assert len(u) == 5
+        expected = known[distance <= np.sort(distance)[4]]
+        assert np.allclose(u, expected, rtol=0, atol=1e-14)
+
+
+def test_between_refits_the_sample_is_only_appended():
+    surrogate = AppendingSurrogate(error=1.0)
+    found = run_spring(KSMEA(max_updates=7, polish=False, refit_every=3), surrogate)
+    assert found.updates == 7
+    assert [len(u) for u in surrogate.fitted] == [6, 9, 12]  # before updates 1, 4 and 7
+    optima = Spring.parameters.to_cube([update.x for update in found.history])
+    assert np.allclose([u for u, _ in surrogate.appended], optima[[0, 1, 3, 4]], rtol=0, atol=1e-14)
+    responses = Spring().response(np.array([update.x for update in found.history]))[[0, 1, 3, 4], :, 0]
+    assert np.allclose([y[:4] for _, y in surrogate.appended], np.log(np.abs(responses)), rtol=0, atol=1e-12)
+
+
+def test_a_surrogate_that_cannot_append_is_fitted_every_time():
+    surrogate = ExactSurrogate(error=1.0)
+    run_spring(KSMEA(max_updates=4, polish=False, refit_every=3), surrogate)
+    assert [len(u) for u in surrogate.fitted] == [6, 7, 8, 9]
+
+
+def test_a_surrogate_that_can_is_refitted_from_where_it_was():
+    surrogate = RefittingSurrogate(error=1.0)
+    run_spring(KSMEA(max_updates=4, polish=False), surrogate)
+    assert [len(u) for u in surrogate.fitted] == [6]
+    assert [len(u) for u in surrogate.refitted] == [7, 8, 9] and not surrogate.appended
+
+
+class BiasedAtOneSpeed(ExactSurrogate):
+    """Wrong by 1 in ln|y| at the first speed, and aware of it."""
+
+    aware = True
+
+    def fit(self, u, y, model, rng):
+        self.error = np.zeros(y.shape[1])
+        self.error[0] = 1.0
+        predictor = super().fit(u, y, model, rng)
+        if self.aware:
+            predictor.leave_one_out = lambda: self.error
+        return predictor
+
+
+def test_the_error_that_a_surrogate_tells_of_takes_weight_from_its_outputs():
+    distance = {}
+    for surrogate_error in (True, False):
+        method = KSMEA(max_updates=1, surrogate_error=surrogate_error)
+        found = run_spring(method, BiasedAtOneSpeed(), Guess(n=30), noise=Noise(0.01, 0.0))
+        distance[surrogate_error] = np.linalg.norm(found.history[0].x / SPRING_TRUTH - 1)
+    # noise of 1 % against an error of 1 in a logarithm
+    assert distance[True] < 0.03 and distance[False] > 0.1
+
+
+def test_a_surrogate_that_does_not_tell_its_error_is_taken_at_its_word():
+    unaware = BiasedAtOneSpeed()
+    unaware.aware = False
+    first = run_spring(KSMEA(max_updates=1), unaware, Guess(n=30))
+    second = run_spring(KSMEA(max_updates=1, surrogate_error=False), BiasedAtOneSpeed(), Guess(n=30))
+    assert same(first.history, second.history)
+
+
+def test_the_history_holds_what_was_predicted_and_what_came():
+    found = run_spring(KSMEA(max_updates=1, polish=False, smc=-1e9), ExactSurrogate(error=0.1))
+    update = found.history[0]
+    measurement = measured(Spring(), SPRING_TRUTH, noise=Noise(0.05, 0.0))
+    response = Spring().response(update.x[None])[0]
+    misfit = Misfit(measurement, "log")
+    # ln|y|, cos and sin each 0.1 too large
+    phase = np.angle(response)
+    predicted = np.abs(response) * np.exp(0.1 + 1j * np.arctan2(np.sin(phase) + 0.1, np.cos(phase) + 0.1))
+    assert update.misfit == pytest.approx(misfit.value(response[None])[0], rel=1e-9)
+    assert update.predicted_misfit == pytest.approx(misfit.value(predicted[None])[0], rel=1e-9)
+    assert update.sdf == pytest.approx(np.sum(np.abs(predicted - response)), rel=1e-9)
+    residual = np.sum(np.abs(response - measurement.values) ** 2)
+    assert update.smc == pytest.approx(1 - np.sum(np.abs(predicted - response) ** 2) / residual, rel=1e-9)
+
+
+# ---- what cannot work is refused before anything is run
+
+
+@pytest.mark.parametrize(
+    "method, samples, text",
+    [
+        (KSMEA(), 21, "samples: expected at least 22 for this surrogate with 5 unknowns, got 21"),
+        (KSMEA(budget=30), 31, "method.budget: expected more than the 31 initial samples, got 30"),
+        (KSMEA(budget=30), 30, "method.budget: expected more than the 30 initial samples, got 30"),
+        (KSMEA(nearest=21), 40, "method.nearest: expected at least 22 for this surrogate with 5 unknowns, got 21"),
+    ],
+)
+def test_parts_that_cannot_work_together_are_refused(rotor, method, samples, text):
+    with pytest.raises(SettingError) as caught:
+        method.validate(rotor, Kriging(), DE(), samples)
+    assert str(caught.value).startswith(text) and "\n" not in str(caught.value)
+
+
+def test_parts_that_just_work_together_are_taken(rotor):
+    KSMEA(budget=23, nearest=22).validate(rotor, Kriging(), DE(), 22)
+
+
+def test_an_optimizer_that_does_not_suit_the_unknowns_is_refused(rotor):
+    class ForTwo(Guess):
+        def check_dimension(self, dim):
+            raise SettingError(f"got {dim} unknowns")
+
+    with pytest.raises(SettingError, match="got 5 unknowns"):
+        KSMEA().validate(rotor, Kriging(), ForTwo(), 40)
