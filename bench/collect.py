@@ -7,10 +7,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from bench.figures import summary_figure
+from bench.figures import png, summary_figure
+from bench.files import replace_file
 from bench.plan import Plan, read_plan
 from bench.records import RESULTS
-from bench.tables import as_text, runs_frame, summary_frame, write_csv
+from bench.tables import as_text, csv_text, runs_frame, summary_frame
 
 
 def collect(output: Path) -> int:
@@ -18,9 +19,9 @@ def collect(output: Path) -> int:
     plan = read_plan(output)
     runs = runs_frame(plan, output)
     summary = summary_frame(plan, runs)
-    write_csv(runs, output / "runs.csv")
-    write_csv(summary, output / f"{plan.name}.csv")
-    summary_figure(plan, runs, summary, output / f"{plan.name}.png")
+    replace_file(output / "runs.csv", csv_text(runs).encode())
+    replace_file(output / f"{plan.name}.csv", csv_text(summary).encode())
+    replace_file(output / f"{plan.name}.png", png(summary_figure(plan, runs, summary)))
     print(as_text(plan, summary))
     print(f"\n{_count_line(plan, runs)}\nwritten to {output}: {plan.name}.csv, runs.csv, {plan.name}.png")
     return 0 if runs["status"].isin(RESULTS).all() else 1

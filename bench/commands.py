@@ -52,7 +52,12 @@ def explain(words: list[str]) -> int:
         [_output(place, "explain")] if place else sorted(path.parent for path in Path("results").glob("*/plan.jsonl"))
     )
     for folder in folders:
-        plan = read_plan(folder)
+        try:
+            plan = read_plan(folder)
+        except SettingError:
+            if place:
+                raise
+            continue  # the plan of another experiment, which nobody asked for
         for run in plan.runs:
             if run.key.startswith(key):
                 print(_explanation(plan, run, folder))

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+import io
 
 import numpy as np
 import pandas as pd
@@ -16,7 +16,7 @@ OURS, PAPER, REFERENCE = "#2b6ca3", "#c8501e", "#444444"
 MOST_LABELS = 12  # more cells than this are numbered, not named
 
 
-def summary_figure(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, path: Path) -> None:
+def summary_figure(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> Figure:
     """A panel per parameter (and updates, evaluations, time): box plots over the repetitions, the paper's values."""
     names = list(dict.fromkeys(summary["parameter"]))
     columns = min(4, len(names))
@@ -33,7 +33,13 @@ def summary_figure(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, path: 
     repetitions = int(runs.groupby("cell").size().max())
     plural = "s" if repetitions > 1 else ""
     figure.suptitle(f"{plan.name}: medians, quartiles and extremes of {repetitions} repetition{plural}")
-    figure.savefig(path, dpi=130)
+    return figure
+
+
+def png(figure: Figure) -> bytes:
+    content = io.BytesIO()
+    figure.savefig(content, format="png", dpi=130)
+    return content.getvalue()
 
 
 def _panel(panel: Axes, plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame) -> None:

@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -15,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from bench.files import replace_file
 from ksmea.errors import SettingError
 
 SCHEMA = 2
@@ -106,15 +106,7 @@ def _hash(content: Any) -> str:
 def write_plan(plan: Plan, output: Path) -> None:
     """Write `plan.jsonl` in one move: a head, a line per cell, a line per run."""
     output.mkdir(parents=True, exist_ok=True)
-    partial = output / f"{PLAN_FILE}.{os.getpid()}.tmp"
-    try:
-        with partial.open("w", encoding="utf-8") as file:
-            file.writelines(json.dumps(line) + "\n" for line in _lines(plan))
-            file.flush()
-            os.fsync(file.fileno())
-        os.replace(partial, output / PLAN_FILE)
-    finally:
-        partial.unlink(missing_ok=True)
+    replace_file(output / PLAN_FILE, "".join(json.dumps(line) + "\n" for line in _lines(plan)).encode())
 
 
 def _lines(plan: Plan) -> Iterator[dict[str, Any]]:

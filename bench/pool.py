@@ -20,7 +20,7 @@ Task = TypeVar("Task")
 
 # A server process imports everything once and forks the workers; a new one after a crash costs milliseconds.
 CONTEXT = multiprocessing.get_context("forkserver")
-PRELOADED = ["bench.execute"]
+BEGINS = None  # what a worker says before it begins a task
 
 
 @dataclass(frozen=True)
@@ -48,12 +48,13 @@ def run_tasks(
     workers: int,
     limits: Limits,
     on_start: Callable[[Task], None],
+    preload: Iterable[str] = (),
 ) -> Iterator[tuple[Task, dict[str, Any]]]:
     """`function(*arguments)` for every (task, arguments), as results come: (task, what the function returned).
 
-    A task whose worker died or was stopped has {'status': 'killed' or 'timeout', 'error': why} instead.
+    `preload` names modules that workers find loaded. A task whose worker died or was stopped has {'status': 'killed' or 'timeout', 'error': why} instead.
     """
-    CONTEXT.set_forkserver_preload(PRELOADED)
+    CONTEXT.set_forkserver_preload(list(preload))
     waiting = iter(tasks)
     pool: list[_Worker[Task]] = []
     try:
@@ -96,7 +97,7 @@ def _hand_out(
         task, arguments = following
         on_start(task)
         idle.task = task
-        idle.deadline = None if limits.seconds is None else time.monotonic() + limits.seconds
+        idle.deadline = None
         try:
             idle.connection.send(arguments)
         except OSError:
@@ -119,11 +120,17 @@ def _wait(busy: list[_Worker[Task]]) -> None:
 
 
 def _outcome(worker: _Worker[Task], limits: Limits) -> dict[str, Any] | None:
-    """What became of a worker's task, or None while it goes on."""
+    """What became of a worker's task, or None while it goes on.
+
+    The clock of a task starts when the worker says that it begins: starting a process takes longer than some runs.
+    """
     was_alive = worker.process.is_alive()  # asked first: what a dead worker has sent is in the pipe by now
     try:
-        if worker.connection.poll():
-            return worker.connection.recv()
+        while worker.connection.poll():
+            message = worker.connection.recv()
+            if message is not BEGINS:
+                return message
+            worker.deadline = None if limits.seconds is None else time.monotonic() + limits.seconds
     except (EOFError, OSError):
         worker.process.join()
         was_alive = False
@@ -159,8 +166,8 @@ def _serve(connection: Connection, function: Callable[..., dict[str, Any]], memo
             arguments = connection.recv()
         except (EOFError, OSError):
             return
-        result = function(*arguments)
         try:
-            connection.send(result)
+            connection.send(BEGINS)
+            connection.send(function(*arguments))
         except OSError:
             return

@@ -112,8 +112,8 @@ def _printed_values(paper: str | None) -> dict[tuple[str, int], tuple[float, flo
     }
 
 
-def write_csv(frame: pd.DataFrame, path: Path) -> None:
-    frame.to_csv(path, index=False, float_format="%.10g", lineterminator="\n")
+def csv_text(frame: pd.DataFrame) -> str:
+    return frame.to_csv(index=False, float_format="%.10g", lineterminator="\n")
 
 
 def as_text(plan: Plan, summary: pd.DataFrame) -> str:

@@ -14,6 +14,7 @@ from bench.execute import execute
 from bench.log import experiment_log
 from bench.plan import Plan, Run, read_plan
 from bench.pool import Limits, run_tasks
+from bench.provenance import OURS
 from bench.records import RESULTS, RecordWriter, finished_keys, read_records
 
 JOURNALS = "journals"
@@ -51,7 +52,7 @@ def work(job: Job) -> None:
         # disable=None: silent where there is no terminal
         with tqdm(total=len(todo), desc=plan.name, unit="run", disable=None) as bar:
             tasks = ((run, _arguments(plan, run, job)) for run in todo)
-            for run, record in run_tasks(execute, tasks, n_worker, job.limits, on_start=writer.started):
+            for run, record in run_tasks(execute, tasks, n_worker, job.limits, writer.started, _own_modules(plan)):
                 writer.result(run, record)
                 if job.journal and record["status"] in RESULTS:
                     _journal(run, job).unlink(missing_ok=True)  # only a run without a result needs it again
@@ -67,6 +68,11 @@ def available_cores() -> int:
 def unfinished(runs: Iterable[Run], finished: set[str]) -> list[Run]:
     """Runs without a result, each key once."""
     return list({run.key: run for run in runs if run.key not in finished}.values())
+
+
+def _own_modules(plan: Plan) -> list[str]:
+    """Modules that workers may find loaded: not those of outside plugins, which could harm all workers at once."""
+    return [name for name in plan.modules if name.partition(".")[0] in OURS]
 
 
 def _arguments(plan: Plan, run: Run, job: Job) -> tuple[Any, ...]:

@@ -45,9 +45,13 @@ def main() -> int:
         events = _events(disturbed)
         repeated = sum(count - 1 for count in Counter(key for event, key in events if event == "started").values())
         results = Counter(key for event, key in events if event == "result")
-        print(f"{kills} kills ({arguments.how}); {repeated} runs were started again, at most {workers} were in flight each time")
+        print(
+            f"{kills} kills ({arguments.how}); {repeated} runs were started again, at most {workers} were in flight each time"
+        )
         same = all(_same(undisturbed / name, disturbed / name) for name in ("table3.csv", "runs.csv"))
-        print(f"runs with more than one result: {sum(count > 1 for count in results.values())}; tables identical: {same}")
+        print(
+            f"runs with more than one result: {sum(count > 1 for count in results.values())}; tables identical: {same}"
+        )
         return 0 if same and repeated <= workers * max(kills, 1) else 1
 
 
@@ -94,9 +98,7 @@ def _workers(parent: int) -> list[int]:
     """Processes below the fork server of a bench process."""
     children = Path(f"/proc/{parent}/task/{parent}/children").read_text().split()
     return [
-        int(worker)
-        for child in children
-        for worker in Path(f"/proc/{child}/task/{child}/children").read_text().split()
+        int(worker) for child in children for worker in Path(f"/proc/{child}/task/{child}/children").read_text().split()
     ]
 
 

@@ -7,6 +7,7 @@ from typing import Any
 
 from hydra.core.config_store import ConfigStore
 from hydra.core.plugins import Plugins
+from hydra.core.utils import JobStatus
 from hydra.plugins.sweeper import Sweeper
 from hydra.types import HydraContext, TaskFunction
 from omegaconf import DictConfig
@@ -37,7 +38,8 @@ class PlanSweeper(Sweeper):
             try:
                 if jobs:
                     for job in self.launcher.launch(jobs, initial_job_idx=0):
-                        _ = job.return_value  # raises what the job raised
+                        if job.status == JobStatus.FAILED:
+                            raise job._return_value  # as `return_value` does, without its remark on stderr
             except Exception:
                 collect(experiment.output)  # what there is; then the reason why it is not all
                 raise

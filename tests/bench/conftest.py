@@ -13,9 +13,6 @@ from hydra.core.global_hydra import GlobalHydra
 
 from bench import door
 
-PARAMETERS = ["kxx", "kyy", "cxx", "cyy", "u"]
-ROWS = [*PARAMETERS, "updates", "model_evaluations", "time"]
-
 
 @dataclass(frozen=True)
 class Ended:
@@ -63,7 +60,7 @@ def quick():
 @pytest.fixture(scope="session")
 def cheapest():
     """Settings without an experiment whose run takes a few milliseconds."""
-    return ["optimizer.generations=1", "optimizer.population=5", "method.max_updates=1", "surrogate=rsm", "samples=25"]
+    return ["optimizer.generations=1", "optimizer.population=5", "method.max_updates=1", "surrogate=none", "samples=25"]
 
 
 @pytest.fixture(scope="session")
@@ -92,11 +89,12 @@ def table3(shell, quick, tmp_path_factory):
 
 @pytest.fixture
 def enter(tmp_path, monkeypatch, capsys):
-    """The bench inside this process, which spares its imports, in a working directory of the test's own."""
+    """The bench inside this process, in a working directory of the test's own; it spares the imports and the figure."""
 
     def call(*words, output="results/run"):
         monkeypatch.chdir(tmp_path)
         monkeypatch.setattr(sys, "argv", ["bench"])
+        monkeypatch.setattr("bench.collect.summary_figure", lambda *arguments: None)
         monkeypatch.setenv("HYDRA_FULL_ERROR", "1")  # the door sets it: so it is restored
         capsys.readouterr()
         try:

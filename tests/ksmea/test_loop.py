@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 import pytest
 
+from bench.synthetic import Synthetic
 from ksmea.contracts import Channel
 from ksmea.errors import SettingError
 from ksmea.identification import Streams
@@ -69,13 +70,16 @@ def rotor():
 
 @pytest.mark.parametrize("seed", [0, 1, 2])
 def test_without_noise_all_five_parameters_are_identified(rotor, seed):
+    """SMC off, because without noise it can fire at a wrong optimum. The surrogate within 5e-8 m of the true model,
+    summed over 106 responses of 1 to 100 µm, was found to leave 1e-4 of the parameters."""
     problem = Counted(rotor)
     measurement = measured(rotor, list(REFERENCE.values()))
-    method = KSMEA(max_updates=12)
+    method = KSMEA(smc=1.0, sdf=5e-8, max_updates=30)
     found = method.identify(problem, measurement, Kriging(), SHORT_DE, 80, streams(seed))
-    assert np.all(np.abs(found.x / list(REFERENCE.values()) - 1) < 1e-3)  # what the surrogate was found to reach
+    assert found.stop == "sdf" and found.history[-1].sdf < 5e-8 <= min(update.sdf for update in found.history[:-1])
+    assert np.all(np.abs(found.x / list(REFERENCE.values()) - 1) < 1e-3)
     assert not any(found.at_bound)
-    assert problem.agrees_with(found) and found.model_evaluations == 80 + found.updates <= 92
+    assert problem.agrees_with(found) and found.model_evaluations == 80 + found.updates
     assert found.updates == len(found.history)
     assert found.misfit == min(update.misfit for update in found.history) < found.history[0].misfit
     parts = found.seconds
@@ -170,7 +174,8 @@ def test_nothing_that_is_handed_to_an_identification_holds_the_true_values(kind)
 
     settings = ThreeDisk(n_speed=50)  # 53 speeds would have 500 and 700 rad/s among them
     problem = settings.build()
-    measurement = measured(problem, list(settings.reference().values()), kind, Noise(0.1, 0.0))
+    synthetic = Synthetic(kind=kind, relative=0.1)
+    measurement = synthetic.measure(settings, settings.reference(), np.random.default_rng(0))
     Method(max_updates=1).identify(problem, measurement, Kriging(), DE(generations=2), 30, streams())
     assert problem in received and measurement in received
     assert true_values_in(*received, vars(problem)["reduction"]) == set()
@@ -460,6 +465,11 @@ def test_the_history_holds_what_was_predicted_and_what_came():
     assert update.sdf == pytest.approx(np.sum(np.abs(predicted - response)), rel=1e-9)
     residual = np.sum(np.abs(response - measurement.values) ** 2)
     assert update.smc == pytest.approx(1 - np.sum(np.abs(predicted - response) ** 2) / residual, rel=1e-9)
+
+
+def test_a_surrogate_without_any_prediction_is_an_error_that_says_so():
+    with pytest.raises(ArithmeticError, match="none of the 20 points of the optimiser has a finite misfit"):
+        run_spring(KSMEA(polish=False), ExactSurrogate(error=np.nan), Guess(n=20))
 
 
 # ---- what cannot work is refused before anything is run

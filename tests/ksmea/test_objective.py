@@ -95,7 +95,10 @@ def test_the_last_batch_is_cut_to_the_budget_and_then_it_is_spent():
 
 def test_a_batch_that_fits_exactly_does_not_spend_the_budget():
     objective = Objective(2, Bowl().residuals, budget=4)
-    assert len(objective(random_points(4))) == 4
+    assert len(objective(random_points(4))) == 4 and not objective.was_refused
+    with pytest.raises(BudgetSpent):
+        objective(random_points(1))
+    assert objective.was_refused
 
 
 def test_the_best_point_of_a_cut_batch_is_remembered():
