@@ -9,8 +9,10 @@ from typing import Any
 
 from hydra.core.config_store import ConfigStore
 from omegaconf import MISSING, OmegaConf
+from omegaconf.errors import OmegaConfBaseException
 
 from ksmea import registry
+from ksmea.errors import SettingError
 
 CONF = Path(__file__).resolve().parents[1] / "conf"
 
@@ -46,7 +48,15 @@ def register_schemas() -> None:
     store.store(name="bench_schema", node=BenchConfig)
     for group in registry.GROUPS:
         for name in registry.registered(group):
-            store.store(group=group, name=name, node=_typed_node(group, name))
+            store.store(group=group, name=name, node=_node(group, name))
+
+
+def _node(group: str, name: str) -> Any:
+    """The schema of a plugin; its bare name where it is broken, so that it is refused only where it is chosen."""
+    try:
+        return _typed_node(group, name)
+    except (SettingError, OmegaConfBaseException):
+        return {"name": name}
 
 
 def _typed_node(group: str, name: str) -> Any:
@@ -57,4 +67,7 @@ def _typed_node(group: str, name: str) -> Any:
     )
     node = OmegaConf.structured(named)
     OmegaConf.set_readonly(node, None)  # a frozen dataclass would refuse every override
+    for field in dataclasses.fields(settings):
+        if node[field.name] == {}:  # names that the plugin alone knows
+            OmegaConf.set_struct(node[field.name], False)
     return node

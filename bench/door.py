@@ -15,10 +15,12 @@ from bench.config import CONF, register_schemas
 from bench.experiment import job_of
 from bench.help import help_text
 from bench.messages import USER_ERRORS, one_line
+from bench.overrides import parse
 from bench.work import work
+from ksmea import registry
 from ksmea.errors import SettingError, unknown
 
-FAILED, BAD_INPUT, INTERRUPTED = 1, 2, 130
+FAILED, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 1, 2, 130, 141
 DISK_TROUBLE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
 HELP = ("help", "--help", "-h")
 HYDRA_OPTIONS = (
@@ -49,6 +51,9 @@ def run(words: list[str]) -> int:
         return _refused(str(error))
     except USER_ERRORS as error:
         return _refused(one_line(error))
+    except BrokenPipeError:  # who reads what is printed has gone; the files are written
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return BROKEN_PIPE
     except OSError as error:
         return _cannot_write(error)
     except KeyboardInterrupt:
@@ -61,6 +66,7 @@ def _experiment(words: list[str]) -> int:
     for word in words:
         if word.startswith("-") and word.partition("=")[0] not in HYDRA_OPTIONS:
             raise unknown("option", word, HYDRA_OPTIONS)
+    _check_names(words)
     os.environ["HYDRA_FULL_ERROR"] = "1"  # errors come here as they are; this is the only place that prints them
     register_schemas()
     sys.argv[1:] = [f"+{word}" if word.startswith("experiment=") else word for word in words]
@@ -71,6 +77,14 @@ def _experiment(words: list[str]) -> int:
     except SystemExit as exit:
         return int(exit.code or 0)
     return 0
+
+
+def _check_names(words: list[str]) -> None:
+    """Every choice of a plugin is a name; Hydra itself fails on a number or null there, and merges a list."""
+    for choice in parse([word for word in words if "=" in word and not word.startswith("-")]):
+        for name in choice.values:
+            if choice.key in registry.GROUPS and not isinstance(name, str):
+                raise unknown(choice.key, str(name), registry.registered(choice.key))
 
 
 @hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")

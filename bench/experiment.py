@@ -2,23 +2,27 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from hydra.core.config_loader import ConfigLoader
+from hydra.core.override_parser.types import Quote, QuotedString
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
+from bench.config import BenchConfig
 from bench.execute import plugins_of
 from bench.overrides import Choice, grid_points, parse
 from bench.plan import Cell, ParameterFacts, Plan, all_runs, write_plan
 from bench.provenance import code_digest, commit, library_versions, used_modules
 from bench.records import finished_keys
+from bench.tables import PAPER
 from bench.work import Job, unfinished
 from ksmea import registry
-from ksmea.errors import SettingError
+from ksmea.errors import SettingError, unknown
 
 # Settings of the whole experiment, which cannot be an axis of it.
 WHOLE = ("name", "repetitions", "output", "paper", "grid")
@@ -40,13 +44,13 @@ class Experiment:
         choices = parse(arguments)
         fixed = [choice for choice in choices if len(choice.values) <= 1]
         swept = {choice.key: choice.values for choice in choices if len(choice.values) > 1}
-        for key in swept:
-            if key in (*WHOLE, *WORKING, "batch", "experiment"):
-                raise SettingError(f"{key}: expected one value for the whole experiment, got several; give one")
+        _check_axes(swept)
         composer = _Composer(loader, master, fixed)
         config = composer.composed({})
         _check_whole(config)
         grid = OmegaConf.to_container(config.grid)
+        for block in grid:
+            _check_axes(block)
         points = grid_points(grid, swept, {choice.key for choice in fixed})
         modules: dict[str, str] = {}
         cells = tuple(_cell(composer.at(point), point, modules) for point in points)
@@ -92,7 +96,7 @@ def job_of(config: DictConfig) -> Job:
 
 def _quoted(path: Path) -> str:
     """A path as a value in Hydra's grammar."""
-    return "'" + str(path).replace("\\", "\\\\").replace("'", "\\'") + "'"
+    return QuotedString(str(path), Quote.single).with_quotes()
 
 
 class _Composer:
@@ -123,8 +127,22 @@ class _Composer:
         return self._composed[overrides]
 
 
+def _check_axes(keys: Iterable[str]) -> None:
+    for key in keys:
+        if key in (*WHOLE, *WORKING, "batch", "experiment"):
+            raise SettingError(f"{key}: expected one value for the whole experiment, got several; give one")
+
+
 def _check_whole(config: DictConfig) -> None:
-    for key, least in (("repetitions", 1), ("workers", 1), ("batches", 1), ("seed", 0)):
+    known = [field.name for field in dataclasses.fields(BenchConfig)]
+    for key in config:
+        if key not in (*known, "hydra"):
+            raise unknown("setting", str(key), [*known, "experiment"])
+    if Path(config.name).name != config.name:
+        raise SettingError(f"name: expected the name of a file, got '{config.name}'")
+    if config.paper is not None and not (PAPER / f"{config.paper}.csv").is_file():
+        raise unknown("table of the paper", config.paper, [path.stem for path in PAPER.glob("*.csv")])
+    for key, least in (("repetitions", 1), ("workers", 1), ("batches", 1)):
         if config[key] is not None and config[key] < least:
             raise SettingError(f"{key}: expected at least {least}, got {config[key]}")
     for key in ("timeout", "memory"):
@@ -140,8 +158,9 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) ->
 
     The modules that it uses are added to `modules`.
     """
-    if config.samples < 1:
-        raise SettingError(f"samples: expected at least 1, got {config.samples}")
+    for key, least in (("samples", 1), ("seed", 0)):
+        if config[key] < least:
+            raise SettingError(f"{key}: expected at least {least}, got {config[key]}")
     settings = {group: OmegaConf.to_container(config[group], resolve=True) for group in registry.GROUPS}
     plugins = plugins_of(settings)
     problem = plugins["problem"].build()

@@ -6,7 +6,7 @@ import dataclasses
 
 from bench.config import CONF
 from ksmea import registry
-from ksmea.errors import unknown
+from ksmea.errors import SettingError, unknown
 from ksmea.settings import expected_range
 
 USAGE = """\
@@ -32,7 +32,16 @@ def help_text(words: list[str]) -> str:
     group, *names = words
     if group not in registry.GROUPS:
         raise unknown("group", group, registry.GROUPS)
-    return "\n\n".join(_plugin_text(group, name) for name in names or registry.registered(group))
+    if names:
+        return "\n\n".join(_plugin_text(group, name) for name in names)
+    return "\n\n".join(_plugin_text_or_why_not(group, name) for name in registry.registered(group))
+
+
+def _plugin_text_or_why_not(group: str, name: str) -> str:
+    try:
+        return _plugin_text(group, name)
+    except SettingError as error:  # a broken plugin does not take the help on the others away
+        return str(error)
 
 
 def _plugin_text(group: str, name: str) -> str:

@@ -37,16 +37,15 @@ class Synthetic(Settings):
     mesh: int | None = setting(
         None, "number of elements of the model that makes the data; null: the problem's", at_least=1
     )
-    truth: dict[str, float] | None = setting(
-        None, "true values in the units of the problem's parameters; null, or a name left out: the published ones"
+    truth: dict[str, float] = setting(
+        {}, "true values in the units of the problem's parameters; a name left out: the published one"
     )
 
     def true_values(self, settings: ProblemSettings, problem: Problem) -> dict[str, float]:
         """True value of every unknown by name, SI."""
-        published = settings.reference()
-        values = dict(published)
+        values = dict(self._source(settings).reference())
         units = {parameter.name: parameter.si_per_unit for parameter in problem.parameters}
-        for name, value in (self.truth or {}).items():
+        for name, value in self.truth.items():
             if name not in units:
                 raise unknown("parameter in measurement.truth:", name, units)
             values[name] = value * units[name]
@@ -68,4 +67,7 @@ class Synthetic(Settings):
             return settings
         if "mesh" not in {field.name for field in dataclasses.fields(settings)}:
             raise SettingError("measurement.mesh: expected a problem with a mesh, got one without; leave it null")
-        return dataclasses.replace(settings, mesh=self.mesh)
+        try:
+            return dataclasses.replace(settings, mesh=self.mesh)
+        except SettingError as error:
+            raise SettingError(f"measurement.{error}") from error

@@ -30,10 +30,16 @@ def _place_row(plan: Plan, run: Run) -> dict[str, Any]:
     return {
         "key": run.key,
         "cell": run.cell,
-        **{axis: cell.place.get(axis) for axis in plan.axes},
+        **_columns(plan, cell),
         "seed": cell.seed,
         "repetition": run.repetition,
     }
+
+
+def _columns(plan: Plan, cell: Cell) -> dict[str, Any]:
+    """Where a cell stands on the axes; lists and mappings as text, which can be compared and counted."""
+    place = {axis: cell.place.get(axis) for axis in plan.axes}
+    return {axis: str(value) if isinstance(value, (list, dict)) else value for axis, value in place.items()}
 
 
 def _result_row(record: dict[str, Any]) -> dict[str, Any]:
@@ -89,7 +95,7 @@ def _summary_row(
         "parameter": name,
         "unit": facts[name].unit if name in facts else dict(EFFORT)[name],
         "reference": reference,
-        **{axis: cell.place.get(axis) for axis in plan.axes},
+        **_columns(plan, cell),
         "paper": paper,
         "paper_error_pct": paper_error,
         "median": quartiles[1],

@@ -34,7 +34,17 @@ def plugin_class(group: str, name: str) -> type:
     points = registered(group)
     if name not in points:
         raise unknown(group, name, points)
-    return points[name].load()
+    try:
+        plugin = points[name].load()
+    except (Exception, SystemExit) as error:
+        raise SettingError(f"{group}={name}: {points[name].value} cannot be loaded: {_one_line(error)}") from error
+    if not (isinstance(plugin, type) and dataclasses.is_dataclass(plugin) and plugin.__dataclass_params__.frozen):
+        raise SettingError(f"{group}={name}: expected a frozen dataclass at {points[name].value}, got {plugin!r}")
+    return plugin
+
+
+def _one_line(error: BaseException) -> str:
+    return " ".join(f"{type(error).__name__}: {error}".split())
 
 
 def create(group: str, name: str, settings: Mapping[str, Any]) -> Any:

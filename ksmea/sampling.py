@@ -9,9 +9,9 @@ from ksmea.parameters import Array
 
 
 def latin_hypercube(samples: int, d: int, rng: np.random.Generator) -> Array:
-    """Latin hypercube (samples, d), improved by random coordinate exchanges that lower its centred discrepancy.
+    """Latin hypercube (samples, d): every one of `samples` equal slices of every coordinate holds one point.
 
-    The paper names the Latin hypercube (its reference [32]) and no more; the improvement costs milliseconds and
-    spares the surrogate the worst holes.
+    M. D. McKay, R. J. Beckman and W. J. Conover, Technometrics 21 (1979) 239–245, doi 10.2307/1268522. The paper names
+    the Latin hypercube and no more, so nothing is optimised on top of it.
     """
-    return qmc.LatinHypercube(d, optimization="random-cd", rng=rng).random(samples)
+    return qmc.LatinHypercube(d, rng=rng).random(samples)

@@ -1,0 +1,224 @@
+"""The plan: keys that tell runs apart, seeds by component, and the file."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from hydra import initialize_config_dir
+from hydra.core.global_hydra import GlobalHydra
+from hydra.types import RunMode
+
+from bench.config import CONF, register_schemas
+from bench.experiment import Experiment
+from bench.plan import all_runs, component_seeds, generator, read_plan, write_plan
+from ksmea import registry
+from ksmea.errors import SettingError
+
+COMPONENTS = ["noise", "design", "surrogate", "optimizer"]
+
+# Where no rule below finds another legal value: settings that hang together, and lists or mappings.
+OTHER_VALUES = {
+    "optimizer.chromosome_length": {"optimizer.chromosome_length": 53, "optimizer.bits": [12, 11, 10, 10, 10]},
+    "optimizer.bits": {"optimizer.bits": [10, 11, 11, 10, 10]},
+    "problem.sensors": {"problem.sensors": [0.2]},
+    "problem.directions": {"problem.directions": ["y"]},
+    "problem.bounds": {"problem.bounds": {"kxx": [10.0, 99.0]}},
+    "measurement.truth": {"measurement.truth": {"kxx": 40.0}},
+    "measurement.mesh": {"measurement.mesh": 21},
+    "surrogate.theta": {"surrogate.theta": [1.0, 1.0, 1.0, 1.0, 1.0]},
+    "method.nearest": {"method.nearest": 60},
+    "method.budget": {"method.budget": 1000},
+}
+
+
+@pytest.fixture(scope="module")
+def compose():
+    """The plan that a command line means."""
+    register_schemas()
+    with initialize_config_dir(str(CONF), version_base="1.3"):
+        loader = GlobalHydra.instance().config_loader()
+        master = loader.load_configuration("config", overrides=[], run_mode=RunMode.MULTIRUN)
+        yield lambda *words: Experiment.compose(loader, master, list(words)).plan
+
+
+def another(group, field):
+    """A block of the grid that gives this setting another legal value than its default."""
+    key = f"{group}.{field.name}"
+    if key in OTHER_VALUES:
+        return {name: [value] for name, value in OTHER_VALUES[key].items()}  # bare, a list would be an axis
+    default = field.default
+    limits = {name: field.metadata.get(name) for name in ("at_least", "above", "at_most")}
+    if field.metadata.get("choices"):
+        value = next(choice for choice in field.metadata["choices"] if choice != default)
+    elif isinstance(default, bool):
+        value = not default
+    elif default is None:
+        value = 7 if "int" in field.type else 0.5
+    elif isinstance(default, int):
+        value = default - 1 if limits["at_most"] == default else default + 1
+    elif limits["at_least"] == default == 0:
+        value = 0.25
+    else:
+        value = default * (0.9375 if limits["at_most"] is not None else 1.0625)
+    return {key: value}
+
+
+def settings_of_every_plugin():
+    for group in registry.GROUPS:
+        for name in registry.registered(group):
+            for field in dataclasses.fields(registry.plugin_class(group, name)):
+                yield group, name, field
+
+
+def test_the_key_changes_with_every_setting_of_every_plugin(compose):
+    blocks = [{}]
+    for group, name, field in settings_of_every_plugin():
+        blocks.append({group: name, **another(group, field)})
+    plan = compose("repetitions=1", "samples=100", "grid=" + hydra_text(blocks))
+    assert len(plan.runs) == len(blocks) > 60
+    keys = {}
+    for block, run in zip(blocks, plan.runs):
+        assert run.key not in keys, f"{block} has the key of {keys[run.key]}"
+        keys[run.key] = block
+
+
+def hydra_text(value):
+    if isinstance(value, dict):
+        return "{" + ",".join(f"{key}:{hydra_text(entry)}" for key, entry in value.items()) + "}"
+    if isinstance(value, list):
+        return "[" + ",".join(map(hydra_text, value)) + "]"
+    return json.dumps(value) if not isinstance(value, str) else value
+
+
+@pytest.mark.parametrize("word", ["samples=101", "seed=1"])
+def test_the_key_changes_with_samples_and_seed(word, compose):
+    [plain], [changed] = compose("repetitions=1").runs, compose("repetitions=1", word).runs
+    assert plain.key != changed.key
+
+
+def test_the_key_changes_with_repetition_code_and_versions(compose):
+    plan = compose("repetitions=3")
+    assert len({run.key for run in plan.runs}) == 3
+    [cell] = plan.cells
+    other_code = dataclasses.replace(cell, code="0" * 16)
+    newer = {**plan.versions, "scipy": "99.0"}
+    for cells, versions in (((other_code,), plan.versions), ((cell,), newer)):
+        changed = all_runs(cells, 3, versions)
+        assert not {run.key for run in changed} & {run.key for run in plan.runs}
+        assert [run.question for run in changed] == [run.question for run in plan.runs]
+
+
+@pytest.mark.parametrize(
+    "word", ["workers=1", "timeout=60", "output=elsewhere", "batches=4", "name=other", "paper=table3", "repetitions=1"]
+)
+def test_what_changes_no_result_leaves_the_key(word, compose):
+    assert compose(word).runs[0].key == compose().runs[0].key
+
+
+def test_a_value_is_the_same_whether_the_grid_the_command_line_or_a_default_says_it(compose):
+    [default] = compose("repetitions=1").runs
+    [said] = compose("repetitions=1", "samples=100", "optimizer=de", "optimizer.population=100").runs
+    [swept, _] = compose("repetitions=1", "problem.mesh=13,21", "method.smc=0.999").runs
+    [gridded] = compose("repetitions=1", "grid=[{surrogate:kriging,samples:100}]").runs
+    assert default.key == said.key == swept.key == gridded.key
+
+
+def test_a_group_from_the_grid_keeps_the_experiments_plain_values(compose):
+    plan = compose("+experiment=table3", "optimizer=de,pso", "samples=40", "optimizer.population=30")
+    assert [cell.settings["optimizer"]["name"] for cell in plan.cells] == ["de", "pso"]
+    assert all(cell.settings["optimizer"]["population"] == 30 for cell in plan.cells)
+    assert all(cell.settings["measurement"]["relative"] == 0.1 for cell in plan.cells)
+
+
+def test_table3_is_planned_as_the_paper_has_it(compose):
+    plan = compose("+experiment=table3")
+    assert (plan.name, plan.paper, plan.axes) == ("table3", "table3", ("samples",))
+    assert [cell.settings["samples"] for cell in plan.cells] == [40, 70, 100, 200]
+    assert len(plan.runs) == 4 * 20
+    names = {part: settings["name"] for part, settings in plan.cells[0].settings.items() if part in registry.GROUPS}
+    assert names == {
+        "problem": "three_disk",
+        "measurement": "synthetic",
+        "surrogate": "kriging",
+        "optimizer": "de",
+        "method": "ksmea",
+    }
+    assert plan.cells[0].settings["problem"]["mesh"] == 13
+    assert plan.cells[0].settings["measurement"]["relative"] == 0.1
+
+
+def test_repetitions_come_one_after_the_other_over_all_cells(compose):
+    plan = compose("+experiment=table3", "repetitions=3")
+    assert [(run.repetition, run.cell) for run in plan.runs] == [(r, c) for r in range(3) for c in range(4)]
+
+
+def test_what_the_method_ignores_does_not_tell_runs_apart(compose):
+    plan = compose("method=direct", "samples=40,70", "surrogate=kriging,rsm", "repetitions=1")
+    assert len(plan.runs) == 4 and len({run.key for run in plan.runs}) == 1
+
+
+def test_the_key_does_not_depend_on_the_order_of_settings(compose):
+    plan = compose("+experiment=table3", "repetitions=2")
+    turned = tuple(dataclasses.replace(cell, settings=_reversed(cell.settings)) for cell in plan.cells)
+    assert list(turned[0].settings) != list(plan.cells[0].settings)
+    versions = _reversed(plan.versions)
+    assert all_runs(turned, 2, versions) == plan.runs
+
+
+def _reversed(settings):
+    return {
+        key: _reversed(value) if isinstance(value, dict) else value
+        for key, value in reversed(list(settings.items()))
+    }
+
+
+def test_a_repetition_has_the_same_seeds_for_all_methods_and_samples(compose):
+    plan = compose("samples=40,70", "surrogate=kriging,rsm", "optimizer=de,pso", "repetitions=2", "seed=7")
+    for repetition in range(2):
+        seeds = [plan.seeds(run) for run in plan.runs if run.repetition == repetition]
+        assert len(seeds) == 8 and all(each == seeds[0] for each in seeds)
+
+
+def test_components_repetitions_and_seeds_draw_different_numbers():
+    drawn = [
+        generator(entropy).random()
+        for seed in range(3)
+        for repetition in range(4)
+        for entropy in component_seeds(seed, repetition).values()
+    ]
+    assert sorted(component_seeds(0, 0)) == sorted(COMPONENTS)
+    assert len(set(drawn)) == len(drawn) == 3 * 4 * 4
+
+
+def test_the_same_seeds_draw_the_same_numbers_for_ever():
+    """Written down, so that a change of the seeding cannot pass unseen: it would change every table."""
+    first = [generator(component_seeds(0, 1)[component]).integers(1_000_000) for component in COMPONENTS]
+    expected = [np.random.default_rng([0, 1, place]).integers(1_000_000) for place in (1, 2, 3, 4)]
+    assert first == expected
+
+
+def test_the_file_gives_back_the_plan(compose, tmp_path):
+    plan = compose("+experiment=table3", "optimizer=de,ga", "problem.bounds.kxx=[10,90]", "repetitions=2", "seed=3")
+    write_plan(plan, tmp_path / "new" / "folder")
+    assert read_plan(tmp_path / "new" / "folder") == plan
+    assert [path.name for path in (tmp_path / "new" / "folder").iterdir()] == ["plan.jsonl"]
+
+
+def test_another_plan_replaces_the_file(compose, tmp_path):
+    write_plan(compose("+experiment=table3"), tmp_path)
+    smaller = compose("repetitions=1")
+    write_plan(smaller, tmp_path)
+    assert read_plan(tmp_path) == smaller
+
+
+def test_no_plan_or_one_of_another_schema_is_refused_in_one_line(compose, tmp_path):
+    with pytest.raises(SettingError, match=r"found no plan\.jsonl; run the experiment first$"):
+        read_plan(tmp_path)
+    write_plan(compose("repetitions=1"), tmp_path)
+    file = tmp_path / "plan.jsonl"
+    head, *rest = file.read_text().splitlines()
+    file.write_text("\n".join([json.dumps({**json.loads(head), "schema": 0}), *rest]))
+    with pytest.raises(SettingError, match=r"expected a plan of schema") as caught:
+        read_plan(tmp_path)
+    assert "\n" not in str(caught.value)

@@ -1,0 +1,85 @@
+"""Workers that raise nothing, exit, crash, hang or are killed cost their own task only."""
+
+import os
+import signal
+import sys
+import time
+
+import pytest
+
+from bench.pool import Limits, run_tasks
+
+
+def behave(how):
+    """A task of each kind; it must be importable by a worker process."""
+    if how == "exit":
+        os._exit(3)
+    if how == "killed":
+        os.kill(os.getpid(), signal.SIGKILL)
+    if how == "segfault":
+        os.kill(os.getpid(), signal.SIGSEGV)
+    if how == "hang":
+        time.sleep(60)
+    if how == "allocate":
+        try:
+            bytearray(8 * 2**30)
+        except MemoryError:
+            return {"status": "error", "error": "MemoryError"}
+    return {"status": "done", "pid": os.getpid(), "how": how}
+
+
+# Workers import this module by name to find `behave`.
+sys.modules.setdefault("test_pool", sys.modules[__name__])
+behave.__module__ = "test_pool"
+
+
+@pytest.fixture
+def importable(monkeypatch):
+    monkeypatch.syspath_prepend(os.path.dirname(__file__))
+    monkeypatch.setenv("PYTHONPATH", os.path.dirname(__file__))
+
+
+def outcomes(kinds, workers=2, limits=Limits(), started=None):
+    on_start = (started if started is not None else []).append
+    tasks = ((index, (kind,)) for index, kind in enumerate(kinds))
+    return dict(run_tasks(behave, tasks, workers, limits, on_start))
+
+
+@pytest.mark.usefixtures("importable")
+class TestPool:
+    def test_every_task_is_done_once_and_announced_before(self):
+        started = []
+        done = outcomes([f"task {i}" for i in range(20)], started=started)
+        assert sorted(done) == sorted(started) == list(range(20))
+        assert all(done[index]["how"] == f"task {index}" for index in done)
+        assert len({record["pid"] for record in done.values()}) == 2
+
+    @pytest.mark.parametrize(
+        ("how", "status", "why"),
+        [
+            ("exit", "killed", "exit code 3"),
+            ("killed", "killed", "SIGKILL"),
+            ("segfault", "killed", "SIGSEGV"),
+            ("hang", "timeout", "within 1 s"),
+        ],
+    )
+    def test_a_worker_that_dies_or_hangs_costs_its_task_only(self, how, status, why):
+        done = outcomes(["a", how, "b", how, "c", "d"], limits=Limits(seconds=1))
+        assert [done[index]["status"] for index in range(6)] == ["done", status, "done", status, "done", "done"]
+        assert why in done[1]["error"]
+
+    def test_memory_beyond_the_limit_is_refused_to_the_task(self):
+        done = outcomes(["allocate", "a"], limits=Limits(memory=4 * 2**30))
+        assert done[0]["error"] == "MemoryError"
+        assert done[1]["status"] == "done"
+
+    def test_the_clock_of_a_task_is_monotonic(self, monkeypatch):
+        monkeypatch.setattr(time, "time", lambda: 0.0)  # a wall clock set back half a century
+        assert outcomes(["a", "b"], limits=Limits(seconds=20))[1]["status"] == "done"
+
+    def test_leaving_early_leaves_no_process_behind(self):
+        running = run_tasks(behave, ((i, ("hang" if i else "a",)) for i in range(3)), 2, Limits(), lambda task: None)
+        _, record = next(running)
+        running.close()
+        with pytest.raises(ProcessLookupError):
+            os.kill(record["pid"], 0)

@@ -1,0 +1,80 @@
+"""What makes a result stale: a change of the code that computes it, and no other."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from bench.provenance import ROOT, code_digest, used_modules
+from ksmea.registry import GROUPS
+
+CHOSEN = dict.fromkeys(GROUPS) | {
+    "problem": {"name": "three_disk"},
+    "measurement": {"name": "synthetic"},
+    "surrogate": {"name": "kriging"},
+    "optimizer": {"name": "de"},
+    "method": {"name": "ksmea"},
+}
+
+
+def test_a_run_uses_its_plugins_and_all_that_they_import():
+    used = used_modules(CHOSEN)
+    chosen = {"optimizers.de", "optimizers.isolation", "surrogates.kriging", "surrogates.theta_search", "ksmea.loop"}
+    physics = {"problems.three_disk", "problems.rotor.receptance", "problems.rotor.shaft", "ksmea.misfit", "bench.execute"}
+    assert chosen | physics <= used.keys()
+
+
+def test_a_run_does_not_use_other_plugins_nor_what_prints_results():
+    used = used_modules(CHOSEN)
+    assert not {"optimizers.ga", "surrogates.rsm", "bench.figures", "bench.tables", "bench.door"} & used.keys()
+
+
+def test_what_a_method_ignores_is_not_used():
+    used = used_modules(CHOSEN | {"surrogate": None, "method": {"name": "direct"}})
+    assert "surrogates.kriging" not in used
+    assert "ksmea.loop" not in used
+
+
+@pytest.fixture(scope="module")
+def copy(tmp_path_factory):
+    """A copy of the source whose files a test may edit."""
+    place = tmp_path_factory.mktemp("copy")
+    for package in ("bench", "ksmea", "optimizers", "problems", "surrogates"):
+        shutil.copytree(ROOT / package, place / package, ignore=shutil.ignore_patterns("__pycache__"))
+    return place
+
+
+def digest_in(place):
+    program = f"from bench.provenance import *; print(code_digest(used_modules({CHOSEN!r})))"
+    done = subprocess.run([sys.executable, "-c", program], cwd=place, capture_output=True, text=True, check=True)
+    return done.stdout.strip()
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "is_stale"),
+    [
+        ("surrogates/theta_search.py", "VARIANCE_FLOOR = 1e-20", "VARIANCE_FLOOR = 1e-19", True),
+        ("problems/rotor/shaft.py", "import numpy as np", "import numpy as np\n\nDENSITY = 1.0", True),
+        ("optimizers/ga.py", "import copy", "import copy\nimport math", False),
+        ("bench/figures.py", 'OURS, PAPER', 'NEW, OURS, PAPER', False),
+        ("ksmea/loop.py", "import time", "# a remark\nimport   time", False),
+        ("ksmea/loop.py", '"""KSMEA: ', '"""KSMEA, in other words: ', False),
+    ],
+    ids=["constant", "physics", "other plugin", "presentation", "comment", "docstring"],
+)
+def test_an_edit_makes_stale_what_is_computed_by_it(copy, file, old, new, is_stale):
+    before = digest_in(copy)
+    path = Path(copy, file)
+    text = path.read_text(encoding="utf-8")
+    assert old in text
+    path.write_text(text.replace(old, new, 1), encoding="utf-8")
+    try:
+        assert (digest_in(copy) != before) is is_stale
+    finally:
+        path.write_text(text, encoding="utf-8")
+
+
+def test_the_digest_does_not_depend_on_the_place_of_the_source(copy):
+    assert digest_in(copy) == code_digest(used_modules(CHOSEN))

@@ -1,0 +1,137 @@
+"""Replayed evaluations are exactly those of the earlier attempt, and are not computed again."""
+
+import numpy as np
+import pytest
+
+from ksmea.direct import Direct
+from ksmea.identification import Streams
+from ksmea.journal import Journal, journaled
+from ksmea.loop import KSMEA
+from ksmea.measurement import Measurement, Noise, observe
+from ksmea.registry import plugin_class, registered
+from problems.three_disk import ThreeDisk
+from surrogates.kriging import Kriging
+
+
+class PowerCut(BaseException):
+    """The process ends here, as far as the run can tell."""
+
+
+class Counted:
+    """A problem that counts what it computes and may be cut off."""
+
+    def __init__(self, problem, cut_after=None):
+        self.problem, self.cut_after, self.computed = problem, cut_after, 0
+
+    def __getattr__(self, name):
+        return getattr(self.problem, name)
+
+    def response(self, x):
+        self._count(len(x))
+        return self.problem.response(x)
+
+    def sensitivity(self, x):
+        self._count(1)
+        return self.problem.sensitivity(x)
+
+    def _count(self, n):
+        if self.cut_after is not None and self.computed >= self.cut_after:
+            raise PowerCut
+        self.computed += n
+
+
+@pytest.fixture(scope="module")
+def problem():
+    return ThreeDisk().build()
+
+
+@pytest.fixture(scope="module")
+def measurement(problem):
+    x = problem.parameters.to_si(np.array([0.4, 0.6, 0.5, 0.7, 0.3]))
+    noise = Noise(0.1, 0.0)
+    values = observe(problem.response(x[None])[0], "amplitude", noise, np.random.default_rng(1))
+    return Measurement(problem.speed, problem.channels, values, noise, "test")
+
+
+def identify(method, optimizer, problem, measurement):
+    streams = Streams(*(np.random.default_rng(seed) for seed in (1, 2, 3)))
+    return method.identify(problem, measurement, Kriging(), optimizer, 30, streams)
+
+
+def cheap(name):
+    few = {"lm": {"screening": 200, "starts": 2}}
+    return plugin_class("optimizer", name)(**few.get(name, {"generations": 6, "population": 20}))
+
+
+@pytest.mark.parametrize("name", [name for name in registered("optimizer") if name in ("de", "pso", "ga", "lm")])
+@pytest.mark.parametrize("method", [Direct(), KSMEA(max_updates=4, final_step=True)], ids=["direct", "ksmea"])
+def test_a_run_cut_off_twice_ends_like_an_undisturbed_one(method, name, problem, measurement, tmp_path):
+    undisturbed = Counted(problem)
+    expected = identify(method, cheap(name), undisturbed, measurement)
+    path = tmp_path / "run.journal"
+    computed = 0
+    for fraction in (0.5, 0.25, None):  # of the evaluations of a whole run, at each attempt
+        cut_after = None if fraction is None else int(fraction * undisturbed.computed)
+        counted = Counted(problem, cut_after)
+        journal = Journal(path)
+        try:
+            found = identify(method, cheap(name), journaled(counted, journal), measurement)
+        except PowerCut:
+            found = None
+        finally:
+            journal.close()
+        computed += counted.computed
+    assert np.array_equal(found.x, expected.x)
+    assert (found.misfit, found.stop, found.updates) == (expected.misfit, expected.stop, expected.updates)
+    assert found.model_evaluations == expected.model_evaluations
+    assert computed == undisturbed.computed  # nothing was computed twice
+
+
+def test_a_torn_or_damaged_entry_and_all_behind_it_is_computed_again(problem, tmp_path):
+    path = tmp_path / "run.journal"
+    points = [problem.parameters.to_si(np.full((2, 5), value)) for value in (0.2, 0.5, 0.8)]
+    journal = Journal(path)
+    answers = [journaled(problem, journal).response(x) for x in points]
+    journal.close()
+    whole = path.read_bytes()
+    entry = len(whole) // 3
+    for damaged in (whole[:-5], whole[: 2 * entry + 40] + b"?" + whole[2 * entry + 41 :]):
+        path.write_bytes(damaged)
+        counted = Counted(problem)
+        journal = Journal(path)
+        again = [journaled(counted, journal).response(x) for x in points]
+        journal.close()
+        assert counted.computed == 2  # the third entry's two points
+        assert all(np.array_equal(one, other) for one, other in zip(again, answers))
+        assert path.read_bytes() == whole
+
+
+def test_other_questions_than_before_are_computed(problem, tmp_path):
+    path = tmp_path / "run.journal"
+    first, second = (problem.parameters.to_si(np.full((1, 5), value)) for value in (0.3, 0.6))
+    journal = Journal(path)
+    journaled(problem, journal).response(first)
+    journal.close()
+    journal = Journal(path)
+    assert np.array_equal(journaled(problem, journal).response(second), problem.response(second))
+    journal.close()
+    journal = Journal(path)  # the old answer is gone, the new one kept
+    counted = Counted(problem)
+    journaled(counted, journal).response(second)
+    assert counted.computed == 0
+
+
+def test_a_response_is_never_taken_for_a_sensitivity(problem, tmp_path):
+    x = problem.parameters.to_si(np.full((1, 5), 0.4))
+    journal = Journal(tmp_path / "run.journal")
+    journaled(problem, journal).response(x)
+    journal.close()
+    replaying = journaled(problem, Journal(tmp_path / "run.journal"))
+    assert np.array_equal(replaying.sensitivity(x[0]), problem.sensitivity(x[0]))
+
+
+def test_a_problem_without_sensitivity_has_none_behind_a_journal_either(problem, tmp_path):
+    class ResponseOnly:
+        parameters, speed, channels, response = problem.parameters, problem.speed, problem.channels, problem.response
+
+    assert not hasattr(journaled(ResponseOnly(), Journal(tmp_path / "run.journal")), "sensitivity")
