@@ -32,5 +32,5 @@ def _count_line(plan: Plan, runs: pd.DataFrame) -> str:
     if failed.empty:
         return f"all {len(runs)} runs of {plan.name} have a result"
     reasons = Counter(f"{row.status}: {row.error}" if row.error else row.status for row in failed.itertuples())
-    shown = "; ".join(f"{count} × {reason}" for reason, count in reasons.most_common(3))
+    shown = "; ".join(f"{count} × {' '.join(reason.split())}" for reason, count in reasons.most_common(3))
     return f"{len(failed)} of {len(runs)} failed ({shown})"

@@ -53,6 +53,8 @@ def _wrong_type(error: ValidationError) -> str:
     text = str(error.msg)
     if found := re.search(r"Value '(.*)' of type '\w+' could not be converted to (\w+)", text):
         return f"{error.full_key}: expected {EXPECTED.get(found[2], found[2])}, got '{found[1]}'"
+    if found := re.search(r"Value '(.*)' is not a valid bool", text):
+        return f"{error.full_key}: expected {EXPECTED['Boolean']}, got '{found[1]}'"
     if "is not a ListConfig" in text:
         return f"{error.full_key}: expected a list [a,b,...], got one value"
     if "Cannot assign int to DictConfig" in text or "is not a DictConfig" in text:

@@ -8,13 +8,8 @@ the second disk are the unknowns.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-import numpy as np
-
-from ksmea.contracts import Channel
-from ksmea.errors import SettingError, unknown
 from ksmea.parameters import (
     GRAM_MILLIMETRE,
     KILONEWTON_SECOND_PER_METRE,
@@ -22,13 +17,16 @@ from ksmea.parameters import (
     Parameter,
 )
 from ksmea.settings import Settings, setting
+from problems.band import RPM, band, check_band
+from problems.bounds import bounded_parameters
+from problems.probes import channels_of, check_probes
 from problems.rotor.data import Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane
 from problems.rotor.mesh import share_elements
 from problems.rotor.problem import RotorProblem
 from problems.rotor.unknowns import BearingTarget, Target, UnbalanceTarget, Unknown
 
 PAPER = "Han, Guo & Gao 2013"
-RAD_PER_S_PER_READING = {"rad_s": 1.0, "rpm": math.pi / 30}
+RAD_PER_S_PER_READING = {"rad_s": 1.0, "rpm": RPM}
 
 STEEL = Material(young_modulus=200e9, density=7800.0, poisson_ratio=0.3)
 SHAFT_RADIUS = 0.05  # m
@@ -92,27 +90,17 @@ class ThreeDisk(Settings):
 
     def check(self) -> None:
         share_elements(self.mesh, SEGMENT_LENGTHS)
-        if self.speed_to < self.speed_from or (self.speed_to == self.speed_from and self.n_speed > 1):
-            raise SettingError(
-                f"speed_to: expected more than speed_from ({self.speed_from:g}), got {self.speed_to:g}; swap them"
-            )
-        for name in ("sensors", "directions"):
-            entries = getattr(self, name)
-            if not entries or len(set(entries)) < len(entries):
-                raise SettingError(f"{name}: expected at least one entry and none twice, got {list(entries)}")
-        for direction in self.directions:
-            if direction not in ("x", "y"):
-                raise SettingError(f"directions: expected x or y, got {direction!r}")
+        check_band(self.speed_from, self.speed_to, self.n_speed)
+        check_probes(self.sensors, self.directions)
         self._parameters()
 
     def build(self) -> RotorProblem:
         """The problem; its rotor carries no values of the unknowns."""
-        step = RAD_PER_S_PER_READING[self.reading]
         return RotorProblem(
             rotor=three_disk_rotor(self.mesh),
             unknowns=tuple(Unknown(parameter, _targets(parameter.name)) for parameter in self._parameters()),
-            speed=step * np.linspace(self.speed_from, self.speed_to, self.n_speed),
-            channels=tuple(Channel(position, direction) for position in self.sensors for direction in self.directions),
+            speed=band(self.speed_from, self.speed_to, self.n_speed, RAD_PER_S_PER_READING[self.reading]),
+            channels=channels_of(self.sensors, self.directions),
         )
 
     def reference(self) -> dict[str, float]:
@@ -120,10 +108,7 @@ class ThreeDisk(Settings):
         return {"kxx": 50e6, "kyy": 70e6, "cxx": 500.0, "cyy": 700.0, "u": 200 * GRAM_MILLIMETRE}
 
     def _parameters(self) -> list[Parameter]:
-        for name in self.bounds:
-            if name not in UNITS:
-                raise unknown("name in bounds:", name, UNITS)
-        return [_parameter(name, self.bounds.get(name, BOUNDS[name])) for name in UNITS]
+        return bounded_parameters(UNITS, BOUNDS, self.bounds)
 
 
 def three_disk_rotor(mesh: int) -> Rotor:
@@ -156,10 +141,3 @@ def _targets(name: str) -> tuple[Target, ...]:
     if name == "u":
         return (UnbalanceTarget(0),)
     return (BearingTarget(0, name), BearingTarget(1, name))
-
-
-def _parameter(name: str, bounds: list[float]) -> Parameter:
-    unit, si_per_unit = UNITS[name]
-    if len(bounds) != 2:
-        raise SettingError(f"bounds of {name}: expected [lower, upper] in {unit}, got {list(bounds)}")
-    return Parameter(name, unit, si_per_unit, bounds[0] * si_per_unit, bounds[1] * si_per_unit)

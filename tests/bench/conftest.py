@@ -12,6 +12,7 @@ import pytest
 from hydra.core.global_hydra import GlobalHydra
 
 from bench import door
+from bench.plan import Cell, ParameterFacts, Plan, all_runs
 
 
 @dataclass(frozen=True)
@@ -27,7 +28,9 @@ class Ended:
         return pd.read_csv(self.output / f"{name}.csv")
 
     def runs(self):
-        return pd.read_csv(self.output / "runs.csv", dtype={"key": str}, keep_default_na=False, na_values={"time": [""]})
+        return pd.read_csv(
+            self.output / "runs.csv", dtype={"key": str}, keep_default_na=False, na_values={"time": [""]}
+        )
 
     def records(self):
         return (self.output / "records" / "batch-0000.jsonl").read_text()
@@ -50,6 +53,16 @@ def clean_environment(**changes):
     return kept | changes
 
 
+@pytest.fixture
+def plan():
+    """Two cells, 40 and 70 samples, of four repetitions each, made by hand."""
+    facts = (ParameterFacts("kxx", "MN/m", 1e6, 50e6), ParameterFacts("u", "g mm", 1e-6, 2e-4))
+    settings = {"method": {"name": "ksmea"}}
+    cells = tuple(Cell({"samples": n}, {**settings, "samples": n}, 0, facts, "c0de") for n in (40, 70))
+    runs = all_runs(cells, 4, {"numpy": "2.0"})
+    return Plan("table3", "table3", ("samples",), ("+experiment=table3",), "c0de", {"numpy": "2.0"}, {}, cells, runs)
+
+
 @pytest.fixture(scope="session")
 def quick():
     """An experiment of two cells that a core does in a second; a list, to be followed by more overrides."""
@@ -70,6 +83,7 @@ def shell():
     def call(*words, cwd, output="results/table3", timeout=100, **environment):
         done = subprocess.run(
             command(words),
+            check=False,
             cwd=cwd,
             env=clean_environment(**environment),
             capture_output=True,
@@ -77,6 +91,24 @@ def shell():
             timeout=timeout,
         )
         return Ended(done.returncode, done.stdout, done.stderr, Path(cwd, output))
+
+    return call
+
+
+@pytest.fixture(scope="session")
+def start():
+    """The same, not waited for, and in a session of its own so that all its processes can be signalled at once."""
+
+    def call(words, cwd):
+        return subprocess.Popen(
+            command(words),
+            cwd=cwd,
+            env=clean_environment(),
+            stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE,
+            text=True,
+            start_new_session=True,
+        )
 
     return call
 
@@ -95,6 +127,7 @@ def enter(tmp_path, monkeypatch, capsys):
         monkeypatch.chdir(tmp_path)
         monkeypatch.setattr(sys, "argv", ["bench"])
         monkeypatch.setattr("bench.collect.summary_figure", lambda *arguments: None)
+        monkeypatch.setattr("bench.collect.png", lambda figure: b"")
         monkeypatch.setenv("HYDRA_FULL_ERROR", "1")  # the door sets it: so it is restored
         capsys.readouterr()
         try:

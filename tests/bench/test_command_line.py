@@ -170,7 +170,10 @@ def test_batches_share_the_runs_and_none_is_done_twice(enter, cheapest):
     files = sorted(ended.output.glob("records/*.jsonl"))
     assert [path.name for path in files] == ["batch-0000.jsonl", "batch-0001.jsonl"]
     keys = [
-        line["key"] for path in files for line in map(json.loads, path.read_text().splitlines()) if line["event"] == "result"
+        line["key"]
+        for path in files
+        for line in map(json.loads, path.read_text().splitlines())
+        if line["event"] == "result"
     ]
     assert sorted(keys) == sorted(ended.runs()["key"]) and len(set(keys)) == 3
 
@@ -197,7 +200,7 @@ def test_it_works_where_a_conf_of_someone_else_lies(shell, cheapest, tmp_path):
     assert {path.name for path in tmp_path.iterdir()} == {"conf", "conf.py", folder}
 
 
-@pytest.mark.parametrize("folder", ["a b", "back\\slash", "tail\\", "quote'\\'s", "ünïcode", "$home", "{a}", "[1,2]"])
+@pytest.mark.parametrize("folder", ["back\\slash", "a b {1,2}\\", "quote'\\'s $é"])
 def test_an_output_with_signs_of_hydras_grammar(folder, enter, cheapest):
     quoted = quoted_for_hydra(folder)
     ended = enter(*cheapest, "repetitions=1", f"output={quoted}", output=folder)

@@ -168,8 +168,7 @@ def test_the_key_does_not_depend_on_the_order_of_settings(compose):
 
 def _reversed(settings):
     return {
-        key: _reversed(value) if isinstance(value, dict) else value
-        for key, value in reversed(list(settings.items()))
+        key: _reversed(value) if isinstance(value, dict) else value for key, value in reversed(list(settings.items()))
     }
 
 

@@ -138,8 +138,8 @@ def test_a_point_without_a_value_is_the_worst(bad):
 
 
 def test_screening_without_a_value_is_the_worst():
-    objective = Objective(1, lambda u: u, screening_at=lambda u: np.array([np.nan, 1.0]))
-    assert np.array_equal(objective.screening(np.array([[0.1], [0.2]])), [np.inf, 1.0])
+    objective = Objective(1, lambda u: u, screening_at=lambda u: np.array([np.nan, 1.0, -np.inf]))
+    assert np.array_equal(objective.screening(np.array([[0.1], [0.2], [0.3]])), [np.inf, 1.0, np.inf])
 
 
 def test_a_single_evaluation_without_a_value_is_not_the_best():

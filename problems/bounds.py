@@ -1,0 +1,26 @@
+"""Bounds of unknowns as people write them, in engineering units, made into parameters."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+from ksmea.errors import SettingError, unknown
+from ksmea.parameters import Parameter
+
+Units = Mapping[str, tuple[str, float]]  # of each unknown: the unit people read and its size in SI
+
+
+def bounded_parameters(
+    units: Units, defaults: Mapping[str, Sequence[float]], bounds: Mapping[str, Sequence[float]]
+) -> list[Parameter]:
+    """One parameter per name in `units`, in that order; a name that is not in `bounds` has its default bounds."""
+    for name in bounds:
+        if name not in units:
+            raise unknown("name in bounds:", name, units)
+    return [_parameter(name, *units[name], bounds.get(name, defaults[name])) for name in units]
+
+
+def _parameter(name: str, unit: str, si_per_unit: float, bounds: Sequence[float]) -> Parameter:
+    if len(bounds) != 2:
+        raise SettingError(f"bounds of {name}: expected [lower, upper] in {unit}, got {list(bounds)}")
+    return Parameter(name, unit, si_per_unit, bounds[0] * si_per_unit, bounds[1] * si_per_unit)

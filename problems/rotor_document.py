@@ -1,0 +1,282 @@
+"""What a rotor file says, made into a rotor with its unknowns, speeds and channels; docs/examples/rotor.yaml shows it.
+
+Whatever is not named as optional there has to be in the file: nothing is guessed.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.contracts import Channel
+from ksmea.errors import unknown
+from ksmea.parameters import Array, Parameter
+from problems.blocks import Block, Units, described, inside
+from problems.rotor.data import (
+    COEFFICIENTS,
+    STIFFNESSES,
+    Bearing,
+    Disk,
+    Material,
+    Rotor,
+    ShaftSegment,
+    UnbalancePlane,
+)
+from problems.rotor.mesh import share_elements
+from problems.rotor.problem import RotorProblem
+from problems.rotor.unknowns import UNBALANCE_PARTS, BearingTarget, Target, UnbalanceTarget, Unknown
+
+MOST_ELEMENTS, MOST_SPEEDS = 1000, 100_000  # far beyond any use; a slip of the pen must not fill the memory
+CROSS_COEFFICIENTS = ("kxy", "kyx", "cxy", "cyx")  # optional: none unless given
+PARTS = {"bearing": COEFFICIENTS, "unbalance": UNBALANCE_PARTS}  # what a target may set of which thing
+KIND_OF_PART = {
+    **{name: "stiffness" if name in STIFFNESSES else "damping" for name in COEFFICIENTS},
+    "magnitude": "unbalance",
+    "phase": "angle",
+}
+RING = ("position", "outer_diameter", "inner_diameter", "thickness", "material")
+WEIGHED = ("position", "mass", "polar_inertia", "diametral_inertia")
+NAME = re.compile(r"[A-Za-z][A-Za-z0-9_]*")
+
+
+@dataclass(frozen=True, eq=False)
+class RotorDescription:
+    """All that a rotor file says, SI."""
+
+    problem: RotorProblem
+    reference: Mapping[str, float]  # of the unknowns that have one
+
+
+def read_description(document: Block, mesh: int | None) -> RotorDescription:
+    """The description in a document; `mesh` elements take the place of those in the file."""
+    document.check_keys(
+        ("units", "materials", "shaft", "bearings", "unbalance", "speeds", "probes", "unknowns"), ["disks"]
+    )
+    units = Units.of(document.block("units"))
+    materials = _materials(document.block("materials"), units)
+    segments = _shaft(document.blocks("shaft"), units, materials, mesh)
+    shaft = inside(document, "shaft", lambda: Rotor(segments))
+    disks = [_disk(block, units, materials, shaft) for block in _optional_blocks(document, "disks")]
+    bearings, planes = document.blocks("bearings"), document.blocks("unbalance")
+    unknowns, reference = _unknowns(document.blocks("unknowns"), units, {"bearing": bearings, "unbalance": planes})
+    owners = {target: item.parameter.name for item in unknowns for target in item.targets}
+    rotor = Rotor(
+        segments,
+        tuple(disks),
+        tuple(_bearing(block, units, shaft, index, owners) for index, block in enumerate(bearings)),
+        tuple(_plane(block, units, shaft, index, owners) for index, block in enumerate(planes)),
+    )
+    problem = inside(
+        document,
+        "",
+        lambda: RotorProblem(
+            rotor, unknowns, _speeds(document, units), _channels(document.blocks("probes"), units, shaft)
+        ),
+    )
+    return RotorDescription(problem, reference)
+
+
+def _optional_blocks(document: Block, key: str) -> list[Block]:
+    return document.blocks(key) if key in document.values else []
+
+
+def _materials(block: Block, units: Units) -> dict[str, Material]:
+    return {str(name): _material(block.block(name), units) for name in map(str, block.values)}
+
+
+def _material(block: Block, units: Units) -> Material:
+    block.check_keys(("young_modulus", "density", "poisson_ratio"))
+    modulus = units.quantity(block, "young_modulus", "modulus", above=0)
+    density = units.quantity(block, "density", "density", above=0)
+    return Material(modulus, density, block.number("poisson_ratio", above=-1, at_most=0.5))
+
+
+def _shaft(
+    blocks: Sequence[Block], units: Units, materials: Mapping[str, Material], mesh: int | None
+) -> tuple[ShaftSegment, ...]:
+    for block in blocks:
+        block.check_keys(("length", "outer_diameter", "material", "elements"), ["inner_diameter"])
+    lengths = [units.quantity(block, "length", "length", above=0) for block in blocks]
+    given = [block.whole("elements", MOST_ELEMENTS) for block in blocks]
+    counts = given if mesh is None else share_elements(mesh, lengths)
+    return tuple(
+        ShaftSegment(length, outer, material=_material_of(block, materials), n_element=count, inner_radius=inner)
+        for block, length, count in zip(blocks, lengths, counts, strict=True)
+        for outer, inner in [_radii(block, units)]
+    )
+
+
+def _radii(block: Block, units: Units) -> tuple[float, float]:
+    """Outer and inner radius, m."""
+    outer = block.number("outer_diameter", units.unit("length").name, above=0)
+    if "inner_diameter" not in block.values:
+        return outer * units.unit("length").si / 2, 0.0
+    inner = units.quantity(block, "inner_diameter", "length", at_least=0)
+    if inner >= outer * units.unit("length").si:
+        raise block.error(
+            "inner_diameter", f"expected less than the outer_diameter ({outer:g}), got {block.values['inner_diameter']}"
+        )
+    return outer * units.unit("length").si / 2, inner / 2
+
+
+def _material_of(block: Block, materials: Mapping[str, Material]) -> Material:
+    return materials[block.choice("material", "material", materials)]
+
+
+def _disk(block: Block, units: Units, materials: Mapping[str, Material], shaft: Rotor) -> Disk:
+    """A ring of a material, or a mass with its inertias."""
+    has_mass = any(key in block.values for key in WEIGHED[1:])
+    if has_mass and any(key in block.values for key in RING[1:]):
+        raise block.error("", f"expected either {', '.join(RING[1:])} or {', '.join(WEIGHED[1:])}, got some of both")
+    block.check_keys(WEIGHED if has_mass else RING)
+    position = _position(block, units, shaft, "disk", needs_node=True)
+    if has_mass:
+        return Disk(
+            position,
+            mass=units.quantity(block, "mass", "mass", above=0),
+            polar_inertia=units.quantity(block, "polar_inertia", "inertia", at_least=0),
+            diametral_inertia=units.quantity(block, "diametral_inertia", "inertia", at_least=0),
+        )
+    outer, inner = _radii(block, units)
+    return Disk.from_geometry(
+        position,
+        outer_radius=outer,
+        inner_radius=inner,
+        thickness=units.quantity(block, "thickness", "length", above=0),
+        density=_material_of(block, materials).density,
+    )
+
+
+def _bearing(block: Block, units: Units, shaft: Rotor, index: int, owners: Mapping[Target, str]) -> Bearing:
+    sought = _sought(block, {name: BearingTarget(index, name) for name in COEFFICIENTS}, owners)
+    required = [name for name in COEFFICIENTS if name not in CROSS_COEFFICIENTS and name not in sought]
+    block.check_keys(["position", *required], CROSS_COEFFICIENTS)
+    position = _position(block, units, shaft, "bearing", needs_node=True)
+    given = [name for name in COEFFICIENTS if name in block.values]
+    return Bearing(position, **{name: units.quantity(block, name, KIND_OF_PART[name]) for name in given})
+
+
+def _plane(block: Block, units: Units, shaft: Rotor, index: int, owners: Mapping[Target, str]) -> UnbalancePlane:
+    sought = _sought(block, {part: UnbalanceTarget(index, part) for part in UNBALANCE_PARTS}, owners)
+    block.check_keys(["position", *(part for part in UNBALANCE_PARTS if part not in sought)])
+    position = _position(block, units, shaft, "unbalance", needs_node=False)
+    limits = {"magnitude": {"at_least": 0}, "phase": {}}
+    given = [part for part in UNBALANCE_PARTS if part in block.values]
+    return UnbalancePlane(
+        position, **{part: units.quantity(block, part, KIND_OF_PART[part], **limits[part]) for part in given}
+    )
+
+
+def _sought(block: Block, targets: Mapping[str, Target], owners: Mapping[Target, str]) -> list[str]:
+    """The keys of a block that an unknown sets, none of which may have a value of its own."""
+    sought = [key for key, target in targets.items() if target in owners]
+    for key in sought:
+        if key in block.values:
+            raise block.error(
+                key, f"expected no value, since unknown {owners[targets[key]]} sets it; remove one of them"
+            )
+    return sought
+
+
+def _position(block: Block, units: Units, shaft: Rotor, what: str, *, needs_node: bool) -> float:
+    position = units.quantity(block, "position", "length")
+    check = shaft.node_at if needs_node else shaft.require_on_shaft
+    inside(block, "position", lambda: check(position, what))
+    return position
+
+
+def _speeds(document: Block, units: Units) -> Array:
+    """(n_speed,) rad/s: a list, or a band with its ends and their number."""
+    unit = units.unit("speed")
+    value = document.values["speeds"]
+    if isinstance(value, list):
+        entries = document.entries("speeds")
+        listed = Block(
+            document.file, document.path, {f"speeds[{n}]": entry for n, entry in enumerate(entries, start=1)}
+        )
+        speeds = [listed.number(key, unit.name, above=0) for key in listed.values]
+        for key, before, speed in zip(list(listed.values)[1:], speeds, speeds[1:]):
+            if speed <= before:
+                raise document.error(key, f"expected speeds that rise, got {speed:g} after {before:g}")
+        return unit.si * np.array(speeds)
+    block = document.block("speeds")
+    block.check_keys(("from", "to", "number"))
+    first, n_speed = block.number("from", unit.name, above=0), block.whole("number", MOST_SPEEDS)
+    last = block.number("to", unit.name, **({"above": first} if n_speed > 1 else {"at_least": first}))
+    return unit.si * np.linspace(first, last, n_speed)
+
+
+def _channels(blocks: Sequence[Block], units: Units, shaft: Rotor) -> tuple[Channel, ...]:
+    channels: list[Channel] = []
+    for block in blocks:
+        block.check_keys(("position", "direction"))
+        position = _position(block, units, shaft, "probe", needs_node=False)
+        channel = Channel(position, block.choice("direction", "direction", ("x", "y")))
+        if channel in channels:
+            raise block.error("", f"expected each probe once, got {channel} again; remove it")
+        channels.append(channel)
+    return tuple(channels)
+
+
+def _unknowns(
+    blocks: Sequence[Block], units: Units, things: Mapping[str, Sequence[Block]]
+) -> tuple[tuple[Unknown, ...], dict[str, float]]:
+    """The unknowns, and the reference values of those that have one, SI."""
+    unknowns: list[Unknown] = []
+    reference: dict[str, float] = {}
+    owners: dict[Target, str] = {}
+    for block in blocks:
+        block.check_keys(("name", "lower", "upper", "sets"), ["reference"])
+        name = block.text("name")
+        if not NAME.fullmatch(name):
+            raise block.error("name", f"expected letters, digits and _ after a letter, got {described(name)}")
+        if name in (item.parameter.name for item in unknowns):
+            raise block.error("name", f"expected each name once, got '{name}' again")
+        targets, kind = _targets(block, things, owners)
+        owners |= dict.fromkeys(targets, name)
+        unit = units.unit(kind)
+        lower = block.number("lower", unit.name, **({"at_least": 0} if kind == "unbalance" else {}))
+        upper = block.number("upper", unit.name, above=lower)
+        unknowns.append(Unknown(Parameter(name, unit.name, unit.si, lower * unit.si, upper * unit.si), targets))
+        if "reference" in block.values:
+            reference[name] = units.quantity(block, "reference", kind, at_least=lower, at_most=upper)
+    return tuple(unknowns), reference
+
+
+def _targets(
+    block: Block, things: Mapping[str, Sequence[Block]], owners: Mapping[Target, str]
+) -> tuple[tuple[Target, ...], str]:
+    """What an unknown sets, and the kind of quantity that all of it is."""
+    targets: list[Target] = []
+    kinds: list[str] = []
+    for number, entry in enumerate(block.entries("sets"), start=1):
+        key = f"sets[{number}]"
+        target, part = _target(block, key, entry, things)
+        if target in owners or target in targets:
+            owner = owners.get(target, block.values["name"])
+            raise block.error(key, f"expected each number to be set once, got {described(entry)}, which {owner} sets")
+        targets.append(target)
+        kinds.append(KIND_OF_PART[part])
+        if kinds[-1] != kinds[0]:
+            raise block.error(key, f"expected a {kinds[0]} as in the first entry, got {described(entry)}")
+    return tuple(targets), kinds[0]
+
+
+def _target(block: Block, key: str, entry: object, things: Mapping[str, Sequence[Block]]) -> tuple[Target, str]:
+    """`bearing 2 kxx`: the thing, which one of them in the file's order, and what of it."""
+    words = entry.split() if isinstance(entry, str) else []
+    if len(words) != 3:
+        raise block.error(key, f"expected such as 'bearing 1 kxx' or 'unbalance 1 phase', got {described(entry)}")
+    thing, number, part = words
+    if thing not in things:
+        raise block.error(key, unknown("thing", thing, things))
+    count = len(things[thing])
+    if not (number.isascii() and number.isdigit() and len(number) < 6 and 1 <= int(number) <= count):
+        raise block.error(key, f"expected a {thing} from 1 to {count}, got {described(number)}")
+    if part not in PARTS[thing]:
+        raise block.error(key, unknown(f"part of {thing}", part, PARTS[thing]))
+    index = int(number) - 1
+    return (BearingTarget(index, part) if thing == "bearing" else UnbalanceTarget(index, part)), part

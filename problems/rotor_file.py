@@ -1,0 +1,61 @@
+"""Anyone's rotor, described in a YAML file: `problem=rotor problem.file=my_rotor.yaml`.
+
+docs/examples/rotor.yaml is such a file with remarks on every key.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass
+from functools import cached_property
+
+from ksmea.errors import SettingError
+from ksmea.settings import Settings, setting
+from problems.blocks import Block
+from problems.rotor.problem import RotorProblem
+from problems.rotor_document import MOST_ELEMENTS, RotorDescription, read_description
+from problems.strict_yaml import parse, read_bytes
+
+
+@dataclass(frozen=True)
+class RotorFile(Settings):
+    """A rotor described in a YAML file: shaft, disks, bearings, unbalance, probes, speeds, and what is unknown.
+
+    The file is read once, when it is first needed; a relative path starts at the working directory.
+    """
+
+    file: str = setting("", "the file; docs/examples/rotor.yaml shows all that it may say")
+    mesh: int | None = setting(
+        None,
+        "number of shaft elements in all, shared by length over the file's segments; null: as the file says",
+        at_least=1,
+        at_most=MOST_ELEMENTS,
+    )
+
+    def check(self) -> None:
+        if not self.file:
+            raise SettingError(
+                "file: expected the YAML file of a rotor, got none; give problem.file=my_rotor.yaml,"
+                " for example a copy of docs/examples/rotor.yaml"
+            )
+        self._description  # noqa: B018 – reading is checking
+
+    def build(self) -> RotorProblem:
+        """The problem; its rotor carries no values of the unknowns."""
+        return self._description.problem
+
+    def reference(self) -> dict[str, float]:
+        """The reference values in the file, SI; an unknown without one has none here."""
+        return dict(self._description.reference)
+
+    def fingerprint(self) -> str:
+        """Hash of the file's content, which the settings name but do not hold: a changed file is another problem."""
+        return hashlib.sha256(self._content).hexdigest()[:16]
+
+    @cached_property
+    def _content(self) -> bytes:
+        return read_bytes(self.file)
+
+    @cached_property
+    def _description(self) -> RotorDescription:
+        return read_description(Block.of_document(self.file, parse(self._content, self.file)), self.mesh)

@@ -1,0 +1,86 @@
+"""YAML in which a value is a number, a text, nothing, a list or a mapping, and never something else by surprise.
+
+PyYAML follows YAML 1.1, where 2e11 is a text, 010 is eight, 1:30 is ninety and `no` is false. Here a number is what
+a calculator takes for one, and a key that stands twice in a mapping is an error instead of the last one winning.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from ksmea.errors import SettingError
+
+LARGEST = 10**6  # bytes; a rotor with a thousand disks needs a tenth of it
+
+
+def read_bytes(path: str) -> bytes:
+    """The content of a file; the error says why there is none."""
+    try:
+        if Path(path).is_dir():
+            raise SettingError(f"{path}: expected a YAML file, got a directory; name a file in it")
+        if not Path(path).is_file():
+            raise SettingError(f"{path}: expected a YAML file, found none; looked in {Path.cwd()}")
+        content = Path(path).read_bytes()
+    except (OSError, ValueError) as error:  # ValueError: a path with a null character
+        raise SettingError(f"{_one_line(path)}: expected a file that can be read, got {_one_line(error)}") from error
+    if len(content) > LARGEST:
+        raise SettingError(f"{path}: expected at most {LARGEST} bytes, got {len(content)}; this is no description")
+    return content
+
+
+def parse(content: bytes, path: str) -> Any:
+    """The value that a YAML document holds; `path` names it in errors.
+
+    >>> parse(b"{modulus: 2e11, held: no, count: 010}", "example.yaml")
+    {'modulus': 200000000000.0, 'held': 'no', 'count': 10}
+    """
+    try:
+        text = content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise SettingError(f"{path}: expected a YAML text in UTF-8, got other bytes at {error.start}") from error
+    try:
+        return yaml.load(text, Loader=StrictLoader)
+    except yaml.MarkedYAMLError as error:
+        where = f" line {error.problem_mark.line + 1}" if error.problem_mark else ""
+        raise SettingError(f"{path}{where}: expected YAML, got {_one_line(error.problem)}") from error
+    except (yaml.YAMLError, ValueError) as error:  # ValueError: an explicit tag that does not fit its value
+        raise SettingError(f"{path}: expected YAML, got {_one_line(error)}") from error
+    except RecursionError as error:
+        raise SettingError(f"{path}: expected a rotor's description, got lists nested too deeply") from error
+
+
+class StrictLoader(yaml.SafeLoader):
+    """PyYAML's safe loader without the surprises named above."""
+
+    yaml_implicit_resolvers: dict = {}  # noqa: RUF012 – PyYAML's own way to say which plain words are no texts
+
+    def construct_mapping(self, node: yaml.Node, deep: bool = False) -> dict:
+        if isinstance(node, yaml.MappingNode):
+            seen = set()
+            for key in (key for key, _ in node.value if isinstance(key, yaml.ScalarNode)):
+                if key.value in seen:
+                    raise yaml.constructor.ConstructorError(
+                        None, None, f"the key '{key.value}' a second time", key.start_mark
+                    )
+                seen.add(key.value)
+        return super().construct_mapping(node, deep)
+
+
+INTEGER, FLOAT, NULL, MERGE = (f"tag:yaml.org,2002:{name}" for name in ("int", "float", "null", "merge"))
+NUMBER_STARTS = list("+-.0123456789")
+StrictLoader.add_implicit_resolver(INTEGER, re.compile(r"[-+]?[0-9]+$"), NUMBER_STARTS)
+StrictLoader.add_implicit_resolver(
+    FLOAT, re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?$"), NUMBER_STARTS
+)
+StrictLoader.add_implicit_resolver(NULL, re.compile(r"(~|null)?$"), ["", "~", "n"])
+StrictLoader.add_implicit_resolver(MERGE, re.compile(r"<<$"), ["<"])
+StrictLoader.add_constructor(INTEGER, lambda loader, node: int(loader.construct_scalar(node)))
+StrictLoader.add_constructor(FLOAT, lambda loader, node: float(loader.construct_scalar(node)))
+
+
+def _one_line(message: object) -> str:
+    return " ".join(str(message).split())

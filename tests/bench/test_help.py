@@ -1,0 +1,67 @@
+"""Help: every plugin and every setting with its default, and nothing that has to be kept up to date by hand."""
+
+import dataclasses
+from importlib.metadata import entry_points
+
+import pytest
+
+from bench.config import CONF, BenchConfig
+from ksmea import registry
+
+PLUGINS = [(group, point.name) for group, name in registry.GROUPS.items() for point in entry_points(group=name)]
+WORDS = {None: "null", True: "true", False: "false"}
+
+
+def default_of(field):
+    value = field.default if field.default is not dataclasses.MISSING else field.default_factory()
+    return WORDS[value] if value is None or isinstance(value, bool) else str(value)
+
+
+def test_the_first_page_names_experiments_plugins_and_settings(enter):
+    page = enter("help")
+    assert (page.code, page.err) == (0, "")
+    for group, name in PLUGINS:
+        [line] = [line for line in page.out.splitlines() if line.strip().startswith(f"{group}=")]
+        assert name in line.partition("=")[2].replace("|", " ").split()
+    for path in (CONF / "experiment").glob("*.yaml"):
+        assert path.stem in page.out
+    inner = {"name", "batch", "paper", "grid", *registry.GROUPS}
+    for field in dataclasses.fields(BenchConfig):
+        assert field.name in page.out or field.name in inner
+    assert "BENCH_TRACEBACK=1" in page.out
+    assert enter("--help").out == enter("-h").out == page.out
+
+
+@pytest.mark.parametrize("group, name", PLUGINS)
+def test_every_setting_of_every_plugin_with_its_default(group, name, enter):
+    page = enter("help", group, name)
+    assert (page.code, page.err) == (0, "")
+    head, *lines = page.out.splitlines()
+    assert head.startswith(f"{group}={name}: ") and len(head) > len(f"{group}={name}: ") + 10
+    fields = dataclasses.fields(registry.plugin_class(group, name))
+    assert len(lines) == len(fields)
+    for field, line in zip(fields, lines):
+        assert line.strip().startswith(f"{group}.{field.name}={default_of(field)}  ")
+        assert " ".join(field.metadata["help"].split()) in " ".join(line.split())
+        for choice in field.metadata["choices"]:
+            assert choice in line
+    assert page.out in enter("help", group).out
+
+
+def test_units_ranges_and_sources(enter):
+    page = enter("help", "optimizer", "de").out
+    [line] = [line for line in page.splitlines() if "optimizer.mutation_factor" in line]
+    assert "=0.8 " in line and "above 0 and at most 1.99" in line and "Table 5" in line
+    assert "[µm]" in enter("help", "measurement").out
+
+
+@pytest.mark.parametrize(
+    "words, expected",
+    [
+        (["optimiser"], "unknown group 'optimiser'; did you mean 'optimizer'?"),
+        (["optimizer", "dee"], "unknown optimizer 'dee'; did you mean 'de'?"),
+    ],
+)
+def test_help_on_what_is_not_there(words, expected, enter):
+    page = enter("help", *words)
+    assert page.code == 2 and page.out == "" and page.err.startswith(f"error: {expected}")
