@@ -8,7 +8,7 @@ from typing import Protocol
 
 import numpy as np
 
-from ksmea.contracts import Optimizer, Problem, Surrogate
+from ksmea.contracts import ComplexArray, Optimizer, Problem, Surrogate
 from ksmea.measurement import Measurement
 from ksmea.parameters import Array
 
@@ -33,12 +33,13 @@ class Update:
     predicted_misfit: float
     misfit: float
     smc: float
-    sdf: float
+    sdf: float  # m
+    sum_of_amplitudes: float  # Σ|y_FE|, m: what sdf is to be compared with
 
 
 @dataclass(frozen=True)
 class Identification:
-    """Identified values and all that stands behind them.
+    """Identified values and all that stands behind them; `misfit` is in the method's own form.
 
     `stop` is one of: smc, sdf, repeated (the optimum is a sample already), updates, budget, optimizer.
     `seconds` splits the wall time into model, surrogate (fits), search (optimiser and predictions) and total.
@@ -54,6 +55,8 @@ class Identification:
     surrogate_evaluations: int
     seconds: Mapping[str, float]
     history: tuple[Update, ...] = ()
+    predicted: Array | ComplexArray | None = None  # (n_speed, n_channel) by the surrogate at its last optimum
+    modelled: Array | ComplexArray | None = None  # by the true model at the same point
     notes: Mapping[str, float] = field(default_factory=dict)
 
     @property

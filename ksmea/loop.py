@@ -18,7 +18,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from ksmea.contracts import Optimizer, Predictor, Problem, Surrogate
+from ksmea.contracts import ComplexArray, Optimizer, Predictor, Problem, Surrogate
 from ksmea.descent import descend
 from ksmea.errors import BudgetSpent, SettingError
 from ksmea.identification import Identification, Streams, Update, at_bound, check_optimizer
@@ -26,7 +26,7 @@ from ksmea.measurement import Measurement
 from ksmea.misfit import FORMS, Misfit
 from ksmea.model import Model, model_objective
 from ksmea.objective import Objective
-from ksmea.parameters import Array
+from ksmea.parameters import Array, Parameters
 from ksmea.sampling import latin_hypercube
 from ksmea.settings import Settings, setting
 from ksmea.stopping import simple_difference, squared_multiple_correlation
@@ -44,6 +44,12 @@ class KSMEA(Settings):
     smc: float = setting(0.999, "stop when the squared multiple correlation exceeds this", source="eq. (23)", at_most=1)
     sdf: float = setting(
         1e-11, "stop when the simple difference function falls below this", unit="m", source="eq. (24)", at_least=0
+    )
+    sdf_relative: float = setting(
+        0.0,
+        "stop when SDF falls below this part of the sum of amplitudes; 0: never. The paper gives one number in"
+        " metres, whatever the size of the response",
+        at_least=0,
     )
     max_updates: int = setting(
         50, "updating steps at most; 50 is the most the paper reports", source="Table 8", at_least=1
@@ -101,59 +107,44 @@ class KSMEA(Settings):
         samples: int,
         streams: Streams,
     ) -> Identification:
-        d = len(problem.parameters)
         transform = make_transform(
             surrogate.transform,
             amplitude_data=measurement.is_amplitude,
             n_speed=len(measurement.speed),
             n_channel=len(measurement.channels),
         )
-        model = Model(problem, transform)
+        model = Model(problem, transform, self.budget)
         clock = _Clock(model)
         misfit = Misfit(measurement, self.misfit)
-
-        points = latin_hypercube(samples, d, streams.design)  # (n, d)
-        responses = model.response(points)  # (n, n_speed, n_channel)
-        misfits = misfit.value(misfit.observed(responses))  # (n,) of the true model
-        predictor = None
+        known = _evaluated(latin_hypercube(samples, len(problem.parameters), streams.design), model, misfit)
+        predictor, predicted = None, None
         history: list[Update] = []
         surrogate_evaluations = 0
         stop = ""
         while not stop:
             with clock.measures("surrogate"):
-                chosen = self._training(points, misfits)
-                outputs = transform.encode(responses[chosen])
-                predictor = self._fit(surrogate, predictor, points[chosen], outputs, model, streams, len(history))
-            with clock.measures("search"):
-                searched = self._with_surrogate_error(misfit, predictor, model)
-                objective = self._surrogate_objective(searched, predictor, model)
-                u = self._search(objective, optimizer, streams.optimizer)
-                surrogate_evaluations += objective.evaluations
-                predicted = transform.decode(predictor.predict(u[None]))
-            response = model.response(u[None])
-            observed = misfit.observed(response)
-            update = Update(
-                x=problem.parameters.to_si(u),
-                predicted_misfit=float(misfit.value(predicted)[0]),
-                misfit=float(misfit.value(observed)[0]),
-                smc=squared_multiple_correlation(predicted[0], observed[0], measurement.values),
-                sdf=simple_difference(predicted[0], observed[0]),
-            )
-            history.append(update)
-            repeated = np.min(np.linalg.norm(points - u, axis=1)) < self.least_distance
-            points = np.vstack([points, u])
-            responses = np.concatenate([responses, response])
-            misfits = np.append(misfits, update.misfit)
-            stop = self._stop(update, bool(repeated), len(history), model.evaluations)
+                predictor = self._fit(surrogate, predictor, known, model, streams, len(history))
+            try:
+                with clock.measures("search"):
+                    objective = self._surrogate_objective(misfit, predictor, model)
+                    u = self._search(objective, optimizer, streams.optimizer)
+                    surrogate_evaluations += objective.evaluations
+                    predicted = transform.decode(predictor.predict(u[None]))
+                added = _evaluated(u[None], model, misfit)
+            except BudgetSpent:
+                stop = "budget"
+                break
+            history.append(_update(u, predicted, added, misfit, problem.parameters))
+            stop = self._stop(history, known.distance_to(u), model)
+            known = known.with_sample(added)
 
-        best = points[np.argmin(misfits)]
-        final_misfit = float(np.min(misfits))
-        if self.final_step and (self.budget is None or model.evaluations < self.budget):
-            best, final_misfit = self._final_step(model, measurement, best)
+        best, best_misfit = known.best()
+        if self.final_step and not model.is_spent:
+            best, best_misfit = self._final_step(model, measurement, best)
         return Identification(
             x=problem.parameters.to_si(best),
             at_bound=at_bound(best),
-            misfit=final_misfit,
+            misfit=best_misfit,
             stop=stop,
             updates=len(history),
             model_evaluations=model.evaluations,
@@ -161,27 +152,23 @@ class KSMEA(Settings):
             surrogate_evaluations=surrogate_evaluations,
             seconds=clock.split(),
             history=tuple(history),
+            predicted=None if not history else predicted[0],
+            modelled=None if not history else misfit.observed(known.responses[-1]),
             notes=getattr(predictor, "notes", {}),
         )
-
-    def _training(self, points: Array, misfits: Array) -> Array:
-        """Indices of the samples that the surrogate is fitted to."""
-        if self.nearest is None or len(points) <= self.nearest:
-            return np.arange(len(points))
-        distance = np.linalg.norm(points - points[np.argmin(misfits)], axis=1)
-        return np.sort(np.argsort(distance, kind="stable")[: self.nearest])
 
     def _fit(
         self,
         surrogate: Surrogate,
         previous: Predictor | None,
-        u: Array,
-        y: Array,
+        known: _Samples,
         model: Model,
         streams: Streams,
         updates: int,
     ) -> Predictor:
-        """The surrogate of samples u (n, d), whose last is new: a fit, a warm refit or one sample appended."""
+        """The surrogate of the samples, of which the last is new: a fit, a warm refit or one sample appended."""
+        chosen = known.nearest_to_best(self.nearest)
+        u, y = known.points[chosen], model.transform.encode(known.responses[chosen])
         if previous is None:
             return surrogate.fit(u, y, model, streams.surrogate)
         if updates % self.refit_every and self.nearest is None and hasattr(previous, "append"):
@@ -190,13 +177,12 @@ class KSMEA(Settings):
             return surrogate.refit(previous, u, y, model, streams.surrogate)
         return surrogate.fit(u, y, model, streams.surrogate)
 
-    def _with_surrogate_error(self, misfit: Misfit, predictor: Predictor, model: Model) -> Misfit:
-        if not (self.surrogate_error and hasattr(predictor, "leave_one_out")):
-            return misfit
-        measured = misfit.measurement.values
-        return replace(misfit, model_sd=model.transform.spread(predictor.leave_one_out(), measured[None])[0])
-
     def _surrogate_objective(self, misfit: Misfit, predictor: Predictor, model: Model) -> Objective:
+        """The misfit of the surrogate's response, its own error added to the noise where it tells it."""
+        if self.surrogate_error and hasattr(predictor, "leave_one_out"):
+            measured = misfit.measurement.values[None]
+            misfit = replace(misfit, model_sd=model.transform.spread(predictor.leave_one_out(), measured)[0])
+
         def predicted(u: Array) -> Array:
             return model.transform.decode(predictor.predict(u))
 
@@ -209,35 +195,86 @@ class KSMEA(Settings):
 
     def _search(self, objective: Objective, optimizer: Optimizer, rng: np.random.Generator) -> Array:
         """The optimum (d,) on the surrogate; a spent budget ends the search with the best point seen."""
-        with suppress(BudgetSpent):
+        try:
             optimizer.minimize(objective, rng)
             if self.polish:
                 descend(objective, objective.result().u, max_iterations=50)
+        except BudgetSpent:
+            if not objective.was_refused:  # the true model's budget, of a surrogate that evaluates it
+                raise
         best = objective.result()
         if not np.isfinite(best.value):
             raise ArithmeticError(f"none of the {objective.evaluations} points of the optimiser has a finite misfit")
         return best.u
 
-    def _stop(self, update: Update, repeated: bool, updates: int, model_evaluations: int) -> str:
-        """The reason to stop, or '' to go on."""
+    def _stop(self, history: list[Update], distance: float, model: Model) -> str:
+        """The reason to stop, or '' to go on; `distance` is that of the new sample to the nearest old one."""
+        update = history[-1]
         if update.smc > self.smc:
             return "smc"
-        if update.sdf < self.sdf:
+        if update.sdf < self.sdf or update.sdf < self.sdf_relative * update.sum_of_amplitudes:
             return "sdf"
-        if repeated:
+        if distance < self.least_distance:
             return "repeated"
-        if self.budget is not None and model_evaluations >= self.budget:
+        if model.is_spent:
             return "budget"
-        return "updates" if updates >= self.max_updates else ""
+        return "updates" if len(history) >= self.max_updates else ""
 
     def _final_step(self, model: Model, measurement: Measurement, start: Array) -> tuple[Array, float]:
         likelihood = Misfit(measurement, "likelihood")
-        left = None if self.budget is None else self.budget - model.evaluations
-        objective = model_objective(model, likelihood, left)
+        objective = model_objective(model, likelihood, model.left)
         with suppress(BudgetSpent):
             descend(objective, start, max_iterations=100)
         found = objective.result()
         return found.u, found.value - likelihood.offset
+
+
+@dataclass(frozen=True)
+class _Samples:
+    """Points of the unit cube that the true model has been evaluated at."""
+
+    points: Array  # (n, d)
+    responses: ComplexArray  # (n, n_speed, n_channel)
+    misfits: Array  # (n,)
+
+    def best(self) -> tuple[Array, float]:
+        index = int(np.argmin(self.misfits))
+        return self.points[index], float(self.misfits[index])
+
+    def nearest_to_best(self, count: int | None) -> Array:
+        """Indices of that many samples nearest to the best one, in their order; of all where there are no more."""
+        if count is None or len(self.points) <= count:
+            return np.arange(len(self.points))
+        distance = np.linalg.norm(self.points - self.best()[0], axis=1)
+        return np.sort(np.argsort(distance, kind="stable")[:count])
+
+    def distance_to(self, u: Array) -> float:
+        return float(np.min(np.linalg.norm(self.points - u, axis=1)))
+
+    def with_sample(self, added: _Samples) -> _Samples:
+        return _Samples(
+            np.vstack([self.points, added.points]),
+            np.concatenate([self.responses, added.responses]),
+            np.append(self.misfits, added.misfits),
+        )
+
+
+def _evaluated(points: Array, model: Model, misfit: Misfit) -> _Samples:
+    responses = model.response(points)
+    return _Samples(points, responses, misfit.value(misfit.observed(responses)))
+
+
+def _update(u: Array, predicted: Array, added: _Samples, misfit: Misfit, parameters: Parameters) -> Update:
+    """What an updating step found: prediction (1, n_speed, n_channel) and true model at the surrogate's optimum u."""
+    modelled = misfit.observed(added.responses)[0]
+    return Update(
+        x=parameters.to_si(u),
+        predicted_misfit=float(misfit.value(predicted)[0]),
+        misfit=float(added.misfits[0]),
+        smc=squared_multiple_correlation(predicted[0], modelled, misfit.measurement.values),
+        sdf=simple_difference(predicted[0], modelled),
+        sum_of_amplitudes=float(np.sum(np.abs(modelled))),
+    )
 
 
 class _Clock:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 
 from ksmea.contracts import ComplexArray, Problem
+from ksmea.errors import BudgetSpent
 from ksmea.misfit import Misfit
 from ksmea.objective import Objective
 from ksmea.parameters import Array
@@ -12,17 +13,32 @@ from ksmea.transforms import Transform
 
 
 class Model:
-    """A problem over the unit cube, counting points (`evaluations`), sensitivities (`jacobians`) and `seconds`."""
+    """A problem over the unit cube, counting points (`evaluations`), sensitivities (`jacobians`) and `seconds`.
 
-    def __init__(self, problem: Problem, transform: Transform) -> None:
+    `budget` is the number of points at most: what would exceed it raises `BudgetSpent` and is not evaluated.
+    """
+
+    def __init__(self, problem: Problem, transform: Transform, budget: int | None = None) -> None:
         self.problem = problem
         self.transform = transform
+        self.budget = budget
         self.evaluations = 0
         self.jacobians = 0
         self.seconds = 0.0
 
+    @property
+    def left(self) -> int | None:
+        """Points that the budget leaves; None without one."""
+        return None if self.budget is None else self.budget - self.evaluations
+
+    @property
+    def is_spent(self) -> bool:
+        return self.left is not None and self.left <= 0
+
     def response(self, u: Array) -> ComplexArray:
         """(k, d) in the unit cube → complex response (k, n_speed, n_channel), m."""
+        if self.left is not None and len(u) > self.left:
+            raise BudgetSpent(f"the budget of {self.budget} evaluations of the true model is spent")
         started = time.perf_counter()
         response = self.problem.response(self.problem.parameters.to_si(u))
         self.seconds += time.perf_counter() - started

@@ -92,6 +92,8 @@ class Objective:
         return np.clip(u, 0.0, 1.0)  # rounding of a library's own bounds handling
 
     def _within_budget(self, u: Array, evaluate: Callable[[Array], Array]) -> Array:
+        if len(u) == 0:
+            return np.empty((0,))
         left = len(u) if self.budget is None else min(len(u), self.budget - self.evaluations)
         values = None
         if left > 0:

@@ -19,14 +19,14 @@ LARGEST = 10**6  # bytes; a rotor with a thousand disks needs a tenth of it
 
 def read_bytes(path: str) -> bytes:
     """The content of a file; the error says why there is none."""
+    if Path(path).is_dir():
+        raise SettingError(f"{path}: expected a YAML file, got a directory; name a file in it")
+    if not Path(path).is_file():
+        raise SettingError(f"{path}: expected a YAML file, found none (working directory: {Path.cwd()})")
     try:
-        if Path(path).is_dir():
-            raise SettingError(f"{path}: expected a YAML file, got a directory; name a file in it")
-        if not Path(path).is_file():
-            raise SettingError(f"{path}: expected a YAML file, found none; looked in {Path.cwd()}")
         content = Path(path).read_bytes()
-    except (OSError, ValueError) as error:  # ValueError: a path with a null character
-        raise SettingError(f"{_one_line(path)}: expected a file that can be read, got {_one_line(error)}") from error
+    except OSError as error:
+        raise SettingError(f"{path}: expected a file that can be read, got {_one_line(error)}") from error
     if len(content) > LARGEST:
         raise SettingError(f"{path}: expected at most {LARGEST} bytes, got {len(content)}; this is no description")
     return content

@@ -1,9 +1,10 @@
 """Universal Kriging of the unbalance response, eqs. (7)–(22) of Han, Guo & Gao 2013 (doi 10.1016/j.jsv.2012.12.025).
 
 What the paper leaves open is a setting here: the trend, the correlation, which outputs share θ and what θ minimises.
-The defaults are what converged on the three-disk rotor, whose peaks are sharp (damping ratio about 4e-4): a quadratic
-trend, one θ for all outputs, and the mean ln σ² of logarithmic outputs, where no output dwarfs the others. DACE's
-Σσ² is the more robust objective on raw amplitudes, where easy outputs far from resonance would rule the mean of ln σ².
+The defaults are what converged best on the three-disk rotor, whose peaks are sharp (damping ratio about 4e-4):
+logarithmic outputs, a linear trend, one θ for all of them and DACE's Σσ². From 40 samples without noise that finds all
+five unknowns within 0.1 % in 7 to 12 updates; a quadratic trend, which 40 samples can hardly tell, and the mean ln σ²,
+which easy outputs far from resonance rule, needed more or did not get there.
 """
 
 from __future__ import annotations
@@ -39,7 +40,7 @@ class Kriging(Settings):
 
     transform: str = setting("auto", "outputs that are modelled", choices=TRANSFORMS)
     trend: str = setting(
-        "quadratic",
+        "linear",
         "polynomial trend, cross terms included; quadratic wants n of 2–3 times its terms",
         choices=tuple(DEGREES),
     )
@@ -55,7 +56,7 @@ class Kriging(Settings):
         at_least=1,
     )
     objective: str = setting(
-        "likelihood", "what θ minimises: mean ln σ² with ln|R|, or DACE's Σσ² with |R|", choices=OBJECTIVES
+        "dace", "what θ minimises: mean ln σ² with ln|R|, or DACE's Σσ² with |R|", choices=OBJECTIVES
     )
     theta: list[float] | None = setting(
         None, "fixed θ, one per parameter or one for all; null: estimated", unit="1/(width of the cube)²", above=0

@@ -33,13 +33,16 @@ sys.modules.setdefault("test_pool", sys.modules[__name__])
 behave.__module__ = "test_pool"
 
 
+NONE = Limits()
+
+
 @pytest.fixture
 def importable(monkeypatch):
     monkeypatch.syspath_prepend(os.path.dirname(__file__))
     monkeypatch.setenv("PYTHONPATH", os.path.dirname(__file__))
 
 
-def outcomes(kinds, workers=2, limits=Limits(), started=None):
+def outcomes(kinds, workers=2, limits=NONE, started=None):
     on_start = (started if started is not None else []).append
     tasks = ((index, (kind,)) for index, kind in enumerate(kinds))
     return dict(run_tasks(behave, tasks, workers, limits, on_start))

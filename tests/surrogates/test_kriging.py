@@ -384,7 +384,7 @@ def test_least_samples_are_enough_and_one_fewer_is_not(trend):
 def test_samples_that_cannot_tell_the_trend_are_an_error():
     u = np.column_stack([np.linspace(0, 1, 20), np.full(20, 0.5)])
     with pytest.raises(SettingError, match="quadratic trend has 6 terms and the 20 samples determine 3"):
-        fit(Kriging(), u, u[:, :1])
+        fit(Kriging(trend="quadratic"), u, u[:, :1])
 
 
 @pytest.mark.parametrize(
