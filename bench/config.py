@@ -33,7 +33,12 @@ class BenchConfig:
     output: str = MISSING
     batches: int = MISSING
     batch: int = MISSING
+    label: str | None = None
+    table: str = "summary"
     paper: str | None = None
+    figures: list[str] = field(default_factory=list)
+    exact: float | None = None
+    includes: list[str] = field(default_factory=list)
     grid: list[dict[str, Any]] = field(default_factory=list)
     problem: Any = MISSING
     measurement: Any = MISSING
@@ -67,7 +72,7 @@ def _typed_node(group: str, name: str) -> Any:
     )
     node = OmegaConf.structured(named)
     OmegaConf.set_readonly(node, None)  # a frozen dataclass would refuse every override
-    for field in dataclasses.fields(settings):
-        if node[field.name] == {}:  # names that the plugin alone knows
-            OmegaConf.set_struct(node[field.name], False)
+    for setting in dataclasses.fields(settings):
+        if node[setting.name] == {}:  # names that the plugin alone knows
+            OmegaConf.set_struct(node[setting.name], False)
     return node

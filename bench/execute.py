@@ -11,21 +11,31 @@ from typing import Any
 
 import numpy as np
 
+from bench.curves import response_curves
 from bench.plan import generator
 from ksmea import registry
+from ksmea.contracts import Problem
+from ksmea.errors import SettingError
 from ksmea.identification import Identification, Streams
 from ksmea.journal import Journal, journaled
+from ksmea.measurement import Measurement
+from ksmea.misfit import Misfit
 from ksmea.parameters import Parameters
 
 
-def execute(settings: Mapping[str, Any], seeds: Mapping[str, list[int]], journal: Path | None = None) -> dict[str, Any]:
+def execute(
+    settings: Mapping[str, Any],
+    seeds: Mapping[str, list[int]],
+    journal: Path | None = None,
+    with_curves: bool = False,
+) -> dict[str, Any]:
     """The record of a run; an error inside it is a record too, with its traceback.
 
-    With a journal, model evaluations that an earlier attempt finished are replayed from it.
+    `with_curves` adds the response curves that figures are made of. With a journal, model evaluations that an earlier attempt finished are replayed from it.
     """
     started = time.perf_counter()
     try:
-        record = _identify(settings, seeds, journal)
+        record = _identify(settings, seeds, journal, with_curves)
     except (Exception, SystemExit) as error:  # a plugin that calls sys.exit costs its own run only
         record = {
             "status": "error",
@@ -49,18 +59,36 @@ def _without_name(settings: Mapping[str, Any]) -> dict[str, Any]:
     return {key: value for key, value in settings.items() if key != "name"}
 
 
-def _identify(settings: Mapping[str, Any], seeds: Mapping[str, list[int]], journal: Path | None) -> dict[str, Any]:
+def _identify(
+    settings: Mapping[str, Any], seeds: Mapping[str, list[int]], journal: Path | None, with_curves: bool
+) -> dict[str, Any]:
     plugins = plugins_of(settings)
+    if "fingerprint" in settings and plugins["problem"].fingerprint() != settings["fingerprint"]:
+        raise SettingError("the problem's file has changed since the experiment was planned; give its command again")
     problem = plugins["problem"].build()
     truth = plugins["measurement"].true_values(plugins["problem"], problem)
     measurement = plugins["measurement"].measure(plugins["problem"], truth, generator(seeds["noise"]))
-    if journal is not None:
-        problem = journaled(problem, Journal(journal))
     streams = Streams(*(generator(seeds[component]) for component in ("design", "surrogate", "optimizer")))
     found = plugins["method"].identify(
-        problem, measurement, plugins["surrogate"], plugins["optimizer"], settings.get("samples") or 0, streams
+        problem if journal is None else journaled(problem, Journal(journal)),
+        measurement,
+        plugins["surrogate"],
+        plugins["optimizer"],
+        settings.get("samples") or 0,
+        streams,
     )
-    return _record(problem.parameters, truth, found)
+    record = _record(problem.parameters, truth, found)
+    record["misfit"] = _finite(_likelihood(problem, measurement, found))
+    if with_curves:
+        true_response = plugins["measurement"].response(plugins["problem"], truth)
+        record["curves"] = response_curves(problem, measurement, true_response, found)
+    return record
+
+
+def _likelihood(problem: Problem, measurement: Measurement, found: Identification) -> float:
+    """The likelihood misfit of what was identified: the same form whatever a method minimised, to compare them by."""
+    misfit = Misfit(measurement, "likelihood")
+    return float(misfit.value(misfit.observed(problem.response(found.x[None])))[0])
 
 
 def _record(parameters: Parameters, truth: Mapping[str, float], found: Identification) -> dict[str, Any]:
@@ -80,7 +108,6 @@ def _record(parameters: Parameters, truth: Mapping[str, float], found: Identific
             }
             for parameter, value, on_bound in zip(parameters, found.x, found.at_bound)
         ],
-        "misfit": _finite(found.misfit),
         "updates": found.updates,
         "model_evaluations": found.model_evaluations,
         "model_jacobians": found.model_jacobians,

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -16,7 +16,7 @@ from omegaconf import DictConfig, OmegaConf
 from bench.config import BenchConfig
 from bench.execute import plugins_of
 from bench.overrides import Choice, grid_points, parse
-from bench.plan import Cell, ParameterFacts, Plan, all_runs, write_plan
+from bench.plan import Cell, ParameterFacts, Plan, Report, all_runs, write_plan
 from bench.provenance import code_digest, commit, library_versions, used_modules
 from bench.records import finished_keys
 from bench.tables import PAPER
@@ -24,8 +24,10 @@ from bench.work import Job, unfinished
 from ksmea import registry
 from ksmea.errors import SettingError, unknown
 
+TABLES = ("summary", "settings")
+FIGURES = ("updates", "response", "cost")
 # Settings of the whole experiment, which cannot be an axis of it.
-WHOLE = ("name", "repetitions", "output", "paper", "grid")
+WHOLE = ("name", "repetitions", "output", "table", "paper", "figures", "exact", "includes", "grid")
 # Settings of how its jobs work, passed on to them; none of them changes a result.
 WORKING = ("batches", "workers", "timeout", "memory", "journal", "share")
 
@@ -40,7 +42,29 @@ class Experiment:
     working: tuple[str, ...]  # overrides for the jobs
 
     @classmethod
-    def compose(cls, loader: ConfigLoader, master: DictConfig, arguments: list[str]) -> Experiment:
+    def compose_all(cls, loader: ConfigLoader, master: DictConfig, arguments: list[str]) -> list[Experiment]:
+        """The experiment of a command line, or all that it includes, each in a folder below its own."""
+        config = _Composer(loader, master, [choice for choice in parse(arguments) if len(choice.values) <= 1]).composed(
+            {}
+        )
+        if not config.includes:
+            return [cls.compose(loader, master, arguments)]
+        output = Path(config.output).absolute()
+        own = [
+            word for word in arguments if word.partition("=")[0].lstrip("+") not in ("experiment", "output", "share")
+        ]
+        included: list[Experiment] = []
+        for name in config.includes:
+            words = [f"+experiment={name}", *own, _override("output", str(output / name))]
+            share = [*config.share, *(str(experiment.output) for experiment in included), str(output.parent / name)]
+            included.append(cls.compose(loader, master, words, share))
+        return included
+
+    @classmethod
+    def compose(
+        cls, loader: ConfigLoader, master: DictConfig, arguments: list[str], share: Sequence[str] = ()
+    ) -> Experiment:
+        """One experiment; finished runs of the same key are also taken over from the folders in `share`."""
         choices = parse(arguments)
         fixed = [choice for choice in choices if len(choice.values) <= 1]
         swept = {choice.key: choice.values for choice in choices if len(choice.values) > 1}
@@ -57,7 +81,7 @@ class Experiment:
         versions = library_versions()
         plan = Plan(
             name=config.name,
-            paper=config.paper,
+            report=Report(config.table, config.paper, tuple(config.figures), config.exact),
             axes=_axes(points),
             command=tuple(arguments),
             commit=commit(),
@@ -66,7 +90,8 @@ class Experiment:
             cells=cells,
             runs=all_runs(cells, config.repetitions, versions),
         )
-        working = tuple(choice.override.input_line for choice in fixed if choice.key in WORKING)
+        config.share = [*config.share, *share]
+        working = tuple(_override(key, OmegaConf.to_container(config)[key]) for key in WORKING)
         return cls(plan, Path(config.output).absolute(), config.batches, working)
 
     def prepare(self) -> list[list[str]]:
@@ -74,7 +99,7 @@ class Experiment:
         write_plan(self.plan, self.output)
         finished = finished_keys(self.output)
         return [
-            [f"output={_quoted(self.output)}", f"batch={batch}", *self.working]
+            [_override("output", str(self.output)), _override("batch", batch), *self.working]
             for batch in range(self.batches)
             if unfinished(self.plan.runs[batch :: self.batches], finished)
         ]
@@ -94,9 +119,17 @@ def job_of(config: DictConfig) -> Job:
     )
 
 
-def _quoted(path: Path) -> str:
-    """A path as a value in Hydra's grammar."""
-    return QuotedString(str(path), Quote.single).with_quotes()
+def _override(key: str, value: Any) -> str:
+    """A setting and its value in Hydra's grammar."""
+    return f"{key}={_in_grammar(value)}"
+
+
+def _in_grammar(value: Any) -> str:
+    if isinstance(value, str):
+        return QuotedString(value, Quote.single).with_quotes()
+    if isinstance(value, list):
+        return f"[{','.join(_in_grammar(entry) for entry in value)}]"
+    return "null" if value is None else str(value)
 
 
 class _Composer:
@@ -142,7 +175,12 @@ def _check_whole(config: DictConfig) -> None:
         raise SettingError(f"name: expected the name of a file, got '{config.name}'")
     if config.paper is not None and not (PAPER / f"{config.paper}.csv").is_file():
         raise unknown("table of the paper", config.paper, [path.stem for path in PAPER.glob("*.csv")])
-    for key, least in (("repetitions", 1), ("workers", 1), ("batches", 1)):
+    if config.table not in TABLES:
+        raise unknown("table", config.table, TABLES)
+    for figure in config.figures:
+        if figure not in FIGURES:
+            raise unknown("figure", figure, FIGURES)
+    for key, least in (("repetitions", 0 if config.table == "settings" else 1), ("workers", 1), ("batches", 1)):
         if config[key] is not None and config[key] < least:
             raise SettingError(f"{key}: expected at least {least}, got {config[key]}")
     for key in ("timeout", "memory"):
@@ -167,6 +205,8 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) ->
     plugins["method"].validate(problem, plugins["surrogate"], plugins["optimizer"], config.samples)
     truth = plugins["measurement"].true_values(plugins["problem"], problem)
     settings["samples"] = config.samples
+    if hasattr(plugins["problem"], "fingerprint"):
+        settings["fingerprint"] = plugins["problem"].fingerprint()
     for part in plugins["method"].ignores:
         settings[part] = None
     parameters = tuple(
@@ -175,7 +215,8 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) ->
     )
     used = used_modules(settings)
     modules |= used
-    place = {"samples": config.samples} | point
+    samples = None if "samples" in plugins["method"].ignores and "samples" not in point else config.samples
+    place = {"samples": samples} | point
     return Cell(place, settings, config.seed, parameters, code_digest(used))
 
 

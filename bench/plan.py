@@ -63,9 +63,20 @@ class Run:
 
 
 @dataclass(frozen=True)
+class Report:
+    """What is made of the records: the kind of table, the paper's table beside it, figures, and the error in per cent
+    within which a run counts as exact (None: not asked)."""
+
+    table: str
+    paper: str | None
+    figures: tuple[str, ...]
+    exact: float | None
+
+
+@dataclass(frozen=True)
 class Plan:
     name: str
-    paper: str | None
+    report: Report
     axes: tuple[str, ...]
     command: tuple[str, ...]
     commit: str
@@ -111,7 +122,7 @@ def write_plan(plan: Plan, output: Path) -> None:
 
 def _lines(plan: Plan) -> Iterator[dict[str, Any]]:
     head = {key: value for key, value in vars(plan).items() if key not in ("cells", "runs")}
-    yield {"schema": SCHEMA, "line": "plan", **head}
+    yield {"schema": SCHEMA, "line": "plan", **head, "report": asdict(plan.report)}
     for cell in plan.cells:
         yield {"line": "cell", **asdict(cell)}
     for run in plan.runs:
@@ -142,7 +153,12 @@ def _plan(head: dict[str, Any], cells: list[dict[str, Any]], runs: list[dict[str
     if head.pop("schema") != SCHEMA:
         raise ValueError("the schema is another")
     return Plan(
-        **{**head, "axes": tuple(head["axes"]), "command": tuple(head["command"])},
+        **{
+            **head,
+            "axes": tuple(head["axes"]),
+            "command": tuple(head["command"]),
+            "report": Report(**{**head["report"], "figures": tuple(head["report"]["figures"])}),
+        },
         cells=tuple(
             Cell(**{**cell, "parameters": tuple(ParameterFacts(**facts) for facts in cell["parameters"])})
             for cell in cells

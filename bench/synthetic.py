@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.contracts import Problem, ProblemSettings
+from ksmea.contracts import ComplexArray, Problem, ProblemSettings
 from ksmea.errors import SettingError, unknown
 from ksmea.measurement import KINDS, Measurement, Noise, observe
 from ksmea.parameters import Array
@@ -57,10 +57,13 @@ class Synthetic(Settings):
     def measure(self, settings: ProblemSettings, truth: Mapping[str, float], rng: np.random.Generator) -> Measurement:
         """One noisy measurement of the problem at the true values (SI)."""
         problem = self._source(settings).build()
-        x: Array = np.array([truth[name] for name in problem.parameters.names])
         noise = Noise(self.relative, self.floor * MICROMETRE)
-        values = observe(problem.response(x[None])[0], self.kind, noise, rng)
+        values = observe(_response_at(problem, truth), self.kind, noise, rng)
         return Measurement(problem.speed, problem.channels, values, noise, source="synthetic")
+
+    def response(self, settings: ProblemSettings, truth: Mapping[str, float]) -> ComplexArray:
+        """The noise-free response (n_speed, n_channel), m, that is measured."""
+        return _response_at(self._source(settings).build(), truth)
 
     def _source(self, settings: ProblemSettings) -> ProblemSettings:
         if self.mesh is None:
@@ -71,3 +74,8 @@ class Synthetic(Settings):
             return dataclasses.replace(settings, mesh=self.mesh)
         except SettingError as error:
             raise SettingError(f"measurement.{error}") from error
+
+
+def _response_at(problem: Problem, truth: Mapping[str, float]) -> ComplexArray:
+    x: Array = np.array([truth[name] for name in problem.parameters.names])
+    return problem.response(x[None])[0]

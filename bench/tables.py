@@ -15,12 +15,13 @@ from bench.records import RESULTS, read_records
 PAPER = Path(__file__).resolve().parent / "paper"
 COUNTS = ("updates", "model_evaluations", "model_jacobians", "surrogate_evaluations")
 SECONDS = ("model", "surrogate", "search")
-EFFORT = (("updates", ""), ("model_evaluations", ""), ("time", "s"))  # rows of a table below the parameters
+EFFORT = {"updates": "", "model_evaluations": "", "time": "s"}  # rows of a table below the parameters, and their units
+EXACT = {"exact": "%", "updates_to_exact": ""}  # where exactness is asked for
 
 
 def runs_frame(plan: Plan, output: Path) -> pd.DataFrame:
     """A row for every planned run, in the order of the plan; values in the units of the parameters."""
-    rows = read_records(output, _result_row)
+    rows = read_records(output, lambda record: _result_row(record, plan.report.exact))
     not_run = {"status": "not run", "error": ""}
     return pd.DataFrame([_place_row(plan, run) | rows.get(run.key, not_run) for run in plan.runs])
 
@@ -42,7 +43,7 @@ def _columns(plan: Plan, cell: Cell) -> dict[str, Any]:
     return {axis: str(value) if isinstance(value, (list, dict)) else value for axis, value in place.items()}
 
 
-def _result_row(record: dict[str, Any]) -> dict[str, Any]:
+def _result_row(record: dict[str, Any], exact: float | None) -> dict[str, Any]:
     """What runs.csv says of a record, its names shared among all rows."""
     row: dict[str, Any] = {"status": record["status"]}
     if record["status"] in RESULTS:
@@ -55,16 +56,33 @@ def _result_row(record: dict[str, Any]) -> dict[str, Any]:
         row |= {count: record[count] for count in COUNTS}
         row |= {sys.intern(f"time_{part}"): record["seconds"][part] for part in SECONDS}
         row["time"] = record["seconds"]["total"]
+        if exact is not None:
+            row |= _exactness(record, exact)
     row["error"] = record.get("error", "")
     return row
+
+
+def _exactness(record: dict[str, Any], exact: float) -> dict[str, Any]:
+    """Whether all parameters came within `exact` per cent (as 100 or 0), and at which updating step they first did."""
+    true = np.array([parameter["true"] for parameter in record["parameters"]])
+    identified = np.array([parameter["identified"] for parameter in record["parameters"]])
+    steps = [_worst_error_pct(update["x"], true) <= exact for update in record["history"]]
+    return {
+        "exact": 100.0 * (_worst_error_pct(identified, true) <= exact),
+        "updates_to_exact": steps.index(True) + 1 if True in steps else None,
+    }
+
+
+def _worst_error_pct(x: Any, true: np.ndarray) -> float:
+    return float(100 * np.max(np.abs(np.asarray(x) / true - 1)))
 
 
 def summary_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     """Tidy table: a row per parameter (then updates, evaluations, time) and cell; median, quartiles, failures.
 
-    `error_pct_median` is the median of the absolute errors.
+    `error_pct_median` is the median of the absolute errors; for `exact`, a share of the runs, the median is their mean.
     """
-    printed = _printed_values(plan.paper)
+    printed = _printed_values(plan.report.paper)
     rows = [
         row
         for parameter in _row_names(plan)
@@ -77,23 +95,25 @@ def summary_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
 
 def _row_names(plan: Plan) -> list[str]:
     names = dict.fromkeys(parameter.name for cell in plan.cells for parameter in cell.parameters)
-    return [*names, *(name for name, _ in EFFORT)]
+    return [*names, *EFFORT, *(EXACT if plan.report.exact is not None else {})]
 
 
 def _summary_row(
-    plan: Plan, cell: Cell, name: str, runs: pd.DataFrame, printed: dict[tuple[str, int], tuple[float, float]]
+    plan: Plan, cell: Cell, name: str, runs: pd.DataFrame, printed: dict[tuple[str, Any], tuple[float, float]]
 ) -> dict[str, Any] | None:
     facts = {parameter.name: parameter for parameter in cell.parameters}
-    if name not in facts and name not in dict(EFFORT):
+    if name not in facts and name not in EFFORT | EXACT:
         return None
     results = runs[runs["status"].isin(RESULTS)]
     values = results[name].dropna().to_numpy(dtype=float) if name in results else np.array([])
-    quartiles = np.percentile(values, [25, 50, 75]) if len(values) else [np.nan] * 3
+    quartiles = np.percentile(values, [25, 50, 75]) if len(values) else np.full(3, np.nan)
+    if name == "exact" and len(values):
+        quartiles[:] = np.mean(values)
     reference = facts[name].truth / facts[name].si_per_unit if name in facts else np.nan
-    paper, paper_error = printed.get((name, cell.place["samples"]), (np.nan, np.nan))
+    paper, paper_error = printed.get((name, _printed_column(plan, cell)), (np.nan, np.nan))
     return {
         "parameter": name,
-        "unit": facts[name].unit if name in facts else dict(EFFORT)[name],
+        "unit": facts[name].unit if name in facts else (EFFORT | EXACT)[name],
         "reference": reference,
         **_columns(plan, cell),
         "paper": paper,
@@ -107,15 +127,53 @@ def _summary_row(
     }
 
 
-def _printed_values(paper: str | None) -> dict[tuple[str, int], tuple[float, float]]:
-    """The paper's value and printed error by parameter and number of samples."""
+def _printed_values(paper: str | None) -> dict[tuple[str, Any], tuple[float, float]]:
+    """The paper's value and printed error by parameter and column: a number of samples, or a method."""
     if paper is None:
         return {}
     table = pd.read_csv(PAPER / f"{paper}.csv")
+    column = "method" if "method" in table else "samples"
     return {
-        (row.parameter, int(row.samples)): (row.identified, row.error_pct_printed)
-        for row in table.itertuples(index=False)
+        (row["parameter"], row[column]): (row["identified"], row["error_pct_printed"]) for _, row in table.iterrows()
     }
+
+
+def _printed_column(plan: Plan, cell: Cell) -> Any:
+    """The column of the paper's table that a cell stands beside: its label where it has one of the table's."""
+    return cell.place.get("label") if plan.report.paper == "table6" else cell.place["samples"]
+
+
+def settings_frame(plan: Plan) -> pd.DataFrame:
+    """Table 5: the settings of each optimiser as printed and as they are here."""
+    printed = pd.read_csv(PAPER / "table5.csv")
+    names = {
+        "cooperative_factor": "social",
+        "cognitive_learning_factor": "cognitive",
+        "crossover_probability": "crossover_rate",
+    }
+    names |= {"mutation_probability": "mutation_rate", "chromosome_length": "chromosome_length"}
+    here = {cell.settings["optimizer"]["name"].upper(): cell.settings["optimizer"] for cell in plan.cells}
+    rows = []
+    for row in printed.itertuples(index=False):
+        name = names.get(row.setting, row.setting)
+        value = here.get(row.optimizer, {}).get(name)
+        rows.append(
+            {"optimizer": row.optimizer, "printed_as": row.setting, "setting": name, "paper": row.value, "here": value}
+        )
+    frame = pd.DataFrame(rows)
+    frame["agrees"] = frame["paper"] == frame["here"]
+    return frame
+
+
+def settings_text(frame: pd.DataFrame) -> str:
+    lines = [[str(value) for value in row] for row in frame.itertuples(index=False)]
+    return aligned([str(column) for column in frame.columns], lines)
+
+
+def slips(paper: str | None) -> pd.DataFrame:
+    """Slips in print of one of the paper's tables."""
+    known = pd.read_csv(PAPER / "slips.csv")
+    return known[known["table"] == paper]
 
 
 def csv_text(frame: pd.DataFrame) -> str:
@@ -125,13 +183,13 @@ def csv_text(frame: pd.DataFrame) -> str:
 def as_text(plan: Plan, summary: pd.DataFrame) -> str:
     """The table as people read it: a line per parameter and cell, ours beside the paper's."""
     axes = [axis for axis in plan.axes if summary[axis].nunique(dropna=False) > 1 or axis == "samples"]
-    has_paper = plan.paper is not None
+    has_paper = plan.report.paper is not None
     head = ["parameter", "unit", "reference", *axes, "median", "[q1, q3]", "error %", "runs", "failed"]
     if has_paper:
         head[-2:-2] = ["paper", "paper error %"]
     lines = []
     for _, row in summary.iterrows():
-        line = [row["parameter"], row["unit"], _number(row["reference"]), *(str(row[axis]) for axis in axes)]
+        line = [row["parameter"], row["unit"], _number(row["reference"]), *(_place_text(row[axis]) for axis in axes)]
         line += [
             _number(row["median"]),
             f"[{_number(row['q1'])}, {_number(row['q3'])}]",
@@ -140,9 +198,25 @@ def as_text(plan: Plan, summary: pd.DataFrame) -> str:
         if has_paper:
             line += [_number(row["paper"]), _number(row["paper_error_pct"])]
         lines.append([*line, str(row["runs"]), str(row["failed"])])
+    return aligned(head, lines)
+
+
+def slips_text(found: pd.DataFrame) -> str:
+    """Slips as footnotes."""
+    return "\n".join(
+        f"slip in print: {row.parameter}, {row.at}: {row.printed}; {row.reason}" for row in found.itertuples()
+    )
+
+
+def aligned(head: list[str], lines: list[list[str]]) -> str:
+    """Columns of text, right-aligned."""
     widths = [max(len(line[column]) for line in [head, *lines]) for column in range(len(head))]
     return "\n".join("  ".join(text.rjust(width) for text, width in zip(line, widths)) for line in [head, *lines])
 
 
-def _number(value: float, digits: int = 4) -> str:
+def _place_text(value: Any) -> str:
+    return "–" if pd.isna(value) else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def _number(value: Any, digits: int = 4) -> str:
     return "–" if pd.isna(value) else f"{value:.{digits}g}"

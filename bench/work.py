@@ -76,7 +76,9 @@ def _own_modules(plan: Plan) -> list[str]:
 
 
 def _arguments(plan: Plan, run: Run, job: Job) -> tuple[Any, ...]:
-    return plan.cells[run.cell].settings, plan.seeds(run), _journal(run, job) if job.journal else None
+    journal = _journal(run, job) if job.journal else None
+    with_curves = run.repetition == 0  # enough for figures
+    return plan.cells[run.cell].settings, plan.seeds(run), journal, with_curves
 
 
 def _journal(run: Run, job: Job) -> Path:

@@ -71,7 +71,8 @@ class Problem(Protocol):
 class ProblemSettings(Protocol):
     """What registers under `ksmea.problems`: settings that build a problem, and the published values of its unknowns.
 
-    They are apart so that what is handed to an identification cannot hold the values it is to find.
+    They are apart so that what is handed to an identification cannot hold the values it is to find. Settings that
+    name a file have a `fingerprint() -> str` of its content, which belongs to what a result is computed from.
     """
 
     def build(self) -> Problem: ...
@@ -107,7 +108,11 @@ class Surrogate(Protocol):
         ...
 
     def fit(self, u: Array, y: Array, model: Model, rng: np.random.Generator) -> Predictor:
-        """Samples u (n, d) in the unit cube with outputs y (n, q); `model` is the counted true model."""
+        """Samples u (n, d) in the unit cube with outputs y (n, q); `model` is the counted true model.
+
+        Where a surrogate has `refit(previous, u, y, model, rng)`, a fit that starts from an earlier predictor, the
+        loop calls that at its updates.
+        """
         ...
 
 

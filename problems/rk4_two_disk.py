@@ -16,9 +16,9 @@ What those claims mean for the bearings, by this model (steel, E = 210 GPa), in 
 
 The second layout keeps the model's distances from each bearing to its disk and probe. Were the disks to stay 240 mm
 apart instead, the first critical speed on rigid supports would be 1487 rpm, and no bearing would give the measured
-one. So the supports are several hundred times softer than the 28 MN/m of the reference paper's rig, and the default
-bounds of k are 0.02 and 1 MN/m. Critical speeds of 1648 and 1750 rpm need supports of different stiffness in x and
-y: on equal ones gyroscopic moments part the pair by 50 rpm at most. 1648 and 1750 rpm and a damping ratio of 0.04 of
+one. So the supports are tens to hundreds of times softer than the 28 MN/m of the reference paper's rig, and the
+default bounds of k are 0.02 and 1 MN/m. Critical speeds of 1648 and 1750 rpm need supports of different stiffness in x and
+y: on equal ones gyroscopic moments part the pair by some 50 rpm at most. 1648 and 1750 rpm and a damping ratio of 0.04 of
 the lower mode determine kxx, kyy and c = cxx = cyy: they are the assumed reference, for each layout.
 
 A probe in x sees kyy and cyy through gyroscopic moments alone; amplitudes see the two unbalances' difference of phase

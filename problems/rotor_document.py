@@ -69,13 +69,8 @@ def read_description(document: Block, mesh: int | None) -> RotorDescription:
         tuple(_bearing(block, units, shaft, index, owners) for index, block in enumerate(bearings)),
         tuple(_plane(block, units, shaft, index, owners) for index, block in enumerate(planes)),
     )
-    problem = inside(
-        document,
-        "",
-        lambda: RotorProblem(
-            rotor, unknowns, _speeds(document, units), _channels(document.blocks("probes"), units, shaft)
-        ),
-    )
+    speed, channels = _speeds(document, units), _channels(document.blocks("probes"), units, shaft)
+    problem = inside(document, "", lambda: RotorProblem(rotor, unknowns, speed, channels))
     return RotorDescription(problem, reference)
 
 
@@ -84,7 +79,10 @@ def _optional_blocks(document: Block, key: str) -> list[Block]:
 
 
 def _materials(block: Block, units: Units) -> dict[str, Material]:
-    return {str(name): _material(block.block(name), units) for name in map(str, block.values)}
+    for name in block.values:
+        if not isinstance(name, str):
+            raise block.error("", f"expected names of materials that are texts, got {described(name)}")
+    return {name: _material(block.block(name), units) for name in block.values}
 
 
 def _material(block: Block, units: Units) -> Material:
@@ -111,15 +109,12 @@ def _shaft(
 
 def _radii(block: Block, units: Units) -> tuple[float, float]:
     """Outer and inner radius, m."""
-    outer = block.number("outer_diameter", units.unit("length").name, above=0)
-    if "inner_diameter" not in block.values:
-        return outer * units.unit("length").si / 2, 0.0
-    inner = units.quantity(block, "inner_diameter", "length", at_least=0)
-    if inner >= outer * units.unit("length").si:
-        raise block.error(
-            "inner_diameter", f"expected less than the outer_diameter ({outer:g}), got {block.values['inner_diameter']}"
-        )
-    return outer * units.unit("length").si / 2, inner / 2
+    outer = units.quantity(block, "outer_diameter", "length", above=0)
+    inner = units.quantity(block, "inner_diameter", "length", at_least=0) if "inner_diameter" in block.values else 0.0
+    if inner >= outer:
+        sizes = [described(block.values[key]) for key in ("outer_diameter", "inner_diameter")]
+        raise block.error("inner_diameter", f"expected less than the outer_diameter, {sizes[0]}, got {sizes[1]}")
+    return outer / 2, inner / 2
 
 
 def _material_of(block: Block, materials: Mapping[str, Material]) -> Material:

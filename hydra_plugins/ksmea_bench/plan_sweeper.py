@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from pathlib import Path
 from typing import Any
 
 from hydra.core.config_store import ConfigStore
@@ -12,7 +13,7 @@ from hydra.plugins.sweeper import Sweeper
 from hydra.types import HydraContext, TaskFunction
 from omegaconf import DictConfig
 
-from bench.collect import collect
+from bench.collect import collect, collect_all
 from bench.experiment import Experiment
 from bench.locks import exclusive
 
@@ -32,7 +33,14 @@ class PlanSweeper(Sweeper):
         )
 
     def sweep(self, arguments: list[str]) -> Any:
-        experiment = Experiment.compose(self.hydra_context.config_loader, self.config, arguments)
+        experiments = Experiment.compose_all(self.hydra_context.config_loader, self.config, arguments)
+        codes = [self._run(experiment) for experiment in experiments]
+        if len(experiments) > 1:
+            collect_all(Path(self.config.output), [experiment.output for experiment in experiments])
+        sys.exit(max(codes))
+
+    def _run(self, experiment: Experiment) -> int:
+        """Plan, launch and collect one experiment; its exit code."""
         with exclusive(experiment.output / ".lock"):
             jobs = experiment.prepare()
             try:
@@ -43,4 +51,4 @@ class PlanSweeper(Sweeper):
             except Exception:
                 collect(experiment.output)  # what there is; then the reason why it is not all
                 raise
-            sys.exit(collect(experiment.output))
+            return collect(experiment.output)
