@@ -11,6 +11,8 @@ from bench.collect import collect
 from bench.plan import Plan, Run, read_plan
 from bench.provenance import code_digest, library_versions, used_modules
 from bench.records import RESULTS, read_lines, read_records
+from bench.reference import write_reference
+from bench.verify import verify
 from ksmea.errors import SettingError, unknown
 
 
@@ -139,7 +141,20 @@ def collect_again(words: list[str]) -> int:
     return collect(_output(words, "collect"))
 
 
-COMMANDS: dict[str, Callable[[list[str]], int]] = {"status": status, "explain": explain, "collect": collect_again}
+def reference(words: list[str]) -> int:
+    """`reference NAME|DIR`: make results/reference/ of an experiment that is done, by committed code."""
+    for path in write_reference(_output(words, "reference")):
+        print(f"written: {path}")
+    return 0
+
+
+COMMANDS: dict[str, Callable[[list[str]], int]] = {
+    "status": status,
+    "explain": explain,
+    "collect": collect_again,
+    "verify": verify,
+    "reference": reference,
+}
 
 
 def _output(words: list[str], command: str) -> Path:

@@ -12,7 +12,7 @@ from ksmea.identification import Identification
 from ksmea.measurement import Measurement
 from ksmea.parameters import Array
 
-DIGITS = 6  # a figure needs no more, and records stay small
+DIGITS = 8  # a figure of differences needs no more, and records stay small
 
 
 def response_curves(

@@ -17,7 +17,7 @@ from bench.config import BenchConfig
 from bench.execute import plugins_of
 from bench.overrides import Choice, grid_points, parse
 from bench.plan import Cell, ParameterFacts, Plan, Report, all_runs, write_plan
-from bench.provenance import code_digest, commit, library_versions, used_modules
+from bench.provenance import code_digest, commit, library_versions, platform_name, used_modules
 from bench.records import finished_keys
 from bench.tables import PAPER
 from bench.work import Job, unfinished
@@ -86,6 +86,7 @@ class Experiment:
             command=tuple(arguments),
             commit=commit(),
             versions=versions,
+            platform=platform_name(),
             modules=modules,
             cells=cells,
             runs=all_runs(cells, config.repetitions, versions),

@@ -9,6 +9,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from bench.naming import place_text, telling_axes
 from bench.plan import Plan
 from bench.records import RESULTS
 
@@ -68,19 +69,14 @@ def _panel(panel: Axes, plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame) -> N
         if name == "time":
             panel.set_yscale("log")
     panel.set_title(f"{name} ({unit})" if unit else name.replace("_", " "), fontsize=10)
-    labels = _labels(plan, rows)
+    labels = _labels(plan, len(rows))
     panel.set_xticks(places, labels, fontsize=8, rotation=0 if max(map(len, labels)) < 6 else 60)
-    panel.set_xlabel(" / ".join(_varied(plan, rows)), fontsize=8)
+    panel.set_xlabel(" / ".join(telling_axes(plan)), fontsize=8)
     panel.tick_params(axis="y", labelsize=8)
     panel.grid(axis="y", alpha=0.25)
 
 
-def _varied(plan: Plan, rows: pd.DataFrame) -> list[str]:
-    return [axis for axis in plan.axes if rows[axis].nunique(dropna=False) > 1] or ["samples"]
-
-
-def _labels(plan: Plan, rows: pd.DataFrame) -> list[str]:
-    if len(rows) > MOST_LABELS:
-        return [str(index + 1) if index % 5 == 0 else "" for index in range(len(rows))]
-    varied = _varied(plan, rows)
-    return [" / ".join(str(row[axis]) for axis in varied) for _, row in rows.iterrows()]
+def _labels(plan: Plan, n_row: int) -> list[str]:
+    if n_row > MOST_LABELS:
+        return [str(index + 1) if index % 5 == 0 else "" for index in range(n_row)]
+    return [" / ".join(place_text(cell.place.get(axis)) for axis in telling_axes(plan)) for cell in plan.cells]

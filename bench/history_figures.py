@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from bench.curves import amplitude
 from bench.figures import OURS, PAPER, REFERENCE
+from bench.naming import cell_name
 from bench.plan import Plan
 
 MICROMETRE = 1e-6  # m
@@ -40,7 +41,7 @@ def updates_figure(plan: Plan, histories: Mapping[str, Sequence[Mapping[str, Any
             misfits = np.array([update["misfit"] for update in history], dtype=float)
             row[-1].semilogy(np.arange(1, len(history) + 1), misfits, color=OURS, alpha=0.35, linewidth=1)
         row[-1].set_ylabel("misfit of the FE model", fontsize=8)
-        row[0].set_title(_name(plan, cell), fontsize=9, loc="left")
+        row[0].set_title(cell_name(plan, plan.cells[cell]), fontsize=9, loc="left")
     _finish(panels, "updating step")
     figure.suptitle(f"{plan.name}: the surrogate's optimum at each updating step, a line per repetition", fontsize=10)
     return figure
@@ -55,9 +56,10 @@ def response_figure(plan: Plan, curves: Mapping[int, Mapping[str, Any]]) -> Figu
     for (left, right), cell in zip(panels, cells):
         _draw(left, curves[cell], {"measured": ".", "identified": "-"})
         _draw(right, curves[cell], {"predicted": ".", "modelled": "-"})
-        left.set_title(_name(plan, cell), fontsize=9, loc="left")
-    for panel in panels[0]:
-        panel.legend(fontsize=7, ncols=2)
+        left.set_title(cell_name(plan, plan.cells[cell]), fontsize=9, loc="left")
+        handles, labels = left.get_legend_handles_labels()
+        more_handles, more_labels = right.get_legend_handles_labels()
+    figure.legend(handles + more_handles, labels + more_labels, loc="outside lower center", ncols=4, fontsize=8)
     _finish(panels, "speed (rpm)")
     figure.suptitle(
         f"{plan.name}, repetition 0. Left: measured and identified. Right: final surrogate and FE model", fontsize=10
@@ -71,8 +73,7 @@ def mesh_figure(coarse: Mapping[str, Any], fine: Mapping[str, Any]) -> Figure:
     left, right = figure.subplots(1, 2)
     _draw(left, coarse, {"true": "-"}, " (13 elements)")
     _draw(left, fine, {"true": "."}, " (21 elements)")
-    left.legend(fontsize=7, ncols=2)
-    left.set_ylabel("amplitude (µm)", fontsize=8)
+    left.legend(fontsize=7, loc="lower right")
     one, other = amplitude(coarse, "true"), amplitude(fine, "true")
     speed = np.array(coarse["speed"]) / RPM
     for index, channel in enumerate(coarse["channels"]):
@@ -100,13 +101,6 @@ def _draw(panel: Axes, curves: Mapping[str, Any], styles: Mapping[str, str], rem
                 label=f"{name}{remark}, {channel}",
             )  # fmt: skip
     panel.set_ylabel("amplitude (µm)", fontsize=8)
-
-
-def _name(plan: Plan, cell: int) -> str:
-    place = plan.cells[cell].place
-    return ", ".join(
-        f"{value}" if axis == "label" else f"{axis} {value}" for axis, value in place.items() if value is not None
-    )
 
 
 def _finish(panels: np.ndarray, label: str) -> None:

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
@@ -81,6 +81,7 @@ class Plan:
     command: tuple[str, ...]
     commit: str
     versions: Mapping[str, str]
+    platform: str  # kind of processor as far as rounding depends on it
     modules: Mapping[str, str]  # digests of all modules that take part in any of the runs
     cells: tuple[Cell, ...]
     runs: tuple[Run, ...]
@@ -117,10 +118,10 @@ def _hash(content: Any) -> str:
 def write_plan(plan: Plan, output: Path) -> None:
     """Write `plan.jsonl` in one move: a head, a line per cell, a line per run."""
     output.mkdir(parents=True, exist_ok=True)
-    replace_file(output / PLAN_FILE, "".join(json.dumps(line) + "\n" for line in _lines(plan)).encode())
+    replace_file(output / PLAN_FILE, "".join(json.dumps(line) + "\n" for line in plan_lines(plan)).encode())
 
 
-def _lines(plan: Plan) -> Iterator[dict[str, Any]]:
+def plan_lines(plan: Plan) -> Iterator[dict[str, Any]]:
     head = {key: value for key, value in vars(plan).items() if key not in ("cells", "runs")}
     yield {"schema": SCHEMA, "line": "plan", **head, "report": asdict(plan.report)}
     for cell in plan.cells:
@@ -135,13 +136,9 @@ def read_plan(output: Path) -> Plan:
         raise SettingError(
             f"{output}: expected the results of an experiment, found no {PLAN_FILE}; run the experiment first"
         )
-    kinds: dict[str, list[dict[str, Any]]] = {"plan": [], "cell": [], "run": []}
     try:
         with path.open(encoding="utf-8") as file:
-            for text in file:
-                line = json.loads(text)
-                kinds[line.pop("line")].append(line)
-        return _plan(*kinds["plan"], kinds["cell"], kinds["run"])
+            return plan_from_lines(map(json.loads, file))
     except (ValueError, KeyError, TypeError) as error:
         raise SettingError(
             f"{path}: expected a plan of schema {SCHEMA}, could not read it ({type(error).__name__}: {error});"
@@ -149,7 +146,12 @@ def read_plan(output: Path) -> Plan:
         ) from error
 
 
-def _plan(head: dict[str, Any], cells: list[dict[str, Any]], runs: list[dict[str, Any]]) -> Plan:
+def plan_from_lines(lines: Iterable[dict[str, Any]]) -> Plan:
+    """The plan that `plan_lines` has written, with as many of its runs as there are lines of."""
+    kinds: dict[str, list[dict[str, Any]]] = {"plan": [], "cell": [], "run": []}
+    for line in lines:
+        kinds[line.pop("line")].append(line)
+    (head,), cells, runs = kinds["plan"], kinds["cell"], kinds["run"]
     if head.pop("schema") != SCHEMA:
         raise ValueError("the schema is another")
     return Plan(

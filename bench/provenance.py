@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 import hashlib
 import importlib.util
+import platform
 import subprocess
 import sys
 from collections.abc import Iterator, Mapping
@@ -12,6 +13,8 @@ from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
+
+from threadpoolctl import threadpool_info
 
 from ksmea import registry
 
@@ -92,6 +95,13 @@ def _imported_names(tree: ast.Module, module: str, is_package: bool) -> Iterator
 def library_versions() -> dict[str, str]:
     python = f"{sys.version_info.major}.{sys.version_info.minor}"
     return {"python": python, **{name: version(name) for name in NUMERICAL}}
+
+
+@cache
+def platform_name() -> str:
+    """Kind of processor as the linear algebra sees it, for example 'x86_64 SkylakeX': what rounding depends on."""
+    kernels = sorted({str(pool.get("architecture", "?")) for pool in threadpool_info() if pool["user_api"] == "blas"})
+    return " ".join([platform.machine(), *kernels])
 
 
 @cache

@@ -62,7 +62,12 @@ class RecordWriter:
         """Say once, before the first run, what all runs of this writer are computed by."""
         self._session = f"{time.time_ns():x}-{os.getpid()}"
         plan = self._plan
-        facts = {"commit": plan.commit, "versions": dict(plan.versions), "modules": dict(plan.modules)}
+        facts = {
+            "commit": plan.commit,
+            "platform": plan.platform,
+            "versions": dict(plan.versions),
+            "modules": dict(plan.modules),
+        }
         self._append(
             {"event": "session", "session": self._session, "began": time.strftime("%Y-%m-%dT%H:%M:%S%z"), **facts}
         )

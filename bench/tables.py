@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from bench.naming import place_text, telling_axes
 from bench.plan import Cell, Plan, Run
 from bench.records import RESULTS, read_records
 
@@ -182,14 +183,19 @@ def csv_text(frame: pd.DataFrame) -> str:
 
 def as_text(plan: Plan, summary: pd.DataFrame) -> str:
     """The table as people read it: a line per parameter and cell, ours beside the paper's."""
-    axes = [axis for axis in plan.axes if summary[axis].nunique(dropna=False) > 1 or axis == "samples"]
+    axes = telling_axes(plan)
     has_paper = plan.report.paper is not None
     head = ["parameter", "unit", "reference", *axes, "median", "[q1, q3]", "error %", "runs", "failed"]
     if has_paper:
         head[-2:-2] = ["paper", "paper error %"]
     lines = []
     for _, row in summary.iterrows():
-        line = [row["parameter"], row["unit"], _number(row["reference"]), *(_place_text(row[axis]) for axis in axes)]
+        line = [
+            row["parameter"],
+            row["unit"],
+            _number(row["reference"]),
+            *(place_text(None if pd.isna(row[axis]) else row[axis]) for axis in axes),
+        ]
         line += [
             _number(row["median"]),
             f"[{_number(row['q1'])}, {_number(row['q3'])}]",
@@ -212,10 +218,6 @@ def aligned(head: list[str], lines: list[list[str]]) -> str:
     """Columns of text, right-aligned."""
     widths = [max(len(line[column]) for line in [head, *lines]) for column in range(len(head))]
     return "\n".join("  ".join(text.rjust(width) for text, width in zip(line, widths)) for line in [head, *lines])
-
-
-def _place_text(value: Any) -> str:
-    return "–" if pd.isna(value) else f"{value:g}" if isinstance(value, float) else str(value)
 
 
 def _number(value: Any, digits: int = 4) -> str:

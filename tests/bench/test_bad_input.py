@@ -60,8 +60,11 @@ WRONG_TYPE = [
 OUT_OF_RANGE = [
     (["samples=0"], "samples: expected at least 1, got 0"),
     (["samples=40,-1"], "samples: expected at least 1, got -1"),
-    (["samples=5"], "samples: expected at least 22 for this surrogate with 5 unknowns, got 5"),
-    (["samples=40,21"], "samples: expected at least 22 for this surrogate with 5 unknowns, got 21"),
+    (["samples=2"], "for this surrogate with 5 unknowns, got 2; take more samples, or a lower trend or degree"),
+    (
+        ["surrogate.trend=quadratic", "samples=40,21"],
+        "samples: expected at least 22 for this surrogate with 5 unknowns",
+    ),
     (["surrogate=rsm", "surrogate.degree=3", "samples=40"], "samples: expected at least 57 for this surrogate"),
     (["method.budget=30", "samples=40"], "method.budget: expected more than the 40 initial samples, got 30"),
     (["measurement.relative=-0.1"], "measurement=synthetic: relative: expected a number at least 0, got -0.1"),
@@ -104,6 +107,17 @@ GRAMMAR = [
 BAD = [*UNKNOWN, *WRONG_TYPE, *OUT_OF_RANGE, *GRAMMAR]
 
 
+@pytest.fixture
+def refuse(enter, monkeypatch):
+    """The bench without its work: what it should refuse, and does not, ends the test at once."""
+
+    def work(job):
+        raise AssertionError("bad input was worked on")
+
+    monkeypatch.setattr("bench.door.work", work)
+    return enter
+
+
 def assert_refused(ended, expected, folder):
     assert ended.code == 2
     assert ended.out == ""
@@ -114,8 +128,8 @@ def assert_refused(ended, expected, folder):
 
 
 @pytest.mark.parametrize("words, expected", BAD, ids=[" ".join(words) for words, _ in BAD])
-def test_bad_input_is_one_line(words, expected, enter, tmp_path):
-    assert_refused(enter(*words), expected, tmp_path)
+def test_bad_input_is_one_line(words, expected, refuse, tmp_path):
+    assert_refused(refuse(*words), expected, tmp_path)
 
 
 @pytest.mark.parametrize(
@@ -131,9 +145,9 @@ def test_bad_input_in_a_process_of_its_own(words, expected, shell, tmp_path):
 
 
 @pytest.mark.parametrize("words", [["optimizer=dee"], ["samples=0"], ["-x"], ["problem.mesh=two"]])
-def test_a_variable_of_the_environment_shows_the_traceback(words, enter, monkeypatch, tmp_path):
+def test_a_variable_of_the_environment_shows_the_traceback(words, refuse, monkeypatch, tmp_path):
     monkeypatch.setenv("BENCH_TRACEBACK", "1")
-    ended = enter(*words)
+    ended = refuse(*words)
     assert ended.code == 2 and "Traceback (most recent call last)" in ended.err
     assert ended.err.splitlines()[-1].startswith("error: ")
     assert list(tmp_path.iterdir()) == []

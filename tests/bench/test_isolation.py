@@ -100,7 +100,7 @@ def enter_with_mine(enter, packages, monkeypatch):
     yield enter
     registry.registered.cache_clear()
     for name in NAMES:
-        ConfigStore.instance().repo["optimizer"].pop(f"{name}.yaml")
+        ConfigStore.instance().repo.get("optimizer", {}).pop(f"{name}.yaml", None)
 
 
 def test_it_appears_in_help_beside_what_cannot_be_loaded(enter_with_mine):

@@ -1,0 +1,57 @@
+"""Reference results: tables and runs of a released version, each file headed by all that it was made from.
+
+`results/reference/table3.csv` is the table, `table3.runs.csv` its runs. Both begin with lines `# {…}`: the plan's head
+(command, commit, versions, platform) and a line per cell with its settings and seed.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+
+import pandas as pd
+
+from bench.files import replace_file
+from bench.plan import PLAN_FILE, Plan, plan_from_lines, plan_lines, read_plan
+from bench.provenance import ROOT
+from bench.records import RESULTS
+from bench.tables import csv_text, runs_frame, settings_frame, summary_frame
+from ksmea.errors import SettingError, unknown
+
+FOLDER = ROOT / "results" / "reference"
+
+
+def write_reference(output: Path, folder: Path = FOLDER) -> list[Path]:
+    """Make the reference of an experiment whose runs are all done, by committed code."""
+    plan = read_plan(output)
+    if plan.commit.endswith("+"):
+        raise SettingError(
+            f"{output / PLAN_FILE}: expected results of committed code, got {plan.commit}; commit and run again"
+        )
+    head = "".join(f"# {json.dumps(line)}\n" for line in plan_lines(plan) if line["line"] != "run")
+    if plan.report.table == "settings":
+        tables = {f"{plan.name}.csv": settings_frame(plan)}
+    else:
+        runs = runs_frame(plan, output)
+        if not runs["status"].isin(RESULTS).all():
+            raise SettingError(f"{output}: expected a result of every planned run; give the experiment's command again")
+        tables = {f"{plan.name}.csv": summary_frame(plan, runs), f"{plan.name}.runs.csv": runs}
+    for name, frame in tables.items():
+        folder.mkdir(parents=True, exist_ok=True)
+        replace_file(folder / name, (head + csv_text(frame)).encode())
+    return [folder / name for name in tables]
+
+
+def read_reference(table: str, folder: Path = FOLDER) -> tuple[Plan, pd.DataFrame]:
+    """The plan's head and cells, and the runs (of a table of settings: the table)."""
+    known = sorted(
+        path.name.removesuffix(".csv") for path in folder.glob("*.csv") if not path.name.endswith(".runs.csv")
+    )
+    if table not in known:
+        raise unknown("reference table", table, known)
+    path = folder / f"{table}.runs.csv"
+    lines = (path if path.is_file() else folder / f"{table}.csv").read_text(encoding="utf-8").splitlines(keepends=True)
+    head = [json.loads(line[1:]) for line in lines if line.startswith("#")]
+    frame = pd.read_csv(io.StringIO("".join(line for line in lines if not line.startswith("#"))), dtype={"key": str})
+    return plan_from_lines(head), frame
