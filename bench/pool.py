@@ -41,6 +41,9 @@ class _Worker(Generic[Task]):
     def is_busy(self) -> bool:
         return self.task is not None
 
+    def is_usable(self) -> bool:
+        return self.process.is_alive() and not self.connection.closed
+
 
 def run_tasks(
     function: Callable[..., dict[str, Any]],
@@ -69,7 +72,8 @@ def run_tasks(
                 if outcome is not None:
                     yield worker.task, outcome
                     worker.task = None
-            pool = [worker for worker in pool if worker.process.is_alive() and not worker.connection.closed]
+            # A busy worker stays even if it has died by now: its task must first be told what became of it.
+            pool = [worker for worker in pool if worker.is_busy() or worker.is_usable()]
     finally:
         for worker in pool:
             _stop(worker)

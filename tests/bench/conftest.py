@@ -12,7 +12,7 @@ import pytest
 from hydra.core.global_hydra import GlobalHydra
 
 from bench import door
-from bench.plan import Cell, ParameterFacts, Plan, all_runs
+from bench.plan import Cell, ParameterFacts, Plan, Report, all_runs
 
 # As bench/__main__.py does for its workers, so that those of this process compute the same to the last digit.
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -64,7 +64,18 @@ def plan():
     settings = {"method": {"name": "ksmea"}}
     cells = tuple(Cell({"samples": n}, {**settings, "samples": n}, 0, facts, "c0de") for n in (40, 70))
     runs = all_runs(cells, 4, {"numpy": "2.0"})
-    return Plan("table3", "table3", ("samples",), ("+experiment=table3",), "c0de", {"numpy": "2.0"}, {}, cells, runs)
+    return Plan(
+        name="table3",
+        report=Report(table="summary", paper="table3", figures=(), exact=None),
+        axes=("samples",),
+        command=("+experiment=table3",),
+        commit="c0de",
+        versions={"numpy": "2.0"},
+        platform="abacus",
+        modules={},
+        cells=cells,
+        runs=runs,
+    )
 
 
 @pytest.fixture(scope="session")
@@ -123,6 +134,17 @@ def table3(shell, quick, tmp_path_factory):
     return shell(*quick, "repetitions=4", "workers=2", cwd=tmp_path_factory.mktemp("table3"))
 
 
+def undrawn(monkeypatch):
+    """Figures are empty files: drawing them takes longer than all else that a small experiment does."""
+    for name in ("summary_figure", "updates_figure", "response_figure", "cost_figure", "png"):
+        monkeypatch.setattr(f"bench.collect.{name}", lambda *arguments: b"")
+
+
+@pytest.fixture
+def no_figures(monkeypatch):
+    undrawn(monkeypatch)
+
+
 @pytest.fixture
 def enter(tmp_path, monkeypatch, capsys):
     """The bench inside this process, in a working directory of the test's own; it spares the imports and the figure."""
@@ -130,8 +152,7 @@ def enter(tmp_path, monkeypatch, capsys):
     def call(*words, output="results/run"):
         monkeypatch.chdir(tmp_path)
         monkeypatch.setattr(sys, "argv", ["bench"])
-        monkeypatch.setattr("bench.collect.summary_figure", lambda *arguments: None)
-        monkeypatch.setattr("bench.collect.png", lambda figure: b"")
+        undrawn(monkeypatch)
         monkeypatch.setenv("HYDRA_FULL_ERROR", "1")  # the door sets it: so it is restored
         capsys.readouterr()
         try:

@@ -94,6 +94,8 @@ def test_one_worker_computes_what_two_do(table3, quick, enter):
     alone = enter(*quick, "repetitions=4", "workers=1", output="results/table3")
     assert alone.code == 0
     assert_same(alone, table3)
+    for ended, workers in ((alone, 1), (table3, 2)):
+        assert f"8 runs to do with {workers} workers" in (ended.output / "table3.log").read_text()
 
 
 def test_another_seed_gives_other_numbers(enter, cheapest):
@@ -156,7 +158,7 @@ def test_sweeps_multiply(enter, cheapest):
 
 
 def test_the_noise_of_a_repetition_is_the_same_for_every_method(enter):
-    """Without noise but for the data: the best misfit that the true model can have is the same whatever searches."""
+    """Two searches that both reach the minimum find the same one only where the data are the same."""
     words = ["method=direct", "optimizer=lm", "optimizer.screening=500", "optimizer.starts=2", "repetitions=2"]
     ended = enter(*words, "measurement.relative=0.05", "optimizer.max_iterations=60,80")
     misfits = ended.runs().pivot(index="repetition", columns="optimizer.max_iterations", values="misfit")

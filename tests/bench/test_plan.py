@@ -142,7 +142,7 @@ def test_a_group_from_the_grid_keeps_the_experiments_plain_values(compose):
 
 def test_table3_is_planned_as_the_paper_has_it(compose):
     plan = compose("+experiment=table3")
-    assert (plan.name, plan.paper, plan.axes) == ("table3", "table3", ("samples",))
+    assert (plan.name, plan.report.paper, plan.axes) == ("table3", "table3", ("samples",))
     assert [cell.settings["samples"] for cell in plan.cells] == [40, 70, 100, 200]
     assert len(plan.runs) == 4 * 20
     names = {part: settings["name"] for part, settings in plan.cells[0].settings.items() if part in registry.GROUPS}

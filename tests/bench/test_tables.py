@@ -43,13 +43,15 @@ ERROR = {"status": "error", "error": "ValueError: singular", "traceback": "Trace
 
 
 @pytest.fixture
-def collected(tmp_path, plan, capsys, monkeypatch):
+def collected(no_figures, collected_and_drawn):
+    return collected_and_drawn
+
+
+@pytest.fixture
+def collected_and_drawn(tmp_path, plan, capsys):
     """Write the records of the plan's runs, in its order (None: not run), and collect: code, table, runs, print."""
 
-    def call(*records, draw=False):
-        if not draw:
-            monkeypatch.setattr("bench.collect.summary_figure", lambda *arguments: None)
-            monkeypatch.setattr("bench.collect.png", lambda figure: b"")
+    def call(*records):
         write_plan(plan, tmp_path)
         with RecordWriter(tmp_path, 0, plan) as writer:
             for run, record in zip(plan.runs, records):
@@ -65,7 +67,7 @@ def collected(tmp_path, plan, capsys, monkeypatch):
 
 
 # In the plan's order: repetitions one after the other, 40 and 70 samples in each.
-SIX_RESULTS = [
+RECORDS = [
     identified(50.5e6, 2.02e-4, updates=1, evaluations=41, seconds=4.0),
     identified(45e6, 1.8e-4),
     identified(49e6, 1.96e-4, updates=2, evaluations=42, seconds=1.0),
@@ -78,7 +80,7 @@ SIX_RESULTS = [
 
 
 def test_medians_quartiles_errors_and_counts(collected):
-    _, table, _, _ = collected(*SIX_RESULTS)
+    _, table, _, _ = collected(*RECORDS)
     kxx = table.loc[("kxx", 40)]
     # of 49, 50.5, 52 MN/m; their errors are 2, 1 and 4 %, whose median is not that of the signed ones
     assert [kxx["median"], kxx["q1"], kxx["q3"]] == pytest.approx([50.5, 49.75, 51.25])
@@ -93,7 +95,7 @@ def test_medians_quartiles_errors_and_counts(collected):
 
 
 def test_rows_of_effort(collected):
-    _, table, _, _ = collected(*SIX_RESULTS)
+    _, table, _, _ = collected(*RECORDS)
     assert table.loc[("updates", 40), ["median", "q1", "q3"]].tolist() == [2, 1.5, 5.5]
     assert table.loc[("model_evaluations", 40), ["median", "q1", "q3"]].tolist() == [42, 41.5, 45.5]
     assert table.loc[("time", 40), ["median", "q1", "q3"]].tolist() == [2, 1.5, 3]
@@ -104,7 +106,7 @@ def test_rows_of_effort(collected):
 
 
 def test_header_and_rows(collected, tmp_path):
-    collected(*SIX_RESULTS)
+    collected(*RECORDS)
     with (tmp_path / "table3.csv").open() as file:
         assert file.readline() == HEADER + "\n"
         rows = [(row[0], row[3]) for row in csv.reader(file)]
@@ -112,7 +114,7 @@ def test_header_and_rows(collected, tmp_path):
 
 
 def test_the_papers_values_are_those_it_prints(collected):
-    _, table, _, out = collected(*SIX_RESULTS)
+    _, table, _, out = collected(*RECORDS)
     with PAPER.open() as file:
         printed = {(row["parameter"], int(row["samples"])): row for row in csv.DictReader(file)}
     for place in table.index:
@@ -127,7 +129,7 @@ def test_the_papers_values_are_those_it_prints(collected):
 
 
 def test_failed_runs_are_counted_and_keep_a_row(collected):
-    code, _, runs, out = collected(*SIX_RESULTS)
+    code, _, runs, out = collected(*RECORDS)
     assert code == 1
     assert runs["status"].tolist() == ["done", "done", "done", "budget", "done", "error", "error", "killed"]
     assert runs["repetition"].tolist() == [0, 0, 1, 1, 2, 2, 3, 3]
@@ -139,7 +141,7 @@ def test_failed_runs_are_counted_and_keep_a_row(collected):
 
 
 def test_a_row_of_runs_csv_says_what_the_record_says(collected, plan):
-    _, _, runs, _ = collected(*SIX_RESULTS)
+    _, _, runs, _ = collected(*RECORDS)
     row = runs.iloc[3]
     assert (row["key"], row["samples"], row["repetition"], row["seed"]) == (plan.runs[3].key, 70, 1, 0)
     assert (row["kxx"], row["u"], row["stop"]) == (pytest.approx(55), pytest.approx(220), "smc")
@@ -148,7 +150,7 @@ def test_a_row_of_runs_csv_says_what_the_record_says(collected, plan):
 
 
 def test_what_was_not_run_is_said_and_counted(collected):
-    code, table, runs, out = collected(SIX_RESULTS[0])
+    code, table, runs, out = collected(RECORDS[0])
     assert code == 1 and "7 of 8 failed (7 × not run)" in out
     assert runs["status"].tolist() == ["done"] + ["not run"] * 7
     assert table.loc[("kxx", 40), ["median", "q1", "q3", "runs", "failed"]].tolist() == [50.5, 50.5, 50.5, 1, 3]
@@ -177,13 +179,13 @@ def test_a_message_of_several_lines_is_counted_in_one(collected):
 
 
 def test_collecting_twice_writes_the_same(collected, tmp_path, plan):
-    collected(*SIX_RESULTS)
+    collected(*RECORDS)
     before = [(tmp_path / name).read_bytes() for name in ("table3.csv", "runs.csv")]
     assert collect(tmp_path) == 1
     assert [(tmp_path / name).read_bytes() for name in ("table3.csv", "runs.csv")] == before
 
 
-@pytest.mark.parametrize("records", [SIX_RESULTS, [ERROR] * 8], ids=["some failed", "all failed"])
-def test_a_figure_is_drawn_whatever_failed(records, collected, tmp_path):
-    collected(*records, draw=True)
+@pytest.mark.parametrize("records", [RECORDS, [ERROR] * 8], ids=["some failed", "all failed"])
+def test_a_figure_is_drawn_whatever_failed(records, collected_and_drawn, tmp_path):
+    collected_and_drawn(*records)
     assert (tmp_path / "table3.png").read_bytes().startswith(b"\x89PNG")
