@@ -8,7 +8,7 @@ import sys
 # One BLAS thread per process, set before numpy loads: the cores belong to the workers, which inherit this, and
 # sums do not depend on the machine's number of cores.
 for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(_variable, "1")
+    os.environ[_variable] = "1"
 
 
 def main() -> int:

@@ -16,6 +16,8 @@ from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any, Generic, TypeVar
 
+from threadpoolctl import threadpool_limits
+
 Task = TypeVar("Task")
 
 # A server process imports everything once and forks the workers; a new one after a crash costs milliseconds.
@@ -162,6 +164,7 @@ def _stop(worker: _Worker[Task]) -> None:
 
 def _serve(connection: Connection, function: Callable[..., dict[str, Any]], memory: int | None) -> None:
     """A worker's life: task after task, until the other end of the pipe is gone."""
+    threadpool_limits(1)  # sums in another order differ in the last digits, and the cores belong to the workers
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent alone decides
     if memory is not None:
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))

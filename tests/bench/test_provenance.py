@@ -22,7 +22,13 @@ CHOSEN = dict.fromkeys(GROUPS) | {
 def test_a_run_uses_its_plugins_and_all_that_they_import():
     used = used_modules(CHOSEN)
     chosen = {"optimizers.de", "optimizers.isolation", "surrogates.kriging", "surrogates.theta_search", "ksmea.loop"}
-    physics = {"problems.three_disk", "problems.rotor.receptance", "problems.rotor.shaft", "ksmea.misfit", "bench.execute"}
+    physics = {
+        "problems.three_disk",
+        "problems.rotor.receptance",
+        "problems.rotor.shaft",
+        "ksmea.misfit",
+        "bench.execute",
+    }
     assert chosen | physics <= used.keys()
 
 
@@ -58,7 +64,7 @@ def digest_in(place):
         ("surrogates/theta_search.py", "VARIANCE_FLOOR = 1e-20", "VARIANCE_FLOOR = 1e-19", True),
         ("problems/rotor/shaft.py", "import numpy as np", "import numpy as np\n\nDENSITY = 1.0", True),
         ("optimizers/ga.py", "import copy", "import copy\nimport math", False),
-        ("bench/figures.py", 'OURS, PAPER', 'NEW, OURS, PAPER', False),
+        ("bench/figures.py", "OURS, PAPER", "NEW, OURS, PAPER", False),
         ("ksmea/loop.py", "import time", "# a remark\nimport   time", False),
         ("ksmea/loop.py", '"""KSMEA: ', '"""KSMEA, in other words: ', False),
     ],
