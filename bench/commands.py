@@ -7,8 +7,8 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
-from bench.collect import collect
-from bench.plan import Plan, Run, read_plan
+from bench.collect import collect, collect_all
+from bench.plan import PLAN_FILE, Plan, Run, read_plan
 from bench.provenance import code_digest, library_versions, used_modules
 from bench.records import RESULTS, read_lines, read_records
 from bench.reference import write_reference
@@ -18,7 +18,10 @@ from ksmea.errors import SettingError, unknown
 
 def status(words: list[str]) -> int:
     """`status NAME|DIR`: how many of the planned runs are done, failed, stale or missing; 0 where all are done."""
-    output = _output(words, "status")
+    return max(_status(output) for output in _outputs(words, "status"))
+
+
+def _status(output: Path) -> int:
     plan = read_plan(output)
     records = read_records(output, lambda line: (line["status"], line["question"]))
     answered = {question for state, question in records.values() if state in RESULTS}
@@ -51,7 +54,7 @@ def explain(words: list[str]) -> int:
         raise SettingError("explain: expected the key of a run (see runs.csv), got nothing")
     key, *place = words
     folders = (
-        [_output(place, "explain")] if place else sorted(path.parent for path in Path("results").glob("*/plan.jsonl"))
+        _outputs(place, "explain") if place else sorted(path.parent for path in Path("results").glob(f"**/{PLAN_FILE}"))
     )
     for folder in folders:
         try:
@@ -138,7 +141,11 @@ def _differences(before: Mapping[str, Any], after: Mapping[str, Any], names_only
 
 def collect_again(words: list[str]) -> int:
     """`collect NAME|DIR`: tables and figures from plan and records; 0 where every planned run has a result."""
-    return collect(_output(words, "collect"))
+    outputs = _outputs(words, "collect")
+    codes = [collect(output) for output in outputs]
+    if len(outputs) > 1:
+        collect_all(outputs[0].parent, outputs)
+    return max(codes)
 
 
 def reference(words: list[str]) -> int:
@@ -158,12 +165,24 @@ COMMANDS: dict[str, Callable[[list[str]], int]] = {
 
 
 def _output(words: list[str], command: str) -> Path:
-    """The folder that NAME (below results/) or DIR means."""
+    """The folder of one experiment that NAME (below results/) or DIR means."""
+    first, *others = _outputs(words, command)
+    if others:
+        raise SettingError(f"{command}: expected one experiment, got {words[0]} with several; name one, as {first}")
+    return first
+
+
+def _outputs(words: list[str], command: str) -> list[Path]:
+    """The folders that NAME (below results/) or DIR means: of an experiment, or of those that it includes."""
     if len(words) != 1:
         raise SettingError(f"{command}: expected one name or folder of results, got {len(words)}")
-    named, folder = Path("results") / words[0], Path(words[0])
-    for candidate in (named, folder):
-        if (candidate / "plan.jsonl").is_file():
-            return candidate
-    known = sorted(path.parent.name for path in Path("results").glob("*/plan.jsonl"))
+    for folder in (Path("results") / words[0], Path(words[0])):
+        found = (
+            [folder]
+            if (folder / PLAN_FILE).is_file()
+            else sorted(path.parent for path in folder.glob(f"*/{PLAN_FILE}"))
+        )
+        if found:
+            return found
+    known = {path.relative_to("results").parts[0] for path in Path("results").glob(f"**/{PLAN_FILE}")}
     raise unknown("results", words[0], known)
