@@ -75,15 +75,20 @@ def cost_figure(frame: pd.DataFrame) -> Figure:
             panel.plot(row.break_even_s, row.evaluations * row.break_even_s + row.overhead_s, "o", color=colour)
     cost, times = paper_cost()
     panel.plot([cost] * len(times), times["identified"], "D", color="black", markersize=5, label="paper, Table 6")
-    for row in times.itertuples():
-        above = row.method == "PSO"
-        panel.annotate(
-            row.method, (cost, row.identified), xytext=(6, 6 if above else -6), textcoords="offset points", fontsize=7
-        )
-    panel.axvline(frame["model_s"].iloc[1:].max() / frame["evaluations"].iloc[1:].max(), color="grey", linestyle=":")
+    others = times[times["method"] != "KSMEA"]
     panel.annotate(
-        "one evaluation here", (frame["model_s"].iloc[1:].max() / frame["evaluations"].iloc[1:].max(), 2e3), fontsize=7
+        ", ".join(others["method"]),
+        (cost, others["identified"].max()),
+        xytext=(-14, 7),
+        textcoords="offset points",
+        fontsize=7,
     )
+    surrogate = times[times["method"] == "KSMEA"]["identified"].iloc[0]
+    panel.annotate("KSMEA", (cost, surrogate), xytext=(-14, 7), textcoords="offset points", fontsize=7)
+    direct = frame.loc[frame["evaluations"].idxmax()]
+    here = direct["model_s"] / direct["evaluations"]
+    panel.axvline(here, color="grey", linestyle=":")
+    panel.annotate("one evaluation here", (here, 2e3), fontsize=7)
     panel.set_xlabel("cost of one FE evaluation (s)")
     panel.set_ylabel("time of one identification (s)")
     panel.legend(fontsize=8)
