@@ -6,12 +6,14 @@ the cost of one evaluation. Two methods break even at t = (overhead₁ − overh
 
 from __future__ import annotations
 
+from itertools import cycle
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
+from bench.naming import cell_name
 from bench.plan import Plan
 from bench.records import RESULTS
 from bench.tables import PAPER
@@ -22,7 +24,7 @@ COLOURS = ("#2b6ca3", "#c8501e", "#3a8f4d", "#8a5aa8", "#b08a00", "#555555", "#d
 
 
 def cost_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
-    """A row per method (label of a cell): medians of evaluations and times, and the break-even with the first method."""
+    """A row per method (cell of the plan): medians of evaluations and times, and the break-even with the first method."""
     rows = []
     for index, cell in enumerate(plan.cells):
         done = runs[(runs["cell"] == index) & runs["status"].isin(RESULTS)]
@@ -31,7 +33,7 @@ def cost_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
         evaluations = done["model_evaluations"] + JACOBIAN_AS_EVALUATIONS * done["model_jacobians"]
         rows.append(
             {
-                "method": cell.place.get("label") or f"cell {index}",
+                "method": cell_name(plan, cell),
                 "model_evaluations": done["model_evaluations"].median(),
                 "model_jacobians": done["model_jacobians"].median(),
                 "evaluations": evaluations.median(),
@@ -66,7 +68,7 @@ def cost_figure(frame: pd.DataFrame) -> Figure:
     """Total time against the cost of one evaluation, a line per method; diamonds are the paper's times."""
     figure = Figure(figsize=(8.5, 5.2), layout="constrained")
     panel = figure.subplots()
-    for colour, row in zip(COLOURS, frame.itertuples()):
+    for colour, row in zip(cycle(COLOURS), frame.itertuples()):
         panel.loglog(
             COSTS, row.evaluations * COSTS + row.overhead_s, color=colour,
             label=f"{row.method}: {row.evaluations:.0f} evaluations + {row.overhead_s:.2g} s",

@@ -17,6 +17,7 @@ from bench.plan import Plan
 MICROMETRE = 1e-6  # m
 RPM = np.pi / 30  # rad/s
 MOST_ROWS = 8  # cells in one figure; more would be a poster
+MOST_LINES = 40  # repetitions in one panel; more would be a blot
 
 
 def updates_figure(plan: Plan, histories: Mapping[str, Sequence[Mapping[str, Any]]]) -> Figure:
@@ -26,7 +27,7 @@ def updates_figure(plan: Plan, histories: Mapping[str, Sequence[Mapping[str, Any
     figure = Figure(figsize=(3.8 * (len(names) + 1), 2.3 * len(cells) + 0.6), layout="constrained")
     panels = figure.subplots(len(cells), len(names) + 1, squeeze=False)
     for row, cell in zip(panels, cells):
-        runs = [histories.get(run.key, []) for run in plan.runs if run.cell == cell]
+        runs = [histories.get(run.key, []) for run in plan.runs if run.cell == cell and run.repetition < MOST_LINES]
         facts = plan.cells[cell].parameters
         for index, panel in enumerate(row[:-1]):
             scale = facts[index].si_per_unit

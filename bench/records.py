@@ -14,6 +14,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, Self, TextIO, TypeVar
 
+import orjson
+
 from bench.locks import exclusive
 from bench.plan import Plan, Run
 from ksmea.errors import SettingError
@@ -113,17 +115,17 @@ def read_records(output: Path, keep: Callable[[dict[str, Any]], Kept] = lambda l
 def read_lines(output: Path) -> Iterator[dict[str, Any]]:
     """All lines of all record files in the present schema; what is not a record is passed over."""
     for path in sorted((output / FOLDER).glob("*.jsonl")):
-        with path.open(encoding="utf-8", errors="replace") as file:
+        with path.open("rb") as file:
             for text in file:
                 line = _parsed(text)
                 if line is not None:
                     yield _upgraded(line, path)
 
 
-def _parsed(text: str) -> dict[str, Any] | None:
+def _parsed(text: bytes) -> dict[str, Any] | None:
     """A line that is a whole record, else None."""
     try:
-        line = json.loads(text)
+        line = orjson.loads(text)
     except ValueError:
         return None
     if not isinstance(line, dict) or not isinstance(line.get("schema"), int):

@@ -37,7 +37,8 @@ def main() -> int:
         workers = 2
         kills = 0
         while kills < arguments.kills:
-            if _disturbed(_command(disturbed, arguments), arguments.how, rng, took):
+            longest = 2.2 + took / arguments.kills  # s; a call needs about two to get going
+            if _disturbed(_command(disturbed, arguments), arguments.how, rng, longest):
                 kills += 1
             elif kills:  # it has ended before the kill: what is left is too short to be killed
                 break
@@ -75,11 +76,11 @@ def _run(command: list[str]) -> float:
     return time.monotonic() - started
 
 
-def _disturbed(command: list[str], how: str, rng: np.random.Generator, took: float) -> bool:
+def _disturbed(command: list[str], how: str, rng: np.random.Generator, longest: float) -> bool:
     """Start it and kill at a random moment; False where it ended before."""
     process = subprocess.Popen(command, start_new_session=True, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     try:
-        process.wait(timeout=rng.uniform(0.5, max(6.0, took / 5)))
+        process.wait(timeout=rng.uniform(0.3, longest))
         return False
     except subprocess.TimeoutExpired:
         pass

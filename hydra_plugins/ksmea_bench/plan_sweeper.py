@@ -51,4 +51,4 @@ class PlanSweeper(Sweeper):
             except Exception:
                 collect(experiment.output)  # what there is; then the reason why it is not all
                 raise
-            return collect(experiment.output)
+            return collect(experiment.output, redraw=False)

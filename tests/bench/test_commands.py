@@ -11,7 +11,7 @@ from bench.plan import read_plan, write_plan
 from bench.records import RecordWriter
 
 STATES = ["done", "budget", "error", "timeout", None, "stale", "missing", "missing"]  # None: started and no more
-TRACEBACK = 'Traceback (most recent call last):\n  File "mine.py", line 3\nKeyError: \'no such thing\''
+TRACEBACK = "Traceback (most recent call last):\n  File \"mine.py\", line 3\nKeyError: 'no such thing'"
 
 
 @pytest.fixture

@@ -1,0 +1,369 @@
+"""Figures hold the data of the records: what matplotlib would draw is compared with what was recorded."""
+
+import dataclasses
+import shutil
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.figure import Figure
+
+from bench import collect as collecting
+from bench.collect import collect, collect_all
+from bench.cost import COSTS, JACOBIAN_AS_EVALUATIONS, cost_figure, cost_frame, paper_cost
+from bench.figures import summary_figure
+from bench.history_figures import mesh_figure, response_figure, updates_figure
+from bench.naming import cell_name, place_text, telling_axes
+from bench.plan import read_plan, write_plan
+from bench.records import RecordWriter, read_records
+from bench.tables import runs_frame, summary_frame
+from problems.three_disk import ThreeDisk
+
+RPM = np.pi / 30  # rad/s
+PNG = b"\x89PNG"
+
+
+def drawn(figure):
+    """The lines of each panel by their labels, those without one by their place."""
+    panels = figure.axes
+    return [{line.get_label(): (line.get_xdata(), line.get_ydata()) for line in panel.get_lines()} for panel in panels]
+
+
+# -- from the records of runs --
+
+
+@pytest.fixture
+def figures(table3, tmp_path, monkeypatch):
+    """The figures that `collect` makes of the small experiment, before they are files; its plan and its records."""
+    output = shutil.copytree(table3.output, tmp_path / "table3")
+    made = []
+
+    def png(figure):
+        assert isinstance(figure, Figure)
+        made.append(figure)
+        return PNG
+
+    monkeypatch.setattr(collecting, "png", png)
+    assert collect(output) == 0
+    summary, updates, response = made
+    assert all((output / f"table3{name}.png").read_bytes() == PNG for name in ("", "_updates", "_response"))
+    return {"summary": summary, "updates": updates, "response": response}, read_plan(output), read_records(output)
+
+
+def test_a_real_experiment_draws_them_all(table3):
+    for name in ("table3.png", "table3_updates.png", "table3_response.png"):
+        assert (table3.output / name).read_bytes().startswith(PNG)
+        assert name in table3.out
+
+
+def test_the_updates_are_those_of_every_repetition(figures):
+    made, plan, records = figures
+    panels = np.reshape(made["updates"].axes, (2, 3))  # a row per cell; kxx, kyy and the misfit
+    for cell, row in enumerate(panels):
+        histories = [records[run.key]["history"] for run in plan.runs if run.cell == cell]
+        assert len(histories) == 4 and all(histories)
+        for index, panel in enumerate(row[:2]):
+            *lines, reference = panel.get_lines()
+            assert [line.get_xdata().tolist() for line in lines] == [list(range(1, 1 + len(h))) for h in histories]
+            for line, history in zip(lines, histories):
+                assert line.get_ydata() == pytest.approx([update["x"][index] / 1e6 for update in history])
+            assert set(reference.get_ydata()) == {(50.0, 70.0)[index]}  # MN/m, Table 1
+            assert panel.get_ylabel() == ("kxx (MN/m)", "kyy (MN/m)")[index]
+        misfits = row[2].get_lines()
+        for line, history in zip(misfits, histories, strict=True):
+            assert line.get_ydata().tolist() == [update["misfit"] for update in history]
+        assert row[0].get_title("left") == f"samples {(25, 30)[cell]}"
+
+
+def test_the_responses_are_those_of_repetition_0_in_micrometres_over_rpm(figures):
+    made, plan, records = figures
+    panels = np.reshape(made["response"].axes, (2, 2))
+    for cell, (left, right) in enumerate(panels):
+        [run] = [run for run in plan.runs if (run.cell, run.repetition) == (cell, 0)]
+        curves = records[run.key]["curves"]
+        assert len(curves["channels"]) == 2
+        for panel, names in ((left, ("measured", "identified")), (right, ("predicted", "modelled"))):
+            lines = {line.get_label(): line for line in panel.get_lines()}
+            assert set(lines) == {f"{name}, {channel}" for name in names for channel in curves["channels"]}
+            for name in names:
+                for index, channel in enumerate(curves["channels"]):
+                    line = lines[f"{name}, {channel}"]
+                    assert line.get_xdata() == pytest.approx(np.array(curves["speed"]) / RPM)
+                    assert line.get_ydata() == pytest.approx(np.array(curves[name])[:, index] / 1e-6)
+    assert {record["status"] for record in records.values() if "curves" in record} <= {"done", "budget"}
+    assert sum("curves" in record for record in records.values()) == len(plan.cells)
+
+
+def test_the_curves_of_a_record_are_the_responses_that_they_are_called(figures):
+    """The identified curve is the model at the recorded values, the true one that at the reference values."""
+    _, plan, records = figures
+    record = records[plan.runs[0].key]
+    problem = ThreeDisk().build()
+    for name, key in (("identified", "identified"), ("true", "true")):
+        x = np.array([parameter[key] for parameter in record["parameters"]])
+        expected = np.abs(problem.response(x[None])[0])
+        assert np.array(record["curves"][name]) == pytest.approx(expected, rel=1e-6)
+    last = np.array(record["history"][-1]["x"])
+    assert np.array(record["curves"]["modelled"]) == pytest.approx(np.abs(problem.response(last[None])[0]), rel=1e-6)
+    noise = np.array(record["curves"]["measured"]) / np.array(record["curves"]["true"]) - 1
+    assert np.std(noise) == pytest.approx(0.1, rel=0.25)
+
+
+def test_the_summary_holds_quartiles_and_the_papers_values(plan, tmp_path):
+    runs = runs_frame(plan, tmp_path)
+    runs["status"] = "done"
+    runs["kxx"] = [49, 60, 50, 60, 51, 60, 52, 60]  # repetitions one after the other, two cells in each
+    summary = summary_frame(plan, runs)
+    kxx, *_ = summary_figure(plan, runs, summary).axes
+    assert kxx.get_title() == "kxx (MN/m)"
+    lines = [line for line in kxx.get_lines() if len(line.get_ydata()) > 0]
+    paper = [line for line in lines if line.get_label() == "paper"]
+    assert [line.get_ydata().tolist() for line in paper] == [[50.3, 50.1]]
+    medians = [line.get_ydata() for line in lines if len(line.get_ydata()) == 2 and line.get_linewidth() == 2]
+    assert [set(values) for values in medians] == [{50.5}, {60.0}]
+    assert [label.get_text() for label in kxx.get_xticklabels()] == ["40", "70"]
+
+
+# -- from data made by hand --
+
+
+def curves_of(n_speed=4, **others):
+    speed = np.linspace(200, 1500, n_speed)
+    base = np.outer(np.linspace(1, 2, n_speed), [1e-6, 3e-6])
+    return {"speed": speed.tolist(), "channels": ["x at 0.1 m", "y at 0.1 m"], "true": base.tolist(), **others}
+
+
+def test_the_mesh_figure_shows_both_meshes_and_their_difference():
+    coarse, fine = curves_of(), curves_of()
+    fine["true"] = (np.array(fine["true"]) * [1.02, 0.99]).tolist()
+    left, right = drawn(mesh_figure(coarse, fine))
+    assert left["true (13 elements), x at 0.1 m"][1] == pytest.approx(np.linspace(1, 2, 4))
+    assert left["true (21 elements), y at 0.1 m"][1] == pytest.approx(0.99 * np.linspace(3, 6, 4))
+    assert right["x at 0.1 m"][1] == pytest.approx([2.0] * 4) and right["y at 0.1 m"][1] == pytest.approx([1.0] * 4)
+    for panel in (left, right):
+        for speed, _ in panel.values():
+            assert speed == pytest.approx(np.linspace(200, 1500, 4) / RPM)
+
+
+def test_a_response_without_surrogate_has_an_empty_panel(plan):
+    """A method that works on the true model predicts nothing; a cell without any curve has no row."""
+    curves = {1: curves_of(measured=[[1e-6, 2e-6]] * 4, identified=[[3e-6, 4e-6]] * 4)}
+    figure = response_figure(plan, curves)
+    left, right = drawn(figure)
+    assert left["identified, y at 0.1 m"][1] == pytest.approx([4.0] * 4) and right == {}
+    assert figure.axes[0].get_title("left") == "samples 70"
+    assert collecting.png(figure).startswith(PNG)
+
+
+def test_updates_of_runs_that_failed_are_left_out(plan):
+    history = [{"x": [51e6, 2e-4], "misfit": 3.0}, {"x": [50e6, 2e-4], "misfit": None}]  # null: it was not finite
+    figure = updates_figure(plan, {plan.runs[0].key: history, plan.runs[2].key: []})
+    first, _, misfit, *second = figure.axes
+    assert first.get_lines()[0].get_ydata() == pytest.approx([51, 50])
+    assert misfit.get_lines()[0].get_ydata() == pytest.approx([3.0, np.nan], nan_ok=True)
+    with_data = [[line for line in panel.get_lines() if len(line.get_xdata())] for panel in second]
+    assert [len(lines) for lines in with_data] == [1, 1, 0]  # the references alone
+    assert collecting.png(figure).startswith(PNG)
+
+
+def test_an_experiment_of_failures_draws_what_it_can(table3, tmp_path, capsys):
+    output = shutil.copytree(table3.output, tmp_path / "table3")
+    for path in output.glob("*.png"):
+        path.unlink()
+    shutil.rmtree(output / "records")
+    assert collect(output) == 1
+    assert {path.name for path in output.glob("*.png")} == {"table3.png"}
+    assert "table3.png" in capsys.readouterr().out
+
+
+def test_the_mesh_figure_is_made_where_both_tables_have_their_curves(plan, tmp_path, monkeypatch):
+    made = []
+    monkeypatch.setattr(collecting, "mesh_figure", lambda *curves: made.append(curves))
+    monkeypatch.setattr(collecting, "png", lambda figure: PNG)
+    coarse, fine = curves_of(), curves_of(true=[[5e-6, 5e-6]] * 4)
+    output = tmp_path / "all"
+    parts = [output / "table3", output / "table4"]
+    for part, curves in zip(parts, (coarse, None)):
+        leave_results(part, plan, curves)
+    collect_all(output, parts)  # no run of the second one has ended yet
+    assert made == [] and not (output / "mesh.png").exists()
+    assert pd.read_csv(output / "all.csv")["table"].tolist() == ["table3", "table4"]
+    leave_results(parts[1], plan, fine)
+    collect_all(output, parts)
+    assert made == [(coarse, fine)] and (output / "mesh.png").read_bytes() == PNG
+
+
+def leave_results(folder, plan, curves):
+    """Plan, table and the record of a first run with these curves."""
+    write_plan(dataclasses.replace(plan, name=folder.name), folder)
+    (folder / f"{folder.name}.csv").write_text("parameter,median\nkxx,50\n")
+    with RecordWriter(folder, 0, plan) as writer:
+        if curves is not None:
+            writer.result(plan.runs[0], {"status": "done", "curves": curves})
+
+
+# -- cost --
+
+# Cells of a table 6: evaluations and Jacobians, seconds in the model and in all.
+METHODS = {
+    "KSMEA": (100, 0, 0.1, 10.1),
+    "DE": (2100, 0, 2.0, 4.0),
+    "LM": (80, 40, 0.2, 0.5),
+    "PSO": None,  # nothing has ended
+}
+
+
+@pytest.fixture
+def labelled(plan):
+    """The plan made by hand with a cell per method, of two repetitions."""
+    cells = tuple(dataclasses.replace(plan.cells[0], place={"samples": None, "label": name}) for name in METHODS)
+    return dataclasses.replace(plan, cells=cells, axes=("samples", "label"))
+
+
+@pytest.fixture
+def runs():
+    """Three runs of every method, whose medians are the figures above."""
+    rows = []
+    for cell, figures in enumerate(METHODS.values()):
+        for factor in (1, 0.5, 1.5):
+            evaluations, jacobians, model, total = figures or (np.nan,) * 4
+            values = (factor * evaluations, factor * jacobians, factor * model, factor * total)
+            names = ("model_evaluations", "model_jacobians", "time_model", "time")
+            rows.append({"cell": cell, "status": "done" if figures else "error", **dict(zip(names, values))})
+    return pd.DataFrame(rows)
+
+
+def test_the_cost_of_a_method_is_its_evaluations_and_its_overhead(labelled, runs):
+    frame = cost_frame(labelled, runs).set_index("method")
+    assert frame.index.tolist() == ["KSMEA", "DE", "LM"]  # what has no result has no row
+    assert JACOBIAN_AS_EVALUATIONS == 2
+    assert frame["evaluations"].tolist() == [100, 2100, 80 + 2 * 40]
+    assert frame["overhead_s"].tolist() == pytest.approx([10.0, 2.0, 0.3])
+    assert (frame["runs"] == 3).all()
+    # 100 t + 10 = 2100 t + 2 and 100 t + 10 = 160 t + 0.3
+    assert frame["break_even_s"].tolist() == pytest.approx([np.nan, 8 / 2000, 9.7 / 60], nan_ok=True)
+
+
+def test_a_method_that_is_dearer_in_both_is_never_worth_it(labelled, runs):
+    """Fewer evaluations and less overhead: it is ahead at any cost, from 0 on."""
+    runs.loc[runs["cell"] == 1, "time"] += 20
+    frame = cost_frame(labelled, runs).set_index("method")
+    assert frame.loc["DE", "break_even_s"] == 0
+    runs.loc[runs["cell"] == 1, "model_evaluations"] = 50  # fewer than the first: nothing to break even with
+    assert np.isnan(cost_frame(labelled, runs).set_index("method").loc["DE", "break_even_s"])
+
+
+def test_the_lines_of_the_cost_figure_rise_by_the_evaluations_and_cross_at_the_break_even(labelled, runs):
+    frame = cost_frame(labelled, runs)
+    figure = cost_figure(frame)
+    lines = [line for line in figure.axes[0].get_lines() if len(line.get_xdata()) == len(COSTS)]
+    assert COSTS[0] == pytest.approx(1e-6) and COSTS[-1] == pytest.approx(3600)
+    for line, row in zip(lines, frame.itertuples(), strict=True):
+        cost, total = line.get_data()
+        assert np.polyfit(cost, total, 1) == pytest.approx([row.evaluations, row.overhead_s])
+        assert line.get_label().startswith(f"{row.method}: {row.evaluations:.0f} evaluations")
+    dots = [line for line in figure.axes[0].get_lines() if line.get_marker() == "o"]
+    assert [line.get_xdata()[0] for line in dots] == pytest.approx([8 / 2000, 9.7 / 60])
+    for dot in dots:  # it lies on the line of the first method too
+        [cost], [total] = dot.get_data()
+        assert total == pytest.approx(100 * cost + 10)
+
+
+def test_the_papers_times_stand_at_the_cost_that_its_table_3_implies(labelled, runs):
+    """Times of Table 3 over samples + updates: a straight line by least squares, written out."""
+    evaluations = np.array([40 + 7, 70 + 6, 100 + 6, 200 + 5])
+    seconds = np.array([196.21, 231.32, 271.27, 321.99])
+    deviation = evaluations - evaluations.mean()
+    slope = np.sum(deviation * (seconds - seconds.mean())) / np.sum(deviation**2)
+    cost, times = paper_cost()
+    assert cost == pytest.approx(slope) and cost == pytest.approx(0.7635, abs=5e-5)
+    assert times.set_index("method")["identified"].to_dict() == {
+        "KSMEA": 271.27, "DE": 3086.2, "PSO": 3460.5, "GA": 2959.8
+    }  # fmt: skip
+    figure = cost_figure(cost_frame(labelled, runs))
+    [diamonds] = [line for line in figure.axes[0].get_lines() if line.get_marker() == "D"]
+    assert diamonds.get_xdata() == pytest.approx([slope] * 4)
+    assert diamonds.get_ydata() == pytest.approx([271.27, 3086.2, 3460.5, 2959.8])
+
+
+@pytest.mark.parametrize("left", [["KSMEA"], ["DE", "LM"], list(METHODS)])
+def test_a_cost_figure_is_drawn_whatever_has_results(left, labelled, runs):
+    for cell, name in enumerate(METHODS):
+        if name not in left:
+            runs.loc[runs["cell"] == cell, "status"] = "error"
+    frame = cost_frame(labelled, runs)
+    assert frame["method"].tolist() == [name for name in left if METHODS[name]]
+    assert collecting.png(cost_figure(frame)).startswith(PNG)
+
+
+def test_a_cost_figure_has_a_line_for_every_cell(labelled, runs):
+    """As where a list on the command line multiplies the methods."""
+    more = [runs.assign(cell=runs["cell"] + 4 * turn) for turn in range(3)]
+    cells = tuple(
+        dataclasses.replace(cell, place={**cell.place, "problem.mesh": mesh})
+        for mesh in (13, 21, 42)
+        for cell in labelled.cells
+    )
+    plan = dataclasses.replace(labelled, cells=cells, axes=("samples", "label", "problem.mesh"))
+    frame = cost_frame(plan, pd.concat(more))
+    assert len(frame) == 9 and frame["method"].is_unique
+    lines = [line for line in cost_figure(frame).axes[0].get_lines() if len(line.get_xdata()) == len(COSTS)]
+    assert len(lines) == 9
+
+
+# -- names --
+
+
+def renamed(plan, places, axes):
+    cells = tuple(dataclasses.replace(plan.cells[0], place=place) for place in places)
+    return dataclasses.replace(plan, cells=cells, axes=axes)
+
+
+def names(plan):
+    return [cell_name(plan, cell) for cell in plan.cells]
+
+
+def test_an_axis_tells_cells_apart_only_where_they_differ_on_it(plan):
+    assert telling_axes(plan) == ("samples",) and names(plan) == ["samples 40", "samples 70"]
+    places = [{"samples": 40, "problem.mesh": 13, "seed": 0}, {"samples": 40, "problem.mesh": 21, "seed": 0}]
+    of_meshes = renamed(plan, places, ("samples", "problem.mesh", "seed"))
+    assert telling_axes(of_meshes) == ("problem.mesh",)
+    assert names(of_meshes) == ["problem.mesh 13", "problem.mesh 21"]
+
+
+def test_a_single_cell_is_called_by_its_samples(plan):
+    alone = renamed(plan, [{"samples": 40, "seed": 0}], ("samples", "seed"))
+    assert telling_axes(alone) == ("samples",) and names(alone) == ["samples 40"]
+
+
+def test_a_label_stands_for_the_axes_that_go_with_it(plan):
+    """As in Table 6, where method, surrogate and optimiser follow from the label, and in Table 2, where samples do not."""
+    table6 = [
+        {"label": "DE", "optimizer": "de", "samples": None},
+        {"label": "KSMEA", "optimizer": "de", "samples": 100},
+    ]
+    labelled = renamed(plan, table6, ("samples", "label", "optimizer"))
+    assert telling_axes(labelled) == ("label",) and names(labelled) == ["DE", "KSMEA"]
+    table2 = [{"label": label, "samples": n} for label in ("KSMEA", "raw") for n in (40, 70)]
+    both = renamed(plan, table2, ("samples", "label"))
+    assert telling_axes(both) == ("label", "samples")
+    assert names(both) == ["KSMEA, samples 40", "KSMEA, samples 70", "raw, samples 40", "raw, samples 70"]
+
+
+@pytest.mark.parametrize(
+    "value, text", [(None, "–"), (0.05, "0.05"), (0.1 + 0.2, "0.3"), (100, "100"), ("de", "de"), ([1, 2], "[1, 2]")]
+)
+def test_a_value_is_shown_as_people_read_it(value, text):
+    assert place_text(value) == text
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("text", ["cost", "updates", "response", "mesh"])
+def test_no_figure_warns(text, plan, labelled, runs):
+    figure = {
+        "cost": lambda: cost_figure(cost_frame(labelled, runs)),
+        "updates": lambda: updates_figure(plan, {plan.runs[0].key: [{"x": [51e6, 2e-4], "misfit": 3.0}]}),
+        "response": lambda: response_figure(plan, {0: curves_of(measured=[[1e-6, 2e-6]] * 4)}),
+        "mesh": lambda: mesh_figure(curves_of(), curves_of(true=[[5e-6, 5e-6]] * 4)),
+    }[text]()
+    assert collecting.png(figure).startswith(PNG)
