@@ -50,7 +50,8 @@ def collect(output: Path, redraw: bool = True) -> int:
     for name, content in files.items():
         replace_file(output / name, content)
     replace_file(output / DRAWN, drawn_from)
-    print(f"\n{_count_line(plan, runs)}\nwritten to {output}: {', '.join(files)}")
+    there = sorted(path.name for pattern in ("*.csv", "*.png") for path in output.glob(pattern))
+    print(f"\n{_count_line(plan, runs)}\nin {output}: {', '.join(there)}")
     return 0 if runs["status"].isin(RESULTS).all() else 1
 
 

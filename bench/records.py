@@ -125,13 +125,20 @@ def read_lines(output: Path) -> Iterator[dict[str, Any]]:
 def _parsed(text: bytes) -> dict[str, Any] | None:
     """A line that is a whole record, else None."""
     try:
-        line = orjson.loads(text)
+        line = _loaded(text)
     except ValueError:
         return None
     if not isinstance(line, dict) or not isinstance(line.get("schema"), int):
         return None
     needed = {"session": {"session"}, "started": {"key"}, "result": {"key", "status"}}.get(line.get("event"))
     return line if needed is not None and needed <= line.keys() else None
+
+
+def _loaded(text: bytes) -> Any:
+    try:
+        return orjson.loads(text)
+    except ValueError:
+        return json.loads(text)  # slower, and it reads the NaN that a curve may hold
 
 
 def _upgraded(line: dict[str, Any], path: Path) -> dict[str, Any]:

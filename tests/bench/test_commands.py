@@ -274,3 +274,16 @@ def test_records_of_a_newer_schema_are_refused_in_one_line(words, real, enter):
     assert (ended.code, ended.out) == (2, "")
     [line] = ended.err.splitlines()
     assert line.startswith("error: ") and "found 3: a newer version wrote them" in line
+
+
+def test_a_record_with_a_curve_that_is_not_finite_stays_readable(real, enter, cheapest):
+    """As of a surrogate that predicts NaN somewhere; unread, its run would be done again at every call."""
+
+    def without_a_value(line):
+        return {**line, "curves": {**line["curves"], "predicted": [[float("nan")]]}} if "curves" in line else line
+
+    rewrite_records(real, without_a_value)
+    kept = real.records()
+    assert "NaN" in kept
+    assert enter("status", "run").code == 0
+    assert enter(*cheapest, "repetitions=2").records() == kept
