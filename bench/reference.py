@@ -9,6 +9,7 @@ from __future__ import annotations
 import io
 import json
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
@@ -29,7 +30,7 @@ def write_reference(output: Path, folder: Path = FOLDER) -> list[Path]:
         raise SettingError(
             f"{output / PLAN_FILE}: expected results of committed code, got {plan.commit}; commit and run again"
         )
-    head = "".join(f"# {json.dumps(line)}\n" for line in plan_lines(plan) if line["line"] != "run")
+    head = "".join(f"# {json.dumps(_without_place(line))}\n" for line in plan_lines(plan) if line["line"] != "run")
     if plan.report.table == "settings":
         tables = {f"{plan.name}.csv": settings_frame(plan)}
     else:
@@ -41,6 +42,13 @@ def write_reference(output: Path, folder: Path = FOLDER) -> list[Path]:
         folder.mkdir(parents=True, exist_ok=True)
         replace_file(folder / name, (head + csv_text(frame)).encode())
     return [folder / name for name in tables]
+
+
+def _without_place(line: dict[str, Any]) -> dict[str, Any]:
+    """A plan's line without the folder that it was written to, which is nobody else's."""
+    if "command" not in line:
+        return line
+    return {**line, "command": [word for word in line["command"] if not word.startswith("output=")]}
 
 
 def read_reference(table: str, folder: Path = FOLDER) -> tuple[Plan, pd.DataFrame]:

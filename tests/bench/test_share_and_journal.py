@@ -169,7 +169,7 @@ LEAST_SQUARES = ["method=direct", "optimizer.screening=40", "optimizer.starts=1"
 SURROGATE = ["samples=25", "method.max_updates=4", "optimizer.generations=4"]
 # Settings, the part of its evaluations after which the run is killed, and the points that are asked for together there.
 SEARCHES = {
-    "de": (POPULATION, 0.55, 10),
+    "de": (POPULATION, 0.55, 1),
     "lm": (LEAST_SQUARES, 0.75, 1),
     "de under a surrogate": (SURROGATE, 0.85, 1),
 }

@@ -89,7 +89,7 @@ def test_a_run_cut_off_twice_ends_like_an_undisturbed_one(method, name, problem,
 
 def test_a_torn_or_damaged_entry_and_all_behind_it_is_computed_again(problem, tmp_path):
     path = tmp_path / "run.journal"
-    points = [problem.parameters.to_si(np.full((2, 5), value)) for value in (0.2, 0.5, 0.8)]
+    points = [problem.parameters.to_si(np.full((1, 5), value)) for value in (0.2, 0.5, 0.8)]
     journal = Journal(path)
     answers = [journaled(problem, journal).response(x) for x in points]
     journal.close()
@@ -101,9 +101,21 @@ def test_a_torn_or_damaged_entry_and_all_behind_it_is_computed_again(problem, tm
         journal = Journal(path)
         again = [journaled(counted, journal).response(x) for x in points]
         journal.close()
-        assert counted.computed == 2  # the third entry's two points
+        assert counted.computed == 1  # the third entry
         assert all(np.array_equal(one, other) for one, other in zip(again, answers))
         assert path.read_bytes() == whole
+
+
+def test_a_batch_is_kept_one_parameter_set_at_a_time(problem, tmp_path):
+    """What is killed in the middle of a population or of the initial samples loses the set in work alone."""
+    x = problem.parameters.to_si(np.random.default_rng(3).random((6, 5)))
+    journal = Journal(tmp_path / "run.journal")
+    with pytest.raises(PowerCut):
+        journaled(Counted(problem, cut_after=4), journal).response(x)
+    journal.close()
+    counted = Counted(problem)
+    assert np.array_equal(journaled(counted, Journal(tmp_path / "run.journal")).response(x), problem.response(x))
+    assert counted.computed == 2
 
 
 def test_other_questions_than_before_are_computed(problem, tmp_path):
