@@ -129,12 +129,13 @@ class KSMEA(Settings):
                     objective = self._surrogate_objective(misfit, predictor, model)
                     u = self._search(objective, optimizer, streams.optimizer)
                     surrogate_evaluations += objective.evaluations
-                    predicted = transform.decode(predictor.predict(u[None]))
+                    prediction = transform.decode(predictor.predict(u[None]))
                 added = _evaluated(u[None], model, misfit)
             except BudgetSpent:
                 stop = "budget"
                 break
-            history.append(_update(u, predicted, added, misfit, problem.parameters))
+            predicted = prediction[0]  # not before the true model has been evaluated there: the two go together
+            history.append(_update(u, prediction, added, misfit, problem.parameters))
             stop = self._stop(history, known.distance_to(u), model)
             known = known.with_sample(added)
 
@@ -152,7 +153,7 @@ class KSMEA(Settings):
             surrogate_evaluations=surrogate_evaluations,
             seconds=clock.split(),
             history=tuple(history),
-            predicted=None if not history else predicted[0],
+            predicted=predicted,
             modelled=None if not history else misfit.observed(known.responses[-1]),
             notes=getattr(predictor, "notes", {}),
         )
