@@ -44,9 +44,7 @@ class Experiment:
     @classmethod
     def compose_all(cls, loader: ConfigLoader, master: DictConfig, arguments: list[str]) -> list[Experiment]:
         """The experiment of a command line, or all that it includes, each in a folder below its own."""
-        config = _Composer(loader, master, [choice for choice in parse(arguments) if len(choice.values) <= 1]).composed(
-            {}
-        )
+        config = _Composer(loader, master, _fixed(parse(arguments))).composed({})
         if not config.includes:
             return [cls.compose(loader, master, arguments)]
         output = Path(config.output).absolute()
@@ -66,7 +64,7 @@ class Experiment:
     ) -> Experiment:
         """One experiment; finished runs of the same key are also taken over from the folders in `share`."""
         choices = parse(arguments)
-        fixed = [choice for choice in choices if len(choice.values) <= 1]
+        fixed = _fixed(choices)
         swept = {choice.key: choice.values for choice in choices if len(choice.values) > 1}
         _check_axes(swept)
         composer = _Composer(loader, master, fixed)
@@ -91,8 +89,8 @@ class Experiment:
             cells=cells,
             runs=all_runs(cells, config.repetitions, versions),
         )
-        config.share = [*config.share, *share]
-        working = tuple(_override(key, OmegaConf.to_container(config)[key]) for key in WORKING)
+        whole = {key: config[key] for key in WORKING} | {"share": [*config.share, *share]}
+        working = tuple(_override(key, value) for key, value in whole.items())
         return cls(plan, Path(config.output).absolute(), config.batches, working)
 
     def prepare(self) -> list[list[str]]:
@@ -104,6 +102,11 @@ class Experiment:
             for batch in range(self.batches)
             if unfinished(self.plan.runs[batch :: self.batches], finished)
         ]
+
+
+def _fixed(choices: Iterable[Choice]) -> list[Choice]:
+    """What the command line gives one value; the others are swept."""
+    return [choice for choice in choices if len(choice.values) <= 1]
 
 
 def job_of(config: DictConfig) -> Job:

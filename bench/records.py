@@ -23,7 +23,6 @@ from ksmea.errors import SettingError
 SCHEMA = 2
 FOLDER = "records"
 RESULTS = ("done", "budget")  # statuses that are results; all others are failures
-FAILURES = ("timeout", "error", "killed", "not run")
 
 Kept = TypeVar("Kept")
 

@@ -17,6 +17,12 @@ PAPER = Path(__file__).resolve().parent / "paper"
 COUNTS = ("updates", "model_evaluations", "model_jacobians", "surrogate_evaluations")
 SECONDS = ("model", "surrogate", "search")
 EFFORT = {"updates": "", "model_evaluations": "", "time": "s"}  # rows of a table below the parameters, and their units
+OUR_NAMES = {  # of settings that Table 5 prints under other names
+    "cooperative_factor": "social",
+    "cognitive_learning_factor": "cognitive",
+    "crossover_probability": "crossover_rate",
+    "mutation_probability": "mutation_rate",
+}
 EXACT = {"exact": "%", "updates_to_exact": ""}  # where exactness is asked for
 
 
@@ -147,16 +153,10 @@ def _printed_column(plan: Plan, cell: Cell) -> Any:
 def settings_frame(plan: Plan) -> pd.DataFrame:
     """Table 5: the settings of each optimiser as printed and as they are here."""
     printed = pd.read_csv(PAPER / "table5.csv")
-    names = {
-        "cooperative_factor": "social",
-        "cognitive_learning_factor": "cognitive",
-        "crossover_probability": "crossover_rate",
-    }
-    names |= {"mutation_probability": "mutation_rate", "chromosome_length": "chromosome_length"}
     here = {cell.settings["optimizer"]["name"].upper(): cell.settings["optimizer"] for cell in plan.cells}
     rows = []
     for row in printed.itertuples(index=False):
-        name = names.get(row.setting, row.setting)
+        name = OUR_NAMES.get(row.setting, row.setting)
         value = here.get(row.optimizer, {}).get(name)
         rows.append(
             {"optimizer": row.optimizer, "printed_as": row.setting, "setting": name, "paper": row.value, "here": value}

@@ -21,10 +21,10 @@ from tqdm import tqdm
 from bench.execute import execute
 from bench.plan import Plan, component_seeds
 from bench.pool import Limits, run_tasks
-from bench.provenance import OURS, library_versions, platform_name
+from bench.provenance import library_versions, platform_name
 from bench.records import RESULTS
 from bench.reference import read_reference
-from bench.work import available_cores
+from bench.work import available_cores, own_modules
 from ksmea import registry
 from ksmea.errors import SettingError, unknown
 
@@ -89,11 +89,10 @@ def _recomputed(plan: Plan, reference: pd.DataFrame, workers: int | None) -> dic
         (row.key, (plan.cells[row.cell].settings, component_seeds(row.seed, row.repetition)))
         for row in reference.itertuples()
     ]
-    preload = [name for name in plan.modules if name.partition(".")[0] in OURS]
     n_worker = min(workers or available_cores(), len(tasks))
     with tqdm(total=len(tasks), desc=f"verify {plan.name}", unit="run", disable=None) as bar:
         records = {}
-        for key, record in run_tasks(execute, tasks, n_worker, Limits(), lambda key: None, preload):
+        for key, record in run_tasks(execute, tasks, n_worker, Limits(), lambda key: None, own_modules(plan)):
             records[key] = record
             bar.update()
     return records

@@ -52,7 +52,7 @@ def work(job: Job) -> None:
         # disable=None: silent where there is no terminal
         with tqdm(total=len(todo), desc=plan.name, unit="run", disable=None) as bar:
             tasks = ((run, _arguments(plan, run, job)) for run in todo)
-            for run, record in run_tasks(execute, tasks, n_worker, job.limits, writer.started, _own_modules(plan)):
+            for run, record in run_tasks(execute, tasks, n_worker, job.limits, writer.started, own_modules(plan)):
                 writer.result(run, record)
                 if job.journal and record["status"] in RESULTS:
                     _journal(run, job).unlink(missing_ok=True)  # only a run without a result needs it again
@@ -70,7 +70,7 @@ def unfinished(runs: Iterable[Run], finished: set[str]) -> list[Run]:
     return list({run.key: run for run in runs if run.key not in finished}.values())
 
 
-def _own_modules(plan: Plan) -> list[str]:
+def own_modules(plan: Plan) -> list[str]:
     """Modules that workers may find loaded: not those of outside plugins, which could harm all workers at once."""
     return [name for name in plan.modules if name.partition(".")[0] in OURS]
 

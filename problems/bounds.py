@@ -5,9 +5,22 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ksmea.errors import SettingError, unknown
-from ksmea.parameters import Parameter
+from ksmea.parameters import (
+    GRAM_MILLIMETRE,
+    KILONEWTON_SECOND_PER_METRE,
+    MEGANEWTON_PER_METRE,
+    Parameter,
+)
 
 Units = Mapping[str, tuple[str, float]]  # of each unknown: the unit people read and its size in SI
+
+FIVE_UNKNOWNS: Units = {  # of the reference paper: two equal bearings and one unbalance
+    "kxx": ("MN/m", MEGANEWTON_PER_METRE),
+    "kyy": ("MN/m", MEGANEWTON_PER_METRE),
+    "cxx": ("kN s/m", KILONEWTON_SECOND_PER_METRE),
+    "cyy": ("kN s/m", KILONEWTON_SECOND_PER_METRE),
+    "u": ("g mm", GRAM_MILLIMETRE),
+}
 
 
 def bounded_parameters(

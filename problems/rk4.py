@@ -26,13 +26,11 @@ from dataclasses import dataclass
 from ksmea.errors import SettingError
 from ksmea.parameters import (
     GRAM_MILLIMETRE,
-    KILONEWTON_SECOND_PER_METRE,
-    MEGANEWTON_PER_METRE,
     Parameter,
 )
 from ksmea.settings import Settings, setting
 from problems.band import RPM, band, check_band
-from problems.bounds import bounded_parameters
+from problems.bounds import FIVE_UNKNOWNS, bounded_parameters
 from problems.probes import channels_of, check_probes
 from problems.ring import weighed_ring
 from problems.rotor.data import Bearing, Material, Rotor, UnbalancePlane
@@ -52,13 +50,6 @@ LAYOUTS = {"span_320": (0.32, OVERHANG), "span_440": (0.44, 0.0), "span_200": (0
 # The longest element, m, that puts nodes at the bearings, the disk and the ends in each of the layouts.
 ELEMENT_LENGTH = 0.02
 
-UNITS = {  # of each unknown: the unit people read and its size in SI
-    "kxx": ("MN/m", MEGANEWTON_PER_METRE),
-    "kyy": ("MN/m", MEGANEWTON_PER_METRE),
-    "cxx": ("kN s/m", KILONEWTON_SECOND_PER_METRE),
-    "cyy": ("kN s/m", KILONEWTON_SECOND_PER_METRE),
-    "u": ("g mm", GRAM_MILLIMETRE),
-}
 BOUNDS = {"kxx": [10.0, 100.0], "kyy": [10.0, 100.0], "cxx": [0.1, 10.0], "cyy": [0.1, 10.0], "u": [20.0, 200.0]}
 TARGETS: dict[str, tuple[Target, ...]] = {  # what each unknown sets; both bearings alike
     **{name: (BearingTarget(0, name), BearingTarget(1, name)) for name in ("kxx", "kyy", "cxx", "cyy")},
@@ -161,7 +152,7 @@ class RK4(Settings):
         }
 
     def _parameters(self) -> list[Parameter]:
-        return bounded_parameters(UNITS, BOUNDS, self.bounds)
+        return bounded_parameters(FIVE_UNKNOWNS, BOUNDS, self.bounds)
 
     def _rotor(self) -> Rotor:
         return rk4_rotor(

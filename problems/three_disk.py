@@ -12,13 +12,11 @@ from dataclasses import dataclass
 
 from ksmea.parameters import (
     GRAM_MILLIMETRE,
-    KILONEWTON_SECOND_PER_METRE,
-    MEGANEWTON_PER_METRE,
     Parameter,
 )
 from ksmea.settings import Settings, setting
 from problems.band import RPM, band, check_band
-from problems.bounds import bounded_parameters
+from problems.bounds import FIVE_UNKNOWNS, bounded_parameters
 from problems.probes import channels_of, check_probes
 from problems.rotor.data import Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane
 from problems.rotor.mesh import share_elements
@@ -38,13 +36,6 @@ DISK_INNER_RADIUS = 0.05  # m
 DISK_THICKNESSES = (0.05, 0.05, 0.06)  # m
 UNBALANCED_DISK = 1  # the second one
 
-UNITS = {  # of each unknown: the unit people read and its size in SI
-    "kxx": ("MN/m", MEGANEWTON_PER_METRE),
-    "kyy": ("MN/m", MEGANEWTON_PER_METRE),
-    "cxx": ("kN s/m", KILONEWTON_SECOND_PER_METRE),
-    "cyy": ("kN s/m", KILONEWTON_SECOND_PER_METRE),
-    "u": ("g mm", GRAM_MILLIMETRE),
-}
 BOUNDS = {"kxx": [10.0, 100.0], "kyy": [10.0, 100.0], "cxx": [0.01, 1.0], "cyy": [0.01, 1.0], "u": [50.0, 500.0]}
 
 
@@ -108,7 +99,7 @@ class ThreeDisk(Settings):
         return {"kxx": 50e6, "kyy": 70e6, "cxx": 500.0, "cyy": 700.0, "u": 200 * GRAM_MILLIMETRE}
 
     def _parameters(self) -> list[Parameter]:
-        return bounded_parameters(UNITS, BOUNDS, self.bounds)
+        return bounded_parameters(FIVE_UNKNOWNS, BOUNDS, self.bounds)
 
 
 def three_disk_rotor(mesh: int) -> Rotor:
