@@ -19,7 +19,7 @@ CONF = Path(__file__).resolve().parents[1] / "conf"
 
 @dataclass
 class BenchConfig:
-    """Settings of the bench itself; the five groups hold plugins. conf/config.yaml has the values and remarks."""
+    """Settings of the bench itself; the six groups hold plugins. conf/config.yaml has the values and remarks."""
 
     name: str = MISSING
     samples: int = MISSING
@@ -34,7 +34,7 @@ class BenchConfig:
     batches: int = MISSING
     batch: int = MISSING
     label: str | None = None
-    table: str = "summary"
+    table: str | None = None
     paper: str | None = None
     figures: list[str] = field(default_factory=list)
     exact: float | None = None
@@ -45,6 +45,7 @@ class BenchConfig:
     surrogate: Any = MISSING
     optimizer: Any = MISSING
     method: Any = MISSING
+    study: Any = MISSING
 
 
 def register_schemas() -> None:

@@ -14,17 +14,17 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
 from bench.config import BenchConfig
-from bench.execute import plugins_of
 from bench.overrides import Choice, grid_points, parse
 from bench.plan import Cell, ParameterFacts, Plan, Report, all_runs, write_plan
 from bench.provenance import code_digest, commit, library_versions, platform_name, used_modules
 from bench.records import finished_keys
+from bench.reports import REPORTS
+from bench.setup import Setup
 from bench.tables import PAPER
 from bench.work import Job, unfinished
 from ksmea import registry
 from ksmea.errors import SettingError, unknown
 
-TABLES = ("summary", "settings")
 FIGURES = ("updates", "response", "cost")
 # Settings of the whole experiment, which cannot be an axis of it.
 WHOLE = ("name", "repetitions", "output", "table", "paper", "figures", "exact", "includes", "grid")
@@ -79,7 +79,7 @@ class Experiment:
         versions = library_versions()
         plan = Plan(
             name=config.name,
-            report=Report(config.table, config.paper, tuple(config.figures), config.exact),
+            report=Report(config.table or _table_of(cells, points), config.paper, tuple(config.figures), config.exact),
             axes=_axes(points),
             command=tuple(arguments),
             commit=commit(),
@@ -179,8 +179,8 @@ def _check_whole(config: DictConfig) -> None:
         raise SettingError(f"name: expected the name of a file, got '{config.name}'")
     if config.paper is not None and not (PAPER / f"{config.paper}.csv").is_file():
         raise unknown("table of the paper", config.paper, [path.stem for path in PAPER.glob("*.csv")])
-    if config.table not in TABLES:
-        raise unknown("table", config.table, TABLES)
+    if config.table is not None and config.table not in REPORTS:
+        raise unknown("table", config.table, REPORTS)
     for figure in config.figures:
         if figure not in FIGURES:
             raise unknown("figure", figure, FIGURES)
@@ -204,24 +204,33 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) ->
         if config[key] < least:
             raise SettingError(f"{key}: expected at least {least}, got {config[key]}")
     settings = {group: OmegaConf.to_container(config[group], resolve=True) for group in registry.GROUPS}
-    plugins = plugins_of(settings)
-    problem = plugins["problem"].build()
-    plugins["method"].validate(problem, plugins["surrogate"], plugins["optimizer"], config.samples)
-    truth = plugins["measurement"].true_values(plugins["problem"], problem)
     settings["samples"] = config.samples
+    setup = Setup.of(settings)
+    plugins = setup.plugins
+    plugins["study"].validate(setup)
     if hasattr(plugins["problem"], "fingerprint"):
         settings["fingerprint"] = plugins["problem"].fingerprint()
-    for part in plugins["method"].ignores:
+    ignored = {*plugins["study"].ignores, *plugins["method"].ignores}
+    for part in ignored:
         settings[part] = None
     parameters = tuple(
-        ParameterFacts(parameter.name, parameter.unit, parameter.si_per_unit, truth[parameter.name])
-        for parameter in problem.parameters
+        ParameterFacts(parameter.name, parameter.unit, parameter.si_per_unit, setup.truth[parameter.name])
+        for parameter in setup.problem.parameters
     )
     used = used_modules(settings)
     modules |= used
-    samples = None if "samples" in plugins["method"].ignores and "samples" not in point else config.samples
+    samples = None if "samples" in ignored and "samples" not in point else config.samples
     place = {"samples": samples} | point
     return Cell(place, settings, config.seed, parameters, code_digest(used))
+
+
+def _table_of(cells: Sequence[Cell], points: Sequence[dict[str, Any]]) -> str:
+    """The kind of table that the cells' study asks for; one experiment makes one table."""
+    tables = {registry.plugin_class("study", cell.settings["study"]["name"]).report for cell in cells}
+    if len(tables) != 1:
+        names = ", ".join(dict.fromkeys(str(point.get("study")) for point in points))
+        raise SettingError(f"study: expected one for the whole experiment, got {names}; give one")
+    return tables.pop()
 
 
 def _axes(points: list[dict[str, Any]]) -> tuple[str, ...]:

@@ -34,6 +34,9 @@ class Synthetic(Settings):
     floor: float = setting(
         0.0, "standard deviation of the noise that is there without any response", unit="µm", at_least=0
     )
+    noise_known: bool = setting(
+        True, "tell the identification the noise's level; false: it is estimated, relative part and floor together"
+    )
     mesh: int | None = setting(
         None, "number of elements of the model that makes the data; null: the problem's", at_least=1
     )
@@ -57,9 +60,14 @@ class Synthetic(Settings):
     def measure(self, settings: ProblemSettings, truth: Mapping[str, float], rng: np.random.Generator) -> Measurement:
         """One noisy measurement of the problem at the true values (SI)."""
         problem = self._source(settings).build()
-        noise = Noise(self.relative, self.floor * MICROMETRE)
-        values = observe(_response_at(problem, truth), self.kind, noise, rng)
+        values = observe(_response_at(problem, truth), self.kind, self.noise, rng)
+        noise = self.noise if self.noise_known else None
         return Measurement(problem.speed, problem.channels, values, noise, source="synthetic")
+
+    @property
+    def noise(self) -> Noise:
+        """The noise that is drawn, SI."""
+        return Noise(self.relative, self.floor * MICROMETRE)
 
     def response(self, settings: ProblemSettings, truth: Mapping[str, float]) -> ComplexArray:
         """The noise-free response (n_speed, n_channel), m, that is measured."""

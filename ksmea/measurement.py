@@ -34,12 +34,15 @@ class Noise:
 
 @dataclass(frozen=True)
 class Measurement:
-    """Values (n_speed, n_channel), m 0-peak: real amplitudes or complex responses, at `speed` (rad/s)."""
+    """Values (n_speed, n_channel), m 0-peak: real amplitudes or complex responses, at `speed` (rad/s).
+
+    `noise` is None where its level is not known.
+    """
 
     speed: Array
     channels: tuple[Channel, ...]
     values: Array | ComplexArray
-    noise: Noise
+    noise: Noise | None
     source: str
 
     def __post_init__(self) -> None:
@@ -52,6 +55,11 @@ class Measurement:
             raise SettingError(
                 "measurement: expected finite values, got NaN or infinity; remove those speeds or channels"
             )
+
+    @property
+    def has_noise(self) -> bool:
+        """Whether noise of a known level is in the values."""
+        return self.noise is not None and not self.noise.is_absent
 
     @property
     def is_amplitude(self) -> bool:

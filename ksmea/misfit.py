@@ -34,7 +34,8 @@ LOG_OFFSET = 100.0
 class Misfit:
     """Misfit to one measurement.
 
-    `assumed_relative` stands in for the noise where the measurement has none: equal weights in relative terms.
+    `assumed_relative` stands in for the noise where there is none or its level is not known: equal weights in relative
+    terms.
     `model_sd` (n_speed, n_channel), m, is the error of a surrogate that predicts, added to the noise.
     """
 
@@ -106,12 +107,15 @@ class Misfit:
 
     @property
     def _relative(self) -> float:
-        noise = self.measurement.noise
-        return self.assumed_relative if noise.is_absent else noise.relative
+        return self.measurement.noise.relative if self.measurement.has_noise else self.assumed_relative
+
+    @property
+    def _floor(self) -> float:
+        return self.measurement.noise.floor if self.measurement.has_noise else 0.0
 
     @property
     def _has_log_term(self) -> bool:
-        return self.form == "likelihood" and not self.measurement.noise.is_absent
+        return self.form == "likelihood" and self.measurement.has_noise
 
     @property
     def _plain_scale(self) -> float:
@@ -134,7 +138,7 @@ class Misfit:
         return np.where(sd == 0, np.inf, sd)
 
     def _sd(self, amplitude: Array | ComplexArray) -> Array:
-        variance = (self._relative * np.abs(amplitude)) ** 2 + self.measurement.noise.floor**2
+        variance = (self._relative * np.abs(amplitude)) ** 2 + self._floor**2
         return np.sqrt(variance if self.model_sd is None else variance + self.model_sd**2)
 
     def _log_term(self, sd: Array) -> Array:

@@ -20,6 +20,7 @@ GROUPS = {
     "surrogate": "ksmea.surrogates",
     "optimizer": "ksmea.optimizers",
     "method": "ksmea.methods",
+    "study": "ksmea.studies",
 }
 
 

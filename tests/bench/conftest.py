@@ -137,7 +137,8 @@ def table3(shell, quick, tmp_path_factory):
 def undrawn(monkeypatch):
     """Figures are empty files: drawing them takes longer than all else that a small experiment does."""
     for name in ("summary_figure", "updates_figure", "response_figure", "cost_figure", "png"):
-        monkeypatch.setattr(f"bench.collect.{name}", lambda *arguments: b"")
+        monkeypatch.setattr(f"bench.reports.summary.{name}", lambda *arguments: b"")
+    monkeypatch.setattr("bench.collect.png", lambda *arguments: b"")
 
 
 @pytest.fixture

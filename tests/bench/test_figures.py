@@ -8,14 +8,14 @@ import pandas as pd
 import pytest
 from matplotlib.figure import Figure
 
-from bench import collect as collecting
 from bench.collect import collect, collect_all
 from bench.cost import COSTS, JACOBIAN_AS_EVALUATIONS, cost_figure, cost_frame, paper_cost
-from bench.figures import summary_figure
+from bench.figures import png, summary_figure
 from bench.history_figures import mesh_figure, response_figure, updates_figure
 from bench.naming import cell_name, place_text, telling_axes
 from bench.plan import read_plan, write_plan
 from bench.records import RecordWriter, read_records
+from bench.reports import summary as reporting
 from bench.tables import runs_frame, summary_frame
 from problems.three_disk import ThreeDisk
 
@@ -43,7 +43,7 @@ def figures(table3, tmp_path, monkeypatch):
         made.append(figure)
         return PNG
 
-    monkeypatch.setattr(collecting, "png", png)
+    monkeypatch.setattr(reporting, "png", png)
     assert collect(output) == 0
     summary, updates, response = made
     assert all((output / f"table3{name}.png").read_bytes() == PNG for name in ("", "_updates", "_response"))
@@ -152,7 +152,7 @@ def test_a_response_without_surrogate_has_an_empty_panel(plan):
     left, right = drawn(figure)
     assert left["identified, y at 0.1 m"][1] == pytest.approx([4.0] * 4) and right == {}
     assert figure.axes[0].get_title("left") == "samples 70"
-    assert collecting.png(figure).startswith(PNG)
+    assert png(figure).startswith(PNG)
 
 
 def test_updates_of_runs_that_failed_are_left_out(plan):
@@ -163,7 +163,7 @@ def test_updates_of_runs_that_failed_are_left_out(plan):
     assert misfit.get_lines()[0].get_ydata() == pytest.approx([3.0, np.nan], nan_ok=True)
     with_data = [[line for line in panel.get_lines() if len(line.get_xdata())] for panel in second]
     assert [len(lines) for lines in with_data] == [1, 1, 0]  # the references alone
-    assert collecting.png(figure).startswith(PNG)
+    assert png(figure).startswith(PNG)
 
 
 def test_an_experiment_of_failures_draws_what_it_can(table3, tmp_path, capsys):
@@ -178,8 +178,8 @@ def test_an_experiment_of_failures_draws_what_it_can(table3, tmp_path, capsys):
 
 def test_the_mesh_figure_is_made_where_both_tables_have_their_curves(plan, tmp_path, monkeypatch):
     made = []
-    monkeypatch.setattr(collecting, "mesh_figure", lambda *curves: made.append(curves))
-    monkeypatch.setattr(collecting, "png", lambda figure: PNG)
+    monkeypatch.setattr("bench.collect.mesh_figure", lambda *curves: made.append(curves))
+    monkeypatch.setattr("bench.collect.png", lambda figure: PNG)
     coarse, fine = curves_of(), curves_of(true=[[5e-6, 5e-6]] * 4)
     output = tmp_path / "all"
     parts = [output / "table3", output / "table4"]
@@ -293,7 +293,7 @@ def test_a_cost_figure_is_drawn_whatever_has_results(left, labelled, runs):
             runs.loc[runs["cell"] == cell, "status"] = "error"
     frame = cost_frame(labelled, runs)
     assert frame["method"].tolist() == [name for name in left if METHODS[name]]
-    assert collecting.png(cost_figure(frame)).startswith(PNG)
+    assert png(cost_figure(frame)).startswith(PNG)
 
 
 def test_a_cost_figure_has_a_line_for_every_cell(labelled, runs):
@@ -366,4 +366,4 @@ def test_no_figure_warns(text, plan, labelled, runs):
         "response": lambda: response_figure(plan, {0: curves_of(measured=[[1e-6, 2e-6]] * 4)}),
         "mesh": lambda: mesh_figure(curves_of(), curves_of(true=[[5e-6, 5e-6]] * 4)),
     }[text]()
-    assert collecting.png(figure).startswith(PNG)
+    assert png(figure).startswith(PNG)
