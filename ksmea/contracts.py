@@ -67,6 +67,17 @@ class Problem(Protocol):
         """The same rotor at other speeds (rad/s) and channels."""
         ...
 
+    @property
+    def sites(self) -> Array:
+        """Where along the shaft a probe could look or a trial weight could sit, (n,) m. A problem may leave it out:
+        other sensor positions are not considered then."""
+        ...
+
+    def with_unbalance(self, position: float, magnitude: float, phase: float) -> Problem:
+        """The same rotor with a known unbalance (kg m, rad) added at a position (m): a trial run. A problem may leave
+        it out."""
+        ...
+
 
 class ProblemSettings(Protocol):
     """What registers under `ksmea.problems`: settings that build a problem, and the published values of its unknowns.

@@ -72,10 +72,19 @@ class Identifiability:
         return singular, directions
 
 
-def identifiability(problem: Problem, x: Array, noise: Noise, kind: str) -> Identifiability:
-    """What data of a kind ('amplitude' or 'complex') with this noise would tell about the unknowns at x (d,), SI."""
+def identifiability(
+    problem: Problem, x: Array, noise: Noise, kind: str, *, noise_known: bool = True
+) -> Identifiability:
+    """What data of a kind ('amplitude' or 'complex') with this noise would tell about the unknowns at x (d,), SI.
+
+    Where the noise's level is not known, what it takes to estimate its relative part and its floor is taken off.
+    """
     response, sensitivity = problem.response(x[None])[0], problem.sensitivity(x)
-    return Identifiability(x, whitened_sensitivity(response, sensitivity, noise, amplitude=kind == "amplitude"))
+    amplitude = kind == "amplitude"
+    whitened = whitened_sensitivity(response, sensitivity, noise, amplitude=amplitude)
+    if not noise_known:
+        whitened = projected(whitened, whitened_noise_sensitivity(np.abs(response), noise, amplitude=amplitude))
+    return Identifiability(x, whitened)
 
 
 def whitened_sensitivity(response: ComplexArray, sensitivity: ComplexArray, noise: Noise, *, amplitude: bool) -> Array:
@@ -90,3 +99,22 @@ def whitened_sensitivity(response: ComplexArray, sensitivity: ComplexArray, nois
     if amplitude:
         return np.concatenate([magnitude_slope / sd, by_variance / np.sqrt(2)])
     return np.concatenate([np.sqrt(2) * slope.real / sd, np.sqrt(2) * slope.imag / sd, by_variance])
+
+
+def whitened_noise_sensitivity(magnitude: Array, noise: Noise, *, amplitude: bool) -> Array:
+    """The columns (m, 2) that ln relative and ln floor have beside `whitened_sensitivity`: they show in the variances
+    alone. `magnitude` (n_speed, n_channel), m."""
+    magnitude = magnitude.ravel()
+    variance = noise.sd(magnitude) ** 2
+    parts = np.stack([(noise.relative * magnitude) ** 2, np.full(len(magnitude), noise.floor**2)], axis=1)
+    by_variance = 2 * parts / variance[:, None]
+    if amplitude:
+        return np.concatenate([np.zeros_like(by_variance), by_variance / np.sqrt(2)])
+    return np.concatenate([np.zeros((2 * len(magnitude), 2)), by_variance])
+
+
+def projected(whitened: Array, nuisance: Array) -> Array:
+    """What is left of sensitivities (m, d) when others (m, k), of parameters that nobody asks for, are fitted along."""
+    directions, singular, _ = np.linalg.svd(nuisance, full_matrices=False)
+    directions = directions[:, singular > UNKNOWABLE * max(singular[0], np.finfo(float).tiny)]
+    return whitened - directions @ (directions.T @ whitened)

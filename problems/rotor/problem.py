@@ -16,7 +16,7 @@ from ksmea.contracts import Channel, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.parameters import Array, Parameters
 from problems.rotor import dense
-from problems.rotor.data import DAMPINGS, STIFFNESSES, Rotor
+from problems.rotor.data import DAMPINGS, STIFFNESSES, Rotor, UnbalancePlane
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
 from problems.rotor.unknowns import (
     BearingTarget,
@@ -105,6 +105,17 @@ class RotorProblem:
     def at(self, speed: Array, channels: Sequence[Channel]) -> RotorProblem:
         """The same rotor at other speeds (rad/s) and channels."""
         return dataclasses.replace(self, speed=speed, channels=tuple(channels))
+
+    @property
+    def sites(self) -> Array:
+        """The nodes of the shaft, (n,) m."""
+        return self.rotor.node_positions
+
+    def with_unbalance(self, position: float, magnitude: float, phase: float) -> RotorProblem:
+        """The same rotor with a known unbalance (kg m, rad) added at a position (m)."""
+        added = UnbalancePlane(position, magnitude, phase)
+        rotor = dataclasses.replace(self.rotor, unbalance=(*self.rotor.unbalance, added))
+        return dataclasses.replace(self, rotor=rotor)
 
     def dense_response(self, x: Array) -> ComplexArray:
         """`response` by the dense route, one solve with the whole rotor per set and speed: slow, for comparison."""
