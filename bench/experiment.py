@@ -214,8 +214,8 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) ->
     for part in ignored:
         settings[part] = None
     parameters = tuple(
-        ParameterFacts(parameter.name, parameter.unit, parameter.si_per_unit, setup.truth[parameter.name])
-        for parameter in setup.problem.parameters
+        ParameterFacts(parameter.name, parameter.unit, parameter.si_per_unit, setup.truth[parameter.name], bound)
+        for parameter, bound in zip(setup.problem.parameters, setup.bounds())
     )
     used = used_modules(settings)
     modules |= used

@@ -13,7 +13,7 @@ from bench.naming import place_text, telling_axes
 from bench.plan import Plan
 from bench.records import RESULTS
 
-OURS, PAPER, REFERENCE = "#2b6ca3", "#c8501e", "#444444"
+OURS, PAPER, REFERENCE, INTERVAL = "#2b6ca3", "#c8501e", "#444444", "#3a8f4d"
 MOST_LABELS = 12  # more cells than this are numbered, not named
 
 
@@ -62,6 +62,8 @@ def _panel(panel: Axes, plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame) -> N
         capprops={"color": OURS},
     )
     panel.plot([], [], color=OURS, linewidth=2, label="this bench")
+    if rows["covered_pct"].notna().any():
+        _draw_intervals(panel, places, rows, results)
     if rows["reference"].notna().any():
         panel.hlines(rows["reference"], places - 0.45, places + 0.45, color=REFERENCE, linestyle=":", label="reference")
     if rows["paper"].notna().any():
@@ -74,6 +76,15 @@ def _panel(panel: Axes, plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame) -> N
     panel.set_xlabel(" / ".join(telling_axes(plan)), fontsize=8)
     panel.tick_params(axis="y", labelsize=8)
     panel.grid(axis="y", alpha=0.25)
+
+
+def _draw_intervals(panel: Axes, places: np.ndarray, rows: pd.DataFrame, results: pd.DataFrame) -> None:
+    """The median interval of each cell beside its box; an arrow where the side is open."""
+    values = results[rows["parameter"].iloc[0]]
+    low, high = rows["low"].fillna(values.min()), rows["high"].fillna(values.max())
+    panel.vlines(places + 0.4, low, high, color=INTERVAL, linewidth=2, label="interval")
+    for ends, marker, is_open in ((low, "v", rows["low"].isna()), (high, "^", rows["high"].isna())):
+        panel.plot((places + 0.4)[is_open], ends[is_open], marker, color=INTERVAL, markersize=4)
 
 
 def _labels(plan: Plan, n_row: int) -> list[str]:

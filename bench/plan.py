@@ -27,12 +27,14 @@ SEED_PLACES = {"noise": 1, "design": 2, "surrogate": 3, "optimizer": 4}
 
 @dataclass(frozen=True)
 class ParameterFacts:
-    """What tables need to know of an unknown; `truth` in SI."""
+    """What tables need to know of an unknown, SI: its true value, and the smallest standard deviation that an unbiased
+    estimate from data with this noise can have (None: without noise, or infinite)."""
 
     name: str
     unit: str
     si_per_unit: float
     truth: float
+    bound: float | None = None
 
 
 @dataclass(frozen=True)

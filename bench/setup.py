@@ -11,6 +11,7 @@ import numpy as np
 from ksmea import registry
 from ksmea.contracts import Problem
 from ksmea.errors import SettingError
+from ksmea.identifiability import identifiability
 from ksmea.parameters import Array
 
 
@@ -39,6 +40,16 @@ class Setup:
     def true_x(self) -> Array:
         """True values (d,) SI, in the order of the problem's parameters."""
         return np.array([self.truth[name] for name in self.problem.parameters.names])
+
+    def bounds(self) -> list[float | None]:
+        """Cramér–Rao bound of each unknown, SI, as the measurement's noise has it; None where there is none."""
+        measurement = self.plugins["measurement"]
+        if measurement.noise.is_absent or not hasattr(self.problem, "sensitivity"):
+            return [None] * len(self.problem.parameters)
+        found = identifiability(
+            self.problem, self.true_x, measurement.noise, measurement.kind, noise_known=measurement.noise_known
+        )
+        return [float(bound) if np.isfinite(bound) else None for bound in found.bound]
 
 
 def plugins_of(settings: Mapping[str, Any]) -> dict[str, Any]:

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from bench.naming import place_text, telling_axes
-from bench.plan import Cell, Plan, Run
+from bench.plan import Cell, ParameterFacts, Plan, Run
 from bench.records import RESULTS, read_records
 
 PAPER = Path(__file__).resolve().parent / "paper"
@@ -59,14 +59,43 @@ def _result_row(record: dict[str, Any], exact: float | None) -> dict[str, Any]:
             row[sys.intern(name)] = parameter["identified"] / parameter["si_per_unit"]
             row[sys.intern(f"{name}_error_pct")] = 100 * (parameter["identified"] / parameter["true"] - 1)
             row[sys.intern(f"{name}_at_bound")] = parameter["at_bound"]
+            if "interval" in parameter:
+                row |= _interval_columns(parameter)
         row |= {"misfit": record["misfit"], "stop": sys.intern(record["stop"])}
         row |= {count: record[count] for count in COUNTS}
         row |= {sys.intern(f"time_{part}"): record["seconds"][part] for part in SECONDS}
         row["time"] = record["seconds"]["total"]
+        if "seconds" in record.get("interval", {}):
+            row |= _interval_effort(record["interval"])
+        if "basin_excess" in record:
+            row["basin_excess"] = record["basin_excess"]
         if exact is not None:
             row |= _exactness(record, exact)
     row["error"] = record.get("error", "")
     return row
+
+
+def _interval_columns(parameter: dict[str, Any]) -> dict[str, Any]:
+    """Ends of an interval in the parameter's unit, empty where open, its kind, and whether it holds the true value."""
+    name, unit = parameter["name"], parameter["si_per_unit"]
+    low, high = (np.nan if parameter[end] is None else parameter[end] for end in ("low", "high"))
+    return {
+        sys.intern(f"{name}_low"): low / unit,
+        sys.intern(f"{name}_high"): high / unit,
+        sys.intern(f"{name}_interval"): sys.intern(parameter["interval"]),
+        sys.intern(f"{name}_covered"): not (parameter["true"] < low or parameter["true"] > high),
+    }
+
+
+def _interval_effort(interval: dict[str, Any]) -> dict[str, Any]:
+    """Noise that the intervals were made with, and what they took."""
+    return {
+        "noise_relative": interval["noise"]["relative"],
+        "noise_floor": interval["noise"]["floor"],
+        "interval_evaluations": interval["model_evaluations"],
+        "interval_jacobians": interval["model_jacobians"],
+        "time_interval": interval["seconds"],
+    }
 
 
 def _exactness(record: dict[str, Any], exact: float) -> dict[str, Any]:
@@ -87,7 +116,9 @@ def _worst_error_pct(x: Any, true: np.ndarray) -> float:
 def summary_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     """Tidy table: a row per parameter (then updates, evaluations, time) and cell; median, quartiles, failures.
 
-    `error_pct_median` is the median of the absolute errors; for `exact`, a share of the runs, the median is their mean.
+    `error_pct_median` is the median of the absolute errors, `bound_pct` the Cramér–Rao bound. `low` and `high` are the
+    medians of the intervals' ends, empty where that side is open in most of them, and `covered_pct` says how many of the
+    intervals hold the reference. For `exact`, a share of the runs, the median is their mean.
     """
     printed = _printed_values(plan.report.paper)
     rows = [
@@ -129,8 +160,28 @@ def _summary_row(
         "q1": quartiles[0],
         "q3": quartiles[2],
         "error_pct_median": np.median(np.abs(values / reference - 1)) * 100 if len(values) else np.nan,
+        "bound_pct": _bound_pct(facts.get(name)),
+        **_interval_summary(results, name),
         "runs": len(values),
         "failed": len(runs) - len(results),
+    }
+
+
+def _bound_pct(facts: ParameterFacts | None) -> float:
+    return np.nan if facts is None or facts.bound is None else 100 * facts.bound / abs(facts.truth)
+
+
+def _interval_summary(results: pd.DataFrame, name: str) -> dict[str, float]:
+    """Medians of the ends of the intervals; not a number where that side is open in most of them."""
+    if f"{name}_interval" not in results:
+        return {"low": np.nan, "high": np.nan, "covered_pct": np.nan}
+    low = results[f"{name}_low"].fillna(-np.inf).median()
+    high = results[f"{name}_high"].fillna(np.inf).median()
+    covered = results[f"{name}_covered"].dropna().astype(float)
+    return {
+        "low": low if np.isfinite(low) else np.nan,
+        "high": high if np.isfinite(high) else np.nan,
+        "covered_pct": 100 * covered.mean() if len(covered) else np.nan,
     }
 
 
@@ -185,26 +236,43 @@ def as_text(plan: Plan, summary: pd.DataFrame) -> str:
     """The table as people read it: a line per parameter and cell, ours beside the paper's."""
     axes = telling_axes(plan)
     has_paper = plan.report.paper is not None
-    head = ["parameter", "unit", "reference", *axes, "median", "[q1, q3]", "error %", "runs", "failed"]
-    if has_paper:
-        head[-2:-2] = ["paper", "paper error %"]
+    has_bound, has_interval = summary["bound_pct"].notna().any(), summary["covered_pct"].notna().any()
+    head = ["parameter", "unit", "reference", *axes, "median", "[q1, q3]", "error %"]
+    head += ["bound %"] if has_bound else []
+    head += ["interval", "covers %"] if has_interval else []
+    head += ["paper", "paper error %"] if has_paper else []
+    head += ["runs", "failed"]
     lines = []
     for _, row in summary.iterrows():
         line = [
             row["parameter"],
             row["unit"],
-            _number(row["reference"]),
+            number(row["reference"]),
             *(place_text(None if pd.isna(row[axis]) else row[axis]) for axis in axes),
         ]
         line += [
-            _number(row["median"]),
-            f"[{_number(row['q1'])}, {_number(row['q3'])}]",
-            _number(row["error_pct_median"], 3),
+            number(row["median"]),
+            f"[{number(row['q1'])}, {number(row['q3'])}]",
+            number(row["error_pct_median"], 3),
         ]
+        if has_bound:
+            line.append(number(row["bound_pct"], 3))
+        if has_interval:
+            line += [_interval_text(row), number(row["covered_pct"], 3)]
         if has_paper:
-            line += [_number(row["paper"]), _number(row["paper_error_pct"])]
+            line += [number(row["paper"]), number(row["paper_error_pct"])]
         lines.append([*line, str(row["runs"]), str(row["failed"])])
     return aligned(head, lines)
+
+
+def _interval_text(row: pd.Series) -> str:
+    """'[49.9, 50.1]', '> 0.3', '< 0.9'; '?' where the data do not tell, '–' where there is none."""
+    if pd.isna(row["covered_pct"]):
+        return "–"
+    low, high = row["low"], row["high"]
+    if pd.isna(low):
+        return "?" if pd.isna(high) else f"< {number(high)}"
+    return f"> {number(low)}" if pd.isna(high) else f"[{number(low)}, {number(high)}]"
 
 
 def slips_text(found: pd.DataFrame) -> str:
@@ -220,5 +288,5 @@ def aligned(head: list[str], lines: list[list[str]]) -> str:
     return "\n".join("  ".join(text.rjust(width) for text, width in zip(line, widths)) for line in [head, *lines])
 
 
-def _number(value: Any, digits: int = 4) -> str:
+def number(value: Any, digits: int = 4) -> str:
     return "–" if pd.isna(value) else f"{value:.{digits}g}"

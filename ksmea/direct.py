@@ -11,17 +11,21 @@ import numpy as np
 
 from ksmea.contracts import Optimizer, Problem, Surrogate
 from ksmea.errors import BudgetSpent
+from ksmea.final_step import most_likely
 from ksmea.identification import Identification, Streams, at_bound, check_optimizer
 from ksmea.measurement import Measurement
 from ksmea.misfit import FORMS, Misfit
 from ksmea.model import Model, model_objective
 from ksmea.settings import Settings, setting
-from ksmea.transforms import make_transform
 
 
 @dataclass(frozen=True)
 class Direct(Settings):
-    """Minimise the misfit of the true model with the optimiser alone, as Table 6 does with DE, PSO and GA."""
+    """Minimise the misfit of the true model with the optimiser alone, as Table 6 does with DE, PSO and GA.
+
+    Where the noise's level is not known, the optimiser searches with equal weights in relative terms, and the maximum
+    of the likelihood nearest to its optimum, the noise estimated along, is the end.
+    """
 
     misfit: str = setting("likelihood", "form of the misfit", choices=FORMS)
     budget: int | None = setting(None, "true-model evaluations at most; null: what the optimiser asks for", at_least=1)
@@ -41,13 +45,7 @@ class Direct(Settings):
         streams: Streams,
     ) -> Identification:
         started = time.perf_counter()
-        transform = make_transform(
-            "none",
-            amplitude_data=measurement.is_amplitude,
-            n_speed=len(measurement.speed),
-            n_channel=len(measurement.channels),
-        )
-        model = Model(problem, transform)
+        model = Model(problem, budget=self.budget)
         misfit = Misfit(measurement, self.misfit)
         objective = model_objective(model, misfit, self.budget)
         with suppress(BudgetSpent):
@@ -55,11 +53,14 @@ class Direct(Settings):
         minimum = objective.result()  # not what the optimiser returned: the objective knows
         if not np.isfinite(minimum.value):
             raise ArithmeticError(f"none of the {objective.evaluations} points of the optimiser has a finite misfit")
+        u, value = minimum.u, minimum.value - misfit.offset
+        if self.misfit == "likelihood" and measurement.noise is None:
+            u, value = most_likely(model, measurement, u) or (u, value)
         total = time.perf_counter() - started
         return Identification(
-            x=problem.parameters.to_si(minimum.u),
-            at_bound=at_bound(minimum.u),
-            misfit=minimum.value - misfit.offset,
+            x=problem.parameters.to_si(u),
+            at_bound=at_bound(u),
+            misfit=value,
             stop="budget" if objective.was_refused else "optimizer",
             updates=0,
             model_evaluations=model.evaluations,

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
@@ -21,10 +21,11 @@ import numpy as np
 from ksmea.contracts import ComplexArray, Optimizer, Predictor, Problem, Surrogate
 from ksmea.descent import descend
 from ksmea.errors import BudgetSpent, SettingError
+from ksmea.final_step import most_likely
 from ksmea.identification import Identification, Streams, Update, at_bound, check_optimizer
 from ksmea.measurement import Measurement
 from ksmea.misfit import FORMS, Misfit
-from ksmea.model import Model, model_objective
+from ksmea.model import Model
 from ksmea.objective import Objective
 from ksmea.parameters import Array, Parameters
 from ksmea.sampling import latin_hypercube
@@ -74,7 +75,7 @@ class KSMEA(Settings):
         at_least=0,
     )
     final_step: bool = setting(
-        False, "end with least squares on the true model (likelihood) from the best point; the paper has no such step"
+        False, "end at the maximum of the true model's likelihood nearest to the best point; the paper has no such step"
     )
 
     ignores: ClassVar[tuple[str, ...]] = ()
@@ -140,8 +141,8 @@ class KSMEA(Settings):
             known = known.with_sample(added)
 
         best, best_misfit = known.best()
-        if self.final_step and not model.is_spent:
-            best, best_misfit = self._final_step(model, measurement, best)
+        if self.final_step and (found := most_likely(model, measurement, best)) is not None:
+            best, best_misfit = found
         return Identification(
             x=problem.parameters.to_si(best),
             at_bound=at_bound(best),
@@ -220,14 +221,6 @@ class KSMEA(Settings):
         if model.is_spent:
             return "budget"
         return "updates" if len(history) >= self.max_updates else ""
-
-    def _final_step(self, model: Model, measurement: Measurement, start: Array) -> tuple[Array, float]:
-        likelihood = Misfit(measurement, "likelihood")
-        objective = model_objective(model, likelihood, model.left)
-        with suppress(BudgetSpent):
-            descend(objective, start, max_iterations=100)
-        found = objective.result()
-        return found.u, found.value - likelihood.offset
 
 
 @dataclass(frozen=True)

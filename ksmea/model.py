@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import time
 
+import numpy as np
+
 from ksmea.contracts import ComplexArray, Problem
 from ksmea.errors import BudgetSpent
 from ksmea.misfit import Misfit
@@ -11,14 +13,17 @@ from ksmea.objective import Objective
 from ksmea.parameters import Array
 from ksmea.transforms import Transform
 
+DIFFERENCE = 1e-5  # step in the unit cube where a problem has no sensitivity
+
 
 class Model:
     """A problem over the unit cube, counting points (`evaluations`), sensitivities (`jacobians`) and `seconds`.
 
     `budget` is the number of points at most: what would exceed it raises `BudgetSpent` and is not evaluated.
+    `transform` makes the real outputs that surrogates model; without surrogates there is none.
     """
 
-    def __init__(self, problem: Problem, transform: Transform, budget: int | None = None) -> None:
+    def __init__(self, problem: Problem, transform: Transform | None = None, budget: int | None = None) -> None:
         self.problem = problem
         self.transform = transform
         self.budget = budget
@@ -46,8 +51,12 @@ class Model:
         return response
 
     def linearise(self, u: Array) -> tuple[ComplexArray, ComplexArray]:
-        """Response (n_speed, n_channel) at a point (d,) of the unit cube and its derivatives (n_speed, n_channel, d);
-        together they count as one Jacobian."""
+        """Response (n_speed, n_channel) at a point (d,) of the unit cube and its derivatives (n_speed, n_channel, d).
+
+        Together they count as one Jacobian; of a problem without a sensitivity they are 2 d + 1 points.
+        """
+        if not hasattr(self.problem, "sensitivity"):
+            return self._differences(u)
         started = time.perf_counter()
         parameters = self.problem.parameters
         x = parameters.to_si(u)
@@ -56,6 +65,14 @@ class Model:
         self.seconds += time.perf_counter() - started
         self.jacobians += 1
         return response, sensitivity
+
+    def _differences(self, u: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Central differences inside the cube; the step is near the cube root of the rounding error."""
+        lower, upper = np.maximum(u - DIFFERENCE, 0.0), np.minimum(u + DIFFERENCE, 1.0)
+        pick = np.eye(len(u), dtype=bool)
+        response = self.response(np.concatenate([u[None], np.where(pick, upper, u), np.where(pick, lower, u)]))
+        above, below = response[1 : len(u) + 1], response[len(u) + 1 :]
+        return response[0], np.moveaxis((above - below) / (upper - lower)[:, None, None], 0, -1)
 
     def outputs(self, u: Array) -> Array:
         """(k, d) → real outputs (k, q) as surrogates model them."""

@@ -325,8 +325,10 @@ def test_the_budget_holds_for_updates_and_final_step_together(budget):
     method = KSMEA(polish=False, max_updates=2, final_step=True, budget=budget)
     found = run_spring(method, ExactSurrogate(error=1.0))
     assert found.model_evaluations <= budget
-    if budget <= 11:  # derivatives by differences take 4 points each: all that was left is used
-        assert found.model_evaluations == budget
+    if (
+        budget <= 11
+    ):  # derivatives by differences take 5 points at once: what is left of 8 samples and updates is too few
+        assert found.model_evaluations == min(budget, 8)
 
 
 def test_the_budget_holds_where_the_surrogate_is_the_true_model():

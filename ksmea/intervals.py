@@ -1,0 +1,211 @@
+"""Confidence intervals of identified unknowns from the likelihood of the measurement.
+
+The deviance of the profile likelihood, D(θᵢ) = min over all other unknowns of −2 ln L, rises from its minimum to both
+sides. The interval holds all values of θᵢ at which it has risen by less than c: the quantile of χ² with one degree of
+freedom, or, where the noise is estimated along, n ln(1 + F/(n − d)) with the quantile of F(1, n − d) from n residuals and
+d unknowns, which is exact for a linear model.
+
+Where the profile is a parabola, its ends lie at θ̂ ± √c · sd with sd from the Fisher information (Gauss–Newton); that is
+checked at both ends, and where it fails by more than `REGULAR` of the width, or a bound is in the way, they are sought
+on the profile itself. A side on which the profile stays below c up to the bound of the search is open.
+
+D. M. Bates and D. G. Watts, Nonlinear Regression Analysis and Its Applications (Wiley, 1988), chapter 6,
+doi 10.1002/9780470316757; D. J. Venzon and S. H. Moolgavkar, Appl. Stat. 37 (1988) 87–94, doi 10.2307/2347496.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+from scipy.optimize import brentq
+
+from ksmea.errors import BudgetSpent
+from ksmea.likelihood import Likelihood, Point, maximise
+from ksmea.measurement import Noise
+from ksmea.parameters import Array
+
+REGULAR = 0.05  # the ends of a parabola may miss those of the profile by this part of the half-width
+LOWER = 0.01  # a deviance this far below the maximum's is another maximum, from where all begins again
+
+KINDS = ("gauss-newton", "profile", "lower limit", "upper limit", "not identifiable", "information")
+
+
+@dataclass(frozen=True)
+class Interval:
+    """The values of one unknown that the measurement is compatible with, SI.
+
+    `kind` is one of: gauss-newton (a parabola, checked), profile (both ends on the profile likelihood), lower limit and
+    upper limit (the other side is open), not identifiable (both are), information (a parabola that was not checked).
+    """
+
+    low: float  # -inf where open
+    high: float  # inf where open
+    kind: str
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """The maximum of the likelihood nearest to an identified point, x (d,) SI, with an interval per unknown.
+
+    `noise` is the known level, or the estimated one corrected for the degrees of freedom that the fit took.
+    """
+
+    x: Array
+    intervals: tuple[Interval, ...]
+    deviance: float
+    noise: Noise
+
+
+class _Profile:
+    """The root of the rise of the deviance along one unknown, which is a straight line where the model is linear.
+
+    Each point is sought from the nearest one that is known, the others following along the tangent at the maximum.
+    """
+
+    def __init__(self, likelihood: Likelihood, maximum: Point, index: int) -> None:
+        self.sd, self._tangent = _tangent(likelihood, maximum, index)
+        self.start = float(maximum.theta[index])
+        self._likelihood = likelihood
+        self._maximum = maximum
+        self._index = index
+        self._known = [maximum.theta]
+
+    def root(self, value: float) -> float:
+        """√(D − D̂) where the unknown has this value and all others suit it best."""
+        near = min(self._known, key=lambda theta: abs(theta[self._index] - value))
+        theta = near + (value - near[self._index]) * self._tangent
+        theta[self._index] = value
+        point = maximise(self._likelihood, theta, held=self._index, tolerance=1e-4)
+        rise = point.deviance - self._maximum.deviance
+        if rise < -LOWER:
+            raise _BetterMaximum(point)
+        self._known.append(point.theta)
+        return float(np.sqrt(max(rise, 0.0)))
+
+
+class _BetterMaximum(Exception):
+    def __init__(self, point: Point) -> None:
+        self.point = point
+
+
+def climb(likelihood: Likelihood, u: Array) -> Point:
+    """The maximum of the likelihood nearest to u (d,); of several that differ in the noise alone, the highest."""
+    best = maximise(likelihood, likelihood.start(u))
+    if likelihood.noise_is_sought:
+        for noise in likelihood.noise_starts(best.theta[: likelihood.d]):
+            with suppress(BudgetSpent):
+                again = maximise(likelihood, np.concatenate([best.theta[: likelihood.d], noise]))
+                best = again if again.deviance < best.deviance else best
+    return best
+
+
+def estimate(likelihood: Likelihood, maximum: Point, *, level: float = 0.95, check: bool = True) -> Estimate:
+    """The intervals of confidence `level` around a maximum of the likelihood; a profile that meets a higher maximum
+    moves all of them there.
+
+    Without `check` the information at the maximum is believed, at no further evaluation of the model.
+    """
+    rise = critical_rise(likelihood, level)
+    intervals = None
+    if check:
+        maximum, intervals = _checked_intervals(likelihood, maximum, rise)
+    if intervals is None:
+        intervals = [_unchecked(likelihood, maximum, index, rise) for index in range(likelihood.d)]
+    parameters = likelihood.model.problem.parameters
+    return Estimate(
+        parameters.to_si(maximum.theta[: likelihood.d]),
+        tuple(_in_si(interval, parameter.lower, parameter.upper) for interval, parameter in zip(intervals, parameters)),
+        maximum.deviance,
+        _unbiased(likelihood, maximum),
+    )
+
+
+def _checked_intervals(likelihood: Likelihood, maximum: Point, rise: float) -> tuple[Point, list[Interval] | None]:
+    """The maximum and its intervals; none where profile after profile finds a higher one, so uneven is the likelihood."""
+    for _ in range(3):
+        try:
+            return maximum, [_checked(likelihood, maximum, index, rise) for index in range(likelihood.d)]
+        except _BetterMaximum as found:
+            maximum = maximise(likelihood, found.point.theta)
+    return maximum, None
+
+
+def critical_rise(likelihood: Likelihood, level: float) -> float:
+    """The rise of the deviance at the ends of an interval of confidence `level`."""
+    if not likelihood.noise_is_sought:
+        return float(stats.chi2.ppf(level, 1))
+    n, left = likelihood.n_residual, likelihood.n_residual - likelihood.d
+    return float(n * np.log1p(stats.f.ppf(level, 1, left) / left)) if left > 0 else np.inf
+
+
+def _checked(likelihood: Likelihood, maximum: Point, index: int, rise: float) -> Interval:
+    """The interval of one unknown in the unit cube, its ends checked or found on the profile."""
+    profile = _Profile(likelihood, maximum, index)
+    wanted = np.sqrt(rise)
+    ends = profile.start + np.array([-1.0, 1.0]) * wanted * profile.sd
+    if 0 < ends[0] and ends[1] < 1 and all(abs(profile.root(end) / wanted - 1) < REGULAR for end in ends):
+        return Interval(*ends, "gauss-newton")
+    low, high = (_end(profile, wanted, bound) for bound in (0.0, 1.0))
+    return Interval(low, high, _kind(low, high))
+
+
+def _kind(low: float, high: float) -> str:
+    if np.isinf(low):
+        return "not identifiable" if np.isinf(high) else "upper limit"
+    return "lower limit" if np.isinf(high) else "profile"
+
+
+def _end(profile: _Profile, wanted: float, bound: float) -> float:
+    """Where the profile reaches the wanted root between its maximum and a bound; infinite where it does not."""
+    sign = 1.0 if bound > profile.start else -1.0
+    width = min(wanted * profile.sd, abs(bound - profile.start))
+    inner, reach = profile.start, width
+    while inner != bound:
+        outer = bound if reach >= abs(bound - profile.start) else profile.start + sign * reach
+        if profile.root(outer) >= wanted:
+            return brentq(lambda value: profile.root(value) - wanted, inner, outer, xtol=0.003 * width, rtol=1e-12)
+        inner, reach = outer, 2 * reach
+    return sign * np.inf
+
+
+def _tangent(likelihood: Likelihood, maximum: Point, index: int) -> tuple[float, Array]:
+    """Standard deviation of one unknown, and how the others move with it along the profile (p,), from the information.
+    Unknowns on a bound stay there."""
+    theta = maximum.theta
+    free = (theta > likelihood.lower) & (theta < likelihood.upper)
+    free[index] = True
+    whitened = maximum.whitened[:, free]
+    own = np.flatnonzero(np.flatnonzero(free) == index)[0]
+    column, others = whitened[:, own], np.delete(whitened, own, axis=1)
+    follow = -np.linalg.lstsq(others, column, rcond=1e-10)[0] if others.size else np.empty(0)
+    length = np.linalg.norm(column + others @ follow)
+    tangent = np.zeros(len(theta))
+    tangent[np.delete(np.flatnonzero(free), own)] = follow
+    tangent[index] = 1.0
+    return (1 / length if length > 0 else np.inf), tangent
+
+
+def _unchecked(likelihood: Likelihood, maximum: Point, index: int, rise: float) -> Interval:
+    """The interval as the information has it, open where it reaches beyond the bounds."""
+    sd, _ = _tangent(likelihood, maximum, index)
+    low, high = maximum.theta[index] + np.array([-1.0, 1.0]) * np.sqrt(rise) * sd
+    low, high = (low if low > 0 else -np.inf), (high if high < 1 else np.inf)
+    kind = _kind(low, high)
+    return Interval(low, high, "information" if kind == "profile" else kind)
+
+
+def _in_si(interval: Interval, lower: float, upper: float) -> Interval:
+    width = upper - lower
+    return Interval(lower + float(interval.low) * width, lower + float(interval.high) * width, interval.kind)
+
+
+def _unbiased(likelihood: Likelihood, maximum: Point) -> Noise:
+    noise = likelihood.noise(maximum.theta)
+    left = likelihood.n_residual - likelihood.d
+    if not likelihood.noise_is_sought or left <= 0:
+        return noise
+    factor = float(np.sqrt(likelihood.n_residual / left))
+    return Noise(noise.relative * factor, noise.floor * factor)
