@@ -27,16 +27,16 @@ def collect(output: Path, redraw: bool = True) -> int:
     Without `redraw`, figures that were drawn from the same tables by the same code are left as they are.
     """
     plan = read_plan(output)
-    made = REPORTS[plan.report.table](plan, output)
+    made = REPORTS[plan.report.table].make(plan, output)
     files = dict(made.files)
     drawn_from = _digest(made.files, plan.commit)
     if redraw or not _is_drawn(output, drawn_from):
         files |= made.figures()
         (output / DRAWN).unlink(missing_ok=True)
-    print(made.text)
     for name, content in files.items():
         replace_file(output / name, content)
     replace_file(output / DRAWN, drawn_from)
+    print(made.text)
     there = sorted(path.name for pattern in ("*.csv", "*.png") for path in output.glob(pattern))
     counted = [_count_line(plan, made.runs)] if len(plan.runs) else []
     print("\n" + "\n".join([*counted, f"in {output}: {', '.join(there)}"]))

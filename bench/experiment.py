@@ -79,7 +79,7 @@ class Experiment:
         versions = library_versions()
         plan = Plan(
             name=config.name,
-            report=Report(config.table or _table_of(cells, points), config.paper, tuple(config.figures), config.exact),
+            report=Report(_table(config.table, cells), config.paper, tuple(config.figures), config.exact),
             axes=_axes(points),
             command=tuple(arguments),
             commit=commit(),
@@ -224,13 +224,16 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) ->
     return Cell(place, settings, config.seed, parameters, code_digest(used))
 
 
-def _table_of(cells: Sequence[Cell], points: Sequence[dict[str, Any]]) -> str:
-    """The kind of table that the cells' study asks for; one experiment makes one table."""
-    tables = {registry.plugin_class("study", cell.settings["study"]["name"]).report for cell in cells}
-    if len(tables) != 1:
-        names = ", ".join(dict.fromkeys(str(point.get("study")) for point in points))
-        raise SettingError(f"study: expected one for the whole experiment, got {names}; give one")
-    return tables.pop()
+def _table(asked: str | None, cells: Sequence[Cell]) -> str:
+    """The kind of table: as asked, or the one that the cells' study has; it is made of the records of one study."""
+    studies = sorted({cell.settings["study"]["name"] for cell in cells})
+    if len(studies) > 1:
+        raise SettingError(f"study: expected one for the whole experiment, got {', '.join(studies)}; give one")
+    table = asked or registry.plugin_class("study", studies[0]).report
+    if REPORTS[table].study != studies[0]:
+        fitting = [name for name, report in REPORTS.items() if report.study == studies[0]]
+        raise SettingError(f"table: expected one of {', '.join(fitting)} for study={studies[0]}, got {table}")
+    return table
 
 
 def _axes(points: list[dict[str, Any]]) -> tuple[str, ...]:

@@ -82,7 +82,7 @@ def _draw_intervals(panel: Axes, places: np.ndarray, rows: pd.DataFrame, results
     """The median interval of each cell beside its box; an arrow where the side is open."""
     values = results[rows["parameter"].iloc[0]]
     low, high = rows["low"].fillna(values.min()), rows["high"].fillna(values.max())
-    panel.vlines(places + 0.4, low, high, color=INTERVAL, linewidth=2, label="interval")
+    panel.vlines(places + 0.4, low, high, color=INTERVAL, linewidth=2, label="median interval")
     for ends, marker, is_open in ((low, "v", rows["low"].isna()), (high, "^", rows["high"].isna())):
         panel.plot((places + 0.4)[is_open], ends[is_open], marker, color=INTERVAL, markersize=4)
 

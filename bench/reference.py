@@ -1,6 +1,6 @@
 """Reference results: tables and runs of a released version, each file headed by all that it was made from.
 
-`results/reference/table3.csv` is the table, `table3.runs.csv` its runs. Both begin with lines `# {…}`: the plan's head
+`results/reference/table3.csv` is the table, `table3.runs.csv` its runs, where a table is made of several. Both begin with lines `# {…}`: the plan's head
 (command, commit, versions, platform) and a line per cell with its settings and seed.
 """
 
@@ -17,7 +17,7 @@ from bench.files import replace_file
 from bench.plan import PLAN_FILE, Plan, plan_from_lines, plan_lines, read_plan
 from bench.provenance import ROOT
 from bench.records import RESULTS
-from bench.tables import csv_text, runs_frame, settings_frame, summary_frame
+from bench.reports import REPORTS
 from ksmea.errors import SettingError, unknown
 
 FOLDER = ROOT / "results" / "reference"
@@ -31,17 +31,16 @@ def write_reference(output: Path, folder: Path = FOLDER) -> list[Path]:
             f"{output / PLAN_FILE}: expected results of committed code, got {plan.commit}; commit and run again"
         )
     head = "".join(f"# {json.dumps(_without_place(line))}\n" for line in plan_lines(plan) if line["line"] != "run")
-    if plan.report.table == "settings":
-        tables = {f"{plan.name}.csv": settings_frame(plan)}
-    else:
-        runs = runs_frame(plan, output)
-        if not runs["status"].isin(RESULTS).all():
-            raise SettingError(f"{output}: expected a result of every planned run; give the experiment's command again")
-        tables = {f"{plan.name}.csv": summary_frame(plan, runs), f"{plan.name}.runs.csv": runs}
-    for name, frame in tables.items():
-        folder.mkdir(parents=True, exist_ok=True)
-        replace_file(folder / name, (head + csv_text(frame)).encode())
-    return [folder / name for name in tables]
+    made = REPORTS[plan.report.table].make(plan, output)
+    if not made.runs["status"].isin(RESULTS).all():
+        raise SettingError(f"{output}: expected a result of every planned run; give the experiment's command again")
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for name, content in made.files.items():
+        path = folder / (f"{plan.name}.runs.csv" if name == "runs.csv" else name)
+        replace_file(path, head.encode() + content)
+        written.append(path)
+    return written
 
 
 def _without_place(line: dict[str, Any]) -> dict[str, Any]:
@@ -52,7 +51,7 @@ def _without_place(line: dict[str, Any]) -> dict[str, Any]:
 
 
 def read_reference(table: str, folder: Path = FOLDER) -> tuple[Plan, pd.DataFrame]:
-    """The plan's head and cells, and the runs (of a table of settings: the table)."""
+    """The plan's head and cells, and the runs (where a table has none: the table)."""
     known = sorted(
         path.name.removesuffix(".csv") for path in folder.glob("*.csv") if not path.name.endswith(".runs.csv")
     )

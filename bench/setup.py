@@ -44,7 +44,7 @@ class Setup:
     def bounds(self) -> list[float | None]:
         """Cramér–Rao bound of each unknown, SI, as the measurement's noise has it; None where there is none."""
         measurement = self.plugins["measurement"]
-        if measurement.noise.is_absent or not hasattr(self.problem, "sensitivity"):
+        if measurement.noise.is_absent:
             return [None] * len(self.problem.parameters)
         found = identifiability(
             self.problem, self.true_x, measurement.noise, measurement.kind, noise_known=measurement.noise_known

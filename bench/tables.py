@@ -94,7 +94,7 @@ def _interval_effort(interval: dict[str, Any]) -> dict[str, Any]:
         "noise_floor": interval["noise"]["floor"],
         "interval_evaluations": interval["model_evaluations"],
         "interval_jacobians": interval["model_jacobians"],
-        "time_interval": interval["seconds"],
+        "interval_seconds": interval["seconds"],
     }
 
 
@@ -239,7 +239,7 @@ def as_text(plan: Plan, summary: pd.DataFrame) -> str:
     has_bound, has_interval = summary["bound_pct"].notna().any(), summary["covered_pct"].notna().any()
     head = ["parameter", "unit", "reference", *axes, "median", "[q1, q3]", "error %"]
     head += ["bound %"] if has_bound else []
-    head += ["interval", "covers %"] if has_interval else []
+    head += [f"{_level_pct(plan)} % interval", "covers %"] if has_interval else []
     head += ["paper", "paper error %"] if has_paper else []
     head += ["runs", "failed"]
     lines = []
@@ -263,6 +263,12 @@ def as_text(plan: Plan, summary: pd.DataFrame) -> str:
             line += [number(row["paper"]), number(row["paper_error_pct"])]
         lines.append([*line, str(row["runs"]), str(row["failed"])])
     return aligned(head, lines)
+
+
+def _level_pct(plan: Plan) -> str:
+    """The confidence level of the cells' intervals in per cent."""
+    levels = {f"{100 * (cell.settings.get('study') or {}).get('level', 0.95):g}" for cell in plan.cells}
+    return "/".join(sorted(levels))
 
 
 def _interval_text(row: pd.Series) -> str:

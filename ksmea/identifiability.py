@@ -17,6 +17,7 @@ import numpy as np
 
 from ksmea.contracts import ComplexArray, Problem
 from ksmea.measurement import Noise
+from ksmea.model import Model
 from ksmea.parameters import Array
 
 # Directions of relative change that the data tell less of than this part of the most telling one: rounding of the
@@ -26,10 +27,12 @@ UNKNOWABLE = 1e-10
 
 @dataclass(frozen=True)
 class Identifiability:
-    """What data tell about the unknowns at x (d,), SI, as their whitened sensitivity J: JᵀJ is the Fisher information."""
+    """What data tell about the unknowns at x (d,), SI, as their whitened sensitivity J (m, d): JᵀJ is the Fisher
+    information. Directions are judged in changes relative to `scale` (d,): the values, or what stands in for a zero."""
 
     x: Array
-    whitened: Array  # (m, d)
+    whitened: Array
+    scale: Array | None = None
 
     @property
     def information(self) -> Array:
@@ -38,13 +41,13 @@ class Identifiability:
 
     @property
     def bound(self) -> Array:
-        """Cramér–Rao bound: the smallest standard deviation (d,) of an unbiased estimate, SI; infinite where the data
-        say nothing in a direction that the parameter has a part in."""
+        """Cramér–Rao bound: the smallest standard deviation (d,) of an unbiased estimate, SI; infinite where most of it
+        comes from directions that the data do not tell."""
         singular, directions = self._spectrum
-        knowable = singular > UNKNOWABLE * singular[0]
-        variance = np.sum((directions[knowable] / singular[knowable, None]) ** 2, axis=0)
-        hidden = np.any(np.abs(directions[~knowable]) > 1e-3, axis=0)
-        return np.where(hidden, np.inf, np.sqrt(variance)) * np.abs(self.x)
+        weighted = (directions / self._floored(singular)[:, None]) ** 2
+        told = singular > UNKNOWABLE * singular[0]
+        hidden = np.sum(weighted[~told], axis=0) > np.sum(weighted[told], axis=0)
+        return np.where(hidden, np.inf, np.sqrt(np.sum(weighted, axis=0))) * self._scale
 
     @property
     def bound_pct(self) -> Array:
@@ -53,22 +56,38 @@ class Identifiability:
 
     @property
     def worst_direction(self) -> Array:
-        """Unit vector (d,) of relative changes Δx/x that the data tell least."""
+        """Unit vector (d,) of relative changes that the data tell least."""
         return self._spectrum[1][-1]
+
+    @property
+    def worst_bound(self) -> float:
+        """The bound on a relative change in that direction."""
+        smallest = self._spectrum[0][-1]
+        return float(1 / smallest) if smallest > 0 else np.inf
 
     @property
     def correlation(self) -> Array:
         """Correlation of the estimates (d, d) at the bound: ±1 where two unknowns can hardly be told apart."""
         singular, directions = self._spectrum
-        weighted = directions / np.maximum(singular, UNKNOWABLE * singular[0])[:, None]
+        weighted = directions / self._floored(singular)[:, None]
         covariance = weighted.T @ weighted
         sd = np.sqrt(np.diag(covariance))
         return covariance / np.outer(sd, sd)
 
     @property
+    def _scale(self) -> Array:
+        scale = np.abs(self.x) if self.scale is None else self.scale
+        return np.where(scale == 0, 1.0, scale)
+
+    def _floored(self, singular: Array) -> Array:
+        return np.maximum(singular, max(UNKNOWABLE * singular[0], np.finfo(float).tiny))
+
+    @property
     def _spectrum(self) -> tuple[Array, Array]:
         """Singular values (d,), falling, and directions (d, d) by rows, of the sensitivity to relative changes."""
-        _, singular, directions = np.linalg.svd(self.whitened * np.abs(self.x), full_matrices=False)
+        scaled = self.whitened * self._scale
+        missing = max(0, scaled.shape[1] - len(scaled))  # fewer data than unknowns tell nothing in some directions
+        _, singular, directions = np.linalg.svd(np.pad(scaled, ((0, missing), (0, 0))), full_matrices=False)
         return singular, directions
 
 
@@ -79,12 +98,14 @@ def identifiability(
 
     Where the noise's level is not known, what it takes to estimate its relative part and its floor is taken off.
     """
-    response, sensitivity = problem.response(x[None])[0], problem.sensitivity(x)
+    parameters = problem.parameters
+    response, slope = Model(problem).linearise(parameters.to_cube(x))
+    sensitivity = slope / parameters.width
     amplitude = kind == "amplitude"
     whitened = whitened_sensitivity(response, sensitivity, noise, amplitude=amplitude)
     if not noise_known:
         whitened = projected(whitened, whitened_noise_sensitivity(np.abs(response), noise, amplitude=amplitude))
-    return Identifiability(x, whitened)
+    return Identifiability(x, whitened, np.where(x == 0, parameters.width, np.abs(x)))
 
 
 def whitened_sensitivity(response: ComplexArray, sensitivity: ComplexArray, noise: Noise, *, amplitude: bool) -> Array:

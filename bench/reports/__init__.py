@@ -7,14 +7,32 @@ computes nothing that a record does not hold.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 
 from bench.plan import Plan
+from bench.reports.audit import audit_report
+from bench.reports.calibration import calibration_report
+from bench.reports.identifiability import identifiability_report
 from bench.reports.made import Made
+from bench.reports.planning import plan_report
 from bench.reports.settings import settings_report
 from bench.reports.summary import summary_report
 
-REPORTS: dict[str, Callable[[Plan, Path], Made]] = {
-    "summary": summary_report,
-    "settings": settings_report,
+
+@dataclass(frozen=True)
+class Report:
+    """How a table is made, and of which study's records."""
+
+    make: Callable[[Plan, Path], Made]
+    study: str
+
+
+REPORTS = {
+    "summary": Report(summary_report, "identify"),
+    "settings": Report(settings_report, "identify"),
+    "calibration": Report(calibration_report, "identify"),
+    "identifiability": Report(identifiability_report, "identifiability"),
+    "audit": Report(audit_report, "identifiability"),
+    "plan": Report(plan_report, "plan"),
 }

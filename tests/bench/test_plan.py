@@ -24,6 +24,7 @@ OTHER_VALUES = {
     "surrogate.theta": {"surrogate.theta": [1.0, 1.0, 1.0, 1.0, 1.0]},
     "measurement.truth": {"measurement.truth": {"kxx": 40.0}},
     "method.budget": {"method.budget": 1000},
+    "study.target": {"study.target": "kyy"},
 }
 WITHOUT_DEFAULTS = {("problem", "rotor")}  # it is nothing without a file
 
@@ -72,20 +73,27 @@ def another_value(field):
             return [1.25 * entry for entry in default]
 
 
-def settings_of_every_plugin():
-    for group in registry.GROUPS:
-        for name in registry.registered(group):
+def settings_of_every_plugin(groups, study):
+    for group in groups:
+        for name in [study] if group == "study" else registry.registered(group):
             if (group, name) not in WITHOUT_DEFAULTS:
                 for field in dataclasses.fields(registry.plugin_class(group, name)):
                     yield group, name, field
 
 
-def test_the_key_changes_with_every_setting_of_every_plugin(compose):
-    blocks = [{}]
-    for group, name, field in settings_of_every_plugin():
-        blocks.append({group: name, **another(group, field)})
-    plan = compose("repetitions=1", "samples=100", "grid=" + hydra_text(blocks))
-    assert len(plan.runs) == len(blocks) > 60
+OF_DATA = ("problem", "measurement", "study")
+
+
+@pytest.mark.parametrize(
+    ("study", "groups"), [("identify", registry.GROUPS), ("identifiability", OF_DATA), ("plan", OF_DATA)]
+)
+def test_the_key_changes_with_every_setting_of_every_plugin(study, groups, compose):
+    noisy = {} if study == "identify" else {"measurement.floor": 0.5}  # which the others cannot do without
+    blocks = [noisy]
+    for group, name, field in settings_of_every_plugin(groups, study):
+        blocks.append({**noisy, group: name, **another(group, field)})
+    plan = compose("repetitions=1", "samples=100", f"study={study}", "grid=" + hydra_text(blocks))
+    assert len(plan.runs) == len(blocks) > (60 if study == "identify" else 30)
     keys = {}
     for block, run in zip(blocks, plan.runs):
         assert run.key not in keys, f"{block} has the key of {keys[run.key]}"
@@ -152,6 +160,7 @@ def test_table3_is_planned_as_the_paper_has_it(compose):
         "surrogate": "kriging",
         "optimizer": "de",
         "method": "ksmea",
+        "study": "identify",
     }
     assert plan.cells[0].settings["problem"]["mesh"] == 13
     assert plan.cells[0].settings["measurement"]["relative"] == 0.1

@@ -13,7 +13,10 @@ from bench.plan import write_plan
 from bench.records import RecordWriter
 
 PAPER = Path(bench.__file__).parent / "paper" / "table3.csv"
-HEADER = "parameter,unit,reference,samples,paper,paper_error_pct,median,q1,q3,error_pct_median,runs,failed"
+HEADER = (
+    "parameter,unit,reference,samples,paper,paper_error_pct,median,q1,q3,error_pct_median,bound_pct,low,high,"
+    "covered_pct,runs,failed"
+)
 NAN = float("nan")
 
 

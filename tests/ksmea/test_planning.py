@@ -10,7 +10,7 @@ from ksmea.contracts import Channel
 from ksmea.identifiability import identifiability
 from ksmea.measurement import Noise
 from ksmea.parameters import GRAM_MILLIMETRE
-from ksmea.planning import Criterion, bounds, choose, data_rows, information
+from ksmea.planning import Criterion, bounds, choose, data_rows, information, mean_axis_fall_pct
 from problems.rk4_two_disk import RK4TwoDisk
 from problems.three_disk import ThreeDisk
 
@@ -37,8 +37,8 @@ def by_speed(rows):
 
 
 def line(x):
-    """Information (n, 2, 2) of measurements of a + b x with a standard deviation of 1."""
-    rows = np.stack([np.ones_like(x), x], axis=-1)
+    """Information (n, 2, 2) of measurements of a + b x with a standard deviation of 1e-3: the prior is next to nothing."""
+    rows = 1e3 * np.stack([np.ones_like(x), x], axis=-1)
     return rows[:, :, None] * rows[:, None, :]
 
 
@@ -67,11 +67,11 @@ def test_no_other_set_of_speeds_tells_more(rotor, sought, n_added):
 def test_exchange_mends_what_greed_chose_wrong():
     """Present data telling hardly anything, the best single measurement of (a, b) is the longest, (2.2, 2.2); but the
     best pair is (0, 3) and (3, 0): its determinant is 81, with (2.2, 2.2) it is 43.56."""
-    directions = np.array([[2.2, 2.2], [0.0, 3.0], [3.0, 0.0]])
+    directions = 1e3 * np.array([[2.2, 2.2], [0.0, 3.0], [3.0, 0.0]])
     candidates = directions[:, :, None] * directions[:, None, :]
     both = Criterion((0, 1))
-    assert choose(1e-3 * np.eye(2), candidates, 1, both) == [0]
-    assert sorted(choose(1e-3 * np.eye(2), candidates, 2, both)) == [1, 2]
+    assert choose(np.zeros((2, 2)), candidates, 1, both) == [0]
+    assert sorted(choose(np.zeros((2, 2)), candidates, 2, both)) == [1, 2]
 
 
 def test_the_first_chosen_tells_most_alone(rotor):
@@ -83,7 +83,7 @@ def test_the_first_chosen_tells_most_alone(rotor):
 
 
 def test_a_straight_line_is_known_best_from_its_ends():
-    """D-optimal: half of the points at each end (Atkinson, Donev & Tobias 2007, section 9.2 on the simple linear model)."""
+    """D-optimal: half of the points at each end."""
     x = np.linspace(-1, 1, 21)
     chosen = choose(np.zeros((2, 2)), line(x), 6, Criterion((0, 1)), repeats=6)
     assert sorted(x[chosen]) == [-1, -1, -1, 1, 1, 1]
@@ -99,11 +99,11 @@ def test_a_slope_is_known_best_from_both_ends():
 def test_an_intercept_is_known_best_where_x_is_0():
     """Var a is at least 1/n; it is 1/n where the mean of x is 0, and present data that tell the slope need no more."""
     x = np.linspace(-1, 1, 21)
-    present = np.diag([0.0, 1.0])  # the slope alone
+    present = np.diag([0.0, 1e6])  # the slope alone
     chosen = choose(present, line(x), 4, Criterion((0,)), repeats=4)
     total = present + line(x)[chosen].sum(0)
     assert np.mean(x[chosen]) == pytest.approx(0, abs=1e-12)
-    assert np.linalg.inv(total)[0, 0] == pytest.approx(1 / 4, rel=1e-12)
+    assert np.linalg.inv(total)[0, 0] == pytest.approx(1e-6 / 4, rel=1e-12)
 
 
 def test_an_intercept_beyond_the_points_is_extrapolated_as_elfving_says():
@@ -117,16 +117,34 @@ def test_an_intercept_beyond_the_points_is_extrapolated_as_elfving_says():
 def test_the_gain_of_a_repeated_measurement_is_that_of_the_root_of_2():
     present = line(np.array([-1.0, 1.0])).sum(0)
     for sought in [(0,), (0, 1)]:
-        # 1 − 1/√2, but for the prior's 1.2e-5 on an information of 2
-        assert Criterion(sought).gain_pct(present, 2 * present) == pytest.approx(100 * (1 - np.sqrt(0.5)), rel=1e-4)
+        # but for the prior's 0.12 on an information of 2e6
+        assert Criterion(sought).gain_pct(present, 2 * present) == pytest.approx(100 * (1 - np.sqrt(0.5)), rel=1e-6)
 
 
 def test_a_single_unknown_has_the_variance_of_the_inverse(rotor):
+    """A quotient of determinants is what inverting gives, the prior of ten times the range's 1/√12 counted."""
     present, _ = rotor
-    inverse = np.linalg.inv(present)
+    inverse = np.linalg.inv(present + 12 / 10**2 * np.eye(5))
     for place in range(5):
-        # the present data tell of c less than of k by 1e7 in information: what that leaves of 16 digits, and the prior
-        assert np.exp(-Criterion((place,)).value(present)) == pytest.approx(inverse[place, place], rel=1e-3)
+        # information about k and c differs by 1e6: that leaves 1e-10 of 16 digits
+        assert np.exp(-Criterion((place,)).value(present)) == pytest.approx(inverse[place, place], rel=1e-9)
+
+
+def test_the_prior_moves_bounds_inside_the_range_by_half_a_per_cent_at_most():
+    for share in (1.0, 0.1):  # of the standard deviation 1/√12 of a value drawn evenly
+        variance = share**2 / 12
+        with_prior = np.exp(-Criterion((0,)).value(np.diag([1 / variance, 1.0])))
+        assert 0.99 * variance <= with_prior < variance  # 1/(1 + share²/100): 1 % of a variance is half of a bound
+
+
+def test_axes_of_the_ellipsoid_fall_with_the_volume():
+    rows = np.array([[3.0, 1.0], [0.0, 2.0]])
+    more = np.vstack([rows, [1.0, 5.0]])
+    volumes = [np.sqrt(np.linalg.det(np.linalg.inv(part.T @ part))) for part in (rows, more)]
+    assert mean_axis_fall_pct(rows, more, 2) == pytest.approx(100 * (1 - np.sqrt(volumes[1] / volumes[0])))
+    # the half axis that neither knows is left out: of the other, four times the data leave half
+    single = np.array([[3.0, 0.0]])
+    assert mean_axis_fall_pct(single, np.vstack(4 * [single]), 2) == pytest.approx(50)
 
 
 @pytest.mark.parametrize("kind", ["amplitude", "complex"])

@@ -1,0 +1,191 @@
+"""How good estimates and intervals are over many noise draws: spread against the Cramér–Rao bound, coverage, and how
+often a method ends in the basin of the likelihood where the truth lies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+from scipy.stats import norm
+
+from bench.figures import INTERVAL, OURS, PAPER, REFERENCE, png
+from bench.naming import cell_name, place_text, telling_axes
+from bench.plan import Cell, ParameterFacts, Plan
+from bench.records import RESULTS
+from bench.reports.made import Made
+from bench.tables import aligned, csv_text, number, runs_frame
+
+# Two maxima of the likelihood with deviances that differ by less than this are one and the same: searches for a maximum
+# end where the deviance falls by less than 1e-7, and no two basins are found to be as equal.
+SAME_MAXIMUM = 1e-3
+NORMAL_IQR = 2 * norm.ppf(0.75)  # interquartile range of a normal distribution with unit variance
+
+
+def calibration_report(plan: Plan, output: Path) -> Made:
+    runs = runs_frame(plan, output)
+    frame = calibration_frame(plan, runs)
+    files = {f"{plan.name}.csv": csv_text(frame).encode(), "runs.csv": csv_text(runs).encode()}
+    return Made(
+        _text(plan, frame), files, runs, lambda: {f"{plan.name}.png": png(calibration_figure(plan, frame, runs))}
+    )
+
+
+def calibration_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
+    """A row per cell and parameter. Errors are in units of the Cramér–Rao bound: bias, standard deviation, a robust one
+    from the quartiles (`spread`), and the standard deviation over the runs in the right basin; `covered_pct` counts all
+    runs, an open side holding everything."""
+    rows = []
+    for index, cell in enumerate(plan.cells):
+        mine = runs[runs["cell"] == index]
+        results = mine[mine["status"].isin(RESULTS)]
+        shares = basin_shares(results)
+        for facts in cell.parameters:
+            rows.append(
+                {
+                    "parameter": facts.name,
+                    **{axis: _plain(cell.place.get(axis)) for axis in plan.axes},
+                    "bound_pct": np.nan if facts.bound is None else 100 * facts.bound / abs(facts.truth),
+                    **_errors(results, facts),
+                    **_intervals(results, facts),
+                    **shares,
+                    "runs": len(results),
+                    "failed": len(mine) - len(results),
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def _plain(value: Any) -> Any:
+    return str(value) if isinstance(value, (list, dict)) else value
+
+
+def basin_shares(results: pd.DataFrame) -> dict[str, float]:
+    """Per cent of the runs whose nearest maximum of the likelihood is the truth's own; another and lower one; another and
+    higher one, where the data themselves speak for other values."""
+    if "basin_excess" not in results or results["basin_excess"].isna().all():
+        return {"right_basin_pct": np.nan, "wrong_basin_pct": np.nan, "higher_elsewhere_pct": np.nan}
+    excess = results["basin_excess"].dropna()
+    return {
+        "right_basin_pct": 100 * (excess.abs() <= SAME_MAXIMUM).mean(),
+        "wrong_basin_pct": 100 * (excess > SAME_MAXIMUM).mean(),
+        "higher_elsewhere_pct": 100 * (excess < -SAME_MAXIMUM).mean(),
+    }
+
+
+def _errors(results: pd.DataFrame, facts: ParameterFacts) -> dict[str, float]:
+    names = ("bias", "sd", "spread", "sd_right_basin")
+    if facts.bound is None or facts.name not in results or results.empty:
+        return dict.fromkeys(names, np.nan)
+    errors = (results[facts.name] * facts.si_per_unit - facts.truth) / facts.bound
+    right = errors[results["basin_excess"].abs() <= SAME_MAXIMUM] if "basin_excess" in results else errors
+    spread = np.subtract(*np.percentile(errors, [75, 25])) / NORMAL_IQR
+    return dict(zip(names, (errors.mean(), errors.std(ddof=0), spread, right.std(ddof=0))))
+
+
+def _intervals(results: pd.DataFrame, facts: ParameterFacts) -> dict[str, float]:
+    """Coverage with its standard error, half-widths against those of the bound, and shares by kind."""
+    name = facts.name
+    if f"{name}_interval" not in results or results.empty:
+        return {}
+    covered = results[f"{name}_covered"].dropna().astype(float)
+    kinds = results[f"{name}_interval"].dropna()
+    width = (results[f"{name}_high"] - results[f"{name}_low"]).dropna() * facts.si_per_unit
+    share = covered.mean()
+    return {
+        "covered_pct": 100 * share,
+        "covered_se": 100 * np.sqrt(share * (1 - share) / max(len(covered), 1)),
+        "width": np.nan if facts.bound is None or width.empty else width.median() / 2 / (norm.ppf(0.975) * facts.bound),
+        "one_sided_pct": 100 * kinds.isin(["lower limit", "upper limit"]).mean(),
+        "not_identifiable_pct": 100 * (kinds == "not identifiable").mean(),
+    }
+
+
+def _text(plan: Plan, frame: pd.DataFrame) -> str:
+    """The table as people read it."""
+    axes = telling_axes(plan)
+    columns = {
+        "bound %": "bound_pct",
+        "bias": "bias",
+        "sd": "sd",
+        "spread": "spread",
+        "sd, right basin": "sd_right_basin",
+        "covers %": "covered_pct",
+        "± ": "covered_se",
+        "width": "width",
+        "one-sided %": "one_sided_pct",
+        "open %": "not_identifiable_pct",
+    }
+    columns = {head: column for head, column in columns.items() if column in frame}
+    lines = [
+        [
+            row["parameter"],
+            *(place_text(None if pd.isna(row[axis]) else row[axis]) for axis in axes),
+            *(number(row[column], 3) for column in columns.values()),
+            str(row["runs"]),
+            str(row["failed"]),
+        ]
+        for _, row in frame.iterrows()
+    ]
+    table = aligned(["parameter", *axes, *columns, "runs", "failed"], lines)
+    remark = "bias, sd, spread (from the quartiles) and half-width of the intervals are in units of the bound's own"
+    return "\n".join([table, "", remark, *_basin_lines(plan, frame)])
+
+
+def _basin_lines(plan: Plan, frame: pd.DataFrame) -> list[str]:
+    first = frame.drop_duplicates(list(plan.axes))
+    if first["right_basin_pct"].isna().all():
+        return []
+    names = [cell_name(plan, cell) for cell in plan.cells]
+    return ["", "ends in the basin of the likelihood that the truth lies in:"] + [
+        f"  {name:<{max(map(len, names))}}  {row.right_basin_pct:5.1f} %;  another, less likely {row.wrong_basin_pct:5.1f} %;"
+        f"  another, more likely {row.higher_elsewhere_pct:5.1f} %"
+        for name, row in zip(names, first.itertuples())
+    ]
+
+
+def calibration_figure(plan: Plan, frame: pd.DataFrame, runs: pd.DataFrame) -> Figure:
+    """Errors in units of the bound (boxes: quartiles; whiskers: 2.5 and 97.5 %), a row per parameter; coverage beside."""
+    names = list(dict.fromkeys(frame["parameter"]))
+    figure = Figure(figsize=(11, 1.1 + len(names) * (0.9 + 0.24 * len(plan.cells))), layout="constrained")
+    panels = figure.subplots(len(names), 2, squeeze=False, width_ratios=[2, 1])
+    labels = [cell_name(plan, cell) for cell in plan.cells]
+    places = np.arange(len(labels))[::-1]
+    for (left, right), name in zip(panels, names):
+        errors = [_relative_errors(cell, name, runs[runs["cell"] == index]) for index, cell in enumerate(plan.cells)]
+        left.boxplot(
+            errors, positions=places, orientation="horizontal", whis=(2.5, 97.5), showfliers=False, widths=0.6,
+            medianprops={"color": OURS, "linewidth": 2},
+        )  # fmt: skip
+        for at in (-norm.ppf(0.975), 0, norm.ppf(0.975)):
+            left.axvline(at, color=REFERENCE, linestyle=":" if at else "-", linewidth=0.8)
+        left.set_xscale("symlog", linthresh=3)
+        left.xaxis.set_major_formatter("{x:g}")
+        left.set_yticks(places, labels, fontsize=8)
+        left.set_ylabel(name, fontsize=10, rotation=0, labelpad=14)
+        rows = frame[frame["parameter"] == name]
+        if "covered_pct" in rows:
+            right.errorbar(
+                rows["covered_pct"], places, xerr=2 * rows["covered_se"], fmt="o", color=INTERVAL, markersize=4
+            )
+            right.axvline(95, color=REFERENCE, linestyle=":", linewidth=0.8)
+            right.axvspan(93, 97, color=PAPER, alpha=0.08)
+            right.set_xlim(min(88.0, rows["covered_pct"].min() - 2), 100.5)
+        right.set_yticks([])
+        right.set_ylim(left.get_ylim())
+    for panel in panels.ravel():
+        panel.tick_params(axis="x", labelsize=8)
+        panel.grid(axis="x", alpha=0.25)
+    panels[0, 0].set_title("error in units of the Cramér–Rao bound; dotted: where 95 % lie at the bound", fontsize=9)
+    panels[0, 1].set_title("share of 95 % intervals that hold the truth (%)", fontsize=9)
+    figure.suptitle(f"{plan.name}: {int(runs.groupby('cell').size().max())} noise draws", fontsize=11)
+    return figure
+
+
+def _relative_errors(cell: Cell, name: str, runs: pd.DataFrame) -> np.ndarray:
+    facts = {parameter.name: parameter for parameter in cell.parameters}.get(name)
+    if facts is None or facts.bound is None or name not in runs:
+        return np.array([])
+    return ((runs[name].dropna() * facts.si_per_unit - facts.truth) / facts.bound).to_numpy(float)

@@ -1,0 +1,126 @@
+"""Calibration of estimates and intervals, from records made by hand whose statistics are known."""
+
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+from hydra import compose, initialize_config_dir
+from hydra.core.global_hydra import GlobalHydra
+from scipy.stats import norm
+
+from bench.config import CONF, register_schemas
+from bench.plan import ParameterFacts, all_runs
+from bench.records import RecordWriter
+from bench.reports.calibration import basin_shares, calibration_figure, calibration_frame, calibration_report
+from bench.tables import runs_frame
+
+BOUND = 0.5e6  # N/m
+
+
+@pytest.fixture
+def plan(plan):
+    """One cell of many repetitions; a bound of 1 % of 50 MN/m."""
+    facts = (ParameterFacts("kxx", "MN/m", 1e6, 50e6, BOUND),)
+    cells = tuple(replace(cell, parameters=facts) for cell in plan.cells[:1])
+    report = replace(plan.report, table="calibration", paper=None)
+    return replace(plan, name="coverage", cells=cells, runs=all_runs(cells, 400, plan.versions), report=report)
+
+
+def record(value, low, high, kind="gauss-newton", excess=0.0, status="done"):
+    parameter = {
+        "name": "kxx", "unit": "MN/m", "si_per_unit": 1e6, "true": 50e6, "identified": value, "at_bound": False,
+        "low": low, "high": high, "interval": kind, "likely": value,
+    }  # fmt: skip
+    interval = {
+        "level": 0.95, "noise": {"relative": 0.1, "floor": 0.0, "estimated": False}, "model_evaluations": 3,
+        "model_jacobians": 7, "seconds": 0.01,
+    }  # fmt: skip
+    return {
+        "status": status, "stop": "optimizer", "parameters": [parameter], "misfit": 1.0, "updates": 0,
+        "model_evaluations": 1, "model_jacobians": 1, "surrogate_evaluations": 0,
+        "seconds": {"model": 0.0, "surrogate": 0.0, "search": 0.0, "total": 0.0}, "history": [],
+        "interval": interval, "basin_excess": excess,
+    }  # fmt: skip
+
+
+def frame_of(plan, folder, records):
+    with RecordWriter(folder, 0, plan) as writer:
+        for run, content in zip(plan.runs, records):
+            writer.result(run, content)
+    runs = runs_frame(plan, folder)
+    return calibration_frame(plan, runs), runs
+
+
+def normal_records(n, factor=1.0):
+    """Quantiles of a normal distribution in place of draws, with intervals of ± 1.96 bounds."""
+    errors = norm.ppf((np.arange(n) + 0.5) / n) * BOUND * factor
+    half = norm.ppf(0.975) * BOUND
+    return [record(50e6 + error, 50e6 + error - half, 50e6 + error + half) for error in errors]
+
+
+@pytest.mark.parametrize(("factor", "covered"), [(1.0, 95.0), (2.0, 67.3)])
+def test_normal_errors_have_their_spread_and_coverage(plan, tmp_path, factor, covered):
+    frame, _ = frame_of(plan, tmp_path, normal_records(400, factor))
+    row = frame.iloc[0]
+    # quantiles of 400 stand in for the distribution: its tails are cut by half a per cent
+    assert [row["bias"], row["sd"], row["spread"]] == pytest.approx([0, factor, factor], abs=0.01 * factor)
+    assert row["covered_pct"] == pytest.approx(covered, abs=0.3)  # 2 Φ(1.96 / factor) − 1
+    assert row["covered_se"] == pytest.approx(100 * np.sqrt(covered / 100 * (1 - covered / 100) / 400), rel=0.02)
+    assert row["width"] == pytest.approx(1.0) and row["bound_pct"] == pytest.approx(1.0)
+    assert row["right_basin_pct"] == 100 and (row["runs"], row["failed"]) == (400, 0)
+
+
+def test_runs_in_another_basin_count_for_coverage_and_not_for_the_right_basin(plan, tmp_path):
+    good = normal_records(380)
+    elsewhere = [record(90e6, 89e6, 91e6, excess=12.0)] * 15 + [record(20e6, 19e6, 21e6, excess=-3.0)] * 5
+    frame, _ = frame_of(plan, tmp_path, good + elsewhere)
+    row = frame.iloc[0]
+    assert [row["right_basin_pct"], row["wrong_basin_pct"], row["higher_elsewhere_pct"]] == [95, 3.75, 1.25]
+    assert row["covered_pct"] == pytest.approx(0.95 * 95, abs=0.3)
+    assert row["sd"] > 10 and row["sd_right_basin"] == pytest.approx(1, abs=0.01)
+    assert row["spread"] == pytest.approx(1, abs=0.1)  # quartiles do not see them
+
+
+def test_open_sides_hold_everything_and_are_counted(plan, tmp_path):
+    records = [
+        record(50e6, 49e6, None, "lower limit"),
+        record(50e6, 51e6, None, "lower limit"),  # misses
+        record(50e6, None, 51e6, "upper limit"),
+        record(50e6, None, None, "not identifiable"),
+    ] * 100
+    row = frame_of(plan, tmp_path, records)[0].iloc[0]
+    assert [row["covered_pct"], row["one_sided_pct"], row["not_identifiable_pct"]] == [75, 75, 25]
+    assert np.isnan(row["width"])
+
+
+def test_failed_runs_are_counted(plan, tmp_path):
+    row = frame_of(plan, tmp_path, [*normal_records(398), {"status": "error", "error": "x"}])[0].iloc[0]
+    assert (row["runs"], row["failed"]) == (398, 2)  # one failed, one was not run
+
+
+def test_without_basins_nothing_is_said_of_them():
+    assert np.isnan(list(basin_shares(pd.DataFrame({"kxx": [1.0]})).values())).all()
+
+
+def test_the_report_is_printed_tabled_and_drawn(plan, tmp_path):
+    frame, runs = frame_of(plan, tmp_path, normal_records(400))
+    made = calibration_report(plan, tmp_path)
+    assert set(made.files) == {"coverage.csv", "runs.csv"}
+    assert "100.0 %" in made.text and "covers %" in made.text
+    assert set(made.figures()) == {"coverage.png"}
+    boxes, coverage = calibration_figure(plan, frame, runs).axes
+    assert coverage.containers[0].lines[0].get_xdata() == pytest.approx(frame["covered_pct"])
+    median = [line for line in boxes.get_lines() if np.ptp(line.get_xdata()) == 0 and np.ptp(line.get_ydata()) == 0.6]
+    assert [line.get_xdata()[0] for line in median] == pytest.approx([0.0], abs=1e-9)
+
+
+def test_coverage_is_asked_of_thousands_of_draws_from_honest_starts():
+    """The experiment itself: no start knows the truth, 2000 draws, noise known and estimated."""
+    register_schemas()
+    GlobalHydra.instance().clear()
+    with initialize_config_dir(str(CONF), version_base="1.3"):
+        config = compose("config", overrides=["+experiment=coverage"])
+    assert config.repetitions >= 2000 and config.measurement.relative == 0.1
+    assert config.method.name == "direct" and config.optimizer.name == "lm"
+    assert [list(block["measurement.noise_known"]) for block in config.grid] == [[True, False]] * 2

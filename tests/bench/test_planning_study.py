@@ -1,0 +1,193 @@
+"""The study `plan` as its users meet it: files, sentences, and what it refuses."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from bench.reports.planning import plan_figure
+from bench.setup import Setup
+from ksmea.identifiability import identifiability
+
+ROTOR = Path(__file__).parents[2] / "docs" / "examples" / "rotor.yaml"
+PLAN = ["+experiment=plan", "study.n_candidate=60", "workers=1"]
+OUTPUT = "results/plan"
+SETTINGS = {"problem": {"name": "three_disk"}, "measurement": {"name": "synthetic", "relative": 0.1}}
+
+
+@pytest.fixture
+def plan(enter, monkeypatch):
+    """`+experiment=plan` with a coarser choice of speeds; its figure is drawn and not written."""
+    drawn = []
+    monkeypatch.setattr("bench.reports.planning.plan_figure", lambda *arguments: drawn.append(plan_figure(*arguments)))
+    monkeypatch.setattr("bench.reports.planning.png", lambda figure: b"")
+
+    def call(*words):
+        ended = enter(*PLAN, *words, output=OUTPUT)
+        assert ended.code == 0, ended.err
+        assert len(drawn) == 1
+        return ended
+
+    return call
+
+
+def record(ended):
+    (event,) = ended.events()
+    return event
+
+
+def family(found, name):
+    return next(family for family in found["families"] if family["family"] == name)
+
+
+def test_the_table_says_what_to_add_and_what_it_gives(plan):
+    ended = plan("study.target=cyy", "measurement.kind=complex")
+    table = ended.table("plan")
+    assert set(table["family"]) == {"speeds", "probes", "trial run"}
+    assert list(table.groupby("family")["order"].max()[["speeds", "probes", "trial run"]]) == [10, 2, 1]
+    assert len(table) == 13 * 5  # a row per addition and unknown
+    assert np.all(table["after"] <= table["before"] * (1 + 1e-9))  # rounding
+    assert np.all(np.diff(table[(table.family == "speeds") & (table.parameter == "cyy")]["after"]) < 0)
+    of_target = table[table.parameter == "cyy"].groupby("family").last()
+    # the choice is made for cyy: at least as good as as many data without a plan
+    assert np.all(of_target["gain_pct"] > of_target["unplanned_gain_pct"])
+    fall = 1 - of_target["after"] / of_target["before"]
+    assert of_target["gain_pct"].to_numpy() == pytest.approx(100 * fall.to_numpy())
+    # the same run twice: 1 − 1/√2
+    assert of_target.loc["trial run", "unplanned_gain_pct"] == pytest.approx(100 * (1 - np.sqrt(0.5)), abs=1e-6)
+    assert "To know cyy better, its bound being 6.3 % now:" in ended.out
+    assert "add these 10 speeds:" in ended.out and "add a second run with 140 g mm at" in ended.out
+    assert sorted(path.name for path in ended.output.glob("*.*g")) == ["plan.log", "plan.png"]
+
+
+def test_the_bounds_are_those_of_the_enlarged_measurement(plan):
+    """The speeds of the plan given to the problem: `identifiability` of present and added speeds in one."""
+    found = record(plan("study.target=cxx", "study.sensors=0", "study.trial_phases=[]", "study.add=3"))
+    setup = Setup.of(SETTINGS)
+    steps = family(found, "speeds")["steps"]
+    speeds = np.concatenate([setup.problem.speed, [step["speed"] for step in steps]])
+    enlarged = setup.problem.at(speeds, setup.problem.channels)
+    noise = setup.plugins["measurement"].noise
+    # another reduction of the same rotor, and a scale of its own
+    assert steps[-1]["bound"] == pytest.approx(
+        identifiability(enlarged, setup.true_x, noise, "amplitude").bound, rel=1e-5
+    )
+    assert [name["family"] for name in found["families"]] == ["speeds"]
+    assert any("study.sensors is 0" in remark for remark in found["remarks"])
+    assert any("study.trial_phases is empty" in remark for remark in found["remarks"])
+
+
+def test_records_are_json_without_infinities_and_nothing_is_drawn(plan):
+    ended = plan("study.target=null", "repetitions=2", "problem=rk4_two_disk", "problem.n_speed=9", "problem.mesh=14")
+    first, second = ended.events()
+    for event in (first, second):
+        json.dumps(event, allow_nan=False)
+    for part in ("families", "bound", "remarks", "parameters"):
+        assert first[part] == second[part]
+    assert len(ended.table("plan")) == 13 * 9  # of two equal repetitions one: eight unknowns, and all together
+
+
+def test_speeds_stay_in_the_band_and_probes_where_none_is(plan):
+    found = record(plan("study.target=u", "study.band=[1, 1]", "study.sensors=27"))
+    lowest, highest, _ = found["speed"]
+    speeds = [step["speed"] for step in family(found, "speeds")["steps"]]
+    assert len(set(speeds)) == 10 and lowest <= min(speeds) and max(speeds) <= highest
+    probes = [(step["position"], step["direction"]) for step in family(found, "probes")["steps"]]
+    assert len(set(probes)) == len(probes) == 26  # 14 nodes in x and y, but for the two there are
+    assert not {(0.1, "x"), (0.1, "y")} & set(probes)
+
+
+def test_one_speed_may_be_measured_again_and_again(plan):
+    found = record(plan("study.target=cyy", "study.repeats=10", "study.sensors=0", "study.trial_phases=[]"))
+    speeds = [step["speed"] for step in family(found, "speeds")["steps"]]
+    assert len(speeds) == 10 and len(set(speeds)) < 10
+
+
+def test_a_sweep_of_targets_has_a_plan_for_each(plan):
+    ended = plan("study.target=kxx,cyy", "study.sensors=0", "study.trial_phases=[]")
+    table = ended.table("plan")
+    assert list(dict.fromkeys(table["study.target"])) == ["kxx", "cyy"]
+    assert "study.target kxx:" in ended.out and "study.target cyy:" in ended.out
+    last = table[table.order == 10].set_index(["study.target", "parameter"])["after"]
+    assert last["kxx", "kxx"] < last["cyy", "kxx"] and last["cyy", "cyy"] < last["kxx", "cyy"]
+
+
+def test_all_unknowns_together_have_a_row_of_their_own(plan):
+    table = plan().table("plan")
+    together = table[table.parameter == "all"]
+    assert len(together) == 13 and np.all(together["gain_pct"] > 0) and together["after"].isna().all()
+
+
+def test_a_rotor_from_a_file_with_unknown_noise(plan):
+    ended = plan("problem=rotor", f"problem.file={ROTOR}", "measurement.noise_known=false", "study.target=cxx")
+    table = ended.table("plan")
+    assert set(table["parameter"]) == {"kxx", "kyy", "cxx", "cyy", "u"}
+    assert np.isfinite(table["after"]).all()
+
+
+def test_what_the_data_do_not_tell_at_all(plan):
+    """The RK-4 rig with two disks: amplitudes tell no absolute phase, whatever is added but a known unbalance."""
+    ended = plan("problem=rk4_two_disk", "problem.n_speed=25", "study.target=phase1", "study.trial_sites=[0.16, 0.4]")
+    assert "To know phase1, which the present data do not tell:" in ended.out
+    assert "the best 10 speeds leave it unknown" in ended.out
+    assert "it becomes known to" in ended.out
+    rows = ended.table("plan").query("parameter == 'phase1'").set_index("family")
+    assert np.isinf(rows["before"]).all() and np.isinf(rows.loc[["speeds", "probes"], "after"]).all()
+    assert np.isfinite(rows.loc["trial run", "after"]) and pd.isna(rows.loc["trial run", "gain_pct"])
+    assert record(ended)["bound"][5] is None
+
+
+def test_bounds_beyond_the_search_are_not_called_knowledge(plan):
+    """rk4 in its band is quasi-static: bounds of c of 1e8 % and more are no news, however much they fall."""
+    ended = plan("problem=rk4", "study.target=cyy")
+    assert "the best 10 speeds leave it unknown: its bound stays wider than the search bounds" in ended.out
+    assert "e+0" not in ended.out
+
+
+class Bare:
+    """A problem that offers no sensitivity, no sites and no trial unbalance."""
+
+    def __init__(self, whole):
+        self.parameters, self.speed, self.channels = whole.parameters, whole.speed, whole.channels
+        self.response, self._at = whole.response, whole.at
+
+    def at(self, speed, channels):
+        return Bare(self._at(speed, channels))
+
+
+def test_a_problem_that_can_do_less_is_planned_for_as_far_as_it_goes():
+    setup = Setup.of({**SETTINGS, "study": {"name": "plan", "target": "cyy", "n_candidate": 30}})
+    study = setup.plugins["study"]
+    bare = dataclasses.replace(setup, problem=Bare(setup.problem))
+    study.validate(bare)
+    found, whole = (study.run(each, None) for each in (bare, setup))
+    assert [family["family"] for family in found["families"]] == ["speeds"]
+    assert sum("considered" in remark for remark in found["remarks"]) == 2
+    # derivatives by differences: steps of 1e-5 of the range leave some 1e-6 near a resonance
+    assert found["bound"] == pytest.approx(whole["bound"], rel=1e-4)
+    chosen = [[step["candidate"] for step in family(each, "speeds")["steps"]] for each in (found, whole)]
+    assert chosen[0] == chosen[1]
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (
+            ["study.target=czz"],
+            "unknown parameter in study.target: 'czz'; known: cxx, cyy, kxx, kyy, u",
+        ),
+        (["measurement.relative=0"], "study=plan: expected a measurement with noise"),
+        (["study.trial_sites=[9]"], "study.trial_sites: "),
+        (["study.band=[1]"], "band: expected two numbers"),
+        (["study.band=[3, 0.1]"], "band: expected room for speeds"),
+        (["study.add=0", "study.sensors=0", "study.trial_phases=[]"], "expected something to add"),
+        (["study.add=61"], "add: expected at most n_candidate × repeats = 60 speeds, got 61"),
+    ],
+)
+def test_bad_input_is_one_line(enter, words, said):
+    ended = enter(*PLAN, *words, output=OUTPUT)
+    assert ended.code == 2
+    assert said in ended.err and len(ended.err.strip().splitlines()) == 1
