@@ -7,7 +7,10 @@ import pandas as pd
 import pytest
 
 PARAMETERS = ["kxx", "kyy", "cxx", "cyy", "u"]
-HEADER = "parameter,unit,reference,samples,paper,paper_error_pct,median,q1,q3,error_pct_median,runs,failed"
+HEADER = (
+    "parameter,unit,reference,samples,paper,paper_error_pct,median,q1,q3,error_pct_median,bound_pct,low,high,"
+    "covered_pct,runs,failed"
+)
 
 
 def without_times(ended):
