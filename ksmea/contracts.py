@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksmea.errors import SettingError
-from ksmea.parameters import Array, Parameters
+from ksmea.parameters import Array, Parameter, Parameters
 
 if TYPE_CHECKING:
     from ksmea.model import Model
@@ -73,9 +73,36 @@ class Problem(Protocol):
         other sensor positions are not considered then."""
         ...
 
+    def with_phase_origin(self) -> Problem:
+        """The same rotor with the phase of all unbalance unknown, as measured phases have it; itself where it is so
+        already. A problem may leave it out: it has no use for measured phases then."""
+        ...
+
     def with_unbalance(self, position: float, magnitude: float, phase: float) -> Problem:
         """The same rotor with a known unbalance (kg m, rad) added at a position (m): a trial run. A problem may leave
         it out."""
+        ...
+
+
+class Effect(Protocol):
+    """A physical cause that a model may lack, at one place; what registers under `ksmea.effects` is such an effect with
+    its default place. How it changes a response is between it and the problems that know effects of its kind."""
+
+    @property
+    def aliases(self) -> Mapping[str, str]:
+        """Effects that can look alike, by name, and what separates them."""
+        ...
+
+    def places(self, problem: Problem) -> Sequence[Effect]:
+        """This effect at each place of the problem where it may sit; none where it cannot be."""
+        ...
+
+    def parameters(self, problem: Problem) -> tuple[Parameter, ...]:
+        """Its unknowns with physical bounds. At 0 of all of them the model is as without it."""
+        ...
+
+    def added_to(self, problem: Problem) -> Problem:
+        """The problem with this effect, whose unknowns follow its own: a problem like any other."""
         ...
 
 

@@ -1,6 +1,7 @@
 """Global matrices of a rotor, and the rows that read its deflection anywhere on the shaft.
 
-M q̈ + (C + Ω G) q̇ + K q = f, with the degrees of freedom (x, y, φ_x, φ_y) node by node.
+M q̈ + (C + Ω G) q̇ + (K + Ω N) q = f, with the degrees of freedom (x, y, φ_x, φ_y) node by node. N is circulatory: it
+comes with damping that turns with the shaft, which sees the velocity q̇ − Ω × q.
 """
 
 from __future__ import annotations
@@ -15,6 +16,9 @@ from problems.rotor.data import Rotor
 from problems.rotor.disk import disk_gyroscopic, disk_mass
 from problems.rotor.mesh import DOF_PER_NODE, elements, locate
 
+# −(Ω ẑ ×) per unit of Ω on the degrees of freedom of a node; the shaft turns from x to y.
+AGAINST_SPIN = np.kron(np.eye(2), [[0.0, 1.0], [-1.0, 0.0]])
+
 
 @dataclass(frozen=True, eq=False)
 class Matrices:
@@ -24,6 +28,7 @@ class Matrices:
     damping: Array
     gyroscopic: Array
     stiffness: Array
+    circulatory: Array
 
 
 def assemble(rotor: Rotor) -> Matrices:
@@ -34,12 +39,13 @@ def assemble(rotor: Rotor) -> Matrices:
         lateral = node_dof(rotor.node_at(bearing.position, "bearing"))[:2]
         stiffness[np.ix_(lateral, lateral)] += bearing.stiffness
         damping[np.ix_(lateral, lateral)] += bearing.damping
-    return Matrices(free.mass, damping, free.gyroscopic, stiffness)
+    return Matrices(free.mass, damping, free.gyroscopic, stiffness, free.circulatory)
 
 
 def assemble_free(rotor: Rotor) -> Matrices:
     """The matrices of the shaft and its disks alone, without bearings."""
-    n_dof = DOF_PER_NODE * len(rotor.node_positions)
+    n_node = len(rotor.node_positions)
+    n_dof = DOF_PER_NODE * n_node
     mass, gyroscopic, stiffness = (np.zeros((n_dof, n_dof)) for _ in range(3))
     for index, element in enumerate(elements(rotor)):
         here = element_dof(index)
@@ -51,7 +57,8 @@ def assemble_free(rotor: Rotor) -> Matrices:
         at_node = node_dof(rotor.node_at(disk.position, "disk"))
         mass[np.ix_(at_node, at_node)] += disk_mass(disk)
         gyroscopic[np.ix_(at_node, at_node)] += disk_gyroscopic(disk)
-    return Matrices(mass, np.zeros((n_dof, n_dof)), gyroscopic, stiffness)
+    internal = rotor.internal_damping * stiffness
+    return Matrices(mass, internal, gyroscopic, stiffness, internal @ np.kron(np.eye(n_node), AGAINST_SPIN))
 
 
 def displacement_row(rotor: Rotor, position: float, direction: str) -> Array:

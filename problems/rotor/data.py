@@ -149,14 +149,20 @@ class UnbalancePlane:
 
 @dataclass(frozen=True)
 class Rotor:
-    """Shaft segments from left to right, and what sits on them."""
+    """Shaft segments from left to right, and what sits on them.
+
+    `internal_damping` (s) is that of the turning shaft in proportion to its stiffness, C_i = β K_s: it damps motion as
+    the shaft sees it, (Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, section 7.3).
+    """
 
     segments: tuple[ShaftSegment, ...]
     disks: tuple[Disk, ...] = ()
     bearings: tuple[Bearing, ...] = ()
     unbalance: tuple[UnbalancePlane, ...] = ()
+    internal_damping: float = 0.0
 
     def __post_init__(self) -> None:
+        _require_not_negative("internal damping", self.internal_damping, "s")
         if not self.segments:
             raise SettingError("shaft: expected at least one segment, got none")
         for disk in self.disks:

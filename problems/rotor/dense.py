@@ -17,9 +17,10 @@ from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
 
 
 def dynamic_stiffness(matrices: Matrices, speed: Array) -> ComplexArray:
-    """D(Ω) = K + iΩ(C + ΩG) − Ω²M at each speed (rad/s), (n_speed, n_dof, n_dof) N/m."""
+    """D(Ω) = K + ΩN + iΩ(C + ΩG) − Ω²M at each speed (rad/s), (n_speed, n_dof, n_dof) N/m."""
     omega = np.asarray(speed)[:, None, None]
-    return matrices.stiffness - omega**2 * matrices.mass + 1j * omega * (matrices.damping + omega * matrices.gyroscopic)
+    conservative = matrices.stiffness + omega * matrices.circulatory - omega**2 * matrices.mass
+    return conservative + 1j * omega * (matrices.damping + omega * matrices.gyroscopic)
 
 
 def dense_response(rotor: Rotor, speed: Array, channels: Sequence[Channel]) -> ComplexArray:

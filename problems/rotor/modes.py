@@ -77,7 +77,8 @@ def _state_matrix(matrices: Matrices, speed: float) -> Array:
     """A of ż = A z with z = (q, q̇), (2 n_dof, 2 n_dof)."""
     n_dof = len(matrices.mass)
     damping = matrices.damping + speed * matrices.gyroscopic
-    accelerations = -scipy.linalg.solve(matrices.mass, np.hstack([matrices.stiffness, damping]), assume_a="pos")
+    stiffness = matrices.stiffness + speed * matrices.circulatory
+    accelerations = -scipy.linalg.solve(matrices.mass, np.hstack([stiffness, damping]), assume_a="pos")
     return np.vstack([np.hstack([np.zeros((n_dof, n_dof)), np.eye(n_dof)]), accelerations])
 
 

@@ -14,13 +14,15 @@ import numpy as np
 
 from ksmea.contracts import Channel, ComplexArray
 from ksmea.errors import SettingError
-from ksmea.parameters import Array, Parameters
+from ksmea.parameters import Array, Parameter, Parameters
 from problems.rotor import dense
 from problems.rotor.data import DAMPINGS, STIFFNESSES, Rotor, UnbalancePlane
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
 from problems.rotor.unknowns import (
     BearingTarget,
     Inputs,
+    OriginTarget,
+    Target,
     UnbalanceTarget,
     Unknown,
     check_unknowns,
@@ -28,6 +30,7 @@ from problems.rotor.unknowns import (
     rotor_at,
 )
 
+PHASE_ORIGIN = "phase_origin"  # the unknown that measured phases bring along
 CHUNK_BYTES = 2**20  # of the largest temporary array of a batch: about what a core's own cache holds
 
 
@@ -61,20 +64,20 @@ class RotorProblem:
     @cached_property
     def reduction(self) -> Reduction:
         """The rotor seen from its ports, with the bearings of the middle of the bounds as nominal ones."""
-        return reduce_rotor(self.rotor, _impedances(self.rotor, self.unknowns), self.speed, self.channels)
+        return reduce_rotor(self.rotor, impedances_of(self.rotor, self.unknowns), self.speed, self.channels)
 
     def response(self, x: Array) -> ComplexArray:
         """(n, d) SI → (n, n_speed, n_channel), m."""
         x = self._checked(x)
         response = np.empty((len(x), len(self.speed), len(self.channels)), dtype=complex)
         n_chunk = max(1, CHUNK_BYTES // self.reduction.receptance.nbytes)
-        with np.errstate(divide="ignore", invalid="ignore"):  # `_finite` speaks of it instead
+        with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
             for start in range(0, len(x), n_chunk):
                 chunk = slice(start, start + n_chunk)
                 inputs = inputs_at(self.rotor, self.unknowns, x[chunk])
                 per_unbalance = self.reduction.unit_response(*self._impedance_parts(inputs))
                 response[chunk] = _combined(per_unbalance, inputs.complex_unbalance)
-        return _finite(response)
+        return finite(response)
 
     def sensitivity(self, x: Array) -> ComplexArray:
         """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit.
@@ -90,7 +93,9 @@ class RotorProblem:
         channel_per_unbalance = receptance[n_port:, n_port:]  # (n_channel, n_plane, n_speed)
         port_motion = np.einsum("pus,u->ps", receptance[:n_port, n_port:], unbalance)
 
-        def derivative(target: BearingTarget | UnbalanceTarget) -> ComplexArray:  # (n_channel, n_speed)
+        def derivative(target: Target) -> ComplexArray:  # (n_channel, n_speed)
+            if isinstance(target, OriginTarget):
+                return 1j * np.einsum("cus,u->cs", channel_per_unbalance, unbalance)
             if isinstance(target, UnbalanceTarget):
                 phase = inputs.unbalance[0, target.plane, 1]
                 change = np.exp(1j * phase) if target.part == "magnitude" else 1j * unbalance[target.plane]
@@ -100,7 +105,7 @@ class RotorProblem:
             return -factor * channel_per_port[:, impedance.row_port] * port_motion[impedance.column_port]
 
         columns = [sum(derivative(target) for target in item.targets) for item in self.unknowns]
-        return _finite(np.stack(columns, axis=-1).transpose(1, 0, 2))
+        return finite(np.stack(columns, axis=-1).transpose(1, 0, 2))
 
     def at(self, speed: Array, channels: Sequence[Channel]) -> RotorProblem:
         """The same rotor at other speeds (rad/s) and channels."""
@@ -116,6 +121,21 @@ class RotorProblem:
         added = UnbalancePlane(position, magnitude, phase)
         rotor = dataclasses.replace(self.rotor, unbalance=(*self.rotor.unbalance, added))
         return dataclasses.replace(self, rotor=rotor)
+
+    @property
+    def has_free_phase(self) -> bool:
+        """Whether the phases of all unbalance are unknown."""
+        targets = {target for item in self.unknowns for target in item.targets}
+        planes = range(len(self.rotor.unbalance))
+        return OriginTarget() in targets or all(UnbalanceTarget(plane, "phase") in targets for plane in planes)
+
+    def with_phase_origin(self) -> RotorProblem:
+        """With the phase of all unbalance unknown. One and a half turns: each angle lies a quarter turn or more from the
+        bounds at least once, so that no search ends at a bound that is none."""
+        if self.has_free_phase:
+            return self
+        origin = Parameter(PHASE_ORIGIN, "deg", np.pi / 180, -1.5 * np.pi, 1.5 * np.pi)
+        return dataclasses.replace(self, unknowns=(*self.unknowns, Unknown(origin, (OriginTarget(),))))
 
     def dense_response(self, x: Array) -> ComplexArray:
         """`response` by the dense route, one solve with the whole rotor per set and speed: slow, for comparison."""
@@ -145,7 +165,8 @@ def _combined(per_unbalance: ComplexArray, unbalance: ComplexArray) -> ComplexAr
     return total.transpose(1, 2, 0)
 
 
-def _finite(values: ComplexArray) -> ComplexArray:
+def finite(values: ComplexArray) -> ComplexArray:
+    """The values, where all of them are finite."""
     if not np.all(np.isfinite(values)):
         raise np.linalg.LinAlgError(
             "unbalance response is not finite: a parameter is not, or the rotor is undamped at a critical speed"
@@ -153,7 +174,7 @@ def _finite(values: ComplexArray) -> ComplexArray:
     return values
 
 
-def _impedances(rotor: Rotor, unknowns: Sequence[Unknown]) -> tuple[Impedance, ...]:
+def impedances_of(rotor: Rotor, unknowns: Sequence[Unknown]) -> tuple[Impedance, ...]:
     """All direct impedances, and those cross-coupled ones that are given or unknown."""
     sought = {
         _impedance_of(target) for item in unknowns for target in item.targets if isinstance(target, BearingTarget)

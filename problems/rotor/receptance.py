@@ -57,7 +57,8 @@ class Reduction:
     speed: Array  # (n_speed,) rad/s
     impedances: tuple[Impedance, ...]  # those that may differ from nominal, bearing by bearing
     nominal: ComplexArray  # (n_impedance, n_speed) N/m
-    receptance: ComplexArray  # (n_port + n_channel, n_port + n_plane, n_speed): m/N, and m per kg m of unbalance
+    # (n_port + n_channel, n_port + n_plane + n_load, n_speed): m/N, m per kg m of unbalance, m per unit of a load
+    receptance: ComplexArray
 
     @property
     def n_port(self) -> int:
@@ -67,6 +68,11 @@ class Reduction:
         """Response of each channel to a unit unbalance in each plane, (n_channel, n_plane, n, n_speed) m per kg m,
         for n sets of coefficients (n_impedance, n) in N/m and N s/m."""
         return updated_receptance(self.receptance, self.impedances, self._change(stiffness, damping), self.n_port)
+
+    def response_per_load(self, impedance: ComplexArray) -> ComplexArray:
+        """The same for impedances (n_impedance, n, n_speed), N/m, of whatever law over speed; further loads follow the
+        planes, (n_channel, n_plane + n_load, n, n_speed)."""
+        return updated_receptance(self.receptance, self.impedances, impedance - self.nominal[:, None], self.n_port)
 
     def full_receptance(self, stiffness: Array, damping: Array) -> ComplexArray:
         """`receptance` on the actual bearings instead of the nominal ones, ports included, for one set of
@@ -86,9 +92,16 @@ class Reduction:
 
 
 def reduce_rotor(
-    rotor: Rotor, impedances: tuple[Impedance, ...], speed: Array, channels: Sequence[Channel]
+    rotor: Rotor,
+    impedances: tuple[Impedance, ...],
+    speed: Array,
+    channels: Sequence[Channel],
+    loads: ComplexArray | None = None,
 ) -> Reduction:
-    """The receptances of a rotor about nominal impedances as large as those of its bearings, but well damped."""
+    """The receptances of a rotor about nominal impedances as large as those of its bearings, but well damped.
+
+    `loads` (n_speed, n_dof, n_load) are nodal forces, N per unit, beside those of the unbalance planes.
+    """
     nominal = np.stack([_nominal_impedance(rotor.bearings, impedance, speed) for impedance in impedances])
     ports = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
     stiffness = dynamic_stiffness(assemble_free(rotor), speed)
@@ -97,7 +110,8 @@ def reduce_rotor(
     n_dof = stiffness.shape[1]
     port_rows = np.eye(n_dof)[ports]
     forces = np.broadcast_to(port_rows.T, (len(speed), n_dof, len(ports)))
-    motion = np.linalg.solve(stiffness, np.concatenate([forces, force_per_unbalance(rotor, speed)], axis=2))
+    further = [] if loads is None else [loads]
+    motion = np.linalg.solve(stiffness, np.concatenate([forces, force_per_unbalance(rotor, speed), *further], axis=2))
     receptance = np.concatenate([port_rows, channel_rows(rotor, channels)]) @ motion  # (n_speed, row, column)
     return Reduction(speed, impedances, nominal, np.ascontiguousarray(np.moveaxis(receptance, 0, 2)))
 

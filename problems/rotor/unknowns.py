@@ -42,7 +42,12 @@ class UnbalanceTarget:
             raise unknown("part of an unbalance", self.part, UNBALANCE_PARTS)
 
 
-Target = BearingTarget | UnbalanceTarget
+@dataclass(frozen=True)
+class OriginTarget:
+    """An angle (rad) added to the phases of all unbalance: where the measured phases begin."""
+
+
+Target = BearingTarget | UnbalanceTarget | OriginTarget
 
 
 @dataclass(frozen=True)
@@ -74,8 +79,11 @@ def inputs_at(rotor: Rotor, unknowns: Sequence[Unknown], x: Array) -> Inputs:
         for target in item.targets:
             if isinstance(target, BearingTarget):
                 inputs.coefficients[:, target.bearing, COEFFICIENTS.index(target.coefficient)] = x[:, column]
-            else:
+            elif isinstance(target, UnbalanceTarget):
                 inputs.unbalance[:, target.plane, UNBALANCE_PARTS.index(target.part)] = x[:, column]
+    for column, item in enumerate(unknowns):  # after all phases are set
+        if any(isinstance(target, OriginTarget) for target in item.targets):
+            inputs.unbalance[:, :, 1] += x[:, column, None]
     return inputs
 
 
@@ -110,6 +118,8 @@ def check_unknowns(rotor: Rotor, unknowns: Sequence[Unknown]) -> None:
 
 
 def _check_target(rotor: Rotor, name: str, target: Target) -> None:
+    if isinstance(target, OriginTarget):
+        return
     if isinstance(target, BearingTarget):
         kind, index, count = "bearing", target.bearing, len(rotor.bearings)
     else:

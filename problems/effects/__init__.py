@@ -1,0 +1,1 @@
+"""Physical causes that a rotor model may lack, one file each."""

@@ -1,0 +1,37 @@
+"""Antisymmetric cross-coupling of the bearings, kxy = −kyx = κ: the tangential force of an oil film, a seal, steam.
+
+It feeds the forward whirl for κ > 0 and damps it for κ < 0 (Friswell, Penny, Garvey & Lees, Dynamics of Rotating
+Machines, 2010, section 7.4).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+from ksmea.contracts import ComplexArray
+from ksmea.parameters import Array, Parameter
+from problems.rotor.effect import RotorEffect, column
+from problems.rotor.problem import RotorProblem
+from problems.rotor.sizes import stiffness_scale
+
+
+@dataclass(frozen=True)
+class CrossCouplingAntisymmetric(RotorEffect):
+    """All bearings push at right angles to the deflection, kxy = −kyx."""
+
+    aliases: ClassVar[Mapping[str, str]] = {
+        "internal_damping": "both act on the damping of the forward whirl; the onset of instability, reverse rotation",
+    }
+    couples_axes: ClassVar[bool] = True
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        largest = 0.2 * stiffness_scale(problem)
+        return (Parameter("kxy_antisymmetric", "MN/m", 1e6, -largest, largest),)
+
+    def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
+        changed = impedance.copy()
+        changed[:, 0, 1] += column(theta[:, 0])
+        changed[:, 1, 0] -= column(theta[:, 0])
+        return changed

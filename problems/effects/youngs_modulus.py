@@ -1,0 +1,39 @@
+"""Young's modulus of the shaft other than assumed: E (1 + e), shear modulus along with it.
+
+All bending modes move alike. Every shaft is a little stiffer or softer than its drawing: shrunk-on disks, temperature
+(steel loses 4 % from 20 to 120 °C), the modulus itself (200 to 215 GPa).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+from ksmea.parameters import Array, Parameter
+from problems.rotor.data import Rotor
+from problems.rotor.effect import RotorEffect
+from problems.rotor.problem import RotorProblem
+
+LARGEST = 0.2
+
+
+@dataclass(frozen=True)
+class YoungsModulus(RotorEffect):
+    """The shaft is stiffer or softer throughout."""
+
+    aliases: ClassVar[Mapping[str, str]] = {
+        "mass": "both move all modes; weigh the rotor, or tap it hanging free",
+    }
+    changes_rotor: ClassVar[bool] = True
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        return (Parameter("youngs_modulus_change", "%", 0.01, -LARGEST, LARGEST),)
+
+    def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
+        def stiffer(segment):  # noqa: ANN
+            modulus = segment.material.young_modulus * (1 + float(theta[0]))
+            return dataclasses.replace(segment, material=dataclasses.replace(segment.material, young_modulus=modulus))
+
+        return dataclasses.replace(rotor, segments=tuple(map(stiffer, rotor.segments)))

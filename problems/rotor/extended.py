@@ -1,0 +1,212 @@
+"""A rotor with effects that its plain model lacks, as a problem like any other.
+
+The unknowns of the effects follow those of the rotor. An effect may change the rotor itself (which costs a reduction
+anew per value), the impedances of its bearings at each speed, the forces on it and what the probes make of its motion;
+all but the first are as cheap as a change of bearings.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections import OrderedDict
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from ksmea.contracts import Channel, ComplexArray
+from ksmea.errors import SettingError
+from ksmea.parameters import Array, Parameters
+from problems.rotor import dense
+from problems.rotor.assembly import assemble_free, node_dof
+from problems.rotor.data import COEFFICIENTS, STIFFNESSES, Rotor
+from problems.rotor.problem import CHUNK_BYTES, RotorProblem, finite, impedances_of
+from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
+from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
+from problems.rotor.unknowns import inputs_at, rotor_at
+
+if TYPE_CHECKING:
+    from problems.rotor.effect import RotorEffect
+
+STEP = 1e-6  # of central differences, in parts of each unknown's range: (1e-6)² and rounding of 1e-12 / 1e-6 are alike
+MOST_REDUCTIONS = 64  # kept of rotors that an effect has changed
+
+
+@dataclass(frozen=True, eq=False)
+class ExtendedProblem:
+    """A rotor problem with effects."""
+
+    base: RotorProblem
+    effects: tuple[RotorEffect, ...]
+
+    def __post_init__(self) -> None:
+        names = self.parameters.names
+        for name in names:
+            if names.count(name) > 1:
+                raise SettingError(
+                    f"effects: expected each unknown once, got {name} again; take one of the two effects"
+                )
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        return Parameters(
+            (*self.base.parameters, *(item for effect in self.effects for item in effect.parameters(self.base)))
+        )
+
+    @property
+    def speed(self) -> Array:
+        return self.base.speed
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        return self.base.channels
+
+    @property
+    def sites(self) -> Array:
+        return self.base.sites
+
+    @property
+    def rotor(self) -> Rotor:
+        return self.base.rotor
+
+    def at(self, speed: Array, channels: Sequence[Channel]) -> ExtendedProblem:
+        return dataclasses.replace(self, base=self.base.at(speed, channels))
+
+    def with_unbalance(self, position: float, magnitude: float, phase: float) -> ExtendedProblem:
+        return dataclasses.replace(self, base=self.base.with_unbalance(position, magnitude, phase))
+
+    def with_phase_origin(self) -> ExtendedProblem:
+        return dataclasses.replace(self, base=self.base.with_phase_origin())
+
+    def response(self, x: Array) -> ComplexArray:
+        """(n, d) SI → (n, n_speed, n_channel), m."""
+        x = self._checked(x)
+        response = np.empty((len(x), len(self.speed), len(self.channels)), dtype=complex)
+        changing = x[:, self._changing]
+        _, group = np.unique(changing, axis=0, return_inverse=True) if changing.size else (None, np.zeros(len(x), int))
+        with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
+            for index in range(int(group.max(initial=-1)) + 1):
+                rows = np.flatnonzero(group == index)
+                reduction = self._reduction(tuple(changing[rows[0]]))
+                n_chunk = max(1, CHUNK_BYTES // reduction.receptance.nbytes)
+                for start in range(0, len(rows), n_chunk):
+                    chunk = rows[start : start + n_chunk]
+                    response[chunk] = self._reduced_response(reduction, x[chunk])
+        return finite(response)
+
+    def sensitivity(self, x: Array) -> ComplexArray:
+        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit, by central differences inside the bounds."""
+        step = STEP * self.parameters.width
+        lower, upper = np.maximum(x - step, self.parameters.lower), np.minimum(x + step, self.parameters.upper)
+        pick = np.eye(len(x), dtype=bool)
+        response = self.response(np.concatenate([np.where(pick, upper, x), np.where(pick, lower, x)]))
+        return np.moveaxis((response[: len(x)] - response[len(x) :]) / (upper - lower)[:, None, None], 0, -1)
+
+    def dense_response(self, x: Array) -> ComplexArray:
+        """`response` by the dense route, the whole rotor per set and speed: slow, for comparison and for making data."""
+        return np.concatenate([self._dense(row[None]) for row in self._checked(x)])
+
+    def _parts(self, x: Array) -> tuple[Array, list[Array]]:
+        """The values (n, …) of the rotor's own unknowns, and those of each effect."""
+        counts = [len(self.base.parameters), *(len(effect.parameters(self.base)) for effect in self.effects)]
+        own, *of_effects = np.split(x, np.cumsum(counts)[:-1], axis=1)
+        return own, of_effects
+
+    @cached_property
+    def _changing(self) -> Array:
+        """Places of the unknowns that change the rotor itself."""
+        places = np.arange(len(self.parameters))[None]
+        of_effects = self._parts(places)[1]
+        changing = [part[0] for effect, part in zip(self.effects, of_effects) if effect.changes_rotor]
+        return np.concatenate(changing) if changing else np.empty(0, dtype=int)
+
+    @cached_property
+    def _impedances(self) -> tuple[Impedance, ...]:
+        """All that the rotor's own unknowns or an effect may set."""
+        needed = set(impedances_of(self.base.rotor, self.base.unknowns))
+        if any(effect.couples_axes for effect in self.effects):
+            bearings = range(len(self.base.rotor.bearings))
+            needed |= {Impedance(bearing, row, column) for bearing in bearings for row in (0, 1) for column in (0, 1)}
+        return tuple(sorted(needed, key=lambda item: (item.bearing, item.row, item.column)))
+
+    @cached_property
+    def _reductions(self) -> OrderedDict[tuple[float, ...], Reduction]:
+        return OrderedDict()
+
+    def _reduction(self, key: tuple[float, ...]) -> Reduction:
+        """The rotor, as its effects have changed it, seen from its ports."""
+        kept = self._reductions
+        if key not in kept:
+            rotor = self._changed_rotor(self.base.rotor, np.array(key))
+            kept[key] = reduce_rotor(rotor, self._impedances, self.speed, self.channels, self._loads(rotor))
+            if len(kept) > MOST_REDUCTIONS:
+                kept.popitem(last=False)
+        kept.move_to_end(key)
+        return kept[key]
+
+    def _changed_rotor(self, rotor: Rotor, values: Array) -> Rotor:
+        start = 0
+        for effect in self.effects:
+            if effect.changes_rotor:
+                count = len(effect.parameters(self.base))
+                rotor = effect.rotor(rotor, values[start : start + count])
+                start += count
+        return rotor
+
+    def _loads(self, rotor: Rotor) -> ComplexArray | None:
+        loads = [effect.loads(rotor, self.speed) for effect in self.effects if effect.has_loads]
+        return np.concatenate(loads, axis=2) if loads else None
+
+    def _sizes(self, of_effects: list[Array]) -> list[ComplexArray]:
+        return [effect.load_sizes(values) for effect, values in zip(self.effects, of_effects) if effect.has_loads]
+
+    def _reduced_response(self, reduction: Reduction, x: Array) -> ComplexArray:
+        own, of_effects = self._parts(x)
+        inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
+        impedance = self._bearing_impedance(inputs.coefficients, of_effects)
+        entries = [impedance[item.bearing, item.row, item.column] for item in reduction.impedances]
+        per_load = reduction.response_per_load(np.stack(entries))
+        sizes = np.concatenate([inputs.complex_unbalance, *self._sizes(of_effects)], axis=1)
+        return self._observed(np.einsum("clns,nl->nsc", per_load, sizes, optimize=True), of_effects)
+
+    def _bearing_impedance(self, coefficients: Array, of_effects: list[Array]) -> ComplexArray:
+        """(n_bearing, 2, 2, n, n_speed) N/m from coefficients (n, n_bearing, 8), effects included."""
+        n, n_bearing = coefficients.shape[:2]
+        split = np.moveaxis(coefficients, 0, -1).reshape(n_bearing, len(COEFFICIENTS) // len(STIFFNESSES), 2, 2, n, 1)
+        impedance = split[:, 0] + 1j * self.speed * split[:, 1]
+        for effect, values in zip(self.effects, of_effects):
+            impedance = effect.impedance(impedance, self.speed, values)
+        return impedance
+
+    def _observed(self, response: ComplexArray, of_effects: list[Array]) -> ComplexArray:
+        for effect, values in zip(self.effects, of_effects):
+            response = effect.observed(response, self.channels, self.speed, values)
+        return response
+
+    def _dense(self, x: Array) -> ComplexArray:
+        """One set (1, d) without any reduction."""
+        own, of_effects = self._parts(x)
+        rotor = self._changed_rotor(rotor_at(self.base.rotor, self.base.unknowns, own[0]), x[0, self._changing])
+        impedance = self._bearing_impedance(
+            inputs_at(self.base.rotor, self.base.unknowns, own).coefficients, of_effects
+        )
+        stiffness = dense.dynamic_stiffness(assemble_free(rotor), self.speed)
+        for bearing, values in zip(rotor.bearings, impedance[:, :, :, 0]):  # (2, 2, n_speed)
+            lateral = node_dof(rotor.node_at(bearing.position, "bearing"))[:2]
+            stiffness[:, lateral[:, None], lateral] += np.moveaxis(values, -1, 0)
+        force = force_per_unbalance(rotor, self.speed) @ complex_unbalance(rotor)
+        if (loads := self._loads(rotor)) is not None:
+            force = force + loads @ np.concatenate(self._sizes(of_effects), axis=1)[0]
+        motion = np.linalg.solve(stiffness, force[..., None])[..., 0]
+        return self._observed((motion @ dense.channel_rows(rotor, self.channels).T)[None], of_effects)
+
+    def _checked(self, x: Array) -> Array:
+        x = np.asarray(x, dtype=float)
+        if x.ndim != 2 or x.shape[1] != len(self.parameters):
+            raise SettingError(
+                f"parameter sets: expected an array (n, {len(self.parameters)}) in the order"
+                f" {', '.join(self.parameters.names)}, got shape {x.shape}"
+            )
+        return x

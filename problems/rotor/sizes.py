@@ -1,0 +1,31 @@
+"""How large things are on a rotor, for bounds of what is not known of it."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from problems.rotor.data import STIFFNESSES
+from problems.rotor.problem import RotorProblem
+from problems.rotor.unknowns import BearingTarget, UnbalanceTarget
+
+
+def stiffness_scale(problem: RotorProblem) -> float:
+    """The largest stiffness that a bearing has or may have, N/m."""
+    bounds = [
+        item.parameter.upper
+        for item in problem.unknowns
+        for target in item.targets
+        if isinstance(target, BearingTarget) and target.coefficient in STIFFNESSES
+    ]
+    return float(max([*bounds, *(np.abs(bearing.stiffness).max() for bearing in problem.rotor.bearings)]))
+
+
+def unbalance_scale(problem: RotorProblem) -> float:
+    """The largest unbalance that a plane has or may have, kg m."""
+    bounds = [
+        item.parameter.upper
+        for item in problem.unknowns
+        for target in item.targets
+        if isinstance(target, UnbalanceTarget) and target.part == "magnitude"
+    ]
+    return float(max([*bounds, *(plane.magnitude for plane in problem.rotor.unbalance)]))
