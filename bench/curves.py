@@ -9,16 +9,17 @@ import numpy as np
 
 from ksmea.contracts import ComplexArray, Problem
 from ksmea.identification import Identification
-from ksmea.measurement import Measurement
+from ksmea.measurement import Measurement, Noise
 from ksmea.parameters import Array
 
+N_FINE = 1000  # speeds that a fitted curve is drawn at, besides those measured
 DIGITS = 8  # a figure of differences needs no more, and records stay small
 
 
 def response_curves(
-    problem: Problem, measurement: Measurement, true_response: ComplexArray, found: Identification
+    problem: Problem, measurement: Measurement, true_response: ComplexArray | None, found: Identification
 ) -> dict[str, Any]:
-    """Amplitudes (n_speed, n_channel), m, by name: the noise-free truth, the measurement, the identified model, and
+    """Amplitudes (n_speed, n_channel), m, by name: the noise-free truth where it is known, the measurement, the identified model, and
     surrogate and true model at the surrogate's last optimum."""
     identified = problem.response(found.x[None])[0]
     curves = {
@@ -33,6 +34,29 @@ def response_curves(
         "channels": [str(channel) for channel in measurement.channels],
         **{name: _rounded(np.abs(values)) for name, values in curves.items() if values is not None},
     }
+
+
+def fit_curves(problem: Problem, measurement: Measurement, x: Array, noise: Noise | None) -> dict[str, Any]:
+    """Data and fitted response over speed: amplitudes (m) and, of complex data, phases (rad), (n_speed, n_channel) each;
+    `sd` of the noise at the fit where it is known or estimated; `fine` holds the fit at more speeds than were measured."""
+    fitted = problem.response(x[None])[0]
+    lowest, highest = float(np.min(measurement.speed)), float(np.max(measurement.speed))
+    speed = np.union1d(measurement.speed, np.linspace(lowest, highest, N_FINE))
+    fine = problem.at(speed, measurement.channels).response(x[None])[0]
+    with_phase = not measurement.is_amplitude
+    return {
+        "speed": _rounded(measurement.speed),
+        "channels": [str(channel) for channel in measurement.channels],
+        "measured": _polar(measurement.values, with_phase),
+        "fitted": _polar(fitted, with_phase),
+        "sd": None if noise is None or noise.is_absent else _rounded(noise.sd(np.abs(fitted))),
+        "fine": {"speed": _rounded(speed), **_polar(fine, with_phase)},
+    }
+
+
+def _polar(values: Array | ComplexArray, with_phase: bool) -> dict[str, Any]:
+    phase = {"phase": _rounded(np.angle(values))} if with_phase else {}
+    return {"amplitude": _rounded(np.abs(values))} | phase
 
 
 def _rounded(values: Array) -> list[Any]:

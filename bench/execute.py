@@ -18,17 +18,18 @@ def execute(
     seeds: Mapping[str, list[int]],
     journal: Path | None = None,
     with_curves: bool = False,
+    with_progress: bool = False,
 ) -> dict[str, Any]:
     """The record of a run; an error inside it is a record too, with its traceback.
 
-    `with_curves` adds the response curves that figures are made of. With a journal, model evaluations that an earlier
+    `with_curves` adds the response curves that figures are made of, `with_progress` lets it show its own. With a journal, model evaluations that an earlier
     attempt finished are replayed from it.
     """
     started = time.perf_counter()
     try:
         setup = Setup.of(settings)
         study = setup.plugins["study"] or Identify()  # records older than studies name none
-        record = study.run(setup, Draw(seeds, journal, with_curves))
+        record = study.run(setup, Draw(seeds, journal, with_curves, with_progress))
     except (Exception, SystemExit) as error:  # a plugin that calls sys.exit costs its own run only
         record = {
             "status": "error",

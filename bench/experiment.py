@@ -16,10 +16,10 @@ from omegaconf import DictConfig, OmegaConf
 from bench.config import BenchConfig
 from bench.overrides import Choice, grid_points, parse
 from bench.plan import Cell, ParameterFacts, Plan, Report, all_runs, write_plan
-from bench.provenance import code_digest, commit, library_versions, platform_name, used_modules
+from bench.provenance import PARTS, code_digest, commit, library_versions, modules_of_parts, platform_name, used_modules
 from bench.records import finished_keys
 from bench.reports import REPORTS
-from bench.setup import Setup
+from bench.setup import FINGERPRINTS, Setup, fingerprints
 from bench.tables import PAPER
 from bench.work import Job, unfinished
 from ksmea import registry
@@ -208,13 +208,14 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) ->
     setup = Setup.of(settings)
     plugins = setup.plugins
     plugins["study"].validate(setup)
-    if hasattr(plugins["problem"], "fingerprint"):
-        settings["fingerprint"] = plugins["problem"].fingerprint()
+    settings |= {FINGERPRINTS[group]: fingerprint for group, fingerprint in fingerprints(plugins).items()}
+    if parts := modules_of_parts(plugins.values()):
+        settings[PARTS] = parts
     ignored = {*plugins["study"].ignores, *plugins["method"].ignores}
     for part in ignored:
         settings[part] = None
     parameters = tuple(
-        ParameterFacts(parameter.name, parameter.unit, parameter.si_per_unit, setup.truth[parameter.name], bound)
+        ParameterFacts(parameter.name, parameter.unit, parameter.si_per_unit, setup.truth.get(parameter.name), bound)
         for parameter, bound in zip(setup.problem.parameters, setup.bounds())
     )
     used = used_modules(settings)

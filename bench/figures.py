@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from bench.naming import place_text, telling_axes
 from bench.plan import Plan
 from bench.records import RESULTS
+from bench.tables import has_intervals
 
 OURS, PAPER, REFERENCE, INTERVAL = "#2b6ca3", "#c8501e", "#444444", "#3a8f4d"
 MOST_LABELS = 12  # more cells than this are numbered, not named
@@ -62,7 +63,7 @@ def _panel(panel: Axes, plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame) -> N
         capprops={"color": OURS},
     )
     panel.plot([], [], color=OURS, linewidth=2, label="this bench")
-    if rows["covered_pct"].notna().any():
+    if has_intervals(rows):
         _draw_intervals(panel, places, rows, results)
     if rows["reference"].notna().any():
         panel.hlines(rows["reference"], places - 0.45, places + 0.45, color=REFERENCE, linestyle=":", label="reference")

@@ -3,11 +3,19 @@
 from __future__ import annotations
 
 import dataclasses
+import inspect
+import textwrap
+from collections.abc import Sequence
 
 from bench.config import CONF
 from ksmea import registry
+from ksmea.contracts import Effect
 from ksmea.errors import SettingError, unknown
+from ksmea.parameters import Parameter
 from ksmea.settings import expected_range
+
+EFFECT = "effect"  # chosen in settings of measurements, studies and extended problems
+EXAMPLE = "three_disk"  # the problem that bounds of effects are shown for
 
 USAGE = """\
 python -m bench [+experiment=NAME] [setting=value ...]      run an experiment (again: only what is missing)
@@ -29,10 +37,13 @@ def help_text(words: list[str]) -> str:
     if not words:
         experiments = ", ".join(sorted(path.stem for path in (CONF / "experiment").glob("*.yaml")))
         groups = "\n".join(f"  {group + '=':<13}{' | '.join(registry.registered(group))}" for group in registry.GROUPS)
-        return f"{USAGE}\n\nexperiments: {experiments}\nplugins:\n{groups}"
+        effects = textwrap.fill(
+            " | ".join(registry.registered(EFFECT)), 100, initial_indent="  ", subsequent_indent="  "
+        )
+        return f"{USAGE}\n\nexperiments: {experiments}\nplugins:\n{groups}\neffects (help effect NAME):\n{effects}"
     group, *names = words
-    if group not in registry.GROUPS:
-        raise unknown("group", group, registry.GROUPS)
+    if group not in (*registry.GROUPS, EFFECT):
+        raise unknown("group", group, [*registry.GROUPS, EFFECT])
     if names:
         return "\n\n".join(_plugin_text(group, name) for name in names)
     return "\n\n".join(_plugin_text_or_why_not(group, name) for name in registry.registered(group))
@@ -51,7 +62,27 @@ def _plugin_text(group: str, name: str) -> str:
     lines = [f"{group}={name}: {' '.join(summary.split())}"]
     for field in dataclasses.fields(settings):
         lines.append(f"  {group}.{field.name}={_default(field)}  {_remarks(field)}")
-    return "\n".join(lines)
+    return "\n".join(lines + (_effect_lines(name) if group == EFFECT else []))
+
+
+def _effect_lines(name: str) -> list[str]:
+    """What an effect has besides its settings: its unknowns, what can look alike, and its physics with its source."""
+    effect = registry.create(EFFECT, name, {})
+    lines = []
+    for parameter in _parameters_of_example(effect):
+        lower, upper = parameter.lower / parameter.si_per_unit, parameter.upper / parameter.si_per_unit
+        lines.append(f"  unknown {parameter.name}: {lower:g} to {upper:g} {parameter.unit} (problem={EXAMPLE})")
+    lines += [f"  can look like {alias}: {what}" for alias, what in effect.aliases.items()]
+    physics = inspect.getdoc(inspect.getmodule(type(effect))) or ""
+    return lines + [f"  | {line}".rstrip() for line in physics.splitlines()]
+
+
+def _parameters_of_example(effect: Effect) -> Sequence[Parameter]:
+    """Its unknowns on a problem that everyone has; none where it does not fit that."""
+    try:
+        return effect.parameters(registry.create("problem", EXAMPLE, {}).build())
+    except Exception:  # whatever an effect for other problems does with it
+        return ()
 
 
 def _default(field: dataclasses.Field) -> str:

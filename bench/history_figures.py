@@ -36,7 +36,8 @@ def updates_figure(plan: Plan, histories: Mapping[str, Sequence[Mapping[str, Any
                 panel.plot(
                     steps, [update["x"][index] / scale for update in history], color=OURS, alpha=0.35, linewidth=1
                 )
-            panel.axhline(facts[index].truth / scale, color=REFERENCE, linestyle=":")
+            if facts[index].truth is not None:
+                panel.axhline(facts[index].truth / scale, color=REFERENCE, linestyle=":")
             panel.set_ylabel(f"{facts[index].name} ({facts[index].unit})", fontsize=8)
         for history in runs:
             misfits = np.array([update["misfit"] for update in history], dtype=float)

@@ -30,7 +30,11 @@ def one_line(error: BaseException) -> str:
             group, _, name = (cause.missing_cfg_file or "").rpartition("/")
             return str(unknown(group or "configuration", name, cause.options))
         if isinstance(cause, OverrideParseException):
-            return f"{cause.override}: expected setting=value, for lists setting=a,b; check quotes and brackets"
+            key = str(cause.override).partition("=")[0]
+            return (
+                f"{cause.override}: expected setting=value, for lists setting=a,b; check quotes and brackets, and put a name"
+                f""" with special characters into two pairs of quotes: {key}='"a=(b).csv"'"""
+            )
         if isinstance(cause, ValidationError) and cause.full_key:
             return _wrong_type(cause)
         if isinstance(cause, (ConfigAttributeError, ConfigKeyError)):
@@ -55,6 +59,8 @@ def _wrong_type(error: ValidationError) -> str:
         return f"{error.full_key}: expected {EXPECTED.get(found[2], found[2])}, got '{found[1]}'"
     if found := re.search(r"Value '(.*)' is not a valid bool", text):
         return f"{error.full_key}: expected {EXPECTED['Boolean']}, got '{found[1]}'"
+    if "is not Optional" in text:
+        return f"{error.full_key}: expected a value, got null"
     if "is not a ListConfig" in text:
         return f"{error.full_key}: expected a list [a,b,...], got one value"
     if "Cannot assign int to DictConfig" in text or "is not a DictConfig" in text:

@@ -22,18 +22,18 @@ PLAN_FILE = "plan.jsonl"
 
 # Place of each component in the seed sequence [seed, repetition, place]. A component that several methods share
 # draws the same numbers for all of them, so that they are compared in pairs; a place is never given to another.
-SEED_PLACES = {"noise": 1, "design": 2, "surrogate": 3, "optimizer": 4}
+SEED_PLACES = {"noise": 1, "design": 2, "surrogate": 3, "optimizer": 4, "hidden": 5, "diagnosis": 6}
 
 
 @dataclass(frozen=True)
 class ParameterFacts:
-    """What tables need to know of an unknown, SI: its true value, and the smallest standard deviation that an unbiased
-    estimate from data with this noise can have (None: without noise, or infinite)."""
+    """What tables need to know of an unknown, SI: its true value (None: nobody knows it), and the smallest standard
+    deviation that an unbiased estimate from data with this noise can have (None: without noise or truth, or infinite)."""
 
     name: str
     unit: str
     si_per_unit: float
-    truth: float
+    truth: float | None
     bound: float | None = None
 
 

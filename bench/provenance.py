@@ -8,7 +8,7 @@ import importlib.util
 import platform
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -21,6 +21,7 @@ from ksmea import registry
 ROOT = Path(__file__).resolve().parents[1]
 OURS = ("bench", "ksmea", "optimizers", "problems", "surrogates")
 ENTRANCE = "bench.execute"  # where a run begins
+PARTS = "parts"  # where a run's settings keep the modules of plugins that its own are made of
 NUMERICAL = ("numpy", "scipy", "scikit-learn", "pyswarms", "deap")
 
 
@@ -32,6 +33,7 @@ def used_modules(settings: Mapping[str, Any]) -> dict[str, str]:
         for group in registry.GROUPS
         if settings.get(group) is not None
     ]
+    plugins += settings.get(PARTS, ())
     packages = frozenset([*OURS, *(name.partition(".")[0] for name in plugins)])
     found: dict[str, str] = {}
     pending = [ENTRANCE, *plugins]
@@ -41,6 +43,11 @@ def used_modules(settings: Mapping[str, Any]) -> dict[str, str]:
             found[name] = _digest(source)
             pending.extend(module for module in _imports(source, name) if module.partition(".")[0] in packages)
     return dict(sorted(found.items()))
+
+
+def modules_of_parts(plugins: Iterable[Any]) -> list[str]:
+    """Modules of the plugins that plugins are made of: an extended problem's plain one, its effects."""
+    return sorted({type(part).__module__ for plugin in plugins for part in getattr(plugin, "parts", ())})
 
 
 def code_digest(modules: Mapping[str, str]) -> str:

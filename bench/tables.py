@@ -57,7 +57,9 @@ def _result_row(record: dict[str, Any], exact: float | None) -> dict[str, Any]:
         for parameter in record["parameters"]:
             name = parameter["name"]
             row[sys.intern(name)] = parameter["identified"] / parameter["si_per_unit"]
-            row[sys.intern(f"{name}_error_pct")] = 100 * (parameter["identified"] / parameter["true"] - 1)
+            row[sys.intern(f"{name}_error_pct")] = _error_pct(parameter)
+            if parameter.get("bound") is not None:
+                row[sys.intern(f"{name}_bound")] = parameter["bound"] / parameter["si_per_unit"]
             row[sys.intern(f"{name}_at_bound")] = parameter["at_bound"]
             if "interval" in parameter:
                 row |= _interval_columns(parameter)
@@ -69,21 +71,29 @@ def _result_row(record: dict[str, Any], exact: float | None) -> dict[str, Any]:
             row |= _interval_effort(record["interval"])
         if "basin_excess" in record:
             row["basin_excess"] = record["basin_excess"]
-        if exact is not None:
+        if exact is not None and all(parameter["true"] for parameter in record["parameters"]):
             row |= _exactness(record, exact)
     row["error"] = record.get("error", "")
     return row
 
 
+def _error_pct(parameter: dict[str, Any]) -> float | None:
+    """Of a true value of 0, and of one that nobody knows, there is none."""
+    return 100 * (parameter["identified"] / parameter["true"] - 1) if parameter["true"] else None
+
+
 def _interval_columns(parameter: dict[str, Any]) -> dict[str, Any]:
-    """Ends of an interval in the parameter's unit, empty where open, its kind, and whether it holds the true value."""
+    """Ends of an interval in the parameter's unit, empty where open, its kind, and whether it holds the true value, empty
+    where nobody knows that."""
     name, unit = parameter["name"], parameter["si_per_unit"]
     low, high = (np.nan if parameter[end] is None else parameter[end] for end in ("low", "high"))
     return {
         sys.intern(f"{name}_low"): low / unit,
         sys.intern(f"{name}_high"): high / unit,
         sys.intern(f"{name}_interval"): sys.intern(parameter["interval"]),
-        sys.intern(f"{name}_covered"): not (parameter["true"] < low or parameter["true"] > high),
+        sys.intern(f"{name}_covered"): None
+        if parameter["true"] is None
+        else not (parameter["true"] < low or parameter["true"] > high),
     }
 
 
@@ -116,7 +126,8 @@ def _worst_error_pct(x: Any, true: np.ndarray) -> float:
 def summary_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     """Tidy table: a row per parameter (then updates, evaluations, time) and cell; median, quartiles, failures.
 
-    `error_pct_median` is the median of the absolute errors, `bound_pct` the Cramér–Rao bound. `low` and `high` are the
+    `error_pct_median` is the median of the absolute errors, `bound_pct` the Cramér–Rao bound, at the identified values
+    where nobody knows the true ones: there is no error then. `low` and `high` are the
     medians of the intervals' ends, empty where that side is open in most of them, and `covered_pct` says how many of the
     intervals hold the reference. For `exact`, a share of the runs, the median is their mean.
     """
@@ -147,7 +158,7 @@ def _summary_row(
     quartiles = np.percentile(values, [25, 50, 75]) if len(values) else np.full(3, np.nan)
     if name == "exact" and len(values):
         quartiles[:] = np.mean(values)
-    reference = facts[name].truth / facts[name].si_per_unit if name in facts else np.nan
+    reference = _reference(facts.get(name))
     paper, paper_error = printed.get((name, _printed_column(plan, cell)), (np.nan, np.nan))
     return {
         "parameter": name,
@@ -159,16 +170,23 @@ def _summary_row(
         "median": quartiles[1],
         "q1": quartiles[0],
         "q3": quartiles[2],
-        "error_pct_median": np.median(np.abs(values / reference - 1)) * 100 if len(values) else np.nan,
-        "bound_pct": _bound_pct(facts.get(name)),
+        "error_pct_median": np.median(np.abs(values / reference - 1)) * 100 if len(values) and reference else np.nan,
+        "bound_pct": _bound_pct(facts.get(name), results),
         **_interval_summary(results, name),
         "runs": len(values),
         "failed": len(runs) - len(results),
     }
 
 
-def _bound_pct(facts: ParameterFacts | None) -> float:
-    return np.nan if facts is None or facts.bound is None else 100 * facts.bound / abs(facts.truth)
+def _reference(facts: ParameterFacts | None) -> float:
+    """The true value in the parameter's unit; not a number where there is none."""
+    return np.nan if facts is None or facts.truth is None else facts.truth / facts.si_per_unit
+
+
+def _bound_pct(facts: ParameterFacts | None, results: pd.DataFrame) -> float:
+    if facts is not None and facts.truth is None and f"{facts.name}_bound" in results:
+        return float((100 * results[f"{facts.name}_bound"] / results[facts.name].abs()).median())
+    return np.nan if facts is None or facts.bound is None or not facts.truth else 100 * facts.bound / abs(facts.truth)
 
 
 def _interval_summary(results: pd.DataFrame, name: str) -> dict[str, float]:
@@ -236,7 +254,7 @@ def as_text(plan: Plan, summary: pd.DataFrame) -> str:
     """The table as people read it: a line per parameter and cell, ours beside the paper's."""
     axes = telling_axes(plan)
     has_paper = plan.report.paper is not None
-    has_bound, has_interval = summary["bound_pct"].notna().any(), summary["covered_pct"].notna().any()
+    has_bound, has_interval = summary["bound_pct"].notna().any(), has_intervals(summary)
     head = ["parameter", "unit", "reference", *axes, "median", "[q1, q3]", "error %"]
     head += ["bound %"] if has_bound else []
     head += [f"{_level_pct(plan)} % interval", "covers %"] if has_interval else []
@@ -265,6 +283,10 @@ def as_text(plan: Plan, summary: pd.DataFrame) -> str:
     return aligned(head, lines)
 
 
+def has_intervals(summary: pd.DataFrame) -> bool:
+    return bool(summary[["low", "high", "covered_pct"]].notna().any(axis=None))
+
+
 def _level_pct(plan: Plan) -> str:
     """The confidence level of the cells' intervals in per cent."""
     levels = {f"{100 * (cell.settings.get('study') or {}).get('level', 0.95):g}" for cell in plan.cells}
@@ -273,7 +295,8 @@ def _level_pct(plan: Plan) -> str:
 
 def _interval_text(row: pd.Series) -> str:
     """'[49.9, 50.1]', '> 0.3', '< 0.9'; '?' where the data do not tell, '–' where there is none."""
-    if pd.isna(row["covered_pct"]):
+    has_none = pd.isna(row["covered_pct"]) and not pd.isna(row["reference"])
+    if has_none or row["parameter"] in EFFORT | EXACT:
         return "–"
     low, high = row["low"], row["high"]
     if pd.isna(low):

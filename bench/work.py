@@ -51,7 +51,7 @@ def work(job: Job) -> None:
         log.info("%d runs to do with %d workers, commit %s", len(todo), n_worker, plan.commit)
         # disable=None: silent where there is no terminal
         with tqdm(total=len(todo), desc=plan.name, unit="run", disable=None) as bar:
-            tasks = ((run, _arguments(plan, run, job)) for run in todo)
+            tasks = ((run, (*_arguments(plan, run, job), len(todo) == 1)) for run in todo)
             for run, record in run_tasks(execute, tasks, n_worker, job.limits, writer.started, own_modules(plan)):
                 writer.result(run, record)
                 if job.journal and record["status"] in RESULTS:

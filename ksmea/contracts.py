@@ -105,12 +105,17 @@ class Effect(Protocol):
         """The problem with this effect, whose unknowns follow its own: a problem like any other."""
         ...
 
+    def draw(self, problem: Problem, rng: np.random.Generator) -> Array:
+        """Values (e,) SI of its unknowns that are plausible and large enough to be noticed, for data that hide it."""
+        ...
+
 
 class ProblemSettings(Protocol):
     """What registers under `ksmea.problems`: settings that build a problem, and the published values of its unknowns.
 
     They are apart so that what is handed to an identification cannot hold the values it is to find. Settings that
-    name a file have a `fingerprint() -> str` of its content, which belongs to what a result is computed from.
+    name a file have a `fingerprint() -> str` of its content, which belongs to what a result is computed from; so do
+    those of a measurement.
     """
 
     def build(self) -> Problem: ...

@@ -115,7 +115,7 @@ def whitened_sensitivity(response: ComplexArray, sensitivity: ComplexArray, nois
     slope = sensitivity.reshape(len(mean), -1)  # (m, d)
     magnitude = np.abs(mean)
     magnitude_slope = (np.conj(mean)[:, None] * slope).real / magnitude[:, None]
-    sd = noise.sd(magnitude)[:, None]
+    sd = noise.sd(magnitude.reshape(response.shape)).reshape(-1, 1)  # a floor may differ from datum to datum
     by_variance = 2 * noise.relative**2 * magnitude[:, None] * magnitude_slope / sd**2
     if amplitude:
         return np.concatenate([magnitude_slope / sd, by_variance / np.sqrt(2)])
@@ -125,9 +125,10 @@ def whitened_sensitivity(response: ComplexArray, sensitivity: ComplexArray, nois
 def whitened_noise_sensitivity(magnitude: Array, noise: Noise, *, amplitude: bool) -> Array:
     """The columns (m, 2) that ln relative and ln floor have beside `whitened_sensitivity`: they show in the variances
     alone. `magnitude` (n_speed, n_channel), m."""
-    magnitude = magnitude.ravel()
-    variance = noise.sd(magnitude) ** 2
-    parts = np.stack([(noise.relative * magnitude) ** 2, np.full(len(magnitude), noise.floor**2)], axis=1)
+    shape, magnitude = magnitude.shape, magnitude.ravel()
+    variance = noise.sd(magnitude.reshape(shape)).ravel() ** 2
+    floor_variance = np.broadcast_to(noise.floor**2, shape).ravel()
+    parts = np.stack([(noise.relative * magnitude) ** 2, floor_variance], axis=1)
     by_variance = 2 * parts / variance[:, None]
     if amplitude:
         return np.concatenate([np.zeros_like(by_variance), by_variance / np.sqrt(2)])

@@ -186,8 +186,9 @@ def maximise(
             step, expected = _step(likelihood, point, free, damping)
             if expected < tolerance:
                 break
-            if likelihood.deviance(point.theta + step) < point.deviance:
-                point = likelihood.at(point.theta + step)
+            theta = np.clip(point.theta + step, likelihood.lower, likelihood.upper)  # but for rounding it is inside
+            if likelihood.deviance(theta) < point.deviance:
+                point = likelihood.at(theta)
                 damping = max(damping / 10, FIRST_DAMPING)
             else:  # also where the trial is not finite
                 damping = max(damping * 10, 1e-3)

@@ -18,18 +18,18 @@ class Noise:
     """Noise with standard deviation s, s² = (relative · |y|)² + floor² (m).
 
     For complex data s² is the total variance, s/√2 per real and imaginary part; for amplitudes s is the standard
-    deviation itself.
+    deviation itself. `floor` is one number, or one per datum (n_speed, n_channel) where the data came with their own.
     """
 
     relative: float
-    floor: float
+    floor: float | Array
 
     def sd(self, amplitude: Array) -> Array:
         return np.hypot(self.relative * np.abs(amplitude), self.floor)
 
     @property
     def is_absent(self) -> bool:
-        return self.relative == 0 and self.floor == 0
+        return self.relative == 0 and bool(np.all(np.equal(self.floor, 0)))
 
 
 @dataclass(frozen=True)

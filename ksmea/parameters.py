@@ -15,6 +15,7 @@ Array = NDArray[np.float64]
 MEGANEWTON_PER_METRE = 1e6  # N/m
 KILONEWTON_SECOND_PER_METRE = 1e3  # N s/m
 GRAM_MILLIMETRE = 1e-6  # kg m
+TURN = 2 * np.pi  # rad
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,11 @@ class Parameter:
                 f"bounds of {self.name}: expected lower < upper, got"
                 f" [{self.lower / self.si_per_unit:g}, {self.upper / self.si_per_unit:g}] {self.unit}; swap or widen them"
             )
+
+    @property
+    def is_full_turn(self) -> bool:
+        """Whether it is an angle whose bounds hold more than a turn: values a turn apart are the same."""
+        return self.unit == "deg" and self.upper - self.lower > TURN
 
 
 @dataclass(frozen=True)

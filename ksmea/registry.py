@@ -22,12 +22,16 @@ GROUPS = {
     "method": "ksmea.methods",
     "study": "ksmea.studies",
 }
+FURTHER = {"effect": "ksmea.effects"}  # chosen inside the settings of others, not as parts of a run
 
 
 @cache
 def registered(group: str) -> dict[str, EntryPoint]:
     """Entry points of a group ('optimizer', …) by name, in alphabetical order."""
-    return {point.name: point for point in sorted(entry_points(group=GROUPS[group]), key=lambda point: point.name)}
+    return {
+        point.name: point
+        for point in sorted(entry_points(group=(GROUPS | FURTHER)[group]), key=lambda point: point.name)
+    }
 
 
 def plugin_class(group: str, name: str) -> type:

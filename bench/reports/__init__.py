@@ -13,7 +13,9 @@ from pathlib import Path
 from bench.plan import Plan
 from bench.reports.audit import audit_report
 from bench.reports.calibration import calibration_report
+from bench.reports.diagnosis import diagnosis_report
 from bench.reports.identifiability import identifiability_report
+from bench.reports.identification import identification_report
 from bench.reports.made import Made
 from bench.reports.planning import plan_report
 from bench.reports.settings import settings_report
@@ -32,7 +34,9 @@ REPORTS = {
     "summary": Report(summary_report, "identify"),
     "settings": Report(settings_report, "identify"),
     "calibration": Report(calibration_report, "identify"),
+    "identification": Report(identification_report, "identify"),
     "identifiability": Report(identifiability_report, "identifiability"),
     "audit": Report(audit_report, "identifiability"),
     "plan": Report(plan_report, "plan"),
+    "diagnosis": Report(diagnosis_report, "diagnose"),
 }

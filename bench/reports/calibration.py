@@ -47,7 +47,9 @@ def calibration_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
                 {
                     "parameter": facts.name,
                     **{axis: _plain(cell.place.get(axis)) for axis in plan.axes},
-                    "bound_pct": np.nan if facts.bound is None else 100 * facts.bound / abs(facts.truth),
+                    "bound_pct": np.nan
+                    if facts.bound is None or not facts.truth
+                    else 100 * facts.bound / abs(facts.truth),
                     **_errors(results, facts),
                     **_intervals(results, facts),
                     **shares,

@@ -12,12 +12,13 @@ from bench.setup import Setup
 
 @dataclass(frozen=True)
 class Draw:
-    """What one run has of its own: seeds by component, a journal of model evaluations where one is kept, and whether
-    the response curves that figures are made of are wanted."""
+    """What one run has of its own: seeds by component, a journal of model evaluations where one is kept, whether the
+    response curves that figures are made of are wanted, and whether it is the only run, which shows its own progress."""
 
     seeds: Mapping[str, list[int]]
     journal: Path | None = None
     with_curves: bool = False
+    with_progress: bool = False
 
 
 class Study(Protocol):

@@ -66,17 +66,12 @@ class IdentifiabilityStudy(Settings):
                 raise unknown("entry of variations:", str(name), VARIATIONS)
 
     def validate(self, setup: Setup) -> None:
+        setup.require_truth("study=identifiability")
         noise = getattr(setup.plugins["measurement"], "noise", None)
         if noise is None or noise.is_absent:
             raise SettingError(
                 "study=identifiability: expected noise, without which everything is known exactly; say"
                 " measurement.relative=0.1 or measurement.floor=0.5 (µm)"
-            )
-        missing = [name for name in setup.problem.parameters.names if name not in setup.truth]
-        if missing:
-            raise SettingError(
-                f"study=identifiability: expected a true value of {', '.join(missing)}, at which the bounds are taken;"
-                " use measurement=synthetic, with measurement.truth where nothing is published"
             )
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:

@@ -2,28 +2,35 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
 
-from bench.curves import response_curves
+from bench.curves import fit_curves, response_curves
 from bench.plan import generator
 from bench.setup import Setup
 from bench.studies.contract import Draw
 from ksmea.contracts import Problem
-from ksmea.identification import Identification, Streams
-from ksmea.intervals import climb, estimate
+from ksmea.diagnosis.fit_quality import fit_quality
+from ksmea.diagnosis.fitting import Fit
+from ksmea.errors import SettingError
+from ksmea.identifiability import identifiability
+from ksmea.identification import Identification, Streams, at_bound
+from ksmea.intervals import Interval, climb, estimate
 from ksmea.journal import Journal, journaled
 from ksmea.likelihood import Likelihood
-from ksmea.measurement import Measurement
+from ksmea.measurement import Measurement, Noise
 from ksmea.misfit import Misfit
 from ksmea.model import Model
-from ksmea.parameters import Array, Parameters
+from ksmea.parameters import TURN, Array, Parameter, Parameters
 from ksmea.settings import Settings, setting
+
+LACK_OF_FIT_LEVEL = 0.01  # chance of rejecting a right model
 
 
 @dataclass(frozen=True)
@@ -44,29 +51,48 @@ class Identify(Settings):
     basin: bool = setting(
         False, "compare the maximum of the likelihood nearest to what was found with the one nearest to the truth"
     )
+    details: bool = setting(
+        False,
+        "keep what a report on one identification shows: data and fit over speed, bounds and correlations at the identified"
+        " values",
+    )
 
     report: ClassVar[str] = "summary"
     ignores: ClassVar[tuple[str, ...]] = ()
 
     def validate(self, setup: Setup) -> None:
         plugins = setup.plugins
+        if self.basin and not setup.truth:
+            raise SettingError(
+                "study.basin: expected true values to compare with, got a measurement without; leave it out"
+            )
         plugins["method"].validate(setup.problem, plugins["surrogate"], plugins["optimizer"], setup.samples)
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
         plugins = setup.plugins
         problem = setup.problem if draw.journal is None else journaled(setup.problem, Journal(draw.journal))
-        measurement = plugins["measurement"].measure(plugins["problem"], setup.truth, generator(draw.seeds["noise"]))
+        measurement = setup.measure(draw)
         streams = Streams(*(generator(draw.seeds[component]) for component in ("design", "surrogate", "optimizer")))
         found = plugins["method"].identify(
             problem, measurement, plugins["surrogate"], plugins["optimizer"], setup.samples, streams
         )
+        found = _within_a_turn(problem.parameters, found)
         record = _record(problem.parameters, setup.truth, found)
         record["misfit"] = _finite(_likelihood(setup.problem, measurement, found))
-        if self.intervals != "none" and (measurement.noise is None or measurement.has_noise):
-            self._add_intervals(record, problem, measurement, found, setup.true_x if self.basin else None)
+        noise = measurement.noise
+        if self.intervals != "none" and (noise is None or measurement.has_noise):
+            true_x = setup.true_x if self.basin else None
+            rng = generator(draw.seeds["diagnosis"]) if self.details else None
+            noise = self._add_intervals(record, problem, measurement, found, true_x, rng)
+        if noise is not None and not noise.is_absent and (self.details or not setup.truth):
+            _add_bounds(record, setup.problem, measurement, found.x, noise)
+        if self.details:
+            record["data"] = _description(measurement, getattr(plugins["measurement"], "remarks", ()))
+            record["fit"] = fit_curves(setup.problem, measurement, found.x, noise)
         if draw.with_curves:
-            true_response = plugins["measurement"].response(plugins["problem"], setup.truth)
-            record["curves"] = response_curves(setup.problem, measurement, true_response, found)
+            record["curves"] = response_curves(setup.problem, measurement, setup.true_response(draw), found)
+        if hidden := setup.hidden(draw):
+            record["hidden"] = hidden
         return record
 
     def _add_intervals(
@@ -76,8 +102,10 @@ class Identify(Settings):
         measurement: Measurement,
         found: Identification,
         true_x: Array | None,
-    ) -> None:
-        """Put intervals, noise level and what they took into a record; what cannot be computed costs no identification."""
+        rng: np.random.Generator | None,
+    ) -> Noise | None:
+        """Put intervals, noise level and what they took into a record, and return the noise, estimated where it was not
+        known; what cannot be computed costs no identification. With a generator the fit is tested too."""
         started = time.perf_counter()
         model = Model(problem)
         likelihood = Likelihood(model, measurement)
@@ -86,8 +114,12 @@ class Identify(Settings):
             estimated = estimate(likelihood, nearest, level=self.level, check=self.intervals == "profile")
         except np.linalg.LinAlgError as error:
             record["interval"] = {"error": str(error)}
-            return
-        for parameter, interval, likely in zip(record["parameters"], estimated.intervals, estimated.x):
+            return measurement.noise
+        for facts, parameter, interval, likely in zip(
+            problem.parameters, record["parameters"], estimated.intervals, estimated.x
+        ):
+            if facts.is_full_turn and not interval.high - interval.low < TURN:  # an angle that may be any
+                interval = Interval(-np.inf, np.inf, "not identifiable")
             parameter |= {
                 "low": _finite(interval.low),
                 "high": _finite(interval.high),
@@ -96,14 +128,23 @@ class Identify(Settings):
             }
         record["interval"] = {
             "level": self.level,
-            "noise": {**vars(estimated.noise), "estimated": measurement.noise is None},
+            "noise": {
+                "relative": estimated.noise.relative,
+                "floor": float(np.sqrt(np.mean(np.square(estimated.noise.floor)))),  # rms where each datum has its own
+                "estimated": measurement.noise is None,
+            },
             "model_evaluations": model.evaluations,
             "model_jacobians": model.jacobians,
             "seconds": time.perf_counter() - started,
         }
+        if rng is not None:
+            tested = fit_quality(Fit(problem, likelihood, nearest), rng)
+            rejected = tested.p < LACK_OF_FIT_LEVEL
+            record["lack_of_fit"] = {"p": tested.p, "statistic": tested.worst_statistic, "rejected": rejected}
         if true_x is not None:
             of_truth = climb(likelihood, problem.parameters.to_cube(true_x))
             record["basin_excess"] = nearest.deviance - of_truth.deviance
+        return estimated.noise
 
 
 def _likelihood(problem: Problem, measurement: Measurement, found: Identification) -> float:
@@ -123,7 +164,7 @@ def _record(parameters: Parameters, truth: Mapping[str, float], found: Identific
                 "name": parameter.name,
                 "unit": parameter.unit,
                 "si_per_unit": parameter.si_per_unit,
-                "true": truth[parameter.name],
+                "true": _nearest_turn(parameter, truth.get(parameter.name), float(value)),
                 "identified": float(value),
                 "at_bound": on_bound,
             }
@@ -145,6 +186,50 @@ def _record(parameters: Parameters, truth: Mapping[str, float], found: Identific
             for update in found.history
         ],
         "notes": {name: _finite(value) for name, value in found.notes.items()},
+    }
+
+
+def _within_a_turn(parameters: Parameters, found: Identification) -> Identification:
+    """The same identification with angles that are free to turn in (−180°, 180°], far from the bounds of their search."""
+    x = np.array([_turned(parameter, value) for parameter, value in zip(parameters, found.x)])
+    if np.array_equal(x, found.x):
+        return found
+    return dataclasses.replace(found, x=x, at_bound=at_bound(parameters.to_cube(x)))
+
+
+def _turned(parameter: Parameter, value: float) -> float:
+    return value - TURN * math.ceil(value / TURN - 0.5) if parameter.is_full_turn else value
+
+
+def _nearest_turn(parameter: Parameter, true: float | None, identified: float) -> float | None:
+    """The true value; of an angle that is free to turn, the one of its turns that is nearest to what was identified."""
+    if true is None or not parameter.is_full_turn:
+        return true
+    return true + TURN * round((identified - true) / TURN)
+
+
+def _add_bounds(record: dict[str, Any], problem: Problem, measurement: Measurement, x: Array, noise: Noise) -> None:
+    """Put Cramér–Rao bounds and correlations at the identified values into a record; null where they are infinite."""
+    kind = "amplitude" if measurement.is_amplitude else "complex"
+    try:
+        told = identifiability(problem, x, noise, kind, noise_known=measurement.noise is not None)
+    except np.linalg.LinAlgError:
+        return
+    for parameter, bound in zip(record["parameters"], told.bound):
+        parameter["bound"] = _finite(float(bound))
+    record["correlation"] = [[_finite(float(value)) for value in row] for row in told.correlation]
+
+
+def _description(measurement: Measurement, remarks: Sequence[str]) -> dict[str, Any]:
+    """What was measured, as a report says it, SI."""
+    return {
+        "source": measurement.source,
+        "kind": "amplitude" if measurement.is_amplitude else "complex",
+        "n_speed": len(measurement.speed),
+        "speed_from": float(np.min(measurement.speed)),
+        "speed_to": float(np.max(measurement.speed)),
+        "channels": [str(channel) for channel in measurement.channels],
+        "remarks": list(remarks),
     }
 
 

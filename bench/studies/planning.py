@@ -79,6 +79,7 @@ class Planning(Settings):
         names = setup.problem.parameters.names
         if self.target is not None and self.target not in names:
             raise unknown("parameter in study.target:", self.target, names)
+        setup.require_truth("study=plan")
         measurement = setup.plugins["measurement"]
         if not hasattr(measurement, "noise") or measurement.noise.is_absent:
             raise SettingError(

@@ -10,11 +10,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from ksmea.contracts import ComplexArray
 from ksmea.parameters import Array, Parameter
-from problems.rotor.effect import RotorEffect, column
+from problems.rotor.effect import RotorEffect, column, drawn_either_side
 from problems.rotor.problem import RotorProblem
 from problems.rotor.sizes import stiffness_scale
+
+LARGEST = 0.2  # of the largest stiffness
+NOTICED = (0.002, 0.05)  # of the largest stiffness, of either sign, are drawn
 
 
 @dataclass(frozen=True)
@@ -27,8 +32,11 @@ class CrossCouplingAntisymmetric(RotorEffect):
     couples_axes: ClassVar[bool] = True
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        largest = 0.2 * stiffness_scale(problem)
+        largest = LARGEST * stiffness_scale(problem)
         return (Parameter("kxy_antisymmetric", "MN/m", 1e6, -largest, largest),)
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return np.array([stiffness_scale(problem) * drawn_either_side(rng, *NOTICED)])
 
     def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
         changed = impedance.copy()

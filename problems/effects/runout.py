@@ -16,11 +16,12 @@ import numpy as np
 from ksmea.contracts import Channel, ComplexArray
 from ksmea.parameters import Array, Parameter
 from ksmea.settings import setting
-from problems.rotor.effect import RotorEffect
+from problems.rotor.effect import RotorEffect, drawn_vector, forward_vector, is_at, planes, require_on_shaft, where
 from problems.rotor.problem import RotorProblem
 
 MICROMETRE = 1e-6  # m
 LARGEST = 50 * MICROMETRE  # ten times what API 670 lets pass
+NOTICED = (0.3 * MICROMETRE, 15 * MICROMETRE)  # vectors as long as these are drawn
 
 
 @dataclass(frozen=True)
@@ -33,17 +34,22 @@ class Runout(RotorEffect):
         "residual_bow": "a bow is amplified at a critical speed, runout is not: measure through one, or a second plane",
     }
 
+    def __str__(self) -> str:
+        return where(self.position)
+
     def places(self, problem: RotorProblem) -> Sequence[Runout]:
-        positions = dict.fromkeys(channel.position for channel in problem.channels)
-        return [dataclasses.replace(self, position=position) for position in positions]
+        return [dataclasses.replace(self, position=position) for position in planes(problem)]
+
+    def placed_on(self, problem: RotorProblem) -> Runout:
+        require_on_shaft(problem, self.position, "runout")
+        return self
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         return tuple(Parameter(name, "µm", MICROMETRE, -LARGEST, LARGEST) for name in ("runout_x", "runout_y"))
 
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return drawn_vector(rng, *NOTICED)
+
     def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
-        vector = theta[:, 0] + 1j * theta[:, 1]
-        seen = [
-            (self.position is None or channel.position == self.position) * (1.0 if channel.direction == "x" else -1j)
-            for channel in channels
-        ]
-        return response + vector[:, None, None] * np.array(seen)
+        read = [is_at(channel, self.position) * (1.0 if channel.direction == "x" else -1j) for channel in channels]
+        return response + forward_vector(theta)[:, None, None] * np.array(read)

@@ -11,12 +11,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
+import numpy as np
+
 from ksmea.parameters import Array, Parameter
-from problems.rotor.data import Rotor
-from problems.rotor.effect import RotorEffect
+from problems.rotor.data import Rotor, ShaftSegment
+from problems.rotor.effect import RotorEffect, drawn_either_side
 from problems.rotor.problem import RotorProblem
 
 LARGEST = 0.2
+NOTICED = (0.003, 0.1)  # of either sign, are drawn
 
 
 @dataclass(frozen=True)
@@ -25,14 +28,19 @@ class YoungsModulus(RotorEffect):
 
     aliases: ClassVar[Mapping[str, str]] = {
         "mass": "both move all modes; weigh the rotor, or tap it hanging free",
+        "speed_dependent_stiffness": "both move the peaks; several critical speeds, or tap the rotor hanging free",
+        "unbalance": "both change the mix of modes; a trial weight on each disk, a second mode in the band",
     }
     changes_rotor: ClassVar[bool] = True
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         return (Parameter("youngs_modulus_change", "%", 0.01, -LARGEST, LARGEST),)
 
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return np.array([drawn_either_side(rng, *NOTICED)])
+
     def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
-        def stiffer(segment):  # noqa: ANN
+        def stiffer(segment: ShaftSegment) -> ShaftSegment:
             modulus = segment.material.young_modulus * (1 + float(theta[0]))
             return dataclasses.replace(segment, material=dataclasses.replace(segment.material, young_modulus=modulus))
 

@@ -25,7 +25,7 @@ from problems.rotor.data import COEFFICIENTS, STIFFNESSES, Rotor
 from problems.rotor.problem import CHUNK_BYTES, RotorProblem, finite, impedances_of
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
 from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
-from problems.rotor.unknowns import inputs_at, rotor_at
+from problems.rotor.unknowns import Unknown, inputs_at, rotor_at
 
 if TYPE_CHECKING:
     from problems.rotor.effect import RotorEffect
@@ -70,6 +70,11 @@ class ExtendedProblem:
     @property
     def rotor(self) -> Rotor:
         return self.base.rotor
+
+    @property
+    def unknowns(self) -> tuple[Unknown, ...]:
+        """Those of the rotor itself."""
+        return self.base.unknowns
 
     def at(self, speed: Array, channels: Sequence[Channel]) -> ExtendedProblem:
         return dataclasses.replace(self, base=self.base.at(speed, channels))
@@ -140,7 +145,7 @@ class ExtendedProblem:
         kept = self._reductions
         if key not in kept:
             rotor = self._changed_rotor(self.base.rotor, np.array(key))
-            kept[key] = reduce_rotor(rotor, self._impedances, self.speed, self.channels, self._loads(rotor))
+            kept[key] = reduce_rotor(rotor, self._impedances, self.speed, self._seen_channels, self._loads(rotor))
             if len(kept) > MOST_REDUCTIONS:
                 kept.popitem(last=False)
         kept.move_to_end(key)
@@ -176,14 +181,25 @@ class ExtendedProblem:
         n, n_bearing = coefficients.shape[:2]
         split = np.moveaxis(coefficients, 0, -1).reshape(n_bearing, len(COEFFICIENTS) // len(STIFFNESSES), 2, 2, n, 1)
         impedance = split[:, 0] + 1j * self.speed * split[:, 1]
-        for effect, values in zip(self.effects, of_effects):
+        for effect, values in self._in_stages(of_effects):
             impedance = effect.impedance(impedance, self.speed, values)
         return impedance
 
+    @cached_property
+    def _seen_channels(self) -> tuple[Channel, ...]:
+        """The channels, and behind them those that effects make them of."""
+        needed = dict.fromkeys(channel for effect in self.effects for channel in effect.needed_channels(self.channels))
+        return (*self.channels, *(channel for channel in needed if channel not in self.channels))
+
     def _observed(self, response: ComplexArray, of_effects: list[Array]) -> ComplexArray:
-        for effect, values in zip(self.effects, of_effects):
-            response = effect.observed(response, self.channels, self.speed, values)
-        return response
+        """What the probes show of the motion (n, n_speed, n_seen) at the seen channels."""
+        for effect, values in self._in_stages(of_effects):
+            response = effect.observed(response, self._seen_channels, self.speed, values)
+        return response[..., : len(self.channels)]
+
+    def _in_stages(self, of_effects: list[Array]) -> list[tuple[RotorEffect, Array]]:
+        """The effects with their values in the order in which they act."""
+        return sorted(zip(self.effects, of_effects), key=lambda pair: pair[0].stage)
 
     def _dense(self, x: Array) -> ComplexArray:
         """One set (1, d) without any reduction."""
@@ -200,7 +216,7 @@ class ExtendedProblem:
         if (loads := self._loads(rotor)) is not None:
             force = force + loads @ np.concatenate(self._sizes(of_effects), axis=1)[0]
         motion = np.linalg.solve(stiffness, force[..., None])[..., 0]
-        return self._observed((motion @ dense.channel_rows(rotor, self.channels).T)[None], of_effects)
+        return self._observed((motion @ dense.channel_rows(rotor, self._seen_channels).T)[None], of_effects)
 
     def _checked(self, x: Array) -> Array:
         x = np.asarray(x, dtype=float)

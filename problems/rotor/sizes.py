@@ -29,3 +29,10 @@ def unbalance_scale(problem: RotorProblem) -> float:
         if isinstance(target, UnbalanceTarget) and target.part == "magnitude"
     ]
     return float(max([*bounds, *(plane.magnitude for plane in problem.rotor.unbalance)]))
+
+
+def rotor_mass(problem: RotorProblem) -> float:
+    """Mass of the shaft and its disks, kg."""
+    rotor = problem.rotor
+    shaft = sum(segment.material.density * segment.area * segment.length for segment in rotor.segments)
+    return float(shaft + sum(disk.mass for disk in rotor.disks))

@@ -23,7 +23,19 @@ from problems.rk4 import RK4
 from problems.three_disk import ThreeDisk
 
 TABLES = ["table2", "table3", "table4", "table5", "table6", "table8"]
-REPETITIONS = {"coverage": 2000, "efficiency": 200, "identifiability": 1, "audit": 1, "plan": 1}  # of other than tables
+REPETITIONS = {  # of others than tables
+    "coverage": 2000,
+    "efficiency": 100,
+    "identifiability": 1,
+    "audit": 1,
+    "plan": 1,
+    "identify": 1,
+    "diagnose": 1,
+    "diagnosis_nulls": 100,
+    "diagnosis_effects": 20,
+}
+RUN_UP = Path(__file__).parents[2] / "docs" / "examples" / "run_up.csv"
+NEEDED = {"identify": [f"measurement.path={RUN_UP}"], "diagnose": ["measurement.relative=0.1"]}  # to plan them at all
 WITH_VALUES = [name for name in TABLES if name != "table5"]
 FIVE = ["kxx", "kyy", "cxx", "cyy", "u"]
 SAMPLES = [40, 70, 100, 200]
@@ -76,7 +88,7 @@ def test_every_experiment_of_the_folder_is_planned(compose_all, place):
     names = sorted(path.stem for path in (CONF / "experiment").glob("*.yaml"))
     assert names == sorted([*TABLES, "paper", "sweep", *REPETITIONS])
     for name in names:
-        for experiment in compose_all(f"+experiment={name}"):
+        for experiment in compose_all(f"+experiment={name}", *NEEDED.get(name, [])):
             plan = experiment.plan
             assert len(plan.runs) == len(plan.cells) * REPETITIONS.get(plan.name, 0 if plan.name == "table5" else 20)
             assert experiment.output.is_relative_to(place / "results" / name)

@@ -15,7 +15,7 @@ from bench.plan import all_runs, component_seeds, generator, read_plan, write_pl
 from ksmea import registry
 from ksmea.errors import SettingError
 
-COMPONENTS = ["noise", "design", "surrogate", "optimizer"]
+COMPONENTS = ["noise", "design", "surrogate", "optimizer", "hidden", "diagnosis"]
 
 # Where the rules below find no legal value: settings that hang together.
 OTHER_VALUES = {
@@ -23,10 +23,12 @@ OTHER_VALUES = {
     "optimizer.bits": {"optimizer.bits": [10, 11, 11, 10, 10]},
     "surrogate.theta": {"surrogate.theta": [1.0, 1.0, 1.0, 1.0, 1.0]},
     "measurement.truth": {"measurement.truth": {"kxx": 40.0}},
+    "measurement.hidden": {"measurement.hidden": ["mass"]},
+    "measurement.sizes": {"measurement.hidden": ["mass"], "measurement.sizes": {"mass_change": 2.0}},
     "method.budget": {"method.budget": 1000},
     "study.target": {"study.target": "kyy"},
 }
-WITHOUT_DEFAULTS = {("problem", "rotor")}  # it is nothing without a file
+WITHOUT_DEFAULTS = {("problem", "rotor"), ("problem", "extended"), ("measurement", "file")}  # nothing without a file
 
 
 @pytest.fixture(scope="module")
@@ -205,13 +207,13 @@ def test_components_repetitions_and_seeds_draw_different_numbers():
         for entropy in component_seeds(seed, repetition).values()
     ]
     assert sorted(component_seeds(0, 0)) == sorted(COMPONENTS)
-    assert len(set(drawn)) == len(drawn) == 3 * 4 * 4
+    assert len(set(drawn)) == len(drawn) == 3 * 4 * len(COMPONENTS)
 
 
 def test_the_same_seeds_draw_the_same_numbers_for_ever():
     """Written down, so that a change of the seeding cannot pass unseen: it would change every table."""
     first = [generator(component_seeds(0, 1)[component]).integers(1_000_000) for component in COMPONENTS]
-    expected = [np.random.default_rng([0, 1, place]).integers(1_000_000) for place in (1, 2, 3, 4)]
+    expected = [np.random.default_rng([0, 1, place]).integers(1_000_000) for place in (1, 2, 3, 4, 5)]
     assert first == expected
 
 

@@ -26,8 +26,13 @@ def refusal(call, *arguments):
     return str(caught.value)
 
 
-# The one setting that has no default: whose rotor it is.
-REQUIRED = {("problem", "rotor"): {"file": str(Path(__file__).parents[2] / "docs" / "examples" / "rotor.yaml")}}
+# The settings that have no default: whose rotor it is, and what was measured.
+EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
+REQUIRED = {
+    ("problem", "rotor"): {"file": str(EXAMPLES / "rotor.yaml")},
+    ("problem", "extended"): {"file": str(EXAMPLES / "extended.yaml")},
+    ("measurement", "file"): {"path": str(EXAMPLES / "run_up.csv")},
+}
 
 
 @pytest.mark.parametrize("group", KNOWN)

@@ -1,0 +1,273 @@
+"""A diagnosis in plain sentences, as `diagnosis.json`, as the extended model's file and as figures; of several runs, how
+often each verdict was reached and whether what was hidden was found."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from bench.figures import png
+from bench.naming import cell_name
+from bench.plan import Cell, Plan
+from bench.records import RESULTS, read_records
+from bench.reports.diagnosis_figure import residual_figure, trials_figure
+from bench.reports.identifiability import place_columns
+from bench.reports.made import Made
+from bench.tables import aligned, csv_text, number
+from ksmea import registry
+
+MOST_RANKED = 6  # effects that the text lists
+RPM = np.pi / 30  # rad/s
+INTERNAL = ("status", "curves", "elapsed", "schema", "event", "key", "question", "session", "hidden")
+
+
+def diagnosis_report(plan: Plan, output: Path) -> Made:
+    records = read_records(output, lambda record: record)
+    runs = diagnosis_runs(plan, records)
+    files: dict[str, bytes] = {
+        f"{plan.name}.csv": csv_text(summary(plan, runs)).encode(),
+        "runs.csv": csv_text(runs).encode(),
+    }
+    done = [run for run in plan.runs if run.key in records and records[run.key]["status"] in RESULTS]
+    if len(plan.runs) != 1 or not done:
+        return Made(_summary_text(plan, runs), files, runs)
+    cell, record = plan.cells[done[0].cell], records[done[0].key]
+    files["diagnosis.json"] = (json.dumps(public(record), indent=1) + "\n").encode()
+    if record["applied"] and record["verdict"] in ("named", "ambiguous"):
+        files["extended.yaml"] = extended_yaml(cell, record).encode()
+    figures = {"residuals.png": residual_figure, "effects.png": trials_figure}
+    return Made(
+        sentences(cell, record), files, runs, lambda: {name: png(draw(record)) for name, draw in figures.items()}
+    )
+
+
+def public(record: Mapping[str, Any]) -> dict[str, Any]:
+    """What diagnosis.json holds: all of a record but what the bench needs for itself, and what was hidden."""
+    return {name: value for name, value in record.items() if name not in INTERNAL}
+
+
+def diagnosis_runs(plan: Plan, records: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
+    """A row per planned run: the verdict, what stands behind it, and where something was hidden whether it was found."""
+    rows = []
+    for run in plan.runs:
+        record = records.get(run.key, {"status": "not run"})
+        row = {"key": run.key, "cell": run.cell, **place_columns(plan, run.cell), "repetition": run.repetition}
+        row |= {"status": record["status"], "error": record.get("error", "")}
+        if record["status"] in RESULTS:
+            row |= _row(record)
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def _row(record: Mapping[str, Any]) -> dict[str, Any]:
+    best = record["ranking"][0]
+    after = record["lack_of_fit"]["after"]
+    hidden = [effect["effect"] for effect in record["hidden"]]
+    return {
+        "verdict": record["verdict"],
+        "named": " ".join(record["named"]),
+        "class": " ".join(record["class"]),
+        "first": best["effect"],
+        "fall": best["fall"],
+        "delta_bic": best["delta_bic"],
+        "p": best["p"],
+        "lack_of_fit_p": record["lack_of_fit"]["before"]["p"],
+        "lack_of_fit_p_after": None if after is None else after["p"],
+        "log_score": None if record["gain"] is None else record["gain"]["log_score"],
+        "seconds": record["seconds"],
+        "hidden": " ".join(hidden),
+        **(_found(record, hidden) if hidden else {}),
+    }
+
+
+def _found(record: Mapping[str, Any], hidden: list[str]) -> dict[str, Any]:
+    """Whether what was hidden is in the reported set and first in it, what its own fit is worth, and whether its sizes
+    lie in their intervals."""
+    own = [trial for trial in record["ranking"] if trial["effect"] in hidden]
+    sizes = {part["name"]: part["value"] for effect in record["hidden"] for part in effect["parameters"]}
+    placed = [
+        trial
+        for trial in own
+        if any(trial["effect"] == effect["effect"] and trial["place"] == effect["place"] for effect in record["hidden"])
+    ]
+    intervals = {row["name"]: row["after"] for row in record["coefficients"] if row["after"] is not None}
+    compared = [intervals[name] for name in sizes if name in intervals]
+    held = [_holds(intervals[name], size) for name, size in sizes.items() if name in intervals]
+    return {
+        "hidden_fall": max((trial["fall"] for trial in placed or own), default=np.nan),
+        "in_set": all(name in record["class"] for name in hidden),
+        "is_first": all(name in record["named"] for name in hidden),
+        "sizes_compared": len(compared),
+        "sizes_held": sum(held),
+    }
+
+
+def _holds(interval: Mapping[str, Any], size: float) -> bool:
+    low = -np.inf if interval["low"] is None else interval["low"]
+    high = np.inf if interval["high"] is None else interval["high"]
+    return bool(low <= size <= high)
+
+
+def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
+    """A row per cell: how often each verdict, and of what was hidden with a fall of the deviance of at least 60 how much
+    was found."""
+    rows = []
+    for index, _ in enumerate(plan.cells):
+        mine = runs[runs["cell"] == index]
+        results = mine[mine["status"].isin(RESULTS)]
+        verdicts = results["verdict"].value_counts() if "verdict" in results else {}
+        row = {"cell": index, **place_columns(plan, index), "runs": len(results), "failed": len(mine) - len(results)}
+        row |= {
+            name: int(verdicts.get(name, 0)) for name in ("adequate", "named", "ambiguous", "unknown", "not observable")
+        }
+        if "in_set" in results and results["in_set"].notna().any():
+            plain = results[results["hidden_fall"] >= 60]
+            row |= {
+                "plain_to_see": len(plain),
+                "in_set": int(plain["in_set"].sum()),
+                "is_first": int(plain["is_first"].sum()),
+                "sizes": int(plain["sizes_compared"].sum()),
+                "sizes_held": int(plain["sizes_held"].sum()),
+            }
+        row["seconds_median"] = results["seconds"].median() if "seconds" in results else np.nan
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def _summary_text(plan: Plan, runs: pd.DataFrame) -> str:
+    frame = summary(plan, runs)
+    columns = [name for name in frame.columns if name != "cell" and name not in place_columns(plan, 0)]
+    lines = [
+        [cell_name(plan, plan.cells[row["cell"]]), *(number(row[column]) for column in columns)]
+        for row in frame.to_dict("records")
+    ]
+    return aligned(["cell", *columns], lines)
+
+
+def extended_yaml(cell: Cell, record: Mapping[str, Any]) -> str:
+    """The file of the extended model, with the values that were identified as its reference."""
+    values = {row["name"]: row["after"]["value"] for row in record["coefficients"] if row["after"] is not None}
+    effects = [
+        (effect["name"], registry.create("effect", effect["name"], effect["settings"])) for effect in record["applied"]
+    ]
+    problem = cell.settings["problem"]
+    extended = registry.plugin_class("problem", "extended")
+    return extended.document(problem["name"], problem, effects, values, "phase_origin" in values)
+
+
+def sentences(cell: Cell, record: Mapping[str, Any]) -> str:
+    """The diagnosis as an engineer would say it."""
+    blocks = [_what_is_wrong(record), _cause(record), _worth(record), _detectable(record)]
+    return "\n\n".join(block for block in blocks if block)
+
+
+def _what_is_wrong(record: Mapping[str, Any]) -> str:
+    before = record["lack_of_fit"]["before"]
+    noise = record["noise"]["after"] or record["noise"]["before"]
+    said = "known" if record["noise"]["known"] else "estimated"
+    level = f"Noise ({said}): {100 * noise['relative']:.3g} % of each value and {noise['floor'] * 1e6:.3g} µm."
+    if before["p"] < record["lack_of_fit"]["level"]:
+        low, high = (speed / RPM for speed in before["band"])
+        where = f"most of it at {low:.0f}–{high:.0f} rpm in {before['channel']}, {before['excess']:.3g} times its share"
+        lines = [
+            f"The model does not fit: what it leaves is no noise (p = {before['p']:.2g}, by {before['statistic']}), {where}."
+        ]
+    else:
+        lines = [f"What the model leaves over could be noise (p = {before['p']:.2g})."]
+    for position, (forward, backward) in before["whirl"].items():
+        if max(forward, backward) > 2 * min(forward, backward):
+            kind = "forward" if forward > backward else "backward"
+            ratio = max(forward, backward) / max(min(forward, backward), 1e-12)
+            lines.append(f"At {position} m it is {kind} whirl, {ratio:.2g} times as strong as the other.")
+    return "\n".join([*lines, level])
+
+
+def _cause(record: Mapping[str, Any]) -> str:
+    verdict, applied = record["verdict"], record["applied"]
+    names = " and ".join(f"{effect['name']} ({effect['place']})" for effect in applied)
+    lines = [f"Verdict: {verdict}" + (f": {names}" if verdict in ("named", "ambiguous") else "")]
+    if verdict == "ambiguous":
+        lines.append(f"These explain the data about as well: {', '.join(record['class'])}.")
+        split = record["split"]
+        lines.append(
+            f"{split['measurement']} would tell them apart (expected Δχ² {split['then']:.3g}, now {split['now']:.3g})."
+            if split
+            else "None of the measurements that were considered would tell them apart."
+        )
+    if verdict == "unknown":
+        lines.append(
+            "The model is wrong, and none of the effects that are known, nor any two of them, leaves noise behind."
+        )
+        if applied:
+            after = record["lack_of_fit"]["after"]
+            low, high = (speed / RPM for speed in after["band"])
+            lines.append(
+                f"The nearest is {names}; what it leaves (p = {after['p']:.2g}, by {after['statistic']}) sits at"
+                f" {low:.0f}–{high:.0f} rpm in {after['channel']}."
+            )
+    if verdict in ("named", "ambiguous"):
+        lines += [f"  {name}: {text}" for name, text in record["aliases"].items()]
+    return "\n".join([*lines, "", _ranking(record)])
+
+
+def _ranking(record: Mapping[str, Any]) -> str:
+    """The best place of each of the most promising effects."""
+    best: dict[str, Mapping[str, Any]] = {}
+    for trial in record["ranking"]:
+        best.setdefault(trial["effect"], trial)
+    lines = [
+        [
+            trial["effect"],
+            trial["place"],
+            f"{trial['delta_bic']:.1f}",
+            f"{trial['p']:.2g}",
+            ", ".join(_with_interval(parameter) for parameter in trial["parameters"]),
+        ]
+        for trial in list(best.values())[:MOST_RANKED]
+    ]
+    return aligned(["effect", "place", "ΔBIC", "p", "size"], lines)
+
+
+def _with_interval(parameter: Mapping[str, Any]) -> str:
+    ends = ", ".join("–" if parameter[end] is None else number(parameter[end], 3) for end in ("low", "high"))
+    return f"{parameter['name']} {number(parameter['value'], 3)} [{ends}] {parameter['unit']}"
+
+
+def _worth(record: Mapping[str, Any]) -> str:
+    gain = record["gain"]
+    if gain is None:
+        return ""
+    proven = "more than two standard errors" if gain["is_proven"] else "not more than two standard errors: not proven"
+    score = f"{gain['log_score']:.3g} ± {gain['standard_error']:.2g} ({proven})"
+    rmse = f"from {gain['rmse_before'] * 1e6:.3g} to {gain['rmse_after'] * 1e6:.3g} µm"
+    lines = [f"On blocks of speeds left out the log score rises by {score}, the rms error goes {rmse}."]
+    rows = [row for row in record["coefficients"] if row["after"] is not None]
+    table = [[row["name"], *(_cell(row[when]) for when in ("before", "after")), row["after"]["unit"]] for row in rows]
+    return "\n".join([*lines, "", aligned(["unknown", "before", "after", "unit"], table)])
+
+
+def _cell(value: Mapping[str, Any] | None) -> str:
+    if value is None:
+        return "–"
+    ends = ", ".join("–" if value[end] is None else number(value[end]) for end in ("low", "high"))
+    return f"{number(value['value'])} [{ends}]"
+
+
+def _detectable(record: Mapping[str, Any]) -> str:
+    if record["verdict"] not in ("adequate", "not observable"):
+        return ""
+    lines = []
+    for name, parts in record["min_detectable"].items():
+        for part in parts:
+            size = "–" if part["size"] is None else f"{number(part['size'], 3)} {part['unit']}"
+            remark = (
+                "" if part["observable"] else f"beyond what is physical ({number(part['largest'], 3)} {part['unit']})"
+            )
+            lines.append([name, part["parameter"], size, remark])
+    head = "What would have been found in nine of ten cases, had it been there:"
+    return f"{head}\n{aligned(['effect', 'unknown', 'from', ''], lines)}"

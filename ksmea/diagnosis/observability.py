@@ -1,0 +1,175 @@
+"""What data could tell of effects: the smallest size that would be found, which effects look alike, and which further
+measurement would tell them apart. All from sensitivities in units of the noise, those of the model's own unknowns and of
+the noise's level projected out: what is left of an effect when everything else may move to hide it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.stats import chi2, ncx2
+
+from ksmea.contracts import Channel, Problem
+from ksmea.diagnosis.fitting import Fit
+from ksmea.diagnosis.trials import Candidate, Trial
+from ksmea.identifiability import projected, whitened_noise_sensitivity, whitened_sensitivity
+from ksmea.measurement import Noise
+from ksmea.model import Model
+from ksmea.parameters import Array, Parameter
+
+POWER = 0.9  # chance of finding an effect of the smallest detectable size
+
+
+@dataclass(frozen=True)
+class Detectable:
+    """The smallest size of one unknown of an effect (SI) that would be found in 90 % of noise draws, and the largest that
+    is physical."""
+
+    parameter: Parameter
+    size: float
+    largest: float
+
+    @property
+    def is_observable(self) -> bool:
+        return self.size < self.largest
+
+
+@dataclass(frozen=True)
+class Split:
+    """A further measurement and the deviance by which it is expected to tell two effects apart, now and with it."""
+
+    measurement: str
+    now: float
+    then: float
+
+
+def smallest_detectable(plain: Fit, candidate: Candidate, level: float) -> list[Detectable]:
+    """For each unknown of an effect, alone; `level` is the p-value below which it counts as found."""
+    problem = candidate.effect.added_to(plain.problem)
+    parameters = candidate.effect.parameters(plain.problem)
+    information = np.sum(_left_of_effect(plain, problem, len(parameters)) ** 2, axis=0)
+    needed = _noncentrality(len(parameters), level)
+    return [
+        Detectable(
+            parameter,
+            float(np.sqrt(needed / left)) * (parameter.upper - parameter.lower) if left > 0 else np.inf,
+            max(parameter.upper, -parameter.lower),
+        )
+        for parameter, left in zip(parameters, information)
+    ]
+
+
+def _left_of_effect(fit: Fit, problem: Problem, n_effect: int) -> Array:
+    """Sensitivity (m, e) to the last unknowns of an extended problem at 0, all else projected out; `fit` is of the
+    problem without them."""
+    zero = problem.parameters.to_cube(np.zeros(len(problem.parameters)))[-n_effect:]
+    u = np.concatenate([fit.u, zero])
+    whitened = _whitened(problem, u, fit)
+    return _without(whitened[:, -n_effect:], whitened[:, :-n_effect], fit, problem, u)
+
+
+def _without(effect: Array, others: Array, fit: Fit, problem: Problem, u: Array) -> Array:
+    """An effect's sensitivity when the other unknowns and the noise's level are fitted along."""
+    if fit.likelihood.noise_is_sought:
+        response = problem.response(problem.parameters.to_si(u)[None])[0]
+        amplitude = fit.likelihood.measurement.is_amplitude
+        others = np.hstack([others, whitened_noise_sensitivity(np.abs(response), fit.noise, amplitude=amplitude)])
+    return projected(effect, _scaled(others))
+
+
+def _scaled(columns: Array) -> Array:
+    """Columns of unit length: what they span does not depend on units."""
+    length = np.linalg.norm(columns, axis=0)
+    return columns[:, length > 0] / length[length > 0]
+
+
+def _whitened(problem: Problem, u: Array, fit: Fit) -> Array:
+    response, sensitivity = Model(problem).linearise(u)
+    amplitude = fit.likelihood.measurement.is_amplitude
+    return whitened_sensitivity(response, sensitivity, fit.noise, amplitude=amplitude)
+
+
+def _noncentrality(n_unknown: int, level: float) -> float:
+    """Of χ² with so many degrees of freedom, such that it exceeds its `level` quantile with probability POWER."""
+    critical = chi2.isf(level, n_unknown)
+    return float(brentq(lambda value: ncx2.sf(critical, n_unknown, value) - POWER, 1e-3, 1e4))
+
+
+def likeness(trial: Trial, other: Candidate) -> float:
+    """How much of what an effect does, as fitted, another could do: the cosine between its change of the data and the
+    nearest change that the other makes, everything else being fitted along."""
+    problem = other.effect.added_to(trial.fit.problem)
+    n_other = len(other.effect.parameters(trial.fit.problem))
+    zero = problem.parameters.to_cube(np.zeros(len(problem.parameters)))[-n_other:]
+    u = np.concatenate([trial.fit.u, zero])
+    whitened = _whitened(problem, u, trial.fit)
+    own = slice(len(u) - n_other - trial.n_unknown, len(u) - n_other)
+    plain = whitened[:, : own.start]
+    size = (trial.fit.u - _zero_of(trial))[own]
+    change = _without(whitened[:, own] @ size[:, None], plain, trial.fit, problem, u)[:, 0]
+    reach = _without(whitened[:, own.stop :], plain, trial.fit, problem, u)
+    if not np.any(change) or not np.any(reach):
+        return 0.0
+    directions, singular, _ = np.linalg.svd(_scaled(reach), full_matrices=False)
+    directions = directions[:, singular > 1e-8 * singular[0]]
+    return float(np.linalg.norm(directions.T @ change) / np.linalg.norm(change))
+
+
+def _zero_of(trial: Trial) -> Array:
+    parameters = trial.fit.problem.parameters
+    return parameters.to_cube(np.zeros(len(parameters)))
+
+
+def best_split(one: Trial, other: Trial) -> Split | None:
+    """The further measurement that would tell two fitted effects apart best; None where none would."""
+    now = _separation([(one.fit.problem, other.fit.problem)], one, other)
+    present = (one.fit.problem, other.fit.problem)
+    splits = [
+        Split(name, now, _separation([present, added], one, other))
+        for name, added in _further(one.fit.problem, other.fit.problem)
+    ]
+    best = max(splits, key=lambda split: split.then, default=None)
+    return best if best is not None and best.then > now + 1.0 else None
+
+
+def _further(one: Problem, other: Problem) -> Iterator[tuple[str, tuple[Problem, Problem]]]:
+    """Measurements that might be added, as both models see them."""
+    speed, channels = one.speed, one.channels
+    for site in getattr(one, "sites", ()):
+        probes = [Channel(float(site), direction) for direction in ("x", "y")]
+        if not any(probe in channels for probe in probes):
+            yield f"probes in x and y at {site:.3g} m", (one.at(speed, probes), other.at(speed, probes))
+    higher = np.linspace(speed[-1], 1.5 * speed[-1], len(speed) // 2 + 1)[1:]
+    name = f"speeds up to {higher[-1] * 30 / np.pi:.0f} rpm"
+    yield name, (one.at(higher, channels), other.at(higher, channels))
+    if hasattr(one, "with_unbalance"):
+        magnitude = max((item.upper for item in one.parameters if item.name == "u"), default=1e-4) / 2
+        for site in getattr(one, "sites", ()):
+            name = f"a second run with {magnitude * 1e6:.3g} g mm at {site:.3g} m"
+            yield name, (one.with_unbalance(site, magnitude, 0.0), other.with_unbalance(site, magnitude, 0.0))
+
+
+def _separation(data: Sequence[tuple[Problem, Problem]], one: Trial, other: Trial) -> float:
+    """Deviance by which data that the one model makes speak against the other, all of whose unknowns are fitted along:
+    the distance of the two predictions from the tangent of the other."""
+    distances, tangents = [], []
+    for made, fitted in data:
+        response = made.response(one.fit.x[None])[0]
+        found, sensitivity = Model(fitted).linearise(other.fit.u)
+        amplitude = one.fit.likelihood.measurement.is_amplitude
+        distances.append(_in_noise(response, found, one.fit.noise, amplitude=amplitude))
+        whitened = whitened_sensitivity(found, sensitivity, one.fit.noise, amplitude=amplitude)
+        tangents.append(whitened[: len(distances[-1])])
+    distance = np.concatenate(distances)
+    return float(np.sum(projected(distance[:, None], _scaled(np.vstack(tangents))) ** 2))
+
+
+def _in_noise(response: Array, other: Array, noise: Noise, *, amplitude: bool) -> Array:
+    """Difference of two responses in units of the noise, as the rows of `whitened_sensitivity` have it."""
+    sd = noise.sd(np.abs(other)).ravel()
+    if amplitude:
+        return (np.abs(response) - np.abs(other)).ravel() / sd
+    difference = np.sqrt(2) * (response - other).ravel() / sd
+    return np.concatenate([difference.real, difference.imag])

@@ -1,0 +1,62 @@
+"""Gain of one channel other than assumed: y_j (1 + g), real and the same at all speeds.
+
+A probe's scale factor depends on the shaft's material and the cable's length; API 670 lets an eddy-current probe err by
+5 %. A gain that all channels have in common cannot be told from the size of the unbalance, and one of all x channels
+looks like anisotropic bearings: only calibration separates these.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.contracts import Channel, ComplexArray
+from ksmea.parameters import Array, Parameter
+from ksmea.settings import setting
+from problems.rotor.effect import RotorEffect, drawn_either_side, is_at, require_on_shaft, where
+from problems.rotor.problem import RotorProblem
+
+LARGEST = 0.3
+NOTICED = (0.06, 0.25)  # of either sign, are drawn
+
+
+@dataclass(frozen=True)
+class ChannelGain(RotorEffect):
+    """One channel reads too much or too little."""
+
+    position: float | None = setting(None, "where the channel looks; null: all positions", unit="m", at_least=0)
+    direction: str | None = setting(None, "the channel's direction; null: both", choices=("x", "y"))
+
+    aliases: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    stage: ClassVar[int] = 2
+
+    def __str__(self) -> str:
+        return f"{self.direction or 'x and y'} {where(self.position)}"
+
+    def places(self, problem: RotorProblem) -> Sequence[ChannelGain]:
+        """Each channel, where there is another to compare it with."""
+        channels = dict.fromkeys(problem.channels)
+        if len(channels) < 2:
+            return []
+        return [dataclasses.replace(self, position=item.position, direction=item.direction) for item in channels]
+
+    def placed_on(self, problem: RotorProblem) -> ChannelGain:
+        require_on_shaft(problem, self.position, "channel")
+        return self
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        return (Parameter("channel_gain", "%", 0.01, -LARGEST, LARGEST),)
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return np.array([drawn_either_side(rng, *NOTICED)])
+
+    def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
+        return response * (1 + theta[:, 0, None, None] * np.array([self._reads(channel) for channel in channels]))
+
+    def _reads(self, channel: Channel) -> bool:
+        return is_at(channel, self.position) and self.direction in (None, channel.direction)

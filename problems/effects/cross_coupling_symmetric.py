@@ -1,0 +1,46 @@
+"""Symmetric cross-coupling of the bearings, kxy = kyx = κ: the principal axes of their stiffness are not x and y.
+
+A bearing with stiffnesses k₁, k₂ along axes that are turned by α has kxy = kyx = ½(k₁ − k₂) sin 2α. It turns the orbit's
+ellipse, and does no work (Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, chapter 5; J. W. Lund,
+Review of the concept of dynamic coefficients for fluid film journal bearings, J. Tribology 109 (1987) 37–41).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.contracts import ComplexArray
+from ksmea.parameters import Array, Parameter
+from problems.rotor.effect import RotorEffect, column, drawn_either_side
+from problems.rotor.problem import RotorProblem
+from problems.rotor.sizes import stiffness_scale
+
+LARGEST = 0.2  # of the largest stiffness
+NOTICED = (0.003, 0.1)  # of the largest stiffness, of either sign, are drawn
+
+
+@dataclass(frozen=True)
+class CrossCouplingSymmetric(RotorEffect):
+    """The bearings' principal axes are turned, kxy = kyx."""
+
+    aliases: ClassVar[Mapping[str, str]] = {
+        "probe_rotation": "both turn the ellipse; survey the angles of the probes, or look at how it changes with speed",
+    }
+    couples_axes: ClassVar[bool] = True
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        largest = LARGEST * stiffness_scale(problem)
+        return (Parameter("kxy_symmetric", "MN/m", 1e6, -largest, largest),)
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return np.array([stiffness_scale(problem) * drawn_either_side(rng, *NOTICED)])
+
+    def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
+        changed = impedance.copy()
+        changed[:, 0, 1] += column(theta[:, 0])
+        changed[:, 1, 0] += column(theta[:, 0])
+        return changed

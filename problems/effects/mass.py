@@ -1,0 +1,55 @@
+"""Mass of the rotor other than assumed: M (1 + m), gyroscopic matrix along with it.
+
+The density of the shaft, and mass and moments of inertia of all disks, change in one proportion. All modes move alike:
+blades, couplings and winding that a drawing leaves out (Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines,
+2010, chapter 5, for the matrices).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.parameters import Array, Parameter
+from problems.rotor.data import Disk, Rotor, ShaftSegment
+from problems.rotor.effect import RotorEffect, drawn_either_side
+from problems.rotor.problem import RotorProblem
+
+LARGEST = 0.2
+NOTICED = (0.003, 0.1)  # of either sign, are drawn
+
+
+@dataclass(frozen=True)
+class Mass(RotorEffect):
+    """The rotor is heavier or lighter throughout."""
+
+    aliases: ClassVar[Mapping[str, str]] = {
+        "youngs_modulus": "both move all modes; weigh the rotor, or tap it hanging free",
+        "speed_dependent_stiffness": "both move the peaks; several critical speeds, or weigh the rotor",
+        "unbalance": "both change the mix of modes; a trial weight on each disk, a second mode in the band",
+    }
+    changes_rotor: ClassVar[bool] = True
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        return (Parameter("mass_change", "%", 0.01, -LARGEST, LARGEST),)
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return np.array([drawn_either_side(rng, *NOTICED)])
+
+    def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
+        factor = 1 + float(theta[0])
+
+        def heavier_segment(segment: ShaftSegment) -> ShaftSegment:
+            density = factor * segment.material.density
+            return dataclasses.replace(segment, material=dataclasses.replace(segment.material, density=density))
+
+        def heavier_disk(disk: Disk) -> Disk:
+            inertias = (disk.mass, disk.polar_inertia, disk.diametral_inertia)
+            return Disk(disk.position, *(factor * value for value in inertias))
+
+        segments, disks = map(heavier_segment, rotor.segments), map(heavier_disk, rotor.disks)
+        return dataclasses.replace(rotor, segments=tuple(segments), disks=tuple(disks))

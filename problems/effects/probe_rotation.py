@@ -1,0 +1,74 @@
+"""Probes at one plane that stand at other angles than assumed: both turned by θ, from x to y.
+
+y_x' = cos θ y_x + sin θ y_y, y_y' = −sin θ y_x + cos θ y_y, the same at all speeds. On a circular orbit it is only a phase;
+an ellipse turns (Bently & Hatch, Fundamentals of Rotating Machinery Diagnostics, 2002, for probes and their angles).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.contracts import Channel, ComplexArray
+from ksmea.parameters import Array, Parameter
+from ksmea.settings import setting
+from problems.rotor.effect import RotorEffect, drawn_either_side, is_at, planes, require_on_shaft, where
+from problems.rotor.problem import RotorProblem
+
+DEGREE = np.pi / 180  # rad
+LARGEST = 20 * DEGREE
+NOTICED = (1 * DEGREE, 15 * DEGREE)  # of either sign, are drawn
+
+
+@dataclass(frozen=True)
+class ProbeRotation(RotorEffect):
+    """The x and y probes of one plane are both turned."""
+
+    position: float | None = setting(None, "the measuring plane; null: all of them alike", unit="m", at_least=0)
+
+    aliases: ClassVar[Mapping[str, str]] = {
+        "cross_coupling_symmetric": "both turn the ellipse; survey the angles of the probes",
+    }
+    stage: ClassVar[int] = 1
+
+    def __str__(self) -> str:
+        return where(self.position)
+
+    def places(self, problem: RotorProblem) -> Sequence[ProbeRotation]:
+        """Each plane that has both probes."""
+        present = {(channel.position, channel.direction) for channel in problem.channels}
+        both = [plane for plane in planes(problem) if {(plane, "x"), (plane, "y")} <= present]
+        return [dataclasses.replace(self, position=position) for position in both]
+
+    def placed_on(self, problem: RotorProblem) -> ProbeRotation:
+        require_on_shaft(problem, self.position, "probes")
+        return self
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        return (Parameter("probe_rotation", "deg", DEGREE, -LARGEST, LARGEST),)
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return np.array([drawn_either_side(rng, *NOTICED)])
+
+    def needed_channels(self, channels: Sequence[Channel]) -> Sequence[Channel]:
+        return [_partner(channel) for channel in channels if is_at(channel, self.position)]
+
+    def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
+        cosine, sine = np.cos(theta), np.sin(theta)  # (n, 1), over speed
+        turned = response.copy()
+        for index, channel in enumerate(channels):
+            if is_at(channel, self.position):
+                other = response[..., channels.index(_partner(channel))]
+                turned[..., index] = (
+                    cosine * response[..., index] + (1 if channel.direction == "x" else -1) * sine * other
+                )
+        return turned
+
+
+def _partner(channel: Channel) -> Channel:
+    """The channel at right angles to one."""
+    return Channel(channel.position, "y" if channel.direction == "x" else "x")

@@ -1,0 +1,61 @@
+"""Residual bow: the shaft is bent at rest, and turns with its bend.
+
+The shaft's elastic force is K_s (q − q_b), so that its own stiffness times the bow acts as a load that is the same at
+all speeds: D(Ω) q = f + K_s q_b, with q_b = w(z) (1, −i) forward. Its shape is half a sine over the whole shaft,
+w = sin(πz/L); a straight line may be added to it, K_s does not feel that. Probes read the bow along with the vibration,
+less the line through the bearings, as they do of a real shaft.
+
+J. C. Nicholas, E. J. Gunter & P. E. Allaire, Effect of residual shaft bow on unbalance response and balancing of a
+single mass flexible rotor, J. Eng. Power 98 (1976) 171–189; Friswell, Penny, Garvey & Lees, Dynamics of Rotating
+Machines, 2010, chapter 6.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.contracts import ComplexArray
+from ksmea.parameters import Array, Parameter
+from problems.rotor.assembly import assemble_free
+from problems.rotor.data import Rotor
+from problems.rotor.effect import RotorEffect, drawn_vector, forward_vector
+from problems.rotor.problem import RotorProblem
+
+MICROMETRE = 1e-6  # m
+LARGEST = 100 * MICROMETRE  # a rotor bent more than this is straightened before it is run
+NOTICED = (0.3 * MICROMETRE, 30 * MICROMETRE)  # vectors as long as these are drawn
+
+
+@dataclass(frozen=True)
+class ResidualBow(RotorEffect):
+    """The shaft is bent at rest, most in its middle."""
+
+    aliases: ClassVar[Mapping[str, str]] = {
+        "runout": "a bow is amplified at a critical speed, runout is not: measure through one, or a second plane",
+    }
+    has_loads: ClassVar[bool] = True
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        return tuple(Parameter(name, "µm", MICROMETRE, -LARGEST, LARGEST) for name in ("bow_x", "bow_y"))
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return drawn_vector(rng, *NOTICED)
+
+    def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
+        force = assemble_free(rotor).stiffness @ bow_shape(rotor)
+        return np.broadcast_to(force[:, None], (len(speed), len(force), 1))
+
+    def load_sizes(self, theta: Array) -> ComplexArray:
+        return forward_vector(theta)[:, None]
+
+
+def bow_shape(rotor: Rotor) -> ComplexArray:
+    """The forward bow of unit size in the rotor's degrees of freedom (x, y, φ_x, φ_y), (n_dof,)."""
+    argument = np.pi * rotor.node_positions / rotor.length
+    deflection, slope = np.sin(argument), np.pi / rotor.length * np.cos(argument)
+    # φ_y = dw_x/dz and φ_x = −dw_y/dz with w_y = −i w_x
+    return np.stack([deflection, -1j * deflection, 1j * slope, slope], axis=-1).ravel()

@@ -1,0 +1,57 @@
+"""Damping of the bearings that changes with speed: c (1 + b Ω/Ω₁), both axes and all bearings alike.
+
+Oil films damp less as their Sommerfeld number rises; over a limited band a straight line stands for that (J. W. Lund,
+Review of the concept of dynamic coefficients for fluid film journal bearings, J. Tribology 109 (1987) 37–41). Ω₁ is the
+highest speed of the problem that the effect is added to, and stays so when the problem is seen at others. Direct
+dampings change, cross-coupled ones do not.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.contracts import ComplexArray
+from ksmea.parameters import Array, Parameter
+from ksmea.settings import setting
+from problems.rotor.effect import RotorEffect, column, drawn
+from problems.rotor.problem import RotorProblem
+
+LOWEST, HIGHEST = -0.9, 5.0  # of what it is at rest: it never drives the rotor
+NOTICED = (1.0, 4.5)  # are drawn; damping that falls with speed hardly shows
+
+
+@dataclass(frozen=True)
+class SpeedDependentDamping(RotorEffect):
+    """The bearings' damping rises or falls with speed."""
+
+    full_speed: float | None = setting(
+        None, "the speed at which the change is b; null: the highest of the problem", unit="rad/s", above=0
+    )
+
+    aliases: ClassVar[Mapping[str, str]] = {
+        "unbalance": "both change the heights of peaks against each other; a further resonance, a trial weight",
+    }
+
+    def places(self, problem: RotorProblem) -> Sequence[SpeedDependentDamping]:
+        return [self.placed_on(problem)]
+
+    def placed_on(self, problem: RotorProblem) -> SpeedDependentDamping:
+        full_speed = float(np.max(problem.speed)) if self.full_speed is None else self.full_speed
+        return dataclasses.replace(self, full_speed=full_speed)
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        return (Parameter("damping_slope", "%", 0.01, LOWEST, HIGHEST),)
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return np.array([drawn(rng, *NOTICED)])
+
+    def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
+        changed = impedance.copy()
+        for axis in (0, 1):
+            changed.imag[:, axis, axis] *= 1 + column(theta[:, 0]) * speed / self.full_speed
+        return changed

@@ -1,0 +1,59 @@
+"""Stiffness of the bearings that changes with speed: k (1 + a Ω/Ω₁), both axes and all bearings alike.
+
+Oil films stiffen as their Sommerfeld number rises, ball bearings soften under centrifugal load; over a limited band a
+straight line stands for either (J. W. Lund, Review of the concept of dynamic coefficients for fluid film journal
+bearings, J. Tribology 109 (1987) 37–41). Ω₁ is the highest speed of the problem that the effect is added to, and stays
+so when the problem is seen at others. Direct stiffnesses change, cross-coupled ones do not.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.contracts import ComplexArray
+from ksmea.parameters import Array, Parameter
+from ksmea.settings import setting
+from problems.rotor.effect import RotorEffect, column, drawn_either_side
+from problems.rotor.problem import RotorProblem
+
+LOWEST, HIGHEST = -0.6, 1.0  # of what it is at rest: it stays a stiffness, and at most doubles
+NOTICED = (0.02, 0.4)  # of either sign, are drawn
+
+
+@dataclass(frozen=True)
+class SpeedDependentStiffness(RotorEffect):
+    """The bearings' stiffness rises or falls with speed."""
+
+    full_speed: float | None = setting(
+        None, "the speed at which the change is a; null: the highest of the problem", unit="rad/s", above=0
+    )
+
+    aliases: ClassVar[Mapping[str, str]] = {
+        "youngs_modulus": "both move the peaks; several critical speeds, or tap the rotor hanging free",
+        "mass": "both move the peaks; several critical speeds, or weigh the rotor",
+        "flexible_pedestal": "a pedestal's mass softens it with speed too; a sensor on the casing",
+    }
+
+    def places(self, problem: RotorProblem) -> Sequence[SpeedDependentStiffness]:
+        return [self.placed_on(problem)]
+
+    def placed_on(self, problem: RotorProblem) -> SpeedDependentStiffness:
+        full_speed = float(np.max(problem.speed)) if self.full_speed is None else self.full_speed
+        return dataclasses.replace(self, full_speed=full_speed)
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        return (Parameter("stiffness_slope", "%", 0.01, LOWEST, HIGHEST),)
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return np.array([drawn_either_side(rng, *NOTICED)])
+
+    def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
+        changed = impedance.copy()
+        for axis in (0, 1):
+            changed.real[:, axis, axis] *= 1 + column(theta[:, 0]) * speed / self.full_speed
+        return changed

@@ -1,0 +1,84 @@
+"""Unbalance on another disk than the one that the model has it on.
+
+A mass m e at a position z of the shaft: f = Ω² (u_x + i u_y) (1, −i), as the unbalance of the model has it
+(Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, chapter 6). Near one critical speed any unbalance
+looks like any other; two modes tell them apart.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.contracts import ComplexArray
+from ksmea.errors import SettingError
+from ksmea.parameters import GRAM_MILLIMETRE, Array, Parameter
+from ksmea.settings import setting
+from problems.rotor.data import SAME_PLACE, Rotor, UnbalancePlane
+from problems.rotor.effect import RotorEffect, drawn_vector, forward_vector, require_on_shaft
+from problems.rotor.problem import RotorProblem
+from problems.rotor.sizes import unbalance_scale
+from problems.rotor.unbalance import force_per_unbalance
+
+NOTICED = (0.01, 0.5)  # of the largest that is possible: vectors as long as these are drawn
+
+
+@dataclass(frozen=True)
+class FurtherUnbalance(RotorEffect):
+    """A further disk is out of balance."""
+
+    position: float | None = setting(
+        None, "where it sits; null: on the first disk that the model has no unbalance on", unit="m", at_least=0
+    )
+
+    aliases: ClassVar[Mapping[str, str]] = {
+        "speed_dependent_damping": "both change peak heights; a second resonance, a trial weight on each disk",
+        "youngs_modulus": "both change the mix of modes; a trial weight on each disk, a second mode in the band",
+        "mass": "both change the mix of modes; a trial weight on each disk, a second mode in the band",
+        "unequal_bearings": "both change the mix of modes; sensors near both ends, a trial weight on each disk",
+    }
+    has_loads: ClassVar[bool] = True
+
+    def __str__(self) -> str:
+        return "the first free disk" if self.position is None else f"at {self.position:g} m"
+
+    def places(self, problem: RotorProblem) -> Sequence[FurtherUnbalance]:
+        return [dataclasses.replace(self, position=position) for position in free_disks(problem.rotor)]
+
+    def placed_on(self, problem: RotorProblem) -> FurtherUnbalance:
+        require_on_shaft(problem, self.position, "unbalance")
+        if self.position is not None:
+            return self
+        free = free_disks(problem.rotor)
+        if not free:
+            raise SettingError("position: expected a disk without unbalance in the model, got none; give a position")
+        return dataclasses.replace(self, position=free[0])
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        largest = unbalance_scale(problem)
+        return tuple(
+            Parameter(name, "g mm", GRAM_MILLIMETRE, -largest, largest) for name in ("unbalance_x", "unbalance_y")
+        )
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return unbalance_scale(problem) * drawn_vector(rng, *NOTICED)
+
+    def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
+        plane = UnbalancePlane(self.position)
+        return force_per_unbalance(dataclasses.replace(rotor, unbalance=(plane,)), speed)
+
+    def load_sizes(self, theta: Array) -> ComplexArray:
+        return forward_vector(theta)[:, None]
+
+
+def free_disks(rotor: Rotor) -> list[float]:
+    """Positions of the disks that carry no unbalance plane, m."""
+
+    def is_free(position: float) -> bool:
+        return all(abs(plane.position - position) > SAME_PLACE * rotor.length for plane in rotor.unbalance)
+
+    return list(dict.fromkeys(disk.position for disk in rotor.disks if is_free(disk.position)))

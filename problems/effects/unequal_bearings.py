@@ -1,0 +1,54 @@
+"""Bearings that differ: the first one's stiffness × (1 + a), that of all others × (1 − a), in x and y separately.
+
+Two bearings of one type differ by their static load and clearance (J. W. Lund, Review of the concept of dynamic
+coefficients for fluid film journal bearings, J. Tribology 109 (1987) 37–41). It changes the shape of the modes: one end
+moves more than the other. Direct stiffnesses change, cross-coupled ones do not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.contracts import ComplexArray
+from ksmea.errors import SettingError
+from ksmea.parameters import Array, Parameter
+from problems.rotor.effect import RotorEffect, column, drawn_either_side
+from problems.rotor.problem import RotorProblem
+
+LARGEST = 0.5
+NOTICED = (0.04, 0.35)  # of either sign in each direction, are drawn
+
+
+@dataclass(frozen=True)
+class UnequalBearings(RotorEffect):
+    """The first bearing is stiffer or softer than the others."""
+
+    aliases: ClassVar[Mapping[str, str]] = {
+        "unbalance": "both change the mix of modes; sensors near both ends, a trial weight on each disk",
+    }
+
+    def places(self, problem: RotorProblem) -> Sequence[UnequalBearings]:
+        return [self] if len(problem.rotor.bearings) > 1 else []
+
+    def placed_on(self, problem: RotorProblem) -> UnequalBearings:
+        if not self.places(problem):
+            raise SettingError("unequal bearings: expected at least two bearings, got one; leave this effect out")
+        return self
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        names = ("stiffness_difference_x", "stiffness_difference_y")
+        return tuple(Parameter(name, "%", 0.01, -LARGEST, LARGEST) for name in names)
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return np.array([drawn_either_side(rng, *NOTICED) for _ in range(2)])
+
+    def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
+        changed = impedance.copy()
+        for axis in (0, 1):
+            changed.real[:1, axis, axis] *= 1 + column(theta[:, axis])
+            changed.real[1:, axis, axis] *= 1 - column(theta[:, axis])
+        return changed

@@ -1,0 +1,43 @@
+"""Data that hide effects: made on a finer mesh by the dense solver, another route than the model that is fitted."""
+
+import numpy as np
+import pytest
+
+from ksmea import registry
+from ksmea.measurement import Measurement, Noise, observe
+from problems.three_disk import ThreeDisk
+
+SENSORS = [0.1, 0.2, 0.5]  # the second node and two disks
+TRUTH = {"kxx": 50e6, "kyy": 70e6, "cxx": 500.0, "cyy": 700.0, "u": 2e-4, "phase_origin": 0.6}
+NOISE = Noise(0.07, 1e-7)
+
+
+def registered_effects(*without):
+    return {name: registry.create("effect", name, {}) for name in registry.registered("effect") if name not in without}
+
+
+@pytest.fixture(scope="session")
+def rotor():
+    """The plain model that data are fitted with."""
+    return ThreeDisk(sensors=SENSORS).build().with_phase_origin()
+
+
+@pytest.fixture(scope="session")
+def hide():
+    """A measurement with an effect (or none) whose place and size the seed draws; what was hidden, for the test alone."""
+    fine = ThreeDisk(mesh=26, sensors=SENSORS).build().with_phase_origin()
+    truth = np.array([TRUTH[name] for name in fine.parameters.names])
+
+    def call(name, seed, kind="complex", told=None):
+        rng = np.random.default_rng([seed, 77])
+        problem, place, size = fine, None, np.empty(0)
+        if name is not None:
+            places = list(registry.create("effect", name, {}).places(fine))
+            place = places[rng.integers(len(places))]
+            size = place.draw(fine, rng)
+            problem = place.added_to(fine)
+        response = problem.dense_response(np.append(truth, size)[None])[0]
+        values = observe(response, kind, NOISE, rng)
+        return Measurement(fine.speed, fine.channels, values, told, "test"), place, size
+
+    return call

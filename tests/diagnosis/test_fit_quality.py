@@ -1,0 +1,92 @@
+"""The lack-of-fit test: right as often as it says, and it finds and places what is wrong."""
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from ksmea.contracts import Channel
+from ksmea.diagnosis.fit_quality import fit_quality, whirl_parts
+from ksmea.diagnosis.fitting import Fit
+from ksmea.likelihood import Likelihood, maximise
+from ksmea.measurement import Measurement, Noise, observe
+from ksmea.model import Model
+from ksmea.parameters import Parameter, Parameters
+
+SPEED = np.linspace(100.0, 200.0, 48)
+CHANNELS = (Channel(0.1, "x"), Channel(0.1, "y"))
+
+
+class Lines:
+    """A straight line over speed per channel: four unknowns."""
+
+    speed, channels = SPEED, CHANNELS
+    parameters = Parameters(tuple(Parameter(f"p{index}", "", 1.0, -100.0, 100.0) for index in range(4)))
+
+    def response(self, x):
+        slope = (SPEED - 150) / 50
+        return np.stack([x[:, :1] + x[:, 1:2] * slope, x[:, 2:3] + x[:, 3:] * slope], axis=-1).astype(complex)
+
+
+TRUTH = np.array([10.0, 3.0, -8.0, 2.0])
+
+
+def fitted(values, noise):
+    likelihood = Likelihood(Model(Lines()), Measurement(SPEED, CHANNELS, values, noise, "test"))
+    start = likelihood.start(Lines.parameters.to_cube(TRUTH))
+    return Fit(Lines(), likelihood, maximise(likelihood, start))
+
+
+UNIT = Noise(0.0, 1.0)
+
+
+def clean(seed, noise=UNIT):
+    return observe(Lines().response(TRUTH[None])[0], "complex", noise, np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize("told", [True, False])
+def test_a_right_model_is_rejected_as_often_as_the_test_says(told):
+    noise = Noise(0.0, 1.0)
+    p = [
+        fit_quality(fitted(clean(seed), noise if told else None), np.random.default_rng([seed, 1]), n_simulated=400).p
+        for seed in range(150)
+    ]
+    # uniform: the Kolmogorov distance of 150 draws exceeds 0.13 with a chance of 1 %
+    assert stats.kstest(p, "uniform").statistic < 0.13
+
+
+def quality(values, told=True):
+    return fit_quality(fitted(values, Noise(0.0, 1.0) if told else None), np.random.default_rng(0))
+
+
+def test_a_smooth_misfit_of_the_size_of_the_noise_is_found():
+    wave = 1.4 * np.sin(2 * np.pi * 2 * (SPEED - 100) / 100)
+    found = quality(clean(1) + np.stack([wave, 0 * wave], axis=1), told=False)
+    assert found.p < 0.005 and found.worst_statistic == "neighbours"
+
+
+def test_one_wild_value_is_found_and_placed():
+    values = clean(2)
+    values[20, 1] += 8.0
+    found = quality(values)
+    assert found.p < 0.005 and found.p_by_statistic["largest"] < 0.005
+    assert found.worst_channel == 1 and found.worst_band[0] <= SPEED[20] <= found.worst_band[1]
+
+
+def test_too_much_of_everything_is_found_only_where_the_noise_is_known():
+    values = clean(3, Noise(0.0, 1.5))
+    assert quality(values).p < 0.005 and quality(values).reduced_chi2 == pytest.approx(2.25, rel=0.2)
+    assert quality(values, told=False).p > 0.01
+
+
+def test_channels_that_move_together_are_found():
+    shared = np.random.default_rng(4).standard_normal((48, 2)) @ [1, 1j]
+    found = quality(clean(5) + 0.7 * shared[:, None], told=False)
+    assert found.p < 0.005 and found.p_by_statistic["channels together"] < 0.005
+
+
+def test_forward_and_backward_whirl():
+    """A forward circle is (1, −i), a backward one (1, i), under Re(q e^{iΩt}) with the shaft turning from x to y."""
+    both = np.outer([2.0, 0.5j], [1, -1j]) + np.outer([0.25, 1.0], [1, 1j])
+    parts = whirl_parts(both, CHANNELS)
+    assert parts[0.1] == pytest.approx(np.array([[2.0, 0.5j], [0.25, 1.0]]))
+    assert whirl_parts(both, (Channel(0.1, "x"), Channel(0.2, "y"))) == {}
