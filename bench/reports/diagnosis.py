@@ -22,6 +22,7 @@ from bench.tables import aligned, csv_text, number
 from ksmea import registry
 
 MOST_RANKED = 6  # effects that the text lists
+ALIKE = 0.95  # likeness from which two effects are of one class
 RPM = np.pi / 30  # rad/s
 INTERNAL = ("status", "curves", "elapsed", "schema", "event", "key", "question", "session", "hidden")
 
@@ -101,10 +102,15 @@ def _found(record: Mapping[str, Any], hidden: list[str]) -> dict[str, Any]:
     return {
         "hidden_fall": max((trial["fall"] for trial in placed or own), default=np.nan),
         "in_set": all(name in record["class"] for name in hidden),
-        "is_first": all(name in record["named"] for name in hidden),
+        "is_first": all(name in record["named"] or _is_same_class(record, name) for name in hidden),
         "sizes_compared": len(compared),
         "sizes_held": sum(held),
     }
+
+
+def _is_same_class(record: Mapping[str, Any], name: str) -> bool:
+    """Whether an effect is reported and does what the first one does."""
+    return name in record["class"] and record["likeness"].get(name, 0.0) >= ALIKE
 
 
 def _holds(interval: Mapping[str, Any], size: float) -> bool:
