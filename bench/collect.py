@@ -33,6 +33,8 @@ def collect(output: Path, redraw: bool = True) -> int:
     if redraw or not _is_drawn(output, drawn_from):
         files |= made.figures()
         (output / DRAWN).unlink(missing_ok=True)
+    for name in made.outdated:
+        (output / name).unlink(missing_ok=True)
     for name, content in files.items():
         replace_file(output / name, content)
     replace_file(output / DRAWN, drawn_from)

@@ -24,6 +24,7 @@ from ksmea import registry
 MOST_RANKED = 6  # effects that the text lists
 ALIKE = 0.95  # likeness from which two effects are of one class
 RPM = np.pi / 30  # rad/s
+OF_ONE_RUN = ("diagnosis.json", "extended.yaml", "residuals.png", "effects.png")
 INTERNAL = ("status", "curves", "elapsed", "schema", "event", "key", "question", "session", "hidden")
 
 
@@ -36,14 +37,18 @@ def diagnosis_report(plan: Plan, output: Path) -> Made:
     }
     done = [run for run in plan.runs if run.key in records and records[run.key]["status"] in RESULTS]
     if len(plan.runs) != 1 or not done:
-        return Made(_summary_text(plan, runs), files, runs)
+        return Made(_summary_text(plan, runs), files, runs, outdated=OF_ONE_RUN)
     cell, record = plan.cells[done[0].cell], records[done[0].key]
     files["diagnosis.json"] = (json.dumps(public(record), indent=1) + "\n").encode()
     if record["applied"] and record["verdict"] in ("named", "ambiguous"):
         files["extended.yaml"] = extended_yaml(cell, record).encode()
     figures = {"residuals.png": residual_figure, "effects.png": trials_figure}
     return Made(
-        sentences(cell, record), files, runs, lambda: {name: png(draw(record)) for name, draw in figures.items()}
+        sentences(cell, record),
+        files,
+        runs,
+        lambda: {name: png(draw(record)) for name, draw in figures.items()},
+        outdated=tuple(name for name in ("diagnosis.json", "extended.yaml") if name not in files),
     )
 
 

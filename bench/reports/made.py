@@ -17,9 +17,11 @@ class Made:
     """`text` is printed, `files` are written by name, `runs` has a row per planned run with its `status` and `error`.
 
     `figures` makes further files; it is not asked where they are there already and were made of the same `files`.
+    `outdated` names files that an earlier call may have written and that would now say what is not so.
     """
 
     text: str
     files: Mapping[str, bytes]
     runs: pd.DataFrame
     figures: Callable[[], Mapping[str, bytes]] = _no_figures
+    outdated: tuple[str, ...] = ()

@@ -1,0 +1,134 @@
+"""`+experiment=diagnose` as its users meet it: sentences, diagnosis.json, extended.yaml, figures; many runs counted."""
+
+import csv
+import json
+import os
+from pathlib import Path
+
+import pandas as pd
+import pytest
+
+ROOT = Path(__file__).parents[2]
+RK4_RUN_UP = Path(os.environ.get("KSMEA_DATA", ROOT.parent / "shared/data")) / "rk4/runup_bode_first_critical.csv"
+FEW = "study.effects=[runout,mass,channel_gain]"  # a few effects take a second, all of them ten
+DATA = [
+    "measurement.kind=complex",
+    "measurement.relative=0.05",
+    "measurement.floor=0.05",
+    "measurement.noise_known=false",
+    "measurement.mesh=26",
+    "measurement.route=dense",
+    "problem.sensors=[0.1,0.5]",
+]
+HIDDEN = "measurement.hidden=[runout]"
+
+
+@pytest.fixture(scope="module")
+def hidden(shell, tmp_path_factory):
+    """A diagnosis of data that hide a runout."""
+    words = ["+experiment=diagnose", *DATA, HIDDEN, FEW, "seed=3"]
+    return shell(*words, cwd=tmp_path_factory.mktemp("hidden"), output="results/diagnose")
+
+
+def diagnosis(ended):
+    return json.loads((ended.output / "diagnosis.json").read_text())
+
+
+def test_it_says_what_is_wrong_and_names_the_cause(hidden):
+    assert hidden.code == 0, hidden.err
+    assert "The model does not fit: what it leaves is no noise" in hidden.out
+    assert "Verdict: named: runout" in hidden.out
+    assert "On blocks of speeds left out the log score rises by" in hidden.out
+
+
+def test_diagnosis_json_has_all_that_is_promised(hidden):
+    found = diagnosis(hidden)
+    assert found["verdict"] == "named" and found["named"] == ["runout"] and found["class"] == ["runout"]
+    assert found["lack_of_fit"]["before"]["p"] < 0.005 < found["lack_of_fit"]["after"]["p"]
+    assert found["gain"]["log_score"] > 2 * found["gain"]["standard_error"] > 0
+    assert found["gain"]["rmse_after"] < found["gain"]["rmse_before"]
+    assert set(found["min_detectable"]) == {"runout", "mass", "channel_gain"}
+    best = found["ranking"][0]
+    assert best["effect"] == "runout" and best["p"] < 1e-6 and best["delta_bic"] > 50
+    for parameter in best["parameters"]:
+        assert parameter["low"] < parameter["value"] < parameter["high"] and parameter["unit"] == "µm"
+    bic = [trial["delta_bic"] for trial in found["ranking"]]
+    assert bic == sorted(bic, reverse=True) and len(bic) == 2 + 1 + 4  # planes, rotor, channels
+
+
+def test_what_is_hidden_is_in_the_record_and_nowhere_else(hidden):
+    (record,) = hidden.events()
+    (effect,) = record["hidden"]
+    assert effect["effect"] == "runout" and effect["place"] == diagnosis(hidden)["applied"][0]["place"]
+    assert "hidden" not in diagnosis(hidden)
+    found = {part["name"]: part for part in diagnosis(hidden)["ranking"][0]["parameters"]}
+    for part in effect["parameters"]:  # 95 % intervals, taken twice as wide
+        interval = found[part["name"]]
+        assert abs(part["value"] - interval["value"]) < interval["high"] - interval["low"]
+
+
+def test_the_extended_model_is_a_problem_that_other_commands_take(hidden, shell):
+    words = ["problem=extended", "problem.file=results/diagnose/extended.yaml", "measurement.relative=0.05"]
+    cheap = ["method=direct", "optimizer=lm", "repetitions=1", "optimizer.screening=500", "optimizer.starts=2"]
+    ended = shell(*words, *cheap, cwd=hidden.output.parents[1], output="results/run")
+    assert ended.code == 0, ended.err
+    table = pd.read_csv(ended.output / "run.csv").set_index("parameter")
+    identified = {row["name"]: row["after"] for row in diagnosis(hidden)["coefficients"]}
+    for name in ("kxx", "runout_x"):  # what was identified is the reference of the extended problem
+        assert table.loc[name, "reference"] == pytest.approx(identified[name]["value"], rel=1e-6)
+
+
+def test_figures_are_drawn(hidden):
+    for name in ("residuals.png", "effects.png"):
+        assert (hidden.output / name).read_bytes().startswith(b"\x89PNG")
+
+
+def test_an_adequate_model_leaves_no_extended_file_behind(enter):
+    once = enter("+experiment=diagnose", *DATA, HIDDEN, FEW, "seed=3", output="results/diagnose")
+    assert (once.output / "extended.yaml").is_file()
+    again = enter("+experiment=diagnose", *DATA, FEW, "seed=3", output="results/diagnose")
+    assert "Verdict: adequate" in again.out and "What would have been found in nine of ten cases" in again.out
+    assert not (again.output / "extended.yaml").exists() and diagnosis(again)["named"] == []
+
+
+def test_many_runs_are_counted(enter):
+    words = ["+experiment=diagnosis_effects", *DATA, FEW, "repetitions=2", "workers=1", "seed=3"]
+    grid = "grid=[{label:runout,measurement.hidden:[[runout]]},{label:none,measurement.hidden:[[]]}]"
+    ended = enter(*words, grid, output="results/diagnosis_effects")
+    assert ended.code == 0, ended.err
+    table = pd.read_csv(ended.output / "diagnosis_effects.csv").set_index("label")
+    assert table.loc["runout", ["plain_to_see", "in_set", "is_first"]].tolist() == [2, 2, 2]
+    assert table.loc["none", "adequate"] == 2 and pd.isna(table.loc["none", "in_set"])
+    runs = pd.read_csv(ended.output / "runs.csv")
+    assert runs.loc[runs["label"] == "runout", "sizes_compared"].tolist() == [2, 2]
+    assert not (ended.output / "diagnosis.json").exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (["measurement.kind=complex"], "expected noise, without which any difference is a misfit"),
+        (["measurement.relative=0.1", "study.effects=[runuot]"], "did you mean 'runout'?"),
+        (["measurement.relative=0.1", "measurement.hidden=[mas]"], "did you mean 'mass'?"),
+        (["measurement.relative=0.1", "problem.n_speed=3"], "expected at least 10 data, twice the unknowns, got 6"),
+        (["measurement=file", "measurement.path=nothing.csv"], "nothing.csv: expected a CSV file, found none"),
+    ],
+)
+def test_bad_input_is_one_line(enter, words, said):
+    ended = enter("+experiment=diagnose", *words, output="results/diagnose")
+    assert ended.code == 2 and said in ended.err and ended.err.count("\n") == 1
+    assert not ended.output.exists()
+
+
+@pytest.mark.skipif(not RK4_RUN_UP.is_file(), reason=f"{RK4_RUN_UP} is not here: public data that are not committed")
+def test_a_real_sweep_through_a_critical_speed_is_no_steady_response(enter, tmp_path):
+    """It beats behind the critical, which no effect that is known explains: the honest answer is 'unknown'."""
+    with RK4_RUN_UP.open() as file:
+        rows = [[row["rpm"], "0.12", "x", row["amp_1x_um_0pk"], row["phase_1x_deg"]] for row in csv.DictReader(file)]
+    header = "speed_rpm,position_m,direction,amplitude_um_0pk,phase_lead_deg"
+    (tmp_path / "rk4.csv").write_text("\n".join([header, *map(",".join, rows)]))
+    few = "study.effects=[runout,cross_coupling_symmetric,speed_dependent_damping]"
+    words = ["problem=rk4_two_disk", "measurement=file", "measurement.path=rk4.csv", few]
+    ended = enter("+experiment=diagnose", *words, output="results/diagnose")
+    assert ended.code == 0, ended.err
+    assert diagnosis(ended)["verdict"] == "unknown" and diagnosis(ended)["named"] == []
