@@ -37,6 +37,8 @@ def write_reference(output: Path, folder: Path = FOLDER) -> list[Path]:
     folder.mkdir(parents=True, exist_ok=True)
     written = []
     for name, content in made.files.items():
+        if not name.endswith(".csv"):
+            continue
         path = folder / (f"{plan.name}.runs.csv" if name == "runs.csv" else name)
         replace_file(path, head.encode() + content)
         written.append(path)

@@ -6,7 +6,8 @@ near tie: there the median of every parameter in every cell must lie within the 
 reference's median, or within `tolerance` where the runs agree more closely than that (Table 2, without noise). Which of
 the two was asked is printed.
 
-A table without runs of its own, in which nothing is random (`audit`), is computed again as a whole.
+Tables of other studies than identification (`audit`, `diagnosis_nulls`) are computed again with their records, every
+number and word of them, but for times.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from bench.plan import Plan, all_runs, component_seeds
 from bench.pool import Limits, run_tasks
 from bench.provenance import library_versions, platform_name
 from bench.records import RESULTS, RecordWriter
-from bench.reference import read_reference
+from bench.reference import FOLDER, read_reference
 from bench.reports import REPORTS
 from bench.work import available_cores, own_modules
 from ksmea import registry
@@ -66,8 +67,8 @@ def verify(words: list[str]) -> int:
     if REPORTS[plan.report.table].study != "identify":
         same = plan.versions == library_versions() and plan.platform == platform_name()
         allowed = options["tolerance"] if same else max(options["tolerance"], ELSEWHERE)
-        differences = _table_differences(plan, reference, allowed)
-        return _report(table, f"every number of the table within {allowed:g}", differences, len(differences))
+        differences = _study_differences(plan, options, allowed)
+        return _report(table, f"every number within {allowed:g}", differences, len(differences))
     if options["repetitions"] is not None:
         reference = reference[reference["repetition"] < options["repetitions"]]
     now = _recomputed(plan, reference, options["workers"])
@@ -80,21 +81,38 @@ def verify(words: list[str]) -> int:
     return _report(table, here, differences, len(differences))
 
 
-def _table_differences(plan: Plan, reference: pd.DataFrame, tolerance: float) -> list[Difference]:
-    """Every number of a table in which nothing is random, and whether its words are the same (1) or not (0)."""
-    plan = dataclasses.replace(plan, runs=all_runs(plan.cells, 1, plan.versions))
-    with TemporaryDirectory() as folder:
-        with RecordWriter(Path(folder), 0, plan) as writer:
-            for run in tqdm(plan.runs, desc=f"verify {plan.name}", unit="run", disable=None):
-                writer.result(run, execute(plan.cells[run.cell].settings, plan.seeds(run)))
-        made = REPORTS[plan.report.table].make(plan, Path(folder))
-    now = pd.read_csv(io.BytesIO(made.files[f"{plan.name}.csv"]))
+def _study_differences(plan: Plan, options: dict[str, Any], tolerance: float) -> list[Difference]:
+    """Numbers and words of the tables that are made of a study's records, but for times: of its runs, and where all of
+    them are computed again of the table too."""
+    name = plan.name
+    were = {file: pd.read_csv(FOLDER / file, comment="#") for file in (f"{name}.csv", f"{name}.runs.csv")}
+    repetitions = int(were[f"{name}.runs.csv"]["repetition"].max()) + 1
+    asked = min(options["repetitions"] or repetitions, repetitions)
+    plan = dataclasses.replace(plan, runs=all_runs(plan.cells, asked, plan.versions))
+    tasks = [(run, (plan.cells[run.cell].settings, plan.seeds(run))) for run in plan.runs]
+    n_worker = min(options["workers"] or available_cores(), len(tasks))
+    with TemporaryDirectory() as folder, RecordWriter(Path(folder), 0, plan) as writer:
+        with tqdm(total=len(tasks), desc=f"verify {name}", unit="run", disable=None) as bar:
+            for run, record in run_tasks(execute, tasks, n_worker, Limits(), lambda run: None, own_modules(plan)):
+                writer.result(run, record)
+                bar.update()
+        made = REPORTS[plan.report.table].make(plan, Path(folder)).files
+    runs = were[f"{name}.runs.csv"]
+    compared = [(runs[runs["repetition"] < asked], pd.read_csv(io.BytesIO(made["runs.csv"])))]
+    if asked == repetitions:
+        compared.append((were[f"{name}.csv"], pd.read_csv(io.BytesIO(made[f"{name}.csv"]))))
+    return [difference for was, now in compared for difference in _frame_differences(was, now, tolerance)]
+
+
+def _frame_differences(reference: pd.DataFrame, now: pd.DataFrame, tolerance: float) -> list[Difference]:
     differences = [Difference("rows", len(reference), len(now), 0)]
     for row, (was, found) in enumerate(zip(reference.to_dict("records"), now.to_dict("records"))):
         for column, value in was.items():
+            if column == "key" or column.startswith("seconds"):
+                continue
             what = f"{column} in row {row + 1}"
             if isinstance(value, (int, float)) and not isinstance(value, bool):
-                if not np.isnan(value) or not np.isnan(found.get(column, 0.0)):
+                if not (pd.isna(value) and pd.isna(found.get(column))):
                     differences.append(Difference(what, value, found.get(column, np.nan), tolerance * abs(value)))
             else:
                 differences.append(Difference(what, 1.0, float(found.get(column) == value), 0.0))

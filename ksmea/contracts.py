@@ -93,6 +93,11 @@ class Effect(Protocol):
         """Effects that can look alike, by name, and what separates them."""
         ...
 
+    @property
+    def moves_resonances(self) -> bool:
+        """Whether the resonances lie elsewhere with it, so that fits have to be sought all over its bounds."""
+        ...
+
     def places(self, problem: Problem) -> Sequence[Effect]:
         """This effect at each place of the problem where it may sit; none where it cannot be."""
         ...

@@ -30,8 +30,6 @@ from ksmea.parameters import Array
 REGULAR = 0.05  # the ends of a parabola may miss those of the profile by this part of the half-width
 LOWER = 0.01  # a deviance this far below the maximum's is another maximum, from where all begins again
 
-KINDS = ("gauss-newton", "profile", "lower limit", "upper limit", "not identifiable", "information")
-
 
 @dataclass(frozen=True)
 class Interval:
@@ -50,13 +48,18 @@ class Interval:
 class Estimate:
     """The maximum of the likelihood nearest to an identified point, x (d,) SI, with an interval per unknown.
 
-    `noise` is the known level, or the estimated one corrected for the degrees of freedom that the fit took.
+    `point` is the maximum, `noise` the known level, or the estimated one corrected for the degrees of freedom that the
+    fit took.
     """
 
     x: Array
     intervals: tuple[Interval, ...]
-    deviance: float
+    point: Point
     noise: Noise
+
+    @property
+    def deviance(self) -> float:
+        return self.point.deviance
 
 
 class _Profile:
@@ -72,9 +75,15 @@ class _Profile:
         self._maximum = maximum
         self._index = index
         self._known = [maximum.theta]
+        self._roots = {self.start: 0.0}
 
     def root(self, value: float) -> float:
-        """√(D − D̂) where the unknown has this value and all others suit it best."""
+        """√(D − D̂) where the unknown has this value and all others suit it best; the same whenever it is asked again."""
+        if value not in self._roots:
+            self._roots[value] = self._sought(value)
+        return self._roots[value]
+
+    def _sought(self, value: float) -> float:
         near = min(self._known, key=lambda theta: abs(theta[self._index] - value))
         theta = near + (value - near[self._index]) * self._tangent
         theta[self._index] = value
@@ -95,8 +104,8 @@ def climb(likelihood: Likelihood, u: Array) -> Point:
     """The maximum of the likelihood nearest to u (d,); of several that differ in the noise alone, the highest."""
     best = maximise(likelihood, likelihood.start(u))
     if likelihood.noise_is_sought:
-        for noise in likelihood.noise_starts(best.theta[: likelihood.d]):
-            with suppress(BudgetSpent):
+        with suppress(BudgetSpent):
+            for noise in likelihood.noise_starts(best.theta[: likelihood.d]):
                 again = maximise(likelihood, np.concatenate([best.theta[: likelihood.d], noise]))
                 best = again if again.deviance < best.deviance else best
     return best
@@ -106,7 +115,8 @@ def estimate(likelihood: Likelihood, maximum: Point, *, level: float = 0.95, che
     """The intervals of confidence `level` around a maximum of the likelihood; a profile that meets a higher maximum
     moves all of them there.
 
-    Without `check` the information at the maximum is believed, at no further evaluation of the model.
+    Without `check`, and where a profile cannot be computed, the information at the maximum is believed, at no further
+    evaluation of the model.
     """
     rise = critical_rise(likelihood, level)
     intervals = None
@@ -118,18 +128,21 @@ def estimate(likelihood: Likelihood, maximum: Point, *, level: float = 0.95, che
     return Estimate(
         parameters.to_si(maximum.theta[: likelihood.d]),
         tuple(_in_si(interval, parameter.lower, parameter.upper) for interval, parameter in zip(intervals, parameters)),
-        maximum.deviance,
+        maximum,
         _unbiased(likelihood, maximum),
     )
 
 
 def _checked_intervals(likelihood: Likelihood, maximum: Point, rise: float) -> tuple[Point, list[Interval] | None]:
-    """The maximum and its intervals; none where profile after profile finds a higher one, so uneven is the likelihood."""
+    """The maximum and its intervals; none where profile after profile finds a higher one, so uneven is the likelihood,
+    or one cannot be computed."""
     for _ in range(3):
         try:
             return maximum, [_checked(likelihood, maximum, index, rise) for index in range(likelihood.d)]
         except _BetterMaximum as found:
             maximum = maximise(likelihood, found.point.theta)
+        except np.linalg.LinAlgError:
+            break
     return maximum, None
 
 
@@ -160,7 +173,7 @@ def _kind(low: float, high: float) -> str:
 
 def _end(profile: _Profile, wanted: float, bound: float) -> float:
     """Where the profile reaches the wanted root between its maximum and a bound; infinite where it does not."""
-    sign = 1.0 if bound > profile.start else -1.0
+    sign = 1.0 if bound == 1.0 else -1.0
     width = min(wanted * profile.sd, abs(bound - profile.start))
     inner, reach = profile.start, width
     while inner != bound:

@@ -16,6 +16,8 @@ MEGANEWTON_PER_METRE = 1e6  # N/m
 KILONEWTON_SECOND_PER_METRE = 1e3  # N s/m
 GRAM_MILLIMETRE = 1e-6  # kg m
 TURN = 2 * np.pi  # rad
+ANGLES = ("deg", "rad")
+UNBALANCES = ("kg m", "g m", "kg mm", "g mm", "oz in")
 
 
 @dataclass(frozen=True)
@@ -37,8 +39,13 @@ class Parameter:
 
     @property
     def is_full_turn(self) -> bool:
-        """Whether it is an angle whose bounds hold more than a turn: values a turn apart are the same."""
-        return self.unit == "deg" and self.upper - self.lower > TURN
+        """Whether it is an angle whose bounds hold a turn or more: values a turn apart are the same."""
+        return self.unit in ANGLES and self.upper - self.lower >= TURN * (1 - 1e-9)
+
+    @property
+    def is_unbalance(self) -> bool:
+        """Whether it is the magnitude of an unbalance."""
+        return self.unit in UNBALANCES and self.lower >= 0
 
 
 @dataclass(frozen=True)

@@ -101,9 +101,9 @@ BOUNDS = {
     "cxx": [0.01, 1.0],
     "cyy": [0.01, 1.0],
     "u1": [0.3, 30.0],
-    "phase1": [-180.0, 180.0],
+    "phase1": [-270.0, 270.0],
     "u2": [0.3, 30.0],
-    "phase2": [-180.0, 180.0],
+    "phase2": [-270.0, 270.0],
 }
 TARGETS: dict[str, tuple[Target, ...]] = {  # what each unknown sets; both supports alike
     **{name: (BearingTarget(0, name), BearingTarget(1, name)) for name in ("kxx", "kyy", "cxx", "cyy")},

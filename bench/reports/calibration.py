@@ -51,7 +51,7 @@ def calibration_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
                     if facts.bound is None or not facts.truth
                     else 100 * facts.bound / abs(facts.truth),
                     **_errors(results, facts),
-                    **_intervals(results, facts),
+                    **_intervals(results, facts, _level(cell)),
                     **shares,
                     "runs": len(results),
                     "failed": len(mine) - len(results),
@@ -87,7 +87,16 @@ def _errors(results: pd.DataFrame, facts: ParameterFacts) -> dict[str, float]:
     return dict(zip(names, (errors.mean(), errors.std(ddof=0), spread, right.std(ddof=0))))
 
 
-def _intervals(results: pd.DataFrame, facts: ParameterFacts) -> dict[str, float]:
+def _sigmas(level: float) -> float:
+    """Half-width of a normal interval of this confidence, in standard deviations."""
+    return float(norm.ppf((1 + level) / 2))
+
+
+def _level(cell: Cell) -> float:
+    return float((cell.settings.get("study") or {}).get("level", 0.95))
+
+
+def _intervals(results: pd.DataFrame, facts: ParameterFacts, level: float) -> dict[str, float]:
     """Coverage with its standard error, half-widths against those of the bound, and shares by kind."""
     name = facts.name
     if f"{name}_interval" not in results or results.empty:
@@ -99,7 +108,7 @@ def _intervals(results: pd.DataFrame, facts: ParameterFacts) -> dict[str, float]
     return {
         "covered_pct": 100 * share,
         "covered_se": 100 * np.sqrt(share * (1 - share) / max(len(covered), 1)),
-        "width": np.nan if facts.bound is None or width.empty else width.median() / 2 / (norm.ppf(0.975) * facts.bound),
+        "width": np.nan if facts.bound is None or width.empty else width.median() / 2 / (_sigmas(level) * facts.bound),
         "one_sided_pct": 100 * kinds.isin(["lower limit", "upper limit"]).mean(),
         "not_identifiable_pct": 100 * (kinds == "not identifiable").mean(),
     }
@@ -169,11 +178,13 @@ def calibration_figure(plan: Plan, frame: pd.DataFrame, runs: pd.DataFrame) -> F
         left.set_ylabel(name, fontsize=10, rotation=0, labelpad=14)
         rows = frame[frame["parameter"] == name]
         if "covered_pct" in rows:
+            has = [any(facts.name == name for facts in cell.parameters) for cell in plan.cells]
             right.errorbar(
-                rows["covered_pct"], places, xerr=2 * rows["covered_se"], fmt="o", color=INTERVAL, markersize=4
+                rows["covered_pct"], places[has], xerr=2 * rows["covered_se"], fmt="o", color=INTERVAL, markersize=4
             )
-            right.axvline(95, color=REFERENCE, linestyle=":", linewidth=0.8)
-            right.axvspan(93, 97, color=PAPER, alpha=0.08)
+            for level in {100 * _level(cell) for cell in plan.cells}:
+                right.axvline(level, color=REFERENCE, linestyle=":", linewidth=0.8)
+                right.axvspan(level - 2, level + 2, color=PAPER, alpha=0.08)
             right.set_xlim(min(88.0, rows["covered_pct"].min() - 2), 100.5)
         right.set_yticks([])
         right.set_ylim(left.get_ylim())
@@ -181,7 +192,7 @@ def calibration_figure(plan: Plan, frame: pd.DataFrame, runs: pd.DataFrame) -> F
         panel.tick_params(axis="x", labelsize=8)
         panel.grid(axis="x", alpha=0.25)
     panels[0, 0].set_title("error in units of the Cramér–Rao bound; dotted: where 95 % lie at the bound", fontsize=9)
-    panels[0, 1].set_title("share of 95 % intervals that hold the truth (%)", fontsize=9)
+    panels[0, 1].set_title("share of the intervals that hold the truth (%)", fontsize=9)
     figure.suptitle(f"{plan.name}: {int(runs.groupby('cell').size().max())} noise draws", fontsize=11)
     return figure
 

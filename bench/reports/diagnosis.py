@@ -44,7 +44,7 @@ def diagnosis_report(plan: Plan, output: Path) -> Made:
         files["extended.yaml"] = extended_yaml(cell, record).encode()
     figures = {"residuals.png": residual_figure, "effects.png": trials_figure}
     return Made(
-        sentences(cell, record),
+        f"{sentences(record)}\n\nwritten: {', '.join(name for name in files if not name.endswith('.csv'))}",
         files,
         runs,
         lambda: {name: png(draw(record)) for name, draw in figures.items()},
@@ -107,10 +107,17 @@ def _found(record: Mapping[str, Any], hidden: list[str]) -> dict[str, Any]:
     return {
         "hidden_fall": max((trial["fall"] for trial in placed or own), default=np.nan),
         "in_set": all(name in record["class"] for name in hidden),
+        "place_right": bool(own) and all(_place_of(record, effect) for effect in record["hidden"]),
         "is_first": all(name in record["named"] or _is_same_class(record, name) for name in hidden),
         "sizes_compared": len(compared),
         "sizes_held": sum(held),
     }
+
+
+def _place_of(record: Mapping[str, Any], effect: Mapping[str, Any]) -> bool:
+    """Whether the first trial of an effect is at the place where it is hidden."""
+    first = next((trial for trial in record["ranking"] if trial["effect"] == effect["effect"]), None)
+    return first is not None and first["place"] == effect["place"]
 
 
 def _is_same_class(record: Mapping[str, Any], name: str) -> bool:
@@ -142,6 +149,7 @@ def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
                 "plain_to_see": len(plain),
                 "in_set": int(plain["in_set"].sum()),
                 "is_first": int(plain["is_first"].sum()),
+                "place_right": int(plain["place_right"].sum()),
                 "sizes": int(plain["sizes_compared"].sum()),
                 "sizes_held": int(plain["sizes_held"].sum()),
             }
@@ -171,7 +179,7 @@ def extended_yaml(cell: Cell, record: Mapping[str, Any]) -> str:
     return extended.document(problem["name"], problem, effects, values, "phase_origin" in values)
 
 
-def sentences(cell: Cell, record: Mapping[str, Any]) -> str:
+def sentences(record: Mapping[str, Any]) -> str:
     """The diagnosis as an engineer would say it."""
     blocks = [_what_is_wrong(record), _cause(record), _worth(record), _detectable(record)]
     return "\n\n".join(block for block in blocks if block)
@@ -179,29 +187,40 @@ def sentences(cell: Cell, record: Mapping[str, Any]) -> str:
 
 def _what_is_wrong(record: Mapping[str, Any]) -> str:
     before = record["lack_of_fit"]["before"]
-    noise = record["noise"]["after"] or record["noise"]["before"]
-    said = "known" if record["noise"]["known"] else "estimated"
-    level = f"Noise ({said}): {100 * noise['relative']:.3g} % of each value and {noise['floor'] * 1e6:.3g} µm."
-    if before["p"] < record["lack_of_fit"]["level"]:
-        low, high = (speed / RPM for speed in before["band"])
-        where = f"most of it at {low:.0f}–{high:.0f} rpm in {before['channel']}, {before['excess']:.3g} times its share"
-        lines = [
-            f"The model does not fit: what it leaves is no noise (p = {before['p']:.2g}, by {before['statistic']}), {where}."
-        ]
-    else:
-        lines = [f"What the model leaves over could be noise (p = {before['p']:.2g})."]
+    if before["p"] >= record["lack_of_fit"]["level"]:
+        yet = "; yet an effect explains the data better" if record["applied"] else ""
+        return f"What the model leaves over could be noise (p = {before['p']:.2g}){yet}.\n{_noise_text(record)}"
+    said = f"p = {before['p']:.2g}, by {before['statistic']}"
+    lines = [f"The model does not fit: what it leaves is no noise ({said}), strongest {_where(before)}."]
     for position, (forward, backward) in before["whirl"].items():
         if max(forward, backward) > 2 * min(forward, backward):
             kind = "forward" if forward > backward else "backward"
-            ratio = max(forward, backward) / max(min(forward, backward), 1e-12)
-            lines.append(f"At {position} m it is {kind} whirl, {ratio:.2g} times as strong as the other.")
-    return "\n".join([*lines, level])
+            ratio = np.sqrt(max(forward, backward) / max(min(forward, backward), 1e-12))
+            lines.append(f"At {position} m it is {kind} whirl, {ratio:.2g} times as large as the other.")
+    return "\n".join([*lines, _noise_text(record)])
+
+
+def _where(quality: Mapping[str, Any]) -> str:
+    low, high = (speed / RPM for speed in quality["band"])
+    return f"at {low:.0f}–{high:.0f} rpm in {quality['channel']}"
+
+
+def _noise_text(record: Mapping[str, Any]) -> str:
+    """The noise under the model that the verdict believes."""
+    if record["noise"]["by_datum"]:
+        return "Noise: as stated datum by datum."
+    is_explained = record["verdict"] in ("named", "ambiguous")
+    noise = record["noise"]["after" if is_explained else "before"]
+    said = "known" if record["noise"]["known"] else "estimated"
+    return f"Noise ({said}): {100 * noise['relative']:.3g} % of each value and {noise['floor'] * 1e6:.3g} µm."
 
 
 def _cause(record: Mapping[str, Any]) -> str:
     verdict, applied = record["verdict"], record["applied"]
     names = " and ".join(f"{effect['name']} ({effect['place']})" for effect in applied)
     lines = [f"Verdict: {verdict}" + (f": {names}" if verdict in ("named", "ambiguous") else "")]
+    if len(record["places"]) > 1:
+        lines.append(f"The place is not certain: {' or '.join(record['places'])}.")
     if verdict == "ambiguous":
         lines.append(f"These explain the data about as well: {', '.join(record['class'])}.")
         split = record["split"]
@@ -210,19 +229,24 @@ def _cause(record: Mapping[str, Any]) -> str:
             if split
             else "None of the measurements that were considered would tell them apart."
         )
-    if verdict == "unknown":
+    if verdict == "unknown" and not applied:
+        lines.append("The model is wrong, and no effect that is known speaks for itself.")
+    elif verdict == "unknown":
+        after = record["lack_of_fit"]["after"]
         lines.append(
-            "The model is wrong, and none of the effects that are known, nor any two of them, leaves noise behind."
+            "The model is wrong, and neither one of the known effects nor the best pairs of them leave noise behind."
         )
-        if applied:
-            after = record["lack_of_fit"]["after"]
-            low, high = (speed / RPM for speed in after["band"])
-            lines.append(
-                f"The nearest is {names}; what it leaves (p = {after['p']:.2g}, by {after['statistic']}) sits at"
-                f" {low:.0f}–{high:.0f} rpm in {after['channel']}."
-            )
-    if verdict in ("named", "ambiguous"):
-        lines += [f"  {name}: {text}" for name, text in record["aliases"].items()]
+        lines.append(
+            f"The nearest is {names}; what it leaves (p = {after['p']:.2g}, by {after['statistic']}) is strongest"
+            f" {_where(after)}."
+        )
+    else:
+        lines += [f"  {name} can look like it: {text}" for name, text in record["aliases"].items()]
+        lines += [
+            f"  {part['name']} lies on its physical bound: another cause is likely"
+            for part in record["ranking"][0]["parameters"]
+            if part["at_bound"] and applied
+        ]
     return "\n".join([*lines, "", _ranking(record)])
 
 
@@ -254,9 +278,9 @@ def _worth(record: Mapping[str, Any]) -> str:
     if gain is None:
         return ""
     proven = "more than two standard errors" if gain["is_proven"] else "not more than two standard errors: not proven"
-    score = f"{gain['log_score']:.3g} ± {gain['standard_error']:.2g} ({proven})"
-    rmse = f"from {gain['rmse_before'] * 1e6:.3g} to {gain['rmse_after'] * 1e6:.3g} µm"
-    lines = [f"On blocks of speeds left out the log score rises by {score}, the rms error goes {rmse}."]
+    rmse = f"{gain['rmse_before'] * 1e6:.3g} to {gain['rmse_after'] * 1e6:.3g} µm"
+    score = f"{gain['log_score']:+.3g} ± {gain['standard_error']:.2g} against the plain one's ({proven})"
+    lines = [f"On blocks of speeds left out the extended model's log score is {score}; the rms error goes from {rmse}."]
     rows = [row for row in record["coefficients"] if row["after"] is not None]
     table = [[row["name"], *(_cell(row[when]) for when in ("before", "after")), row["after"]["unit"]] for row in rows]
     return "\n".join([*lines, "", aligned(["unknown", "before", "after", "unit"], table)])
@@ -279,6 +303,6 @@ def _detectable(record: Mapping[str, Any]) -> str:
             remark = (
                 "" if part["observable"] else f"beyond what is physical ({number(part['largest'], 3)} {part['unit']})"
             )
-            lines.append([name, part["parameter"], size, remark])
+            lines.append([name, part["place"], part["parameter"], size, remark])
     head = "What would have been found in nine of ten cases, had it been there:"
-    return f"{head}\n{aligned(['effect', 'unknown', 'from', ''], lines)}"
+    return f"{head}\n{aligned(['effect', 'place', 'unknown', 'from', ''], lines)}"

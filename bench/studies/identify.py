@@ -138,7 +138,7 @@ class Identify(Settings):
             "seconds": time.perf_counter() - started,
         }
         if rng is not None:
-            tested = fit_quality(Fit(problem, likelihood, nearest), rng)
+            tested = fit_quality(Fit(problem, likelihood, estimated.point), rng)
             rejected = tested.p < LACK_OF_FIT_LEVEL
             record["lack_of_fit"] = {"p": tested.p, "statistic": tested.worst_statistic, "rejected": rejected}
         if true_x is not None:

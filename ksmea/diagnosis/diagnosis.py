@@ -32,21 +32,26 @@ from ksmea.intervals import Estimate, estimate
 from ksmea.likelihood import maximise
 from ksmea.measurement import Measurement
 
-VERDICTS = ("adequate", "named", "ambiguous", "unknown", "not observable")
 NEAR = 6.0  # ΔBIC within which effects cannot be told apart (Kass & Raftery 1995: strong evidence begins there)
-ALIKE = 0.95  # cosine from which two effects are called alike
 MOST_PAIRED = 3  # effects that a second one is tried beside
+MOVED = 0.01  # deviance by which intervals must have found a higher maximum for a fit to move there
 LEAST_OBSERVABLE = 0.5  # part of the effects that must be observable for a model to be called adequate
 
 
 @dataclass(frozen=True)
 class Diagnosis:
     """What was found; `trials` are ranked, `named` and `alike` are names of effects, `best` is the extended fit that the
-    verdict speaks of (None without one) with its effects in `applied`."""
+    verdict speaks of (None without one) with its effects in `applied`.
+
+    `alike` is the class: the named effects and those that explain the data about as well, by their own fits (ΔBIC ≤ 6) or
+    because what the best one does to the data they can do too, as projected sensitivities have it. `places` are those
+    where the best effect explains them about as well.
+    """
 
     verdict: str
     named: tuple[str, ...]
-    alike: tuple[str, ...]  # the class: effects that explain the data about as well as the best, it included
+    alike: tuple[str, ...]
+    places: tuple[str, ...]
     plain: Fit
     plain_estimate: Estimate
     plain_quality: FitQuality
@@ -57,8 +62,10 @@ class Diagnosis:
     best_quality: FitQuality | None
     gain: Gain | None
     split: Split | None
-    likeness: Mapping[str, float]  # of the other effects to the best one
-    detectable: Mapping[str, tuple[Detectable, ...]]  # by effect, at its best place
+    likeness: Mapping[str, float]  # of the other effects to the best single one
+    detectable: Mapping[
+        str, tuple[str, tuple[Detectable, ...]]
+    ]  # by effect: its most promising place, and its unknowns
     level: float
 
 
@@ -76,49 +83,81 @@ def diagnose(
 ) -> Diagnosis:
     """The diagnosis of a measurement by a problem and the effects that are known. `progress` is called at each step."""
     effort = effort or Effort()
+    half = level / 2
+    found = candidates(problem, effects)
+    if not found:
+        raise ValueError("diagnosis: expected effects that the problem has a place for, got none")
     plain = fit_plain(problem, measurement, rng, effort)
     progress()
     quality = fit_quality(plain.best, rng)
-    found = candidates(problem, effects)
     trials = tried(problem, measurement, plain.best, found, progress)
-    half = level / 2
-    if quality.p < half or trials[0].p < half:
+    if quality.p < half or _speaking(trials, half):
         trials = searched(trials, measurement, plain, effort, progress)
         better = _plain_from(trials, plain)
         if better is not plain:
             plain, quality = better, fit_quality(better.best, rng)
-            trials = tried(problem, measurement, plain.best, found, progress)
-            trials = searched(trials, measurement, plain, effort, progress)
-    best, applied, best_quality, rivals = None, (), None, ()
-    speaks = [trial for trial in trials if trial.p < half]
-    if speaks:
-        best, applied, best_quality, rivals = _explained(speaks, trials, measurement, half, rng, progress)
+            trials = searched(
+                tried(problem, measurement, plain.best, found, progress), measurement, plain, effort, progress
+            )
+    speaking = _speaking(trials, half)
+    lead = speaking[0] if speaking else None
+    likenesses = {} if lead is None else _likenesses(lead, trials)
+    explained = (
+        None if lead is None else _explained(lead, speaking, trials, likenesses, measurement, half, rng, progress)
+    )
+    best = best_estimate = best_quality = None
+    if explained is not None:
+        best, best_quality = explained.fit, explained.quality
+        best_estimate = estimate(best.likelihood, best.point, level=interval_level)
+        if best_estimate.deviance < best.deviance - MOVED:
+            best = Fit(best.problem, best.likelihood, best_estimate.point)
+            best_quality = fit_quality(best, rng)
     detectable = {
-        name: tuple(smallest_detectable(plain.best, trial.candidate, half / len(found)))
+        name: (trial.place, tuple(smallest_detectable(plain.best, trial.candidate, half / len(found))))
         for name, trial in best_by_name(trials).items()
     }
-    verdict = _verdict(quality.p < half, best_quality, rivals, half, detectable)
-    names = tuple(candidate.name for candidate in applied)
-    explained = verdict in ("named", "ambiguous")
-    lead = speaks[0] if speaks else None
+    verdict = _verdict(quality.p < half, best_quality, explained, half, detectable)
+    is_explained = explained is not None and verdict in ("named", "ambiguous")
+    names = tuple(candidate.name for candidate in explained.applied) if is_explained else ()
     return Diagnosis(
         verdict=verdict,
-        named=names if explained else (),
-        alike=tuple(dict.fromkeys([*names, *rivals])) if explained else (),
+        named=names,
+        alike=tuple(dict.fromkeys([*names, *explained.rivals])) if is_explained else (),
+        places=explained.places if is_explained else (),
         plain=plain.best,
         plain_estimate=estimate(plain.best.likelihood, plain.best.point, level=interval_level, check=False),
         plain_quality=quality,
         trials=tuple(trials),
         best=best,
-        applied=applied,
-        best_estimate=None if best is None else estimate(best.likelihood, best.point, level=interval_level),
+        applied=() if explained is None else explained.applied,
+        best_estimate=best_estimate,
         best_quality=best_quality,
         gain=None if best is None else gain(plain.best, best, n_block, progress),
-        split=_split(trials, rivals) if verdict == "ambiguous" else None,
-        likeness={} if lead is None else _likenesses(lead, trials),
+        split=_split(explained, trials) if verdict == "ambiguous" else None,
+        likeness=likenesses,
         detectable=detectable,
         level=level,
     )
+
+
+@dataclass(frozen=True)
+class _Explained:
+    """The best effect, or two, that the data are explained with; `rivals` do so about as well."""
+
+    fit: Fit
+    quality: FitQuality
+    trials: tuple[Trial, ...]
+    rivals: tuple[str, ...]
+    places: tuple[str, ...]
+
+    @property
+    def applied(self) -> tuple[Candidate, ...]:
+        return tuple(trial.candidate for trial in self.trials)
+
+
+def _speaking(trials: Sequence[Trial], level: float) -> list[Trial]:
+    """Trials that speak for their effect, by the chance of it and by BIC."""
+    return [trial for trial in trials if trial.p < level and trial.delta_bic > 0]
 
 
 def _plain_from(trials: Sequence[Trial], plain: PlainFits) -> PlainFits:
@@ -134,37 +173,66 @@ def _plain_from(trials: Sequence[Trial], plain: PlainFits) -> PlainFits:
 
 
 def _explained(
-    speaks: Sequence[Trial],
+    lead: Trial,
+    speaking: Sequence[Trial],
     trials: Sequence[Trial],
+    likenesses: Mapping[str, float],
     measurement: Measurement,
     level: float,
     rng: np.random.Generator,
     progress: Callable[[], None],
-) -> tuple[Fit, tuple[Candidate, ...], FitQuality, tuple[str, ...]]:
-    """The best effect, or pair of effects, that leaves noise behind; its quality, and the names of its rivals."""
-    lead = speaks[0]
+) -> _Explained:
+    """The best effect if it leaves noise behind, else the best pair that does, else again the best effect."""
     fit = _polished(lead.fit)
     quality = fit_quality(fit, rng)
+    alone = _Explained(fit, quality, (lead,), _rivals(lead, trials, likenesses), _places(lead, trials))
     if quality.p >= level:
-        rivals = [trial.name for trial in speaks if trial.delta_bic > lead.delta_bic - NEAR and trial.name != lead.name]
-        return fit, (lead.candidate,), quality, tuple(dict.fromkeys(rivals))
+        return alone
+    pairs = _pairs(speaking, trials, measurement, level, progress)
+    for first, second, worth in pairs[:MOST_PAIRED]:
+        fit = _polished(second.fit)
+        quality = fit_quality(fit, rng)
+        if quality.p >= level:
+            names = {first.name, second.name}
+            near = [{one.name, two.name} for one, two, other in pairs if other > worth - NEAR]
+            rivals = sorted({name for pair in near for name in pair} - names)
+            return _Explained(fit, quality, (first, second), tuple(rivals), ())
+    return alone
+
+
+def _rivals(lead: Trial, trials: Sequence[Trial], likenesses: Mapping[str, float]) -> tuple[str, ...]:
+    """Other effects that explain the data about as well as the best: by their own fits, or by what sensitivities say
+    that their best fit must reach, fall · cos², whatever their fit has found."""
+    found = [trial.name for trial in trials if trial.delta_bic > lead.delta_bic - NEAR]
+    for name, trial in best_by_name(trials).items():
+        charge = (trial.n_unknown - lead.n_unknown) * np.log(lead.fit.likelihood.n_residual)
+        if lead.fall * (1 - likenesses.get(name, 0.0) ** 2) + charge < NEAR and name in likenesses:
+            found.append(name)
+    return tuple(name for name in dict.fromkeys(found) if name != lead.name)
+
+
+def _places(lead: Trial, trials: Sequence[Trial]) -> tuple[str, ...]:
+    """Where the best effect explains the data about as well, the best place first."""
+    return tuple(trial.place for trial in trials if trial.name == lead.name and trial.delta_bic > lead.delta_bic - NEAR)
+
+
+def _pairs(
+    speaking: Sequence[Trial],
+    trials: Sequence[Trial],
+    measurement: Measurement,
+    level: float,
+    progress: Callable[[], None],
+) -> list[tuple[Trial, Trial, float]]:
+    """Second effects beside the best first ones, with the ΔBIC of both together, best first."""
+    firsts = list(best_by_name(speaking).values())[:MOST_PAIRED]
+    n_tried = sum(trial.name != first.name for first in firsts for trial in trials)
     pairs = []
-    for first in list(best_by_name(speaks).values())[:MOST_PAIRED]:
+    for first in firsts:
         others = [trial.candidate for trial in trials if trial.name != first.name]
-        for second in tried(first.fit.problem, measurement, first.fit, others, progress):
+        for second in tried(first.fit.problem, measurement, first.fit, others, progress, n_tried):
             if second.p < level:
                 pairs.append((first, second, first.delta_bic + second.delta_bic))
-    pairs.sort(key=lambda pair: -pair[2])
-    if pairs:
-        first, second, worth = pairs[0]
-        pair_fit = _polished(second.fit)
-        pair_quality = fit_quality(pair_fit, rng)
-        if pair_quality.p >= level:
-            names = {first.name, second.name}
-            near = [{one.name, two.name} for one, two, other in pairs[1:] if other > worth - NEAR]
-            rivals = sorted({name for pair in near for name in pair if pair != names} - names)
-            return pair_fit, (first.candidate, second.candidate), pair_quality, tuple(rivals)
-    return fit, (lead.candidate,), quality, ()
+    return sorted(pairs, key=lambda pair: -pair[2])
 
 
 def _polished(fit: Fit) -> Fit:
@@ -176,24 +244,25 @@ def _polished(fit: Fit) -> Fit:
 def _verdict(
     lacks_fit: bool,
     best_quality: FitQuality | None,
-    rivals: Sequence[str],
+    explained: _Explained | None,
     level: float,
-    detectable: Mapping[str, Sequence[Detectable]],
+    detectable: Mapping[str, tuple[str, Sequence[Detectable]]],
 ) -> str:
-    if best_quality is not None:
+    if explained is not None and best_quality is not None:
         if best_quality.p < level:
             return "unknown"
-        return "ambiguous" if rivals else "named"
+        return "ambiguous" if explained.rivals else "named"
     if lacks_fit:
         return "unknown"
-    observable = [any(each.is_observable for each in parts) for parts in detectable.values()]
+    observable = [any(each.is_observable for each in parts) for _, parts in detectable.values()]
     return "adequate" if np.mean(observable) >= LEAST_OBSERVABLE else "not observable"
 
 
-def _split(trials: Sequence[Trial], rivals: Sequence[str]) -> Split | None:
-    """What would tell the best effect from its first rival."""
-    best = best_by_name(trials)
-    return best_split(trials[0], best[rivals[0]]) if rivals[0] in best else None
+def _split(explained: _Explained | None, trials: Sequence[Trial]) -> Split | None:
+    """What would tell the best effect from its first rival; of pairs nothing is said."""
+    if explained is None or len(explained.trials) != 1:
+        return None
+    return best_split(explained.trials[0], best_by_name(trials)[explained.rivals[0]])
 
 
 def _likenesses(lead: Trial, trials: Sequence[Trial]) -> dict[str, float]:

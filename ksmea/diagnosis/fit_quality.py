@@ -11,14 +11,17 @@ Standard tests do not hold here: Ljung–Box at a nominal 1 % rejects 6 to 10 % 
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from ksmea.contracts import Channel
 from ksmea.diagnosis.fitting import Fit
 from ksmea.parameters import Array
 
 LAGS = 3  # neighbours in speed that are compared
+MOST_VALUES = 2**22  # numbers simulated at once, which bounds the memory
 N_BAND = 6  # equal numbers of speeds
 STATISTICS = ("neighbours", "channels together", "largest", "band and channel", "level")
 
@@ -51,11 +54,16 @@ def fit_quality(fit: Fit, rng: np.random.Generator, *, n_simulated: int = 4000) 
     shape, real = residuals.shape, measurement.is_amplitude
     n_mean = residuals.size * (1 if real else 2)
     tangent = fit.point.whitened[:n_mean, : likelihood.d]
-    noise = rng.standard_normal((n_simulated, n_mean))
     directions = _span(tangent)
-    noise -= (noise @ directions) @ directions.T
-    simulated = noise.reshape(n_simulated, *shape) if real else _as_complex(noise, shape)
-    statistics = _statistics(np.concatenate([residuals[None], simulated]), scale_free=likelihood.noise_is_sought)
+    scale_free = likelihood.noise_is_sought
+    statistics = [_statistics(residuals[None], scale_free=scale_free)]
+    n_chunk = max(1, MOST_VALUES // n_mean)
+    for start in range(0, n_simulated, n_chunk):
+        noise = rng.standard_normal((min(n_chunk, n_simulated - start), n_mean))
+        noise -= (noise @ directions) @ directions.T
+        simulated = noise.reshape(len(noise), *shape) if real else _as_complex(noise, shape)
+        statistics.append(_statistics(simulated, scale_free=scale_free))
+    statistics = np.concatenate(statistics)
     # p of every sample among all of them, the data's own included: no p is below 1/(n + 1)
     ranks = np.array([_upper_ranks(column) for column in statistics.T]).T / len(statistics)
     smallest = ranks.min(axis=1)
@@ -132,7 +140,7 @@ def _upper_ranks(values: Array) -> Array:
     return len(values) - np.searchsorted(np.sort(values), values, side="left")
 
 
-def whirl_parts(residuals: Array, channels) -> dict[float, Array]:
+def whirl_parts(residuals: Array, channels: Sequence[Channel]) -> dict[float, Array]:
     """Forward and backward whirl (2, n_speed) in complex residuals, by the position of planes that have both x and y: a
     forward circular motion is (1, −i), a backward one (1, i)."""
     places = {(channel.position, channel.direction): index for index, channel in enumerate(channels)}

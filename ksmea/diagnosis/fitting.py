@@ -19,9 +19,10 @@ from ksmea.contracts import ComplexArray, Problem
 from ksmea.likelihood import Likelihood, Point, maximise
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
-from ksmea.parameters import Array
+from ksmea.parameters import TURN, Array
 
 PHASE_ORIGIN = "phase_origin"  # the unknown that turns all data alike
+MOST_VALUES = 2**21  # complex numbers of a batch of responses, which bounds the memory
 CLOSE = 1e-2  # two maxima with deviances as near as this are one
 
 
@@ -111,15 +112,19 @@ def fit_from_scan(problem: Problem, measurement: Measurement, plain: PlainFits, 
     return Fit(problem, likelihood, maxima[0])
 
 
+def fit_from(problem: Problem, measurement: Measurement, starts: Sequence[Fit], d: int) -> Fit:
+    """The same from where other fits have the plain model's d unknowns, without any effect."""
+    likelihood = Likelihood(Model(problem), measurement)
+    zero = _zero(problem, d)
+    points = [
+        maximise(likelihood, likelihood.start(np.concatenate([fit.u[:d], zero])), tolerance=1e-4) for fit in starts
+    ]
+    return Fit(problem, likelihood, min(points, key=lambda point: point.deviance))
+
+
 def _zero(problem: Problem, d: int) -> Array:
     """Where in the unit cube the unknowns behind the first d are 0."""
     return problem.parameters.to_cube(np.zeros(len(problem.parameters)))[d:]
-
-
-def refit(fit: Fit, problem: Problem, measurement: Measurement) -> Fit:
-    """The same model fitted to other data of the same rotor, from where it fits now."""
-    likelihood = Likelihood(Model(problem), measurement)
-    return Fit(problem, likelihood, maximise(likelihood, likelihood.start(fit.u)))
 
 
 def scan_values(problem: Problem, zero: Array) -> Array:
@@ -154,42 +159,52 @@ def _scanned(problem: Problem, measurement: Measurement, screened: Array, zero: 
 
 
 def _screened(problem: Problem, measurement: Measurement, points: Array) -> tuple[Array, Array]:
-    """Points (n, d), common factor and phase set to what suits the data, and their mean |ln ratio| of amplitudes (n,)."""
-    response = problem.response(problem.parameters.to_si(points))
+    """Points (n, d), the common factor of all unbalance and the common phase set to what suits the data, and their mean
+    |ln ratio| of amplitudes (n,)."""
+    n_chunk = max(1, MOST_VALUES // measurement.values.size)
+    parts = [
+        _screened_chunk(problem, measurement, points[start : start + n_chunk])
+        for start in range(0, len(points), n_chunk)
+    ]
+    return np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts])
+
+
+def _screened_chunk(problem: Problem, measurement: Measurement, points: Array) -> tuple[Array, Array]:
+    parameters = problem.parameters
+    x = parameters.to_si(points)
+    response = problem.response(x)
     measured = measurement.values
     seen = np.abs(measured) > 0
     with np.errstate(divide="ignore"):
         ratio = np.log(np.abs(measured[seen])) - np.log(np.abs(response[:, seen]))
-    points = points.copy()
     shift = np.zeros(len(points))
-    scale = _common_factor(problem)
-    if scale is not None:
-        parameter = problem.parameters.items[scale]
-        values = np.clip(
-            problem.parameters.to_si(points)[:, scale] * np.exp(np.median(ratio, axis=1)),
-            parameter.lower,
-            parameter.upper,
-        )
-        shift = np.log(values / problem.parameters.to_si(points)[:, scale])
-        points[:, scale] = (values - parameter.lower) / (parameter.upper - parameter.lower)
-    if PHASE_ORIGIN in problem.parameters.names and not measurement.is_amplitude:
-        column = problem.parameters.names.index(PHASE_ORIGIN)
-        parameter = problem.parameters.items[column]
-        weighted = np.conj(response / np.abs(response)) * (measured / np.maximum(np.abs(measured), 1e-300))
-        turn = np.angle(weighted.sum(axis=(1, 2)))
-        angle = (problem.parameters.to_si(points)[:, column] + turn + np.pi) % (2 * np.pi) - np.pi
-        points[:, column] = (angle - parameter.lower) / (parameter.upper - parameter.lower)
-    return points, np.mean(np.abs(ratio - shift[:, None]), axis=1)
+    masses = [index for index, parameter in enumerate(parameters) if parameter.is_unbalance]
+    if masses:  # all by one factor, as far as the bounds of each admit
+        factor = np.exp(np.median(ratio, axis=1))
+        with np.errstate(divide="ignore"):
+            factor = np.clip(
+                factor,
+                np.max(parameters.lower[masses] / x[:, masses], axis=1),
+                np.min(parameters.upper[masses] / x[:, masses], axis=1),
+            )
+        x[:, masses] *= factor[:, None]
+        shift = np.log(factor)
+    if turning := _turning(problem, measurement):
+        with np.errstate(invalid="ignore"):
+            aligned = np.conj(response / np.abs(response)) * (measured / np.maximum(np.abs(measured), 1e-300))
+        turn = np.angle(np.nan_to_num(aligned).sum(axis=(1, 2)))
+        x[:, turning] = (x[:, turning] + turn[:, None] + TURN / 2) % TURN - TURN / 2
+    return np.clip(parameters.to_cube(x), 0.0, 1.0), np.mean(np.abs(ratio - shift[:, None]), axis=1)
 
 
-def _common_factor(problem: Problem) -> int | None:
-    """The place of the one unknown that is an unbalance's magnitude: all data are about in proportion to it."""
-    masses = [index for index, parameter in enumerate(problem.parameters) if parameter.unit in UNBALANCE_UNITS]
-    plain = [index for index in masses if problem.parameters.items[index].lower >= 0]
-    return plain[0] if len(plain) == 1 else None
-
-
-UNBALANCE_UNITS = ("kg m", "g m", "kg mm", "g mm", "oz in")
+def _turning(problem: Problem, measurement: Measurement) -> list[int]:
+    """The places of the angles that turn all data alike: the phase origin, or else the phases of all unbalance."""
+    if measurement.is_amplitude:
+        return []
+    names = problem.parameters.names
+    if PHASE_ORIGIN in names:
+        return [names.index(PHASE_ORIGIN)]
+    return [index for index, parameter in enumerate(problem.parameters) if parameter.is_full_turn]
 
 
 def _apart(points: Array, count: int, distance: float = 0.1) -> list[Array]:

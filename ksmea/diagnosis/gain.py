@@ -62,7 +62,9 @@ def _left_out(fit: Fit, measurement: Measurement, kept: Array, block: Array) -> 
     start = np.clip(fit.point.theta, likelihood.lower, likelihood.upper)
     theta = maximise(likelihood, start, tolerance=1e-3).theta
     problem = _at(fit.problem, block)
-    left_out = dataclasses.replace(part_of(measurement, block), noise=likelihood.noise(theta))
+    left_out = part_of(measurement, block)
+    if likelihood.noise_is_sought:
+        left_out = dataclasses.replace(left_out, noise=likelihood.noise(theta))
     test = Likelihood(Model(problem), left_out)
     response = problem.response(problem.parameters.to_si(theta[None, : likelihood.d]))[0]
     mean = np.abs(response) if measurement.is_amplitude else response

@@ -144,8 +144,9 @@ def _further(one: Problem, other: Problem) -> Iterator[tuple[str, tuple[Problem,
     higher = np.linspace(speed[-1], 1.5 * speed[-1], len(speed) // 2 + 1)[1:]
     name = f"speeds up to {higher[-1] * 30 / np.pi:.0f} rpm"
     yield name, (one.at(higher, channels), other.at(higher, channels))
-    if hasattr(one, "with_unbalance"):
-        magnitude = max((item.upper for item in one.parameters if item.name == "u"), default=1e-4) / 2
+    magnitudes = [item.upper / 2 for item in one.parameters if item.is_unbalance]
+    if magnitudes and hasattr(one, "with_unbalance"):
+        magnitude = min(magnitudes)
         for site in getattr(one, "sites", ()):
             name = f"a second run with {magnitude * 1e6:.3g} g mm at {site:.3g} m"
             yield name, (one.with_unbalance(site, magnitude, 0.0), other.with_unbalance(site, magnitude, 0.0))
@@ -153,14 +154,17 @@ def _further(one: Problem, other: Problem) -> Iterator[tuple[str, tuple[Problem,
 
 def _separation(data: Sequence[tuple[Problem, Problem]], one: Trial, other: Trial) -> float:
     """Deviance by which data that the one model makes speak against the other, all of whose unknowns are fitted along:
-    the distance of the two predictions from the tangent of the other."""
+    the distance of the two predictions from the tangent of the other. Where each datum came with a noise of its own,
+    all have the median."""
+    noise = Noise(one.fit.noise.relative, float(np.median(one.fit.noise.floor)))
+    amplitude = one.fit.likelihood.measurement.is_amplitude
     distances, tangents = [], []
     for made, fitted in data:
         response = made.response(one.fit.x[None])[0]
-        found, sensitivity = Model(fitted).linearise(other.fit.u)
-        amplitude = one.fit.likelihood.measurement.is_amplitude
-        distances.append(_in_noise(response, found, one.fit.noise, amplitude=amplitude))
-        whitened = whitened_sensitivity(found, sensitivity, one.fit.noise, amplitude=amplitude)
+        found, slope = Model(fitted).linearise(fitted.parameters.to_cube(other.fit.x))
+        sensitivity = slope / fitted.parameters.width * other.fit.problem.parameters.width
+        distances.append(_in_noise(response, found, noise, amplitude=amplitude))
+        whitened = whitened_sensitivity(found, sensitivity, noise, amplitude=amplitude)
         tangents.append(whitened[: len(distances[-1])])
     distance = np.concatenate(distances)
     return float(np.sum(projected(distance[:, None], _scaled(np.vstack(tangents))) ** 2))

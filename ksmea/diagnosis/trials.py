@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from ksmea.contracts import Effect, Problem
-from ksmea.diagnosis.fitting import Effort, Fit, PlainFits, fit_from_scan, fit_nearby
+from ksmea.diagnosis.fitting import Effort, Fit, PlainFits, fit_from, fit_from_scan, fit_nearby
 from ksmea.measurement import Measurement
 
 
@@ -40,14 +40,24 @@ class Trial:
         return self.candidate.name
 
     @property
+    def place(self) -> str:
+        return str(self.candidate.effect)
+
+    @property
     def n_unknown(self) -> int:
         """Unknowns that the effect brought along, the last of the fit's."""
         return len(self.candidate.effect.parameters(self.fit.problem))
 
 
 def candidates(problem: Problem, effects: Mapping[str, Effect]) -> list[Candidate]:
-    """Every effect at every place of the problem where it may sit."""
-    return [Candidate(name, place) for name, effect in effects.items() for place in effect.places(problem)]
+    """Every effect at every place of the problem where it may sit, but for those that the problem has already."""
+    known = set(problem.parameters.names)
+    return [
+        Candidate(name, place)
+        for name, effect in effects.items()
+        for place in effect.places(problem)
+        if known.isdisjoint(parameter.name for parameter in place.parameters(problem))
+    ]
 
 
 def trial_of(candidate: Candidate, fit: Fit, without: Fit, n_candidate: int) -> Trial:
@@ -67,12 +77,14 @@ def tried(
     without: Fit,
     found: Sequence[Candidate],
     progress: Callable[[], None],
+    n_tried: int | None = None,
 ) -> list[Trial]:
-    """All candidates, each fitted from where the model without it fits; most promising first."""
+    """All candidates, each fitted from where the model without it fits; most promising first. `n_tried` is the number
+    that p is corrected for, that of the candidates if not given."""
     trials = []
     for candidate in found:
         fit = fit_nearby(candidate.effect.added_to(problem), measurement, without)
-        trials.append(trial_of(candidate, fit, without, len(found)))
+        trials.append(trial_of(candidate, fit, without, n_tried or len(found)))
         progress()
     return ranked(trials)
 
@@ -80,10 +92,15 @@ def tried(
 def searched(
     trials: Sequence[Trial], measurement: Measurement, plain: PlainFits, effort: Effort, progress: Callable[[], None]
 ) -> list[Trial]:
-    """The same trials, each with the better of its fit and one from a scan of the effect's size."""
+    """The same trials, each with the better of its fit and a search: all over the effect's bounds where it moves
+    resonances, and else from where the plain model's other maxima and the best trials have their unknowns."""
     better = []
+    starts = [*plain.others, *(trial.fit for trial in trials[:2])]
     for trial in trials:
-        fit = fit_from_scan(trial.fit.problem, measurement, plain, effort)
+        if trial.candidate.effect.moves_resonances:
+            fit = fit_from_scan(trial.fit.problem, measurement, plain, effort)
+        else:
+            fit = fit_from(trial.fit.problem, measurement, starts, plain.best.likelihood.d)
         best = min(fit, trial.fit, key=lambda each: each.deviance)
         better.append(trial_of(trial.candidate, best, plain.best, len(trials)))
         progress()

@@ -1,4 +1,4 @@
-"""What an effect on a rotor may do: five hooks, each of which leaves things as they are unless an effect overrides it.
+"""What an effect on a rotor may do: hooks, each of which leaves things as they are unless an effect overrides it.
 
 Values of an effect's unknowns are rows of θ (n, e), SI, in the order of its `parameters`.
 """
@@ -26,6 +26,7 @@ class RotorEffect(Settings):
     """Base of effects on rotors; the fields of an effect say where it sits."""
 
     aliases: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    moves_resonances: ClassVar[bool] = True
     changes_rotor: ClassVar[bool] = False  # overrides `rotor`
     couples_axes: ClassVar[bool] = False  # its `impedance` has entries beside the diagonal
     has_loads: ClassVar[bool] = False  # overrides `loads` and `load_sizes`

@@ -38,7 +38,8 @@ def test_it_says_what_is_wrong_and_names_the_cause(hidden):
     assert hidden.code == 0, hidden.err
     assert "The model does not fit: what it leaves is no noise" in hidden.out
     assert "Verdict: named: runout" in hidden.out
-    assert "On blocks of speeds left out the log score rises by" in hidden.out
+    assert "On blocks of speeds left out the extended model's log score is +" in hidden.out
+    assert "written: diagnosis.json, extended.yaml" in hidden.out
 
 
 def test_diagnosis_json_has_all_that_is_promised(hidden):

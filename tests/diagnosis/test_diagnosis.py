@@ -92,7 +92,7 @@ def test_without_a_critical_speed_in_band_little_is_observable():
     measurement = Measurement(problem.speed, problem.channels, values, None, "test")
     found = diagnosed(problem, measurement)
     assert found.verdict == "not observable"
-    beyond = [name for name, parts in found.detectable.items() if not any(part.is_observable for part in parts)]
+    beyond = [name for name, (_, parts) in found.detectable.items() if not any(part.is_observable for part in parts)]
     assert len(beyond) > len(found.detectable) / 2
 
 
