@@ -1,13 +1,16 @@
 """Hidden effects are found, right models are left alone, and what is not in the registry is not named."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
 from ksmea.contracts import Channel
 from ksmea.diagnosis.diagnosis import diagnose
+from ksmea.diagnosis.trials import candidates
 from ksmea.measurement import Measurement, Noise, observe
 from problems.three_disk import ThreeDisk
-from tests.diagnosis.conftest import TRUTH, registered_effects
+from tests.diagnosis.conftest import NOISE, TRUTH, registered_effects
 
 
 def diagnosed(rotor, measurement, effects=None, seed=0, **keys):
@@ -112,3 +115,66 @@ def test_the_same_seed_gives_the_same_diagnosis(rotor, hide):
     one, other = (diagnosed(rotor, measurement, effects, seed=4) for _ in range(2))
     assert [trial.fall for trial in one.trials] == [trial.fall for trial in other.trials]
     assert one.plain_quality.p == other.plain_quality.p
+
+
+def few(*names):
+    return {name: effect for name, effect in registered_effects().items() if name in names}
+
+
+def test_data_with_a_noise_of_their_own_are_diagnosed(rotor, hide):
+    """Known standard deviations datum by datum: named, its gain on left-out blocks, and a split where it is ambiguous."""
+    measurement, _, _ = hide("mass", 11)
+    sigma = Noise(0.0, NOISE.sd(np.abs(measurement.values)))
+    told = dataclasses.replace(measurement, noise=sigma)
+    found = diagnosed(rotor, told, few("mass", "youngs_modulus", "runout"))
+    assert found.verdict == "ambiguous" and set(found.alike) == {"mass", "youngs_modulus"}
+    assert found.gain.log_score > 0 and found.plain_quality.reduced_chi2 > 1.5
+    named = diagnosed(rotor, told, few("mass", "runout"))
+    assert named.named == ("mass",) and "level" in named.plain_quality.p_by_statistic
+
+
+def test_amplitudes_that_hide_an_effect_are_diagnosed(hide):
+    plain = ThreeDisk(sensors=[0.1, 0.2, 0.5]).build()
+    fine = ThreeDisk(mesh=26, sensors=[0.1, 0.2, 0.5]).build()
+    gain = registered_effects()["channel_gain"].places(fine)[3]
+    x = np.array([*(TRUTH[name] for name in fine.parameters.names), 0.15])
+    values = observe(gain.added_to(fine).dense_response(x[None])[0], "amplitude", NOISE, np.random.default_rng(8))
+    measurement = Measurement(fine.speed, fine.channels, values, None, "test")
+    found = diagnosed(plain, measurement, few("channel_gain", "runout", "unequal_bearings"))
+    assert found.named == ("channel_gain",) and found.applied[0].effect == gain
+
+
+def test_an_extended_problem_can_be_diagnosed_again(rotor, hide):
+    """What it has already is not tried again, and with it the model is adequate."""
+    measurement, place, _ = hide("runout", 1)
+    extended = place.added_to(rotor)
+    names = {candidate.name for candidate in candidates(extended, registered_effects())}
+    assert "runout" not in names and len(names) == 13
+    assert diagnosed(extended, measurement, few("channel_gain", "unbalance", "runout")).verdict == "adequate"
+
+
+def test_rivals_count_though_they_would_not_speak_alone(rotor, hide):
+    """ΔBIC within 6 of the best is ambiguous whatever the p of the second."""
+    measurement, _, _ = hide("cross_coupling_antisymmetric", 3)
+    found = diagnosed(rotor, measurement, few("cross_coupling_antisymmetric", "internal_damping"))
+    lead, other = found.trials
+    assert ("internal_damping" in found.alike) == (
+        lead.delta_bic - other.delta_bic < 6 or lead.fall * (1 - found.likeness[other.name] ** 2) < 6
+    )
+
+
+def test_a_place_that_is_not_certain_is_said_to_be(rotor):
+    """One probe of a pair with an eighth more gain: small enough that another channel's gain comes near."""
+    fine = ThreeDisk(mesh=26, sensors=[0.1, 0.2, 0.5]).build().with_phase_origin()
+    unbalance = registered_effects()["unbalance"].places(fine)[0]
+    x = np.array([*(TRUTH[name] for name in fine.parameters.names), 8e-6, 0.0])
+    values = observe(unbalance.added_to(fine).dense_response(x[None])[0], "complex", NOISE, np.random.default_rng(4))
+    measurement = Measurement(fine.speed, fine.channels, values, None, "test")
+    found = diagnosed(rotor, measurement, few("unbalance"), level=0.5)
+    near = [trial.place for trial in found.trials if trial.delta_bic > found.trials[0].delta_bic - 6]
+    assert found.places == (tuple(near) if found.named else ())
+
+
+def test_nothing_to_try_is_refused(rotor, hide):
+    with pytest.raises(ValueError, match="expected effects"):
+        diagnose(rotor, hide(None, 0)[0], {}, np.random.default_rng(0))

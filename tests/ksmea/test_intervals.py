@@ -8,6 +8,7 @@ from scipy import stats
 from scipy.optimize import brentq
 
 from ksmea.contracts import Channel
+from ksmea.final_step import most_likely
 from ksmea.intervals import Interval, climb, critical_rise, estimate
 from ksmea.likelihood import Likelihood
 from ksmea.measurement import Measurement, Noise, observe
@@ -135,6 +136,26 @@ def test_a_maximum_on_a_bound_has_a_one_sided_interval():
     # where the deviance has risen by 3.84 from that at the bound, not from that at 4.8
     end = 4.8 + np.sqrt(3.8415 * 0.01 + 0.2**2)
     assert interval.kind == "upper limit" and interval.high == pytest.approx(end, abs=0.002)
+
+
+def test_a_maximum_on_the_upper_bound_has_a_lower_limit():
+    y = 5.2 + draws(25, 0.5)
+    y += 5.2 - y.mean()
+    found, _ = estimated(constant(25, 0, 5), y, Noise(0.0, 0.5), [4.0])
+    interval = found.intervals[0]
+    end = 5.2 - np.sqrt(3.8415 * 0.01 + 0.2**2)
+    assert interval.kind == "lower limit" and interval.low == pytest.approx(end, abs=0.002)
+    assert interval.high == np.inf
+
+
+@pytest.mark.parametrize("budget", [4, 13, 16, 25, 28, 60])
+def test_a_budget_that_ends_within_a_climb_keeps_what_was_reached(budget):
+    problem = constant(25, 0, 10)
+    measurement = Measurement(problem.speed, problem.channels, (5 + draws(25, 0.5))[:, None], None, "test")
+    model = Model(problem, budget=budget)
+    found = most_likely(model, measurement, np.array([0.2]))
+    assert model.evaluations <= budget
+    assert found is not None and abs(found[0][0] - 0.5) <= 0.3  # no farther than the start
 
 
 def test_a_profile_that_meets_a_higher_maximum_moves_there():
