@@ -12,10 +12,9 @@ from matplotlib.figure import Figure
 from bench.curves import amplitude
 from bench.figures import OURS, PAPER, REFERENCE
 from bench.naming import cell_name
+from bench.plain import MICROMETRE, RPM
 from bench.plan import Plan
 
-MICROMETRE = 1e-6  # m
-RPM = np.pi / 30  # rad/s
 MOST_ROWS = 8  # cells in one figure; more would be a poster
 MOST_LINES = 40  # repetitions in one panel; more would be a blot
 

@@ -35,14 +35,13 @@ from typing import NoReturn
 
 import numpy as np
 
+from bench.plain import MICROMETRE, RPM
 from ksmea.contracts import Channel, ComplexArray, Problem, ProblemSettings
 from ksmea.errors import SettingError, unknown
 from ksmea.measurement import Measurement, Noise
 from ksmea.parameters import Array
 from ksmea.settings import Settings, setting
 
-RPM = math.pi / 30  # rad/s
-MICROMETRE = 1e-6  # m
 DEGREE = math.pi / 180  # rad
 
 REQUIRED = ("speed_rpm", "position_m", "direction", "amplitude_um_0pk")

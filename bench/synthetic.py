@@ -13,14 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from bench.plain import MICROMETRE
 from ksmea import registry
 from ksmea.contracts import ComplexArray, Effect, Problem, ProblemSettings
 from ksmea.errors import SettingError, unknown
 from ksmea.measurement import KINDS, Measurement, Noise, observe
-from ksmea.parameters import Array
+from ksmea.parameters import Array, Parameter
 from ksmea.settings import Settings, setting
 
-MICROMETRE = 1e-6  # m
 ROUTES = ("reduced", "dense")
 
 
@@ -170,7 +170,7 @@ class Synthetic(Settings):
             theta = np.array(effect.draw(problem, rng), dtype=float)
             for index, parameter in enumerate(effect.parameters(problem)):
                 if parameter.name in self.sizes:
-                    theta[index] = self.sizes[parameter.name] * parameter.si_per_unit
+                    theta[index] = _within(parameter, self.sizes[parameter.name])
                 sized.add(parameter.name)
             found.append(Hidden(name, effect, theta))
             try:
@@ -195,6 +195,17 @@ class Synthetic(Settings):
             return dataclasses.replace(settings, mesh=self.mesh)
         except SettingError as error:
             raise SettingError(f"measurement.{error}") from error
+
+
+def _within(parameter: Parameter, size: float) -> float:
+    """A size in the parameter's unit as SI, if it is physical."""
+    value = size * parameter.si_per_unit
+    if not parameter.lower <= value <= parameter.upper:
+        limits = f"{parameter.lower / parameter.si_per_unit:g} to {parameter.upper / parameter.si_per_unit:g}"
+        raise SettingError(
+            f"measurement.sizes: expected {parameter.name} from {limits} {parameter.unit}, which is physical, got {size:g}"
+        )
+    return value
 
 
 def _drawn_place(name: str, problem: Problem, rng: np.random.Generator) -> Effect:

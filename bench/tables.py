@@ -10,6 +10,7 @@ import numpy as np
 import pandas as pd
 
 from bench.naming import place_text, telling_axes
+from bench.plain import place_columns
 from bench.plan import Cell, ParameterFacts, Plan, Run
 from bench.records import RESULTS, read_records
 
@@ -38,16 +39,10 @@ def _place_row(plan: Plan, run: Run) -> dict[str, Any]:
     return {
         "key": run.key,
         "cell": run.cell,
-        **_columns(plan, cell),
+        **place_columns(plan, cell),
         "seed": cell.seed,
         "repetition": run.repetition,
     }
-
-
-def _columns(plan: Plan, cell: Cell) -> dict[str, Any]:
-    """Where a cell stands on the axes; lists and mappings as text, which can be compared and counted."""
-    place = {axis: cell.place.get(axis) for axis in plan.axes}
-    return {axis: str(value) if isinstance(value, (list, dict)) else value for axis, value in place.items()}
 
 
 def _result_row(record: dict[str, Any], exact: float | None) -> dict[str, Any]:
@@ -164,7 +159,7 @@ def _summary_row(
         "parameter": name,
         "unit": facts[name].unit if name in facts else (EFFORT | EXACT)[name],
         "reference": reference,
-        **_columns(plan, cell),
+        **place_columns(plan, cell),
         "paper": paper,
         "paper_error_pct": paper_error,
         "median": quartiles[1],

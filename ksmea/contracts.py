@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 ComplexArray = NDArray[np.complex128]
 
+PHASE_ORIGIN = "phase_origin"  # name of the unknown that measured phases bring along: it turns all data alike
+
 
 @dataclass(frozen=True)
 class Channel:

@@ -4,15 +4,16 @@ often a method ends in the basin of the likelihood where the truth lies."""
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.stats import norm
 
 from bench.figures import INTERVAL, OURS, PAPER, REFERENCE, png
 from bench.naming import cell_name, place_text, telling_axes
+from bench.plain import place_columns
 from bench.plan import Cell, ParameterFacts, Plan
 from bench.records import RESULTS
 from bench.reports.made import Made
@@ -46,7 +47,7 @@ def calibration_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
             rows.append(
                 {
                     "parameter": facts.name,
-                    **{axis: _plain(cell.place.get(axis)) for axis in plan.axes},
+                    **place_columns(plan, cell),
                     "bound_pct": np.nan
                     if facts.bound is None or not facts.truth
                     else 100 * facts.bound / abs(facts.truth),
@@ -58,10 +59,6 @@ def calibration_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
                 }
             )
     return pd.DataFrame(rows)
-
-
-def _plain(value: Any) -> Any:
-    return str(value) if isinstance(value, (list, dict)) else value
 
 
 def basin_shares(results: pd.DataFrame) -> dict[str, float]:
@@ -162,7 +159,7 @@ def calibration_figure(plan: Plan, frame: pd.DataFrame, runs: pd.DataFrame) -> F
     names = list(dict.fromkeys(frame["parameter"]))
     figure = Figure(figsize=(11, 1.1 + len(names) * (0.9 + 0.24 * len(plan.cells))), layout="constrained")
     panels = figure.subplots(len(names), 2, squeeze=False, width_ratios=[2, 1])
-    labels = [cell_name(plan, cell) for cell in plan.cells]
+    labels = [_short_name(plan, cell) for cell in plan.cells]
     places = np.arange(len(labels))[::-1]
     for (left, right), name in zip(panels, names):
         errors = [_relative_errors(cell, name, runs[runs["cell"] == index]) for index, cell in enumerate(plan.cells)]
@@ -172,8 +169,7 @@ def calibration_figure(plan: Plan, frame: pd.DataFrame, runs: pd.DataFrame) -> F
         )  # fmt: skip
         for at in (-norm.ppf(0.975), 0, norm.ppf(0.975)):
             left.axvline(at, color=REFERENCE, linestyle=":" if at else "-", linewidth=0.8)
-        left.set_xscale("symlog", linthresh=3)
-        left.xaxis.set_major_formatter("{x:g}")
+        _scale(left)
         left.set_yticks(places, labels, fontsize=8)
         left.set_ylabel(name, fontsize=10, rotation=0, labelpad=14)
         rows = frame[frame["parameter"] == name]
@@ -191,10 +187,29 @@ def calibration_figure(plan: Plan, frame: pd.DataFrame, runs: pd.DataFrame) -> F
     for panel in panels.ravel():
         panel.tick_params(axis="x", labelsize=8)
         panel.grid(axis="x", alpha=0.25)
-    panels[0, 0].set_title("error in units of the Cramér–Rao bound; dotted: where 95 % lie at the bound", fontsize=9)
-    panels[0, 1].set_title("share of the intervals that hold the truth (%)", fontsize=9)
+    panels[0, 0].set_title("error / Cramér–Rao bound (dotted: 95 %)", fontsize=9)
+    panels[0, 1].set_title("intervals that hold the truth (%)", fontsize=9)
     figure.suptitle(f"{plan.name}: {int(runs.groupby('cell').size().max())} noise draws", fontsize=11)
     return figure
+
+
+def _short_name(plan: Plan, cell: Cell) -> str:
+    """A cell's place with the groups of its settings left out."""
+    parts = [(axis.rpartition(".")[2], cell.place.get(axis)) for axis in telling_axes(plan)]
+    told = [(axis, value) for axis, value in parts if value is not None]
+    return ", ".join(str(value) if axis in ("label", "kind") else f"{axis} {place_text(value)}" for axis, value in told)
+
+
+def _scale(panel: Axes) -> None:
+    """Linear where errors are a few bounds, else logarithmic to both sides."""
+    reach = max(map(abs, panel.get_xlim()))
+    if reach < 6:
+        panel.set_xlim(-max(reach, 4.0), max(reach, 4.0))
+        return
+    panel.set_xscale("symlog", linthresh=3)
+    panel.set_xticks([sign * tick for tick in (1, 3, 10, 30, 100, 300) if tick < reach for sign in (-1, 1)] + [0])
+    panel.xaxis.set_major_formatter("{x:g}")
+    panel.minorticks_off()
 
 
 def _relative_errors(cell: Cell, name: str, runs: pd.DataFrame) -> np.ndarray:

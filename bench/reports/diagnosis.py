@@ -13,17 +13,16 @@ import pandas as pd
 
 from bench.figures import png
 from bench.naming import cell_name
+from bench.plain import RPM, place_columns
 from bench.plan import Cell, Plan
 from bench.records import RESULTS, read_records
 from bench.reports.diagnosis_figure import residual_figure, trials_figure
-from bench.reports.identifiability import place_columns
 from bench.reports.made import Made
 from bench.tables import aligned, csv_text, number
 from ksmea import registry
 
 MOST_RANKED = 6  # effects that the text lists
 ALIKE = 0.95  # likeness from which two effects are of one class
-RPM = np.pi / 30  # rad/s
 OF_ONE_RUN = ("diagnosis.json", "extended.yaml", "residuals.png", "effects.png")
 INTERNAL = ("status", "curves", "elapsed", "schema", "event", "key", "question", "session", "hidden")
 
@@ -62,7 +61,12 @@ def diagnosis_runs(plan: Plan, records: Mapping[str, Mapping[str, Any]]) -> pd.D
     rows = []
     for run in plan.runs:
         record = records.get(run.key, {"status": "not run"})
-        row = {"key": run.key, "cell": run.cell, **place_columns(plan, run.cell), "repetition": run.repetition}
+        row = {
+            "key": run.key,
+            "cell": run.cell,
+            **place_columns(plan, plan.cells[run.cell]),
+            "repetition": run.repetition,
+        }
         row |= {"status": record["status"], "error": record.get("error", "")}
         if record["status"] in RESULTS:
             row |= _row(record)
@@ -139,7 +143,12 @@ def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
         mine = runs[runs["cell"] == index]
         results = mine[mine["status"].isin(RESULTS)]
         verdicts = results["verdict"].value_counts() if "verdict" in results else {}
-        row = {"cell": index, **place_columns(plan, index), "runs": len(results), "failed": len(mine) - len(results)}
+        row = {
+            "cell": index,
+            **place_columns(plan, plan.cells[index]),
+            "runs": len(results),
+            "failed": len(mine) - len(results),
+        }
         row |= {
             name: int(verdicts.get(name, 0)) for name in ("adequate", "named", "ambiguous", "unknown", "not observable")
         }
@@ -160,7 +169,7 @@ def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
 
 def _summary_text(plan: Plan, runs: pd.DataFrame) -> str:
     frame = summary(plan, runs)
-    columns = [name for name in frame.columns if name != "cell" and name not in place_columns(plan, 0)]
+    columns = [name for name in frame.columns if name != "cell" and name not in place_columns(plan, plan.cells[0])]
     lines = [
         [cell_name(plan, plan.cells[row["cell"]]), *(number(row[column]) for column in columns)]
         for row in frame.to_dict("records")

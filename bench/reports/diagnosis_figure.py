@@ -10,9 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bench.figures import OURS, PAPER, REFERENCE
+from bench.plain import MICROMETRE, RPM
 
-MICROMETRE = 1e-6  # m
-RPM = np.pi / 30  # rad/s
 WHEN = {"before": PAPER, "after": OURS}  # colours
 MOST_CHANNELS = 8
 

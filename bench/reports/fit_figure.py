@@ -10,9 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bench.figures import INTERVAL, OURS, PAPER, REFERENCE
+from bench.plain import MICROMETRE, RPM
 
-RPM = np.pi / 30  # rad/s
-MICROMETRE = 1e-6  # m
 MOST_CHANNELS = 6  # columns; the record has all
 MANY = 400  # points from which on they are drawn without error bars
 COMPONENTS = (("in phase", OURS, "o"), ("in quadrature", INTERVAL, "s"))

@@ -11,6 +11,7 @@ import pandas as pd
 
 from bench.figures import png
 from bench.naming import cell_name
+from bench.plain import MICROMETRE, RPM, place_columns
 from bench.plan import Plan
 from bench.records import RESULTS, read_records
 from bench.reports.identifiability_figure import identifiability_figure
@@ -19,8 +20,6 @@ from bench.tables import aligned, csv_text
 
 Record = Mapping[str, Any]
 
-RPM = np.pi / 30  # rad/s
-MICROMETRE = 1e-6  # m
 KNOWN_PCT, TOLD_PCT = 20.0, 100.0  # half-widths up to which an unknown counts as known, and as told at all
 ALIKE = 0.95  # |correlation| above which two unknowns are hard to tell apart
 PART = 0.1  # smaller parts of a direction are not mentioned
@@ -48,7 +47,12 @@ def plain_runs(plan: Plan, records: Mapping[str, Record]) -> pd.DataFrame:
     rows = []
     for run in plan.runs:
         record = records.get(run.key, {"status": "not run"})
-        row = {"key": run.key, "cell": run.cell, **place_columns(plan, run.cell), "repetition": run.repetition}
+        row = {
+            "key": run.key,
+            "cell": run.cell,
+            **place_columns(plan, plan.cells[run.cell]),
+            "repetition": run.repetition,
+        }
         rows.append({**row, "status": record["status"], "error": record.get("error", "")})
     return pd.DataFrame(rows)
 
@@ -76,7 +80,7 @@ def identifiability_frame(plan: Plan, told: Mapping[int, Record]) -> pd.DataFram
                     *(parameter["true"] / parameter["si_per_unit"], bound / parameter["si_per_unit"]),
                     *(pct, record["level"], record["sigmas"] * pct),
                 )
-                rows.append({"cell": cell, **place_columns(plan, cell), **dict(zip(COLUMNS, row))})
+                rows.append({"cell": cell, **place_columns(plan, plan.cells[cell]), **dict(zip(COLUMNS, row))})
     return pd.DataFrame(rows, columns=None if rows else ["cell", *plan.axes, *COLUMNS])
 
 
@@ -98,12 +102,6 @@ def value_text(variation: str, value: Any) -> str:
 def bound_pct(bound: float, true: float) -> float:
     """In per cent of the value; of 0 there is none."""
     return 100 * bound / abs(true) if true else np.nan
-
-
-def place_columns(plan: Plan, cell: int) -> dict[str, Any]:
-    """Where a cell stands on the axes; lists and mappings as text."""
-    place = {axis: plan.cells[cell].place.get(axis) for axis in plan.axes}
-    return {axis: str(value) if isinstance(value, (list, dict)) else value for axis, value in place.items()}
 
 
 def _bounds(values: list[float | None]) -> np.ndarray:

@@ -12,6 +12,7 @@ import pandas as pd
 
 from bench.figures import png
 from bench.naming import cell_name
+from bench.plain import MICROMETRE, RPM, place_columns
 from bench.plan import Plan, Run
 from bench.records import RESULTS, read_records
 from bench.reports.fit_figure import fit_figure
@@ -20,8 +21,6 @@ from bench.tables import csv_text, runs_frame
 
 Record = Mapping[str, Any]
 
-RPM = np.pi / 30  # rad/s
-MICROMETRE = 1e-6  # m
 ALIKE = 0.95  # |correlation| above which two unknowns are hard to tell apart
 MOST_PAIRS = 6  # of such unknowns that are named
 MOST_BLOCKS = 4  # runs with sentences and a figure; the tables have all
@@ -51,7 +50,7 @@ def identification_frame(plan: Plan, found: Mapping[Run, Record]) -> pd.DataFram
     `kind` says how the interval was made, `bound` (1 σ) is the Cramér–Rao bound at the identified values."""
     rows = []
     for run, record in found.items():
-        place = {axis: _plain(plan.cells[run.cell].place.get(axis)) for axis in plan.axes}
+        place = place_columns(plan, plan.cells[run.cell])
         for parameter in record["parameters"]:
             in_unit = {name: _in_unit(parameter, name) for name in ("identified", "low", "high", "bound")}
             facts = (parameter["name"], parameter["unit"], *in_unit.values())
@@ -59,10 +58,6 @@ def identification_frame(plan: Plan, found: Mapping[Run, Record]) -> pd.DataFram
             row = (name, unit, value, low, high, parameter.get("interval"), bound, parameter["at_bound"])
             rows.append({**dict(zip(CSV_COLUMNS, row)), "cell": run.cell, "repetition": run.repetition, **place})
     return pd.DataFrame(rows, columns=None if rows else [*CSV_COLUMNS, "cell", "repetition", *plan.axes])
-
-
-def _plain(value: Any) -> Any:
-    return str(value) if isinstance(value, (list, dict)) else value
 
 
 def _in_unit(parameter: Mapping[str, Any], name: str) -> float:

@@ -15,12 +15,12 @@ from matplotlib.ticker import LogFormatter
 
 from bench.figures import OURS, PAPER, REFERENCE, png
 from bench.naming import cell_name, telling_axes
+from bench.plain import RPM
 from bench.plan import Plan
 from bench.records import RESULTS, read_records
 from bench.reports.made import Made
 from bench.tables import aligned, csv_text
 
-RPM = math.pi / 30  # rad/s
 DEGREE = math.pi / 180  # rad
 GRAM_MILLIMETRE = 1e-6  # kg m
 ANGLES = ("deg", "rad")  # their values have no size that a bound could be a part of

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 import threading
 import time
 from dataclasses import dataclass
@@ -12,6 +11,7 @@ from typing import Any, ClassVar
 import numpy as np
 from tqdm import tqdm
 
+from bench.plain import finite
 from bench.plan import generator
 from bench.setup import Setup
 from bench.studies.contract import Draw
@@ -155,7 +155,7 @@ def diagnosis_record(found: Diagnosis, measurement: Measurement, level: float) -
                     "place": place,
                     "parameter": each.parameter.name,
                     "unit": each.parameter.unit,
-                    "size": _finite(each.size / each.parameter.si_per_unit),
+                    "size": finite(each.size / each.parameter.si_per_unit),
                     "largest": each.largest / each.parameter.si_per_unit,
                     "observable": each.is_observable,
                 }
@@ -199,8 +199,8 @@ def _value(parameter: Parameter, estimated: Estimate, index: int) -> dict[str, A
         "name": parameter.name,
         "unit": parameter.unit,
         "value": (value - turn) / parameter.si_per_unit,
-        "low": _finite((interval.low - turn) / parameter.si_per_unit),
-        "high": _finite((interval.high - turn) / parameter.si_per_unit),
+        "low": finite((interval.low - turn) / parameter.si_per_unit),
+        "high": finite((interval.high - turn) / parameter.si_per_unit),
         "interval": interval.kind,
         "at_bound": bool(min(value - parameter.lower, parameter.upper - value) <= near),
     }
@@ -271,7 +271,3 @@ def _parts(values: Any) -> list[Any]:
 
 def _noise(noise: Noise) -> dict[str, Any]:
     return {"relative": float(noise.relative), "floor": float(np.median(noise.floor))}
-
-
-def _finite(value: float) -> float | None:
-    return float(value) if math.isfinite(value) else None

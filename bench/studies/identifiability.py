@@ -6,7 +6,6 @@ Everything is the Cramér–Rao bound at the true values (`ksmea.identifiability
 from __future__ import annotations
 
 import dataclasses
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from statistics import NormalDist
@@ -14,6 +13,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from bench.plain import finite
 from bench.setup import Setup
 from bench.studies.contract import Draw
 from ksmea.contracts import Channel, Problem
@@ -91,14 +91,14 @@ class IdentifiabilityStudy(Settings):
                     "true": float(value),
                     "lower": parameter.lower,
                     "upper": parameter.upper,
-                    "bound": _finite(bound),
+                    "bound": finite(bound),
                 }
                 for parameter, value, bound in zip(parameters, x, told.bound)
             ],
-            "correlation": [[_finite(entry) for entry in row] for row in told.correlation],
-            "least_told": {"direction": told.worst_direction.tolist(), "bound": _finite(told.worst_bound)},
+            "correlation": [[finite(entry) for entry in row] for row in told.correlation],
+            "least_told": {"direction": told.worst_direction.tolist(), "bound": finite(told.worst_bound)},
             "variations": [
-                {"variation": variation, **place, "bound": [_finite(bound) for bound in told_by(varied, x).bound]}
+                {"variation": variation, **place, "bound": [finite(bound) for bound in told_by(varied, x).bound]}
                 for variation in VARIATIONS
                 if variation in self.variations
                 for place, varied in getattr(self, f"_{variation}")(data)
@@ -167,8 +167,3 @@ def _description(data: Data) -> dict[str, Any]:
         "floor": data.noise.floor,
         "noise_known": data.noise_known,
     }
-
-
-def _finite(value: float) -> float | None:
-    """JSON has no infinity: what is not finite is null."""
-    return float(value) if math.isfinite(value) else None

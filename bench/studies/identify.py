@@ -12,6 +12,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from bench.curves import fit_curves, response_curves
+from bench.plain import finite
 from bench.plan import generator
 from bench.setup import Setup
 from bench.studies.contract import Draw
@@ -78,7 +79,7 @@ class Identify(Settings):
         )
         found = _within_a_turn(problem.parameters, found)
         record = _record(problem.parameters, setup.truth, found)
-        record["misfit"] = _finite(_likelihood(setup.problem, measurement, found))
+        record["misfit"] = finite(_likelihood(setup.problem, measurement, found))
         noise = measurement.noise
         if self.intervals != "none" and (noise is None or measurement.has_noise):
             true_x = setup.true_x if self.basin else None
@@ -121,8 +122,8 @@ class Identify(Settings):
             if facts.is_full_turn and not interval.high - interval.low < TURN:  # an angle that may be any
                 interval = Interval(-np.inf, np.inf, "not identifiable")
             parameter |= {
-                "low": _finite(interval.low),
-                "high": _finite(interval.high),
+                "low": finite(interval.low),
+                "high": finite(interval.high),
                 "interval": interval.kind,
                 "likely": float(likely),
             }
@@ -178,14 +179,14 @@ def _record(parameters: Parameters, truth: Mapping[str, float], found: Identific
         "history": [
             {
                 "x": update.x.tolist(),
-                "predicted_misfit": _finite(update.predicted_misfit),
-                "misfit": _finite(update.misfit),
-                "smc": _finite(update.smc),
-                "sdf": _finite(update.sdf),
+                "predicted_misfit": finite(update.predicted_misfit),
+                "misfit": finite(update.misfit),
+                "smc": finite(update.smc),
+                "sdf": finite(update.sdf),
             }
             for update in found.history
         ],
-        "notes": {name: _finite(value) for name, value in found.notes.items()},
+        "notes": {name: finite(value) for name, value in found.notes.items()},
     }
 
 
@@ -216,8 +217,8 @@ def _add_bounds(record: dict[str, Any], problem: Problem, measurement: Measureme
     except np.linalg.LinAlgError:
         return
     for parameter, bound in zip(record["parameters"], told.bound):
-        parameter["bound"] = _finite(float(bound))
-    record["correlation"] = [[_finite(float(value)) for value in row] for row in told.correlation]
+        parameter["bound"] = finite(float(bound))
+    record["correlation"] = [[finite(float(value)) for value in row] for row in told.correlation]
 
 
 def _description(measurement: Measurement, remarks: Sequence[str]) -> dict[str, Any]:
@@ -231,8 +232,3 @@ def _description(measurement: Measurement, remarks: Sequence[str]) -> dict[str, 
         "channels": [str(channel) for channel in measurement.channels],
         "remarks": list(remarks),
     }
-
-
-def _finite(value: float) -> float | None:
-    """JSON has no infinity: what is not finite is null."""
-    return value if math.isfinite(value) else None

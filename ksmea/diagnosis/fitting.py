@@ -15,13 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import qmc
 
-from ksmea.contracts import ComplexArray, Problem
+from ksmea.contracts import PHASE_ORIGIN, ComplexArray, Problem
 from ksmea.likelihood import Likelihood, Point, maximise
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
 from ksmea.parameters import TURN, Array
 
-PHASE_ORIGIN = "phase_origin"  # the unknown that turns all data alike
 MOST_VALUES = 2**21  # complex numbers of a batch of responses, which bounds the memory
 CLOSE = 1e-2  # two maxima with deviances as near as this are one
 

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ksmea.contracts import Channel, ComplexArray
+from ksmea.contracts import PHASE_ORIGIN, Channel, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.parameters import Array, Parameter, Parameters
 from problems.rotor import dense
@@ -30,7 +30,6 @@ from problems.rotor.unknowns import (
     rotor_at,
 )
 
-PHASE_ORIGIN = "phase_origin"  # the unknown that measured phases bring along
 CHUNK_BYTES = 2**20  # of the largest temporary array of a batch: about what a core's own cache holds
 
 

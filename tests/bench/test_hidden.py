@@ -243,3 +243,11 @@ def test_help_on_effects(enter):
     for name in registry.registered("effect"):
         assert f"effect={name}: " in everything and name in enter("help").out
     assert enter("help", "effect", "runot").err.startswith("error: unknown effect 'runot'; did you mean 'runout'?")
+
+
+@pytest.mark.parametrize("size", ["-5", "1e6"])
+def test_a_size_that_is_not_physical_is_refused(enter, cheapest, size):
+    words = ["measurement.kind=complex", "measurement.hidden=[flexible_pedestal]", "repetitions=1", "workers=1"]
+    ended = enter(*cheapest, *words, f"measurement.sizes={{pedestal_compliance_x:{size}}}")
+    assert ended.code == 2 and ended.err.count("\n") == 1
+    assert "expected pedestal_compliance_x from 0 to 20 µm/kN, which is physical" in ended.err

@@ -1,0 +1,22 @@
+"""What records, tables and figures share: units that people read, and plain data."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from bench.plan import Cell, Plan
+
+RPM = math.pi / 30  # rad/s
+MICROMETRE = 1e-6  # m
+
+
+def finite(value: float) -> float | None:
+    """JSON has no infinity: what is not finite is null."""
+    return float(value) if math.isfinite(value) else None
+
+
+def place_columns(plan: Plan, cell: Cell) -> dict[str, Any]:
+    """Where a cell stands on the axes; lists and mappings as text, which can be compared and counted."""
+    place = {axis: cell.place.get(axis) for axis in plan.axes}
+    return {axis: str(value) if isinstance(value, (list, dict)) else value for axis, value in place.items()}
