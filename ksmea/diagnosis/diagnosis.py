@@ -63,9 +63,8 @@ class Diagnosis:
     gain: Gain | None
     split: Split | None
     likeness: Mapping[str, float]  # of the other effects to the best single one
-    detectable: Mapping[
-        str, tuple[str, tuple[Detectable, ...]]
-    ]  # by effect: its most promising place, and its unknowns
+    # by effect: its most promising place, and its unknowns there
+    detectable: Mapping[str, tuple[str, tuple[Detectable, ...]]]
     level: float
 
 
@@ -87,18 +86,7 @@ def diagnose(
     found = candidates(problem, effects)
     if not found:
         raise ValueError("diagnosis: expected effects that the problem has a place for, got none")
-    plain = fit_plain(problem, measurement, rng, effort)
-    progress()
-    quality = fit_quality(plain.best, rng)
-    trials = tried(problem, measurement, plain.best, found, progress)
-    if quality.p < half or _speaking(trials, half):
-        trials = searched(trials, measurement, plain, effort, progress)
-        better = _plain_from(trials, plain)
-        if better is not plain:
-            plain, quality = better, fit_quality(better.best, rng)
-            trials = searched(
-                tried(problem, measurement, plain.best, found, progress), measurement, plain, effort, progress
-            )
+    plain, quality, trials = _fitted(problem, measurement, found, half, rng, effort, progress)
     speaking = _speaking(trials, half)
     lead = speaking[0] if speaking else None
     likenesses = {} if lead is None else _likenesses(lead, trials)
@@ -138,6 +126,31 @@ def diagnose(
         detectable=detectable,
         level=level,
     )
+
+
+def _fitted(
+    problem: Problem,
+    measurement: Measurement,
+    found: Sequence[Candidate],
+    level: float,
+    rng: np.random.Generator,
+    effort: Effort,
+    progress: Callable[[], None],
+) -> tuple[PlainFits, FitQuality, list[Trial]]:
+    """The plain model's fits, their quality, and every candidate fitted: all over its bounds if anything speaks."""
+    plain = fit_plain(problem, measurement, rng, effort)
+    progress()
+    quality = fit_quality(plain.best, rng)
+    trials = tried(problem, measurement, plain.best, found, progress)
+    if quality.p >= level and not _speaking(trials, level):
+        return plain, quality, trials
+    trials = searched(trials, measurement, plain, effort, progress)
+    better = _plain_from(trials, plain)
+    if better is not plain:
+        plain, quality = better, fit_quality(better.best, rng)
+        trials = tried(problem, measurement, plain.best, found, progress)
+        trials = searched(trials, measurement, plain, effort, progress)
+    return plain, quality, trials
 
 
 @dataclass(frozen=True)
