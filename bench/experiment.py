@@ -214,9 +214,11 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) ->
     ignored = {*plugins["study"].ignores, *plugins["method"].ignores}
     for part in ignored:
         settings[part] = None
+    # A model that is worth a journal is too expensive to be evaluated where nothing keeps the answer.
+    bounds = [None] * len(setup.problem.parameters) if config.journal else setup.bounds()
     parameters = tuple(
         ParameterFacts(parameter.name, parameter.unit, parameter.si_per_unit, setup.truth.get(parameter.name), bound)
-        for parameter, bound in zip(setup.problem.parameters, setup.bounds())
+        for parameter, bound in zip(setup.problem.parameters, bounds)
     )
     used = used_modules(settings)
     modules |= used

@@ -79,19 +79,19 @@ class Identify(Settings):
         )
         found = _within_a_turn(problem.parameters, found)
         record = _record(problem.parameters, setup.truth, found)
-        record["misfit"] = finite(_likelihood(setup.problem, measurement, found))
+        record["misfit"] = finite(_likelihood(problem, measurement, found))
         noise = measurement.noise
         if self.intervals != "none" and (noise is None or measurement.has_noise):
             true_x = setup.true_x if self.basin else None
             rng = generator(draw.seeds["diagnosis"]) if self.details else None
             noise = self._add_intervals(record, problem, measurement, found, true_x, rng)
         if noise is not None and not noise.is_absent and (self.details or not setup.truth):
-            _add_bounds(record, setup.problem, measurement, found.x, noise)
+            _add_bounds(record, problem, measurement, found.x, noise)
         if self.details:
             record["data"] = _description(measurement, getattr(plugins["measurement"], "remarks", ()))
-            record["fit"] = fit_curves(setup.problem, measurement, found.x, noise)
+            record["fit"] = fit_curves(problem, measurement, found.x, noise)
         if draw.with_curves:
-            record["curves"] = response_curves(setup.problem, measurement, setup.true_response(draw), found)
+            record["curves"] = response_curves(problem, measurement, setup.true_response(draw), found)
         if hidden := setup.hidden(draw):
             record["hidden"] = hidden
         return record

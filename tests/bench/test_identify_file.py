@@ -235,13 +235,13 @@ def test_a_run_that_fails_says_so(enter, tmp_path):
 
 def test_angles_are_told_within_a_turn():
     origin = Parameter("phase_origin", "deg", np.pi / 180, -1.5 * np.pi, 1.5 * np.pi)
-    half = Parameter("phase", "deg", np.pi / 180, -np.pi, np.pi)
+    half = Parameter("phase", "deg", np.pi / 180, -np.pi / 2, np.pi / 2)
 
     def degrees(value):
         return np.degrees(_turned(origin, np.radians(value)))
 
     assert [degrees(value) for value in (-270, -180, 0, 180, 181, 270)] == pytest.approx([90, 180, 0, 180, -179, -90])
-    assert _turned(half, -np.pi) == -np.pi  # its bounds hold each angle once
+    assert _turned(half, -np.pi / 2) == -np.pi / 2  # its bounds hold half a turn: no value is another's
     assert np.degrees(_nearest_turn(origin, np.radians(179), np.radians(-179))) == pytest.approx(-181)
     assert _nearest_turn(origin, None, 1.0) is None and _nearest_turn(half, 3.0, -3.0) == 3.0
 

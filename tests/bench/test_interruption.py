@@ -69,7 +69,10 @@ def assert_completed_as_undisturbed(ended, table3, kept):
     pd.testing.assert_frame_equal(
         table[table["parameter"] != "time"], whole[whole["parameter"] != "time"], check_exact=True
     )
-    runs, all_runs = (frame.loc[:, ~frame.columns.str.startswith("time")] for frame in (ended.runs(), table3.runs()))
+    runs, all_runs = (
+        frame.loc[:, ~frame.columns.str.startswith(("time", "interval_seconds"))]
+        for frame in (ended.runs(), table3.runs())
+    )
     pd.testing.assert_frame_equal(runs, all_runs, check_exact=True)
 
 
