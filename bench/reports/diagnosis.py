@@ -13,7 +13,7 @@ import pandas as pd
 
 from bench.figures import png
 from bench.naming import cell_name
-from bench.plain import RPM, place_columns
+from bench.plain import RPM, place_columns, run_columns
 from bench.plan import Cell, Plan
 from bench.records import RESULTS, read_records
 from bench.reports.diagnosis_figure import residual_figure, trials_figure
@@ -60,15 +60,9 @@ def diagnosis_runs(plan: Plan, records: Mapping[str, Mapping[str, Any]]) -> pd.D
     """A row per planned run: the verdict, what stands behind it, and where something was hidden whether it was found."""
     rows = []
     for run in plan.runs:
-        record = records.get(run.key, {"status": "not run"})
-        row = {
-            "key": run.key,
-            "cell": run.cell,
-            **place_columns(plan, plan.cells[run.cell]),
-            "repetition": run.repetition,
-        }
-        row |= {"status": record["status"], "error": record.get("error", "")}
-        if record["status"] in RESULTS:
+        record = records.get(run.key)
+        row = run_columns(plan, run, record)
+        if record is not None and record["status"] in RESULTS:
             row |= _row(record)
         rows.append(row)
     return pd.DataFrame(rows)

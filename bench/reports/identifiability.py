@@ -11,9 +11,10 @@ import pandas as pd
 
 from bench.figures import png
 from bench.naming import cell_name
-from bench.plain import MICROMETRE, RPM, place_columns
+from bench.plain import MICROMETRE, RPM, place_columns, run_columns
 from bench.plan import Plan
 from bench.records import RESULTS, read_records
+from bench.reports.alike import ALIKE, alike_text
 from bench.reports.identifiability_figure import identifiability_figure
 from bench.reports.made import Made
 from bench.tables import aligned, csv_text
@@ -21,9 +22,7 @@ from bench.tables import aligned, csv_text
 Record = Mapping[str, Any]
 
 KNOWN_PCT, TOLD_PCT = 20.0, 100.0  # half-widths up to which an unknown counts as known, and as told at all
-ALIKE = 0.95  # |correlation| above which two unknowns are hard to tell apart
 PART = 0.1  # smaller parts of a direction are not mentioned
-MOST_PAIRS = 6  # of unknowns hard to tell apart that are named
 FAR = 1e4  # %; larger half-widths are not printed: they say no more, and rounding is in them
 MOST_CELLS = 4  # with a figure and a table of variations each; the file has all
 COLUMNS = ("variation", "value", "parameter", "unit", "true", "bound", "bound_pct", "level", "half_width_pct")
@@ -44,17 +43,7 @@ def identifiability_report(plan: Plan, output: Path) -> Made:
 
 def plain_runs(plan: Plan, records: Mapping[str, Record]) -> pd.DataFrame:
     """A row per planned run: where it stands and what became of it."""
-    rows = []
-    for run in plan.runs:
-        record = records.get(run.key, {"status": "not run"})
-        row = {
-            "key": run.key,
-            "cell": run.cell,
-            **place_columns(plan, plan.cells[run.cell]),
-            "repetition": run.repetition,
-        }
-        rows.append({**row, "status": record["status"], "error": record.get("error", "")})
-    return pd.DataFrame(rows)
+    return pd.DataFrame([run_columns(plan, run, records.get(run.key)) for run in plan.runs])
 
 
 def told_by_cell(plan: Plan, records: Mapping[str, Record]) -> dict[int, Record]:
@@ -145,7 +134,8 @@ def _sentences(record: Record) -> Iterator[str]:
         yield f"you will know only roughly: {', '.join(classes['only roughly'])}"
     if "not told" in classes:
         yield f"cannot be told: {', '.join(classes['not told'])}"
-    yield f"hard to tell apart (correlation beyond ± {ALIKE}): {_alike_text(record)}"
+    alike = alike_text(record["correlation"], [parameter["name"] for parameter in record["parameters"]])
+    yield f"hard to tell apart (correlation beyond ± {ALIKE}): {alike}"
     yield _least_text(record)
     if record["data"]["floor"] == 0 and any(entry["variation"] == "position" for entry in record["variations"]):
         yield (
@@ -183,18 +173,6 @@ def _half_width(record: Record, parameter: Mapping[str, Any]) -> float:
 
 def _reach(parameter: Mapping[str, Any]) -> float:
     return parameter["upper"] - parameter["lower"]
-
-
-def _alike_text(record: Record) -> str:
-    names = [parameter["name"] for parameter in record["parameters"]]
-    pairs = [
-        f"{names[one]} and {names[other]} ({value:+.3f})"
-        for one, row in enumerate(record["correlation"])
-        for other, value in enumerate(row)
-        if other > one and value is not None and abs(value) > ALIKE
-    ]
-    more = f" and {len(pairs) - MOST_PAIRS} pairs more" if len(pairs) > MOST_PAIRS else ""
-    return (", ".join(pairs[:MOST_PAIRS]) or "none") + more
 
 
 def _least_text(record: Record) -> str:

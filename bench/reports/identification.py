@@ -15,14 +15,13 @@ from bench.naming import cell_name
 from bench.plain import MICROMETRE, RPM, place_columns
 from bench.plan import Plan, Run
 from bench.records import RESULTS, read_records
+from bench.reports.alike import ALIKE, alike_text
 from bench.reports.fit_figure import fit_figure
 from bench.reports.made import Made
 from bench.tables import csv_text, runs_frame
 
 Record = Mapping[str, Any]
 
-ALIKE = 0.95  # |correlation| above which two unknowns are hard to tell apart
-MOST_PAIRS = 6  # of such unknowns that are named
 MOST_BLOCKS = 4  # runs with sentences and a figure; the tables have all
 SLIGHT = 0.1  # parts of the noise below this part of the whole everywhere are not mentioned
 CSV_COLUMNS = ("parameter", "unit", "value", "low", "high", "kind", "bound", "at_bound")
@@ -179,14 +178,7 @@ def _alike_text(record: Record) -> str:
     if "correlation" not in record:
         return "not computed, without noise"
     names = [parameter["name"].replace("_", " ") for parameter in record["parameters"]]
-    pairs = [
-        f"{names[one]} and {names[other]} ({value:+.3f})"
-        for one, row in enumerate(record["correlation"])
-        for other, value in enumerate(row)
-        if other > one and value is not None and abs(value) > ALIKE
-    ]
-    more = f" and {len(pairs) - MOST_PAIRS} pairs more" if len(pairs) > MOST_PAIRS else ""
-    return (", ".join(pairs[:MOST_PAIRS]) or "none") + more
+    return alike_text(record["correlation"], names)
 
 
 def _verdict(record: Record) -> Iterator[str]:

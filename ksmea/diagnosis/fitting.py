@@ -96,7 +96,7 @@ def fit_nearby(problem: Problem, measurement: Measurement, plain: Fit) -> Fit:
     from where the plain model fits."""
     likelihood = Likelihood(Model(problem), measurement)
     d = plain.likelihood.d
-    start = np.concatenate([plain.u, _zero(problem, d), plain.point.theta[d:]])
+    start = np.concatenate([plain.u, without_effects(problem, d), plain.point.theta[d:]])
     return Fit(problem, likelihood, maximise(likelihood, start, tolerance=1e-4))
 
 
@@ -104,7 +104,7 @@ def fit_from_scan(problem: Problem, measurement: Measurement, plain: PlainFits, 
     """The same from the best points of screenings at values of the effects all over their bounds, and from other maxima
     of the plain model."""
     likelihood = Likelihood(Model(problem), measurement)
-    zero = _zero(problem, plain.best.likelihood.d)
+    zero = without_effects(problem, plain.best.likelihood.d)
     starts = [np.concatenate([fit.u, zero]) for fit in plain.others]
     starts += list(_scanned(problem, measurement, plain.screened, zero, effort.effect_starts))
     maxima = _best_maxima(likelihood, [likelihood.start(u) for u in starts], effort)
@@ -114,14 +114,14 @@ def fit_from_scan(problem: Problem, measurement: Measurement, plain: PlainFits, 
 def fit_from(problem: Problem, measurement: Measurement, starts: Sequence[Fit], d: int) -> Fit:
     """The same from where other fits have the plain model's d unknowns, without any effect."""
     likelihood = Likelihood(Model(problem), measurement)
-    zero = _zero(problem, d)
+    zero = without_effects(problem, d)
     points = [
         maximise(likelihood, likelihood.start(np.concatenate([fit.u[:d], zero])), tolerance=1e-4) for fit in starts
     ]
     return Fit(problem, likelihood, min(points, key=lambda point: point.deviance))
 
 
-def _zero(problem: Problem, d: int) -> Array:
+def without_effects(problem: Problem, d: int) -> Array:
     """Where in the unit cube the unknowns behind the first d are 0."""
     return problem.parameters.to_cube(np.zeros(len(problem.parameters)))[d:]
 

@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 from scipy.stats import chi2, ncx2
 
 from ksmea.contracts import Channel, Problem
-from ksmea.diagnosis.fitting import Fit
+from ksmea.diagnosis.fitting import Fit, without_effects
 from ksmea.diagnosis.trials import Candidate, Trial
 from ksmea.identifiability import projected, whitened_noise_sensitivity, whitened_sensitivity
 from ksmea.measurement import Noise
@@ -64,19 +64,14 @@ def smallest_detectable(plain: Fit, candidate: Candidate, level: float) -> list[
 def _left_of_effect(fit: Fit, problem: Problem, n_effect: int) -> Array:
     """Sensitivity (m, e) to the last unknowns of an extended problem at 0, all else projected out; `fit` is of the
     problem without them."""
-    zero = problem.parameters.to_cube(np.zeros(len(problem.parameters)))[-n_effect:]
-    u = np.concatenate([fit.u, zero])
-    whitened = _whitened(problem, u, fit)
-    return _without(whitened[:, -n_effect:], whitened[:, :-n_effect], fit, problem, u)
+    u = np.concatenate([fit.u, without_effects(problem, len(fit.u))])
+    whitened, of_noise = _whitened(problem, u, fit)
+    return _without(whitened[:, -n_effect:], whitened[:, :-n_effect], of_noise)
 
 
-def _without(effect: Array, others: Array, fit: Fit, problem: Problem, u: Array) -> Array:
+def _without(effect: Array, others: Array, of_noise: Array) -> Array:
     """An effect's sensitivity when the other unknowns and the noise's level are fitted along."""
-    if fit.likelihood.noise_is_sought:
-        response = problem.response(problem.parameters.to_si(u)[None])[0]
-        amplitude = fit.likelihood.measurement.is_amplitude
-        others = np.hstack([others, whitened_noise_sensitivity(np.abs(response), fit.noise, amplitude=amplitude)])
-    return projected(effect, _scaled(others))
+    return projected(effect, _scaled(np.hstack([others, of_noise])))
 
 
 def _scaled(columns: Array) -> Array:
@@ -85,10 +80,14 @@ def _scaled(columns: Array) -> Array:
     return columns[:, length > 0] / length[length > 0]
 
 
-def _whitened(problem: Problem, u: Array, fit: Fit) -> Array:
+def _whitened(problem: Problem, u: Array, fit: Fit) -> tuple[Array, Array]:
+    """Sensitivities to the unknowns (m, d), and to the noise's level (m, 2) or (m, 0) where that is known."""
     response, sensitivity = Model(problem).linearise(u)
     amplitude = fit.likelihood.measurement.is_amplitude
-    return whitened_sensitivity(response, sensitivity, fit.noise, amplitude=amplitude)
+    whitened = whitened_sensitivity(response, sensitivity, fit.noise, amplitude=amplitude)
+    if not fit.likelihood.noise_is_sought:
+        return whitened, np.empty((len(whitened), 0))
+    return whitened, whitened_noise_sensitivity(np.abs(response), fit.noise, amplitude=amplitude)
 
 
 def _noncentrality(n_unknown: int, level: float) -> float:
@@ -102,24 +101,18 @@ def likeness(trial: Trial, other: Candidate) -> float:
     nearest change that the other makes, everything else being fitted along."""
     problem = other.effect.added_to(trial.fit.problem)
     n_other = len(other.effect.parameters(trial.fit.problem))
-    zero = problem.parameters.to_cube(np.zeros(len(problem.parameters)))[-n_other:]
-    u = np.concatenate([trial.fit.u, zero])
-    whitened = _whitened(problem, u, trial.fit)
+    u = np.concatenate([trial.fit.u, without_effects(problem, len(trial.fit.u))])
+    whitened, of_noise = _whitened(problem, u, trial.fit)
     own = slice(len(u) - n_other - trial.n_unknown, len(u) - n_other)
     plain = whitened[:, : own.start]
-    size = (trial.fit.u - _zero_of(trial))[own]
-    change = _without(whitened[:, own] @ size[:, None], plain, trial.fit, problem, u)[:, 0]
-    reach = _without(whitened[:, own.stop :], plain, trial.fit, problem, u)
+    size = trial.fit.u[own] - without_effects(trial.fit.problem, own.start)
+    change = _without(whitened[:, own] @ size[:, None], plain, of_noise)[:, 0]
+    reach = _without(whitened[:, own.stop :], plain, of_noise)
     if not np.any(change) or not np.any(reach):
         return 0.0
     directions, singular, _ = np.linalg.svd(_scaled(reach), full_matrices=False)
     directions = directions[:, singular > 1e-8 * singular[0]]
     return float(np.linalg.norm(directions.T @ change) / np.linalg.norm(change))
-
-
-def _zero_of(trial: Trial) -> Array:
-    parameters = trial.fit.problem.parameters
-    return parameters.to_cube(np.zeros(len(parameters)))
 
 
 def best_split(one: Trial, other: Trial) -> Split | None:

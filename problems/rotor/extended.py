@@ -22,7 +22,7 @@ from ksmea.parameters import Array, Parameters
 from problems.rotor import dense
 from problems.rotor.assembly import assemble_free, node_dof
 from problems.rotor.data import COEFFICIENTS, STIFFNESSES, Rotor
-from problems.rotor.problem import CHUNK_BYTES, RotorProblem, finite, impedances_of
+from problems.rotor.problem import CHUNK_BYTES, RotorProblem, checked_sets, finite, impedances_of
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
 from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
 from problems.rotor.unknowns import Unknown, inputs_at, rotor_at
@@ -87,7 +87,7 @@ class ExtendedProblem:
 
     def response(self, x: Array) -> ComplexArray:
         """(n, d) SI → (n, n_speed, n_channel), m."""
-        x = self._checked(x)
+        x = checked_sets(x, self.parameters)
         response = np.empty((len(x), len(self.speed), len(self.channels)), dtype=complex)
         changing = x[:, self._changing]
         _, group = np.unique(changing, axis=0, return_inverse=True) if changing.size else (None, np.zeros(len(x), int))
@@ -111,7 +111,7 @@ class ExtendedProblem:
 
     def dense_response(self, x: Array) -> ComplexArray:
         """`response` by the dense route, the whole rotor per set and speed: slow, for comparison and for making data."""
-        return np.concatenate([self._dense(row[None]) for row in self._checked(x)])
+        return np.concatenate([self._dense(row[None]) for row in checked_sets(x, self.parameters)])
 
     def _parts(self, x: Array) -> tuple[Array, list[Array]]:
         """The values (n, …) of the rotor's own unknowns, and those of each effect."""
@@ -217,12 +217,3 @@ class ExtendedProblem:
             force = force + loads @ np.concatenate(self._sizes(of_effects), axis=1)[0]
         motion = np.linalg.solve(stiffness, force[..., None])[..., 0]
         return self._observed((motion @ dense.channel_rows(rotor, self._seen_channels).T)[None], of_effects)
-
-    def _checked(self, x: Array) -> Array:
-        x = np.asarray(x, dtype=float)
-        if x.ndim != 2 or x.shape[1] != len(self.parameters):
-            raise SettingError(
-                f"parameter sets: expected an array (n, {len(self.parameters)}) in the order"
-                f" {', '.join(self.parameters.names)}, got shape {x.shape}"
-            )
-        return x

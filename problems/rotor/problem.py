@@ -67,7 +67,7 @@ class RotorProblem:
 
     def response(self, x: Array) -> ComplexArray:
         """(n, d) SI → (n, n_speed, n_channel), m."""
-        x = self._checked(x)
+        x = checked_sets(x, self.parameters)
         response = np.empty((len(x), len(self.speed), len(self.channels)), dtype=complex)
         n_chunk = max(1, CHUNK_BYTES // self.reduction.receptance.nbytes)
         with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
@@ -83,7 +83,7 @@ class RotorProblem:
 
         From D q = f: ∂q/∂z_rc = −D⁻¹ e_r q_c for an impedance, D⁻¹ ∂f/∂x for an unbalance.
         """
-        inputs = inputs_at(self.rotor, self.unknowns, self._checked(np.asarray(x)[None]))
+        inputs = inputs_at(self.rotor, self.unknowns, checked_sets(np.asarray(x)[None], self.parameters))
         stiffness, damping = (part[:, 0] for part in self._impedance_parts(inputs))
         receptance = self.reduction.full_receptance(stiffness, damping)
         n_port = self.reduction.n_port
@@ -138,7 +138,7 @@ class RotorProblem:
 
     def dense_response(self, x: Array) -> ComplexArray:
         """`response` by the dense route, one solve with the whole rotor per set and speed: slow, for comparison."""
-        rotors = (rotor_at(self.rotor, self.unknowns, row) for row in self._checked(x))
+        rotors = (rotor_at(self.rotor, self.unknowns, row) for row in checked_sets(x, self.parameters))
         return np.stack([dense.dense_response(rotor, self.speed, self.channels) for rotor in rotors])
 
     def _impedance_parts(self, inputs: Inputs) -> tuple[Array, Array]:
@@ -147,14 +147,16 @@ class RotorProblem:
         place = np.array([2 * impedance.row + impedance.column for impedance in self.reduction.impedances])
         return inputs.coefficients[:, bearing, place].T, inputs.coefficients[:, bearing, place + len(STIFFNESSES)].T
 
-    def _checked(self, x: Array) -> Array:
-        x = np.asarray(x, dtype=float)
-        if x.ndim != 2 or x.shape[1] != len(self.unknowns):
-            raise SettingError(
-                f"parameter sets: expected an array (n, {len(self.unknowns)}) in the order"
-                f" {', '.join(self.parameters.names)}, got shape {x.shape}"
-            )
-        return x
+
+def checked_sets(x: Array, parameters: Parameters) -> Array:
+    """Parameter sets (n, d), if that is what they are."""
+    x = np.asarray(x, dtype=float)
+    if x.ndim != 2 or x.shape[1] != len(parameters):
+        raise SettingError(
+            f"parameter sets: expected an array (n, {len(parameters)}) in the order"
+            f" {', '.join(parameters.names)}, got shape {x.shape}"
+        )
+    return x
 
 
 def _combined(per_unbalance: ComplexArray, unbalance: ComplexArray) -> ComplexArray:
