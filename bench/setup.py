@@ -67,6 +67,15 @@ class Setup:
         stream = self._stream_of_hidden(draw)
         return self.plugins["measurement"].hidden_effects(self.plugins["problem"], **stream) if stream else []
 
+    def with_hidden(self, draw: Draw) -> tuple[Problem, Array] | None:
+        """The problem with what the data of one run hide, and all true values (d,) SI; None where nothing is hidden. For
+        judging what was found, after it was found."""
+        stream = self._stream_of_hidden(draw)
+        if not stream:
+            return None
+        problem, theta = self.plugins["measurement"].with_hidden(self.plugins["problem"], self.problem, **stream)
+        return problem, np.concatenate([self.true_x, theta])
+
     def _stream_of_hidden(self, draw: Draw) -> dict[str, np.random.Generator]:
         """The generator that effects are drawn by, for a measurement that hides some."""
         if not getattr(self.plugins["measurement"], "hidden", ()):

@@ -158,6 +158,15 @@ class Synthetic(Settings):
             for each in self._hide(problem, hidden)[1]
         ]
 
+    def with_hidden(
+        self, settings: ProblemSettings, problem: Problem, hidden: np.random.Generator
+    ) -> tuple[Problem, Array]:
+        """A problem with what data drawn by `hidden` hide, and the true values (e,) SI of the unknowns that this adds."""
+        effects = self._hide(self._model(settings), hidden)[1]
+        for each in effects:
+            problem = each.effect.added_to(problem)
+        return problem, np.concatenate([np.empty(0), *(each.theta for each in effects)])
+
     def _hide(self, problem: Problem, rng: np.random.Generator | None) -> tuple[Problem, list[Hidden]]:
         """The problem with the effects that its data hide."""
         if not self.hidden:

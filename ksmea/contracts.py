@@ -65,6 +65,12 @@ class Problem(Protocol):
         of the response take its place, counted as evaluations."""
         ...
 
+    @property
+    def costly(self) -> Array:
+        """Places of the unknowns each new value of which costs far more than one of the others. A problem may leave it
+        out: none are."""
+        ...
+
     def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
         """The same rotor at other speeds (rad/s) and channels."""
         ...
@@ -96,8 +102,9 @@ class Effect(Protocol):
         ...
 
     @property
-    def moves_resonances(self) -> bool:
-        """Whether the resonances lie elsewhere with it, so that fits have to be sought all over its bounds."""
+    def is_scanned(self) -> bool:
+        """Whether fits have to be sought all over its bounds, not only from where the model without it fits: of effects that
+        move resonances, or hide them."""
         ...
 
     def places(self, problem: Problem) -> Sequence[Effect]:

@@ -22,9 +22,11 @@ from bench.tables import aligned, csv_text, number
 from ksmea import registry
 
 MOST_RANKED = 6  # effects that the text lists
+PLAIN_TO_SEE = 60.0  # fall of the deviance that the true model makes
+SHORT = 1.0  # of a fall that misses this much of it
 ALIKE = 0.95  # likeness from which two effects are of one class
 OF_ONE_RUN = ("diagnosis.json", "extended.yaml", "residuals.png", "effects.png")
-INTERNAL = ("status", "curves", "elapsed", "schema", "event", "key", "question", "session", "hidden")
+INTERNAL = ("status", "curves", "elapsed", "schema", "event", "key", "question", "session", "hidden", "hidden_fall")
 
 
 def diagnosis_report(plan: Plan, output: Path) -> Made:
@@ -103,7 +105,8 @@ def _found(record: Mapping[str, Any], hidden: list[str]) -> dict[str, Any]:
     compared = [intervals[name] for name in sizes if name in intervals]
     held = [_holds(intervals[name], size) for name, size in sizes.items() if name in intervals]
     return {
-        "hidden_fall": max((trial["fall"] for trial in placed or own), default=np.nan),
+        "hidden_fall": record["hidden_fall"],
+        "own_fall": max((trial["fall"] for trial in placed or own), default=np.nan),
         "in_set": all(name in record["class"] for name in hidden),
         "place_right": bool(own) and all(_place_of(record, effect) for effect in record["hidden"]),
         "is_first": all(name in record["named"] or _is_same_class(record, name) for name in hidden),
@@ -130,8 +133,8 @@ def _holds(interval: Mapping[str, Any], size: float) -> bool:
 
 
 def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
-    """A row per cell: how often each verdict, and of what was hidden with a fall of the deviance of at least 60 how much
-    was found."""
+    """A row per cell: how often each verdict, and of what was hidden plain to see how much was found; `fit_short` counts
+    searches that stopped before the maximum that the true values lead to."""
     rows = []
     for index, _ in enumerate(plan.cells):
         mine = runs[runs["cell"] == index]
@@ -147,9 +150,10 @@ def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
             name: int(verdicts.get(name, 0)) for name in ("adequate", "named", "ambiguous", "unknown", "not observable")
         }
         if "in_set" in results and results["in_set"].notna().any():
-            plain = results[results["hidden_fall"] >= 60]
+            plain = results[results["hidden_fall"] >= PLAIN_TO_SEE]
             row |= {
                 "plain_to_see": len(plain),
+                "fit_short": int((plain["own_fall"] < plain["hidden_fall"] - SHORT).sum()),
                 "in_set": int(plain["in_set"].sum()),
                 "is_first": int(plain["is_first"].sum()),
                 "place_right": int(plain["place_right"].sum()),

@@ -19,7 +19,7 @@ from ksmea import registry
 from ksmea.contracts import Effect
 from ksmea.diagnosis.diagnosis import Diagnosis, diagnose
 from ksmea.diagnosis.fit_quality import FitQuality, whirl_parts
-from ksmea.diagnosis.fitting import Effort, Fit
+from ksmea.diagnosis.fitting import Effort, Fit, fit_from_values
 from ksmea.diagnosis.trials import Candidate, Trial, candidates
 from ksmea.errors import SettingError, unknown
 from ksmea.intervals import Estimate, estimate
@@ -46,7 +46,14 @@ class Diagnose(Settings):
     blocks: int = setting(6, "contiguous blocks of speeds that are left out in turn to measure the gain", at_least=2)
     screening: int = setting(4096, "points of the plain model's box that are screened", at_least=64)
     starts: int = setting(12, "fits of the plain model from the best of them", at_least=1)
-    scan: int = setting(300, "of these points, the best that are screened again at values of an effect", at_least=1)
+    scan: int = setting(
+        200, "of these points, those that are screened again at values of an effect, most of them the best", at_least=1
+    )
+    scan_values: int = setting(
+        16,
+        "values of an effect with one unknown, all over its bounds; twice as many for each further unknown",
+        at_least=1,
+    )
     effect_starts: int = setting(5, "fits of each effect from the best of those", at_least=1)
 
     report: ClassVar[str] = "diagnosis"
@@ -95,7 +102,7 @@ class Diagnose(Settings):
                 effects,
                 generator(draw.seeds["diagnosis"]),
                 level=self.level,
-                effort=Effort(self.screening, self.scan, self.starts, self.effect_starts),
+                effort=self._effort,
                 n_block=self.blocks,
                 interval_level=self.interval_level,
                 progress=bar.update,
@@ -105,8 +112,19 @@ class Diagnose(Settings):
             "status": "done",
             **diagnosis_record(found, measurement, self.interval_level),
             "hidden": setup.hidden(draw),
+            "hidden_fall": _fall_of_truth(setup, draw, measurement, found.plain),
             "seconds": time.perf_counter() - started,
         }
+
+    @property
+    def _effort(self) -> Effort:
+        return Effort(
+            screening=self.screening,
+            starts=self.starts,
+            scan=self.scan,
+            scan_values=self.scan_values,
+            effect_starts=self.effect_starts,
+        )
 
     def _chosen(self) -> dict[str, Effect]:
         known = list(registry.registered("effect"))
@@ -114,6 +132,13 @@ class Diagnose(Settings):
             if name not in known:
                 raise unknown("effect", name, known)
         return {name: registry.create("effect", name, {}) for name in self.effects or known if name not in self.without}
+
+
+def _fall_of_truth(setup: Setup, draw: Draw, measurement: Measurement, plain: Fit) -> float | None:
+    """How far the deviance falls from the plain model's fit to that of the model that made the data, fitted from its true
+    values: how plain to see is what the data hide. None where nothing is hidden."""
+    truth = setup.with_hidden(draw)
+    return None if truth is None else plain.deviance - fit_from_values(*truth, measurement).deviance
 
 
 def diagnosis_record(found: Diagnosis, measurement: Measurement, level: float) -> dict[str, Any]:

@@ -92,12 +92,12 @@ def tried(
 def searched(
     trials: Sequence[Trial], measurement: Measurement, plain: PlainFits, effort: Effort, progress: Callable[[], None]
 ) -> list[Trial]:
-    """The same trials, each with the better of its fit and a search: all over the effect's bounds where it moves
-    resonances, and else from where the plain model's other maxima and the best trials have their unknowns."""
+    """The same trials, each with the better of its fit and a search: all over the effect's bounds where it needs that,
+    and else from where the plain model's other maxima and the best trials have their unknowns."""
     better = []
     starts = [*plain.others, *(trial.fit for trial in trials[:2])]
     for trial in trials:
-        if trial.candidate.effect.moves_resonances:
+        if trial.candidate.effect.is_scanned:
             fit = fit_from_scan(trial.fit.problem, measurement, plain, effort)
         else:
             fit = fit_from(trial.fit.problem, measurement, starts, plain.best.likelihood.d)

@@ -32,7 +32,7 @@ class ChannelGain(RotorEffect):
     position: float | None = setting(None, "where the channel looks; null: all positions", unit="m", at_least=0)
     direction: str | None = setting(None, "the channel's direction; null: both", choices=("x", "y"))
 
-    moves_resonances: ClassVar[bool] = False
+    is_scanned: ClassVar[bool] = False
     aliases: ClassVar[Mapping[str, str]] = MappingProxyType({})
     stage: ClassVar[int] = 2
 

@@ -30,7 +30,7 @@ class ProbeRotation(RotorEffect):
 
     position: float | None = setting(None, "the measuring plane; null: all of them alike", unit="m", at_least=0)
 
-    moves_resonances: ClassVar[bool] = False
+    is_scanned: ClassVar[bool] = False
     aliases: ClassVar[Mapping[str, str]] = {
         "cross_coupling_symmetric": "both turn the ellipse; survey the angles of the probes",
     }

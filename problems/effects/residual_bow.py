@@ -34,7 +34,7 @@ NOTICED = (0.3 * MICROMETRE, 30 * MICROMETRE)  # vectors as long as these are dr
 class ResidualBow(RotorEffect):
     """The shaft is bent at rest, most in its middle."""
 
-    moves_resonances: ClassVar[bool] = False
+    is_scanned: ClassVar[bool] = True
     aliases: ClassVar[Mapping[str, str]] = {
         "runout": "a bow is amplified at a critical speed, runout is not: measure through one, or a second plane",
     }

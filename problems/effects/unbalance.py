@@ -35,7 +35,7 @@ class FurtherUnbalance(RotorEffect):
         None, "where it sits; null: on the first disk that the model has no unbalance on", unit="m", at_least=0
     )
 
-    moves_resonances: ClassVar[bool] = False
+    is_scanned: ClassVar[bool] = False
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_damping": "both change peak heights; a second resonance, a trial weight on each disk",
         "youngs_modulus": "both change the mix of modes; a trial weight on each disk, a second mode in the band",

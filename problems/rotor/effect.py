@@ -26,7 +26,7 @@ class RotorEffect(Settings):
     """Base of effects on rotors; the fields of an effect say where it sits."""
 
     aliases: ClassVar[Mapping[str, str]] = MappingProxyType({})
-    moves_resonances: ClassVar[bool] = True
+    is_scanned: ClassVar[bool] = True
     changes_rotor: ClassVar[bool] = False  # overrides `rotor`
     couples_axes: ClassVar[bool] = False  # its `impedance` has entries beside the diagonal
     has_loads: ClassVar[bool] = False  # overrides `loads` and `load_sizes`

@@ -89,7 +89,7 @@ class ExtendedProblem:
         """(n, d) SI → (n, n_speed, n_channel), m."""
         x = checked_sets(x, self.parameters)
         response = np.empty((len(x), len(self.speed), len(self.channels)), dtype=complex)
-        changing = x[:, self._changing]
+        changing = x[:, self.costly]
         _, group = np.unique(changing, axis=0, return_inverse=True) if changing.size else (None, np.zeros(len(x), int))
         with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
             for index in range(int(group.max(initial=-1)) + 1):
@@ -120,7 +120,7 @@ class ExtendedProblem:
         return own, of_effects
 
     @cached_property
-    def _changing(self) -> Array:
+    def costly(self) -> Array:
         """Places of the unknowns that change the rotor itself."""
         places = np.arange(len(self.parameters))[None]
         of_effects = self._parts(places)[1]
@@ -204,7 +204,7 @@ class ExtendedProblem:
     def _dense(self, x: Array) -> ComplexArray:
         """One set (1, d) without any reduction."""
         own, of_effects = self._parts(x)
-        rotor = self._changed_rotor(rotor_at(self.base.rotor, self.base.unknowns, own[0]), x[0, self._changing])
+        rotor = self._changed_rotor(rotor_at(self.base.rotor, self.base.unknowns, own[0]), x[0, self.costly])
         impedance = self._bearing_impedance(
             inputs_at(self.base.rotor, self.base.unknowns, own).coefficients, of_effects
         )
