@@ -47,9 +47,12 @@ def assemble_free(rotor: Rotor) -> Matrices:
     n_node = len(rotor.node_positions)
     n_dof = DOF_PER_NODE * n_node
     mass, gyroscopic, stiffness = (np.zeros((n_dof, n_dof)) for _ in range(3))
+    of_segment = {}  # the elements of a segment are alike
     for index, element in enumerate(elements(rotor)):
         here = element_dof(index)
-        matrices = shaft.element_matrices(element)
+        if element.segment not in of_segment:
+            of_segment[element.segment] = shaft.element_matrices(element)
+        matrices = of_segment[element.segment]
         mass[here, here] += matrices.mass
         gyroscopic[here, here] += matrices.gyroscopic
         stiffness[here, here] += matrices.stiffness

@@ -22,8 +22,9 @@ import numpy as np
 from ksmea.contracts import Channel, ComplexArray
 from ksmea.parameters import Array
 from problems.rotor.assembly import assemble_free, node_dof
+from problems.rotor.banded import DIAGONAL, dynamic_stiffness_band, solve
 from problems.rotor.data import Bearing, Rotor
-from problems.rotor.dense import channel_rows, dynamic_stiffness
+from problems.rotor.dense import channel_rows
 from problems.rotor.unbalance import force_per_unbalance
 
 PORTS_PER_BEARING = 2  # x and y
@@ -104,14 +105,15 @@ def reduce_rotor(
     """
     nominal = np.stack([_nominal_impedance(rotor.bearings, impedance, speed) for impedance in impedances])
     ports = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
-    stiffness = dynamic_stiffness(assemble_free(rotor), speed)
+    stiffness = dynamic_stiffness_band(assemble_free(rotor), speed)
     for impedance, values in zip(impedances, nominal, strict=True):
-        stiffness[:, ports[impedance.row_port], ports[impedance.column_port]] += values
+        row, column = ports[impedance.row_port], ports[impedance.column_port]
+        stiffness[:, column, DIAGONAL + row - column] += values
     n_dof = stiffness.shape[1]
     port_rows = np.eye(n_dof)[ports]
     forces = np.broadcast_to(port_rows.T, (len(speed), n_dof, len(ports)))
     further = [] if loads is None else [loads]
-    motion = np.linalg.solve(stiffness, np.concatenate([forces, force_per_unbalance(rotor, speed), *further], axis=2))
+    motion = solve(stiffness, np.concatenate([forces, force_per_unbalance(rotor, speed), *further], axis=2))
     receptance = np.concatenate([port_rows, channel_rows(rotor, channels)]) @ motion  # (n_speed, row, column)
     return Reduction(speed, impedances, nominal, np.ascontiguousarray(np.moveaxis(receptance, 0, 2)))
 

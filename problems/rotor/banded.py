@@ -1,0 +1,51 @@
+"""The dynamic stiffness of a rotor as a banded system, solved at each speed by LAPACK's gbsv.
+
+A shaft is a chain of elements: a node meets its two neighbours and nothing else, so that the work grows with the number
+of nodes and not with its third power. Column j of a matrix A is stored as row j, A[i, j] at DIAGONAL + i − j.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg.lapack import zgbsv
+
+from ksmea.contracts import ComplexArray
+from ksmea.parameters import Array
+from problems.rotor.assembly import Matrices
+from problems.rotor.mesh import DOF_PER_NODE
+
+HALF_BANDWIDTH = 2 * DOF_PER_NODE - 1
+DIAGONAL = 2 * HALF_BANDWIDTH  # behind as many places again, which the pivoting of gbsv fills
+WIDTH = DIAGONAL + HALF_BANDWIDTH + 1
+
+
+def band_of(matrix: Array) -> Array:
+    """A real matrix (n_dof, n_dof) as its band (n_dof, WIDTH)."""
+    n = len(matrix)
+    band = np.zeros((n, WIDTH))
+    for offset in range(-HALF_BANDWIDTH, HALF_BANDWIDTH + 1):  # row − column
+        columns = np.arange(max(0, -offset), n - max(0, offset))
+        band[columns, DIAGONAL + offset] = matrix[columns + offset, columns]
+    return band
+
+
+def dynamic_stiffness_band(matrices: Matrices, speed: Array) -> ComplexArray:
+    """D(Ω) = K + ΩN + iΩ(C + ΩG) − Ω²M at each speed (rad/s), (n_speed, n_dof, WIDTH) N/m."""
+    omega = np.asarray(speed)
+    band = np.empty((len(omega), len(matrices.mass), WIDTH), dtype=complex)
+    powers = np.stack([np.ones_like(omega), omega, -(omega**2)], axis=1)
+    in_phase = np.stack([band_of(each) for each in (matrices.stiffness, matrices.circulatory, matrices.mass)])
+    quadrature = np.stack([band_of(each) for each in (matrices.damping, matrices.gyroscopic)])
+    band.real = np.tensordot(powers, in_phase, 1)
+    band.imag = np.tensordot(omega[:, None] * powers[:, :2], quadrature, 1)
+    return band
+
+
+def solve(band: ComplexArray, force: ComplexArray) -> ComplexArray:
+    """D⁻¹ f at each speed, (n_speed, n_dof, n_force); `band` is used up. `LinAlgError` where D is singular."""
+    motion = np.array(np.swapaxes(force, 1, 2), order="C")  # each force in a row, which gbsv overwrites
+    for columns, rows in zip(band, motion, strict=True):
+        *_, info = zgbsv(HALF_BANDWIDTH, HALF_BANDWIDTH, columns.T, rows.T, overwrite_ab=True, overwrite_b=True)
+        if info:
+            raise np.linalg.LinAlgError("dynamic stiffness: expected a regular matrix, got a singular one")
+    return np.swapaxes(motion, 1, 2)
