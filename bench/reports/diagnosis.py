@@ -106,8 +106,9 @@ def _found(record: Mapping[str, Any], hidden: list[str]) -> dict[str, Any]:
     held = [_holds(intervals[name], size) for name, size in sizes.items() if name in intervals]
     return {
         "hidden_fall": record["hidden_fall"],
-        "own_fall": max((trial["fall"] for trial in placed or own), default=np.nan),
+        "own_fall": max((trial["fall"] for trial in placed or own), default=np.nan) if len(hidden) == 1 else np.nan,
         "in_set": all(name in record["class"] for name in hidden),
+        "surplus": max(len(record["named"]) - len(hidden), 0),
         "place_right": bool(own) and all(_place_of(record, effect) for effect in record["hidden"]),
         "is_first": all(name in record["named"] or _is_same_class(record, name) for name in hidden),
         "sizes_compared": len(compared),
@@ -134,7 +135,7 @@ def _holds(interval: Mapping[str, Any], size: float) -> bool:
 
 def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     """A row per cell: how often each verdict, and of what was hidden plain to see how much was found; `fit_short` counts
-    searches that stopped before the maximum that the true values lead to."""
+    searches that stopped before the maximum that the true values lead to, `surplus` diagnoses that name an effect too many."""
     rows = []
     for index, _ in enumerate(plan.cells):
         mine = runs[runs["cell"] == index]
@@ -156,6 +157,7 @@ def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
                 "fit_short": int((plain["own_fall"] < plain["hidden_fall"] - SHORT).sum()),
                 "in_set": int(plain["in_set"].sum()),
                 "is_first": int(plain["is_first"].sum()),
+                "surplus": int((plain["surplus"] > 0).sum()),
                 "place_right": int(plain["place_right"].sum()),
                 "sizes": int(plain["sizes_compared"].sum()),
                 "sizes_held": int(plain["sizes_held"].sum()),

@@ -3,12 +3,13 @@
 1. The plain model is fitted from the whole box of its unknowns, and its residuals are tested for lack of fit.
 2. Every effect, at every place where it may sit, is fitted jointly with all unknowns from where the plain model fits.
 3. If the test or any effect speaks, effects are also sought all over their bounds, which moves sharp resonances.
-4. What is left over by the best effect is tested again; if it is not noise, a second effect is tried beside it.
+4. Second effects are tried beside the best one: one that speaks as clearly as a first one is taken along. If the best
+   effect does not leave noise behind, they are tried beside the next best ones too.
 5. The verdict:
    - `adequate`: nothing speaks against the plain model, and the data would show effects if they were there;
    - `not observable`: nothing speaks, but most effects would not show in these data even at their physical limits;
    - `named`: one effect explains the data, none of the others comes near;
-   - `ambiguous`: several explain it about as well (within ΔBIC ≤ 6), and what further measurement would split them;
+   - `ambiguous`: several explain it about as well, and what further measurement would split them;
    - `unknown`: the model is wrong, and no effect or pair of effects leaves noise behind.
 
 `level` is the chance of speaking against a right model. Half of it goes to the lack-of-fit test, half to the effects,
@@ -43,9 +44,10 @@ class Diagnosis:
     """What was found; `trials` are ranked, `named` and `alike` are names of effects, `best` is the extended fit that the
     verdict speaks of (None without one) with its effects in `applied`.
 
-    `alike` is the class: the named effects and those that explain the data about as well, by their own fits (ΔBIC ≤ 6) or
-    because what the best one does to the data they can do too, as projected sensitivities have it. `places` are those
-    where the best effect explains them about as well.
+    `alike` is the class: the named effects and those that explain the data about as well, by their own fits (ΔBIC ≤ 6, or
+    a deviance as low, whatever BIC charges for their unknowns) or because what the best one does to the data they can do
+    too, as projected sensitivities have it. `places` are those where the best effect explains them about as well.
+    `likeness` is the cosine between what the best effect does to the data and what each other one can do.
     """
 
     verdict: str
@@ -62,7 +64,7 @@ class Diagnosis:
     best_quality: FitQuality | None
     gain: Gain | None
     split: Split | None
-    likeness: Mapping[str, float]  # of the other effects to the best single one
+    likeness: Mapping[str, float]
     # by effect: its most promising place, and its unknowns there
     detectable: Mapping[str, tuple[str, tuple[Detectable, ...]]]
     level: float
@@ -121,7 +123,7 @@ def diagnose(
         best_estimate=best_estimate,
         best_quality=best_quality,
         gain=None if best is None else gain(plain.best, best, n_block, progress),
-        split=_split(explained, trials) if verdict == "ambiguous" else None,
+        split=_split(explained) if verdict == "ambiguous" else None,
         likeness=likenesses,
         detectable=detectable,
         level=level,
@@ -155,12 +157,13 @@ def _fitted(
 
 @dataclass(frozen=True)
 class _Explained:
-    """The best effect, or two, that the data are explained with; `rivals` do so about as well."""
+    """The best effect, or two, that the data are explained with; `rivals` do so about as well, by name of an effect that
+    is not among these and with the fit that has it."""
 
     fit: Fit
     quality: FitQuality
     trials: tuple[Trial, ...]
-    rivals: tuple[str, ...]
+    rivals: Mapping[str, Fit]
     places: tuple[str, ...]
 
     @property
@@ -195,33 +198,39 @@ def _explained(
     rng: np.random.Generator,
     progress: Callable[[], None],
 ) -> _Explained:
-    """The best effect if it leaves noise behind, else the best pair that does, else again the best effect."""
+    """The best pair of effects if the second one speaks for itself beside the first, or if the best effect alone does
+    not leave noise behind and the pair does; else the best effect."""
     fit = _polished(lead.fit)
     quality = fit_quality(fit, rng)
     alone = _Explained(fit, quality, (lead,), _rivals(lead, trials, likenesses), _places(lead, trials))
-    if quality.p >= level:
-        return alone
-    pairs = _pairs(speaking, trials, measurement, level, progress)
-    for first, second, worth in pairs[:MOST_PAIRED]:
-        fit = _polished(second.fit)
+    leaves_noise = quality.p >= level
+    firsts = [lead] if leaves_noise else list(best_by_name(speaking).values())[:MOST_PAIRED]
+    pairs = _pairs(firsts, trials, measurement, level, progress)
+    for pair in [pair for pair in pairs if pair.delta_bic > lead.delta_bic + NEAR][:MOST_PAIRED]:
+        fit = _polished(pair.second.fit)
         quality = fit_quality(fit, rng)
         if quality.p >= level:
-            names = {first.name, second.name}
-            near = [{one.name, two.name} for one, two, other in pairs if other > worth - NEAR]
-            rivals = sorted({name for pair in near for name in pair} - names)
-            return _Explained(fit, quality, (first, second), tuple(rivals), ())
+            rivals = {
+                name: other.second.fit
+                for other in reversed(pairs)  # the best one that has the name is kept
+                if other.delta_bic > pair.delta_bic - NEAR
+                for name in other.names
+                if name not in pair.names
+            }
+            return _Explained(fit, quality, (pair.first, pair.second), rivals, ())
     return alone
 
 
-def _rivals(lead: Trial, trials: Sequence[Trial], likenesses: Mapping[str, float]) -> tuple[str, ...]:
+def _rivals(lead: Trial, trials: Sequence[Trial], likenesses: Mapping[str, float]) -> dict[str, Fit]:
     """Other effects that explain the data about as well as the best: by their own fits, or by what sensitivities say
     that their best fit must reach, fall · cos², whatever their fit has found."""
-    found = [trial.name for trial in trials if trial.delta_bic > lead.delta_bic - NEAR]
+    found = {}
     for name, trial in best_by_name(trials).items():
         charge = (trial.n_unknown - lead.n_unknown) * np.log(lead.fit.likelihood.n_residual)
-        if lead.fall * (1 - likenesses.get(name, 0.0) ** 2) + charge < NEAR and name in likenesses:
-            found.append(name)
-    return tuple(name for name in dict.fromkeys(found) if name != lead.name)
+        is_near = max(trial.delta_bic - lead.delta_bic, trial.fall - lead.fall) > -NEAR
+        if name != lead.name and (is_near or lead.fall * (1 - likenesses[name] ** 2) + charge < NEAR):
+            found[name] = trial.fit
+    return found
 
 
 def _places(lead: Trial, trials: Sequence[Trial]) -> tuple[str, ...]:
@@ -229,23 +238,38 @@ def _places(lead: Trial, trials: Sequence[Trial]) -> tuple[str, ...]:
     return tuple(trial.place for trial in trials if trial.name == lead.name and trial.delta_bic > lead.delta_bic - NEAR)
 
 
+@dataclass(frozen=True)
+class _Pair:
+    """A first effect and a second one beside it, whose fit has both."""
+
+    first: Trial
+    second: Trial
+
+    @property
+    def delta_bic(self) -> float:
+        return self.first.delta_bic + self.second.delta_bic
+
+    @property
+    def names(self) -> tuple[str, str]:
+        return self.first.name, self.second.name
+
+
 def _pairs(
-    speaking: Sequence[Trial],
+    firsts: Sequence[Trial],
     trials: Sequence[Trial],
     measurement: Measurement,
     level: float,
     progress: Callable[[], None],
-) -> list[tuple[Trial, Trial, float]]:
-    """Second effects beside the best first ones, with the ΔBIC of both together, best first."""
-    firsts = list(best_by_name(speaking).values())[:MOST_PAIRED]
+) -> list[_Pair]:
+    """Pairs of which the second effect speaks beside the first one, best first."""
     n_tried = sum(trial.name != first.name for first in firsts for trial in trials)
     pairs = []
     for first in firsts:
         others = [trial.candidate for trial in trials if trial.name != first.name]
         for second in tried(first.fit.problem, measurement, first.fit, others, progress, n_tried):
             if second.p < level:
-                pairs.append((first, second, first.delta_bic + second.delta_bic))
-    return sorted(pairs, key=lambda pair: -pair[2])
+                pairs.append(_Pair(first, second))
+    return sorted(pairs, key=lambda pair: -pair.delta_bic)
 
 
 def _polished(fit: Fit) -> Fit:
@@ -271,17 +295,19 @@ def _verdict(
     return "adequate" if np.mean(observable) >= LEAST_OBSERVABLE else "not observable"
 
 
-def _split(explained: _Explained | None, trials: Sequence[Trial]) -> Split | None:
-    """What would tell the best effect from its first rival; of pairs nothing is said."""
-    if explained is None or len(explained.trials) != 1:
+def _split(explained: _Explained | None) -> Split | None:
+    """What would tell the best effect or pair from its first rival."""
+    if explained is None or not explained.rivals:
         return None
-    return best_split(explained.trials[0], best_by_name(trials)[explained.rivals[0]])
+    return best_split(explained.fit, next(iter(explained.rivals.values())))
 
 
 def _likenesses(lead: Trial, trials: Sequence[Trial]) -> dict[str, float]:
-    """How alike the other effects are to the best one, the most alike place of each."""
+    """How alike the other effects are to the best one, the most alike place of each: by sensitivities, or where an effect
+    bends as it grows by what its fit has reached, since a fall of the deviance is cos² of that of the best."""
     found: dict[str, float] = {}
     for trial in trials:
         if trial.name != lead.name:
-            found[trial.name] = max(found.get(trial.name, 0.0), likeness(lead, trial.candidate))
+            reached = np.sqrt(min(trial.fall / lead.fall, 1.0))
+            found[trial.name] = max(found.get(trial.name, 0.0), reached, likeness(lead, trial.candidate))
     return dict(sorted(found.items(), key=lambda item: -item[1]))

@@ -115,13 +115,13 @@ def likeness(trial: Trial, other: Candidate) -> float:
     return float(np.linalg.norm(directions.T @ change) / np.linalg.norm(change))
 
 
-def best_split(one: Trial, other: Trial) -> Split | None:
+def best_split(one: Fit, other: Fit) -> Split | None:
     """The further measurement that would tell two fitted effects apart best; None where none would."""
-    now = _separation([(one.fit.problem, other.fit.problem)], one, other)
-    present = (one.fit.problem, other.fit.problem)
+    now = _separation([(one.problem, other.problem)], one, other)
+    present = (one.problem, other.problem)
     splits = [
         Split(name, now, _separation([present, added], one, other))
-        for name, added in _further(one.fit.problem, other.fit.problem)
+        for name, added in _further(one.problem, other.problem)
     ]
     best = max(splits, key=lambda split: split.then, default=None)
     return best if best is not None and best.then > now + 1.0 else None
@@ -145,17 +145,17 @@ def _further(one: Problem, other: Problem) -> Iterator[tuple[str, tuple[Problem,
             yield name, (one.with_unbalance(site, magnitude, 0.0), other.with_unbalance(site, magnitude, 0.0))
 
 
-def _separation(data: Sequence[tuple[Problem, Problem]], one: Trial, other: Trial) -> float:
+def _separation(data: Sequence[tuple[Problem, Problem]], one: Fit, other: Fit) -> float:
     """Deviance by which data that the one model makes speak against the other, all of whose unknowns are fitted along:
     the distance of the two predictions from the tangent of the other. Where each datum came with a noise of its own,
     all have the median."""
-    noise = Noise(one.fit.noise.relative, float(np.median(one.fit.noise.floor)))
-    amplitude = one.fit.likelihood.measurement.is_amplitude
+    noise = Noise(one.noise.relative, float(np.median(one.noise.floor)))
+    amplitude = one.likelihood.measurement.is_amplitude
     distances, tangents = [], []
     for made, fitted in data:
-        response = made.response(one.fit.x[None])[0]
-        found, slope = Model(fitted).linearise(fitted.parameters.to_cube(other.fit.x))
-        sensitivity = slope / fitted.parameters.width * other.fit.problem.parameters.width
+        response = made.response(one.x[None])[0]
+        found, slope = Model(fitted).linearise(fitted.parameters.to_cube(other.x))
+        sensitivity = slope / fitted.parameters.width * other.problem.parameters.width
         distances.append(_in_noise(response, found, noise, amplitude=amplitude))
         whitened = whitened_sensitivity(found, sensitivity, noise, amplitude=amplitude)
         tangents.append(whitened[: len(distances[-1])])

@@ -105,7 +105,7 @@ def test_a_split_is_a_measurement_that_helps(rotor):
     one, measurement, without = trial_with(rotor, "cross_coupling_antisymmetric", 2e5)
     chosen = candidate("internal_damping", rotor)
     other = trial_of(chosen, fit_nearby(chosen.effect.added_to(rotor), measurement, without), without, 1)
-    split = best_split(one, other)
+    split = best_split(one.fit, other.fit)
     assert split is not None and split.then > split.now + 1 >= 1
 
 
@@ -113,5 +113,5 @@ def test_mass_and_modulus_cannot_be_split_by_more_of_the_same(rotor):
     one, measurement, without = trial_with(rotor, "youngs_modulus", 0.02)
     chosen = candidate("mass", rotor)
     other = trial_of(chosen, fit_nearby(chosen.effect.added_to(rotor), measurement, without), without, 1)
-    split = best_split(one, other)
+    split = best_split(one.fit, other.fit)
     assert split is None or "g mm" in split.measurement  # only a known unbalance has a scale of its own
