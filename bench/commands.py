@@ -10,26 +10,35 @@ from typing import Any
 from bench.collect import collect, collect_all
 from bench.plan import PLAN_FILE, Plan, Run, read_plan
 from bench.provenance import code_digest, library_versions, used_modules
-from bench.records import RESULTS, read_lines, read_records
+from bench.records import RESULTS, read_lines, read_records, running_sessions
 from bench.reference import write_reference
 from bench.verify import verify
 from ksmea.errors import SettingError, unknown
 
 
 def status(words: list[str]) -> int:
-    """`status NAME|DIR`: how many of the planned runs are done, failed, stale or missing; 0 where all are done."""
+    """`status NAME|DIR`: how many of the planned runs are done, running, failed, stale or missing; 0 where all are done."""
     return max(_status(output) for output in _outputs(words, "status"))
 
 
 def _status(output: Path) -> int:
     plan = read_plan(output)
-    records = read_records(output, lambda line: (line["status"], line["question"]))
+    running = running_sessions(output)
+
+    def state_and_question(line: dict[str, Any]) -> tuple[str, str]:
+        is_running = line["event"] == "started" and line["session"] in running
+        return "running" if is_running else line["status"], line["question"]
+
+    records = read_records(output, state_and_question)
     answered = {question for state, question in records.values() if state in RESULTS}
     counts = Counter(_state(run, records, answered) for run in plan.runs)
     n_done = sum(counts[state] for state in RESULTS)
-    n_failed = sum(count for state, count in counts.items() if state not in (*RESULTS, "stale", "missing"))
+    n_failed = sum(count for state, count in counts.items() if state not in (*RESULTS, "running", "stale", "missing"))
     print(f"{plan.name} in {output}")
-    for label, count in (("planned", len(plan.runs)), ("done", n_done), ("failed", n_failed)):
+    counted = {"planned": len(plan.runs), "done": n_done, "running": counts["running"], "failed": n_failed}
+    for label, count in counted.items():
+        if label == "running" and not count:
+            continue
         reasons = _reasons(counts, label)
         print(f"{label:>8} {count:6d}{'  (' + reasons + ')' if reasons else ''}")
     print(f"{'stale':>8} {counts['stale']:6d}{'  (answered by other code or libraries)' if counts['stale'] else ''}")

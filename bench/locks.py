@@ -12,6 +12,18 @@ from pathlib import Path
 from ksmea.errors import SettingError
 
 
+def is_held(path: Path) -> bool:
+    """Whether a process holds the lock file now."""
+    try:
+        with path.open("rb") as file:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
+    except FileNotFoundError:
+        return False
+    except OSError as error:
+        return error.errno in (errno.EWOULDBLOCK, errno.EACCES)
+    return False
+
+
 @contextmanager
 def exclusive(path: Path) -> Iterator[None]:
     """Hold the lock file for the block; a one-line error where another process holds it.

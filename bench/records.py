@@ -16,7 +16,7 @@ from typing import Any, Self, TextIO, TypeVar
 
 import orjson
 
-from bench.locks import exclusive
+from bench.locks import exclusive, is_held
 from bench.plan import Plan, Run
 from ksmea.errors import SettingError
 
@@ -93,6 +93,16 @@ def finished_keys(output: Path) -> set[str]:
     return {key for key, status in read_records(output, lambda line: line["status"]).items() if status in RESULTS}
 
 
+def running_sessions(output: Path) -> set[str]:
+    """The sessions that still write: of each record file whose lock is held, the last."""
+    sessions = set()
+    for path in (output / FOLDER).glob("*.jsonl"):
+        if is_held(path.with_suffix(".lock")):
+            began = [line["session"] for line in _lines_of(path) if line["event"] == "session"]
+            sessions.update(began[-1:])
+    return sessions
+
+
 def read_records(output: Path, keep: Callable[[dict[str, Any]], Kept] = lambda line: line) -> dict[str, Kept]:
     """The last word on each key, as `keep` has it of the line: its result, or status 'killed' where a run was started
     and no more. A result is never replaced by a later failure.
@@ -114,11 +124,15 @@ def read_records(output: Path, keep: Callable[[dict[str, Any]], Kept] = lambda l
 def read_lines(output: Path) -> Iterator[dict[str, Any]]:
     """All lines of all record files in the present schema; what is not a record is passed over."""
     for path in sorted((output / FOLDER).glob("*.jsonl")):
-        with path.open("rb") as file:
-            for text in file:
-                line = _parsed(text)
-                if line is not None:
-                    yield _upgraded(line, path)
+        yield from _lines_of(path)
+
+
+def _lines_of(path: Path) -> Iterator[dict[str, Any]]:
+    with path.open("rb") as file:
+        for text in file:
+            line = _parsed(text)
+            if line is not None:
+                yield _upgraded(line, path)
 
 
 def _parsed(text: bytes) -> dict[str, Any] | None:

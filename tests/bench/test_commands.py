@@ -287,3 +287,14 @@ def test_a_record_with_a_curve_that_is_not_finite_stays_readable(real, enter, ch
     assert "NaN" in kept
     assert enter("status", "run").code == 0
     assert enter(*cheapest, "repetitions=2").records() == kept
+
+
+def test_a_run_that_is_being_computed_is_not_a_failed_one(plan, folder, enter):
+    """While its writer lives it is running; once the writer is gone it was killed."""
+    write_plan(plan, folder)
+    with RecordWriter(folder, 0, plan) as writer:
+        writer.started(plan.runs[0])
+        during = counts_of(enter("status", "table3"))
+    after = counts_of(enter("status", "table3"))
+    assert (during["running"], during["failed"], during["missing"]) == (1, 0, 7)
+    assert "running" not in after and (after["failed"], after["missing"]) == (1, 7)
