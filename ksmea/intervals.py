@@ -28,6 +28,9 @@ from ksmea.measurement import Noise
 from ksmea.parameters import Array
 
 REGULAR = 0.05  # the ends of a parabola may miss those of the profile by this part of the half-width
+FAR = 25.0  # rise of the deviance from a known point of a profile to where the next is sought; more is too far away
+SHORTEST = 2.0**-12  # of a step along a profile, below which it is cut no further
+MOST_ITERATIONS = 300  # of a point of a profile: unknowns that nearly compensate each other make curved valleys
 LOWER = 0.01  # a deviance this far below the maximum's is another maximum, from where all begins again
 
 
@@ -65,7 +68,8 @@ class Estimate:
 class _Profile:
     """The root of the rise of the deviance along one unknown, which is a straight line where the model is linear.
 
-    Each point is sought from the nearest one that is known, the others following along the tangent at the maximum.
+    Each point is sought from the nearest one that is known, the others following along the tangent at the maximum, or
+    where that leads up steeply, out of a curved valley, along the secant of the two nearest known ones.
     """
 
     def __init__(self, likelihood: Likelihood, maximum: Point, index: int) -> None:
@@ -74,7 +78,7 @@ class _Profile:
         self._likelihood = likelihood
         self._maximum = maximum
         self._index = index
-        self._known = [maximum.theta]
+        self._known = [maximum]
         self._roots = {self.start: 0.0}
 
     def root(self, value: float) -> float:
@@ -83,15 +87,33 @@ class _Profile:
             self._roots[value] = self._sought(value)
         return self._roots[value]
 
+    def is_near(self, value: float) -> bool:
+        """Whether what is known leads to this value without leaving the valley that the profile follows."""
+        return value in self._roots or self._predicted(value)[1] < FAR
+
+    def _predicted(self, value: float) -> tuple[Array, float]:
+        """θ to start from (p,), and how much higher its deviance is than that of the nearest known point."""
+        near, *further = sorted(self._known, key=lambda point: abs(point.theta[self._index] - value))
+        slopes = [self._tangent]
+        if further:
+            step = further[0].theta - near.theta
+            slopes.append(step / step[self._index])
+        for slope in slopes:
+            theta = near.theta + (value - near.theta[self._index]) * slope
+            theta[self._index] = value
+            inside = np.clip(theta, self._likelihood.lower, self._likelihood.upper)
+            higher = self._likelihood.deviance(inside) - near.deviance
+            if higher < FAR:
+                break
+        return theta, higher
+
     def _sought(self, value: float) -> float:
-        near = min(self._known, key=lambda theta: abs(theta[self._index] - value))
-        theta = near + (value - near[self._index]) * self._tangent
-        theta[self._index] = value
-        point = maximise(self._likelihood, theta, held=self._index, tolerance=1e-4)
+        theta, _ = self._predicted(value)
+        point = maximise(self._likelihood, theta, held=self._index, max_iterations=MOST_ITERATIONS, tolerance=1e-4)
         rise = point.deviance - self._maximum.deviance
         if rise < -LOWER:
             raise _BetterMaximum(point)
-        self._known.append(point.theta)
+        self._known.append(point)
         return float(np.sqrt(max(rise, 0.0)))
 
 
@@ -159,7 +181,11 @@ def _checked(likelihood: Likelihood, maximum: Point, index: int, rise: float) ->
     profile = _Profile(likelihood, maximum, index)
     wanted = np.sqrt(rise)
     ends = profile.start + np.array([-1.0, 1.0]) * wanted * profile.sd
-    if 0 < ends[0] and ends[1] < 1 and all(abs(profile.root(end) / wanted - 1) < REGULAR for end in ends):
+    if (
+        0 < ends[0]
+        and ends[1] < 1
+        and all(profile.is_near(end) and abs(profile.root(end) / wanted - 1) < REGULAR for end in ends)
+    ):
         return Interval(*ends, "gauss-newton")
     low, high = (_end(profile, wanted, bound) for bound in (0.0, 1.0))
     return Interval(low, high, _kind(low, high))
@@ -178,6 +204,10 @@ def _end(profile: _Profile, wanted: float, bound: float) -> float:
     inner, reach = profile.start, width
     while inner != bound:
         outer = bound if reach >= abs(bound - profile.start) else profile.start + sign * reach
+        shortest = SHORTEST * abs(outer - inner)
+        while abs(outer - inner) > shortest and not profile.is_near(outer):
+            outer = (inner + outer) / 2
+            reach = abs(outer - profile.start)
         if profile.root(outer) >= wanted:
             return brentq(lambda value: profile.root(value) - wanted, inner, outer, xtol=0.003 * width, rtol=1e-12)
         inner, reach = outer, 2 * reach
