@@ -94,8 +94,14 @@ class Diagnose(Settings):
         measurement = setup.measure(draw)
         effects = self._chosen()
         tqdm.set_lock(threading.RLock())  # a lock between processes would outlive this worker
-        steps = 1 + 2 * len(candidates(setup.problem, effects)) + self.blocks
+        n_candidate = len(candidates(setup.problem, effects))
+        steps = 1 + 3 * n_candidate + self.blocks  # candidates are tried, searched, and tried as second effects
         with tqdm(total=steps, desc="diagnosis", disable=None if draw.with_progress else True) as bar:
+
+            def progress() -> None:
+                bar.total = max(bar.total, bar.n + 1)
+                bar.update()
+
             found = diagnose(
                 setup.problem,
                 measurement,
@@ -105,7 +111,7 @@ class Diagnose(Settings):
                 effort=self._effort,
                 n_block=self.blocks,
                 interval_level=self.interval_level,
-                progress=bar.update,
+                progress=progress,
             )
             bar.update(max(bar.total - bar.n, 0))
         return {

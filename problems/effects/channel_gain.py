@@ -22,7 +22,7 @@ from problems.rotor.effect import RotorEffect, drawn_either_side, is_at, require
 from problems.rotor.problem import RotorProblem
 
 LARGEST = 0.3
-NOTICED = (0.06, 0.25)  # of either sign, are drawn
+NOTICED = (0.08, 0.25)  # of either sign, are drawn
 
 
 @dataclass(frozen=True)

@@ -27,8 +27,8 @@ from problems.rotor.sizes import rotor_mass, stiffness_scale
 MICROMETRE_PER_KILONEWTON = 1e-9  # m/N
 SOFTEST = 2.0  # times the compliance of the stiffest bearing; a softer one is no pedestal
 HEAVIEST = 0.5  # of the rotor
-NOTICED_COMPLIANCE = (0.15, 1.0)  # of the compliance of the stiffest bearing, in each direction, are drawn
-NOTICED_MASS = (0.03, 0.3)  # of the rotor, are drawn
+NOTICED_COMPLIANCE = (0.2, 1.0)  # of the compliance of the stiffest bearing, in each direction, are drawn
+NOTICED_MASS = (0.06, 0.3)  # of the rotor, are drawn
 
 
 @dataclass(frozen=True)
