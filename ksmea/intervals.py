@@ -28,9 +28,8 @@ from ksmea.measurement import Noise
 from ksmea.parameters import Array
 
 REGULAR = 0.05  # the ends of a parabola may miss those of the profile by this part of the half-width
-FAR = 25.0  # rise of the deviance from a known point of a profile to where the next is sought; more is too far away
+FAR = 8.0  # rise of the deviance from a known point of a profile to where the next is sought; more is too far away
 SHORTEST = 2.0**-12  # of a step along a profile, below which it is cut no further
-MOST_ITERATIONS = 300  # of a point of a profile: unknowns that nearly compensate each other make curved valleys
 LOWER = 0.01  # a deviance this far below the maximum's is another maximum, from where all begins again
 
 
@@ -109,7 +108,7 @@ class _Profile:
 
     def _sought(self, value: float) -> float:
         theta, _ = self._predicted(value)
-        point = maximise(self._likelihood, theta, held=self._index, max_iterations=MOST_ITERATIONS, tolerance=1e-4)
+        point = maximise(self._likelihood, theta, held=self._index, tolerance=1e-4)
         rise = point.deviance - self._maximum.deviance
         if rise < -LOWER:
             raise _BetterMaximum(point)

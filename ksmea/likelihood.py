@@ -31,6 +31,11 @@ RELATIVE_RANGE = (1e-4, 1.0)
 FLOOR_RANGE = (1e-5, 1.0)
 N_GRID = 25  # levels of each part of the noise that a start is chosen from
 
+MOST_ITERATIONS = 300  # of a climb: unknowns that nearly compensate each other make long curved valleys
+
+BEND = 0.1  # of a step, at which its curvature is measured
+MOST_BENT = 0.75  # of a step's length (Transtrum & Sethna)
+
 # Damping of a step, relative to the information: at first, and where no step leads down any more.
 FIRST_DAMPING, LAST_DAMPING = 1e-6, 1e8
 
@@ -132,6 +137,18 @@ class Likelihood:
             return np.inf
         return self._deviance(*self._terms(response, self.noise(theta)))
 
+    def curvature(self, point: Point, step: Array) -> Array:
+        """Second derivative along a step (p,) of the mean in units of the noise, (m,) as rows of `whitened` have it: two
+        evaluations of the model."""
+        ends = np.stack([point.theta, point.theta + BEND * step])[:, : self.d]
+        start, end = (self._observed(response) for response in self.model.response(ends))
+        change = (np.sqrt(self._dimensions) * (end - start) / self.noise(point.theta).sd(np.abs(start))).ravel()
+        if not self.measurement.is_amplitude:
+            change = np.concatenate([change.real, change.imag])
+        curvature = np.zeros(len(point.whitened))
+        curvature[: len(change)] = 2 / BEND * (change / BEND - point.whitened[: len(change)] @ step)
+        return curvature
+
     @property
     def _dimensions(self) -> int:
         return 1 if self.measurement.is_amplitude else 2
@@ -167,26 +184,31 @@ def maximise(
     theta: Array,
     *,
     held: int | None = None,
-    max_iterations: int = 60,
+    max_iterations: int = MOST_ITERATIONS,
     tolerance: float = 1e-7,
 ) -> Point:
     """The maximum of the likelihood that Fisher scoring leads to from θ (p,), within the bounds.
 
     `held` is the index of an unknown that keeps its value (for profiles). Steps solve the scoring equations in the box
-    as bounded least squares, damped as by Levenberg and Marquardt; they end where the deviance falls by less than
-    `tolerance`. A spent budget of the model ends it too.
+    as bounded least squares, damped as by Levenberg and Marquardt, and once a step has failed they bend with the mean
+    (geodesic acceleration); they end where the deviance falls by less than `tolerance`. A spent budget of the model ends
+    it too.
 
-    M. R. Osborne, Fisher's method of scoring, Int. Stat. Rev. 60 (1992) 99–117, doi 10.2307/1403504.
+    M. R. Osborne, Fisher's method of scoring, Int. Stat. Rev. 60 (1992) 99–117, doi 10.2307/1403504; M. K. Transtrum and
+    J. P. Sethna, Improvements to the Levenberg–Marquardt algorithm for nonlinear least-squares minimization, 2012,
+    arXiv 1201.5885.
     """
     free = np.arange(len(theta)) != held
     point = likelihood.at(np.clip(theta, likelihood.lower, likelihood.upper))
     damping = FIRST_DAMPING
     try:
         for _ in range(max_iterations):
-            step, expected = _step(likelihood, point, free, damping)
+            step, expected = _step(likelihood, point, free, damping, point.gradient)
             if expected < tolerance:
                 break
-            theta = np.clip(point.theta + step, likelihood.lower, likelihood.upper)  # but for rounding it is inside
+            if damping > FIRST_DAMPING:
+                step = step + _bend(likelihood, point, free, damping, step)
+            theta = np.clip(point.theta + step, likelihood.lower, likelihood.upper)
             if likelihood.deviance(theta) < point.deviance:
                 point = likelihood.at(theta)
                 damping = max(damping / 10, FIRST_DAMPING)
@@ -199,9 +221,17 @@ def maximise(
     return point
 
 
-def _step(likelihood: Likelihood, point: Point, free: Array, damping: float) -> tuple[Array, float]:
+def _bend(likelihood: Likelihood, point: Point, free: Array, damping: float, step: Array) -> Array:
+    """How a step (p,) must bend to stay in a curved valley; nothing where that is more than the step itself."""
+    bend, _ = _step(likelihood, point, free, damping, 2 * point.whitened.T @ likelihood.curvature(point, step))
+    scale = np.sqrt(np.sum(point.whitened**2, axis=0))
+    is_small = np.linalg.norm(scale * bend) <= MOST_BENT * np.linalg.norm(scale * step)
+    return bend / 2 if is_small else np.zeros_like(step)
+
+
+def _step(likelihood: Likelihood, point: Point, free: Array, damping: float, gradient: Array) -> tuple[Array, float]:
     """The step (p,) that lowers the quadratic model of the deviance most within the bounds, and by how much."""
-    whitened, gradient = point.whitened[:, free], point.gradient[free]
+    whitened, gradient = point.whitened[:, free], gradient[free]
     scale = np.sqrt(np.sum(whitened**2, axis=0))
     scale = np.maximum(scale, 1e-12 * scale.max(initial=np.finfo(float).tiny))
     lower = (likelihood.lower - point.theta)[free] * scale

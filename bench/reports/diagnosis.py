@@ -289,7 +289,9 @@ def _worth(record: Mapping[str, Any]) -> str:
     proven = "more than two standard errors" if gain["is_proven"] else "not more than two standard errors: not proven"
     rmse = f"{gain['rmse_before'] * 1e6:.3g} to {gain['rmse_after'] * 1e6:.3g} µm"
     score = f"{gain['log_score']:+.3g} ± {gain['standard_error']:.2g} against the plain one's ({proven})"
-    lines = [f"On blocks of speeds left out the extended model's log score is {score}; the rms error goes from {rmse}."]
+    blocks = f"better in {sum(block > 0 for block in gain['by_block'])} of {len(gain['by_block'])} of them"
+    score = f"the extended model's log score is {score}, {blocks}; the rms error goes from {rmse}."
+    lines = [f"On blocks of speeds left out {score}"]
     rows = [row for row in record["coefficients"] if row["after"] is not None]
     table = [[row["name"], *(_cell(row[when]) for when in ("before", "after")), row["after"]["unit"]] for row in rows]
     return "\n".join([*lines, "", aligned(["unknown", "before", "after", "unit"], table)])

@@ -21,7 +21,6 @@ from ksmea.parameters import Array
 
 APART = 0.1  # starts of the plain model are not nearer to each other, in the unit cube
 EFFECT_APART = 0.02  # nor starts of an extended one
-MOST_ITERATIONS = 300  # of a fit that is kept: unknowns that nearly compensate each other make curved valleys
 CLOSE = 1e-2  # two maxima with deviances as near as this are one
 
 
@@ -140,7 +139,7 @@ def _best_maxima(likelihood: Likelihood, starts: Sequence[Array], effort: Effort
     climbed.sort(key=lambda point: point.deviance)
     maxima: list[Point] = []
     for point in climbed[: effort.survivors]:
-        point = maximise(likelihood, point.theta, max_iterations=MOST_ITERATIONS, tolerance=1e-4)
+        point = maximise(likelihood, point.theta, tolerance=1e-4)
         if all(abs(point.deviance - other.deviance) > CLOSE for other in maxima):
             maxima.append(point)
     return sorted(maxima, key=lambda point: point.deviance)

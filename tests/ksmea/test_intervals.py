@@ -85,6 +85,25 @@ def test_a_curved_profile_is_followed():
     assert half[1] > 1.1 * half[0]  # or there was nothing to follow
 
 
+def test_a_curved_valley_with_steep_walls_is_followed():
+    """A sharp resonance fixes the product of two unknowns and a poor probe sees the first alone, so that p₁ = c / p₀ all
+    along the profile: its ends are those of the poor probe's mean. The straight line that is tangent at the maximum soon
+    leaves the resonance's slope, behind which other maxima lie."""
+
+    def of(x, speed):
+        return np.where(speed <= 20, 1 / (1 + ((x[:, :1] * x[:, 1:] - speed) / 0.2) ** 2), x[:, :1])
+
+    problem = Curve(40, of, (1, 10), (1, 10))
+    sd = np.where(problem.speed <= 20, 1e-2, 4.0)
+    y = of(np.array([[4.0, 2.55]]), problem.speed)[0] + draws(40, 1.0) * sd
+    found, _ = estimated(problem, y, Noise(0.0, sd[:, None]), [4.0, 2.55])
+    product, mean, half = found.x[0] * found.x[1], y[20:].mean(), stats.norm.ppf(0.975) * 4.0 / np.sqrt(20)
+    first, second = found.intervals
+    # to 1 % of the interval: roots are sought to 0.3 % of the parabola's half-width
+    assert (first.low, first.high) == pytest.approx((mean - half, mean + half), abs=0.02 * half)
+    assert (second.low, second.high) == pytest.approx((product / (mean + half), product / (mean - half)), rel=0.005)
+
+
 def test_correlated_unknowns_have_the_intervals_of_linear_regression():
     problem = Curve(20, lambda x, speed: x[:, :1] + x[:, 1:] * speed, (0, 100), (0, 10))
     design = np.stack([np.ones(20), problem.speed], axis=1)
