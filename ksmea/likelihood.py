@@ -76,7 +76,7 @@ class Likelihood:
     @property
     def n_residual(self) -> int:
         """Real numbers in the data."""
-        return self.measurement.values.size * self._dimensions
+        return self.measurement.values.size * self.measurement.dimensions
 
     def noise(self, theta: Array) -> Noise:
         """The noise level at θ."""
@@ -94,7 +94,7 @@ class Likelihood:
     def noise_starts(self, u: Array) -> list[Array]:
         """ln relative and ln floor (2,) to start from at u (d,): those that fit the residuals there best, best without a
         floor, and best with a floor as large as the small ones among the residuals. A maximum can lie near each."""
-        mean = self._observed(self.model.response(u[None])[0])
+        mean = self.measurement.seen(self.model.response(u[None])[0])
         squared = np.abs(mean - self.measurement.values).ravel() ** 2
         lower, upper = self._noise_bounds
         small = 0.5 * np.log(np.quantile(squared, 0.1) + np.exp(lower[1]) ** 2)
@@ -122,7 +122,7 @@ class Likelihood:
             d_mean = np.concatenate([d_mean, np.zeros((*magnitude.shape, 2))], axis=-1)
             of_noise = whitened_noise_sensitivity(magnitude, noise, amplitude=self.measurement.is_amplitude)
             whitened = np.concatenate([whitened, of_noise], axis=1)
-        n = self._dimensions
+        n = self.measurement.dimensions
         excess = (1 - np.abs(residual) ** 2 / variance) / variance  # what a change of the variance costs
         gradient = n * (
             excess[..., None] * d_variance + 2 * (np.conj(residual)[..., None] * d_mean).real / variance[..., None]
@@ -141,28 +141,23 @@ class Likelihood:
         """Second derivative along a step (p,) of the mean in units of the noise, (m,) as rows of `whitened` have it: two
         evaluations of the model."""
         ends = np.stack([point.theta, point.theta + BEND * step])[:, : self.d]
-        start, end = (self._observed(response) for response in self.model.response(ends))
-        change = (np.sqrt(self._dimensions) * (end - start) / self.noise(point.theta).sd(np.abs(start))).ravel()
+        start, end = (self.measurement.seen(response) for response in self.model.response(ends))
+        change = (
+            np.sqrt(self.measurement.dimensions) * (end - start) / self.noise(point.theta).sd(np.abs(start))
+        ).ravel()
         if not self.measurement.is_amplitude:
             change = np.concatenate([change.real, change.imag])
         curvature = np.zeros(len(point.whitened))
         curvature[: len(change)] = 2 / BEND * (change / BEND - point.whitened[: len(change)] @ step)
         return curvature
 
-    @property
-    def _dimensions(self) -> int:
-        return 1 if self.measurement.is_amplitude else 2
-
-    def _observed(self, response: ComplexArray) -> Array:
-        return np.abs(response) if self.measurement.is_amplitude else response
-
     def _terms(self, response: ComplexArray, noise: Noise) -> tuple[Array, Array]:
         """Residuals and variances (n_speed, n_channel)."""
-        return self._observed(response) - self.measurement.values, noise.sd(np.abs(response)) ** 2
+        return self.measurement.seen(response) - self.measurement.values, noise.sd(np.abs(response)) ** 2
 
     def _deviance(self, residual: Array, variance: Array) -> float:
         ratio = variance / self._reference_variance
-        return float(self._dimensions * np.sum(np.log(ratio) + np.abs(residual) ** 2 / variance))
+        return float(self.measurement.dimensions * np.sum(np.log(ratio) + np.abs(residual) ** 2 / variance))
 
     @cached_property
     def _reference_variance(self) -> Array:

@@ -65,6 +65,20 @@ class Measurement:
     def is_amplitude(self) -> bool:
         return not np.iscomplexobj(self.values)
 
+    @property
+    def kind(self) -> str:
+        """One of `KINDS`."""
+        return "amplitude" if self.is_amplitude else "complex"
+
+    @property
+    def dimensions(self) -> int:
+        """Real numbers of a datum."""
+        return 1 if self.is_amplitude else 2
+
+    def seen(self, response: ComplexArray) -> Array | ComplexArray:
+        """What this measurement shows of a complex response, noise aside: all of it, or its amplitude."""
+        return np.abs(response) if self.is_amplitude else response
+
 
 def observe(response: ComplexArray, kind: str, noise: Noise, rng: np.random.Generator) -> Array | ComplexArray:
     """Noisy data (n_speed, n_channel) of a response, m.

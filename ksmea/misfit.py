@@ -81,7 +81,7 @@ class Misfit:
         d_deviation = self._flat_jacobian(d_data / sd[..., None] - ((data - y) / sd)[..., None] * d_log_sd)
         if not self._has_log_term:
             return d_deviation
-        d_log = self._dimensions * d_log_sd / np.sqrt(self._log_term(sd))[..., None]
+        d_log = self.measurement.dimensions * d_log_sd / np.sqrt(self._log_term(sd))[..., None]
         return np.concatenate([d_deviation, d_log.reshape(-1, sensitivity.shape[-1])])
 
     def screening(self, predicted: Array | ComplexArray) -> Array:
@@ -99,11 +99,7 @@ class Misfit:
 
     def observed(self, response: ComplexArray) -> Array | ComplexArray:
         """What the measurement would show of a complex response."""
-        return np.abs(response) if self.measurement.is_amplitude else response
-
-    @property
-    def _dimensions(self) -> int:
-        return 1 if self.measurement.is_amplitude else 2
+        return self.measurement.seen(response)
 
     @property
     def _relative(self) -> float:
@@ -145,7 +141,7 @@ class Misfit:
         """dimensions · ln(s² / s(y)²) + offset, never negative; a zero s(y) leaves s² in proportion to the data's mean."""
         reference = self._sd(self.measurement.values)
         ratio = sd / np.where(reference == 0, self._plain_scale, reference)
-        return np.maximum(2 * self._dimensions * np.log(ratio) + LOG_OFFSET, 1e-6)
+        return np.maximum(2 * self.measurement.dimensions * np.log(ratio) + LOG_OFFSET, 1e-6)
 
     def _flat(self, scaled: Array | ComplexArray) -> Array:
         """Scaled deviations (k, n_speed, n_channel) → real residuals (k, m)."""

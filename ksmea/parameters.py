@@ -42,6 +42,10 @@ class Parameter:
         """Whether it is an angle whose bounds hold a turn or more: values a turn apart are the same."""
         return self.unit in ANGLES and self.upper - self.lower >= TURN * (1 - 1e-9)
 
+    def turned(self, value: float) -> float:
+        """The value; of an angle that may be any, the one of its turns that lies between −180° and 180°."""
+        return float(value - TURN * np.ceil(value / TURN - 0.5)) if self.is_full_turn else value
+
     @property
     def is_unbalance(self) -> bool:
         """Whether it is the magnitude of an unbalance."""

@@ -24,7 +24,7 @@ from ksmea.diagnosis.trials import Candidate, Trial, candidates
 from ksmea.errors import SettingError, unknown
 from ksmea.intervals import Estimate, estimate
 from ksmea.measurement import Measurement, Noise
-from ksmea.parameters import TURN, Parameter
+from ksmea.parameters import Parameter
 from ksmea.settings import Settings, setting
 
 AT_BOUND = 1e-3  # parts of the range within which a value lies on its bound
@@ -224,7 +224,7 @@ def _trial(trial: Trial, level: float) -> dict[str, Any]:
 def _value(parameter: Parameter, estimated: Estimate, index: int) -> dict[str, Any]:
     """An estimate with its interval, in the parameter's unit; an angle that may be any between −180° and 180°."""
     interval, value = estimated.intervals[index], float(estimated.x[index])
-    turn = TURN * np.ceil(value / TURN - 0.5) if parameter.is_full_turn else 0.0
+    turn = value - parameter.turned(value)
     near = AT_BOUND * (parameter.upper - parameter.lower)
     return {
         "name": parameter.name,
@@ -276,10 +276,10 @@ def _whirl(quality: FitQuality, measurement: Measurement) -> dict[str, list[floa
 
 def _curves(found: Diagnosis, measurement: Measurement) -> dict[str, Any]:
     """What figures are drawn from: real and imaginary parts, m; residuals in units of the noise."""
-    curves = {"measured": measurement.values, "before": _seen(found.plain, measurement)}
+    curves = {"measured": measurement.values, "before": measurement.seen(found.plain.response())}
     residuals = {"before": found.plain_quality.residuals}
     if found.best is not None and found.best_quality is not None:
-        curves["after"] = _seen(found.best, measurement)
+        curves["after"] = measurement.seen(found.best.response())
         residuals["after"] = found.best_quality.residuals
     return {
         "speed": measurement.speed.tolist(),
@@ -287,11 +287,6 @@ def _curves(found: Diagnosis, measurement: Measurement) -> dict[str, Any]:
         "responses": {name: _parts(values) for name, values in curves.items()},
         "residuals": {name: _parts(values) for name, values in residuals.items()},
     }
-
-
-def _seen(fit: Fit, measurement: Measurement) -> Any:
-    response = fit.response()
-    return np.abs(response) if measurement.is_amplitude else response
 
 
 def _parts(values: Any) -> list[Any]:

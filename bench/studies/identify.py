@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import math
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -192,14 +191,10 @@ def _record(parameters: Parameters, truth: Mapping[str, float], found: Identific
 
 def _within_a_turn(parameters: Parameters, found: Identification) -> Identification:
     """The same identification with angles that are free to turn in (−180°, 180°], far from the bounds of their search."""
-    x = np.array([_turned(parameter, value) for parameter, value in zip(parameters, found.x)])
+    x = np.array([parameter.turned(value) for parameter, value in zip(parameters, found.x)])
     if np.array_equal(x, found.x):
         return found
     return dataclasses.replace(found, x=x, at_bound=at_bound(parameters.to_cube(x)))
-
-
-def _turned(parameter: Parameter, value: float) -> float:
-    return value - TURN * math.ceil(value / TURN - 0.5) if parameter.is_full_turn else value
 
 
 def _nearest_turn(parameter: Parameter, true: float | None, identified: float) -> float | None:
@@ -211,9 +206,8 @@ def _nearest_turn(parameter: Parameter, true: float | None, identified: float) -
 
 def _add_bounds(record: dict[str, Any], problem: Problem, measurement: Measurement, x: Array, noise: Noise) -> None:
     """Put Cramér–Rao bounds and correlations at the identified values into a record; null where they are infinite."""
-    kind = "amplitude" if measurement.is_amplitude else "complex"
     try:
-        told = identifiability(problem, x, noise, kind, noise_known=measurement.noise is not None)
+        told = identifiability(problem, x, noise, measurement.kind, noise_known=measurement.noise is not None)
     except np.linalg.LinAlgError:
         return
     for parameter, bound in zip(record["parameters"], told.bound):
@@ -225,7 +219,7 @@ def _description(measurement: Measurement, remarks: Sequence[str]) -> dict[str, 
     """What was measured, as a report says it, SI."""
     return {
         "source": measurement.source,
-        "kind": "amplitude" if measurement.is_amplitude else "complex",
+        "kind": measurement.kind,
         "n_speed": len(measurement.speed),
         "speed_from": float(np.min(measurement.speed)),
         "speed_to": float(np.max(measurement.speed)),

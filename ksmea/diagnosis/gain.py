@@ -67,15 +67,15 @@ def _left_out(fit: Fit, measurement: Measurement, kept: Array, block: Array) -> 
         left_out = dataclasses.replace(left_out, noise=likelihood.noise(theta))
     test = Likelihood(Model(problem), left_out)
     response = problem.response(problem.parameters.to_si(theta[None, : likelihood.d]))[0]
-    mean = np.abs(response) if measurement.is_amplitude else response
     reference = 0.5 * _log_reference(left_out)
-    return -0.5 * test.deviance(theta[: likelihood.d]) - reference, float(np.sum(np.abs(mean - left_out.values) ** 2))
+    return -0.5 * test.deviance(theta[: likelihood.d]) - reference, float(
+        np.sum(np.abs(left_out.seen(response) - left_out.values) ** 2)
+    )
 
 
 def _log_reference(measurement: Measurement) -> float:
     """What the deviance leaves out: n Σ ln s(y)², which depends on the fitted noise."""
-    n = 1 if measurement.is_amplitude else 2
-    return float(n * np.sum(np.log(measurement.noise.sd(np.abs(measurement.values)) ** 2)))
+    return float(measurement.dimensions * np.sum(np.log(measurement.noise.sd(np.abs(measurement.values)) ** 2)))
 
 
 def _at(problem: Problem, indices: Array) -> Problem:
