@@ -15,15 +15,13 @@ doi 10.1002/9780470316757; D. J. Venzon and S. H. Moolgavkar, Appl. Stat. 37 (19
 
 from __future__ import annotations
 
-from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
 from scipy.optimize import brentq
 
-from ksmea.errors import BudgetSpent
-from ksmea.likelihood import Likelihood, Point, maximise
+from ksmea.likelihood import Likelihood, Point, maximise, with_best_noise
 from ksmea.measurement import Noise
 from ksmea.parameters import Array
 
@@ -123,13 +121,7 @@ class _BetterMaximum(Exception):
 
 def climb(likelihood: Likelihood, u: Array) -> Point:
     """The maximum of the likelihood nearest to u (d,); of several that differ in the noise alone, the highest."""
-    best = maximise(likelihood, likelihood.start(u))
-    if likelihood.noise_is_sought:
-        with suppress(BudgetSpent):
-            for noise in likelihood.noise_starts(best.theta[: likelihood.d]):
-                again = maximise(likelihood, np.concatenate([best.theta[: likelihood.d], noise]))
-                best = again if again.deviance < best.deviance else best
-    return best
+    return with_best_noise(likelihood, maximise(likelihood, likelihood.start(u)))
 
 
 def estimate(likelihood: Likelihood, maximum: Point, *, level: float = 0.95, check: bool = True) -> Estimate:

@@ -12,6 +12,7 @@ small ones. Where the noise is unknown, ln relative and ln floor are two further
 
 from __future__ import annotations
 
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -214,6 +215,16 @@ def maximise(
     except BudgetSpent:
         pass
     return point
+
+
+def with_best_noise(likelihood: Likelihood, best: Point) -> Point:
+    """A maximum, or a higher one that lies near it but for the noise: floor or none, the data often allow both."""
+    if likelihood.noise_is_sought:
+        with suppress(BudgetSpent):
+            for noise in likelihood.noise_starts(best.theta[: likelihood.d]):
+                again = maximise(likelihood, np.concatenate([best.theta[: likelihood.d], noise]))
+                best = again if again.deviance < best.deviance else best
+    return best
 
 
 def _bend(likelihood: Likelihood, point: Point, free: Array, damping: float, step: Array) -> Array:

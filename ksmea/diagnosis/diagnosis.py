@@ -25,12 +25,12 @@ import numpy as np
 
 from ksmea.contracts import Effect, Problem
 from ksmea.diagnosis.fit_quality import FitQuality, fit_quality
-from ksmea.diagnosis.fitting import Effort, Fit, PlainFits, fit_plain, with_best_noise
+from ksmea.diagnosis.fitting import Effort, Fit, PlainFits, fit_plain
 from ksmea.diagnosis.gain import Gain, gain
 from ksmea.diagnosis.observability import Detectable, Split, best_split, likeness, smallest_detectable
 from ksmea.diagnosis.trials import Candidate, Trial, best_by_name, candidates, searched, tried
 from ksmea.intervals import Estimate, estimate
-from ksmea.likelihood import maximise
+from ksmea.likelihood import maximise, with_best_noise
 from ksmea.measurement import Measurement
 
 NEAR = 6.0  # ΔBIC within which effects cannot be told apart (Kass & Raftery 1995: strong evidence begins there)
@@ -309,5 +309,5 @@ def _likenesses(lead: Trial, trials: Sequence[Trial]) -> dict[str, float]:
     for trial in trials:
         if trial.name != lead.name:
             reached = np.sqrt(min(trial.fall / lead.fall, 1.0))
-            found[trial.name] = max(found.get(trial.name, 0.0), reached, likeness(lead, trial.candidate))
+            found[trial.name] = float(max(found.get(trial.name, 0.0), reached, likeness(lead, trial.candidate)))
     return dict(sorted(found.items(), key=lambda item: -item[1]))

@@ -14,7 +14,7 @@ from scipy.stats import qmc
 
 from ksmea.contracts import ComplexArray, Problem
 from ksmea.diagnosis.screening import Screened, scanned, screened
-from ksmea.likelihood import Likelihood, Point, maximise
+from ksmea.likelihood import Likelihood, Point, maximise, with_best_noise
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
 from ksmea.parameters import Array
@@ -143,12 +143,3 @@ def _best_maxima(likelihood: Likelihood, starts: Sequence[Array], effort: Effort
         if all(abs(point.deviance - other.deviance) > CLOSE for other in maxima):
             maxima.append(point)
     return sorted(maxima, key=lambda point: point.deviance)
-
-
-def with_best_noise(likelihood: Likelihood, point: Point) -> Point:
-    """The point, or a higher one that differs from it in the noise."""
-    if not likelihood.noise_is_sought:
-        return point
-    u = point.theta[: likelihood.d]
-    again = [maximise(likelihood, np.concatenate([u, noise])) for noise in likelihood.noise_starts(u)]
-    return min([point, *again], key=lambda other: other.deviance)

@@ -61,7 +61,9 @@ def test_what_is_hidden_is_in_the_record_and_nowhere_else(hidden):
     (record,) = hidden.events()
     (effect,) = record["hidden"]
     assert effect["effect"] == "runout" and effect["place"] == diagnosis(hidden)["applied"][0]["place"]
-    assert "hidden" not in diagnosis(hidden)
+    assert not {"hidden", "hidden_fall"} & set(diagnosis(hidden))
+    # how plain to see it was is judged from the true values, by a fit that the diagnosis knows nothing of
+    assert record["hidden_fall"] == pytest.approx(record["ranking"][0]["fall"], abs=0.01)
     found = {part["name"]: part for part in diagnosis(hidden)["ranking"][0]["parameters"]}
     for part in effect["parameters"]:  # 95 % intervals, taken twice as wide
         interval = found[part["name"]]
@@ -99,6 +101,7 @@ def test_many_runs_are_counted(enter):
     assert ended.code == 0, ended.err
     table = pd.read_csv(ended.output / "diagnosis_effects.csv").set_index("label")
     assert table.loc["runout", ["plain_to_see", "in_set", "is_first"]].tolist() == [2, 2, 2]
+    assert table.loc["runout", ["fit_short", "surplus"]].tolist() == [0, 0]
     assert table.loc["none", "adequate"] == 2 and pd.isna(table.loc["none", "in_set"])
     runs = pd.read_csv(ended.output / "runs.csv")
     assert runs.loc[runs["label"] == "runout", "sizes_compared"].tolist() == [2, 2]

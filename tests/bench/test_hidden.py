@@ -72,6 +72,19 @@ def test_place_and_size_are_drawn_by_the_seed_and_given_sizes_stay():
     assert runout["parameters"][1]["value"] == pytest.approx(-4) and mass["parameters"][0]["value"] == pytest.approx(2)
 
 
+def test_what_is_hidden_can_be_added_to_the_model_that_fits_for_judging_it():
+    """The fitted problem with the hidden effects at their true values responds as the data do, but for its mesh."""
+    settings = {"name": "three_disk", "mesh": 13, "sensors": [0.1, 0.2], "n_speed": 9}
+    measurement = {"name": "synthetic", "kind": "complex", "mesh": 26, "hidden": ["runout", "mass"]}
+    setup = Setup.of({"problem": settings, "measurement": measurement})
+    draw = Draw(component_seeds(0, 3))
+    problem, x = setup.with_hidden(draw)
+    assert problem.parameters.names[-3:] == ("runout_x", "runout_y", "mass_change")
+    response, expected = problem.response(x[None])[0], setup.measure(draw).values
+    assert np.abs(response - expected).max() < 0.02 * np.abs(expected).max()  # 13 against 26 elements
+    assert Setup.of({"problem": settings, "measurement": {**measurement, "hidden": []}}).with_hidden(draw) is None
+
+
 def test_the_noise_is_the_same_with_and_without_hidden_effects():
     noisy = Synthetic(kind="complex", floor=1.0)
     hiding = dataclasses.replace(noisy, hidden=["runout"])

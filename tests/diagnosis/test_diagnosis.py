@@ -7,6 +7,7 @@ import pytest
 
 from ksmea.contracts import Channel
 from ksmea.diagnosis.diagnosis import diagnose
+from ksmea.diagnosis.fit_quality import fit_quality
 from ksmea.diagnosis.trials import candidates
 from ksmea.measurement import Measurement, Noise, observe
 from problems.three_disk import ThreeDisk
@@ -85,6 +86,36 @@ def test_two_effects_at_once_are_named_together(rotor):
     measurement = Measurement(fine.speed, fine.channels, values, None, "test")
     found = diagnosed(rotor, measurement)
     assert found.verdict == "named" and set(found.named) == {"runout", "channel_gain"}
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_a_second_effect_that_only_shows_in_its_own_fit_is_named_too(rotor, seed):
+    """A gain so small that what a runout alone leaves could be noise: as with a first effect, its own fit speaks."""
+    fine = ThreeDisk(mesh=26, sensors=[0.1, 0.2, 0.5]).build().with_phase_origin()
+    effects = registered_effects()
+    runout, gain = effects["runout"].places(fine)[1], effects["channel_gain"].places(fine)[0]
+    problem = gain.added_to(runout.added_to(fine))
+    x = np.array([*(TRUTH[name] for name in fine.parameters.names), 1e-6, 1e-6, 0.05])
+    values = observe(problem.dense_response(x[None])[0], "complex", Noise(0.05, 5e-8), np.random.default_rng(seed))
+    measurement = Measurement(fine.speed, fine.channels, values, None, "test")
+    found = diagnosed(rotor, measurement, few("runout", "channel_gain", "unbalance"))
+    alone = fit_quality(found.trials[0].fit, np.random.default_rng(0))
+    assert found.trials[0].name == "runout" and alone.p > found.level / 2
+    assert set(found.named) == {"runout", "channel_gain"} and gain in [each.effect for each in found.applied]
+
+
+def test_an_effect_that_explains_the_data_as_well_is_reported_however_many_unknowns_it_has(rotor, hide):
+    """What a small slope of the stiffness does a pedestal can do, but has three unknowns for it: BIC would leave it out,
+    and the data do not speak against it."""
+    measurement, _, _ = hide("speed_dependent_stiffness", 9)
+    found = diagnosed(rotor, measurement, few("speed_dependent_stiffness", "flexible_pedestal", "runout"))
+    slope, pedestal = (
+        next(trial for trial in found.trials if trial.name == name)
+        for name in ("speed_dependent_stiffness", "flexible_pedestal")
+    )
+    assert slope.delta_bic - pedestal.delta_bic > 6 and slope.fall - pedestal.fall < 6
+    assert found.named == ("speed_dependent_stiffness",) and "flexible_pedestal" in found.alike
+    assert found.likeness["flexible_pedestal"] > 0.99
 
 
 def test_without_a_critical_speed_in_band_little_is_observable():

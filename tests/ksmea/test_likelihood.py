@@ -162,3 +162,19 @@ def test_scaling_of_all_lengths_changes_nothing(rotor, truth):
             return rotor.response(x) * 10
 
     assert Likelihood(Model(Larger()), larger).deviance(truth) == pytest.approx(likelihood.deviance(truth), rel=1e-12)
+
+
+def test_the_curvature_of_a_mean_along_a_step_is_its_second_derivative(rotor, truth):
+    """Against second differences of the response itself; the noise does not bend."""
+    likelihood = likelihood_of(rotor, truth, "complex", told=False)
+    theta = likelihood.start(truth)
+    point = likelihood.at(theta)
+    step = np.concatenate([[1e-3, -5e-4, 1e-2, 2e-2, 1e-2], [0.1, -0.2]])  # where differences are small, and no noise
+    found = likelihood.curvature(point, step)
+    h = 0.05
+    mean = [likelihood.model.response((theta + k * h * step)[None, :5])[0] for k in (-1, 0, 1)]
+    second = (np.sqrt(2) * (mean[0] - 2 * mean[1] + mean[2]) / h**2 / likelihood.noise(theta).sd(abs(mean[1]))).ravel()
+    n = second.size
+    # a one-sided difference against a central one: they part by the third derivative times a tenth of the step
+    assert found[: 2 * n] == pytest.approx(np.concatenate([second.real, second.imag]), abs=0.1 * abs(second).max())
+    assert not found[2 * n :].any()
