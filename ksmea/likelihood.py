@@ -228,8 +228,12 @@ def with_best_noise(likelihood: Likelihood, best: Point) -> Point:
 
 
 def _bend(likelihood: Likelihood, point: Point, free: Array, damping: float, step: Array) -> Array:
-    """How a step (p,) must bend to stay in a curved valley; nothing where that is more than the step itself."""
-    bend, _ = _step(likelihood, point, free, damping, 2 * point.whitened.T @ likelihood.curvature(point, step))
+    """How a step (p,) must bend to stay in a curved valley; nothing where that is nearly the step itself, or unknown."""
+    try:
+        curvature = likelihood.curvature(point, step)
+    except np.linalg.LinAlgError:  # no finite response there
+        return np.zeros_like(step)
+    bend, _ = _step(likelihood, point, free, damping, 2 * point.whitened.T @ curvature)
     scale = np.sqrt(np.sum(point.whitened**2, axis=0))
     is_small = np.linalg.norm(scale * bend) <= MOST_BENT * np.linalg.norm(scale * step)
     return bend / 2 if is_small else np.zeros_like(step)
