@@ -145,7 +145,8 @@ class ExtendedProblem:
         kept = self._reductions
         if key not in kept:
             rotor = self._changed_rotor(self.base.rotor, np.array(key))
-            kept[key] = reduce_rotor(rotor, self._impedances, self.speed, self._seen_channels, self._loads(rotor))
+            loads = self._loads(rotor)
+            kept[key] = reduce_rotor(rotor, self._impedances, self.speed, self._seen_channels, loads, banded=True)
             if len(kept) > MOST_REDUCTIONS:
                 kept.popitem(last=False)
         kept.move_to_end(key)
