@@ -16,7 +16,7 @@ from bench.plan import read_plan
 from bench.reports import REPORTS
 from bench.reports.fit_figure import residuals
 from bench.reports.identification import _verdict
-from bench.studies.identify import _nearest_turn, _turned
+from bench.studies.identify import _nearest_turn
 from ksmea.contracts import Channel
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.parameters import Parameter
@@ -238,10 +238,10 @@ def test_angles_are_told_within_a_turn():
     half = Parameter("phase", "deg", np.pi / 180, -np.pi / 2, np.pi / 2)
 
     def degrees(value):
-        return np.degrees(_turned(origin, np.radians(value)))
+        return np.degrees(origin.turned(np.radians(value)))
 
     assert [degrees(value) for value in (-270, -180, 0, 180, 181, 270)] == pytest.approx([90, 180, 0, 180, -179, -90])
-    assert _turned(half, -np.pi / 2) == -np.pi / 2  # its bounds hold half a turn: no value is another's
+    assert half.turned(-np.pi / 2) == -np.pi / 2  # its bounds hold half a turn: no value is another's
     assert np.degrees(_nearest_turn(origin, np.radians(179), np.radians(-179))) == pytest.approx(-181)
     assert _nearest_turn(origin, None, 1.0) is None and _nearest_turn(half, 3.0, -3.0) == 3.0
 
