@@ -122,6 +122,16 @@ def whitened_sensitivity(response: ComplexArray, sensitivity: ComplexArray, nois
     return np.concatenate([np.sqrt(2) * slope.real / sd, np.sqrt(2) * slope.imag / sd, by_variance])
 
 
+def whitened_difference(response: ComplexArray, other: ComplexArray, noise: Noise, *, amplitude: bool) -> Array:
+    """Difference of two responses (n_speed, n_channel) in units of the noise at the other one, as the rows for the means
+    of `whitened_sensitivity` have it."""
+    sd = noise.sd(np.abs(other)).ravel()
+    if amplitude:
+        return (np.abs(response) - np.abs(other)).ravel() / sd
+    difference = np.sqrt(2) * (response - other).ravel() / sd
+    return np.concatenate([difference.real, difference.imag])
+
+
 def whitened_noise_sensitivity(magnitude: Array, noise: Noise, *, amplitude: bool) -> Array:
     """The columns (m, 2) that ln relative and ln floor have beside `whitened_sensitivity`: they show in the variances
     alone. `magnitude` (n_speed, n_channel), m."""

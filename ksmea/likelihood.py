@@ -21,7 +21,7 @@ from scipy.optimize import lsq_linear
 
 from ksmea.contracts import ComplexArray
 from ksmea.errors import BudgetSpent
-from ksmea.identifiability import whitened_noise_sensitivity, whitened_sensitivity
+from ksmea.identifiability import whitened_difference, whitened_noise_sensitivity, whitened_sensitivity
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
 from ksmea.parameters import Array
@@ -142,12 +142,9 @@ class Likelihood:
         """Second derivative along a step (p,) of the mean in units of the noise, (m,) as rows of `whitened` have it: two
         evaluations of the model."""
         ends = np.stack([point.theta, point.theta + BEND * step])[:, : self.d]
-        start, end = (self.measurement.seen(response) for response in self.model.response(ends))
-        change = (
-            np.sqrt(self.measurement.dimensions) * (end - start) / self.noise(point.theta).sd(np.abs(start))
-        ).ravel()
-        if not self.measurement.is_amplitude:
-            change = np.concatenate([change.real, change.imag])
+        start, end = self.model.response(ends)
+        amplitude = self.measurement.is_amplitude
+        change = whitened_difference(end, start, self.noise(point.theta), amplitude=amplitude)
         curvature = np.zeros(len(point.whitened))
         curvature[: len(change)] = 2 / BEND * (change / BEND - point.whitened[: len(change)] @ step)
         return curvature

@@ -14,6 +14,7 @@ from scipy.stats import qmc
 
 from ksmea.contracts import ComplexArray, Problem
 from ksmea.diagnosis.screening import Screened, scanned, screened
+from ksmea.intervals import climb
 from ksmea.likelihood import Likelihood, Point, maximise, with_best_noise
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
@@ -124,8 +125,7 @@ def fit_from(problem: Problem, measurement: Measurement, starts: Sequence[Fit], 
 def fit_from_values(problem: Problem, x: Array, measurement: Measurement) -> Fit:
     """A problem fitted from given values (d,) SI of its unknowns, as near as they lie to its bounds."""
     likelihood = Likelihood(Model(problem), measurement)
-    start = likelihood.start(np.clip(problem.parameters.to_cube(x), 0.0, 1.0))
-    return Fit(problem, likelihood, with_best_noise(likelihood, maximise(likelihood, start)))
+    return Fit(problem, likelihood, climb(likelihood, np.clip(problem.parameters.to_cube(x), 0.0, 1.0)))
 
 
 def without_effects(problem: Problem, d: int) -> Array:

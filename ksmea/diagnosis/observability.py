@@ -14,7 +14,7 @@ from scipy.stats import chi2, ncx2
 from ksmea.contracts import Channel, Problem
 from ksmea.diagnosis.fitting import Fit, without_effects
 from ksmea.diagnosis.trials import Candidate, Trial
-from ksmea.identifiability import projected, whitened_noise_sensitivity, whitened_sensitivity
+from ksmea.identifiability import projected, whitened_difference, whitened_noise_sensitivity, whitened_sensitivity
 from ksmea.measurement import Noise
 from ksmea.model import Model
 from ksmea.parameters import Array, Parameter
@@ -156,17 +156,8 @@ def _separation(data: Sequence[tuple[Problem, Problem]], one: Fit, other: Fit) -
         response = made.response(one.x[None])[0]
         found, slope = Model(fitted).linearise(fitted.parameters.to_cube(other.x))
         sensitivity = slope / fitted.parameters.width * other.problem.parameters.width
-        distances.append(_in_noise(response, found, noise, amplitude=amplitude))
+        distances.append(whitened_difference(response, found, noise, amplitude=amplitude))
         whitened = whitened_sensitivity(found, sensitivity, noise, amplitude=amplitude)
         tangents.append(whitened[: len(distances[-1])])
     distance = np.concatenate(distances)
     return float(np.sum(projected(distance[:, None], _scaled(np.vstack(tangents))) ** 2))
-
-
-def _in_noise(response: Array, other: Array, noise: Noise, *, amplitude: bool) -> Array:
-    """Difference of two responses in units of the noise, as the rows of `whitened_sensitivity` have it."""
-    sd = noise.sd(np.abs(other)).ravel()
-    if amplitude:
-        return (np.abs(response) - np.abs(other)).ravel() / sd
-    difference = np.sqrt(2) * (response - other).ravel() / sd
-    return np.concatenate([difference.real, difference.imag])
