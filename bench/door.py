@@ -10,13 +10,14 @@ import traceback
 import hydra
 from omegaconf import DictConfig
 
-from bench.commands import COMMANDS
-from bench.config import CONF, register_schemas
-from bench.experiment import job_of
-from bench.help import help_text
-from bench.messages import USER_ERRORS, one_line
-from bench.overrides import parse
-from bench.work import work
+from bench.command_line.config import register_schemas
+from bench.command_line.help import help_text
+from bench.command_line.messages import USER_ERRORS, one_line
+from bench.command_line.overrides import parse
+from bench.commands.results import COMMANDS
+from bench.jobs.deal import job_of
+from bench.jobs.work import work
+from bench.storage.places import CONF
 from ksmea import registry
 from ksmea.errors import SettingError, unknown
 

@@ -17,8 +17,8 @@ import tempfile
 import time
 from pathlib import Path
 
-from bench.plan import Plan, all_runs, read_plan, write_plan
-from bench.records import RecordWriter, read_records
+from bench.jobs.records import RecordWriter, read_records
+from bench.plan.plan import Plan, all_runs, read_plan, write_plan
 
 CHEAPEST = ["optimizer.generations=1", "optimizer.population=5", "method.max_updates=1", "surrogate=none", "samples=25"]
 LIMITS = {"collect": "30 s and 1000 MB", "resume": "5 s", "overhead": "5 ms"}

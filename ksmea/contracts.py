@@ -16,8 +16,9 @@ from typing import TYPE_CHECKING, Protocol, runtime_checkable
 import numpy as np
 from numpy.typing import NDArray
 
+from ksmea.arrays import Array
 from ksmea.errors import SettingError
-from ksmea.parameters import Array, Parameter, Parameters
+from ksmea.parameters import Parameter, Parameters
 
 if TYPE_CHECKING:
     from ksmea.model import Model

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.optimize import least_squares
 
+from ksmea.arrays import Array
 from ksmea.objective import Objective
-from ksmea.parameters import Array
 
 
 def descend(

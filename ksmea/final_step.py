@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from contextlib import suppress
 
+from ksmea.arrays import Array
 from ksmea.descent import descend
 from ksmea.errors import BudgetSpent
 from ksmea.intervals import climb
@@ -11,7 +12,6 @@ from ksmea.likelihood import Likelihood
 from ksmea.measurement import Measurement
 from ksmea.misfit import Misfit
 from ksmea.model import Model, model_objective
-from ksmea.parameters import Array
 
 
 def most_likely(model: Model, measurement: Measurement, start: Array) -> tuple[Array, float] | None:

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.contracts import ComplexArray, Problem
+from ksmea.arrays import Array, ComplexArray
+from ksmea.contracts import Problem
 from ksmea.measurement import Noise
 from ksmea.model import Model
-from ksmea.parameters import Array
 
 # Directions of relative change that the data tell less of than this part of the most telling one: rounding of the
 # sensitivities near sharp resonances is of that order.

@@ -8,9 +8,9 @@ from typing import Protocol
 
 import numpy as np
 
-from ksmea.contracts import ComplexArray, Optimizer, Problem, Surrogate
+from ksmea.arrays import Array, ComplexArray
+from ksmea.contracts import Optimizer, Problem, Surrogate
 from ksmea.measurement import Measurement
-from ksmea.parameters import Array
 
 BUDGET_STOPS = ("updates", "budget")  # stop reasons that say it was cut short, not that it converged
 

@@ -21,9 +21,9 @@ import numpy as np
 from scipy import stats
 from scipy.optimize import brentq
 
+from ksmea.arrays import Array
 from ksmea.likelihood import Likelihood, Point, maximise, with_best_noise
 from ksmea.measurement import Noise
-from ksmea.parameters import Array
 
 REGULAR = 0.05  # the ends of a parabola may miss those of the profile by this part of the half-width
 FAR = 8.0  # rise of the deviance from a known point of a profile to where the next is sought; more is too far away

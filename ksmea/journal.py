@@ -16,8 +16,10 @@ from typing import BinaryIO
 
 import numpy as np
 
-from ksmea.contracts import Channel, ComplexArray, Problem
-from ksmea.parameters import Array, Parameters
+from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import Channel
+from ksmea.contracts import Problem
+from ksmea.parameters import Parameters
 
 # An entry: lengths of question and answer in bytes, their checksum, then both as they lie in memory.
 HEADER = struct.Struct("<QQI")

@@ -19,12 +19,11 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import lsq_linear
 
-from ksmea.contracts import ComplexArray
+from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import BudgetSpent
 from ksmea.identifiability import whitened_difference, whitened_noise_sensitivity, whitened_sensitivity
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
-from ksmea.parameters import Array
 
 # Noise that is estimated lies between nothing and as much as the data themselves: as parts of the values, and as parts
 # of their median (lowest floor) and maximum (highest floor).

@@ -18,7 +18,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ksmea.contracts import ComplexArray, Optimizer, Predictor, Problem, Surrogate
+from ksmea.arrays import Array, ComplexArray
+from ksmea.contracts import Optimizer, Predictor, Problem, Surrogate
 from ksmea.descent import descend
 from ksmea.errors import BudgetSpent, SettingError
 from ksmea.final_step import most_likely
@@ -27,7 +28,7 @@ from ksmea.measurement import Measurement
 from ksmea.misfit import FORMS, Misfit
 from ksmea.model import Model
 from ksmea.objective import Objective
-from ksmea.parameters import Array, Parameters
+from ksmea.parameters import Parameters
 from ksmea.sampling import latin_hypercube
 from ksmea.settings import Settings, setting
 from ksmea.stopping import simple_difference, squared_multiple_correlation

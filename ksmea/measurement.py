@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.contracts import Channel, ComplexArray
+from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import Channel
 from ksmea.errors import SettingError
-from ksmea.parameters import Array
 
 KINDS = ("amplitude", "complex")
 

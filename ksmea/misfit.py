@@ -17,10 +17,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.contracts import ComplexArray
+from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import unknown
 from ksmea.measurement import Measurement
-from ksmea.parameters import Array
 from ksmea.transforms import LARGEST_LOG
 
 FORMS = ("plain", "weighted", "log", "likelihood")

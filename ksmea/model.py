@@ -6,11 +6,11 @@ import time
 
 import numpy as np
 
-from ksmea.contracts import ComplexArray, Problem
+from ksmea.arrays import Array, ComplexArray
+from ksmea.contracts import Problem
 from ksmea.errors import BudgetSpent
 from ksmea.misfit import Misfit
 from ksmea.objective import Objective
-from ksmea.parameters import Array
 from ksmea.transforms import Transform
 
 DIFFERENCE = 1e-5  # step in the unit cube where a problem has no sensitivity

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ksmea.arrays import Array
 from ksmea.errors import BudgetSpent
-from ksmea.parameters import Array
 
 
 @dataclass(frozen=True)

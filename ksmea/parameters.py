@@ -6,18 +6,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ksmea.arrays import Array
 from ksmea.errors import SettingError
+from ksmea.units import SI_PER_UNIT, TURN
 
-Array = NDArray[np.float64]
-
-MEGANEWTON_PER_METRE = 1e6  # N/m
-KILONEWTON_SECOND_PER_METRE = 1e3  # N s/m
-GRAM_MILLIMETRE = 1e-6  # kg m
-TURN = 2 * np.pi  # rad
-ANGLES = ("deg", "rad")
-UNBALANCES = ("kg m", "g m", "kg mm", "g mm", "oz in")
+PHASE_ORIGIN = "phase_origin"  # name of the unknown that measured phases bring along: it turns all data alike
 
 
 @dataclass(frozen=True)
@@ -40,7 +34,7 @@ class Parameter:
     @property
     def is_full_turn(self) -> bool:
         """Whether it is an angle whose bounds hold a turn or more: values a turn apart are the same."""
-        return self.unit in ANGLES and self.upper - self.lower >= TURN * (1 - 1e-9)
+        return self.unit in SI_PER_UNIT["angle"] and self.upper - self.lower >= TURN * (1 - 1e-9)
 
     def turned(self, value: float) -> float:
         """The value; of an angle that may be any, the one of its turns that lies between −180° and 180°."""
@@ -49,7 +43,7 @@ class Parameter:
     @property
     def is_unbalance(self) -> bool:
         """Whether it is the magnitude of an unbalance."""
-        return self.unit in UNBALANCES and self.lower >= 0
+        return self.unit in SI_PER_UNIT["unbalance"] and self.lower >= 0
 
 
 @dataclass(frozen=True)

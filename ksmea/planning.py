@@ -26,6 +26,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ksmea.arrays import Array
 from ksmea.contracts import Problem
 from ksmea.identifiability import (
     UNKNOWABLE,
@@ -36,7 +37,6 @@ from ksmea.identifiability import (
 )
 from ksmea.measurement import Noise
 from ksmea.model import Model
-from ksmea.parameters import Array
 
 # Where present data do not tell an unknown at all there is no determinant. Choices therefore also count on a standard
 # deviation of this many times that of a value drawn evenly between its bounds (1/√12): it decides next to nothing where a

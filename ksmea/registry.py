@@ -22,7 +22,10 @@ GROUPS = {
     "method": "ksmea.methods",
     "study": "ksmea.studies",
 }
-FURTHER = {"effect": "ksmea.effects"}  # chosen inside the settings of others, not as parts of a run
+FURTHER = {  # not parts of a run: chosen inside the settings of others, or made of records afterwards
+    "effect": "ksmea.effects",
+    "report": "ksmea.reports",
+}
 
 
 @cache

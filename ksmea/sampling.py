@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import qmc
 
-from ksmea.parameters import Array
+from ksmea.arrays import Array
 
 
 def latin_hypercube(samples: int, d: int, rng: np.random.Generator) -> Array:

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ksmea.contracts import ComplexArray
-from ksmea.parameters import Array
+from ksmea.arrays import Array, ComplexArray
 
 
 def squared_multiple_correlation(

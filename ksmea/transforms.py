@@ -9,9 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.contracts import ComplexArray
+from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import unknown
-from ksmea.parameters import Array
 
 LARGEST_LOG = 230.0  # ln of 1e100
 TRANSFORMS = ("auto", "none", "complex", "log", "log_phase")

@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from deap import algorithms, base, tools
 
+from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.objective import Minimum, Objective
-from ksmea.parameters import Array
 from ksmea.settings import Settings, setting
 from optimizers.isolation import global_generators
 

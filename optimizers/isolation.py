@@ -13,7 +13,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from ksmea.parameters import Array
+from ksmea.arrays import Array
 
 LARGEST_MISFIT = 1e150  # the square still fits a float, so that a library may take variances of it
 

@@ -17,9 +17,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import qmc
 
+from ksmea.arrays import Array
 from ksmea.descent import descend
 from ksmea.objective import Minimum, Objective
-from ksmea.parameters import Array
 from ksmea.settings import Settings, setting
 
 

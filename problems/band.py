@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 
+from ksmea.arrays import Array
 from ksmea.errors import SettingError
-from ksmea.parameters import Array
-
-RPM = math.pi / 30  # rad/s
 
 
 def check_band(speed_from: float, speed_to: float, n_speed: int) -> None:

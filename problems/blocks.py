@@ -12,7 +12,7 @@ from typing import Any
 
 from ksmea.errors import SettingError, unknown
 from ksmea.settings import expected_range
-from problems.units import SI_PER_UNIT, Unit
+from ksmea.units import SI_PER_UNIT, Unit
 
 LONGEST_QUOTE = 40  # characters of a wrong value that an error repeats
 

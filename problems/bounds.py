@@ -5,12 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 
 from ksmea.errors import SettingError, unknown
-from ksmea.parameters import (
-    GRAM_MILLIMETRE,
-    KILONEWTON_SECOND_PER_METRE,
-    MEGANEWTON_PER_METRE,
-    Parameter,
-)
+from ksmea.parameters import Parameter
+from ksmea.units import GRAM_MILLIMETRE, KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE
 
 Units = Mapping[str, tuple[str, float]]  # of each unknown: the unit people read and its size in SI
 

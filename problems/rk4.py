@@ -24,12 +24,10 @@ import math
 from dataclasses import dataclass
 
 from ksmea.errors import SettingError
-from ksmea.parameters import (
-    GRAM_MILLIMETRE,
-    Parameter,
-)
+from ksmea.parameters import Parameter
 from ksmea.settings import Settings, setting
-from problems.band import RPM, band, check_band
+from ksmea.units import GRAM_MILLIMETRE, RPM
+from problems.band import band, check_band
 from problems.bounds import FIVE_UNKNOWNS, bounded_parameters
 from problems.probes import channels_of, check_probes
 from problems.ring import weighed_ring

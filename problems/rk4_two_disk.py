@@ -27,17 +27,12 @@ and not the phases.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
-from ksmea.parameters import (
-    GRAM_MILLIMETRE,
-    KILONEWTON_SECOND_PER_METRE,
-    MEGANEWTON_PER_METRE,
-    Parameter,
-)
+from ksmea.parameters import Parameter
 from ksmea.settings import Settings, setting
-from problems.band import RPM, band, check_band
+from ksmea.units import DEGREE, GRAM_MILLIMETRE, KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE, RPM
+from problems.band import band, check_band
 from problems.bounds import bounded_parameters
 from problems.probes import channels_of, check_probes
 from problems.ring import weighed_ring
@@ -48,7 +43,6 @@ from problems.uniform_shaft import uniform_shaft
 
 OWNERS = "M-Nouioua/rk4-rotor-unbalance-estimation"
 GIGAPASCAL = 1e9  # Pa
-DEGREE = math.pi / 180  # rad
 
 SHAFT_LENGTH = 0.56  # m
 SHAFT_RADIUS = 0.005  # m

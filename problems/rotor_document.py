@@ -11,9 +11,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.contracts import Channel
+from ksmea.arrays import Array
+from ksmea.channel import Channel
 from ksmea.errors import unknown
-from ksmea.parameters import Array, Parameter
+from ksmea.parameters import Parameter
 from problems.blocks import Block, Units, described, inside
 from problems.rotor.data import (
     COEFFICIENTS,

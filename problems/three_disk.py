@@ -10,12 +10,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ksmea.parameters import (
-    GRAM_MILLIMETRE,
-    Parameter,
-)
+from ksmea.parameters import Parameter
 from ksmea.settings import Settings, setting
-from problems.band import RPM, band, check_band
+from ksmea.units import GRAM_MILLIMETRE, RPM
+from problems.band import band, check_band
 from problems.bounds import FIVE_UNKNOWNS, bounded_parameters
 from problems.probes import channels_of, check_probes
 from problems.rotor.data import Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane

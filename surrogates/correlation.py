@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 
 import numpy as np
 
-from ksmea.parameters import Array
+from ksmea.arrays import Array
 
 
 def squared_differences(samples: Array) -> Array:

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 from scipy.linalg import blas, lapack
 
-from ksmea.parameters import Array
+from ksmea.arrays import Array
 
 # What the nugget climbs when R is not positive definite in floating point. 1e-6 costs an error of the order of 1e-6
 # of the outputs' spread; what needs more than that is better solved by moving samples apart.

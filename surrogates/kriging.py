@@ -14,9 +14,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.model import Model
-from ksmea.parameters import Array
 from ksmea.settings import Settings, setting
 from ksmea.transforms import TRANSFORMS
 from surrogates.correlation import CORRELATIONS, squared_differences

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ksmea.parameters import Array
+from ksmea.arrays import Array
 from surrogates.correlation import Correlation, squared_differences
 from surrogates.generalised_least_squares import (
     GeneralisedLeastSquares,

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ksmea.arrays import Array
 from ksmea.model import Model
-from ksmea.parameters import Array
 from ksmea.settings import Settings, setting
 from ksmea.transforms import TRANSFORMS
 

@@ -11,9 +11,9 @@ from sklearn.linear_model import LinearRegression
 from sklearn.pipeline import Pipeline, make_pipeline
 from sklearn.preprocessing import PolynomialFeatures
 
+from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.model import Model
-from ksmea.parameters import Array
 from ksmea.settings import Settings, setting
 from ksmea.transforms import TRANSFORMS
 

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.linalg import blas, lapack
 from scipy.optimize import minimize
 
-from ksmea.parameters import Array
+from ksmea.arrays import Array
 from surrogates.correlation import Correlation
 from surrogates.generalised_least_squares import GeneralisedLeastSquares, generalised_least_squares
 

@@ -7,8 +7,8 @@ from math import comb
 
 import numpy as np
 
+from ksmea.arrays import Array
 from ksmea.errors import SettingError
-from ksmea.parameters import Array
 
 DEGREES = {"constant": 0, "linear": 1, "quadratic": 2}
 

@@ -16,20 +16,21 @@ that the joint normal errors of an efficient estimate, with its correlations, ar
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from statistics import NormalDist
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
 
-from bench.figures import png
-from bench.plan import Cell, Plan
-from bench.records import read_records
+from bench.jobs.records import read_records
+from bench.plan.plan import Cell, Plan
+from bench.plan.report import Made, Report
 from bench.reports.audit_figure import audit_figure
+from bench.reports.figures import png
 from bench.reports.identifiability import bound_pct, plain_runs, told_by_cell
-from bench.reports.made import Made
-from bench.tables import PAPER, aligned, csv_text
+from bench.reports.tables import PAPER, aligned, csv_text
 from ksmea.errors import SettingError
 
 LUCKY, IMPOSSIBLE = 0.05, 0.001  # chances below which a value is called so
@@ -45,22 +46,26 @@ COLUMNS = (
 )
 
 
-def audit_report(plan: Plan, output: Path) -> Made:
-    for cell in plan.cells:
-        if cell.place.get("label") not in AUDITED:
-            raise SettingError(
-                f"table=audit: expected cells with label={'|'.join(AUDITED)}, got {cell.place.get('label')};"
-                " run +experiment=audit"
-            )
-    records = read_records(output)
-    runs = plain_runs(plan, records)
-    frame = audit_frame(plan, told_by_cell(plan, records))
-    return Made(
-        audit_text(frame),
-        {f"{plan.name}.csv": csv_text(frame).encode(), "runs.csv": csv_text(runs).encode()},
-        runs,
-        lambda: {f"{plan.name}.png": png(audit_figure(frame))} if len(frame) else {},
-    )
+@dataclass(frozen=True)
+class AuditReport(Report):
+    study: ClassVar[str] = "identifiability"
+
+    def make(self, plan: Plan, output: Path) -> Made:
+        for cell in plan.cells:
+            if cell.place.get("label") not in AUDITED:
+                raise SettingError(
+                    f"table=audit: expected cells with label={'|'.join(AUDITED)}, got {cell.place.get('label')};"
+                    " run +experiment=audit"
+                )
+        records = read_records(output)
+        runs = plain_runs(plan, records)
+        frame = audit_frame(plan, told_by_cell(plan, records))
+        return Made(
+            audit_text(frame),
+            {f"{plan.name}.csv": csv_text(frame).encode(), "runs.csv": csv_text(runs).encode()},
+            runs,
+            lambda: {f"{plan.name}.png": png(audit_figure(frame))} if len(frame) else {},
+        )
 
 
 def audit_frame(plan: Plan, told: Mapping[int, Mapping[str, Any]]) -> pd.DataFrame:

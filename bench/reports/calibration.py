@@ -3,7 +3,9 @@ often a method ends in the basin of the likelihood where the truth lies."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
+from typing import ClassVar
 
 import numpy as np
 import pandas as pd
@@ -11,13 +13,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.stats import norm
 
-from bench.figures import INTERVAL, OURS, PAPER, REFERENCE, png
-from bench.naming import cell_name, place_text, telling_axes
-from bench.plain import place_columns
-from bench.plan import Cell, ParameterFacts, Plan
-from bench.records import RESULTS
-from bench.reports.made import Made
-from bench.tables import aligned, csv_text, number, runs_frame
+from bench.jobs.records import RESULTS
+from bench.plan.columns import place_columns
+from bench.plan.naming import cell_name, place_text, telling_axes
+from bench.plan.plan import Cell, ParameterFacts, Plan
+from bench.plan.report import Made, Report
+from bench.reports.figures import INTERVAL, OURS, PAPER, REFERENCE, png
+from bench.reports.tables import aligned, csv_text, number, runs_frame
 
 # Two maxima of the likelihood with deviances that differ by less than this are one and the same: searches for a maximum
 # end where the deviance falls by less than 1e-7, and no two basins are found to be as equal.
@@ -25,13 +27,17 @@ SAME_MAXIMUM = 1e-3
 NORMAL_IQR = 2 * norm.ppf(0.75)  # interquartile range of a normal distribution with unit variance
 
 
-def calibration_report(plan: Plan, output: Path) -> Made:
-    runs = runs_frame(plan, output)
-    frame = calibration_frame(plan, runs)
-    files = {f"{plan.name}.csv": csv_text(frame).encode(), "runs.csv": csv_text(runs).encode()}
-    return Made(
-        _text(plan, frame), files, runs, lambda: {f"{plan.name}.png": png(calibration_figure(plan, frame, runs))}
-    )
+@dataclass(frozen=True)
+class CalibrationReport(Report):
+    study: ClassVar[str] = "identify"
+
+    def make(self, plan: Plan, output: Path) -> Made:
+        runs = runs_frame(plan, output)
+        frame = calibration_frame(plan, runs)
+        files = {f"{plan.name}.csv": csv_text(frame).encode(), "runs.csv": csv_text(runs).encode()}
+        return Made(
+            _text(plan, frame), files, runs, lambda: {f"{plan.name}.png": png(calibration_figure(plan, frame, runs))}
+        )
 
 
 def calibration_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:

@@ -5,21 +5,23 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
 
-from bench.figures import png
-from bench.naming import cell_name
-from bench.plain import RPM, place_columns, run_columns
-from bench.plan import Cell, Plan
-from bench.records import RESULTS, read_records
+from bench.jobs.records import RESULTS, read_records
+from bench.plan.columns import place_columns, run_columns
+from bench.plan.naming import cell_name
+from bench.plan.plan import Cell, Plan
+from bench.plan.report import Made, Report
 from bench.reports.diagnosis_figure import residual_figure, trials_figure
-from bench.reports.made import Made
-from bench.tables import aligned, csv_text, number
+from bench.reports.figures import png
+from bench.reports.tables import aligned, csv_text, number
 from ksmea import registry
+from ksmea.units import RPM
 
 MOST_RANKED = 6  # effects that the text lists
 PLAIN_TO_SEE = 60.0  # fall of the deviance that the true model makes
@@ -29,28 +31,32 @@ OF_ONE_RUN = ("diagnosis.json", "extended.yaml", "residuals.png", "effects.png")
 INTERNAL = ("status", "curves", "elapsed", "schema", "event", "key", "question", "session", "hidden", "hidden_fall")
 
 
-def diagnosis_report(plan: Plan, output: Path) -> Made:
-    records = read_records(output, lambda record: record)
-    runs = diagnosis_runs(plan, records)
-    files: dict[str, bytes] = {
-        f"{plan.name}.csv": csv_text(summary(plan, runs)).encode(),
-        "runs.csv": csv_text(runs).encode(),
-    }
-    done = [run for run in plan.runs if run.key in records and records[run.key]["status"] in RESULTS]
-    if len(plan.runs) != 1 or not done:
-        return Made(_summary_text(plan, runs), files, runs, outdated=OF_ONE_RUN)
-    cell, record = plan.cells[done[0].cell], records[done[0].key]
-    files["diagnosis.json"] = (json.dumps(public(record), indent=1) + "\n").encode()
-    if record["applied"] and record["verdict"] in ("named", "ambiguous"):
-        files["extended.yaml"] = extended_yaml(cell, record).encode()
-    figures = {"residuals.png": residual_figure, "effects.png": trials_figure}
-    return Made(
-        f"{sentences(record)}\n\nwritten: {', '.join(name for name in files if not name.endswith('.csv'))}",
-        files,
-        runs,
-        lambda: {name: png(draw(record)) for name, draw in figures.items()},
-        outdated=tuple(name for name in ("diagnosis.json", "extended.yaml") if name not in files),
-    )
+@dataclass(frozen=True)
+class DiagnosisReport(Report):
+    study: ClassVar[str] = "diagnose"
+
+    def make(self, plan: Plan, output: Path) -> Made:
+        records = read_records(output, lambda record: record)
+        runs = diagnosis_runs(plan, records)
+        files: dict[str, bytes] = {
+            f"{plan.name}.csv": csv_text(summary(plan, runs)).encode(),
+            "runs.csv": csv_text(runs).encode(),
+        }
+        done = [run for run in plan.runs if run.key in records and records[run.key]["status"] in RESULTS]
+        if len(plan.runs) != 1 or not done:
+            return Made(_summary_text(plan, runs), files, runs, outdated=OF_ONE_RUN)
+        cell, record = plan.cells[done[0].cell], records[done[0].key]
+        files["diagnosis.json"] = (json.dumps(public(record), indent=1) + "\n").encode()
+        if record["applied"] and record["verdict"] in ("named", "ambiguous"):
+            files["extended.yaml"] = extended_yaml(cell, record).encode()
+        figures = {"residuals.png": residual_figure, "effects.png": trials_figure}
+        return Made(
+            f"{sentences(record)}\n\nwritten: {', '.join(name for name in files if not name.endswith('.csv'))}",
+            files,
+            runs,
+            lambda: {name: png(draw(record)) for name, draw in figures.items()},
+            outdated=tuple(name for name in ("diagnosis.json", "extended.yaml") if name not in files),
+        )
 
 
 def public(record: Mapping[str, Any]) -> dict[str, Any]:

@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bench.figures import OURS, PAPER, REFERENCE
-from bench.plain import MICROMETRE, RPM
+from bench.reports.figures import OURS, PAPER, REFERENCE
+from ksmea.units import MICROMETRE, RPM
 
 WHEN = {"before": PAPER, "after": OURS}  # colours
 MOST_CHANNELS = 8

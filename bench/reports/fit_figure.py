@@ -9,8 +9,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bench.figures import INTERVAL, OURS, PAPER, REFERENCE
-from bench.plain import MICROMETRE, RPM
+from bench.reports.figures import INTERVAL, OURS, PAPER, REFERENCE
+from ksmea.units import MICROMETRE, RPM
 
 MOST_CHANNELS = 6  # columns; the record has all
 MANY = 400  # points from which on they are drawn without error bars

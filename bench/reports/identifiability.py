@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
 
-from bench.figures import png
-from bench.naming import cell_name
-from bench.plain import MICROMETRE, RPM, place_columns, run_columns
-from bench.plan import Plan
-from bench.records import RESULTS, read_records
+from bench.jobs.records import RESULTS, read_records
+from bench.plan.columns import place_columns, run_columns
+from bench.plan.naming import cell_name
+from bench.plan.plan import Plan
+from bench.plan.report import Made, Report
 from bench.reports.alike import ALIKE, alike_text
+from bench.reports.figures import png
 from bench.reports.identifiability_figure import identifiability_figure
-from bench.reports.made import Made
-from bench.tables import aligned, csv_text
+from bench.reports.tables import aligned, csv_text
+from ksmea.units import MICROMETRE, RPM
 
 Record = Mapping[str, Any]
 
@@ -28,17 +30,21 @@ MOST_CELLS = 4  # with a figure and a table of variations each; the file has all
 COLUMNS = ("variation", "value", "parameter", "unit", "true", "bound", "bound_pct", "level", "half_width_pct")
 
 
-def identifiability_report(plan: Plan, output: Path) -> Made:
-    records = read_records(output)
-    runs = plain_runs(plan, records)
-    told = told_by_cell(plan, records)
-    frame = identifiability_frame(plan, told)
-    return Made(
-        "\n\n".join(_cell_text(plan, cell, told[cell], place < MOST_CELLS) for place, cell in enumerate(told)),
-        {f"{plan.name}.csv": csv_text(frame).encode(), "runs.csv": csv_text(runs).encode()},
-        runs,
-        lambda: _figures(plan, told),
-    )
+@dataclass(frozen=True)
+class IdentifiabilityReport(Report):
+    study: ClassVar[str] = "identifiability"
+
+    def make(self, plan: Plan, output: Path) -> Made:
+        records = read_records(output)
+        runs = plain_runs(plan, records)
+        told = told_by_cell(plan, records)
+        frame = identifiability_frame(plan, told)
+        return Made(
+            "\n\n".join(_cell_text(plan, cell, told[cell], place < MOST_CELLS) for place, cell in enumerate(told)),
+            {f"{plan.name}.csv": csv_text(frame).encode(), "runs.csv": csv_text(runs).encode()},
+            runs,
+            lambda: _figures(plan, told),
+        )
 
 
 def plain_runs(plan: Plan, records: Mapping[str, Record]) -> pd.DataFrame:

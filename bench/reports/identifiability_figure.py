@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
-from bench.plain import RPM
+from ksmea.units import RPM
 
 COLOURS = ("#2b6ca3", "#c8501e", "#3a8f4d", "#8a5aa8", "#b08a00", "#555555", "#d16ba5", "#17a2b8")
 HEADINGS = {

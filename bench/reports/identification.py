@@ -4,21 +4,23 @@ how well the fit explains the data; the figure shows data, fit and residuals ove
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
 
-from bench.figures import png
-from bench.naming import cell_name
-from bench.plain import MICROMETRE, RPM, place_columns
-from bench.plan import Plan, Run
-from bench.records import RESULTS, read_records
+from bench.jobs.records import RESULTS, read_records
+from bench.plan.columns import place_columns
+from bench.plan.naming import cell_name
+from bench.plan.plan import Plan, Run
+from bench.plan.report import Made, Report
 from bench.reports.alike import ALIKE, alike_text
+from bench.reports.figures import png
 from bench.reports.fit_figure import fit_figure
-from bench.reports.made import Made
-from bench.tables import csv_text, runs_frame
+from bench.reports.tables import csv_text, runs_frame
+from ksmea.units import MICROMETRE, RPM
 
 Record = Mapping[str, Any]
 
@@ -27,21 +29,25 @@ SLIGHT = 0.1  # parts of the noise below this part of the whole everywhere are n
 CSV_COLUMNS = ("parameter", "unit", "value", "low", "high", "kind", "bound", "at_bound")
 
 
-def identification_report(plan: Plan, output: Path) -> Made:
-    records = read_records(output)
-    runs = runs_frame(plan, output)
-    found = {run: records[run.key] for run in plan.runs if records.get(run.key, {}).get("status") in RESULTS}
-    frame = identification_frame(plan, found)
-    shown = dict(list(found.items())[:MOST_BLOCKS])
-    blocks = ["\n".join(_sentences(plan, run, record)) for run, record in shown.items()]
-    if len(found) > len(shown):
-        blocks.append(f"and {len(found) - len(shown)} more in {plan.name}.csv")
-    return Made(
-        "\n\n".join(blocks) or "nothing was identified",
-        {f"{plan.name}.csv": csv_text(frame).encode(), "runs.csv": csv_text(runs).encode()},
-        runs,
-        lambda: _figures(plan, shown),
-    )
+@dataclass(frozen=True)
+class IdentificationReport(Report):
+    study: ClassVar[str] = "identify"
+
+    def make(self, plan: Plan, output: Path) -> Made:
+        records = read_records(output)
+        runs = runs_frame(plan, output)
+        found = {run: records[run.key] for run in plan.runs if records.get(run.key, {}).get("status") in RESULTS}
+        frame = identification_frame(plan, found)
+        shown = dict(list(found.items())[:MOST_BLOCKS])
+        blocks = ["\n".join(_sentences(plan, run, record)) for run, record in shown.items()]
+        if len(found) > len(shown):
+            blocks.append(f"and {len(found) - len(shown)} more in {plan.name}.csv")
+        return Made(
+            "\n\n".join(blocks) or "nothing was identified",
+            {f"{plan.name}.csv": csv_text(frame).encode(), "runs.csv": csv_text(runs).encode()},
+            runs,
+            lambda: _figures(plan, shown),
+        )
 
 
 def identification_frame(plan: Plan, found: Mapping[Run, Record]) -> pd.DataFrame:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
@@ -13,17 +14,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
 
-from bench.figures import OURS, PAPER, REFERENCE, png
-from bench.naming import cell_name, telling_axes
-from bench.plain import RPM
-from bench.plan import Plan
-from bench.records import RESULTS, read_records
-from bench.reports.made import Made
-from bench.tables import aligned, csv_text
+from bench.jobs.records import RESULTS, read_records
+from bench.plan.naming import cell_name, telling_axes
+from bench.plan.plan import Plan
+from bench.plan.report import Made, Report
+from bench.reports.figures import OURS, PAPER, REFERENCE, png
+from bench.reports.tables import aligned, csv_text
+from ksmea.units import DEGREE, GRAM_MILLIMETRE, RPM, SI_PER_UNIT
 
-DEGREE = math.pi / 180  # rad
-GRAM_MILLIMETRE = 1e-6  # kg m
-ANGLES = ("deg", "rad")  # their values have no size that a bound could be a part of
+ANGLES = SI_PER_UNIT["angle"]  # their values have no size that a bound could be a part of
 FAMILIES = ("speeds", "probes", "trial run")
 UNPLANNED = {
     "speeds": "as many spread evenly over the present band",
@@ -37,14 +36,18 @@ CHOSEN = {"marker": "o", "markersize": 8, "markerfacecolor": "none", "markeredge
 DIRECTION_STYLES = {"x": {"color": OURS}, "y": {"color": "#6a9a3b", "linestyle": "--"}}
 
 
-def plan_report(plan: Plan, output: Path) -> Made:
-    records = read_records(output, lambda record: record)
-    runs = pd.DataFrame([_run_row(plan, run, records.get(run.key)) for run in plan.runs])
-    found = _by_cell(plan, records)
-    frame = pd.DataFrame([row for cell, record in found.items() for row in _rows(plan, cell, record)])
-    text = "\n\n".join(_text(plan, cell, record) for cell, record in found.items())
-    files = {f"{plan.name}.csv": csv_text(frame).encode(), "runs.csv": csv_text(runs).encode()}
-    return Made(text, files, runs, lambda: {f"{plan.name}.png": png(plan_figure(plan, found))} if found else {})
+@dataclass(frozen=True)
+class PlanReport(Report):
+    study: ClassVar[str] = "plan"
+
+    def make(self, plan: Plan, output: Path) -> Made:
+        records = read_records(output, lambda record: record)
+        runs = pd.DataFrame([_run_row(plan, run, records.get(run.key)) for run in plan.runs])
+        found = _by_cell(plan, records)
+        frame = pd.DataFrame([row for cell, record in found.items() for row in _rows(plan, cell, record)])
+        text = "\n\n".join(_text(plan, cell, record) for cell, record in found.items())
+        files = {f"{plan.name}.csv": csv_text(frame).encode(), "runs.csv": csv_text(runs).encode()}
+        return Made(text, files, runs, lambda: {f"{plan.name}.png": png(plan_figure(plan, found))} if found else {})
 
 
 def _run_row(plan: Plan, run: Any, record: Mapping[str, Any] | None) -> dict[str, Any]:

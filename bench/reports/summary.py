@@ -3,29 +3,34 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import pandas as pd
 
-from bench.cost import cost_figure, cost_frame
-from bench.figures import png, summary_figure
-from bench.history_figures import MOST_LINES, response_figure, updates_figure
-from bench.plan import Plan
-from bench.records import RESULTS, read_records
-from bench.reports.made import Made
-from bench.tables import as_text, csv_text, runs_frame, slips, slips_text, summary_frame
+from bench.jobs.records import RESULTS, read_records
+from bench.plan.plan import Plan
+from bench.plan.report import Made, Report
+from bench.reports.cost import cost_figure, cost_frame
+from bench.reports.figures import png, summary_figure
+from bench.reports.history_figures import MOST_LINES, response_figure, updates_figure
+from bench.reports.tables import as_text, csv_text, runs_frame, slips, slips_text, summary_frame
 
 
-def summary_report(plan: Plan, output: Path) -> Made:
-    runs = runs_frame(plan, output)
-    summary = summary_frame(plan, runs)
-    return Made(
-        f"{as_text(plan, summary)}\n{slips_text(slips(plan.report.paper))}",
-        {f"{plan.name}.csv": csv_text(summary).encode(), "runs.csv": csv_text(runs).encode()},
-        runs,
-        lambda: {f"{plan.name}.png": png(summary_figure(plan, runs, summary))} | _further_files(plan, runs, output),
-    )
+@dataclass(frozen=True)
+class SummaryReport(Report):
+    study: ClassVar[str] = "identify"
+
+    def make(self, plan: Plan, output: Path) -> Made:
+        runs = runs_frame(plan, output)
+        summary = summary_frame(plan, runs)
+        return Made(
+            f"{as_text(plan, summary)}\n{slips_text(slips(plan.report.paper))}",
+            {f"{plan.name}.csv": csv_text(summary).encode(), "runs.csv": csv_text(runs).encode()},
+            runs,
+            lambda: {f"{plan.name}.png": png(summary_figure(plan, runs, summary))} | _further_files(plan, runs, output),
+        )
 
 
 def _further_files(plan: Plan, runs: pd.DataFrame, output: Path) -> dict[str, bytes]:

@@ -11,10 +11,10 @@ from typing import Any, ClassVar
 import numpy as np
 from tqdm import tqdm
 
-from bench.plain import finite
-from bench.plan import generator
-from bench.setup import Setup
-from bench.studies.contract import Draw
+from bench.plan.columns import finite
+from bench.plan.draw import Draw
+from bench.plan.plan import generator
+from bench.plan.setup import Setup
 from ksmea import registry
 from ksmea.contracts import Effect
 from ksmea.diagnosis.diagnosis import Diagnosis, diagnose

@@ -13,14 +13,15 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from bench.plain import finite
-from bench.setup import Setup
-from bench.studies.contract import Draw
-from ksmea.contracts import Channel, Problem
+from bench.plan.columns import finite
+from bench.plan.draw import Draw
+from bench.plan.setup import Setup
+from ksmea.arrays import Array
+from ksmea.channel import Channel
+from ksmea.contracts import Problem
 from ksmea.errors import SettingError, unknown
 from ksmea.identifiability import Identifiability, identifiability
 from ksmea.measurement import KINDS, Noise
-from ksmea.parameters import Array
 from ksmea.settings import Settings, setting
 
 VARIATIONS = ("speeds", "band", "position", "noise", "kind")

@@ -10,11 +10,12 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from bench.curves import fit_curves, response_curves
-from bench.plain import finite
-from bench.plan import generator
-from bench.setup import Setup
-from bench.studies.contract import Draw
+from bench.plan.columns import finite
+from bench.plan.draw import Draw
+from bench.plan.plan import generator
+from bench.plan.setup import Setup
+from bench.studies.curves import fit_curves, response_curves
+from ksmea.arrays import Array
 from ksmea.contracts import Problem
 from ksmea.diagnosis.fit_quality import fit_quality
 from ksmea.diagnosis.fitting import Fit
@@ -27,8 +28,9 @@ from ksmea.likelihood import Likelihood
 from ksmea.measurement import Measurement, Noise
 from ksmea.misfit import Misfit
 from ksmea.model import Model
-from ksmea.parameters import TURN, Array, Parameter, Parameters
+from ksmea.parameters import Parameter, Parameters
 from ksmea.settings import Settings, setting
+from ksmea.units import TURN
 
 LACK_OF_FIT_LEVEL = 0.01  # chance of rejecting a right model
 

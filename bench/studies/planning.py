@@ -12,15 +12,16 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from bench.setup import Setup
-from bench.studies.contract import Draw
-from ksmea.contracts import Channel, Problem
+from bench.plan.draw import Draw
+from bench.plan.setup import Setup
+from ksmea.arrays import Array
+from ksmea.channel import Channel
+from ksmea.contracts import Problem
 from ksmea.errors import SettingError, unknown
-from ksmea.parameters import GRAM_MILLIMETRE, Array, Parameters
+from ksmea.parameters import Parameters
 from ksmea.planning import Criterion, bounds, choose, data_rows, information, mean_axis_fall_pct
 from ksmea.settings import Settings, setting
-
-DEGREE = math.pi / 180  # rad
+from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
 
 @dataclass(frozen=True)

@@ -13,9 +13,10 @@ from hydra.plugins.sweeper import Sweeper
 from hydra.types import HydraContext, TaskFunction
 from omegaconf import DictConfig
 
-from bench.collect import collect, collect_all
-from bench.experiment import Experiment
-from bench.locks import exclusive
+from bench.jobs.deal import dealt
+from bench.plan.experiment import Experiment
+from bench.reports.collect import collect, collect_all
+from bench.storage.locks import exclusive
 
 # A plain node: Hydra scans this file outside sys.modules, where a dataclass cannot resolve its annotations.
 TARGET = {"_target_": "hydra_plugins.ksmea_bench.plan_sweeper.PlanSweeper"}
@@ -42,7 +43,7 @@ class PlanSweeper(Sweeper):
     def _run(self, experiment: Experiment) -> int:
         """Plan, launch and collect one experiment; its exit code."""
         with exclusive(experiment.output / ".lock"):
-            jobs = experiment.prepare()
+            jobs = dealt(experiment)
             try:
                 if jobs:
                     for job in self.launcher.launch(jobs, initial_job_idx=0):

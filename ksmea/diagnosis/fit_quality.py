@@ -16,9 +16,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.contracts import Channel
+from ksmea.arrays import Array
+from ksmea.channel import Channel
 from ksmea.diagnosis.fitting import Fit
-from ksmea.parameters import Array
 
 LAGS = 3  # neighbours in speed that are compared
 MOST_VALUES = 2**22  # numbers simulated at once, which bounds the memory

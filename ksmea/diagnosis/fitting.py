@@ -12,13 +12,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import qmc
 
-from ksmea.contracts import ComplexArray, Problem
+from ksmea.arrays import Array, ComplexArray
+from ksmea.contracts import Problem
 from ksmea.diagnosis.screening import Screened, scanned, screened
 from ksmea.intervals import climb
 from ksmea.likelihood import Likelihood, Point, maximise, with_best_noise
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
-from ksmea.parameters import Array
 
 APART = 0.1  # starts of the plain model are not nearer to each other, in the unit cube
 EFFECT_APART = 0.02  # nor starts of an extended one

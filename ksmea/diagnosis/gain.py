@@ -12,12 +12,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ksmea.arrays import Array
 from ksmea.contracts import Problem
 from ksmea.diagnosis.fitting import Fit
 from ksmea.likelihood import Likelihood, maximise
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
-from ksmea.parameters import Array
 
 
 @dataclass(frozen=True)

@@ -11,13 +11,15 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import chi2, ncx2
 
-from ksmea.contracts import Channel, Problem
+from ksmea.arrays import Array
+from ksmea.channel import Channel
+from ksmea.contracts import Problem
 from ksmea.diagnosis.fitting import Fit, without_effects
 from ksmea.diagnosis.trials import Candidate, Trial
 from ksmea.identifiability import projected, whitened_difference, whitened_noise_sensitivity, whitened_sensitivity
 from ksmea.measurement import Noise
 from ksmea.model import Model
-from ksmea.parameters import Array, Parameter
+from ksmea.parameters import Parameter
 
 POWER = 0.9  # chance of finding an effect of the smallest detectable size
 

@@ -14,9 +14,11 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import norm, qmc
 
-from ksmea.contracts import PHASE_ORIGIN, Problem
+from ksmea.arrays import Array
+from ksmea.contracts import Problem
 from ksmea.measurement import Measurement
-from ksmea.parameters import TURN, Array
+from ksmea.parameters import PHASE_ORIGIN
+from ksmea.units import TURN
 
 MOST_VALUES = 2**21  # complex numbers of a batch of responses, which bounds the memory
 EDGE = 1e-9  # of the unit cube: an unknown so near to its bound lies on it

@@ -15,8 +15,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from ksmea.contracts import Channel, ComplexArray
-from ksmea.parameters import Array, Parameter
+from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import Channel
+from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from problems.rotor.effect import RotorEffect, drawn_either_side, is_at, require_on_shaft, where
 from problems.rotor.problem import RotorProblem

@@ -13,8 +13,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ksmea.contracts import ComplexArray
-from ksmea.parameters import Array, Parameter
+from ksmea.arrays import Array, ComplexArray
+from ksmea.parameters import Parameter
 from problems.rotor.effect import RotorEffect, column, drawn_either_side
 from problems.rotor.problem import RotorProblem
 from problems.rotor.sizes import stiffness_scale

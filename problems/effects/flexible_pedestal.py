@@ -17,14 +17,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from ksmea.contracts import ComplexArray
-from ksmea.parameters import Array, Parameter
+from ksmea.arrays import Array, ComplexArray
+from ksmea.parameters import Parameter
 from ksmea.settings import setting
+from ksmea.units import MICROMETRE_PER_KILONEWTON
 from problems.rotor.effect import RotorEffect, column, drawn
 from problems.rotor.problem import RotorProblem
 from problems.rotor.sizes import rotor_mass, stiffness_scale
 
-MICROMETRE_PER_KILONEWTON = 1e-9  # m/N
 SOFTEST = 2.0  # times the compliance of the stiffest bearing; a softer one is no pedestal
 HEAVIEST = 0.5  # of the rotor
 NOTICED_COMPLIANCE = (0.2, 1.0)  # of the compliance of the stiffest bearing, in each direction, are drawn

@@ -13,13 +13,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from ksmea.contracts import Channel, ComplexArray
-from ksmea.parameters import Array, Parameter
+from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import Channel
+from ksmea.parameters import Parameter
 from ksmea.settings import setting
+from ksmea.units import DEGREE
 from problems.rotor.effect import RotorEffect, drawn_either_side, is_at, planes, require_on_shaft, where
 from problems.rotor.problem import RotorProblem
 
-DEGREE = np.pi / 180  # rad
 LARGEST = 20 * DEGREE
 NOTICED = (1 * DEGREE, 15 * DEGREE)  # of either sign, are drawn
 

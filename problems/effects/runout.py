@@ -13,13 +13,14 @@ from typing import ClassVar
 
 import numpy as np
 
-from ksmea.contracts import Channel, ComplexArray
-from ksmea.parameters import Array, Parameter
+from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import Channel
+from ksmea.parameters import Parameter
 from ksmea.settings import setting
+from ksmea.units import MICROMETRE
 from problems.rotor.effect import RotorEffect, drawn_vector, forward_vector, is_at, planes, require_on_shaft, where
 from problems.rotor.problem import RotorProblem
 
-MICROMETRE = 1e-6  # m
 LARGEST = 50 * MICROMETRE  # ten times what API 670 lets pass
 NOTICED = (0.3 * MICROMETRE, 15 * MICROMETRE)  # vectors as long as these are drawn
 

@@ -15,8 +15,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ksmea.contracts import ComplexArray
-from ksmea.parameters import Array, Parameter
+from ksmea.arrays import Array, ComplexArray
+from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from problems.rotor.effect import RotorEffect, column, drawn
 from problems.rotor.problem import RotorProblem

@@ -14,10 +14,11 @@ from typing import ClassVar
 
 import numpy as np
 
-from ksmea.contracts import ComplexArray
+from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
-from ksmea.parameters import GRAM_MILLIMETRE, Array, Parameter
+from ksmea.parameters import Parameter
 from ksmea.settings import setting
+from ksmea.units import GRAM_MILLIMETRE
 from problems.rotor.data import SAME_PLACE, Rotor, UnbalancePlane
 from problems.rotor.effect import RotorEffect, drawn_vector, forward_vector, require_on_shaft
 from problems.rotor.problem import RotorProblem

@@ -13,9 +13,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from ksmea.contracts import ComplexArray
+from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
-from ksmea.parameters import Array, Parameter
+from ksmea.parameters import Parameter
 from problems.rotor.effect import RotorEffect, column, drawn_either_side
 from problems.rotor.problem import RotorProblem
 

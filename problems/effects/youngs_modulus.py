@@ -13,7 +13,8 @@ from typing import ClassVar
 
 import numpy as np
 
-from ksmea.parameters import Array, Parameter
+from ksmea.arrays import Array
+from ksmea.parameters import Parameter
 from problems.rotor.data import Rotor, ShaftSegment
 from problems.rotor.effect import RotorEffect, drawn_either_side
 from problems.rotor.problem import RotorProblem

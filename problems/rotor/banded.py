@@ -9,8 +9,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg.lapack import zgbsv
 
-from ksmea.contracts import ComplexArray
-from ksmea.parameters import Array
+from ksmea.arrays import Array, ComplexArray
 from problems.rotor.assembly import Matrices
 from problems.rotor.mesh import DOF_PER_NODE
 

@@ -12,8 +12,8 @@ from functools import cached_property
 
 import numpy as np
 
+from ksmea.arrays import Array
 from ksmea.errors import SettingError
-from ksmea.parameters import Array
 
 STIFFNESSES = ("kxx", "kxy", "kyx", "kyy")  # the 2 × 2 matrix of a bearing, row by row
 DAMPINGS = ("cxx", "cxy", "cyx", "cyy")

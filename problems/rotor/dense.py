@@ -9,8 +9,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ksmea.contracts import Channel, ComplexArray
-from ksmea.parameters import Array
+from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import Channel
 from problems.rotor.assembly import Matrices, assemble, displacement_row
 from problems.rotor.data import Rotor
 from problems.rotor.unbalance import complex_unbalance, force_per_unbalance

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ksmea.parameters import Array
+from ksmea.arrays import Array
 from problems.rotor.data import Disk
 
 

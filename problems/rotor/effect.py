@@ -12,9 +12,11 @@ from typing import ClassVar, Self
 
 import numpy as np
 
-from ksmea.contracts import Channel, ComplexArray, Problem
+from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import Channel
+from ksmea.contracts import Problem
 from ksmea.errors import SettingError
-from ksmea.parameters import Array, Parameter
+from ksmea.parameters import Parameter
 from ksmea.settings import Settings
 from problems.rotor.data import SAME_PLACE, Rotor
 from problems.rotor.extended import ExtendedProblem

@@ -16,9 +16,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ksmea.contracts import Channel, ComplexArray
+from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import Channel
 from ksmea.errors import SettingError
-from ksmea.parameters import Array, Parameters
+from ksmea.parameters import Parameters
 from problems.rotor import dense
 from problems.rotor.assembly import assemble_free, node_dof
 from problems.rotor.data import COEFFICIENTS, STIFFNESSES, Rotor

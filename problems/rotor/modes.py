@@ -11,13 +11,15 @@ import numpy as np
 import scipy.linalg
 import scipy.optimize
 
-from ksmea.contracts import ComplexArray
-from ksmea.parameters import Array
+from ksmea.arrays import Array, ComplexArray
 from problems.rotor.assembly import Matrices, assemble
 from problems.rotor.data import Rotor
 from problems.rotor.mesh import DOF_PER_NODE
 
 STILL = 1e-3  # of the largest amplitude: nodes that move less do not vote on the direction of whirl
+OVERDAMPED = (
+    1e-7  # |Im λ|/|λ| below which a root is real: rounding splits a double one into as much as √(1e-16) either side
+)
 STRAIGHT = 1e-6  # an orbit's minor axis relative to its major one below which it is a line, not an ellipse
 
 
@@ -35,7 +37,7 @@ def natural_modes(rotor: Rotor, speed: float, n_mode: int | None = None) -> tupl
     """The oscillating modes at a spin speed (rad/s) by rising frequency, the first `n_mode` or all."""
     matrices = assemble(rotor)
     eigenvalues, vectors = scipy.linalg.eig(_state_matrix(matrices, speed))
-    oscillating = np.flatnonzero(eigenvalues.imag > 0)
+    oscillating = np.flatnonzero(eigenvalues.imag > OVERDAMPED * np.abs(eigenvalues))
     order = oscillating[np.argsort(eigenvalues[oscillating].imag)][:n_mode]
     n_dof = len(matrices.mass)
     return tuple(_mode(eigenvalues[index], vectors[:n_dof, index]) for index in order)

@@ -12,9 +12,10 @@ from functools import cached_property
 
 import numpy as np
 
-from ksmea.contracts import PHASE_ORIGIN, Channel, ComplexArray
+from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import Channel
 from ksmea.errors import SettingError
-from ksmea.parameters import Array, Parameter, Parameters
+from ksmea.parameters import PHASE_ORIGIN, Parameter, Parameters
 from problems.rotor import dense
 from problems.rotor.data import DAMPINGS, STIFFNESSES, Rotor, UnbalancePlane
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor

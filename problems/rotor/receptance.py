@@ -19,8 +19,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.contracts import Channel, ComplexArray
-from ksmea.parameters import Array
+from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import Channel
 from problems.rotor.assembly import assemble_free, node_dof
 from problems.rotor.banded import DIAGONAL, dynamic_stiffness_band, solve
 from problems.rotor.data import Bearing, Rotor

@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.parameters import Array
+from ksmea.arrays import Array
 from problems.rotor.data import ShaftSegment
 from problems.rotor.mesh import Element
 

@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from ksmea.contracts import ComplexArray
-from ksmea.parameters import Array
+from ksmea.arrays import Array, ComplexArray
 from problems.rotor.assembly import displacement_row
 from problems.rotor.data import Rotor
 

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ksmea.arrays import Array
 from ksmea.errors import SettingError, unknown
-from ksmea.parameters import Array, Parameter
+from ksmea.parameters import Parameter
 from problems.rotor.data import COEFFICIENTS, Rotor
 
 UNBALANCE_PARTS = ("magnitude", "phase")

@@ -12,7 +12,7 @@ import pytest
 from hydra.core.global_hydra import GlobalHydra
 
 from bench import door
-from bench.plan import Cell, ParameterFacts, Plan, Report, all_runs
+from bench.plan.plan import Cell, ParameterFacts, Plan, ReportSettings, all_runs
 
 # As bench/__main__.py does for its workers, so that those of this process compute the same to the last digit.
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -66,7 +66,7 @@ def plan():
     runs = all_runs(cells, 4, {"numpy": "2.0"})
     return Plan(
         name="table3",
-        report=Report(table="summary", paper="table3", figures=(), exact=None),
+        report=ReportSettings(table="summary", paper="table3", figures=(), exact=None),
         axes=("samples",),
         command=("+experiment=table3",),
         commit="c0de",
@@ -138,7 +138,7 @@ def undrawn(monkeypatch):
     """Figures are empty files: drawing them takes longer than all else that a small experiment does."""
     for name in ("summary_figure", "updates_figure", "response_figure", "cost_figure", "png"):
         monkeypatch.setattr(f"bench.reports.summary.{name}", lambda *arguments: b"")
-    monkeypatch.setattr("bench.collect.png", lambda *arguments: b"")
+    monkeypatch.setattr("bench.reports.collect.png", lambda *arguments: b"")
 
 
 @pytest.fixture

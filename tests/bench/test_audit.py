@@ -8,7 +8,7 @@ from scipy.stats import norm
 from bench.reports import audit as auditing
 from bench.reports.audit import COLUMNS, TOGETHER, chance, chance_blind, joint_chance, rounding_pct, verdict
 from bench.reports.audit_figure import HIGHEST, audit_figure
-from bench.tables import PAPER
+from bench.reports.tables import PAPER
 
 
 @pytest.fixture(scope="module")

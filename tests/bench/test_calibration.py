@@ -9,11 +9,12 @@ from hydra import compose, initialize_config_dir
 from hydra.core.global_hydra import GlobalHydra
 from scipy.stats import norm
 
-from bench.config import CONF, register_schemas
-from bench.plan import ParameterFacts, all_runs
-from bench.records import RecordWriter
-from bench.reports.calibration import basin_shares, calibration_figure, calibration_frame, calibration_report
-from bench.tables import runs_frame
+from bench.command_line.config import register_schemas
+from bench.jobs.records import RecordWriter
+from bench.plan.plan import ParameterFacts, all_runs
+from bench.reports.calibration import CalibrationReport, basin_shares, calibration_figure, calibration_frame
+from bench.reports.tables import runs_frame
+from bench.storage.places import CONF
 
 BOUND = 0.5e6  # N/m
 
@@ -105,7 +106,7 @@ def test_without_basins_nothing_is_said_of_them():
 
 def test_the_report_is_printed_tabled_and_drawn(plan, tmp_path):
     frame, runs = frame_of(plan, tmp_path, normal_records(400))
-    made = calibration_report(plan, tmp_path)
+    made = CalibrationReport().make(plan, tmp_path)
     assert set(made.files) == {"coverage.csv", "runs.csv"}
     assert "100.0 %" in made.text and "covers %" in made.text
     assert set(made.figures()) == {"coverage.png"}

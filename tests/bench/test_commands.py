@@ -6,9 +6,9 @@ import shutil
 
 import pytest
 
-from bench import commands
-from bench.plan import read_plan, write_plan
-from bench.records import RecordWriter
+from bench.commands import results as commands
+from bench.jobs.records import RecordWriter
+from bench.plan.plan import read_plan, write_plan
 
 STATES = ["done", "budget", "error", "timeout", None, "stale", "missing", "missing"]  # None: started and no more
 TRACEBACK = "Traceback (most recent call last):\n  File \"mine.py\", line 3\nKeyError: 'no such thing'"

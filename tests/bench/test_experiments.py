@@ -10,13 +10,14 @@ from hydra import initialize_config_dir
 from hydra.core.global_hydra import GlobalHydra
 from hydra.types import RunMode
 
-from bench.collect import collect
-from bench.config import CONF, register_schemas
-from bench.execute import execute
-from bench.experiment import Experiment
-from bench.plan import write_plan
-from bench.records import RecordWriter
-from bench.tables import PAPER, csv_text, runs_frame, settings_frame, slips, summary_frame
+from bench.command_line.config import register_schemas
+from bench.jobs.execute import execute
+from bench.jobs.records import RecordWriter
+from bench.plan.experiment import Experiment
+from bench.plan.plan import write_plan
+from bench.reports.collect import collect
+from bench.reports.tables import PAPER, csv_text, runs_frame, settings_frame, slips, summary_frame
+from bench.storage.places import CONF
 from ksmea.direct import Direct
 from ksmea.loop import KSMEA
 from problems.rk4 import RK4

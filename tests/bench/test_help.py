@@ -5,7 +5,7 @@ from importlib.metadata import entry_points
 
 import pytest
 
-from bench.config import CONF
+from bench.storage.places import CONF
 from ksmea import registry
 
 PLUGINS = [(group, point.name) for group, name in registry.GROUPS.items() for point in entry_points(group=name)]

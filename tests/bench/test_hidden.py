@@ -6,13 +6,13 @@ import json
 import numpy as np
 import pytest
 
-from bench.plan import SEED_PLACES, component_seeds, generator
-from bench.provenance import code_digest, used_modules
-from bench.setup import Setup
-from bench.studies.contract import Draw
-from bench.synthetic import Synthetic
+from bench.plan.draw import Draw
+from bench.plan.plan import SEED_PLACES, component_seeds, generator
+from bench.plan.provenance import code_digest, used_modules
+from bench.plan.setup import Setup
 from ksmea import registry
 from ksmea.errors import SettingError
+from measurements.synthetic import Synthetic
 from problems.three_disk import ThreeDisk
 
 PROBLEM = ThreeDisk(sensors=[0.1, 0.2], n_speed=9)

@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
+from bench.plan.setup import Setup
 from bench.reports import identifiability as reporting
 from bench.reports.identifiability_figure import identifiability_figure
-from bench.setup import Setup
 from bench.studies.identifiability import Data, IdentifiabilityStudy, told_by
-from ksmea.contracts import Channel
+from ksmea.channel import Channel
 from ksmea.identifiability import identifiability
 from ksmea.measurement import Noise
 from problems.three_disk import ThreeDisk
@@ -269,7 +269,7 @@ def test_a_run_without_result_is_counted_and_not_tabled(plan, tmp_path):
         dataclasses.replace(cell, settings={"problem": {"name": "p"}, "study": {"name": "identifiability"}})
         for cell in plan.cells
     )
-    made = reporting.identifiability_report(dataclasses.replace(plan, cells=cells), tmp_path)
+    made = reporting.IdentifiabilityReport().make(dataclasses.replace(plan, cells=cells), tmp_path)
     assert made.text == "" and made.figures() == {}
     assert made.runs["status"].unique().tolist() == ["not run"]
     assert made.files["table3.csv"].decode().startswith("cell,samples,variation,value")

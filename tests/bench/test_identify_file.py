@@ -11,15 +11,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bench.measurement_file import MICROMETRE, RPM, File, as_csv
-from bench.plan import read_plan
-from bench.reports import REPORTS
+from bench.plan.plan import read_plan
+from bench.plan.report import report_named
 from bench.reports.fit_figure import residuals
 from bench.reports.identification import _verdict
 from bench.studies.identify import _nearest_turn
-from ksmea.contracts import Channel
+from ksmea.channel import Channel
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.parameters import Parameter
+from ksmea.units import MICROMETRE, RPM
+from measurements.file import File, as_csv
 from problems.three_disk import ThreeDisk
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -257,7 +258,7 @@ def test_the_verdict_is_read_from_the_record():
 
 def test_a_report_is_made_of_records_alone(example):
     Path(example.output.parent.parent / "run_up.csv").unlink(missing_ok=True)
-    made = REPORTS["identification"].make(read_plan(example.output), example.output)
+    made = report_named("identification").make(read_plan(example.output), example.output)
     assert made.text.splitlines()[0] == example.out.splitlines()[0]
 
 

@@ -9,8 +9,7 @@ import time
 import numpy as np
 import pytest
 
-from bench.measurement_file import MOST_ROWS, RPM, File, as_csv
-from ksmea.contracts import Channel
+from ksmea.channel import Channel
 from ksmea.errors import SettingError
 from ksmea.identifiability import identifiability
 from ksmea.intervals import climb, estimate
@@ -18,6 +17,8 @@ from ksmea.likelihood import Likelihood
 from ksmea.measurement import Measurement, Noise
 from ksmea.misfit import FORMS, Misfit
 from ksmea.model import Model
+from ksmea.units import RPM
+from measurements.file import MOST_ROWS, File, as_csv
 from problems.rk4_two_disk import RK4TwoDisk
 from problems.three_disk import ThreeDisk
 
@@ -229,7 +230,7 @@ def test_a_setting_that_does_not_fit_is_one_clear_line(words, expected, enter, t
 
 MILLION = """
 import resource, time
-from bench.measurement_file import File
+from measurements.file import File
 from ksmea.errors import SettingError
 started = time.perf_counter()
 before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

@@ -3,7 +3,7 @@
 import pytest
 from hydra.errors import OverrideParseException
 
-from bench.overrides import grid_points, parse
+from bench.command_line.overrides import grid_points, parse
 from ksmea.errors import SettingError
 
 

@@ -9,9 +9,10 @@ from hydra import initialize_config_dir
 from hydra.core.global_hydra import GlobalHydra
 from hydra.types import RunMode
 
-from bench.config import CONF, register_schemas
-from bench.experiment import Experiment
-from bench.plan import all_runs, component_seeds, generator, read_plan, write_plan
+from bench.command_line.config import register_schemas
+from bench.plan.experiment import Experiment
+from bench.plan.plan import all_runs, component_seeds, generator, read_plan, write_plan
+from bench.storage.places import CONF
 from ksmea import registry
 from ksmea.errors import SettingError
 

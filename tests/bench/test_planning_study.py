@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from bench.plan.setup import Setup
 from bench.reports.planning import plan_figure
-from bench.setup import Setup
 from ksmea.identifiability import identifiability
 
 ROTOR = Path(__file__).parents[2] / "docs" / "examples" / "rotor.yaml"

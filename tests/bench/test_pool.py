@@ -7,7 +7,7 @@ import time
 
 import pytest
 
-from bench.pool import Limits, run_tasks
+from bench.jobs.pool import Limits, run_tasks
 
 
 def behave(how):

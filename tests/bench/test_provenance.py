@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from bench.provenance import ROOT, code_digest, used_modules
+from bench.plan.provenance import ROOT, code_digest, used_modules
 from ksmea.registry import GROUPS
 
 CHOSEN = dict.fromkeys(GROUPS) | {
@@ -27,14 +27,17 @@ def test_a_run_uses_its_plugins_and_all_that_they_import():
         "problems.rotor.receptance",
         "problems.rotor.shaft",
         "ksmea.misfit",
-        "bench.execute",
+        "bench.jobs.execute",
     }
     assert chosen | physics <= used.keys()
 
 
 def test_a_run_does_not_use_other_plugins_nor_what_prints_results():
     used = used_modules(CHOSEN)
-    assert not {"optimizers.ga", "surrogates.rsm", "bench.figures", "bench.tables", "bench.door"} & used.keys()
+    assert (
+        not {"optimizers.ga", "surrogates.rsm", "bench.reports.figures", "bench.reports.tables", "bench.door"}
+        & used.keys()
+    )
 
 
 def test_what_a_method_ignores_is_not_used():
@@ -53,7 +56,7 @@ def copy(tmp_path_factory):
 
 
 def digest_in(place):
-    program = f"from bench.provenance import *; print(code_digest(used_modules({CHOSEN!r})))"
+    program = f"from bench.plan.provenance import *; print(code_digest(used_modules({CHOSEN!r})))"
     done = subprocess.run([sys.executable, "-c", program], cwd=place, capture_output=True, text=True, check=True)
     return done.stdout.strip()
 
@@ -64,7 +67,7 @@ def digest_in(place):
         ("surrogates/theta_search.py", "VARIANCE_FLOOR = 1e-20", "VARIANCE_FLOOR = 1e-19", True),
         ("problems/rotor/shaft.py", "import numpy as np", "import numpy as np\n\nDENSITY = 1.0", True),
         ("optimizers/ga.py", "import copy", "import copy\nimport math", False),
-        ("bench/figures.py", "OURS, PAPER", "NEW, OURS, PAPER", False),
+        ("bench/reports/figures.py", "OURS, PAPER", "NEW, OURS, PAPER", False),
         ("ksmea/loop.py", "import time", "# a remark\nimport   time", False),
         ("ksmea/loop.py", '"""KSMEA: ', '"""KSMEA, in other words: ', False),
     ],

@@ -7,16 +7,16 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bench import reference
-from bench.plan import read_plan, write_plan
-from bench.provenance import NUMERICAL
-from bench.reference import read_reference, write_reference
-from bench.tables import PAPER, runs_frame
+from bench.commands.reference import read_reference, write_reference
+from bench.plan.plan import read_plan, write_plan
+from bench.plan.provenance import NUMERICAL
+from bench.reports.tables import PAPER, runs_frame
+from bench.storage.places import REFERENCE
 from ksmea import registry
 from ksmea.errors import SettingError
 
 REPETITIONS = {"coverage": 2000, "efficiency": 100, "diagnosis_nulls": 100, "audit": 1}  # 20 in the paper's tables
-COMMITTED = sorted({path.name.partition(".")[0] for path in reference.FOLDER.glob("*.csv")})
+COMMITTED = sorted({path.name.partition(".")[0] for path in REFERENCE.glob("*.csv")})
 RUNS = 8  # of the small table3
 
 
@@ -33,7 +33,7 @@ def folder(released, tmp_path, monkeypatch):
     """Its reference, which `verify` reads instead of the committed ones and a test may change."""
     place = tmp_path / "reference"
     write_reference(released, place)
-    monkeypatch.setattr("bench.verify.read_reference", lambda table: read_reference(table, place))
+    monkeypatch.setattr("bench.commands.verify.read_reference", lambda table: read_reference(table, place))
     return place
 
 
@@ -103,7 +103,7 @@ def test_a_run_that_fails_now_is_a_difference_in_all_its_values(folder, enter, m
     def run_tasks(function, tasks, *others):
         return ((name, {"status": "error"} if name == key else function(*arguments)) for name, arguments in tasks)
 
-    monkeypatch.setattr("bench.verify.run_tasks", run_tasks)
+    monkeypatch.setattr("bench.commands.verify.run_tasks", run_tasks)
     ended = enter("verify", "table3", "repetitions=1")
     assert ended.code == 1 and "5 of 10 differ" in ended.out
     assert ended.out.count(f"of run {key}: nan") == 5
@@ -111,7 +111,7 @@ def test_a_run_that_fails_now_is_a_difference_in_all_its_values(folder, enter, m
 
 @pytest.fixture
 def elsewhere(monkeypatch):
-    monkeypatch.setattr("bench.verify.platform_name", lambda: "abacus")
+    monkeypatch.setattr("bench.commands.verify.platform_name", lambda: "abacus")
 
 
 def test_on_another_platform_medians_are_compared(folder, enter, elsewhere):
@@ -138,7 +138,7 @@ def test_on_another_platform_a_median_may_move_by_the_quartiles_distance(part, c
 def test_on_another_platform_runs_that_all_agree_may_differ_by_the_tolerance(released, enter, elsewhere, monkeypatch):
     """As of a single repetition, or of data without noise: no quartiles apart, and yet rounding differs."""
     plan, runs = reference_of(released, repetitions=1)
-    monkeypatch.setattr("bench.verify.read_reference", lambda table: (plan, runs))
+    monkeypatch.setattr("bench.commands.verify.read_reference", lambda table: (plan, runs))
     assert enter("verify", "table3").code == 0
     runs["kxx"] *= 1 + 5e-7
     assert enter("verify", "table3").code == 0
@@ -154,7 +154,7 @@ def reference_of(released, repetitions):
 
 
 def test_other_libraries_are_another_platform(folder, enter, monkeypatch):
-    monkeypatch.setattr("bench.verify.library_versions", lambda: {"numpy": "0.1"})
+    monkeypatch.setattr("bench.commands.verify.library_versions", lambda: {"numpy": "0.1"})
     assert "medians of 2 runs" in enter("verify", "table3", "repetitions=1").out
 
 
@@ -179,7 +179,7 @@ def test_what_cannot_be_verified_is_one_line(words, expected, folder, enter):
 
 def test_the_command_makes_a_reference_where_verify_finds_it(released, enter, tmp_path, monkeypatch):
     made = tmp_path / "made"
-    monkeypatch.setattr("bench.commands.write_reference", lambda output: write_reference(output, made))
+    monkeypatch.setattr("bench.commands.results.write_reference", lambda output: write_reference(output, made))
     ended = enter("reference", str(released))
     assert (ended.code, ended.out.splitlines()) == (
         0,
@@ -207,11 +207,11 @@ def test_an_experiment_without_all_its_results_is_no_reference(released, tmp_pat
 @pytest.fixture
 def table5(enter, tmp_path, monkeypatch):
     """The reference of a table of settings, of which there are no runs."""
-    monkeypatch.setattr("bench.experiment.commit", lambda: "c0ffee")
+    monkeypatch.setattr("bench.plan.experiment.commit", lambda: "c0ffee")
     assert enter("+experiment=table5").code == 0
     place = tmp_path / "reference"
     assert write_reference(tmp_path / "results" / "table5", place) == [place / "table5.csv"]
-    monkeypatch.setattr("bench.verify.read_reference", lambda table: read_reference(table, place))
+    monkeypatch.setattr("bench.commands.verify.read_reference", lambda table: read_reference(table, place))
     return place / "table5.csv"
 
 
@@ -250,8 +250,8 @@ def test_tables_of_other_studies_are_computed_again(diagnosed, tmp_path, monkeyp
     if column is not None:
         frame.loc[0, column] = value if isinstance(value, str) else frame.loc[0, column] * value
     path.write_text("".join(head) + frame.to_csv(index=False))
-    monkeypatch.setattr("bench.verify.read_reference", lambda table: read_reference(table, tmp_path))
-    monkeypatch.setattr("bench.verify.FOLDER", tmp_path)
+    monkeypatch.setattr("bench.commands.verify.read_reference", lambda table: read_reference(table, tmp_path))
+    monkeypatch.setattr("bench.commands.verify.REFERENCE", tmp_path)
     ended = enter("verify", "diagnosis_nulls", *(["repetitions=1"] if column else []))
     assert ended.code == (1 if column else 0), ended.err
     assert ("all" in ended.out and "agree" in ended.out) if column is None else f"{what} in row 1" in ended.out
@@ -268,7 +268,7 @@ def test_every_committed_reference_names_all_that_it_was_made_from(table):
     for cell in plan.cells:
         assert set(registry.GROUPS) <= set(cell.settings) and cell.seed >= 0
     for name in (f"{table}.csv", f"{table}.runs.csv"):
-        path = reference.FOLDER / name
+        path = REFERENCE / name
         if path.is_file():
             head = path.read_text(encoding="utf-8").splitlines()[: 1 + len(plan.cells)]
             assert all(line.startswith('# {"') for line in head)
@@ -287,7 +287,7 @@ def test_every_committed_reference_names_all_that_it_was_made_from(table):
 @pytest.mark.skipif(not COMMITTED, reason="no reference results are there yet")
 def test_a_committed_table_is_the_medians_of_its_runs():
     for table in COMMITTED:
-        path = reference.FOLDER / f"{table}.csv"
+        path = REFERENCE / f"{table}.csv"
         summary, (plan, runs) = pd.read_csv(path, comment="#"), read_reference(table)
         if plan.report.table != "summary":
             continue

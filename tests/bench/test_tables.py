@@ -8,9 +8,9 @@ import pandas as pd
 import pytest
 
 import bench
-from bench.collect import collect
-from bench.plan import write_plan
-from bench.records import RecordWriter
+from bench.jobs.records import RecordWriter
+from bench.plan.plan import write_plan
+from bench.reports.collect import collect
 
 PAPER = Path(bench.__file__).parent / "paper" / "table3.csv"
 HEADER = (

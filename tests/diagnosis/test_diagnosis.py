@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea.contracts import Channel
+from ksmea.channel import Channel
 from ksmea.diagnosis.diagnosis import diagnose
 from ksmea.diagnosis.fit_quality import fit_quality
 from ksmea.diagnosis.trials import candidates

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from ksmea.contracts import Channel
+from ksmea.channel import Channel
 from ksmea.diagnosis.fit_quality import fit_quality, whirl_parts
 from ksmea.diagnosis.fitting import Fit
 from ksmea.likelihood import Likelihood, maximise

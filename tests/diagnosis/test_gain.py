@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ksmea.contracts import Channel
+from ksmea.channel import Channel
 from ksmea.diagnosis.fitting import Fit
 from ksmea.diagnosis.gain import gain, part_of
 from ksmea.likelihood import Likelihood, maximise

@@ -7,7 +7,7 @@ import pytest
 from scipy import stats
 from scipy.optimize import brentq
 
-from ksmea.contracts import Channel
+from ksmea.channel import Channel
 from ksmea.final_step import most_likely
 from ksmea.intervals import Interval, climb, critical_rise, estimate
 from ksmea.likelihood import Likelihood

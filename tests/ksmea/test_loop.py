@@ -7,8 +7,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 import pytest
 
-from bench.synthetic import Synthetic
-from ksmea.contracts import Channel
+from ksmea.channel import Channel
 from ksmea.errors import SettingError
 from ksmea.identification import Streams
 from ksmea.loop import KSMEA
@@ -16,6 +15,7 @@ from ksmea.measurement import Measurement, Noise, observe
 from ksmea.misfit import Misfit
 from ksmea.parameters import Parameter, Parameters
 from ksmea.sampling import latin_hypercube
+from measurements.synthetic import Synthetic
 from optimizers.de import DE
 from problems.three_disk import ThreeDisk
 from surrogates.kriging import Kriging

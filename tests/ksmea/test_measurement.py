@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ksmea.contracts import Channel
+from ksmea.channel import Channel
 from ksmea.errors import SettingError
 from ksmea.measurement import Measurement, Noise, observe
 

@@ -6,13 +6,8 @@ import numpy as np
 import pytest
 
 from ksmea.errors import SettingError
-from ksmea.parameters import (
-    GRAM_MILLIMETRE,
-    KILONEWTON_SECOND_PER_METRE,
-    MEGANEWTON_PER_METRE,
-    Parameter,
-    Parameters,
-)
+from ksmea.parameters import Parameter, Parameters
+from ksmea.units import GRAM_MILLIMETRE, KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE
 
 PARAMETERS = Parameters(
     (

@@ -6,11 +6,11 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from ksmea.contracts import Channel
+from ksmea.channel import Channel
 from ksmea.identifiability import identifiability
 from ksmea.measurement import Noise
-from ksmea.parameters import GRAM_MILLIMETRE
 from ksmea.planning import Criterion, bounds, choose, data_rows, information, mean_axis_fall_pct
+from ksmea.units import GRAM_MILLIMETRE
 from problems.rk4_two_disk import RK4TwoDisk
 from problems.three_disk import ThreeDisk
 

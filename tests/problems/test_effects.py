@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ksmea import registry
-from ksmea.contracts import Channel
+from ksmea.channel import Channel
 from ksmea.errors import SettingError
 from ksmea.parameters import Parameter
 from problems.rotor.assembly import assemble_free

@@ -7,7 +7,7 @@ import pickle
 import numpy as np
 import pytest
 
-from ksmea.contracts import Channel
+from ksmea.channel import Channel
 from ksmea.errors import SettingError
 from ksmea.parameters import Parameter
 from problems.rotor import problem as problem_module

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea.contracts import Channel
+from ksmea.channel import Channel
 from problems.rotor.data import Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane
 from problems.rotor.dense import dense_response
 from problems.rotor.shaft import shear_coefficient

@@ -1,0 +1,110 @@
+"""Help from what is registered: groups, plugins, their settings with defaults, units, ranges and sources."""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import textwrap
+from collections.abc import Sequence
+
+from bench.storage.places import CONF
+from ksmea import registry
+from ksmea.contracts import Effect
+from ksmea.errors import SettingError, unknown
+from ksmea.parameters import Parameter
+from ksmea.settings import expected_range
+
+EFFECT = "effect"  # chosen in settings of measurements, studies and extended problems
+EXAMPLE = "three_disk"  # the problem that bounds of effects are shown for
+
+USAGE = """\
+python -m bench [+experiment=NAME] [setting=value ...]      run an experiment (again: only what is missing)
+python -m bench status NAME|DIR                             planned, done, failed, stale, missing runs
+python -m bench explain KEY [NAME|DIR]                      why a run failed or is stale, with its traceback
+python -m bench collect NAME|DIR                            tables and figures again, from plan and records alone
+python -m bench verify TABLE [repetitions=N] [tolerance=T]  compute results/reference again and compare
+python -m bench help [GROUP [NAME]]                         plugins, their settings, units and sources
+
+settings of every experiment: samples repetitions seed output workers timeout memory journal share batches
+  several values make a sweep:  samples=40,70  optimizer=de,pso  problem.mesh=13,21
+  a plugin's own settings:      optimizer.population=50  measurement.relative=0.05
+exit code: 0 all runs have a result, 1 some failed, 2 bad input, 130 interrupted (finished runs are kept)
+BENCH_TRACEBACK=1 shows the traceback of an error of input"""
+
+
+def help_text(words: list[str]) -> str:
+    """Help on everything, on a group, or on one plugin."""
+    if not words:
+        experiments = ", ".join(sorted(path.stem for path in (CONF / "experiment").glob("*.yaml")))
+        groups = "\n".join(f"  {group + '=':<13}{' | '.join(registry.registered(group))}" for group in registry.GROUPS)
+        effects = textwrap.fill(
+            " | ".join(registry.registered(EFFECT)), 100, initial_indent="  ", subsequent_indent="  "
+        )
+        return f"{USAGE}\n\nexperiments: {experiments}\nplugins:\n{groups}\neffects (help effect NAME):\n{effects}"
+    group, *names = words
+    if group not in (*registry.GROUPS, EFFECT):
+        raise unknown("group", group, [*registry.GROUPS, EFFECT])
+    if names:
+        return "\n\n".join(_plugin_text(group, name) for name in names)
+    return "\n\n".join(_plugin_text_or_why_not(group, name) for name in registry.registered(group))
+
+
+def _plugin_text_or_why_not(group: str, name: str) -> str:
+    try:
+        return _plugin_text(group, name)
+    except SettingError as error:  # a broken plugin does not take the help on the others away
+        return str(error)
+
+
+def _plugin_text(group: str, name: str) -> str:
+    settings = registry.plugin_class(group, name)
+    summary = (settings.__doc__ or "").strip().split("\n\n")[0]
+    lines = [f"{group}={name}: {' '.join(summary.split())}"]
+    for field in dataclasses.fields(settings):
+        lines.append(f"  {group}.{field.name}={_default(field)}  {_remarks(field)}")
+    return "\n".join(lines + (_effect_lines(name) if group == EFFECT else []))
+
+
+def _effect_lines(name: str) -> list[str]:
+    """What an effect has besides its settings: its unknowns, what can look alike, and its physics with its source."""
+    effect = registry.create(EFFECT, name, {})
+    lines = []
+    for parameter in _parameters_of_example(effect):
+        lower, upper = parameter.lower / parameter.si_per_unit, parameter.upper / parameter.si_per_unit
+        lines.append(f"  unknown {parameter.name}: {lower:g} to {upper:g} {parameter.unit} (problem={EXAMPLE})")
+    lines += [f"  can look like {alias}: {what}" for alias, what in effect.aliases.items()]
+    physics = inspect.getdoc(inspect.getmodule(type(effect))) or ""
+    return lines + [f"  | {line}".rstrip() for line in physics.splitlines()]
+
+
+def _parameters_of_example(effect: Effect) -> Sequence[Parameter]:
+    """Its unknowns on a problem that everyone has; none where it does not fit that."""
+    try:
+        return effect.parameters(registry.create("problem", EXAMPLE, {}).build())
+    except Exception:  # whatever an effect for other problems does with it
+        return ()
+
+
+def _default(field: dataclasses.Field) -> str:
+    default = field.default_factory() if field.default_factory is not dataclasses.MISSING else field.default
+    return (
+        {None: "null", True: "true", False: "false"}.get(default, str(default)) if _is_plain(default) else str(default)
+    )
+
+
+def _is_plain(value: object) -> bool:
+    return value is None or isinstance(value, bool)
+
+
+def _remarks(field: dataclasses.Field) -> str:
+    metadata = field.metadata
+    remarks = [metadata.get("help", "")]
+    if metadata.get("unit"):
+        remarks.append(f"[{metadata['unit']}]")
+    if metadata.get("choices"):
+        remarks.append(f"one of {', '.join(metadata['choices'])}")
+    elif expected_range(metadata):
+        remarks.append(f"({expected_range(metadata)})")
+    if metadata.get("source"):
+        remarks.append(f"– {metadata['source']}")
+    return " ".join(remark for remark in remarks if remark)

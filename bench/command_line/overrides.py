@@ -1,0 +1,79 @@
+"""The command line's overrides and an experiment's grid: which values each setting takes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+from hydra.core.override_parser.overrides_parser import OverridesParser
+from hydra.core.override_parser.types import Override, OverrideType, Quote, QuotedString
+
+from ksmea.errors import SettingError
+
+
+@dataclass(frozen=True)
+class Choice:
+    """What the command line says of one setting or group: one value, or the several values of a sweep."""
+
+    key: str
+    values: tuple[Any, ...]
+    override: Override
+
+
+def parse(arguments: list[str]) -> tuple[Choice, ...]:
+    """The overrides of a command line, in its order; the last one for a key wins."""
+    choices: dict[str, Choice] = {}
+    for override in OverridesParser.create().parse_overrides(arguments):
+        key = override.get_key_element().lstrip("+~")
+        if override.is_sweep_override() and not override.is_discrete_sweep():
+            raise SettingError(f"{key}: expected a value or a list a,b,c, got {override.input_line.partition('=')[2]}")
+        choices[key] = Choice(key, _values(override), override)
+    return tuple(choices.values())
+
+
+def _values(override: Override) -> tuple[Any, ...]:
+    if override.type == OverrideType.DEL:
+        return ()
+    if override.is_sweep_override():
+        return tuple(_plain(value) for value in override.sweep_iterator())
+    return (_plain(override.value()),)
+
+
+def _plain(value: Any) -> Any:
+    return value.text if isinstance(value, QuotedString) else value
+
+
+def grid_points(grid: list[dict[str, Any]], swept: dict[str, tuple[Any, ...]], fixed: set[str]) -> list[dict[str, Any]]:
+    """The points of an experiment: the product inside each block, the union of the blocks, each point once.
+
+    A key that the command line fixes leaves the grid; one that it sweeps replaces that axis in every block.
+
+    >>> grid_points([{"samples": [40, 70]}], {"optimizer": ("de", "pso")}, {"samples"})
+    [{'optimizer': 'de'}, {'optimizer': 'pso'}]
+    """
+    points: list[dict[str, Any]] = []
+    for block in grid or [{}]:
+        axes = {key: _listed(value) for key, value in block.items() if key not in fixed} | swept
+        for values in product(*axes.values()):
+            point = dict(zip(axes, values))
+            if point not in points:
+                points.append(point)
+    return points
+
+
+def _listed(value: Any) -> tuple[Any, ...]:
+    return tuple(value) if isinstance(value, (list, tuple)) else (value,)
+
+
+def override(key: str, value: Any) -> str:
+    """A setting and its value in Hydra's grammar."""
+    return f"{key}={_in_grammar(value)}"
+
+
+def _in_grammar(value: Any) -> str:
+    if isinstance(value, str):
+        return QuotedString(value, Quote.single).with_quotes()
+    if isinstance(value, list):
+        return f"[{','.join(_in_grammar(entry) for entry in value)}]"
+    return "null" if value is None else str(value)

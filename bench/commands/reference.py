@@ -1,0 +1,64 @@
+"""Reference results: tables and runs of a released version, each file headed by all that it was made from.
+
+`results/reference/table3.csv` is the table, `table3.runs.csv` its runs, where a table is made of several. Both begin with lines `# {…}`: the plan's head
+(command, commit, versions, platform) and a line per cell with its settings and seed.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from bench.jobs.records import RESULTS
+from bench.plan.plan import PLAN_FILE, Plan, plan_from_lines, plan_lines, read_plan
+from bench.plan.report import report_named
+from bench.storage.files import replace_file
+from bench.storage.places import REFERENCE
+from ksmea.errors import SettingError, unknown
+
+
+def write_reference(output: Path, folder: Path = REFERENCE) -> list[Path]:
+    """Make the reference of an experiment whose runs are all done, by committed code."""
+    plan = read_plan(output)
+    if plan.commit.endswith("+"):
+        raise SettingError(
+            f"{output / PLAN_FILE}: expected results of committed code, got {plan.commit}; commit and run again"
+        )
+    head = "".join(f"# {json.dumps(_without_place(line))}\n" for line in plan_lines(plan) if line["line"] != "run")
+    made = report_named(plan.report.table).make(plan, output)
+    if not made.runs["status"].isin(RESULTS).all():
+        raise SettingError(f"{output}: expected a result of every planned run; give the experiment's command again")
+    folder.mkdir(parents=True, exist_ok=True)
+    written = []
+    for name, content in made.files.items():
+        if not name.endswith(".csv"):
+            continue
+        path = folder / (f"{plan.name}.runs.csv" if name == "runs.csv" else name)
+        replace_file(path, head.encode() + content)
+        written.append(path)
+    return written
+
+
+def _without_place(line: dict[str, Any]) -> dict[str, Any]:
+    """A plan's line without the folder that it was written to, which is nobody else's."""
+    if "command" not in line:
+        return line
+    return {**line, "command": [word for word in line["command"] if not word.startswith("output=")]}
+
+
+def read_reference(table: str, folder: Path = REFERENCE) -> tuple[Plan, pd.DataFrame]:
+    """The plan's head and cells, and the runs (where a table has none: the table)."""
+    known = sorted(
+        path.name.removesuffix(".csv") for path in folder.glob("*.csv") if not path.name.endswith(".runs.csv")
+    )
+    if table not in known:
+        raise unknown("reference table", table, known)
+    path = folder / f"{table}.runs.csv"
+    lines = (path if path.is_file() else folder / f"{table}.csv").read_text(encoding="utf-8").splitlines(keepends=True)
+    head = [json.loads(line[1:]) for line in lines if line.startswith("#")]
+    frame = pd.read_csv(io.StringIO("".join(line for line in lines if not line.startswith("#"))), dtype={"key": str})
+    return plan_from_lines(head), frame

@@ -1,0 +1,37 @@
+"""One run: from its settings and seeds to its record. It is called in a worker process and returns plain data."""
+
+from __future__ import annotations
+
+import time
+import traceback
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from bench.plan.draw import Draw
+from bench.plan.setup import Setup
+
+
+def execute(
+    settings: Mapping[str, Any],
+    seeds: Mapping[str, list[int]],
+    journal: Path | None = None,
+    with_curves: bool = False,
+    with_progress: bool = False,
+) -> dict[str, Any]:
+    """The record of a run; an error inside it is a record too, with its traceback.
+
+    `with_curves` adds the response curves that figures are made of, `with_progress` lets it show its own. With a
+    journal, model evaluations that an earlier attempt finished are replayed from it.
+    """
+    started = time.perf_counter()
+    try:
+        setup = Setup.of(settings)
+        record = setup.plugins["study"].run(setup, Draw(seeds, journal, with_curves, with_progress))
+    except (Exception, SystemExit) as error:  # a plugin that calls sys.exit costs its own run only
+        record = {
+            "status": "error",
+            "error": f"{type(error).__name__}: {error}",
+            "traceback": traceback.format_exc(),
+        }
+    return {**record, "elapsed": time.perf_counter() - started}

@@ -1,0 +1,34 @@
+"""What records, tables and figures share: units that people read, and plain data."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+from bench.plan.plan import Cell, Plan, Run
+
+
+def finite(value: float) -> float | None:
+    """JSON has no infinity: what is not finite is null."""
+    return float(value) if math.isfinite(value) else None
+
+
+def place_columns(plan: Plan, cell: Cell) -> dict[str, Any]:
+    """Where a cell stands on the axes; lists and mappings as text, which can be compared and counted."""
+    place = {axis: cell.place.get(axis) for axis in plan.axes}
+    return {axis: str(value) if isinstance(value, (list, dict)) else value for axis, value in place.items()}
+
+
+def run_columns(plan: Plan, run: Run, record: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Where a planned run stands and what became of it."""
+    cell = plan.cells[run.cell]
+    record = record or {"status": "not run"}
+    return {
+        "key": run.key,
+        "cell": run.cell,
+        **place_columns(plan, cell),
+        "repetition": run.repetition,
+        "status": record["status"],
+        "error": record.get("error", ""),
+    }

@@ -1,0 +1,212 @@
+"""From a composed configuration to a plan: one configuration per choice of plugins, typed updates for plain values."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from hydra.core.config_loader import ConfigLoader
+from hydra.types import RunMode
+from omegaconf import DictConfig, OmegaConf
+
+from bench.command_line.config import BenchConfig
+from bench.command_line.overrides import Choice, grid_points, override, parse
+from bench.plan.plan import Cell, ParameterFacts, Plan, ReportSettings, all_runs
+from bench.plan.provenance import (
+    PARTS,
+    code_digest,
+    commit,
+    library_versions,
+    modules_of_parts,
+    platform_name,
+    used_modules,
+)
+from bench.plan.report import report_named
+from bench.plan.setup import FINGERPRINTS, Setup, fingerprints
+from bench.storage.places import PAPER
+from ksmea import registry
+from ksmea.errors import SettingError, unknown
+
+FIGURES = ("updates", "response", "cost")
+# Settings of the whole experiment, which cannot be an axis of it.
+WHOLE = ("name", "repetitions", "output", "table", "paper", "figures", "exact", "includes", "grid")
+# Settings of how its jobs work, passed on to them; none of them changes a result.
+WORKING = ("batches", "workers", "timeout", "memory", "journal", "share")
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """A plan and how its runs are dealt out."""
+
+    plan: Plan
+    output: Path
+    batches: int
+    working: tuple[str, ...]  # overrides for the jobs
+
+    @classmethod
+    def compose_all(cls, loader: ConfigLoader, master: DictConfig, arguments: list[str]) -> list[Experiment]:
+        """The experiment of a command line, or all that it includes, each in a folder below its own."""
+        config = _Composer(loader, master, _fixed(parse(arguments))).composed({})
+        if not config.includes:
+            return [cls.compose(loader, master, arguments)]
+        output = Path(config.output).absolute()
+        own = [
+            word for word in arguments if word.partition("=")[0].lstrip("+") not in ("experiment", "output", "share")
+        ]
+        included: list[Experiment] = []
+        for name in config.includes:
+            words = [f"+experiment={name}", *own, override("output", str(output / name))]
+            share = [*config.share, *(str(experiment.output) for experiment in included), str(output.parent / name)]
+            included.append(cls.compose(loader, master, words, share))
+        return included
+
+    @classmethod
+    def compose(
+        cls, loader: ConfigLoader, master: DictConfig, arguments: list[str], share: Sequence[str] = ()
+    ) -> Experiment:
+        """One experiment; finished runs of the same key are also taken over from the folders in `share`."""
+        choices = parse(arguments)
+        fixed = _fixed(choices)
+        swept = {choice.key: choice.values for choice in choices if len(choice.values) > 1}
+        _check_axes(swept)
+        composer = _Composer(loader, master, fixed)
+        config = composer.composed({})
+        _check_whole(config)
+        grid = OmegaConf.to_container(config.grid)
+        for block in grid:
+            _check_axes(block)
+        points = grid_points(grid, swept, {choice.key for choice in fixed})
+        modules: dict[str, str] = {}
+        cells = tuple(_cell(composer.at(point), point, modules) for point in points)
+        versions = library_versions()
+        plan = Plan(
+            name=config.name,
+            report=ReportSettings(_table(config.table, cells), config.paper, tuple(config.figures), config.exact),
+            axes=_axes(points),
+            command=tuple(arguments),
+            commit=commit(),
+            versions=versions,
+            platform=platform_name(),
+            modules=modules,
+            cells=cells,
+            runs=all_runs(cells, config.repetitions, versions),
+        )
+        whole = {key: config[key] for key in WORKING} | {"share": [*config.share, *share]}
+        working = tuple(override(key, value) for key, value in whole.items())
+        return cls(plan, Path(config.output).absolute(), config.batches, working)
+
+
+def _fixed(choices: Iterable[Choice]) -> list[Choice]:
+    """What the command line gives one value; the others are swept."""
+    return [choice for choice in choices if len(choice.values) <= 1]
+
+
+class _Composer:
+    """Configurations at the points of a grid: composed once per choice of groups, then updated."""
+
+    def __init__(self, loader: ConfigLoader, master: DictConfig, fixed: Iterable[Choice]) -> None:
+        self._loader = loader
+        self._master = master
+        self._fixed = [choice.override.input_line for choice in fixed]
+        self._composed: dict[tuple[str, ...], DictConfig] = {}
+
+    def at(self, point: dict[str, Any]) -> DictConfig:
+        groups = {key: value for key, value in point.items() if key in registry.GROUPS}
+        config = self.composed(groups).copy()
+        for key, value in point.items():
+            if key not in groups:
+                OmegaConf.update(config, key, value, merge=True)
+        return config
+
+    def composed(self, groups: dict[str, str]) -> DictConfig:
+        overrides = tuple(f"{group}={name}" for group, name in groups.items())
+        if overrides not in self._composed:
+            self._composed[overrides] = self._loader.load_configuration(
+                config_name=self._master.hydra.job.config_name,
+                overrides=[*self._fixed, *overrides],
+                run_mode=RunMode.RUN,
+            )
+        return self._composed[overrides]
+
+
+def _check_axes(keys: Iterable[str]) -> None:
+    for key in keys:
+        if key in (*WHOLE, *WORKING, "batch", "experiment"):
+            raise SettingError(f"{key}: expected one value for the whole experiment, got several; give one")
+
+
+def _check_whole(config: DictConfig) -> None:
+    known = [field.name for field in dataclasses.fields(BenchConfig)]
+    for key in config:
+        if key not in (*known, "hydra"):
+            raise unknown("setting", str(key), [*known, "experiment"])
+    if Path(config.name).name != config.name:
+        raise SettingError(f"name: expected the name of a file, got '{config.name}'")
+    if config.paper is not None and not (PAPER / f"{config.paper}.csv").is_file():
+        raise unknown("table of the paper", config.paper, [path.stem for path in PAPER.glob("*.csv")])
+    if config.table is not None and config.table not in registry.registered("report"):
+        raise unknown("table", config.table, registry.registered("report"))
+    for figure in config.figures:
+        if figure not in FIGURES:
+            raise unknown("figure", figure, FIGURES)
+    for key, least in (("repetitions", 0 if config.table == "settings" else 1), ("workers", 1), ("batches", 1)):
+        if config[key] is not None and config[key] < least:
+            raise SettingError(f"{key}: expected at least {least}, got {config[key]}")
+    for key in ("timeout", "memory"):
+        if config[key] is not None and config[key] <= 0:
+            raise SettingError(f"{key}: expected a number above 0, got {config[key]}")
+    for folder in config.share:
+        if not Path(folder).is_dir():
+            raise SettingError(f"share: expected folders of results, found none at {folder}")
+
+
+def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) -> Cell:
+    """The settings of one point, checked by making its plugins; what the method ignores is left out.
+
+    The modules that it uses are added to `modules`.
+    """
+    for key, least in (("samples", 1), ("seed", 0)):
+        if config[key] < least:
+            raise SettingError(f"{key}: expected at least {least}, got {config[key]}")
+    settings = {group: OmegaConf.to_container(config[group], resolve=True) for group in registry.GROUPS}
+    settings["samples"] = config.samples
+    setup = Setup.of(settings)
+    plugins = setup.plugins
+    plugins["study"].validate(setup)
+    settings |= {FINGERPRINTS[group]: fingerprint for group, fingerprint in fingerprints(plugins).items()}
+    if parts := modules_of_parts(plugins.values()):
+        settings[PARTS] = parts
+    ignored = {*plugins["study"].ignores, *plugins["method"].ignores}
+    for part in ignored:
+        settings[part] = None
+    # A model that is worth a journal is too expensive to be evaluated where nothing keeps the answer.
+    bounds = [None] * len(setup.problem.parameters) if config.journal else setup.bounds()
+    parameters = tuple(
+        ParameterFacts(parameter.name, parameter.unit, parameter.si_per_unit, setup.truth.get(parameter.name), bound)
+        for parameter, bound in zip(setup.problem.parameters, bounds)
+    )
+    used = used_modules(settings)
+    modules |= used
+    samples = None if "samples" in ignored and "samples" not in point else config.samples
+    place = {"samples": samples} | point
+    return Cell(place, settings, config.seed, parameters, code_digest(used))
+
+
+def _table(asked: str | None, cells: Sequence[Cell]) -> str:
+    """The kind of table: as asked, or the one that the cells' study has; it is made of the records of one study."""
+    studies = sorted({cell.settings["study"]["name"] for cell in cells})
+    if len(studies) > 1:
+        raise SettingError(f"study: expected one for the whole experiment, got {', '.join(studies)}; give one")
+    table = asked or registry.plugin_class("study", studies[0]).report
+    if report_named(table).study != studies[0]:
+        fitting = [name for name in registry.registered("report") if report_named(name).study == studies[0]]
+        raise SettingError(f"table: expected one of {', '.join(fitting)} for study={studies[0]}, got {table}")
+    return table
+
+
+def _axes(points: list[dict[str, Any]]) -> tuple[str, ...]:
+    """The keys of the grid, samples always first: the columns that tell a table's fields apart."""
+    return tuple(dict.fromkeys(["samples", *(key for point in points for key in point)]))

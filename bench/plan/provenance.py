@@ -1,0 +1,123 @@
+"""What a result was computed by: the modules that take part in it, without their comments, and the libraries' versions."""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import importlib.util
+import platform
+import subprocess
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from threadpoolctl import threadpool_info
+
+from bench.storage.places import ROOT
+from ksmea import registry
+
+OURS = ("bench", "ksmea", "measurements", "optimizers", "problems", "surrogates")
+ENTRANCE = "bench.jobs.execute"  # where a run begins
+PARTS = "parts"  # where a run's settings keep the modules of plugins that its own are made of
+NUMERICAL = ("numpy", "scipy", "scikit-learn", "pyswarms", "deap")
+
+
+def used_modules(settings: Mapping[str, Any]) -> dict[str, str]:
+    """Digest by name of every module that a run with these settings executes: its plugins, and all that they and the
+    run itself import, of this project and of the packages that the plugins come from."""
+    plugins = [
+        registry.plugin_class(group, settings[group]["name"]).__module__
+        for group in registry.GROUPS
+        if settings.get(group) is not None
+    ]
+    plugins += settings.get(PARTS, ())
+    packages = frozenset([*OURS, *(name.partition(".")[0] for name in plugins)])
+    found: dict[str, str] = {}
+    pending = [ENTRANCE, *plugins]
+    while pending:
+        name = pending.pop()
+        if name not in found and (source := _source(name)) is not None:
+            found[name] = _digest(source)
+            pending.extend(module for module in _imports(source, name) if module.partition(".")[0] in packages)
+    return dict(sorted(found.items()))
+
+
+def modules_of_parts(plugins: Iterable[Any]) -> list[str]:
+    """Modules of the plugins that plugins are made of: an extended problem's plain one, its effects."""
+    return sorted({type(part).__module__ for plugin in plugins for part in getattr(plugin, "parts", ())})
+
+
+def code_digest(modules: Mapping[str, str]) -> str:
+    return hashlib.sha256("".join(f"{name}:{digest}\n" for name, digest in modules.items()).encode()).hexdigest()[:16]
+
+
+@cache
+def _source(module: str) -> Path | None:
+    """The file of a module; None for what is no module of Python source."""
+    try:
+        spec = importlib.util.find_spec(module)
+    except (ImportError, AttributeError, ValueError):
+        return None
+    return Path(spec.origin) if spec is not None and spec.origin and spec.origin.endswith(".py") else None
+
+
+@cache
+def _tree(source: Path) -> ast.Module:
+    return ast.parse(source.read_text(encoding="utf-8"), filename=str(source))
+
+
+@cache
+def _digest(source: Path) -> str:
+    """Hash of the syntax tree without docstrings: comments, layout and documentation change no result."""
+    tree = ast.parse(ast.unparse(_tree(source)))
+    for node in ast.walk(tree):
+        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)) and ast.get_docstring(
+            node
+        ):
+            node.body[0] = ast.Pass()
+    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()[:12]
+
+
+@cache
+def _imports(source: Path, module: str) -> tuple[str, ...]:
+    return tuple(dict.fromkeys(_imported_names(_tree(source), module, source.name == "__init__.py")))
+
+
+def _imported_names(tree: ast.Module, module: str, is_package: bool) -> Iterator[str]:
+    """Names that an import statement of the module may load: packages, modules, and what might be one."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            base = module.split(".")[: len(module.split(".")) - node.level + is_package] if node.level else []
+            base = ".".join([*base, *([node.module] if node.module else [])])
+            yield base
+            yield from (f"{base}.{alias.name}" for alias in node.names)
+
+
+@cache
+def library_versions() -> dict[str, str]:
+    python = f"{sys.version_info.major}.{sys.version_info.minor}"
+    return {"python": python, **{name: version(name) for name in NUMERICAL}}
+
+
+@cache
+def platform_name() -> str:
+    """Kind of processor as the linear algebra sees it, for example 'x86_64 SkylakeX': what rounding depends on."""
+    kernels = sorted({str(pool.get("architecture", "?")) for pool in threadpool_info() if pool["user_api"] == "blas"})
+    return " ".join([platform.machine(), *kernels])
+
+
+@cache
+def commit() -> str:
+    """The commit of this checkout, '+' behind it where files differ from it; the package's version where there is none."""
+    if (ROOT / ".git").exists():
+        try:
+            command = ["git", "-C", str(ROOT), "describe", "--always", "--dirty=+", "--abbrev=12", "--exclude=*"]
+            return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
+        except (OSError, subprocess.CalledProcessError):
+            pass
+    return version("ksmea-bench")

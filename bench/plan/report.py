@@ -1,0 +1,52 @@
+"""The contract of a report: what is printed and written of an experiment's records."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import pandas as pd
+
+from bench.plan.plan import Plan
+from ksmea import registry
+from ksmea.settings import Settings
+
+
+def _no_figures() -> dict[str, bytes]:
+    return {}
+
+
+@dataclass(frozen=True)
+class Made:
+    """`text` is printed, `files` are written by name, `runs` has a row per planned run with its `status` and `error`.
+
+    `figures` makes further files; it is not asked where they are there already and were made of the same `files`.
+    `outdated` names files that an earlier call may have written and that would now say what is not so.
+    """
+
+    text: str
+    files: Mapping[str, bytes]
+    runs: pd.DataFrame
+    figures: Callable[[], Mapping[str, bytes]] = _no_figures
+    outdated: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Report(Settings, ABC):
+    """What registers under `ksmea.reports`. `study` names the study whose records it is made of; it computes nothing that
+    a record does not hold."""
+
+    study: ClassVar[str]
+
+    @abstractmethod
+    def make(self, plan: Plan, output: Path) -> Made:
+        """The report of a plan's records in the folder of an experiment."""
+
+
+def report_named(name: str) -> Report:
+    """The report that `table` or a study's `report` names."""
+    report: Report = registry.create("report", name, {})
+    return report

@@ -1,0 +1,89 @@
+"""From plan and records alone: tables, figures and the exit code."""
+
+from __future__ import annotations
+
+import hashlib
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from bench.jobs.records import RESULTS, read_records
+from bench.plan.plan import Plan, read_plan
+from bench.plan.report import report_named
+from bench.reports.figures import png
+from bench.reports.history_figures import mesh_figure
+from bench.reports.summary import curves_by_cell, for_figures
+from bench.reports.tables import csv_text
+from bench.storage.files import replace_file
+
+DRAWN = ".drawn"  # holds a digest of what the figures beside it were drawn from
+
+
+def collect(output: Path, redraw: bool = True) -> int:
+    """Write and print what the records of an experiment say; 0 where every planned run has a result, else 1.
+
+    Without `redraw`, figures that were drawn from the same tables by the same code are left as they are.
+    """
+    plan = read_plan(output)
+    made = report_named(plan.report.table).make(plan, output)
+    files = dict(made.files)
+    drawn_from = _digest(made.files, plan.commit)
+    if redraw or not _is_drawn(output, drawn_from):
+        files |= made.figures()
+        (output / DRAWN).unlink(missing_ok=True)
+    for name in made.outdated:
+        (output / name).unlink(missing_ok=True)
+    for name, content in files.items():
+        replace_file(output / name, content)
+    replace_file(output / DRAWN, drawn_from)
+    print(made.text)
+    there = sorted(path.name for pattern in ("*.csv", "*.png") for path in output.glob(pattern))
+    counted = [_count_line(plan, made.runs)] if len(plan.runs) else []
+    print("\n" + "\n".join([*counted, f"in {output}: {', '.join(there)}"]))
+    return 0 if made.runs["status"].isin(RESULTS).all() else 1
+
+
+def _digest(files: Mapping[str, bytes], commit: str) -> bytes:
+    content = hashlib.sha256(commit.encode())
+    for name in sorted(files):
+        content.update(name.encode() + files[name])
+    return content.hexdigest().encode()
+
+
+def _is_drawn(output: Path, drawn_from: bytes) -> bool:
+    """Whether the figures are there, and were drawn from this."""
+    mark = output / DRAWN
+    return any(output.glob("*.png")) and mark.is_file() and mark.read_bytes() == drawn_from
+
+
+def collect_all(output: Path, parts: Sequence[Path]) -> None:
+    """One table of all tables, and the figure that needs two of them (13 against 21 elements, the paper's Fig. 5)."""
+    frames, true_responses = [], {}
+    for part in parts:
+        plan = read_plan(part)
+        if plan.report.table == "summary":
+            frame = pd.read_csv(part / f"{plan.name}.csv")
+            frames.append(frame.assign(table=plan.name))
+            true_responses[plan.name] = curves_by_cell(plan, read_records(part, for_figures))
+    if not frames:
+        return
+    table = pd.concat(frames, ignore_index=True)
+    table.insert(0, "table", table.pop("table"))
+    files = {f"{output.name}.csv": csv_text(table).encode()}
+    meshes = [curves[min(curves)] for name in ("table3", "table4") if (curves := true_responses.get(name))]
+    if len(meshes) == 2:
+        files["mesh.png"] = png(mesh_figure(*meshes))
+    for name, content in files.items():
+        replace_file(output / name, content)
+    print(f"\nwritten to {output}: {', '.join(files)}")
+
+
+def _count_line(plan: Plan, runs: pd.DataFrame) -> str:
+    failed = runs[~runs["status"].isin(RESULTS)]
+    if failed.empty:
+        return f"all {len(runs)} runs of {plan.name} have a result"
+    reasons = Counter(f"{row.status}: {row.error}" if row.error else row.status for row in failed.itertuples())
+    shown = "; ".join(f"{count} × {' '.join(reason.split())}" for reason, count in reasons.most_common(3))
+    return f"{len(failed)} of {len(runs)} failed ({shown})"

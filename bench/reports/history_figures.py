@@ -1,0 +1,112 @@
+"""Figures of single runs: the updating steps (the paper's Fig. 3) and response curves (Figs. 4–7, 10 and 11)."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from bench.plan.naming import cell_name
+from bench.plan.plan import Plan
+from bench.reports.figures import OURS, PAPER, REFERENCE
+from bench.studies.curves import amplitude
+from ksmea.units import MICROMETRE, RPM
+
+MOST_ROWS = 8  # cells in one figure; more would be a poster
+MOST_LINES = 40  # repetitions in one panel; more would be a blot
+
+
+def updates_figure(plan: Plan, histories: Mapping[str, Sequence[Mapping[str, Any]]]) -> Figure:
+    """Stiffnesses and misfit against the updating step, a row per cell and a line per repetition, as in Fig. 3."""
+    cells = list(range(len(plan.cells)))[:MOST_ROWS]
+    names = [parameter.name for parameter in plan.cells[0].parameters][:2]
+    figure = Figure(figsize=(3.8 * (len(names) + 1), 2.3 * len(cells) + 0.6), layout="constrained")
+    panels = figure.subplots(len(cells), len(names) + 1, squeeze=False)
+    for row, cell in zip(panels, cells):
+        runs = [histories.get(run.key, []) for run in plan.runs if run.cell == cell and run.repetition < MOST_LINES]
+        facts = plan.cells[cell].parameters
+        for index, panel in enumerate(row[:-1]):
+            scale = facts[index].si_per_unit
+            for history in runs:
+                steps = np.arange(1, len(history) + 1)
+                panel.plot(
+                    steps, [update["x"][index] / scale for update in history], color=OURS, alpha=0.35, linewidth=1
+                )
+            if facts[index].truth is not None:
+                panel.axhline(facts[index].truth / scale, color=REFERENCE, linestyle=":")
+            panel.set_ylabel(f"{facts[index].name} ({facts[index].unit})", fontsize=8)
+        for history in runs:
+            misfits = np.array([update["misfit"] for update in history], dtype=float)
+            row[-1].semilogy(np.arange(1, len(history) + 1), misfits, color=OURS, alpha=0.35, linewidth=1)
+        row[-1].set_ylabel("misfit of the FE model", fontsize=8)
+        row[0].set_title(cell_name(plan, plan.cells[cell]), fontsize=9, loc="left")
+    _finish(panels, "updating step")
+    figure.suptitle(f"{plan.name}: the surrogate's optimum at each updating step, a line per repetition", fontsize=10)
+    return figure
+
+
+def response_figure(plan: Plan, curves: Mapping[int, Mapping[str, Any]]) -> Figure:
+    """Amplitude against speed of one repetition: measured and identified on the left (Figs. 6 and 10), surrogate and FE
+    model at the surrogate's last optimum on the right (Figs. 4, 7 and 11); a row per cell, channels one over another."""
+    cells = list(curves)[:MOST_ROWS]
+    figure = Figure(figsize=(11, 2.6 * len(cells) + 0.8), layout="constrained")
+    panels = figure.subplots(len(cells), 2, squeeze=False)
+    for (left, right), cell in zip(panels, cells):
+        _draw(left, curves[cell], {"measured": ".", "identified": "-"})
+        _draw(right, curves[cell], {"predicted": ".", "modelled": "-"})
+        left.set_title(cell_name(plan, plan.cells[cell]), fontsize=9, loc="left")
+        handles, labels = left.get_legend_handles_labels()
+        more_handles, more_labels = right.get_legend_handles_labels()
+    figure.legend(handles + more_handles, labels + more_labels, loc="outside lower center", ncols=4, fontsize=8)
+    _finish(panels, "speed (rpm)")
+    figure.suptitle(
+        f"{plan.name}, repetition 0. Left: measured and identified. Right: final surrogate and FE model", fontsize=10
+    )
+    return figure
+
+
+def mesh_figure(coarse: Mapping[str, Any], fine: Mapping[str, Any]) -> Figure:
+    """The true response with 13 and with 21 elements, and their relative difference: the paper's Fig. 5."""
+    figure = Figure(figsize=(11, 3.4), layout="constrained")
+    left, right = figure.subplots(1, 2)
+    _draw(left, coarse, {"true": "-"}, " (13 elements)")
+    _draw(left, fine, {"true": "."}, " (21 elements)")
+    left.legend(fontsize=7, loc="lower right")
+    one, other = amplitude(coarse, "true"), amplitude(fine, "true")
+    speed = np.array(coarse["speed"]) / RPM
+    for index, channel in enumerate(coarse["channels"]):
+        right.semilogy(
+            speed, np.abs(other[:, index] / one[:, index] - 1) * 100, color=(OURS, PAPER)[index % 2], label=channel
+        )
+    right.set_ylabel("difference (%)", fontsize=8)
+    right.legend(fontsize=7)
+    _finish(np.array([[left, right]]), "speed (rpm)")
+    figure.suptitle("Unbalance response at the reference values, 13 against 21 elements", fontsize=10)
+    return figure
+
+
+def _draw(panel: Axes, curves: Mapping[str, Any], styles: Mapping[str, str], remark: str = "") -> None:
+    """Curves of all channels, a colour per channel and a style per curve; µm over rpm."""
+    speed = np.array(curves["speed"]) / RPM
+    for name, style in styles.items():
+        values = amplitude(curves, name)
+        if values is None:
+            continue
+        for index, channel in enumerate(curves["channels"]):
+            colour = (OURS, PAPER)[index % 2]
+            panel.semilogy(
+                speed, values[:, index] / MICROMETRE, style, color=colour, markersize=4, linewidth=1,
+                label=f"{name}{remark}, {channel}",
+            )  # fmt: skip
+    panel.set_ylabel("amplitude (µm)", fontsize=8)
+
+
+def _finish(panels: np.ndarray, label: str) -> None:
+    for panel in panels.ravel():
+        panel.tick_params(labelsize=7)
+        panel.grid(alpha=0.25)
+    for panel in panels[-1]:
+        panel.set_xlabel(label, fontsize=8)

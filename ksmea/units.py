@@ -1,0 +1,42 @@
+"""Units: everything inside is SI, and what people write and read is converted here, once, at the edge."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+TURN = 2 * math.pi  # rad
+DEGREE = math.pi / 180  # rad
+RPM = math.pi / 30  # rad/s
+HERTZ = 2 * math.pi  # rad/s
+
+INCH, POUND, OUNCE = 0.0254, 0.45359237, 0.028349523125  # m, kg, kg: exact by definition
+MICROMETRE = 1e-6  # m
+MICROSECOND = 1e-6  # s
+GRAM_MILLIMETRE = 1e-6  # kg m
+MEGANEWTON_PER_METRE = 1e6  # N/m
+KILONEWTON_SECOND_PER_METRE = 1e3  # N s/m
+MICROMETRE_PER_KILONEWTON = 1e-9  # m/N
+GIGAPASCAL = 1e9  # Pa
+
+# Units that a file may use, by the kind of quantity, with their size in SI.
+SI_PER_UNIT = {
+    "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": INCH},
+    "modulus": {"Pa": 1.0, "MPa": 1e6, "GPa": GIGAPASCAL},
+    "density": {"kg/m3": 1.0, "g/cm3": 1e3},
+    "mass": {"kg": 1.0, "g": 1e-3, "lb": POUND},
+    "inertia": {"kg m2": 1.0, "kg mm2": 1e-6, "g mm2": 1e-9},
+    "stiffness": {"N/m": 1.0, "kN/m": 1e3, "N/mm": 1e3, "MN/m": 1e6, "kN/mm": 1e6, "N/um": 1e6},
+    "damping": {"N s/m": 1.0, "kN s/m": 1e3, "N s/mm": 1e3, "kN s/mm": 1e6},
+    "unbalance": {"kg m": 1.0, "g m": 1e-3, "kg mm": 1e-3, "g mm": GRAM_MILLIMETRE, "oz in": OUNCE * INCH},
+    "angle": {"rad": 1.0, "deg": DEGREE},
+    "speed": {"rad/s": 1.0, "rpm": RPM, "Hz": HERTZ},
+}
+
+
+@dataclass(frozen=True)
+class Unit:
+    """The name people read, and the unit's size in SI."""
+
+    name: str
+    si: float

@@ -1,0 +1,231 @@
+"""Synthetic measurements: the response of a problem at known values, with noise drawn on it.
+
+Here, and nowhere in what identifies, the true values are known. Data may hide effects that the problem's model lacks:
+`hidden` names them, their places and sizes are drawn, and only the record of a run says what they were.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ksmea import registry
+from ksmea.arrays import Array, ComplexArray
+from ksmea.contracts import Effect, Problem, ProblemSettings
+from ksmea.errors import SettingError, unknown
+from ksmea.measurement import KINDS, Measurement, Noise, observe
+from ksmea.parameters import Parameter
+from ksmea.settings import Settings, setting
+from ksmea.units import MICROMETRE
+
+ROUTES = ("reduced", "dense")
+
+
+@dataclass(frozen=True)
+class Hidden:
+    """An effect at its place, and the values (e,) of its unknowns, SI."""
+
+    name: str
+    effect: Effect
+    theta: Array
+
+
+@dataclass(frozen=True)
+class Synthetic(Settings):
+    """A measurement made by the problem's own model, perhaps on another mesh, with Gaussian noise.
+
+    The paper says '10 % Gaussian noise' and not what it multiplies: here each value by its own standard deviation.
+    """
+
+    kind: str = setting(
+        "amplitude", "what is measured: amplitudes, or complex responses with their phase", choices=KINDS
+    )
+    relative: float = setting(0.0, "standard deviation of the noise relative to each value", at_least=0)
+    floor: float = setting(
+        0.0, "standard deviation of the noise that is there without any response", unit="µm", at_least=0
+    )
+    noise_known: bool = setting(
+        True, "tell the identification the noise's level; false: it is estimated, relative part and floor together"
+    )
+    phase_known: bool = setting(
+        True, "where the phases of complex responses begin; false: not known, one more unknown, as with measured phases"
+    )
+    mesh: int | None = setting(
+        None, "number of elements of the model that makes the data; null: the problem's", at_least=1
+    )
+    route: str = setting(
+        "reduced",
+        "how the data are computed: reduced, as the problem does it, or dense, a solve with the whole rotor at each speed",
+        choices=ROUTES,
+    )
+    truth: dict[str, float] = setting(
+        {}, "true values in the units of the problem's parameters; a name left out: the published one"
+    )
+    hidden: list[str] = setting(
+        [], "effects that are in the data but not in the model (`python -m bench help effect`), places and sizes drawn"
+    )
+    sizes: dict[str, float] = setting(
+        {}, "sizes of hidden effects by name of their parameters, in their units; a name left out: drawn"
+    )
+
+    def check(self) -> None:
+        for name in self.hidden:
+            if name not in registry.registered("effect"):
+                raise unknown("effect in hidden:", name, registry.registered("effect"))
+        if self.sizes and not self.hidden:
+            raise SettingError("sizes: expected hidden effects that have them, got none; name them in hidden")
+
+    def adapted(self, problem: Problem) -> Problem:
+        """The problem as the measurement leaves it: with the origin of its phases unknown where that is so."""
+        if self.phase_known or self.kind != "complex":
+            return problem
+        if not hasattr(problem, "with_phase_origin"):
+            raise SettingError(
+                "measurement.phase_known: expected a problem whose phases may begin anywhere, got one without; give true"
+            )
+        return problem.with_phase_origin()
+
+    def true_values(self, settings: ProblemSettings, problem: Problem) -> dict[str, float]:
+        """True value of every unknown by name, SI; 0 for those that this measurement brings along."""
+        own = settings.build().parameters.names
+        units = {parameter.name: parameter.si_per_unit for parameter in problem.parameters}
+        values = {name: 0.0 for name in units if name not in own} | dict(self._source(settings).reference())
+        for name, value in self.truth.items():
+            if name not in units:
+                raise unknown("parameter in measurement.truth:", name, units)
+            values[name] = value * units[name]
+        missing = [name for name in units if name not in values]
+        if missing:
+            raise SettingError(f"measurement.truth: expected a value for {', '.join(missing)}, got none; add it")
+        if self.hidden:  # whether they have a place here, and sizes a name
+            self._hide(self._model(settings), np.random.default_rng(0))
+        return {name: values[name] for name in units}
+
+    def measure(
+        self,
+        settings: ProblemSettings,
+        truth: Mapping[str, float],
+        rng: np.random.Generator,
+        hidden: np.random.Generator | None = None,
+    ) -> Measurement:
+        """One noisy measurement of the problem at the true values (SI); effects are drawn by `hidden`."""
+        problem = self._model(settings)
+        values = observe(self.response(settings, truth, hidden), self.kind, self.noise, rng)
+        noise = self.noise if self.noise_known else None
+        return Measurement(problem.speed, problem.channels, values, noise, source="synthetic")
+
+    @property
+    def noise(self) -> Noise:
+        """The noise that is drawn, SI."""
+        return Noise(self.relative, self.floor * MICROMETRE)
+
+    @property
+    def parts(self) -> list[Any]:
+        """The plugins that the data are made by, besides the problem."""
+        return [registry.create("effect", name, {}) for name in self.hidden]
+
+    def response(
+        self, settings: ProblemSettings, truth: Mapping[str, float], hidden: np.random.Generator | None = None
+    ) -> ComplexArray:
+        """The noise-free response (n_speed, n_channel), m, that is measured."""
+        plain = self._model(settings)
+        problem, effects = self._hide(plain, hidden)
+        own = [truth[name] for name in plain.parameters.names]
+        x = np.concatenate([own, *(each.theta for each in effects)])[None]
+        if self.route == "reduced":
+            return problem.response(x)[0]
+        if not hasattr(problem, "dense_response"):
+            raise SettingError(
+                "measurement.route: expected a problem with a dense route, got one without; give reduced"
+            )
+        return problem.dense_response(x)[0]
+
+    def hidden_effects(self, settings: ProblemSettings, hidden: np.random.Generator) -> list[dict[str, Any]]:
+        """What data drawn by `hidden` hide, for records: name, place, and parameters in their units."""
+        problem = self._model(settings)
+        return [
+            {
+                "effect": each.name,
+                "place": str(each.effect),
+                "parameters": [
+                    {"name": parameter.name, "unit": parameter.unit, "value": float(value / parameter.si_per_unit)}
+                    for parameter, value in zip(each.effect.parameters(problem), each.theta)
+                ],
+            }
+            for each in self._hide(problem, hidden)[1]
+        ]
+
+    def with_hidden(
+        self, settings: ProblemSettings, problem: Problem, hidden: np.random.Generator
+    ) -> tuple[Problem, Array]:
+        """A problem with what data drawn by `hidden` hide, and the true values (e,) SI of the unknowns that this adds."""
+        effects = self._hide(self._model(settings), hidden)[1]
+        for each in effects:
+            problem = each.effect.added_to(problem)
+        return problem, np.concatenate([np.empty(0), *(each.theta for each in effects)])
+
+    def _hide(self, problem: Problem, rng: np.random.Generator | None) -> tuple[Problem, list[Hidden]]:
+        """The problem with the effects that its data hide."""
+        if not self.hidden:
+            return problem, []
+        if rng is None:
+            raise ValueError("measurement: expected a generator to draw hidden effects by, got none")
+        extended, found, sized = problem, [], set()
+        for name in self.hidden:
+            effect = _drawn_place(name, problem, rng)
+            theta = np.array(effect.draw(problem, rng), dtype=float)
+            for index, parameter in enumerate(effect.parameters(problem)):
+                if parameter.name in self.sizes:
+                    theta[index] = _within(parameter, self.sizes[parameter.name])
+                sized.add(parameter.name)
+            found.append(Hidden(name, effect, theta))
+            try:
+                extended = effect.added_to(extended)
+            except SettingError as error:
+                raise SettingError(f"measurement.hidden: {name}: {error}") from error
+        for name in self.sizes:
+            if name not in sized:
+                raise unknown("parameter in measurement.sizes:", name, sized)
+        return extended, found
+
+    def _model(self, settings: ProblemSettings) -> Problem:
+        """The model that makes the data, as far as the problem knows it."""
+        return self.adapted(self._source(settings).build())
+
+    def _source(self, settings: ProblemSettings) -> ProblemSettings:
+        if self.mesh is None:
+            return settings
+        if "mesh" not in {field.name for field in dataclasses.fields(settings)}:
+            raise SettingError("measurement.mesh: expected a problem with a mesh, got one without; leave it null")
+        try:
+            return dataclasses.replace(settings, mesh=self.mesh)
+        except SettingError as error:
+            raise SettingError(f"measurement.{error}") from error
+
+
+def _within(parameter: Parameter, size: float) -> float:
+    """A size in the parameter's unit as SI, if it is physical."""
+    value = size * parameter.si_per_unit
+    if not parameter.lower <= value <= parameter.upper:
+        limits = f"{parameter.lower / parameter.si_per_unit:g} to {parameter.upper / parameter.si_per_unit:g}"
+        raise SettingError(
+            f"measurement.sizes: expected {parameter.name} from {limits} {parameter.unit}, which is physical, got {size:g}"
+        )
+    return value
+
+
+def _drawn_place(name: str, problem: Problem, rng: np.random.Generator) -> Effect:
+    """An effect at one of its places, each as likely as any other."""
+    try:
+        places = registry.create("effect", name, {}).places(problem)
+    except (SettingError, AttributeError) as error:
+        raise SettingError(
+            f"measurement.hidden: expected a problem that effects can be added to, got {type(problem).__name__} ({error})"
+        ) from error
+    if not places:
+        raise SettingError(f"measurement.hidden: expected effects that have a place here, got {name}; leave it out")
+    return places[rng.integers(len(places))]
