@@ -1,17 +1,11 @@
-"""What records, tables and figures share: units that people read, and plain data."""
+"""Columns that say where a run stands in its plan."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
 from typing import Any
 
 from bench.plan.plan import Cell, Plan, Run
-
-
-def finite(value: float) -> float | None:
-    """JSON has no infinity: what is not finite is null."""
-    return float(value) if math.isfinite(value) else None
 
 
 def place_columns(plan: Plan, cell: Cell) -> dict[str, Any]:

@@ -20,6 +20,7 @@ from bench.storage.places import ROOT
 from ksmea import registry
 
 OURS = ("bench", "ksmea", "measurements", "optimizers", "problems", "surrogates")
+SHOWN = "ksmea.show"  # texts, tables and figures of results: nothing in it is computed with
 ENTRANCE = "bench.jobs.execute"  # where a run begins
 PARTS = "parts"  # where a run's settings keep the modules of plugins that its own are made of
 NUMERICAL = ("numpy", "scipy", "scikit-learn", "pyswarms", "deap")
@@ -41,7 +42,11 @@ def used_modules(settings: Mapping[str, Any]) -> dict[str, str]:
         name = pending.pop()
         if name not in found and (source := _source(name)) is not None:
             found[name] = _digest(source)
-            pending.extend(module for module in _imports(source, name) if module.partition(".")[0] in packages)
+            pending.extend(
+                module
+                for module in _imports(source, name)
+                if module.partition(".")[0] in packages and not (module + ".").startswith(SHOWN + ".")
+            )
     return dict(sorted(found.items()))
 
 

@@ -28,10 +28,11 @@ from bench.jobs.records import read_records
 from bench.plan.plan import Cell, Plan
 from bench.plan.report import Made, Report
 from bench.reports.audit_figure import audit_figure
-from bench.reports.figures import png
 from bench.reports.identifiability import bound_pct, plain_runs, told_by_cell
-from bench.reports.tables import PAPER, aligned, csv_text
+from bench.reports.tables import PAPER, csv_text
 from ksmea.errors import SettingError
+from ksmea.show.style import png
+from ksmea.show.text import aligned
 
 LUCKY, IMPOSSIBLE = 0.05, 0.001  # chances below which a value is called so
 VERDICTS = ("possible", "lucky", "impossible")

@@ -18,8 +18,9 @@ from bench.plan.columns import place_columns
 from bench.plan.naming import cell_name, place_text, telling_axes
 from bench.plan.plan import Cell, ParameterFacts, Plan
 from bench.plan.report import Made, Report
-from bench.reports.figures import INTERVAL, OURS, PAPER, REFERENCE, png
-from bench.reports.tables import aligned, csv_text, number, runs_frame
+from bench.reports.tables import csv_text, runs_frame
+from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE, png
+from ksmea.show.text import aligned, number
 
 # Two maxima of the likelihood with deviances that differ by less than this are one and the same: searches for a maximum
 # end where the deviance falls by less than 1e-7, and no two basins are found to be as equal.

@@ -12,11 +12,11 @@ import pandas as pd
 from bench.jobs.records import RESULTS, read_records
 from bench.plan.plan import Plan, read_plan
 from bench.plan.report import report_named
-from bench.reports.figures import png
 from bench.reports.history_figures import mesh_figure
 from bench.reports.summary import curves_by_cell, for_figures
 from bench.reports.tables import csv_text
 from bench.storage.files import replace_file
+from ksmea.show.style import png
 
 DRAWN = ".drawn"  # holds a digest of what the figures beside it were drawn from
 

@@ -18,9 +18,10 @@ from bench.plan.naming import cell_name
 from bench.plan.plan import Cell, Plan
 from bench.plan.report import Made, Report
 from bench.reports.diagnosis_figure import residual_figure, trials_figure
-from bench.reports.figures import png
-from bench.reports.tables import aligned, csv_text, number
+from bench.reports.tables import csv_text
 from ksmea import registry
+from ksmea.show.style import png
+from ksmea.show.text import aligned, number
 from ksmea.units import RPM
 
 MOST_RANKED = 6  # effects that the text lists

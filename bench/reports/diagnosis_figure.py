@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bench.reports.figures import OURS, PAPER, REFERENCE
+from ksmea.show.style import OURS, PAPER, REFERENCE
 from ksmea.units import MICROMETRE, RPM
 
 WHEN = {"before": PAPER, "after": OURS}  # colours

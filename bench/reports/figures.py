@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import io
-
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -13,8 +11,8 @@ from bench.jobs.records import RESULTS
 from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import Plan
 from bench.reports.tables import has_intervals
+from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE
 
-OURS, PAPER, REFERENCE, INTERVAL = "#2b6ca3", "#c8501e", "#444444", "#3a8f4d"
 MOST_LABELS = 12  # more cells than this are numbered, not named
 
 
@@ -36,12 +34,6 @@ def summary_figure(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> Fig
     plural = "s" if repetitions > 1 else ""
     figure.suptitle(f"{plan.name}: medians, quartiles and extremes of {repetitions} repetition{plural}")
     return figure
-
-
-def png(figure: Figure) -> bytes:
-    content = io.BytesIO()
-    figure.savefig(content, format="png", dpi=130)
-    return content.getvalue()
 
 
 def _panel(panel: Axes, plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame) -> None:

@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bench.reports.figures import INTERVAL, OURS, PAPER, REFERENCE
+from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE
 from ksmea.units import MICROMETRE, RPM
 
 MOST_CHANNELS = 6  # columns; the record has all

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
-from bench.reports.figures import OURS, PAPER, REFERENCE
 from bench.studies.curves import amplitude
+from ksmea.show.style import OURS, PAPER, REFERENCE
 from ksmea.units import MICROMETRE, RPM
 
 MOST_ROWS = 8  # cells in one figure; more would be a poster

@@ -16,9 +16,10 @@ from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.alike import ALIKE, alike_text
-from bench.reports.figures import png
 from bench.reports.identifiability_figure import identifiability_figure
-from bench.reports.tables import aligned, csv_text
+from bench.reports.tables import csv_text
+from ksmea.show.style import png
+from ksmea.show.text import aligned
 from ksmea.units import MICROMETRE, RPM
 
 Record = Mapping[str, Any]

@@ -18,8 +18,9 @@ from bench.jobs.records import RESULTS, read_records
 from bench.plan.naming import cell_name, telling_axes
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
-from bench.reports.figures import OURS, PAPER, REFERENCE, png
-from bench.reports.tables import aligned, csv_text
+from bench.reports.tables import csv_text
+from ksmea.show.style import OURS, PAPER, REFERENCE, png
+from ksmea.show.text import aligned
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, RPM, SI_PER_UNIT
 
 ANGLES = SI_PER_UNIT["angle"]  # their values have no size that a bound could be a part of

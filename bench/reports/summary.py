@@ -13,9 +13,10 @@ from bench.jobs.records import RESULTS, read_records
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.cost import cost_figure, cost_frame
-from bench.reports.figures import png, summary_figure
+from bench.reports.figures import summary_figure
 from bench.reports.history_figures import MOST_LINES, response_figure, updates_figure
 from bench.reports.tables import as_text, csv_text, runs_frame, slips, slips_text, summary_frame
+from ksmea.show.style import png
 
 
 @dataclass(frozen=True)

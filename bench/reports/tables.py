@@ -14,6 +14,7 @@ from bench.plan.columns import place_columns
 from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import Cell, ParameterFacts, Plan, Run
 from bench.storage.places import PAPER
+from ksmea.show.text import aligned, number
 
 COUNTS = ("updates", "model_evaluations", "model_jacobians", "surrogate_evaluations")
 SECONDS = ("model", "surrogate", "search")
@@ -304,13 +305,3 @@ def slips_text(found: pd.DataFrame) -> str:
     return "\n".join(
         f"slip in print: {row.parameter}, {row.at}: {row.printed}; {row.reason}" for row in found.itertuples()
     )
-
-
-def aligned(head: list[str], lines: list[list[str]]) -> str:
-    """Columns of text, right-aligned."""
-    widths = [max(len(line[column]) for line in [head, *lines]) for column in range(len(head))]
-    return "\n".join("  ".join(text.rjust(width) for text, width in zip(line, widths)) for line in [head, *lines])
-
-
-def number(value: Any, digits: int = 4) -> str:
-    return "–" if pd.isna(value) else f"{value:.{digits}g}"

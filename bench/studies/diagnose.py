@@ -11,7 +11,6 @@ from typing import Any, ClassVar
 import numpy as np
 from tqdm import tqdm
 
-from bench.plan.columns import finite
 from bench.plan.draw import Draw
 from bench.plan.plan import generator
 from bench.plan.setup import Setup
@@ -25,6 +24,7 @@ from ksmea.errors import SettingError, unknown
 from ksmea.intervals import Estimate, estimate
 from ksmea.measurement import Measurement, Noise
 from ksmea.parameters import Parameter
+from ksmea.records.record import finite
 from ksmea.settings import Settings, setting
 
 AT_BOUND = 1e-3  # parts of the range within which a value lies on its bound

@@ -13,7 +13,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from bench.plan.columns import finite
 from bench.plan.draw import Draw
 from bench.plan.setup import Setup
 from ksmea.arrays import Array
@@ -22,6 +21,7 @@ from ksmea.contracts import Problem
 from ksmea.errors import SettingError, unknown
 from ksmea.identifiability import Identifiability, identifiability
 from ksmea.measurement import KINDS, Noise
+from ksmea.records.record import finite
 from ksmea.settings import Settings, setting
 
 VARIATIONS = ("speeds", "band", "position", "noise", "kind")

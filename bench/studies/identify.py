@@ -10,7 +10,6 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from bench.plan.columns import finite
 from bench.plan.draw import Draw
 from bench.plan.plan import generator
 from bench.plan.setup import Setup
@@ -29,6 +28,7 @@ from ksmea.measurement import Measurement, Noise
 from ksmea.misfit import Misfit
 from ksmea.model import Model
 from ksmea.parameters import Parameter, Parameters
+from ksmea.records.record import finite
 from ksmea.settings import Settings, setting
 from ksmea.units import TURN
 

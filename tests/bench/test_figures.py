@@ -14,9 +14,10 @@ from bench.plan.plan import read_plan, write_plan
 from bench.reports import summary as reporting
 from bench.reports.collect import collect, collect_all
 from bench.reports.cost import COSTS, JACOBIAN_AS_EVALUATIONS, cost_figure, cost_frame, paper_cost
-from bench.reports.figures import png, summary_figure
+from bench.reports.figures import summary_figure
 from bench.reports.history_figures import mesh_figure, response_figure, updates_figure
 from bench.reports.tables import runs_frame, summary_frame
+from ksmea.show.style import png
 from problems.three_disk import ThreeDisk
 
 RPM = np.pi / 30  # rad/s

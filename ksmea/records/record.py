@@ -1,0 +1,50 @@
+"""Records: what a study found, as frozen data that go to JSON and come back.
+
+A record's fields are plain numbers, texts, tuples, mappings and further frozen dataclasses; arrays are nested tuples. JSON
+has no infinity: what is not finite, as the open end of an interval, is None.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+import msgspec
+
+from ksmea.errors import SettingError
+
+
+@dataclass(frozen=True)
+class Record:
+    """Base of what a study found. Fields that came later have a default, so that older records stay readable; where a
+    field changed its name or form, `upgraded` says how."""
+
+    @classmethod
+    def from_data(cls, data: Mapping[str, Any]) -> Self:
+        """The record that JSON data hold; what belongs to other things (a run's key, its session) is passed over."""
+        try:
+            return msgspec.convert(cls.upgraded(data), cls)
+        except msgspec.ValidationError as error:
+            raise SettingError(f"{cls.__name__}: expected its fields, could not read them: {error}") from error
+
+    def to_data(self) -> dict[str, Any]:
+        """JSON data: mappings, lists, numbers, texts and None."""
+        data: dict[str, Any] = msgspec.to_builtins(self, enc_hook=_builtin)
+        return data
+
+    @classmethod
+    def upgraded(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Data of any version that ever wrote them in the present form."""
+        return data
+
+
+def finite(value: float) -> float | None:
+    """A number as JSON has it: None where it is infinite or none."""
+    return float(value) if math.isfinite(value) else None
+
+
+def _builtin(value: Any) -> Any:
+    """Numbers and arrays of numpy as those of Python."""
+    return value.tolist()

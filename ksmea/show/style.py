@@ -1,0 +1,15 @@
+"""What all figures have alike; they are drawn without a display."""
+
+from __future__ import annotations
+
+import io
+
+from matplotlib.figure import Figure
+
+OURS, PAPER, REFERENCE, INTERVAL = "#2b6ca3", "#c8501e", "#444444", "#3a8f4d"
+
+
+def png(figure: Figure) -> bytes:
+    content = io.BytesIO()
+    figure.savefig(content, format="png", dpi=130)
+    return content.getvalue()
