@@ -1,183 +1,327 @@
 """The contracts between the framework and what is plugged into it; small enough to read at one sitting.
 
-A plugin is one file: a frozen dataclass whose fields are its settings (`ksmea.settings.Settings`), and one entry
-point in `ksmea.problems`, `ksmea.surrogates`, `ksmea.optimizers` or `ksmea.methods`. Points are rows of the unit
-cube, (n, d) in [0, 1]; physical parameter vectors are SI, in the order of `Problem.parameters`.
+A plugin is one file: a frozen dataclass whose fields are its settings, which subclasses one of the classes here, and
+one entry point. `ksmea.registry` refuses what registers without. What is not abstract may be left out: its docstring
+says what then holds. Points are rows of the unit cube, (n, d) in [0, 1]; physical parameter vectors are SI, in the
+order of `Problem.parameters`.
 
 Sign convention: a real response is Re(q e^{iΩt}); complex responses q are in m, 0-peak.
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol, runtime_checkable
+from types import MappingProxyType
+from typing import Any, ClassVar, Self
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ksmea.arrays import Array
+from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import Channel
 from ksmea.errors import SettingError
-from ksmea.parameters import Parameter, Parameters
+from ksmea.identification import Identification, Streams
+from ksmea.measurement import Layout, Measurement, Noise
+from ksmea.objective import Minimum, Objective
+from ksmea.parameters import PHASE_ORIGIN, Parameter, Parameters
+from ksmea.settings import Settings, part_fields
 
-if TYPE_CHECKING:
-    from ksmea.model import Model
-    from ksmea.objective import Minimum, Objective
-
-ComplexArray = NDArray[np.complex128]
-
-PHASE_ORIGIN = "phase_origin"  # name of the unknown that measured phases bring along: it turns all data alike
+METHOD_PARTS = ("surrogate", "optimizer", "samples")  # what a method may own, each chosen by name or number in a run
 
 
-@dataclass(frozen=True)
-class Channel:
-    """One probe: where along the shaft it looks (m) and in which direction."""
+class Problem(ABC):
+    """A rotor with unknowns, seen at given speeds through given channels. It never knows the true values.
 
-    position: float
-    direction: str
+    Attributes or properties that every problem has: `parameters`, the unknowns; `speed`, (n_speed,) rad/s; `channels`.
+    """
 
-    def __post_init__(self) -> None:
-        if self.direction not in ("x", "y"):
-            raise SettingError(f"direction of a channel: expected x or y, got {self.direction!r}")
+    parameters: Parameters
+    speed: Array
+    channels: tuple[Channel, ...]
 
-    def __str__(self) -> str:
-        return f"{self.direction} at {self.position:g} m"
-
-
-class Problem(Protocol):
-    """A rotor with unknowns, seen at given speeds through given channels. It never knows the true values."""
-
-    @property
-    def parameters(self) -> Parameters: ...
-
-    @property
-    def speed(self) -> Array:  # (n_speed,) rad/s
-        ...
-
-    @property
-    def channels(self) -> tuple[Channel, ...]: ...
-
+    @abstractmethod
     def response(self, x: Array) -> ComplexArray:
         """(n, d) SI → (n, n_speed, n_channel), m."""
-        ...
+
+    def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
+        """The same rotor at other speeds (rad/s) and channels. Left out: it is only seen as it is."""
+        raise self._refusal("can be seen at other speeds and channels", "measure what it has, or give it `at`")
 
     def sensitivity(self, x: Array) -> ComplexArray:
-        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit. A problem may leave it out: differences
-        of the response take its place, counted as evaluations."""
-        ...
+        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit. Left out: differences of the response take its
+        place, counted as evaluations."""
+        raise self._refusal("has a sensitivity", "take differences of its response (`ksmea.model.Model.linearise`)")
+
+    @property
+    def has_sensitivity(self) -> bool:
+        return type(self).sensitivity is not Problem.sensitivity
 
     @property
     def costly(self) -> Array:
-        """Places of the unknowns each new value of which costs far more than one of the others. A problem may leave it
-        out: none are."""
-        ...
-
-    def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
-        """The same rotor at other speeds (rad/s) and channels."""
-        ...
+        """Indices of the unknowns each new value of which costs far more than one of the others. Left out: none are."""
+        return np.empty(0, dtype=int)
 
     @property
     def sites(self) -> Array:
-        """Where along the shaft a probe could look or a trial weight could sit, (n,) m. A problem may leave it out:
-        other sensor positions are not considered then."""
-        ...
+        """Where along the shaft a probe could look or a trial weight could sit, (n,) m. Left out: nowhere is known,
+        and other positions are not considered."""
+        return np.empty(0)
+
+    @property
+    def has_free_phase(self) -> bool:
+        """Whether the phase of the whole response is unknown. Left out: where `phase_origin` is one of its unknowns."""
+        return PHASE_ORIGIN in self.parameters.names
 
     def with_phase_origin(self) -> Problem:
-        """The same rotor with the phase of all unbalance unknown, as measured phases have it; itself where it is so
-        already. A problem may leave it out: it has no use for measured phases then."""
-        ...
+        """The same rotor with the phase of all unbalance unknown; itself where it is so already. Left out: it has no use
+        for phases whose origin is unknown."""
+        raise self._refusal("can leave the origin of its phases open", "use the amplitudes alone")
+
+    @property
+    def can_leave_phase_open(self) -> bool:
+        return type(self).with_phase_origin is not Problem.with_phase_origin
 
     def with_unbalance(self, position: float, magnitude: float, phase: float) -> Problem:
-        """The same rotor with a known unbalance (kg m, rad) added at a position (m): a trial run. A problem may leave
-        it out."""
-        ...
-
-
-class Effect(Protocol):
-    """A physical cause that a model may lack, at one place; what registers under `ksmea.effects` is such an effect with
-    its default place. How it changes a response is between it and the problems that know effects of its kind."""
+        """The same rotor with a known unbalance (kg m, rad) added at a position (m): a trial run. Left out: it takes
+        none."""
+        raise self._refusal("takes a trial unbalance", "leave the trial run out")
 
     @property
-    def aliases(self) -> Mapping[str, str]:
-        """Effects that can look alike, by name, and what separates them."""
-        ...
+    def takes_unbalance(self) -> bool:
+        return type(self).with_unbalance is not Problem.with_unbalance
+
+    def dense_response(self, x: Array) -> ComplexArray:
+        """`response` by a second and slower route, for comparison and for making data. Left out: there is none."""
+        raise self._refusal("has a dense route", "give measurement.route=reduced")
 
     @property
-    def is_scanned(self) -> bool:
-        """Whether fits have to be sought all over its bounds, not only from where the model without it fits: of effects that
-        move resonances, or hide them."""
-        ...
+    def has_dense_route(self) -> bool:
+        return type(self).dense_response is not Problem.dense_response
 
-    def places(self, problem: Problem) -> Sequence[Effect]:
-        """This effect at each place of the problem where it may sit; none where it cannot be."""
-        ...
+    def critical_speeds(self, x: Array, highest: float | None = None) -> Array:
+        """Speeds (rad/s) up to `highest` at which a damped natural frequency equals the spin speed, rising, at values
+        x (d,) SI; None: up to its own highest speed. Left out: it does not know its modes."""
+        raise self._has_no_modes()
 
-    def parameters(self, problem: Problem) -> tuple[Parameter, ...]:
-        """Its unknowns with physical bounds. At 0 of all of them the model is as without it."""
-        ...
+    def modes(self, x: Array, speed: float, n_mode: int | None = None) -> Sequence[Any]:
+        """Its damped natural modes at values x (d,) SI and a spin speed (rad/s), the first `n_mode` or all. Left out: it
+        does not know them."""
+        raise self._has_no_modes()
 
-    def added_to(self, problem: Problem) -> Problem:
-        """The problem with this effect, whose unknowns follow its own: a problem like any other."""
-        ...
+    def campbell(self, x: Array, speed: Array, n_mode: int = 6) -> Any:
+        """Natural frequencies and damping ratios of its first modes over spin speeds (n_speed,) rad/s. Left out: it does
+        not know them."""
+        raise self._has_no_modes()
 
-    def draw(self, problem: Problem, rng: np.random.Generator) -> Array:
-        """Values (e,) SI of its unknowns that are plausible and large enough to be noticed, for data that hide it."""
-        ...
+    def _has_no_modes(self) -> SettingError:
+        return self._refusal("knows its natural modes", "take one that is made of a rotor")
+
+    def _refusal(self, what: str, try_this: str) -> SettingError:
+        return SettingError(f"expected a problem that {what}, got {type(self).__name__}; {try_this}")
 
 
-class ProblemSettings(Protocol):
+@dataclass(frozen=True)
+class ProblemSettings(Settings):
     """What registers under `ksmea.problems`: settings that build a problem, and the published values of its unknowns.
 
-    They are apart so that what is handed to an identification cannot hold the values it is to find. Settings that
-    name a file have a `fingerprint() -> str` of its content, which belongs to what a result is computed from; so do
-    those of a measurement.
+    They are apart so that what is handed to an identification cannot hold the values it is to find.
     """
 
-    def build(self) -> Problem: ...
+    @abstractmethod
+    def build(self) -> Problem:
+        """The problem, without any value of its unknowns."""
 
     def reference(self) -> Mapping[str, float]:
-        """Published values by parameter name, SI; only what makes synthetic data and prints tables may read them."""
-        ...
+        """Published values by parameter name, SI; only what makes synthetic data and prints tables may read them. Left
+        out: none are known."""
+        return {}
 
 
-class Predictor(Protocol):
-    """A fitted surrogate. These further members are used where a predictor has them:
+@dataclass(frozen=True)
+class MeasurementSource(Settings):
+    """What registers under `ksmea.measurements`: where a measurement comes from. The defaults are those of a source that
+    knows no truth, such as real data; `measure`, `kind` and, where it is known, `noise` are all that one has to say."""
 
-    - `variance(u) -> (k, q)`: prediction variance of each output;
-    - `leave_one_out() -> (q,)`: rms leave-one-out error of each output;
-    - `append(u (d,), y (q,)) -> Predictor`: a new predictor with one more sample, cheaper than a new fit;
-    - `notes: Mapping[str, float]`: what is worth a place in the run's record (a nugget that grew, θ …).
-    """
+    @property
+    @abstractmethod
+    def kind(self) -> str:
+        """One of `ksmea.measurement.KINDS`."""
 
+    @abstractmethod
+    def measure(
+        self,
+        settings: ProblemSettings,
+        truth: Mapping[str, float],
+        noise: np.random.Generator,
+        hidden: np.random.Generator,
+    ) -> Measurement:
+        """One measurement of the problem that `settings` build. Only what makes data uses the true values (SI by name)
+        and the generators, of the noise and of effects that are hidden in the data."""
+
+    def layout(self, settings: ProblemSettings) -> Layout:
+        """Speeds, channels and kind of every measurement, before one is made. Left out: as `measure` returns them."""
+        unused = np.random.default_rng(0)
+        return self.measure(settings, {}, unused, unused).layout
+
+    @property
+    def noise(self) -> Noise | None:
+        """The noise in the data. Left out: nobody knows it."""
+        return None
+
+    @property
+    def noise_known(self) -> bool:
+        """Whether an identification is told the noise. Left out: where it is known at all."""
+        return self.noise is not None
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What a report should say of the data, such as what was left out. Left out: nothing."""
+        return ()
+
+    def true_values(self, settings: ProblemSettings) -> Mapping[str, float]:
+        """True value of every unknown of the aligned problem by name, SI. Left out: nobody knows any."""
+        return {}
+
+    def response(
+        self, settings: ProblemSettings, truth: Mapping[str, float], hidden: np.random.Generator
+    ) -> ComplexArray | None:
+        """What is measured, without its noise, (n_speed, n_channel) m. Left out: nobody knows it."""
+        return None
+
+    def hidden_effects(self, settings: ProblemSettings, hidden: np.random.Generator) -> list[dict[str, Any]]:
+        """What data drawn by `hidden` hide, for records. Left out: nothing that anyone knows of."""
+        return []
+
+    def with_hidden(
+        self, settings: ProblemSettings, problem: Problem, hidden: np.random.Generator
+    ) -> tuple[Problem, Array] | None:
+        """A problem with what data drawn by `hidden` hide, and the true values (e,) SI of the unknowns that this adds;
+        None where nothing is hidden. Left out: None."""
+        return None
+
+
+@dataclass(frozen=True)
+class Effect(Settings):
+    """A physical cause that a model may lack, at one location; what registers under `ksmea.effects` is such an effect with
+    its default location. How it changes a response is between it and the problems that know effects of its kind."""
+
+    # Effects that can look alike, by name, and what separates them. Left out: none.
+    aliases: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    # Whether it is fitted from values all over its limits, not only from where the model without it fits: of effects
+    # that move resonances, or hide them. Left out: yes.
+    is_scanned: ClassVar[bool] = True
+
+    def places(self, problem: Problem) -> Sequence[Self]:
+        """This effect at each location of the problem where it may sit; empty where it cannot be. Left out: as it is."""
+        return (self,)
+
+    @abstractmethod
+    def parameters(self, problem: Problem) -> tuple[Parameter, ...]:
+        """Its unknowns with physical limits. At 0 of all of them the model is as without it."""
+
+    @abstractmethod
+    def added_to(self, problem: Problem) -> Problem:
+        """The problem with this effect, whose unknowns follow its own: a problem like any other."""
+
+    @abstractmethod
+    def draw(self, problem: Problem, rng: np.random.Generator) -> Array:
+        """Values (e,) SI of its unknowns that are plausible and large enough to be noticed, for data that hide it."""
+
+
+class Predictor(ABC):
+    """A fitted surrogate."""
+
+    @abstractmethod
     def predict(self, u: Array) -> Array:
         """(k, d) → (k, q)."""
-        ...
+
+    def variance(self, u: Array) -> Array | None:
+        """Prediction variance of each output, (k, q). Left out: None, it is not known."""
+        return None
+
+    def leave_one_out(self) -> Array | None:
+        """Root mean square leave-one-out error of each output, (q,). Left out: None, the prediction counts as exact."""
+        return None
+
+    def append(self, u: Array, y: Array) -> Predictor | None:
+        """A new predictor with one more sample u (d,), y (q,), cheaper than a new fit. Left out: None, fit anew."""
+        return None
+
+    @property
+    def notes(self) -> Mapping[str, float]:
+        """What is worth keeping in the run's record (a nugget that grew, θ …). Left out: nothing."""
+        return {}
 
 
-@runtime_checkable
-class Surrogate(Protocol):
+@dataclass(frozen=True)
+class Surrogate(Settings):
     """Settings of a surrogate. `transform` names how the real outputs are made of the complex response
-    (`ksmea.transforms.TRANSFORMS`, or 'auto'): a setting where the user may choose, else a class constant."""
+    (`ksmea.transforms.TRANSFORMS`): a setting where the user may choose, else a class constant; left out: 'auto'."""
 
-    transform: str
+    transform = "auto"
+    # Whether it stands for the true model itself: a method then evaluates that and fits nothing.
+    is_true_model: ClassVar[bool] = False
 
+    @abstractmethod
     def least_samples(self, d: int) -> int:
         """The fewest samples it can be fitted to in d dimensions."""
-        ...
 
-    def fit(self, u: Array, y: Array, model: Model, rng: np.random.Generator) -> Predictor:
-        """Samples u (n, d) in the unit cube with outputs y (n, q); `model` is the counted true model.
+    @abstractmethod
+    def fit(self, u: Array, y: Array, rng: np.random.Generator) -> Predictor:
+        """A predictor from samples u (n, d) in the unit cube with outputs y (n, q)."""
 
-        Where a surrogate has `refit(previous, u, y, model, rng)`, a fit that starts from an earlier predictor, the
-        loop calls that at its updates.
-        """
-        ...
+    def refit(self, previous: Predictor, u: Array, y: Array, rng: np.random.Generator) -> Predictor:
+        """`fit` that may start from an earlier predictor of fewer samples. Left out: `fit`."""
+        return self.fit(u, y, rng)
 
 
-@runtime_checkable
-class Optimizer(Protocol):
-    """Settings of an optimiser. It asks the objective for values and returns `objective.result()`;
-    it lets `BudgetSpent` pass. Where it does not suit every number of unknowns it has a
-    `check_dimension(dim)` that raises `SettingError`."""
+@dataclass(frozen=True)
+class Optimizer(Settings):
+    """Settings of an optimiser."""
 
-    def minimize(self, objective: Objective, rng: np.random.Generator) -> Minimum: ...
+    @abstractmethod
+    def minimize(self, objective: Objective, rng: np.random.Generator) -> Minimum:
+        """Ask the objective for values and return `objective.result()`; let `BudgetSpent` pass."""
+
+    def check_dimension(self, dim: int) -> None:
+        """Raise `SettingError` where it does not suit `dim` unknowns. Left out: it suits any number."""
+
+
+@dataclass(frozen=True)
+class Method(Settings):
+    """Settings of a way to identify. What it is made of is among its fields, marked as parts (`ksmea.settings.part`): a
+    `surrogate`, an `optimizer`, the number of `samples`. A run that uses it ignores the parts that it has not."""
+
+    @classmethod
+    def part_names(cls) -> tuple[str, ...]:
+        names = [field.name for field in part_fields(cls)]
+        return tuple(name for name in METHOD_PARTS if name in names)
+
+    @property
+    def ignores(self) -> tuple[str, ...]:
+        """Parts of a run that make no difference to it."""
+        return tuple(sorted(set(METHOD_PARTS) - set(self.part_names())))
+
+    def validate(self, problem: Problem) -> None:
+        """Raise `SettingError` where its parts cannot work together on this problem, before anything is run. Left out:
+        they always can."""
+
+    @abstractmethod
+    def identify(self, problem: Problem, measurement: Measurement, streams: Streams) -> Identification:
+        """The values that agree best with the measurement. A problem that is not seen as the measurement is a
+        `SettingError`; `ksmea.alignment.aligned` makes the one that is."""
+
+
+CONTRACTS: Mapping[str, type[Settings]] = MappingProxyType(
+    {  # what a plugin of each group subclasses; studies and reports have contracts of the bench's own on top
+        "problem": ProblemSettings,
+        "measurement": MeasurementSource,
+        "surrogate": Surrogate,
+        "optimizer": Optimizer,
+        "method": Method,
+        "effect": Effect,
+        "study": Settings,
+        "report": Settings,
+    }
+)

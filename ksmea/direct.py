@@ -5,51 +5,41 @@ from __future__ import annotations
 import time
 from contextlib import suppress
 from dataclasses import dataclass
-from typing import ClassVar
 
 import numpy as np
 
-from ksmea.contracts import Optimizer, Problem, Surrogate
+from ksmea.contracts import Method, Optimizer, Problem
 from ksmea.errors import BudgetSpent
 from ksmea.final_step import most_likely
-from ksmea.identification import Identification, Streams, at_bound, check_optimizer
+from ksmea.identification import Identification, Streams, at_limit
 from ksmea.measurement import Measurement
 from ksmea.misfit import FORMS, Misfit
 from ksmea.model import Model, model_objective
-from ksmea.settings import Settings, setting
+from ksmea.settings import part, setting
 
 
 @dataclass(frozen=True)
-class Direct(Settings):
+class Direct(Method):
     """Minimise the misfit of the true model with the optimiser alone, as Table 6 does with DE, PSO and GA.
 
     Where the noise's level is not known, the optimiser searches with equal weights in relative terms, and the maximum
     of the likelihood nearest to its optimum, the noise estimated along, is the end.
     """
 
+    optimizer: Optimizer = part("what searches the true model")
     misfit: str = setting("likelihood", "form of the misfit", choices=FORMS)
     budget: int | None = setting(None, "true-model evaluations at most; null: what the optimiser asks for", at_least=1)
 
-    ignores: ClassVar[tuple[str, ...]] = ("samples", "surrogate")
+    def validate(self, problem: Problem) -> None:
+        self.optimizer.check_dimension(len(problem.parameters))
 
-    def validate(self, problem: Problem, surrogate: Surrogate, optimizer: Optimizer, samples: int) -> None:
-        check_optimizer(optimizer, problem)
-
-    def identify(
-        self,
-        problem: Problem,
-        measurement: Measurement,
-        surrogate: Surrogate,
-        optimizer: Optimizer,
-        samples: int,
-        streams: Streams,
-    ) -> Identification:
+    def identify(self, problem: Problem, measurement: Measurement, streams: Streams) -> Identification:
         started = time.perf_counter()
         model = Model(problem, budget=self.budget)
         misfit = Misfit(measurement, self.misfit)
         objective = model_objective(model, misfit, self.budget)
         with suppress(BudgetSpent):
-            optimizer.minimize(objective, streams.optimizer)
+            self.optimizer.minimize(objective, streams.optimizer)
         minimum = objective.result()  # not what the optimiser returned: the objective knows
         if not np.isfinite(minimum.value):
             raise ArithmeticError(f"none of the {objective.evaluations} points of the optimiser has a finite misfit")
@@ -59,7 +49,7 @@ class Direct(Settings):
         total = time.perf_counter() - started
         return Identification(
             x=problem.parameters.to_si(u),
-            at_bound=at_bound(u),
+            at_limit=at_limit(u),
             misfit=value,
             stop="budget" if objective.was_refused else "optimizer",
             updates=0,

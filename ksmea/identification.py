@@ -4,13 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Protocol
 
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.contracts import Optimizer, Problem, Surrogate
-from ksmea.measurement import Measurement
 
 BUDGET_STOPS = ("updates", "budget")  # stop reasons that say it was cut short, not that it converged
 
@@ -46,7 +43,7 @@ class Identification:
     """
 
     x: Array  # (d,) SI
-    at_bound: tuple[bool, ...]
+    at_limit: tuple[bool, ...]  # which of them lie at a search limit
     misfit: float
     stop: str
     updates: int
@@ -64,32 +61,6 @@ class Identification:
         return self.stop in BUDGET_STOPS
 
 
-class Method(Protocol):
-    """Settings of a way to identify; `ignores` names the parts of a run that make no difference to it."""
-
-    ignores: tuple[str, ...]
-
-    def validate(self, problem: Problem, surrogate: Surrogate, optimizer: Optimizer, samples: int) -> None:
-        """Raise `SettingError` where these cannot work together, before anything is run."""
-        ...
-
-    def identify(
-        self,
-        problem: Problem,
-        measurement: Measurement,
-        surrogate: Surrogate,
-        optimizer: Optimizer,
-        samples: int,
-        streams: Streams,
-    ) -> Identification: ...
-
-
-def check_optimizer(optimizer: Optimizer, problem: Problem) -> None:
-    """Raise `SettingError` where the optimiser does not suit the problem's number of unknowns."""
-    if hasattr(optimizer, "check_dimension"):
-        optimizer.check_dimension(len(problem.parameters))
-
-
-def at_bound(u: Array, tolerance: float = 1e-3) -> tuple[bool, ...]:
-    """Which coordinates of a point in the unit cube lie on a bound, within a thousandth of the range."""
-    return tuple(bool(on) for on in (u <= tolerance) | (u >= 1 - tolerance))
+def at_limit(u: Array, tolerance: float = 1e-3) -> tuple[bool, ...]:
+    """Which coordinates of a point in the unit cube lie at a search limit, within a thousandth of the range."""
+    return tuple(bool(at) for at in (u <= tolerance) | (u >= 1 - tolerance))

@@ -19,7 +19,6 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
-from ksmea.parameters import Parameters
 
 # An entry: lengths of question and answer in bytes, their checksum, then both as they lie in memory.
 HEADER = struct.Struct("<QQI")
@@ -80,28 +79,29 @@ def _entries(path: Path) -> list[tuple[bytes, bytes]]:
     return entries
 
 
-class JournaledResponse:
-    """A problem whose responses are served from a journal, or computed and written into it."""
+class JournaledProblem(Problem):
+    """A problem whose responses and sensitivities are served from a journal, or computed and written into it."""
 
     def __init__(self, problem: Problem, journal: Journal) -> None:
         self._problem = problem
         self._journal = journal
-
-    @property
-    def parameters(self) -> Parameters:
-        return self._problem.parameters
-
-    @property
-    def speed(self) -> Array:
-        return self._problem.speed
-
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        return self._problem.channels
+        self.parameters, self.speed, self.channels = problem.parameters, problem.speed, problem.channels
 
     def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
         """The same rotor elsewhere, without the journal, whose answers are for these speeds and channels."""
         return self._problem.at(speed, channels)
+
+    @property
+    def has_free_phase(self) -> bool:
+        return self._problem.has_free_phase
+
+    @property
+    def costly(self) -> Array:
+        return self._problem.costly
+
+    @property
+    def sites(self) -> Array:
+        return self._problem.sites
 
     def response(self, x: Array) -> ComplexArray:
         """One parameter set after the other, so that a run that is killed among them loses the one in work alone."""
@@ -117,9 +117,9 @@ class JournaledResponse:
             self._journal.write("response", x, answer)
         return answer
 
-
-class JournaledProblem(JournaledResponse):
-    """The same for a problem with a sensitivity."""
+    @property
+    def has_sensitivity(self) -> bool:
+        return self._problem.has_sensitivity
 
     def sensitivity(self, x: Array) -> ComplexArray:
         answer = self._journal.answer("sensitivity", x)
@@ -127,8 +127,3 @@ class JournaledProblem(JournaledResponse):
             answer = self._problem.sensitivity(x)
             self._journal.write("sensitivity", x, answer)
         return answer.reshape(len(self.speed), len(self.channels), len(self.parameters))
-
-
-def journaled(problem: Problem, journal: Journal) -> Problem:
-    """The problem behind a journal, with a sensitivity where it has one."""
-    return (JournaledProblem if hasattr(problem, "sensitivity") else JournaledResponse)(problem, journal)

@@ -19,6 +19,7 @@ from functools import cached_property
 import numpy as np
 from scipy.optimize import lsq_linear
 
+from ksmea.alignment import require_aligned
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import BudgetSpent
 from ksmea.identifiability import whitened_difference, whitened_noise_sensitivity, whitened_sensitivity
@@ -58,6 +59,7 @@ class Likelihood:
     """The likelihood of a measurement as a function of θ. Its model counts the evaluations and holds the budget."""
 
     def __init__(self, model: Model, measurement: Measurement) -> None:
+        require_aligned(model.problem, measurement)
         self.model = model
         self.measurement = measurement
         self.d = len(model.problem.parameters)

@@ -14,31 +14,37 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from typing import ClassVar
 
 import numpy as np
 
+from ksmea.alignment import require_aligned
 from ksmea.arrays import Array, ComplexArray
-from ksmea.contracts import Optimizer, Predictor, Problem, Surrogate
+from ksmea.contracts import Method, Optimizer, Predictor, Problem, Surrogate
 from ksmea.descent import descend
 from ksmea.errors import BudgetSpent, SettingError
 from ksmea.final_step import most_likely
-from ksmea.identification import Identification, Streams, Update, at_bound, check_optimizer
+from ksmea.identification import Identification, Streams, Update, at_limit
 from ksmea.measurement import Measurement
 from ksmea.misfit import FORMS, Misfit
-from ksmea.model import Model
+from ksmea.model import Model, TrueModel
 from ksmea.objective import Objective
 from ksmea.parameters import Parameters
 from ksmea.sampling import latin_hypercube
-from ksmea.settings import Settings, setting
+from ksmea.settings import part, setting
 from ksmea.stopping import simple_difference, squared_multiple_correlation
 from ksmea.transforms import make_transform
 
 
 @dataclass(frozen=True)
-class KSMEA(Settings):
-    """The paper's method; whatever it leaves open is a setting."""
+class KSMEA(Method):
+    """The paper's method; whatever it leaves open is a setting.
 
+    `KSMEA(surrogate=Kriging(), optimizer=DE(), samples=40).identify(problem, measurement, streams)`
+    """
+
+    surrogate: Surrogate = part("what stands for the response of the true model")
+    optimizer: Optimizer = part("what searches the surrogate")
+    samples: int = part("points of the initial design, a Latin hypercube", at_least=1)
     misfit: str = setting("log", "form of the misfit that is minimised on the surrogate", choices=FORMS)
     surrogate_error: bool = setting(
         True, "add the surrogate's leave-one-out error to the noise, where the surrogate tells it"
@@ -79,38 +85,29 @@ class KSMEA(Settings):
         False, "end at the maximum of the true model's likelihood nearest to the best point; the paper has no such step"
     )
 
-    ignores: ClassVar[tuple[str, ...]] = ()
-
-    def validate(self, problem: Problem, surrogate: Surrogate, optimizer: Optimizer, samples: int) -> None:
-        check_optimizer(optimizer, problem)
+    def validate(self, problem: Problem) -> None:
         d = len(problem.parameters)
-        least = surrogate.least_samples(d)
-        if samples < least:
+        self.optimizer.check_dimension(d)
+        least = self.surrogate.least_samples(d)
+        if self.samples < least:
             raise SettingError(
-                f"samples: expected at least {least} for this surrogate with {d} unknowns, got {samples};"
+                f"samples: expected at least {least} for this surrogate with {d} unknowns, got {self.samples};"
                 " take more samples, or a lower trend or degree"
             )
         if self.nearest is not None and self.nearest < least:
             raise SettingError(
                 f"method.nearest: expected at least {least} for this surrogate with {d} unknowns, got {self.nearest}"
             )
-        if self.budget is not None and samples >= self.budget:
+        if self.budget is not None and self.samples >= self.budget:
             raise SettingError(
-                f"method.budget: expected more than the {samples} initial samples, got {self.budget};"
+                f"method.budget: expected more than the {self.samples} initial samples, got {self.budget};"
                 " raise it or take fewer samples"
             )
 
-    def identify(
-        self,
-        problem: Problem,
-        measurement: Measurement,
-        surrogate: Surrogate,
-        optimizer: Optimizer,
-        samples: int,
-        streams: Streams,
-    ) -> Identification:
+    def identify(self, problem: Problem, measurement: Measurement, streams: Streams) -> Identification:
+        require_aligned(problem, measurement)
         transform = make_transform(
-            surrogate.transform,
+            self.surrogate.transform,
             amplitude_data=measurement.is_amplitude,
             n_speed=len(measurement.speed),
             n_channel=len(measurement.channels),
@@ -118,18 +115,19 @@ class KSMEA(Settings):
         model = Model(problem, transform, self.budget)
         clock = _Clock(model)
         misfit = Misfit(measurement, self.misfit)
-        known = _evaluated(latin_hypercube(samples, len(problem.parameters), streams.design), model, misfit)
-        predictor, predicted = None, None
+        known = _evaluated(latin_hypercube(self.samples, len(problem.parameters), streams.design), model, misfit)
+        predictor: Predictor | None = None
+        predicted = None
         history: list[Update] = []
         surrogate_evaluations = 0
         stop = ""
         while not stop:
             with clock.measures("surrogate"):
-                predictor = self._fit(surrogate, predictor, known, model, streams, len(history))
+                predictor = self._fit(predictor, known, model, streams, len(history))
             try:
                 with clock.measures("search"):
                     objective = self._surrogate_objective(misfit, predictor, model)
-                    u = self._search(objective, optimizer, streams.optimizer)
+                    u = self._search(objective, streams.optimizer)
                     surrogate_evaluations += objective.evaluations
                     prediction = transform.decode(predictor.predict(u[None]))
                 added = _evaluated(u[None], model, misfit)
@@ -146,7 +144,7 @@ class KSMEA(Settings):
             best, best_misfit = found
         return Identification(
             x=problem.parameters.to_si(best),
-            at_bound=at_bound(best),
+            at_limit=at_limit(best),
             misfit=best_misfit,
             stop=stop,
             updates=len(history),
@@ -157,34 +155,31 @@ class KSMEA(Settings):
             history=tuple(history),
             predicted=predicted,
             modelled=None if not history else misfit.observed(known.responses[-1]),
-            notes=getattr(predictor, "notes", {}),
+            notes={} if predictor is None else predictor.notes,
         )
 
     def _fit(
-        self,
-        surrogate: Surrogate,
-        previous: Predictor | None,
-        known: _Samples,
-        model: Model,
-        streams: Streams,
-        updates: int,
+        self, previous: Predictor | None, known: _Samples, model: Model, streams: Streams, updates: int
     ) -> Predictor:
         """The surrogate of the samples, of which the last is new: a fit, a warm refit or one sample appended."""
+        if self.surrogate.is_true_model:
+            return TrueModel(model)
         chosen = known.nearest_to_best(self.nearest)
         u, y = known.points[chosen], model.transform.encode(known.responses[chosen])
         if previous is None:
-            return surrogate.fit(u, y, model, streams.surrogate)
-        if updates % self.refit_every and self.nearest is None and hasattr(previous, "append"):
-            return previous.append(u[-1], y[-1])
-        if hasattr(surrogate, "refit"):
-            return surrogate.refit(previous, u, y, model, streams.surrogate)
-        return surrogate.fit(u, y, model, streams.surrogate)
+            return self.surrogate.fit(u, y, streams.surrogate)
+        if updates % self.refit_every and self.nearest is None:
+            appended = previous.append(u[-1], y[-1])
+            if appended is not None:
+                return appended
+        return self.surrogate.refit(previous, u, y, streams.surrogate)
 
     def _surrogate_objective(self, misfit: Misfit, predictor: Predictor, model: Model) -> Objective:
         """The misfit of the surrogate's response, its own error added to the noise where it tells it."""
-        if self.surrogate_error and hasattr(predictor, "leave_one_out"):
+        own_error = predictor.leave_one_out() if self.surrogate_error else None
+        if own_error is not None:
             measured = misfit.measurement.values[None]
-            misfit = replace(misfit, model_sd=model.transform.spread(predictor.leave_one_out(), measured)[0])
+            misfit = replace(misfit, model_sd=model.transform.spread(own_error, measured)[0])
 
         def predicted(u: Array) -> Array:
             return model.transform.decode(predictor.predict(u))
@@ -196,10 +191,10 @@ class KSMEA(Settings):
             budget=self.surrogate_budget,
         )
 
-    def _search(self, objective: Objective, optimizer: Optimizer, rng: np.random.Generator) -> Array:
+    def _search(self, objective: Objective, rng: np.random.Generator) -> Array:
         """The optimum (d,) on the surrogate; a spent budget ends the search with the best point seen."""
         try:
-            optimizer.minimize(objective, rng)
+            self.optimizer.minimize(objective, rng)
             if self.polish:
                 descend(objective, objective.result().u, max_iterations=50)
         except BudgetSpent:

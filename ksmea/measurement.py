@@ -33,10 +33,29 @@ class Noise:
 
 
 @dataclass(frozen=True)
+class Layout:
+    """What is measured, without the values: where, of what kind (one of `KINDS`), and whether it is known where phases
+    begin. `locations` says where in its source each channel stands, for messages; empty where that has no meaning."""
+
+    speed: Array  # (n_speed,) rad/s
+    channels: tuple[Channel, ...]
+    kind: str
+    source: str
+    phase_known: bool = True
+    locations: tuple[str, ...] = ()
+
+    @property
+    def has_free_phase(self) -> bool:
+        """Whether its values have phases whose origin is not known."""
+        return self.kind == "complex" and not self.phase_known
+
+
+@dataclass(frozen=True)
 class Measurement:
     """Values (n_speed, n_channel), m 0-peak: real amplitudes or complex responses, at `speed` (rad/s).
 
-    `noise` is None where its level is not known.
+    `noise` is None where its level is not known; `phase_known` is false where phases were measured from an origin that
+    nobody knows: the angle of the whole response is one more unknown then.
     """
 
     speed: Array
@@ -44,6 +63,7 @@ class Measurement:
     values: Array | ComplexArray
     noise: Noise | None
     source: str
+    phase_known: bool = True
 
     def __post_init__(self) -> None:
         expected = (len(self.speed), len(self.channels))
@@ -69,6 +89,11 @@ class Measurement:
     def kind(self) -> str:
         """One of `KINDS`."""
         return "amplitude" if self.is_amplitude else "complex"
+
+    @property
+    def layout(self) -> Layout:
+        """What was measured, without the values."""
+        return Layout(self.speed, self.channels, self.kind, self.source, self.phase_known)
 
     @property
     def dimensions(self) -> int:

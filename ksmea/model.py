@@ -6,8 +6,9 @@ import time
 
 import numpy as np
 
+from ksmea.alignment import require_aligned
 from ksmea.arrays import Array, ComplexArray
-from ksmea.contracts import Problem
+from ksmea.contracts import Predictor, Problem
 from ksmea.errors import BudgetSpent
 from ksmea.misfit import Misfit
 from ksmea.objective import Objective
@@ -55,7 +56,7 @@ class Model:
 
         Together they count as one Jacobian; of a problem without a sensitivity they are 2 d + 1 points.
         """
-        if not hasattr(self.problem, "sensitivity"):
+        if not self.problem.has_sensitivity:
             return self._differences(u)
         started = time.perf_counter()
         parameters = self.problem.parameters
@@ -79,8 +80,21 @@ class Model:
         return self.transform.encode(self.response(u))
 
 
+class TrueModel(Predictor):
+    """A predictor without error: each prediction is a counted evaluation of the model."""
+
+    def __init__(self, model: Model) -> None:
+        self.model = model
+
+    def predict(self, u: Array) -> Array:
+        """Points (k, d) → the model's outputs (k, q)."""
+        return self.model.outputs(u)
+
+
 def model_objective(model: Model, misfit: Misfit, budget: int | None = None) -> Objective:
-    """The misfit of the true model as an objective, with the Jacobian from the sensitivity where the problem has one."""
+    """The misfit of the true model as an objective, with the Jacobian from the sensitivity where the problem has one;
+    `SettingError` where the model's problem is not seen as the misfit's measurement."""
+    require_aligned(model.problem, misfit.measurement)
 
     def residuals(u: Array) -> Array:
         return misfit.residuals(misfit.observed(model.response(u)))
@@ -94,7 +108,7 @@ def model_objective(model: Model, misfit: Misfit, budget: int | None = None) -> 
     return Objective(
         len(model.problem.parameters),
         residuals,
-        jacobian_at=jacobian if hasattr(model.problem, "sensitivity") else None,
+        jacobian_at=jacobian if model.problem.has_sensitivity else None,
         screening_at=screening,
         budget=budget,
     )

@@ -12,7 +12,9 @@ from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
 
+from ksmea.contracts import CONTRACTS
 from ksmea.errors import SettingError, unknown
+from ksmea.settings import own_fields, part_fields
 
 GROUPS = {
     "problem": "ksmea.problems",
@@ -48,6 +50,17 @@ def plugin_class(group: str, name: str) -> type:
         raise SettingError(f"{group}={name}: {points[name].value} cannot be loaded: {_one_line(error)}") from error
     if not (isinstance(plugin, type) and dataclasses.is_dataclass(plugin) and plugin.__dataclass_params__.frozen):
         raise SettingError(f"{group}={name}: expected a frozen dataclass at {points[name].value}, got {plugin!r}")
+    contract = CONTRACTS[group]
+    if not issubclass(plugin, contract):
+        raise SettingError(
+            f"{group}={name}: expected a subclass of {contract.__module__}.{contract.__name__} at {points[name].value},"
+            f" got {plugin.__name__}; make it one, see {contract.__module__}"
+        )
+    if missing := sorted(plugin.__abstractmethods__):
+        raise SettingError(
+            f"{group}={name}: expected {plugin.__name__} to define {', '.join(missing)}, which {contract.__name__} leaves"
+            " abstract, got nothing; add it"
+        )
     return plugin
 
 
@@ -55,14 +68,20 @@ def _one_line(error: BaseException) -> str:
     return " ".join(f"{type(error).__name__}: {error}".split())
 
 
-def create(group: str, name: str, settings: Mapping[str, Any]) -> Any:
-    """A plugin with its settings checked; the error says which plugin and setting it was."""
+def create(group: str, name: str, settings: Mapping[str, Any], parts: Mapping[str, Any] | None = None) -> Any:
+    """A plugin with its settings checked; the error says which plugin and setting it was. A method is made of those of
+    `parts` that it has."""
     plugin = plugin_class(group, name)
-    known = [field.name for field in dataclasses.fields(plugin)]
+    known = [field.name for field in own_fields(plugin)]
     for key in settings:
         if key not in known:
             raise unknown(f"setting of {group}={name}:", key, known)
+    chosen = {}
+    for field in part_fields(plugin):
+        chosen[field.name] = (parts or {}).get(field.name)
+        if chosen[field.name] is None:
+            raise SettingError(f"{group}={name}: expected {field.name}, {field.metadata['help']}, got none; choose one")
     try:
-        return plugin(**settings)
+        return plugin(**chosen, **settings)
     except SettingError as error:
         raise SettingError(f"{group}={name}: {error}") from error

@@ -9,10 +9,15 @@ from __future__ import annotations
 import dataclasses
 import math
 import numbers
+import typing
+from abc import ABC
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
-from ksmea.errors import SettingError, unknown
+from ksmea.errors import SettingError, described, unknown
+from ksmea.setting_types import in_words, is_of
 
 
 def setting(
@@ -38,17 +43,53 @@ def setting(
     return dataclasses.field(default=default, metadata=metadata)
 
 
+def part(help: str, *, at_least: float | None = None) -> Any:
+    """A dataclass field that holds a part of a method: another plugin, or the number of samples. A run chooses parts
+    beside the settings (`surrogate=kriging samples=40`), so that they are no settings of the method itself."""
+    return dataclasses.field(metadata={"help": help, "is_part": True, "at_least": at_least})
+
+
+def own_fields(settings: type) -> list[dataclasses.Field[Any]]:
+    """The fields of a plugin that are its own settings, its parts left out."""
+    return [field for field in dataclasses.fields(settings) if not field.metadata.get("is_part")]
+
+
+def part_fields(settings: type) -> list[dataclasses.Field[Any]]:
+    """The fields of a plugin that hold its parts."""
+    return [field for field in dataclasses.fields(settings) if field.metadata.get("is_part")]
+
+
 @dataclass(frozen=True)
-class Settings:
-    """Base of settings that checks each field's range; override `check` for conditions between fields."""
+class Settings(ABC):  # noqa: B024 – the contracts that derive from it have abstract methods
+    """Base of settings that checks each field's type and range; override `check` for conditions between fields."""
 
     def __post_init__(self) -> None:
-        for field in dataclasses.fields(self):
-            _check_field(field, getattr(self, field.name))
+        for name, hint, metadata in _checked_fields(type(self)):
+            _check_field(name, hint, metadata, getattr(self, name))
         self.check()
 
-    def check(self) -> None:
+    def check(self) -> None:  # noqa: B027 – may be left out
         """Raise `SettingError` where the fields do not fit each other."""
+
+    def fingerprint(self) -> str:
+        """Hash of the content of a file that the settings name but do not hold: a changed file is another question.
+        Left out: '', they name none."""
+        return ""
+
+    @property
+    def parts(self) -> Sequence[Settings]:
+        """Plugins that take part without being chosen by the run itself, such as effects. Left out: none."""
+        return ()
+
+
+@cache
+def _checked_fields(settings: type) -> tuple[tuple[str, Any, Mapping[str, Any]], ...]:
+    """Name, type and metadata of each field; of a class whose types cannot be resolved any type is taken."""
+    try:
+        hints = typing.get_type_hints(settings)
+    except NameError:  # made inside a function, of types that are known there alone
+        hints = {}
+    return tuple((field.name, hints.get(field.name, Any), field.metadata) for field in dataclasses.fields(settings))
 
 
 def expected_range(metadata: Any) -> str:
@@ -63,16 +104,16 @@ def expected_range(metadata: Any) -> str:
     return " and ".join(limits)
 
 
-def _check_field(field: dataclasses.Field, value: Any) -> None:
-    choices = field.metadata.get("choices")
+def _check_field(name: str, hint: Any, metadata: Mapping[str, Any], value: Any) -> None:
+    if not is_of(value, hint):
+        raise SettingError(f"{name}: expected {in_words(hint)}, got {described(value)}")
+    choices = metadata.get("choices")
     if choices and value is not None and value not in choices:
-        raise unknown(f"value for {field.name}:", str(value), choices)
+        raise unknown(f"value for {name}:", str(value), choices)
     entries = value if isinstance(value, (list, tuple)) else [value]
     for entry in entries:
-        if isinstance(entry, numbers.Real) and not isinstance(entry, bool) and not _in_range(entry, field.metadata):
-            raise SettingError(
-                f"{field.name}: expected a number {expected_range(field.metadata) or 'that is finite'}, got {entry}"
-            )
+        if isinstance(entry, numbers.Real) and not isinstance(entry, bool) and not _in_range(entry, metadata):
+            raise SettingError(f"{name}: expected a number {expected_range(metadata) or 'that is finite'}, got {entry}")
 
 
 def _in_range(value: float, metadata: Any) -> bool:

@@ -37,10 +37,10 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import Channel
-from ksmea.contracts import Problem, ProblemSettings
+from ksmea.contracts import MeasurementSource, ProblemSettings
 from ksmea.errors import SettingError, unknown
-from ksmea.measurement import Measurement, Noise
-from ksmea.settings import Settings, setting
+from ksmea.measurement import Layout, Measurement, Noise
+from ksmea.settings import setting
 from ksmea.units import DEGREE, MICROMETRE, RPM
 
 REQUIRED = ("speed_rpm", "position_m", "direction", "amplitude_um_0pk")
@@ -57,7 +57,7 @@ LONGEST = 40  # characters of a file that a message quotes
 
 
 @dataclass(frozen=True)
-class File(Settings):
+class File(MeasurementSource):
     """A measured run-up, coast-down or set of steady speeds from a CSV file, amplitudes with or without phase.
 
     Where phases were measured, the unbalance's angle is one more unknown: the origin of measured phases is arbitrary.
@@ -111,38 +111,22 @@ class File(Settings):
         """Hash of the file's content, which the settings name but do not hold: a changed file is another measurement."""
         return self._content[1]
 
-    def adapted(self, problem: Problem) -> Problem:
-        """The problem at the file's speeds and channels, its phase origin unknown where the file has phases."""
-        problem = self._seen(problem)
-        if self.kind == "amplitude":
-            return problem
-        if not hasattr(problem, "with_phase_origin"):
-            raise SettingError(
-                f"{self.path}: phases were measured, expected a problem that can leave their origin open, got"
-                f" {type(problem).__name__}; leave phase_lead_deg empty to use the amplitudes alone"
-            )
-        return problem.with_phase_origin()
+    def layout(self, settings: ProblemSettings) -> Layout:
+        """The file's speeds and channels; where it has phases, their origin is not known."""
+        run_up = self._run_up
+        lines = tuple(f"{self.path} line {line}" for line in run_up.first_lines)
+        return Layout(run_up.speed, run_up.channels, self.kind, self.path, phase_known=False, locations=lines)
 
-    def true_values(self, settings: ProblemSettings, problem: Problem) -> dict[str, float]:
-        """Nobody knows them."""
-        return {}
-
-    def measure(self, settings: ProblemSettings, truth: Mapping[str, float], rng: np.random.Generator) -> Measurement:
+    def measure(
+        self,
+        settings: ProblemSettings,
+        truth: Mapping[str, float],
+        noise: np.random.Generator,
+        hidden: np.random.Generator,
+    ) -> Measurement:
         """What the file holds."""
-        run_up = self._run_up
-        return Measurement(run_up.speed, run_up.channels, run_up.values, self.noise, source=Path(self.path).name)
-
-    def _seen(self, problem: Problem) -> Problem:
-        run_up = self._run_up
-        try:
-            return problem.at(run_up.speed, run_up.channels)
-        except SettingError as error:
-            for channel, line in zip(run_up.channels, run_up.first_lines):
-                try:
-                    problem.at(run_up.speed, (channel,))
-                except SettingError as own:
-                    raise SettingError(f"{self.path} line {line}: {own}; position_m is in m") from own
-            raise SettingError(f"{self.path}: {error}") from error
+        run_up, name = self._run_up, Path(self.path).name
+        return Measurement(run_up.speed, run_up.channels, run_up.values, self.noise, name, phase_known=False)
 
     @cached_property
     def _content(self) -> tuple[_Rows, str]:

@@ -14,12 +14,13 @@ from typing import Any
 import numpy as np
 
 from ksmea import registry
+from ksmea.alignment import aligned
 from ksmea.arrays import Array, ComplexArray
-from ksmea.contracts import Effect, Problem, ProblemSettings
+from ksmea.contracts import Effect, MeasurementSource, Problem, ProblemSettings
 from ksmea.errors import SettingError, unknown
-from ksmea.measurement import KINDS, Measurement, Noise, observe
+from ksmea.measurement import KINDS, Layout, Measurement, Noise, observe
 from ksmea.parameters import Parameter
-from ksmea.settings import Settings, setting
+from ksmea.settings import setting
 from ksmea.units import MICROMETRE
 
 ROUTES = ("reduced", "dense")
@@ -35,7 +36,7 @@ class Hidden:
 
 
 @dataclass(frozen=True)
-class Synthetic(Settings):
+class Synthetic(MeasurementSource):
     """A measurement made by the problem's own model, perhaps on another mesh, with Gaussian noise.
 
     The paper says '10 % Gaussian noise' and not what it multiplies: here each value by its own standard deviation.
@@ -79,20 +80,15 @@ class Synthetic(Settings):
         if self.sizes and not self.hidden:
             raise SettingError("sizes: expected hidden effects that have them, got none; name them in hidden")
 
-    def adapted(self, problem: Problem) -> Problem:
-        """The problem as the measurement leaves it: with the origin of its phases unknown where that is so."""
-        if self.phase_known or self.kind != "complex":
-            return problem
-        if not hasattr(problem, "with_phase_origin"):
-            raise SettingError(
-                "measurement.phase_known: expected a problem whose phases may begin anywhere, got one without; give true"
-            )
-        return problem.with_phase_origin()
+    def layout(self, settings: ProblemSettings) -> Layout:
+        """The problem's own speeds and channels."""
+        return self._layout(settings.build())
 
-    def true_values(self, settings: ProblemSettings, problem: Problem) -> dict[str, float]:
+    def true_values(self, settings: ProblemSettings) -> dict[str, float]:
         """True value of every unknown by name, SI; 0 for those that this measurement brings along."""
-        own = settings.build().parameters.names
-        units = {parameter.name: parameter.si_per_unit for parameter in problem.parameters}
+        built = settings.build()
+        own = built.parameters.names
+        units = {parameter.name: parameter.si_per_unit for parameter in self._as_measured(built).parameters}
         values = {name: 0.0 for name in units if name not in own} | dict(self._source(settings).reference())
         for name, value in self.truth.items():
             if name not in units:
@@ -109,14 +105,14 @@ class Synthetic(Settings):
         self,
         settings: ProblemSettings,
         truth: Mapping[str, float],
-        rng: np.random.Generator,
-        hidden: np.random.Generator | None = None,
+        noise: np.random.Generator,
+        hidden: np.random.Generator,
     ) -> Measurement:
         """One noisy measurement of the problem at the true values (SI); effects are drawn by `hidden`."""
-        problem = self._model(settings)
-        values = observe(self.response(settings, truth, hidden), self.kind, self.noise, rng)
-        noise = self.noise if self.noise_known else None
-        return Measurement(problem.speed, problem.channels, values, noise, source="synthetic")
+        layout = self._layout(self._source(settings).build())
+        values = observe(self.response(settings, truth, hidden), self.kind, self.noise, noise)
+        told = self.noise if self.noise_known else None
+        return Measurement(layout.speed, layout.channels, values, told, layout.source, layout.phase_known)
 
     @property
     def noise(self) -> Noise:
@@ -129,20 +125,14 @@ class Synthetic(Settings):
         return [registry.create("effect", name, {}) for name in self.hidden]
 
     def response(
-        self, settings: ProblemSettings, truth: Mapping[str, float], hidden: np.random.Generator | None = None
+        self, settings: ProblemSettings, truth: Mapping[str, float], hidden: np.random.Generator
     ) -> ComplexArray:
         """The noise-free response (n_speed, n_channel), m, that is measured."""
         plain = self._model(settings)
         problem, effects = self._hide(plain, hidden)
         own = [truth[name] for name in plain.parameters.names]
         x = np.concatenate([own, *(each.theta for each in effects)])[None]
-        if self.route == "reduced":
-            return problem.response(x)[0]
-        if not hasattr(problem, "dense_response"):
-            raise SettingError(
-                "measurement.route: expected a problem with a dense route, got one without; give reduced"
-            )
-        return problem.dense_response(x)[0]
+        return problem.response(x)[0] if self.route == "reduced" else problem.dense_response(x)[0]
 
     def hidden_effects(self, settings: ProblemSettings, hidden: np.random.Generator) -> list[dict[str, Any]]:
         """What data drawn by `hidden` hide, for records: name, place, and parameters in their units."""
@@ -161,19 +151,19 @@ class Synthetic(Settings):
 
     def with_hidden(
         self, settings: ProblemSettings, problem: Problem, hidden: np.random.Generator
-    ) -> tuple[Problem, Array]:
+    ) -> tuple[Problem, Array] | None:
         """A problem with what data drawn by `hidden` hide, and the true values (e,) SI of the unknowns that this adds."""
+        if not self.hidden:
+            return None
         effects = self._hide(self._model(settings), hidden)[1]
         for each in effects:
             problem = each.effect.added_to(problem)
         return problem, np.concatenate([np.empty(0), *(each.theta for each in effects)])
 
-    def _hide(self, problem: Problem, rng: np.random.Generator | None) -> tuple[Problem, list[Hidden]]:
+    def _hide(self, problem: Problem, rng: np.random.Generator) -> tuple[Problem, list[Hidden]]:
         """The problem with the effects that its data hide."""
         if not self.hidden:
             return problem, []
-        if rng is None:
-            raise ValueError("measurement: expected a generator to draw hidden effects by, got none")
         extended, found, sized = problem, [], set()
         for name in self.hidden:
             effect = _drawn_place(name, problem, rng)
@@ -194,7 +184,13 @@ class Synthetic(Settings):
 
     def _model(self, settings: ProblemSettings) -> Problem:
         """The model that makes the data, as far as the problem knows it."""
-        return self.adapted(self._source(settings).build())
+        return self._as_measured(self._source(settings).build())
+
+    def _layout(self, problem: Problem) -> Layout:
+        return Layout(problem.speed, problem.channels, self.kind, "synthetic", self.phase_known)
+
+    def _as_measured(self, problem: Problem) -> Problem:
+        return aligned(problem, self._layout(problem))
 
     def _source(self, settings: ProblemSettings) -> ProblemSettings:
         if self.mesh is None:

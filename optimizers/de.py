@@ -12,8 +12,9 @@ import numpy as np
 from scipy.optimize import differential_evolution
 from scipy.stats import qmc
 
+from ksmea.contracts import Optimizer
 from ksmea.objective import Minimum, Objective
-from ksmea.settings import Settings, setting
+from ksmea.settings import setting
 from optimizers.isolation import finite
 
 STRATEGIES = tuple(
@@ -24,12 +25,12 @@ STRATEGIES = tuple(
 
 
 @dataclass(frozen=True)
-class DE(Settings):
+class DE(Optimizer):
     """Differential evolution with rand/1 mutation, binomial crossover and greedy selection.
 
     Mutation v = z_r1 + F (z_r2 − z_r3), eq. (26); crossover with rate C; a trial replaces its parent where its
     misfit is not larger. It evaluates population · (generations + 1) points, in one batch per generation.
-    Departure from the paper, which does not treat it: a coordinate that leaves the bounds is drawn anew (scipy).
+    Departure from the paper, which does not treat it: a coordinate that leaves the limits is drawn anew (scipy).
     """
 
     mutation_factor: float = setting(

@@ -14,9 +14,10 @@ import numpy as np
 from deap import algorithms, base, tools
 
 from ksmea.arrays import Array
+from ksmea.contracts import Optimizer
 from ksmea.errors import SettingError
 from ksmea.objective import Minimum, Objective
-from ksmea.settings import Settings, setting
+from ksmea.settings import setting
 from optimizers.isolation import global_generators
 
 CROSSOVERS = {"one_point": tools.cxOnePoint, "two_point": tools.cxTwoPoint}
@@ -42,7 +43,7 @@ class Chromosome(list):
 
 
 @dataclass(frozen=True)
-class GA(Settings):
+class GA(Optimizer):
     """Generational genetic algorithm: tournament selection, crossover of neighbours, flips of bits.
 
     With `elites` = 0 it is deap's `eaSimple`. A generation evaluates, in one batch, the chromosomes that crossover or
@@ -136,7 +137,7 @@ class GA(Settings):
 def decode(chromosomes: Array, bits: Sequence[int], gray: bool = False) -> Array:
     """Points (n, d) of the unit cube that chromosomes (n, Σ bits) stand for.
 
-    A parameter of b bits, the most significant first, is its integer / (2ᵇ − 1), so that both bounds can be reached.
+    A parameter of b bits, the most significant first, is its integer / (2ᵇ − 1), so that both limits can be reached.
 
     >>> decode(np.array([[1, 0, 1, 1, 1], [0, 1, 0, 0, 0]]), [2, 3])
     array([[0.66666667, 1.        ],

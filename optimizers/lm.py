@@ -18,13 +18,14 @@ import numpy as np
 from scipy.stats import qmc
 
 from ksmea.arrays import Array
+from ksmea.contracts import Optimizer
 from ksmea.descent import descend
 from ksmea.objective import Minimum, Objective
-from ksmea.settings import Settings, setting
+from ksmea.settings import setting
 
 
 @dataclass(frozen=True)
-class LM(Settings):
+class LM(Optimizer):
     """Bounded least squares (trust region reflective) from the best, mutually distant points of a screening.
 
     It evaluates `screening` points, the misfit at the starts, and at most `max_iterations` points from each start
@@ -37,13 +38,13 @@ class LM(Settings):
         0.1, "least distance of two starts in the unit cube; fewer points as far apart: fewer starts", at_least=0.0
     )
     margin: float = setting(
-        1e-3, "starts are moved this far inside the bounds, from where the method barely leaves", above=0.0, at_most=0.5
+        1e-3, "starts are moved this far inside the limits, from where the method barely leaves", above=0.0, at_most=0.5
     )
     max_iterations: int = setting(100, "evaluations of the residuals in one start, Jacobians apart", at_least=1)
     xtol: float = setting(1e-10, "relative change of the parameters that ends a start", above=0.0)
     ftol: float = setting(1e-12, "relative change of the misfit that ends a start", above=0.0)
     gtol: float = setting(1e-12, "norm of the scaled gradient that ends a start", above=0.0)
-    batch: int = setting(1000, "points screened at once; bounds the memory needed", at_least=1)
+    batch: int = setting(1000, "points screened at once; limits the memory needed", at_least=1)
 
     def minimize(self, objective: Objective, rng: np.random.Generator) -> Minimum:
         """Screen, choose starts and run least squares from each, the most promising first."""

@@ -11,8 +11,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import qmc
 
+from ksmea.contracts import Optimizer
 from ksmea.objective import Minimum, Objective
-from ksmea.settings import Settings, setting
+from ksmea.settings import setting
 from optimizers.isolation import finite, global_generators, logging_unconfigured
 
 with logging_unconfigured():
@@ -20,8 +21,8 @@ with logging_unconfigured():
 
 
 @dataclass(frozen=True)
-class PSO(Settings):
-    """Global-best particle swarm; a particle that leaves the unit cube stops at its nearest bound.
+class PSO(Optimizer):
+    """Global-best particle swarm; a particle that leaves the unit cube stops at its nearest limit.
 
     v ← w v + c₁ r₁ (own best − x) + c₂ r₂ (swarm's best − x); x ← x + v, with r₁, r₂ uniform in each coordinate.
     It evaluates population · (generations + 1) points, in one batch per generation.
@@ -61,6 +62,6 @@ def initial_velocity(position: np.ndarray, rng: np.random.Generator) -> np.ndarr
     """Velocities (population, d) that lead each particle to a random point of the unit cube.
 
     M. Clerc, Standard particle swarm optimisation (2012), hal-00764996, § 3.2. pyswarms would draw them from U(0, 1),
-    which drives the whole swarm to the upper bounds at its first move.
+    which drives the whole swarm to the upper limits at its first move.
     """
     return rng.random(position.shape) - position

@@ -10,11 +10,9 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import Any
 
-from ksmea.errors import SettingError, unknown
+from ksmea.errors import SettingError, described, shortened, unknown
 from ksmea.settings import expected_range
 from ksmea.units import SI_PER_UNIT, Unit
-
-LONGEST_QUOTE = 40  # characters of a wrong value that an error repeats
 
 
 @dataclass(frozen=True)
@@ -43,7 +41,7 @@ class Block:
         known = [*required, *optional]
         for key in self.values:
             if key not in known:
-                raise self.error("", unknown("key", _shortened(str(key)), known))
+                raise self.error("", unknown("key", shortened(str(key)), known))
         for key in required:
             if key not in self.values:
                 raise self.error(key, "expected a value, got nothing; add it")
@@ -87,7 +85,7 @@ class Block:
         text = self.text(key)
         known = list(known)
         if text not in known:
-            raise self.error(key, unknown(kind, _shortened(text), known))
+            raise self.error(key, unknown(kind, shortened(text), known))
         return text
 
     def block(self, key: str) -> Block:
@@ -144,21 +142,6 @@ def inside(block: Block, key: str, make: Callable[[], Any]) -> Any:
         return make()
     except SettingError as error:
         raise block.error(key, error) from error
-
-
-def described(value: Any) -> str:
-    """A wrong value as an error shows it: short and on one line."""
-    if value is None:
-        return "nothing"
-    if isinstance(value, (dict, list)):
-        kind = "mapping" if isinstance(value, dict) else "list"
-        return f"a {kind}" if value else f"an empty {kind}"
-    return _shortened(repr(value))
-
-
-def _shortened(text: str) -> str:
-    line = " ".join(text.split())
-    return line if len(line) <= LONGEST_QUOTE else line[:LONGEST_QUOTE] + "…"
 
 
 def _as_float(value: float) -> float:

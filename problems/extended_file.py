@@ -19,21 +19,23 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import yaml
 
 from ksmea import registry
 from ksmea.contracts import Effect, Problem, ProblemSettings
 from ksmea.errors import SettingError, unknown
+from ksmea.setting_types import TRUTHS
 from ksmea.settings import Settings, setting
 from problems.blocks import Block, inside
-from problems.plugin_block import NAME, TRUTHS, plugin_of
+from problems.plugin_block import NAME, plugin_of
 from problems.strict_yaml import parse, read_bytes
 
 NESTED = "extended"  # the name that this problem is registered under
 
 
 @dataclass(frozen=True)
-class ExtendedFile(Settings):
+class ExtendedFile(ProblemSettings):
     """A problem extended by effects that its plain model lacks, described in a YAML file, as a diagnosis writes it.
 
     The file is read once, when it is first needed; a relative path starts at the working directory.
@@ -65,8 +67,7 @@ class ExtendedFile(Settings):
 
     def fingerprint(self) -> str:
         """Hash of what the settings name but do not hold: the content of the file, and of a file that it names."""
-        inner = self._settings.fingerprint() if hasattr(self._settings, "fingerprint") else ""
-        return hashlib.sha256(self._content + inner.encode()).hexdigest()[:16]
+        return hashlib.sha256(self._content + self._settings.fingerprint().encode()).hexdigest()[:16]
 
     @staticmethod
     def document(
@@ -80,8 +81,8 @@ class ExtendedFile(Settings):
         return extended_document(name, settings, effects, reference, phase_origin)
 
     @property
-    def parts(self) -> Sequence[Any]:
-        """The plugins that the problem is made of."""
+    def parts(self) -> Sequence[Settings]:
+        """The problem that the effects extend, and the effects."""
         return (self._settings, *self._effects)
 
     @cached_property
@@ -124,7 +125,7 @@ class ExtendedFile(Settings):
         for block, effect in zip(self._effect_blocks, self._effects):
             problem = inside(block, "", lambda effect=effect, problem=problem: effect.added_to(problem))
         if self._has_phase_origin:
-            if not hasattr(problem, "with_phase_origin"):
+            if not problem.can_leave_phase_open:
                 raise self._document.error("phase_origin", "expected a problem whose phase may begin anywhere")
             problem = problem.with_phase_origin()
         self._check_reference(problem)
@@ -203,4 +204,4 @@ def _plain(value: Any) -> Any:
         return {str(key): _plain(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
         return [_plain(entry) for entry in value]
-    return value.item() if hasattr(value, "item") else value
+    return value.item() if isinstance(value, np.generic) else value

@@ -23,9 +23,10 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+from ksmea.contracts import ProblemSettings
 from ksmea.errors import SettingError
 from ksmea.parameters import Parameter
-from ksmea.settings import Settings, setting
+from ksmea.settings import setting
 from ksmea.units import GRAM_MILLIMETRE, RPM
 from problems.band import band, check_band
 from problems.bounds import FIVE_UNKNOWNS, bounded_parameters
@@ -59,7 +60,7 @@ ASSUMED_DAMPING = 1000.0
 
 
 @dataclass(frozen=True)
-class RK4(Settings):
+class RK4(ProblemSettings):
     """The RK-4 rig of Table 7 on two equal bearings: four bearing coefficients and the disk's unbalance are unknown."""
 
     layout: str = setting(

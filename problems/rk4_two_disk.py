@@ -29,8 +29,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ksmea.contracts import ProblemSettings
 from ksmea.parameters import Parameter
-from ksmea.settings import Settings, setting
+from ksmea.settings import setting
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE, RPM
 from problems.band import band, check_band
 from problems.bounds import bounded_parameters
@@ -109,7 +110,7 @@ TARGETS: dict[str, tuple[Target, ...]] = {  # what each unknown sets; both suppo
 
 
 @dataclass(frozen=True)
-class RK4TwoDisk(Settings):
+class RK4TwoDisk(ProblemSettings):
     """The two-disk RK-4 rig on two equal soft supports: four support coefficients and each disk's unbalance, as
     magnitude and phase, are unknown."""
 

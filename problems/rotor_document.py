@@ -13,9 +13,9 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.channel import Channel
-from ksmea.errors import unknown
+from ksmea.errors import described, unknown
 from ksmea.parameters import Parameter
-from problems.blocks import Block, Units, described, inside
+from problems.blocks import Block, Units, inside
 from problems.rotor.data import (
     COEFFICIENTS,
     STIFFNESSES,

@@ -9,8 +9,9 @@ import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 
+from ksmea.contracts import ProblemSettings
 from ksmea.errors import SettingError
-from ksmea.settings import Settings, setting
+from ksmea.settings import setting
 from problems.blocks import Block
 from problems.rotor.problem import RotorProblem
 from problems.rotor_document import MOST_ELEMENTS, RotorDescription, read_description
@@ -18,7 +19,7 @@ from problems.strict_yaml import parse, read_bytes
 
 
 @dataclass(frozen=True)
-class RotorFile(Settings):
+class RotorFile(ProblemSettings):
     """A rotor described in a YAML file: shaft, disks, bearings, unbalance, probes, speeds, and what is unknown.
 
     The file is read once, when it is first needed; a relative path starts at the working directory.

@@ -10,8 +10,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+from ksmea.contracts import ProblemSettings
 from ksmea.parameters import Parameter
-from ksmea.settings import Settings, setting
+from ksmea.settings import setting
 from ksmea.units import GRAM_MILLIMETRE, RPM
 from problems.band import band, check_band
 from problems.bounds import FIVE_UNKNOWNS, bounded_parameters
@@ -38,7 +39,7 @@ BOUNDS = {"kxx": [10.0, 100.0], "kyy": [10.0, 100.0], "cxx": [0.01, 1.0], "cyy":
 
 
 @dataclass(frozen=True)
-class ThreeDisk(Settings):
+class ThreeDisk(ProblemSettings):
     """The three-disk rotor on two equal bearings: four bearing coefficients and one unbalance are unknown."""
 
     mesh: int = setting(

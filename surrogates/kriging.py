@@ -15,25 +15,27 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array
+from ksmea.contracts import Predictor, Surrogate
 from ksmea.errors import SettingError
-from ksmea.model import Model
-from ksmea.settings import Settings, setting
+from ksmea.settings import setting
 from ksmea.transforms import TRANSFORMS
 from surrogates.correlation import CORRELATIONS, squared_differences
 from surrogates.kriging_predictor import KrigingPredictor, OutputGroup
 from surrogates.theta_search import OBJECTIVES, ThetaObjective, isotropic_minima, search_theta
 from surrogates.trend import DEGREES, n_terms, trend_over
 
+X_AND_Y = 2  # groups of outputs where nothing else is said
+
 
 @dataclass(frozen=True)
-class Kriging(Settings):
+class Kriging(Surrogate):
     """Settings of a Kriging surrogate.
 
     Samples that repeat another one exactly are left out, and counted in the predictor's notes; if their outputs
     differ, that is an error. Samples that nearly coincide are what the nugget is for.
 
     >>> u = np.linspace(0.0, 1.0, 7)[:, None]
-    >>> predictor = Kriging(theta=[8.0]).fit(u, np.sin(3 * u), None, np.random.default_rng(1))
+    >>> predictor = Kriging(theta=[8.0]).fit(u, np.sin(3 * u), np.random.default_rng(1))
     >>> print(f"{predictor.predict(np.array([[0.4]]))[0, 0]:.3f} {np.sin(1.2):.3f}")
     0.932 0.932
     """
@@ -52,7 +54,8 @@ class Kriging(Settings):
     )
     groups: int | None = setting(
         None,
-        "number of groups, output l in group l mod groups; null: one per channel, which is how outputs lie",
+        "number of groups, output l in group l mod groups; null: two, which are x and y of one measuring plane. With more"
+        " planes give the number of channels, whose outputs lie in turn",
         at_least=1,
     )
     objective: str = setting(
@@ -61,8 +64,8 @@ class Kriging(Settings):
     theta: list[float] | None = setting(
         None, "fixed θ, one per parameter or one for all; null: estimated", unit="1/(width of the cube)²", above=0
     )
-    theta_lower: float = setting(1e-3, "lower bound of θ", unit="1/(width of the cube)²", above=0)
-    theta_upper: float = setting(1e3, "upper bound of θ", unit="1/(width of the cube)²", above=0)
+    theta_lower: float = setting(1e-3, "lower limit of θ", unit="1/(width of the cube)²", above=0)
+    theta_upper: float = setting(1e3, "upper limit of θ", unit="1/(width of the cube)²", above=0)
     theta_ladder: int = setting(
         7, "number of isotropic θ tried; gradient searches start from their local minima", at_least=1
     )
@@ -81,28 +84,26 @@ class Kriging(Settings):
         """One more than the trend has terms, so that something is left to estimate σ² from."""
         return n_terms(self.trend, d) + 1
 
-    def fit(self, u: Array, y: Array, model: Model, rng: np.random.Generator) -> KrigingPredictor:
-        """Samples u (n, d) in the unit cube, outputs y (n, q). Of the model only the number of channels is used, and
-        only where `groups` asks for it."""
-        return self._fit(u, y, model, lambda group, objective: self._estimated_theta(objective, rng))
+    def fit(self, u: Array, y: Array, rng: np.random.Generator) -> KrigingPredictor:
+        """Samples u (n, d) in the unit cube, outputs y (n, q)."""
+        return self._fit(u, y, lambda group, objective: self._estimated_theta(objective, rng))
 
-    def refit(
-        self, previous: KrigingPredictor, u: Array, y: Array, model: Model, rng: np.random.Generator
-    ) -> KrigingPredictor:
+    def refit(self, previous: Predictor, u: Array, y: Array, rng: np.random.Generator) -> KrigingPredictor:
         """`fit` with the search started at the θ of an earlier predictor of the same outputs: no ladder, no restarts.
 
-        Beyond the surrogate contract, for loops that add a few samples at a time; a third to a half of the time of a
-        fit. Neither rng nor anything of the earlier predictor but its θ is used.
+        For loops that add a few samples at a time; a third to a half of the time of a fit. Neither rng nor anything of
+        the earlier predictor but its θ is used.
         """
+        if not isinstance(previous, KrigingPredictor):
+            raise TypeError(f"Kriging: expected an earlier Kriging predictor, got {type(previous).__name__}")
+        theta = previous.theta
 
         def theta_near_previous(group: int, objective: ThetaObjective) -> Array:
-            return search_theta(objective, [previous.theta[group]], self.theta_lower, self.theta_upper)
+            return search_theta(objective, [theta[group]], self.theta_lower, self.theta_upper)
 
-        return self._fit(u, y, model, theta_near_previous)
+        return self._fit(u, y, theta_near_previous)
 
-    def _fit(
-        self, u: Array, y: Array, model: Model, estimate_theta: Callable[[int, ThetaObjective], Array]
-    ) -> KrigingPredictor:
+    def _fit(self, u: Array, y: Array, estimate_theta: Callable[[int, ThetaObjective], Array]) -> KrigingPredictor:
         """The model whose θ, of each group of outputs by number, is what `estimate_theta` finds, or what is fixed."""
         u, y, n_repeated = _without_repeats(u, y)
         n, d = u.shape
@@ -117,7 +118,7 @@ class Kriging(Settings):
         standardised = (y - mean) / spread
         squared, terms = squared_differences(u), trend.terms(u)
         groups = []
-        for number, outputs in enumerate(self._output_groups(y.shape[1], model)):
+        for number, outputs in enumerate(self._output_groups(y.shape[1])):
             objective = ThetaObjective(
                 self.objective, CORRELATIONS[self.correlation], squared, terms, standardised[:, outputs], self.nugget
             )
@@ -125,13 +126,13 @@ class Kriging(Settings):
             groups.append(OutputGroup(outputs, theta, objective.estimate(theta)))
         return KrigingPredictor(u, y, CORRELATIONS[self.correlation], trend, groups, mean, spread, n_repeated)
 
-    def _output_groups(self, q: int, model: Model) -> Sequence[slice]:
+    def _output_groups(self, q: int) -> Sequence[slice]:
         if self.theta_sharing == "shared":
             n_group = 1
         elif self.theta_sharing == "per_output":
             n_group = q
         else:
-            n_group = min(self.groups or model.transform.n_channel, q)
+            n_group = min(self.groups or X_AND_Y, q)
         return [slice(group, None, n_group) for group in range(n_group)]
 
     def _fixed_theta(self, d: int) -> Array:
@@ -140,11 +141,11 @@ class Kriging(Settings):
         return np.broadcast_to(np.array(self.theta, dtype=float), (d,))
 
     def _estimated_theta(self, objective: ThetaObjective, rng: np.random.Generator) -> Array:
-        bounds = self.theta_lower, self.theta_upper
+        limits = self.theta_lower, self.theta_upper
         d = len(objective.squared)
-        starts = isotropic_minima(objective, *bounds, self.theta_ladder)
-        starts += [np.exp(rng.uniform(*np.log(bounds), size=d)) for _ in range(self.restarts)]
-        return search_theta(objective, starts, *bounds)
+        starts = isotropic_minima(objective, *limits, self.theta_ladder)
+        starts += [np.exp(rng.uniform(*np.log(limits), size=d)) for _ in range(self.restarts)]
+        return search_theta(objective, starts, *limits)
 
 
 def _without_repeats(u: Array, y: Array) -> tuple[Array, Array, int]:

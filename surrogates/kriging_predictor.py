@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ksmea.arrays import Array
+from ksmea.contracts import Predictor
 from surrogates.correlation import Correlation, squared_differences
 from surrogates.generalised_least_squares import (
     GeneralisedLeastSquares,
@@ -28,7 +29,7 @@ class OutputGroup:
     estimate: GeneralisedLeastSquares
 
 
-class KrigingPredictor:
+class KrigingPredictor(Predictor):
     """Universal Kriging of q outputs over samples (n, d); the outputs are standardised inside.
 
     `theta` holds a row per group of outputs that share it, (n_group, d); `notes` the largest nugget, the number of

@@ -3,35 +3,27 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.model import Model
-from ksmea.settings import Settings, setting
+from ksmea.contracts import Predictor, Surrogate
+from ksmea.settings import setting
 from ksmea.transforms import TRANSFORMS
 
 
 @dataclass(frozen=True)
-class TrueModel:
-    """A predictor without error: it evaluates the model."""
-
-    model: Model
-
-    def predict(self, u: Array) -> Array:
-        """Points (k, d) → the model's outputs (k, q)."""
-        return self.model.outputs(u)
-
-
-@dataclass(frozen=True)
-class NoSurrogate(Settings):
+class NoSurrogate(Surrogate):
     """Settings of a method that works on the true model where others work on a surrogate."""
+
+    is_true_model: ClassVar[bool] = True
 
     transform: str = setting("auto", "outputs that are compared", choices=TRANSFORMS)
 
     def least_samples(self, d: int) -> int:
         return 1
 
-    def fit(self, u: Array, y: Array, model: Model, rng: np.random.Generator) -> TrueModel:
-        """The samples say nothing that the model does not."""
-        return TrueModel(model)
+    def fit(self, u: Array, y: Array, rng: np.random.Generator) -> Predictor:
+        """Never asked for: samples say nothing that the true model, which a method evaluates instead, does not."""
+        raise TypeError("surrogate=none: expected a method that evaluates the true model, got a fit to samples")

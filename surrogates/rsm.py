@@ -12,14 +12,14 @@ from sklearn.pipeline import Pipeline, make_pipeline
 from sklearn.preprocessing import PolynomialFeatures
 
 from ksmea.arrays import Array
+from ksmea.contracts import Predictor, Surrogate
 from ksmea.errors import SettingError
-from ksmea.model import Model
-from ksmea.settings import Settings, setting
+from ksmea.settings import setting
 from ksmea.transforms import TRANSFORMS
 
 
 @dataclass(frozen=True)
-class ResponseSurfacePredictor:
+class ResponseSurfacePredictor(Predictor):
     """A fitted polynomial of each output, and its samples."""
 
     pipeline: Pipeline
@@ -48,11 +48,11 @@ class ResponseSurfacePredictor:
 
 
 @dataclass(frozen=True)
-class ResponseSurface(Settings):
+class ResponseSurface(Surrogate):
     """Settings of a polynomial response surface.
 
     >>> u = np.linspace(0.0, 1.0, 5)[:, None]
-    >>> predictor = ResponseSurface(degree=2).fit(u, u**2 - u, None, np.random.default_rng(1))
+    >>> predictor = ResponseSurface(degree=2).fit(u, u**2 - u, np.random.default_rng(1))
     >>> print(f"{predictor.predict(np.array([[0.4]]))[0, 0]:.6f}")
     -0.240000
     """
@@ -64,8 +64,8 @@ class ResponseSurface(Settings):
         """One more than the polynomial has terms, so that leave-one-out errors exist."""
         return comb(d + self.degree, d) + 1
 
-    def fit(self, u: Array, y: Array, model: Model, rng: np.random.Generator) -> ResponseSurfacePredictor:
-        """Samples u (n, d), outputs y (n, q); neither the model nor random numbers are used."""
+    def fit(self, u: Array, y: Array, rng: np.random.Generator) -> ResponseSurfacePredictor:
+        """Samples u (n, d), outputs y (n, q); random numbers are not used."""
         n, d = u.shape
         if n < self.least_samples(d):
             raise SettingError(

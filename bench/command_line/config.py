@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import typing
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -12,6 +13,7 @@ from omegaconf.errors import OmegaConfBaseException
 
 from ksmea import registry
 from ksmea.errors import SettingError
+from ksmea.settings import own_fields
 
 
 @dataclass
@@ -63,14 +65,20 @@ def _node(group: str, name: str) -> Any:
 
 
 def _typed_node(group: str, name: str) -> Any:
-    """A plugin's settings with their types, and its name so that a composed configuration says what was chosen."""
-    settings = registry.plugin_class(group, name)
-    named = dataclasses.make_dataclass(
-        "Named" + settings.__name__, [("name", str, name)], bases=(settings,), frozen=True, kw_only=True
-    )
+    """A plugin's own settings with their types, and its name so that a composed configuration says what was chosen."""
+    plugin = registry.plugin_class(group, name)
+    hints = typing.get_type_hints(plugin)
+    settings = [(each.name, hints[each.name], _copied(each)) for each in own_fields(plugin)]
+    named = dataclasses.make_dataclass("Named" + plugin.__name__, [*settings, ("name", str, name)])
     node = OmegaConf.structured(named)
-    OmegaConf.set_readonly(node, None)  # a frozen dataclass would refuse every override
-    for setting in dataclasses.fields(settings):
+    for setting in own_fields(plugin):
         if node[setting.name] == {}:  # names that the plugin alone knows
             OmegaConf.set_struct(node[setting.name], False)
     return node
+
+
+def _copied(setting: dataclasses.Field[Any]) -> Any:
+    """A field with the same default, for another dataclass."""
+    if setting.default_factory is not dataclasses.MISSING:
+        return field(default_factory=setting.default_factory)
+    return field(default=setting.default)

@@ -12,10 +12,10 @@ from ksmea import registry
 from ksmea.contracts import Effect
 from ksmea.errors import SettingError, unknown
 from ksmea.parameters import Parameter
-from ksmea.settings import expected_range
+from ksmea.settings import expected_range, own_fields
 
 EFFECT = "effect"  # chosen in settings of measurements, studies and extended problems
-EXAMPLE = "three_disk"  # the problem that bounds of effects are shown for
+EXAMPLE = "three_disk"  # the problem that limits of effects are shown for
 
 USAGE = """\
 python -m bench [+experiment=NAME] [setting=value ...]      run an experiment (again: only what is missing)
@@ -60,7 +60,7 @@ def _plugin_text(group: str, name: str) -> str:
     settings = registry.plugin_class(group, name)
     summary = (settings.__doc__ or "").strip().split("\n\n")[0]
     lines = [f"{group}={name}: {' '.join(summary.split())}"]
-    for field in dataclasses.fields(settings):
+    for field in own_fields(settings):
         lines.append(f"  {group}.{field.name}={_default(field)}  {_remarks(field)}")
     return "\n".join(lines + (_effect_lines(name) if group == EFFECT else []))
 

@@ -18,6 +18,7 @@ from threadpoolctl import threadpool_info
 
 from bench.storage.places import ROOT
 from ksmea import registry
+from ksmea.settings import Settings
 
 OURS = ("bench", "ksmea", "measurements", "optimizers", "problems", "surrogates")
 SHOWN = "ksmea.show"  # texts, tables and figures of results: nothing in it is computed with
@@ -50,9 +51,9 @@ def used_modules(settings: Mapping[str, Any]) -> dict[str, str]:
     return dict(sorted(found.items()))
 
 
-def modules_of_parts(plugins: Iterable[Any]) -> list[str]:
+def modules_of_parts(plugins: Iterable[Settings]) -> list[str]:
     """Modules of the plugins that plugins are made of: an extended problem's plain one, its effects."""
-    return sorted({type(part).__module__ for plugin in plugins for part in getattr(plugin, "parts", ())})
+    return sorted({type(part).__module__ for plugin in plugins for part in plugin.parts})
 
 
 def code_digest(modules: Mapping[str, str]) -> str:

@@ -11,14 +11,17 @@ import numpy as np
 from bench.plan.draw import Draw
 from bench.plan.plan import generator
 from ksmea import registry
+from ksmea.alignment import aligned
 from ksmea.arrays import Array, ComplexArray
-from ksmea.contracts import Problem
+from ksmea.contracts import MeasurementSource, Problem
 from ksmea.errors import SettingError
 from ksmea.identifiability import identifiability
 from ksmea.measurement import Measurement
 
 # Where a run's settings keep the hash of the file that a plugin of the group names: another file is another question.
 FINGERPRINTS = {"problem": "fingerprint", "measurement": "measurement_fingerprint"}
+
+PARTS_FIRST = sorted(registry.GROUPS, key=lambda group: group == "method")  # a method is made of others
 
 
 @dataclass(frozen=True)
@@ -29,7 +32,6 @@ class Setup:
     plugins: Mapping[str, Any]
     problem: Problem
     truth: Mapping[str, float]
-    samples: int
 
     @classmethod
     def of(cls, settings: Mapping[str, Any]) -> Setup:
@@ -40,45 +42,34 @@ class Setup:
                 raise SettingError(
                     f"the {group}'s file has changed since the experiment was planned; give its command again"
                 )
-        problem = plugins["problem"].build()
-        if hasattr(plugins["measurement"], "adapted"):
-            problem = plugins["measurement"].adapted(problem)
-        truth = plugins["measurement"].true_values(plugins["problem"], problem)
-        return cls(plugins, problem, truth, settings.get("samples") or 0)
+        source: MeasurementSource = plugins["measurement"]
+        problem = aligned(plugins["problem"].build(), source.layout(plugins["problem"]))
+        return cls(plugins, problem, source.true_values(plugins["problem"]))
+
+    @property
+    def source(self) -> MeasurementSource:
+        """Where the measurement comes from."""
+        source: MeasurementSource = self.plugins["measurement"]
+        return source
 
     def measure(self, draw: Draw) -> Measurement:
         """The measurement of one run."""
-        plugin = self.plugins["measurement"]
-        return plugin.measure(
-            self.plugins["problem"], self.truth, generator(draw.seeds["noise"]), **self._stream_of_hidden(draw)
-        )
+        noise, hidden = generator(draw.seeds["noise"]), generator(draw.seeds["hidden"])
+        return self.source.measure(self.plugins["problem"], self.truth, noise, hidden)
 
     def true_response(self, draw: Draw) -> ComplexArray | None:
         """What is measured in one run without its noise, (n_speed, n_channel) m, where anyone knows it."""
-        if not self.truth:
-            return None
-        plugin = self.plugins["measurement"]
-        return plugin.response(self.plugins["problem"], self.truth, **self._stream_of_hidden(draw))
+        return self.source.response(self.plugins["problem"], self.truth, generator(draw.seeds["hidden"]))
 
     def hidden(self, draw: Draw) -> list[dict[str, Any]]:
         """What the data of one run hide, for its record and nothing else."""
-        stream = self._stream_of_hidden(draw)
-        return self.plugins["measurement"].hidden_effects(self.plugins["problem"], **stream) if stream else []
+        return self.source.hidden_effects(self.plugins["problem"], generator(draw.seeds["hidden"]))
 
     def with_hidden(self, draw: Draw) -> tuple[Problem, Array] | None:
         """The problem with what the data of one run hide, and all true values (d,) SI; None where nothing is hidden. For
         judging what was found, after it was found."""
-        stream = self._stream_of_hidden(draw)
-        if not stream:
-            return None
-        problem, theta = self.plugins["measurement"].with_hidden(self.plugins["problem"], self.problem, **stream)
-        return problem, np.concatenate([self.true_x, theta])
-
-    def _stream_of_hidden(self, draw: Draw) -> dict[str, np.random.Generator]:
-        """The generator that effects are drawn by, for a measurement that hides some."""
-        if not getattr(self.plugins["measurement"], "hidden", ()):
-            return {}
-        return {"hidden": generator(draw.seeds["hidden"])}
+        found = self.source.with_hidden(self.plugins["problem"], self.problem, generator(draw.seeds["hidden"]))
+        return None if found is None else (found[0], np.concatenate([self.true_x, found[1]]))
 
     @property
     def true_x(self) -> Array:
@@ -90,37 +81,36 @@ class Setup:
         missing = [name for name in self.problem.parameters.names if name not in self.truth]
         if missing:
             raise SettingError(
-                f"{who}: expected a measurement with true values, at which bounds are taken, got none of"
+                f"{who}: expected a measurement with true values, at which the CRLB is taken, got none of"
                 f" {', '.join(missing)}; use measurement=synthetic, with measurement.truth where nothing is published"
             )
 
-    def bounds(self) -> list[float | None]:
-        """Cramér–Rao bound of each unknown, SI, as the measurement's noise has it; None where there is none,
+    def crlb(self) -> list[float | None]:
+        """Cramér–Rao lower bound (CRLB) of each unknown, SI, as the measurement's noise has it; None where there is none,
         or no true value to take it at."""
-        measurement = self.plugins["measurement"]
-        if not self.truth or measurement.noise.is_absent:
+        source = self.source
+        if not self.truth or source.noise is None or source.noise.is_absent:
             return [None] * len(self.problem.parameters)
-        found = identifiability(
-            self.problem, self.true_x, measurement.noise, measurement.kind, noise_known=measurement.noise_known
-        )
-        return [float(bound) if np.isfinite(bound) else None for bound in found.bound]
+        found = identifiability(self.problem, self.true_x, source.noise, source.kind, noise_known=source.noise_known)
+        return [float(value) if np.isfinite(value) else None for value in found.bound]
 
 
 def fingerprints(plugins: Mapping[str, Any]) -> dict[str, str]:
     """Hash of the content of each plugin's file, by group, of those that name one."""
-    return {group: plugins[group].fingerprint() for group in FINGERPRINTS if hasattr(plugins[group], "fingerprint")}
+    return {group: found for group in FINGERPRINTS if (found := plugins[group].fingerprint())}
 
 
 def plugins_of(settings: Mapping[str, Any]) -> dict[str, Any]:
-    """The plugins that a run's settings name, their settings checked; a part that is ignored is None."""
+    """The plugins that a run's settings name, their settings checked, the method made of its parts; what is ignored is
+    None."""
     settings = {"study": {"name": "identify"}, **settings}  # records older than studies name none
-    return {
-        group: registry.create(group, settings[group]["name"], _without_name(settings[group]))
-        if settings.get(group) is not None
-        else None
-        for group in registry.GROUPS
-    }
-
-
-def _without_name(settings: Mapping[str, Any]) -> dict[str, Any]:
-    return {key: value for key, value in settings.items() if key != "name"}
+    plugins: dict[str, Any] = {}
+    for group in PARTS_FIRST:
+        chosen = settings.get(group)
+        if chosen is None:
+            plugins[group] = None
+            continue
+        own = {key: value for key, value in chosen.items() if key != "name"}
+        parts = {**plugins, "samples": settings.get("samples")} if group == "method" else {}
+        plugins[group] = registry.create(group, chosen["name"], own, parts)
+    return plugins

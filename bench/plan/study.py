@@ -2,23 +2,26 @@
 
 from __future__ import annotations
 
-from typing import Any, ClassVar, Protocol
+from abc import abstractmethod
+from dataclasses import dataclass
+from typing import Any, ClassVar
 
 from bench.plan.draw import Draw
 from bench.plan.setup import Setup
+from ksmea.settings import Settings
 
 
-class Study(Protocol):
+@dataclass(frozen=True)
+class Study(Settings):
     """Settings of a study. `report` names the kind of table that is made of its records (`bench.reports`),
-    `ignores` the parts of a run that make no difference to it."""
+    `ignores` the parts of a run that make no difference to it; left out: all parts do."""
 
     report: ClassVar[str]
-    ignores: ClassVar[tuple[str, ...]]
+    ignores: ClassVar[tuple[str, ...]] = ()
 
     def validate(self, setup: Setup) -> None:
-        """Raise `SettingError` where the parts cannot work together, before anything is run."""
-        ...
+        """Raise `SettingError` where the parts cannot work together, before anything is run. Left out: they always can."""
 
+    @abstractmethod
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
         """The record of one run: JSON data with a `status` of 'done' or 'budget'."""
-        ...

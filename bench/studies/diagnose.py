@@ -14,6 +14,7 @@ from tqdm import tqdm
 from bench.plan.draw import Draw
 from bench.plan.plan import generator
 from bench.plan.setup import Setup
+from bench.plan.study import Study
 from ksmea import registry
 from ksmea.contracts import Effect
 from ksmea.diagnosis.diagnosis import Diagnosis, diagnose
@@ -25,13 +26,13 @@ from ksmea.intervals import Estimate, estimate
 from ksmea.measurement import Measurement, Noise
 from ksmea.parameters import Parameter
 from ksmea.records.record import finite
-from ksmea.settings import Settings, setting
+from ksmea.settings import setting
 
 AT_BOUND = 1e-3  # parts of the range within which a value lies on its bound
 
 
 @dataclass(frozen=True)
-class Diagnose(Settings):
+class Diagnose(Study):
     """What the model gets wrong about the measurement, why, and what an extension is worth."""
 
     level: float = setting(
@@ -61,11 +62,10 @@ class Diagnose(Settings):
 
     @property
     def parts(self) -> list[Effect]:
-        """The plugins that take part, besides those of the run."""
         return list(self._chosen().values())
 
     def validate(self, setup: Setup) -> None:
-        noise = getattr(setup.plugins["measurement"], "noise", None)
+        noise = setup.plugins["measurement"].noise
         if noise is not None and noise.is_absent:
             raise SettingError(
                 "study=diagnose: expected noise, without which any difference is a misfit, got none; say"

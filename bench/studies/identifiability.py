@@ -15,6 +15,7 @@ import numpy as np
 
 from bench.plan.draw import Draw
 from bench.plan.setup import Setup
+from bench.plan.study import Study
 from ksmea.arrays import Array
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
@@ -22,7 +23,7 @@ from ksmea.errors import SettingError, unknown
 from ksmea.identifiability import Identifiability, identifiability
 from ksmea.measurement import KINDS, Noise
 from ksmea.records.record import finite
-from ksmea.settings import Settings, setting
+from ksmea.settings import setting
 
 VARIATIONS = ("speeds", "band", "position", "noise", "kind")
 
@@ -38,7 +39,7 @@ class Data:
 
 
 @dataclass(frozen=True)
-class IdentifiabilityStudy(Settings):
+class IdentifiabilityStudy(Study):
     """How well the unknowns can be known from such data, by the Cramér–Rao bound, and how other data would change that."""
 
     level: float = setting(0.95, "probability of the intervals that are printed", above=0, at_most=0.9999)
@@ -68,7 +69,7 @@ class IdentifiabilityStudy(Settings):
 
     def validate(self, setup: Setup) -> None:
         setup.require_truth("study=identifiability")
-        noise = getattr(setup.plugins["measurement"], "noise", None)
+        noise = setup.plugins["measurement"].noise
         if noise is None or noise.is_absent:
             raise SettingError(
                 "study=identifiability: expected noise, without which everything is known exactly; say"
@@ -77,7 +78,7 @@ class IdentifiabilityStudy(Settings):
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
         measurement, parameters, x = setup.plugins["measurement"], setup.problem.parameters, setup.true_x
-        data = Data(setup.problem, measurement.noise, measurement.kind, bool(getattr(measurement, "noise_known", True)))
+        data = Data(setup.problem, measurement.noise, measurement.kind, measurement.noise_known)
         told = told_by(data, x)
         return {
             "status": "done",
@@ -128,7 +129,7 @@ class IdentifiabilityStudy(Settings):
 
     def _position(self, data: Data) -> Iterator[tuple[dict[str, Any], Data]]:
         """One measuring plane in place of all present probes, in the same directions, at each of the problem's sites."""
-        sites = np.asarray(getattr(data.problem, "sites", ()), dtype=float)
+        sites = data.problem.sites
         if len(sites) > self.n_position:
             sites = sites[np.linspace(0, len(sites) - 1, self.n_position).round().astype(int)]
         directions = dict.fromkeys(channel.direction for channel in data.problem.channels)

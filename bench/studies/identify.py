@@ -13,6 +13,7 @@ import numpy as np
 from bench.plan.draw import Draw
 from bench.plan.plan import generator
 from bench.plan.setup import Setup
+from bench.plan.study import Study
 from bench.studies.curves import fit_curves, response_curves
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
@@ -20,23 +21,23 @@ from ksmea.diagnosis.fit_quality import fit_quality
 from ksmea.diagnosis.fitting import Fit
 from ksmea.errors import SettingError
 from ksmea.identifiability import identifiability
-from ksmea.identification import Identification, Streams, at_bound
+from ksmea.identification import Identification, Streams, at_limit
 from ksmea.intervals import Interval, climb, estimate
-from ksmea.journal import Journal, journaled
+from ksmea.journal import Journal, JournaledProblem
 from ksmea.likelihood import Likelihood
 from ksmea.measurement import Measurement, Noise
 from ksmea.misfit import Misfit
 from ksmea.model import Model
 from ksmea.parameters import Parameter, Parameters
 from ksmea.records.record import finite
-from ksmea.settings import Settings, setting
+from ksmea.settings import setting
 from ksmea.units import TURN
 
 LACK_OF_FIT_LEVEL = 0.01  # chance of rejecting a right model
 
 
 @dataclass(frozen=True)
-class Identify(Settings):
+class Identify(Study):
     """The values of the unknowns, found by the method from the measurement, with an interval beside each.
 
     The intervals belong to the maximum of the true model's likelihood nearest to what the method found. They take
@@ -60,7 +61,6 @@ class Identify(Settings):
     )
 
     report: ClassVar[str] = "summary"
-    ignores: ClassVar[tuple[str, ...]] = ()
 
     def validate(self, setup: Setup) -> None:
         plugins = setup.plugins
@@ -68,16 +68,14 @@ class Identify(Settings):
             raise SettingError(
                 "study.basin: expected true values to compare with, got a measurement without; leave it out"
             )
-        plugins["method"].validate(setup.problem, plugins["surrogate"], plugins["optimizer"], setup.samples)
+        plugins["method"].validate(setup.problem)
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
         plugins = setup.plugins
-        problem = setup.problem if draw.journal is None else journaled(setup.problem, Journal(draw.journal))
+        problem = setup.problem if draw.journal is None else JournaledProblem(setup.problem, Journal(draw.journal))
         measurement = setup.measure(draw)
         streams = Streams(*(generator(draw.seeds[component]) for component in ("design", "surrogate", "optimizer")))
-        found = plugins["method"].identify(
-            problem, measurement, plugins["surrogate"], plugins["optimizer"], setup.samples, streams
-        )
+        found = plugins["method"].identify(problem, measurement, streams)
         found = _within_a_turn(problem.parameters, found)
         record = _record(problem.parameters, setup.truth, found)
         record["misfit"] = finite(_likelihood(problem, measurement, found))
@@ -89,7 +87,7 @@ class Identify(Settings):
         if noise is not None and not noise.is_absent and (self.details or not setup.truth):
             _add_bounds(record, problem, measurement, found.x, noise)
         if self.details:
-            record["data"] = _description(measurement, getattr(plugins["measurement"], "remarks", ()))
+            record["data"] = _description(measurement, plugins["measurement"].remarks)
             record["fit"] = fit_curves(problem, measurement, found.x, noise)
         if draw.with_curves:
             record["curves"] = response_curves(problem, measurement, setup.true_response(draw), found)
@@ -170,7 +168,7 @@ def _record(parameters: Parameters, truth: Mapping[str, float], found: Identific
                 "identified": float(value),
                 "at_bound": on_bound,
             }
-            for parameter, value, on_bound in zip(parameters, found.x, found.at_bound)
+            for parameter, value, on_bound in zip(parameters, found.x, found.at_limit)
         ],
         "updates": found.updates,
         "model_evaluations": found.model_evaluations,
@@ -196,7 +194,7 @@ def _within_a_turn(parameters: Parameters, found: Identification) -> Identificat
     x = np.array([parameter.turned(value) for parameter, value in zip(parameters, found.x)])
     if np.array_equal(x, found.x):
         return found
-    return dataclasses.replace(found, x=x, at_bound=at_bound(parameters.to_cube(x)))
+    return dataclasses.replace(found, x=x, at_limit=at_limit(parameters.to_cube(x)))
 
 
 def _nearest_turn(parameter: Parameter, true: float | None, identified: float) -> float | None:

@@ -14,18 +14,19 @@ import numpy as np
 
 from bench.plan.draw import Draw
 from bench.plan.setup import Setup
+from bench.plan.study import Study
 from ksmea.arrays import Array
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.errors import SettingError, unknown
 from ksmea.parameters import Parameters
 from ksmea.planning import Criterion, bounds, choose, data_rows, information, mean_axis_fall_pct
-from ksmea.settings import Settings, setting
+from ksmea.settings import setting
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
 
 @dataclass(frozen=True)
-class Planning(Settings):
+class Planning(Study):
     """Speeds, probes or a trial unbalance to add, chosen so that one unknown (c-optimal) or all of them (D-optimal) become
     known best; beside it what the same amount of data gives without a plan."""
 
@@ -82,7 +83,7 @@ class Planning(Settings):
             raise unknown("parameter in study.target:", self.target, names)
         setup.require_truth("study=plan")
         measurement = setup.plugins["measurement"]
-        if not hasattr(measurement, "noise") or measurement.noise.is_absent:
+        if measurement.noise is None or measurement.noise.is_absent:
             raise SettingError(
                 "study=plan: expected a measurement with noise, without which every unknown is known exactly, got none;"
                 " give measurement.relative or measurement.floor"
@@ -92,7 +93,7 @@ class Planning(Settings):
             raise SettingError(
                 f"band: expected room for speeds, got {lowest:g} to {highest:g} rad/s; give [lower, upper] factors"
             )
-        if hasattr(setup.problem, "with_unbalance"):
+        if setup.problem.takes_unbalance:
             for position in self.trial_sites or []:
                 try:
                     setup.problem.with_unbalance(position, GRAM_MILLIMETRE, 0.0)
@@ -157,8 +158,8 @@ class Planning(Settings):
     def _probes(self, present: _Present) -> dict[str, Any] | str:
         """Probes to add for all present speeds; without a plan, the whole run again, as much of it as the probes' data."""
         problem = present.problem
-        sites = getattr(problem, "sites", None)
-        if not self.sensors or sites is None:
+        sites = problem.sites
+        if not self.sensors or not len(sites):
             return (
                 f"no probes are considered: {'study.sensors is 0' if not self.sensors else 'the problem has no sites'}"
             )
@@ -181,10 +182,10 @@ class Planning(Settings):
     def _trial_run(self, present: _Present) -> dict[str, Any] | str:
         """A second run with a known unbalance at a site; without a plan, the same run again."""
         problem = present.problem
-        if not hasattr(problem, "with_unbalance"):
+        if not problem.takes_unbalance:
             return "no trial run is considered: the problem takes no trial unbalance"
-        sites = getattr(problem, "sites", None) if self.trial_sites is None else np.array(self.trial_sites)
-        if sites is None or not len(sites) or not self.trial_phases:
+        sites = problem.sites if self.trial_sites is None else np.array(self.trial_sites)
+        if not len(sites) or not self.trial_phases:
             reason = (
                 "study.trial_phases is empty" if not self.trial_phases else "there is no site; give study.trial_sites"
             )

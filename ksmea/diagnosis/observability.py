@@ -132,7 +132,7 @@ def best_split(one: Fit, other: Fit) -> Split | None:
 def _further(one: Problem, other: Problem) -> Iterator[tuple[str, tuple[Problem, Problem]]]:
     """Measurements that might be added, as both models see them."""
     speed, channels = one.speed, one.channels
-    for site in getattr(one, "sites", ()):
+    for site in one.sites:
         probes = [Channel(float(site), direction) for direction in ("x", "y")]
         if not any(probe in channels for probe in probes):
             yield f"probes in x and y at {site:.3g} m", (one.at(speed, probes), other.at(speed, probes))
@@ -140,9 +140,9 @@ def _further(one: Problem, other: Problem) -> Iterator[tuple[str, tuple[Problem,
     name = f"speeds up to {higher[-1] * 30 / np.pi:.0f} rpm"
     yield name, (one.at(higher, channels), other.at(higher, channels))
     magnitudes = [item.upper / 2 for item in one.parameters if item.is_unbalance]
-    if magnitudes and hasattr(one, "with_unbalance"):
+    if magnitudes and one.takes_unbalance:
         magnitude = min(magnitudes)
-        for site in getattr(one, "sites", ()):
+        for site in one.sites:
             name = f"a second run with {magnitude * 1e6:.3g} g mm at {site:.3g} m"
             yield name, (one.with_unbalance(site, magnitude, 0.0), other.with_unbalance(site, magnitude, 0.0))
 

@@ -76,7 +76,7 @@ def closed_in(problem: Problem, measurement: Measurement, found: Screened) -> Sc
     """Clouds of points around the best ones, narrower and narrower; unknowns that are costly to change take few values."""
     d = found.points.shape[1]
     cloud = norm.ppf(qmc.Sobol(d, scramble=False).random(CLOUD_POINTS) + 0.5 / CLOUD_POINTS)
-    costly = list(getattr(problem, "costly", ()))
+    costly = list(problem.costly)
     cloud[:, costly] = np.clip(np.rint(cloud[:, costly]), -1, 1)
     for width in CLOUDS:
         centres = found.apart(CLOUD_CENTRES, width / 2)

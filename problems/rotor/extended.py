@@ -12,35 +12,33 @@ from collections import OrderedDict
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import Channel
+from ksmea.contracts import Problem
 from ksmea.errors import SettingError
 from ksmea.parameters import Parameters
 from problems.rotor import dense
 from problems.rotor.assembly import assemble_free, node_dof
 from problems.rotor.data import COEFFICIENTS, STIFFNESSES, Rotor
+from problems.rotor.hooks import RotorHooks
 from problems.rotor.problem import CHUNK_BYTES, RotorProblem, checked_sets, finite, impedances_of
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
 from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
 from problems.rotor.unknowns import Unknown, inputs_at, rotor_at
 
-if TYPE_CHECKING:
-    from problems.rotor.effect import RotorEffect
-
 STEP = 1e-6  # of central differences, in parts of each unknown's range: (1e-6)² and rounding of 1e-12 / 1e-6 are alike
-MOST_REDUCTIONS = 64  # kept of rotors that an effect has changed
+MAX_REDUCTIONS = 64  # kept of rotors that an effect has changed
 
 
 @dataclass(frozen=True, eq=False)
-class ExtendedProblem:
+class ExtendedProblem(Problem):
     """A rotor problem with effects."""
 
     base: RotorProblem
-    effects: tuple[RotorEffect, ...]
+    effects: tuple[RotorHooks, ...]
 
     def __post_init__(self) -> None:
         names = self.parameters.names
@@ -83,6 +81,10 @@ class ExtendedProblem:
     def with_unbalance(self, position: float, magnitude: float, phase: float) -> ExtendedProblem:
         return dataclasses.replace(self, base=self.base.with_unbalance(position, magnitude, phase))
 
+    @property
+    def has_free_phase(self) -> bool:
+        return self.base.has_free_phase
+
     def with_phase_origin(self) -> ExtendedProblem:
         return dataclasses.replace(self, base=self.base.with_phase_origin())
 
@@ -103,7 +105,7 @@ class ExtendedProblem:
         return finite(response)
 
     def sensitivity(self, x: Array) -> ComplexArray:
-        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit, by central differences inside the bounds."""
+        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit, by central differences inside the limits."""
         step = STEP * self.parameters.width
         lower, upper = np.maximum(x - step, self.parameters.lower), np.minimum(x + step, self.parameters.upper)
         pick = np.eye(len(x), dtype=bool)
@@ -122,7 +124,7 @@ class ExtendedProblem:
 
     @cached_property
     def costly(self) -> Array:
-        """Places of the unknowns that change the rotor itself."""
+        """Indices of the unknowns that change the rotor itself."""
         places = np.arange(len(self.parameters))[None]
         of_effects = self._parts(places)[1]
         changing = [part[0] for effect, part in zip(self.effects, of_effects) if effect.changes_rotor]
@@ -148,7 +150,7 @@ class ExtendedProblem:
             rotor = self._changed_rotor(self.base.rotor, np.array(key))
             loads = self._loads(rotor)
             kept[key] = reduce_rotor(rotor, self._impedances, self.speed, self._seen_channels, loads, banded=True)
-            if len(kept) > MOST_REDUCTIONS:
+            if len(kept) > MAX_REDUCTIONS:
                 kept.popitem(last=False)
         kept.move_to_end(key)
         return kept[key]
@@ -199,7 +201,7 @@ class ExtendedProblem:
             response = effect.observed(response, self._seen_channels, self.speed, values)
         return response[..., : len(self.channels)]
 
-    def _in_stages(self, of_effects: list[Array]) -> list[tuple[RotorEffect, Array]]:
+    def _in_stages(self, of_effects: list[Array]) -> list[tuple[RotorHooks, Array]]:
         """The effects with their values in the order in which they act."""
         return sorted(zip(self.effects, of_effects), key=lambda pair: pair[0].stage)
 

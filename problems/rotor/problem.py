@@ -14,6 +14,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import Channel
+from ksmea.contracts import Problem
 from ksmea.errors import SettingError
 from ksmea.parameters import PHASE_ORIGIN, Parameter, Parameters
 from problems.rotor import dense
@@ -35,10 +36,10 @@ CHUNK_BYTES = 2**20  # of the largest temporary array of a batch: about what a c
 
 
 @dataclass(frozen=True, eq=False)
-class RotorProblem:
+class RotorProblem(Problem):
     """The unbalance response of a rotor at given speeds and channels as a function of its unknowns.
 
-    Whatever values the unknowns have in the given rotor are replaced by the middle of their bounds, so that a
+    Whatever values the unknowns have in the given rotor are replaced by the middle of their limits, so that a
     problem cannot carry the values that are to be identified.
     """
 
@@ -63,7 +64,7 @@ class RotorProblem:
 
     @cached_property
     def reduction(self) -> Reduction:
-        """The rotor seen from its ports, with the bearings of the middle of the bounds as nominal ones."""
+        """The rotor seen from its ports, with the bearings of the middle of the limits as nominal ones."""
         return reduce_rotor(self.rotor, impedances_of(self.rotor, self.unknowns), self.speed, self.channels)
 
     def response(self, x: Array) -> ComplexArray:
@@ -131,7 +132,7 @@ class RotorProblem:
 
     def with_phase_origin(self) -> RotorProblem:
         """With the phase of all unbalance unknown. One and a half turns: each angle lies a quarter turn or more from the
-        bounds at least once, so that no search ends at a bound that is none."""
+        limits at least once, so that no search ends at a limit that is none."""
         if self.has_free_phase:
             return self
         origin = Parameter(PHASE_ORIGIN, "deg", np.pi / 180, -1.5 * np.pi, 1.5 * np.pi)
@@ -178,7 +179,7 @@ def finite(values: ComplexArray) -> ComplexArray:
 
 def impedances_of(rotor: Rotor, unknowns: Sequence[Unknown]) -> tuple[Impedance, ...]:
     """All direct impedances, and those cross-coupled ones that are given or unknown."""
-    sought = {
+    unknown = {
         _impedance_of(target) for item in unknowns for target in item.targets if isinstance(target, BearingTarget)
     }
     return tuple(
@@ -189,7 +190,7 @@ def impedances_of(rotor: Rotor, unknowns: Sequence[Unknown]) -> tuple[Impedance,
         if row == column
         or bearing.stiffness[row, column]
         or bearing.damping[row, column]
-        or Impedance(index, row, column) in sought
+        or Impedance(index, row, column) in unknown
     )
 
 

@@ -1,0 +1,80 @@
+"""A problem seen as a measurement sees the rotor: the same speeds and channels, and phases that begin where its own do.
+
+Whatever compares the two asks for it here, because a response at other speeds has the right shape and the wrong values.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.contracts import Problem
+from ksmea.errors import SettingError
+from ksmea.measurement import Layout, Measurement
+
+SAME_SPEED = 1e-9  # relative: rounding on the way through units and files
+TRY = "make the problem with ksmea.alignment.aligned(problem, measurement)"
+
+
+def aligned(problem: Problem, measured: Measurement | Layout) -> Problem:
+    """The problem at the speeds and channels of a measurement, its phase origin unknown where that of the data is.
+
+    Raises `SettingError` where the problem cannot be seen so: a channel off its shaft, or phases that it has no use for.
+    """
+    layout = measured.layout if isinstance(measured, Measurement) else measured
+    if not (np.array_equal(problem.speed, layout.speed) and tuple(problem.channels) == tuple(layout.channels)):
+        problem = _seen(problem, layout)
+    if not layout.has_free_phase or problem.has_free_phase:
+        return problem
+    if not problem.can_leave_phase_open:
+        raise SettingError(
+            f"{layout.source}: phases were measured from an unknown origin, expected a problem that can leave it open, got"
+            f" {type(problem).__name__}; use the amplitudes alone, or say that the origin is known"
+        )
+    return problem.with_phase_origin()
+
+
+def require_aligned(problem: Problem, measurement: Measurement) -> None:
+    """Raise `SettingError` where a problem is not seen as the measurement: another number of speeds or channels, a speed
+    (beyond rounding) or a channel that differs, or a phase origin that is unknown in the data alone."""
+    _require_speeds(problem.speed, measurement.speed)
+    if len(problem.channels) != len(measurement.channels):
+        raise SettingError(
+            f"channels: expected the {len(measurement.channels)} of the measurement, got a problem with"
+            f" {len(problem.channels)}; {TRY}"
+        )
+    for number, (own, measured) in enumerate(zip(problem.channels, measurement.channels), start=1):
+        if own != measured:
+            raise SettingError(f"channel {number}: expected {measured} as measured, got a problem seen in {own}; {TRY}")
+    if measurement.layout.has_free_phase and not problem.has_free_phase:
+        raise SettingError(
+            "phases: expected a problem whose phase origin is unknown as that of the measurement is, got one without"
+            f" phase_origin among its unknowns; {TRY}"
+        )
+
+
+def _require_speeds(own: Array, measured: Array) -> None:
+    if len(own) != len(measured):
+        raise SettingError(
+            f"speeds: expected the {len(measured)} of the measurement, got a problem with {len(own)}; {TRY}"
+        )
+    apart = np.flatnonzero(np.abs(own - measured) > SAME_SPEED * np.abs(measured))
+    if len(apart):
+        first = apart[0]
+        raise SettingError(
+            f"speed {first + 1}: expected {measured[first]:.10g} rad/s as measured, got a problem at"
+            f" {own[first]:.10g} rad/s; {TRY}"
+        )
+
+
+def _seen(problem: Problem, layout: Layout) -> Problem:
+    """The problem at other speeds and channels; an error says which channel cannot be, and where it stands."""
+    try:
+        return problem.at(layout.speed, layout.channels)
+    except SettingError as error:
+        for channel, location in zip(layout.channels, layout.locations):
+            try:
+                problem.at(layout.speed, (channel,))
+            except SettingError as own:
+                raise SettingError(f"{location}: {own}") from own
+        raise SettingError(f"{layout.source}: {error}") from error

@@ -1,0 +1,55 @@
+"""What an effect may do to a rotor: hooks, each of which leaves things as they are unless an effect overrides it.
+
+Values of an effect's unknowns are rows of θ (n, e), SI, in the order of its `parameters`.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from typing import ClassVar
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import Channel
+from ksmea.parameters import Parameter
+from problems.rotor.data import Rotor
+from problems.rotor.problem import RotorProblem
+
+
+class RotorHooks(ABC):
+    """The hooks that an extended rotor calls, from the shaft to the probes."""
+
+    changes_rotor: ClassVar[bool] = False  # overrides `rotor`
+    couples_axes: ClassVar[bool] = False  # its `impedance` has entries beside the diagonal
+    has_loads: ClassVar[bool] = False  # overrides `loads` and `load_sizes`
+    # Effects act from the lowest stage to the highest, in whatever order they were added: a bearing (0) before what
+    # carries it (1); what a probe sees (0) before its angle (1), and that before its gain (2).
+    stage: ClassVar[int] = 0
+
+    @abstractmethod
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        """Its unknowns, with limits that hold 0, where the model is as without it."""
+
+    def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
+        """The rotor as changed by one set of values (e,)."""
+        return rotor
+
+    def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
+        """Impedances of the bearings, (n_bearing, 2, 2, n, n_speed) N/m from motion (second 2) to force (first 2)."""
+        return impedance
+
+    def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
+        """Nodal forces per unit of each load, (n_speed, n_dof, n_load)."""
+        raise NotImplementedError
+
+    def load_sizes(self, theta: Array) -> ComplexArray:
+        """How large each load is, (n, n_load)."""
+        raise NotImplementedError
+
+    def needed_channels(self, channels: Sequence[Channel]) -> Sequence[Channel]:
+        """Further channels whose motion its `observed` makes these channels of."""
+        return ()
+
+    def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
+        """What the probes make of a motion, (n, n_speed, n_channel) m."""
+        return response
