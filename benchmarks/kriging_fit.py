@@ -42,11 +42,11 @@ def two_mass_amplitudes(u: np.ndarray) -> np.ndarray:
 
 def fit_kriging(u: np.ndarray, y: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
     """Our default but for the objective: DACE's, like scikit-learn's, weighs outputs by their residuals."""
-    return Kriging(objective="dace").fit(u, y, None, np.random.default_rng(0)).predict
+    return Kriging(objective="dace").fit(u, y, np.random.default_rng(0)).predict
 
 
 def fit_kriging_likelihood(u: np.ndarray, y: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-    return Kriging(objective="likelihood").fit(u, y, None, np.random.default_rng(0)).predict
+    return Kriging(objective="likelihood").fit(u, y, np.random.default_rng(0)).predict
 
 
 def fit_scikit_learn(u: np.ndarray, y: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:

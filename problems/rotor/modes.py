@@ -1,4 +1,4 @@
-"""Natural frequencies, whirl and critical speeds of a rotor on its bearings, from the damped eigenproblem.
+"""Natural frequencies, damping and whirl of a rotor on its bearings, from the damped eigenproblem.
 
 A free motion is Re(q e^{λt}), λ = σ + iω_d; the shaft turns from +x to +y, and forward whirl turns with it.
 """
@@ -9,7 +9,6 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
-import scipy.optimize
 
 from ksmea.arrays import Array, ComplexArray
 from problems.rotor.assembly import Matrices, assemble
@@ -33,10 +32,19 @@ class Mode:
     shape: ComplexArray  # (n_node, 4): x, y, φ_x, φ_y, scaled to a largest deflection of 1
 
 
+@dataclass(frozen=True, eq=False)
+class Campbell:
+    """Natural frequencies over spin speed, each row rising; NaN where a speed has fewer oscillating modes."""
+
+    speed: Array  # (n_speed,) rad/s
+    frequency: Array  # (n_speed, n_mode) damped, rad/s
+    damping_ratio: Array  # (n_speed, n_mode); below 0: unstable
+
+
 def natural_modes(rotor: Rotor, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
     """The oscillating modes at a spin speed (rad/s) by rising frequency, the first `n_mode` or all."""
     matrices = assemble(rotor)
-    eigenvalues, vectors = scipy.linalg.eig(_state_matrix(matrices, speed))
+    eigenvalues, vectors = scipy.linalg.eig(state_matrix(matrices, speed))
     oscillating = np.flatnonzero(eigenvalues.imag > OVERDAMPED * np.abs(eigenvalues))
     order = oscillating[np.argsort(eigenvalues[oscillating].imag)][:n_mode]
     n_dof = len(matrices.mass)
@@ -48,34 +56,24 @@ def natural_frequencies(matrices: Matrices, speed: float) -> Array:
 
     Each entry is a continuous function of speed, because the pairs never leave the count.
     """
-    eigenvalues = scipy.linalg.eigvals(_state_matrix(matrices, speed))
+    eigenvalues = scipy.linalg.eigvals(state_matrix(matrices, speed))
     return np.sort(eigenvalues.imag)[len(matrices.mass) :]
 
 
-def critical_speeds(rotor: Rotor, highest: float, n_scan: int = 64) -> Array:
-    """Speeds up to `highest` (rad/s) at which a damped natural frequency equals the spin speed, rising, rad/s.
-
-    The Campbell diagram is scanned at `n_scan` speeds and each crossing refined by Brent's method; a frequency that
-    crosses twice between two scanned speeds is missed, so raise `n_scan` where two criticals of one curve lie close.
-    """
+def campbell_diagram(rotor: Rotor, speed: Array, n_mode: int) -> Campbell:
+    """Natural frequencies and damping ratios of the first `n_mode` modes over spin speeds (n_speed,) rad/s."""
     matrices = assemble(rotor)
-
-    def excess(speed: float) -> Array:  # (n_dof,): natural frequency above spin speed
-        return natural_frequencies(matrices, speed) - speed
-
-    scanned = np.linspace(0.0, highest, n_scan + 1)[1:]
-    table = np.array([excess(speed) for speed in scanned])  # (n_scan, n_dof)
-    intervals, curves = np.nonzero(np.sign(table[:-1]) * np.sign(table[1:]) < 0)
-    crossings = [
-        scipy.optimize.brentq(
-            lambda speed, curve=curve: excess(speed)[curve], *scanned[interval : interval + 2], rtol=1e-10
-        )
-        for interval, curve in zip(intervals, curves, strict=True)
-    ]
-    return np.sort(np.array(crossings))
+    frequency, damping_ratio = np.full((2, len(speed), n_mode), np.nan)
+    for index, spin in enumerate(speed):
+        eigenvalues = scipy.linalg.eigvals(state_matrix(matrices, float(spin)))
+        oscillating = eigenvalues[eigenvalues.imag > OVERDAMPED * np.abs(eigenvalues)]
+        lowest = oscillating[np.argsort(oscillating.imag)][:n_mode]
+        frequency[index, : len(lowest)] = lowest.imag
+        damping_ratio[index, : len(lowest)] = -lowest.real / np.abs(lowest)
+    return Campbell(np.asarray(speed, dtype=float), frequency, damping_ratio)
 
 
-def _state_matrix(matrices: Matrices, speed: float) -> Array:
+def state_matrix(matrices: Matrices, speed: float) -> Array:
     """A of ż = A z with z = (q, q̇), (2 n_dof, 2 n_dof)."""
     n_dof = len(matrices.mass)
     damping = matrices.damping + speed * matrices.gyroscopic

@@ -18,7 +18,9 @@ from ksmea.contracts import Problem
 from ksmea.errors import SettingError
 from ksmea.parameters import PHASE_ORIGIN, Parameter, Parameters
 from problems.rotor import dense
+from problems.rotor.critical_speeds import critical_speeds
 from problems.rotor.data import DAMPINGS, STIFFNESSES, Rotor, UnbalancePlane
+from problems.rotor.modes import Campbell, Mode, campbell_diagram, natural_modes
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
 from problems.rotor.unknowns import (
     BearingTarget,
@@ -142,6 +144,23 @@ class RotorProblem(Problem):
         """`response` by the dense route, one solve with the whole rotor per set and speed: slow, for comparison."""
         rotors = (rotor_at(self.rotor, self.unknowns, row) for row in checked_sets(x, self.parameters))
         return np.stack([dense.dense_response(rotor, self.speed, self.channels) for rotor in rotors])
+
+    def critical_speeds(self, x: Array, highest: float | None = None) -> Array:
+        """Speeds (rad/s) up to `highest`, or up to the problem's highest, at which a damped natural frequency equals the
+        spin speed, rising, at values x (d,) SI."""
+        limit = float(np.max(self.speed)) if highest is None else highest
+        return critical_speeds(self._rotor_at(x), limit)
+
+    def modes(self, x: Array, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
+        """The oscillating modes at values x (d,) SI and a spin speed (rad/s), the first `n_mode` or all."""
+        return natural_modes(self._rotor_at(x), speed, n_mode)
+
+    def campbell(self, x: Array, speed: Array, n_mode: int = 6) -> Campbell:
+        """Natural frequencies and damping ratios of the first modes over spin speeds (n_speed,) rad/s."""
+        return campbell_diagram(self._rotor_at(x), np.asarray(speed, dtype=float), n_mode)
+
+    def _rotor_at(self, x: Array) -> Rotor:
+        return rotor_at(self.rotor, self.unknowns, checked_sets(np.asarray(x)[None], self.parameters)[0])
 
     def _impedance_parts(self, inputs: Inputs) -> tuple[Array, Array]:
         """Stiffness and damping of the reduction's impedances, (n_impedance, n) each."""

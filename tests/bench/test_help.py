@@ -7,6 +7,7 @@ import pytest
 
 from bench.storage.places import CONF
 from ksmea import registry
+from ksmea.settings import own_fields
 
 PLUGINS = [(group, point.name) for group, name in registry.GROUPS.items() for point in entry_points(group=name)]
 WORDS = {None: "null", True: "true", False: "false"}
@@ -37,7 +38,7 @@ def test_every_setting_of_every_plugin_with_its_default(group, name, enter):
     assert (page.code, page.err) == (0, "")
     head, *lines = page.out.splitlines()
     assert head.startswith(f"{group}={name}: ") and len(head) > len(f"{group}={name}: ") + 10
-    fields = dataclasses.fields(registry.plugin_class(group, name))
+    fields = own_fields(registry.plugin_class(group, name))
     assert len(lines) == len(fields)
     for field, line in zip(fields, lines):
         assert line.strip().startswith(f"{group}.{field.name}={default_of(field)}  ")

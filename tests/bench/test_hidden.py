@@ -11,6 +11,7 @@ from bench.plan.plan import SEED_PLACES, component_seeds, generator
 from bench.plan.provenance import code_digest, used_modules
 from bench.plan.setup import Setup
 from ksmea import registry
+from ksmea.alignment import aligned
 from ksmea.errors import SettingError
 from measurements.synthetic import Synthetic
 from problems.three_disk import ThreeDisk
@@ -38,7 +39,7 @@ def test_the_hidden_stream_has_a_place_of_its_own():
 
 def test_nothing_hidden_is_the_plain_response_and_takes_no_draw():
     synthetic = Synthetic(kind="complex")
-    assert np.array_equal(synthetic.response(PROBLEM, TRUTH), PLAIN.response(X[None])[0])
+    assert np.array_equal(synthetic.response(PROBLEM, TRUTH, stream()), PLAIN.response(X[None])[0])
     assert synthetic.parts == [] and synthetic.hidden_effects(PROBLEM, stream()) == []
 
 
@@ -88,7 +89,9 @@ def test_what_is_hidden_can_be_added_to_the_model_that_fits_for_judging_it():
 def test_the_noise_is_the_same_with_and_without_hidden_effects():
     noisy = Synthetic(kind="complex", floor=1.0)
     hiding = dataclasses.replace(noisy, hidden=["runout"])
-    noise = noisy.measure(PROBLEM, TRUTH, np.random.default_rng(1)).values - noisy.response(PROBLEM, TRUTH)
+    noise = noisy.measure(PROBLEM, TRUTH, np.random.default_rng(1), stream()).values - noisy.response(
+        PROBLEM, TRUTH, stream()
+    )
     measured = hiding.measure(PROBLEM, TRUTH, np.random.default_rng(1), stream())
     assert measured.values - hiding.response(PROBLEM, TRUTH, stream()) == pytest.approx(noise, abs=1e-18)
 
@@ -97,7 +100,7 @@ def test_the_measurement_tells_nothing_of_what_it_hides():
     measured = Synthetic(kind="complex", floor=1.0, hidden=["runout"], sizes={"runout_x": 7.0}).measure(
         PROBLEM, TRUTH, np.random.default_rng(1), stream()
     )
-    plain = Synthetic(kind="complex", floor=1.0).measure(PROBLEM, TRUTH, np.random.default_rng(1))
+    plain = Synthetic(kind="complex", floor=1.0).measure(PROBLEM, TRUTH, np.random.default_rng(1), stream())
     for field in dataclasses.fields(measured):
         if field.name not in ("values", "speed"):
             assert getattr(measured, field.name) == getattr(plain, field.name)
@@ -118,10 +121,10 @@ def test_effects_hide_behind_an_extended_problem(tmp_path):
     )
     settings = registry.create("problem", "extended", {"file": str(file)})
     synthetic = Synthetic(kind="complex", hidden=["runout"])
-    truth = synthetic.true_values(settings, settings.build())
+    truth = synthetic.true_values(settings)
     assert truth["mass_change"] == pytest.approx(0.01)
     assert synthetic.response(settings, truth, stream()).shape == (53, 4)
-    again = refused(lambda: Synthetic(hidden=["mass"]).true_values(settings, settings.build()))
+    again = refused(lambda: Synthetic(hidden=["mass"]).true_values(settings))
     assert "measurement.hidden: mass: effects: expected each unknown once, got mass_change again" in again
 
 
@@ -130,20 +133,22 @@ def test_effects_hide_behind_an_extended_problem(tmp_path):
 
 def test_an_unknown_phase_origin_is_one_more_unknown_of_complex_data():
     free = Synthetic(kind="complex", phase_known=False)
-    problem = free.adapted(PLAIN)
+    problem = aligned(PLAIN, free.layout(PROBLEM))
     assert problem.parameters.names == (*PLAIN.parameters.names, "phase_origin")
-    truth = free.true_values(PROBLEM, problem)
+    truth = free.true_values(PROBLEM)
     assert truth == TRUTH | {"phase_origin": 0.0}
-    assert free.response(PROBLEM, truth) == pytest.approx(PLAIN.response(X[None])[0])
-    assert free.adapted(problem).parameters == problem.parameters
+    assert free.response(PROBLEM, truth, stream()) == pytest.approx(PLAIN.response(X[None])[0])
+    assert aligned(problem, free.layout(PROBLEM)).parameters == problem.parameters
     for unchanged in (Synthetic(kind="amplitude", phase_known=False), Synthetic(kind="complex")):
-        assert unchanged.adapted(PLAIN) is PLAIN
+        assert aligned(PLAIN, unchanged.layout(PROBLEM)) is PLAIN
 
 
 def test_a_true_phase_origin_turns_the_data():
     turned = Synthetic(kind="complex", phase_known=False, truth={"phase_origin": 30.0})
-    truth = turned.true_values(PROBLEM, turned.adapted(PLAIN))
-    assert turned.response(PROBLEM, truth) == pytest.approx(np.exp(1j * np.pi / 6) * PLAIN.response(X[None])[0])
+    truth = turned.true_values(PROBLEM)
+    assert turned.response(PROBLEM, truth, stream()) == pytest.approx(
+        np.exp(1j * np.pi / 6) * PLAIN.response(X[None])[0]
+    )
 
 
 # What is refused.
@@ -175,11 +180,11 @@ def test_bad_settings(settings, message):
 )
 def test_what_does_not_fit_the_problem_is_refused_before_any_run(problem, settings, message):
     synthetic = Synthetic(**settings)
-    assert message in refused(lambda: synthetic.true_values(problem, problem.build()))
+    assert message in refused(lambda: synthetic.true_values(problem))
 
 
 def test_without_a_generator_nothing_is_hidden_silently():
-    with pytest.raises(ValueError, match="expected a generator"):
+    with pytest.raises(TypeError, match="missing 1 required positional argument: 'hidden'"):
         Synthetic(hidden=["runout"]).measure(PROBLEM, TRUTH, np.random.default_rng(0))
 
 

@@ -10,6 +10,7 @@ from bench.reports import identifiability as reporting
 from bench.reports.identifiability_figure import identifiability_figure
 from bench.studies.identifiability import Data, IdentifiabilityStudy, told_by
 from ksmea.channel import Channel
+from ksmea.contracts import Problem
 from ksmea.identifiability import identifiability
 from ksmea.measurement import Noise
 from problems.three_disk import ThreeDisk
@@ -120,7 +121,7 @@ def test_unknown_noise_costs_information():
     assert np.all(unknown >= known * (1 - 1e-9)) and np.any(unknown > known * 1.0001)
 
 
-class Bare:
+class Bare(Problem):
     """A problem that offers only what the contract asks of every one."""
 
     def __init__(self, problem):

@@ -77,7 +77,9 @@ def test_the_example_is_what_its_remarks_say(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("again.csv").write_text(example_text(), encoding="utf-8")
     example, again = File(path=str(EXAMPLE)), File(path="again.csv")
-    assert example.measure(None, {}, None).values == pytest.approx(again.measure(None, {}, None).values, rel=1e-6)
+    assert example.measure(None, {}, None, None).values == pytest.approx(
+        again.measure(None, {}, None, None).values, rel=1e-6
+    )
     assert example.time == pytest.approx(again.time)
     assert EXAMPLE.read_text(encoding="utf-8").splitlines()[:6] == example_text().splitlines()[:6]
 

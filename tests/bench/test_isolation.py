@@ -25,11 +25,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ksmea.settings import Settings, setting
+from ksmea.contracts import Optimizer
+from ksmea.settings import setting
 
 
 @dataclass(frozen=True)
-class Mine(Settings):
+class Mine(Optimizer):
     """Random search, or some misbehaviour."""
 
     my_setting: int = setting(10, "points drawn at random", at_least=1)

@@ -9,7 +9,9 @@ import time
 import numpy as np
 import pytest
 
+from ksmea.alignment import aligned
 from ksmea.channel import Channel
+from ksmea.contracts import Problem
 from ksmea.errors import SettingError
 from ksmea.identifiability import identifiability
 from ksmea.intervals import climb, estimate
@@ -44,7 +46,7 @@ def written(tmp_path, monkeypatch):
 
 
 def measured(file):
-    return file.measure(None, {}, None)
+    return file.measure(None, {}, None, None)
 
 
 def test_values_units_and_phases_are_those_of_the_definition(written):
@@ -108,27 +110,33 @@ def test_a_part_of_the_run_up_can_be_taken(written):
 def test_the_problem_is_seen_as_the_file_has_it_with_the_phase_origin_unknown(written):
     problem = ThreeDisk().build()
     file = written(text(*GOOD))
-    adapted = file.adapted(problem)
+    adapted = aligned(problem, file.layout(None))
     assert adapted.speed == pytest.approx(measured(file).speed) and adapted.channels == measured(file).channels
     assert adapted.parameters.names == (*problem.parameters.names, "phase_origin")
     amplitudes = written(text("1000,0.1,x,2.5,,", "1200,0.1,x,3.5,,"))
-    assert amplitudes.adapted(problem).parameters.names == problem.parameters.names
+    assert aligned(problem, amplitudes.layout(None)).parameters.names == problem.parameters.names
     # where all phases are unknown already, nothing is added
-    assert written(text(*GOOD)).adapted(RK4TwoDisk().build()).parameters.names == RK4TwoDisk().build().parameters.names
+    rig = RK4TwoDisk().build()
+    assert aligned(rig, written(text(*GOOD)).layout(None)).parameters.names == rig.parameters.names
 
 
-class OfFixedPhase:
+class OfFixedPhase(Problem):
     """A problem that cannot leave the phase origin open."""
+
+    parameters, speed, channels = ThreeDisk().build().parameters, np.array([1.0]), ()
+
+    def response(self, x):
+        raise NotImplementedError
 
     def at(self, speed, channels):
         return self
 
 
 def test_phases_need_a_problem_that_can_leave_their_origin_open(written):
-    with pytest.raises(SettingError, match=r"run\.csv: phases were measured.*OfFixedPhase; leave phase_lead_deg empty"):
-        written(text(*GOOD)).adapted(OfFixedPhase())
+    with pytest.raises(SettingError, match=r"run\.csv: phases were measured.*OfFixedPhase; use the amplitudes alone"):
+        aligned(OfFixedPhase(), written(text(*GOOD)).layout(None))
     amplitudes = written(text("1000,0.1,x,2.5,,", "1200,0.1,x,3.5,,"))
-    assert isinstance(amplitudes.adapted(OfFixedPhase()), OfFixedPhase)
+    assert isinstance(aligned(OfFixedPhase(), amplitudes.layout(None)), OfFixedPhase)
 
 
 def test_the_fingerprint_is_that_of_the_content(written):

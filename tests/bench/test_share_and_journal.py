@@ -105,11 +105,12 @@ from pathlib import Path
 
 import numpy as np
 
-from ksmea.settings import Settings, setting
+from ksmea.contracts import Problem, ProblemSettings
+from ksmea.settings import setting
 from problems.three_disk import ThreeDisk
 
 
-class Noted:
+class Noted(Problem):
     def __init__(self, problem, notes):
         self.problem, self.notes = problem, notes
         self.parameters, self.speed, self.channels = problem.parameters, problem.speed, problem.channels
@@ -135,7 +136,7 @@ class Noted:
 
 
 @dataclass(frozen=True)
-class Slow(Settings):
+class Slow(ProblemSettings):
     """The three-disk rotor, an evaluation at a time."""
 
     notes: str = setting("", "file of the points that it has computed")

@@ -5,6 +5,7 @@ import pytest
 from scipy import stats
 
 from ksmea.channel import Channel
+from ksmea.contracts import Problem
 from ksmea.diagnosis.fit_quality import fit_quality, whirl_parts
 from ksmea.diagnosis.fitting import Fit
 from ksmea.likelihood import Likelihood, maximise
@@ -16,7 +17,7 @@ SPEED = np.linspace(100.0, 200.0, 48)
 CHANNELS = (Channel(0.1, "x"), Channel(0.1, "y"))
 
 
-class Lines:
+class Lines(Problem):
     """A straight line over speed per channel: four unknowns."""
 
     speed, channels = SPEED, CHANNELS

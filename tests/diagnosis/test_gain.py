@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ksmea.channel import Channel
+from ksmea.contracts import Problem
 from ksmea.diagnosis.fitting import Fit
 from ksmea.diagnosis.gain import gain, part_of
 from ksmea.likelihood import Likelihood, maximise
@@ -12,7 +13,7 @@ from ksmea.model import Model
 from ksmea.parameters import Parameter, Parameters
 
 
-class Powers:
+class Powers(Problem):
     """Σ p_i s^i over scaled speed, one channel."""
 
     channels = (Channel(0.0, "x"),)

@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from ksmea.contracts import Problem
 from ksmea.descent import descend
 from ksmea.direct import Direct
 from ksmea.errors import BudgetSpent, SettingError
@@ -16,7 +17,6 @@ from optimizers.ga import GA
 from optimizers.lm import LM
 from optimizers.pso import PSO
 from problems.three_disk import ThreeDisk
-from surrogates.none import NoSurrogate
 
 TRUTH = np.array([50e6, 70e6, 500.0, 700.0, 2e-4])
 NOISE = Noise(0.1, 0.0)
@@ -27,21 +27,22 @@ def rotor():
     return ThreeDisk().build()  # k anywhere from 10 to 100 MN/m
 
 
-class Counted:
+class Counted(Problem):
     """A problem that counts what it is asked, without a sensitivity unless it is to have one."""
+
+    has_sensitivity = True
 
     def __init__(self, problem, with_sensitivity=True):
         self._problem = problem
         self.parameters, self.speed, self.channels = problem.parameters, problem.speed, problem.channels
         self.points = self.sensitivities = 0
-        if with_sensitivity:
-            self.sensitivity = self._sensitivity
+        self.has_sensitivity = with_sensitivity
 
     def response(self, x):
         self.points += len(x)
         return self._problem.response(x)
 
-    def _sensitivity(self, x):
+    def sensitivity(self, x):
         self.sensitivities += 1
         return self._problem.sensitivity(x)
 
@@ -56,9 +57,9 @@ def measured(problem, seed, kind="amplitude"):
     return Measurement(problem.speed, problem.channels, values, NOISE, "test")
 
 
-def identified(method, problem, measurement, optimizer, seed=0):
+def identified(optimizer, problem, measurement, seed=0, **settings):
     streams = Streams(*(np.random.default_rng([seed, part]) for part in range(3)))
-    return method.identify(problem, measurement, NoSurrogate(), optimizer, 1, streams)
+    return Direct(optimizer, **settings).identify(problem, measurement, streams)
 
 
 def misfit_from_the_truth(problem, measurement):
@@ -73,7 +74,7 @@ def misfit_from_the_truth(problem, measurement):
 @pytest.mark.parametrize("seed", range(4))
 def test_least_squares_finds_the_global_minimum_from_honest_starts(rotor, seed):
     measurement = measured(rotor, seed)
-    found = identified(Direct(), rotor, measurement, LM(), seed)
+    found = identified(LM(), rotor, measurement, seed)
     # both descents end where the misfit changes by less than 1e-12 of the sum of squares, which is about 1e4
     assert found.misfit <= misfit_from_the_truth(rotor, measurement) + 1e-6
     assert found.stop == "optimizer" and not found.was_cut_short
@@ -84,7 +85,7 @@ def test_least_squares_finds_the_global_minimum_from_honest_starts(rotor, seed):
 def test_the_misfit_it_tells_is_that_of_the_values_it_returns(rotor):
     for kind in ("amplitude", "complex"):
         measurement = measured(rotor, 0, kind)
-        found = identified(Direct(), rotor, measurement, DE(generations=5))
+        found = identified(DE(generations=5), rotor, measurement)
         misfit = Misfit(measurement, "likelihood")
         assert found.misfit == pytest.approx(
             misfit.value(misfit.observed(rotor.response(found.x[None])))[0],
@@ -95,7 +96,7 @@ def test_the_misfit_it_tells_is_that_of_the_values_it_returns(rotor):
 @pytest.mark.parametrize("form", ["plain", "weighted", "log"])
 def test_other_forms_of_the_misfit_are_minimised_too(rotor, form):
     measurement = measured(rotor, 0)
-    found = identified(Direct(misfit=form), rotor, measurement, LM(screening=4000))
+    found = identified(LM(screening=4000), rotor, measurement, misfit=form)
     at_truth = Misfit(measurement, form).value(np.abs(rotor.response(TRUTH[None])))[0]
     assert found.misfit < at_truth
 
@@ -104,14 +105,14 @@ def test_other_forms_of_the_misfit_are_minimised_too(rotor, form):
 @pytest.mark.parametrize("optimizer", [DE(), PSO(), GA(), LM()], ids=lambda optimizer: type(optimizer).__name__)
 def test_the_budget_is_used_exactly(rotor, optimizer, budget):
     problem = Counted(rotor)
-    found = identified(Direct(budget=budget), problem, measured(rotor, 0), optimizer)
+    found = identified(optimizer, problem, measured(rotor, 0), budget=budget)
     assert found.stop == "budget" and found.was_cut_short
     assert problem.evaluations == found.model_evaluations == budget
     assert np.isfinite(found.misfit)
 
 
 def test_an_optimizer_that_ends_at_its_budget_was_not_cut_short(rotor):
-    found = identified(Direct(budget=60), rotor, measured(rotor, 0), DE(population=20, generations=2))
+    found = identified(DE(population=20, generations=2), rotor, measured(rotor, 0), budget=60)
     assert (found.stop, found.model_evaluations) == ("optimizer", 60)
 
 
@@ -123,13 +124,13 @@ def test_a_budget_that_the_optimizer_swallowed_was_spent_all_the_same(rotor):
             except BudgetSpent:
                 return None
 
-    found = identified(Direct(budget=50), rotor, measured(rotor, 0), Swallowing())
+    found = identified(Swallowing(), rotor, measured(rotor, 0), budget=50)
     assert (found.stop, found.model_evaluations) == ("budget", 50)
 
 
 def test_evaluations_and_jacobians_are_counted_apart(rotor):
     problem = Counted(rotor)
-    found = identified(Direct(), problem, measured(rotor, 0), LM(screening=500, starts=3))
+    found = identified(LM(screening=500, starts=3), problem, measured(rotor, 0))
     assert found.model_evaluations == problem.evaluations > 500
     assert found.model_jacobians == problem.sensitivities > 0
     assert found.surrogate_evaluations == found.updates == 0
@@ -137,34 +138,32 @@ def test_evaluations_and_jacobians_are_counted_apart(rotor):
 
 
 def test_population_methods_take_no_derivatives(rotor):
-    found = identified(Direct(), rotor, measured(rotor, 0), DE(population=20, generations=4))
+    found = identified(DE(population=20, generations=4), rotor, measured(rotor, 0))
     assert (found.model_evaluations, found.model_jacobians) == (20 * 5, 0)
 
 
 def test_a_problem_without_sensitivity_works_by_differences(rotor):
     measurement = measured(rotor, 0)
     problem = Counted(rotor, with_sensitivity=False)
-    found = identified(Direct(), problem, measurement, LM())
+    found = identified(LM(), problem, measurement)
     assert found.model_evaluations == problem.points and found.model_jacobians == 0
     # differences with steps of 1e-5, at peaks 1e-3 of the cube wide, are wrong by 1e-4; the minimum by its square
     assert found.misfit == pytest.approx(misfit_from_the_truth(rotor, measurement), abs=1e-3)
-    with_sensitivity = identified(Direct(), rotor, measurement, LM())
+    with_sensitivity = identified(LM(), rotor, measurement)
     # ten points for each Jacobian
     assert found.model_evaluations > with_sensitivity.model_evaluations + 5 * with_sensitivity.model_jacobians
 
 
 def test_the_same_streams_give_the_same_result(rotor):
     measurement = measured(rotor, 0)
-    first, again, other = (
-        identified(Direct(), rotor, measurement, DE(generations=5), seed).x.tolist() for seed in (1, 1, 2)
-    )
+    first, again, other = (identified(DE(generations=5), rotor, measurement, seed).x.tolist() for seed in (1, 1, 2))
     assert first == again != other
 
 
-def test_values_on_a_bound_are_told(rotor):
+def test_values_at_a_limit_are_told(rotor):
     narrow = ThreeDisk(bounds={"kxx": [52.0, 100.0]}).build()
-    found = identified(Direct(), narrow, measured(rotor, 0), LM(screening=1000))
-    assert found.at_bound[0] and not found.at_bound[4]
+    found = identified(LM(screening=1000), narrow, measured(rotor, 0))
+    assert found.at_limit[0] and not found.at_limit[4]
 
 
 def test_a_model_without_any_value_is_an_error_that_says_so(rotor):
@@ -173,10 +172,10 @@ def test_a_model_without_any_value_is_an_error_that_says_so(rotor):
             return np.full_like(super().response(x), np.nan)
 
     with pytest.raises(ArithmeticError, match="none of the 60 points of the optimiser has a finite misfit"):
-        identified(Direct(), Silent(rotor), measured(rotor, 0), DE(population=20, generations=2))
+        identified(DE(population=20, generations=2), Silent(rotor), measured(rotor, 0))
 
 
 def test_an_optimizer_that_does_not_suit_the_unknowns_is_refused(rotor):
     with pytest.raises(SettingError, match="bits: expected one entry for each of 5 parameters, got 2"):
-        Direct().validate(rotor, NoSurrogate(), GA(bits=[20, 32]), 1)
-    Direct().validate(rotor, NoSurrogate(), GA(), 1)
+        Direct(GA(bits=[20, 32])).validate(rotor)
+    Direct(GA()).validate(rotor)

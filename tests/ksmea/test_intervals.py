@@ -8,6 +8,7 @@ from scipy import stats
 from scipy.optimize import brentq
 
 from ksmea.channel import Channel
+from ksmea.contracts import Problem
 from ksmea.final_step import most_likely
 from ksmea.intervals import Interval, climb, critical_rise, estimate
 from ksmea.likelihood import Likelihood
@@ -17,7 +18,7 @@ from ksmea.parameters import Parameter, Parameters
 from problems.three_disk import ThreeDisk
 
 
-class Curve:
+class Curve(Problem):
     """A response (n_speed, 1) that is a given function of the unknowns (n, d) → (n, n_speed)."""
 
     channels = (Channel(0.0, "x"),)

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
+from ksmea.contracts import Problem
 from ksmea.likelihood import Likelihood, maximise
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.model import Model
@@ -134,12 +135,14 @@ def test_a_spent_budget_ends_the_search_with_the_best_so_far(rotor, truth):
 
 
 def test_a_problem_without_sensitivity_has_the_same_maximum(rotor, truth):
-    class Plain:
-        def __init__(self, problem):
-            self.parameters, self.response = problem.parameters, problem.response
+    class Plain(Problem):
+        parameters, speed, channels = rotor.parameters, rotor.speed, rotor.channels
+
+        def response(self, x):
+            return rotor.response(x)
 
     measurement = measured(rotor, truth, "complex")
-    model = Model(Plain(rotor))
+    model = Model(Plain())
     found = maximise(Likelihood(model, measurement), truth)
     expected = maximise(Likelihood(Model(rotor), measurement), truth)
     assert model.jacobians == 0 and model.evaluations > 11
@@ -155,8 +158,8 @@ def test_scaling_of_all_lengths_changes_nothing(rotor, truth):
         measurement, values=measurement.values * 10, noise=Noise(NOISE.relative, NOISE.floor * 10)
     )
 
-    class Larger:
-        parameters = rotor.parameters
+    class Larger(Problem):
+        parameters, speed, channels = rotor.parameters, rotor.speed, rotor.channels
 
         def response(self, x):
             return rotor.response(x) * 10

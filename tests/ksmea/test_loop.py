@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ksmea.channel import Channel
+from ksmea.contracts import Optimizer, Predictor, Problem, Surrogate
 from ksmea.errors import SettingError
 from ksmea.identification import Streams
 from ksmea.loop import KSMEA
@@ -15,6 +16,7 @@ from ksmea.measurement import Measurement, Noise, observe
 from ksmea.misfit import Misfit
 from ksmea.parameters import Parameter, Parameters
 from ksmea.sampling import latin_hypercube
+from ksmea.transforms import make_transform
 from measurements.synthetic import Synthetic
 from optimizers.de import DE
 from problems.three_disk import ThreeDisk
@@ -35,21 +37,22 @@ def measured(problem, x, kind="complex", noise=Noise(0.0, 0.0), seed=0):  # noqa
     return Measurement(problem.speed, problem.channels, values, noise, "test")
 
 
-class Counted:
+class Counted(Problem):
     """A problem that counts what it is asked, apart from any counter of the framework."""
+
+    has_sensitivity = True
 
     def __init__(self, problem):
         self._problem = problem
         self.parameters, self.speed, self.channels = problem.parameters, problem.speed, problem.channels
         self.points = self.sensitivities = 0
-        if hasattr(problem, "sensitivity"):
-            self.sensitivity = self._sensitivity
+        self.has_sensitivity = problem.has_sensitivity
 
     def response(self, x):
         self.points += len(x)
         return self._problem.response(x)
 
-    def _sensitivity(self, x):
+    def sensitivity(self, x):
         self.sensitivities += 1
         return self._problem.sensitivity(x)
 
@@ -75,11 +78,11 @@ def test_without_noise_all_five_parameters_are_identified(rotor, seed):
     summed over 106 responses of 1 to 100 µm, was found to leave 1e-4 of the parameters."""
     problem = Counted(rotor)
     measurement = measured(rotor, list(REFERENCE.values()))
-    method = KSMEA(smc=1.0, sdf=5e-8, max_updates=30)
-    found = method.identify(problem, measurement, Kriging(), SHORT_DE, 80, streams(seed))
+    method = KSMEA(Kriging(), SHORT_DE, 80, smc=1.0, sdf=5e-8, max_updates=30)
+    found = method.identify(problem, measurement, streams(seed))
     assert found.stop == "sdf" and found.history[-1].sdf < 5e-8 <= min(update.sdf for update in found.history[:-1])
     assert np.all(np.abs(found.x / list(REFERENCE.values()) - 1) < 1e-3)
-    assert not any(found.at_bound)
+    assert not any(found.at_limit)
     assert problem.agrees_with(found) and found.model_evaluations == 80 + found.updates
     assert found.updates == len(found.history)
     assert found.misfit == min(update.misfit for update in found.history) < found.history[0].misfit
@@ -94,8 +97,8 @@ def noisy(rotor):
     runs = {}
     for final_step in (False, True):
         problem = Counted(rotor)
-        method = KSMEA(max_updates=5, final_step=final_step)
-        runs[final_step] = problem, method.identify(problem, measurement, Kriging(), SHORT_DE, 60, streams())
+        method = KSMEA(Kriging(), SHORT_DE, 60, max_updates=5, final_step=final_step)
+        runs[final_step] = problem, method.identify(problem, measurement, streams())
     return measurement, runs
 
 
@@ -121,10 +124,10 @@ def test_the_final_step_is_counted_and_changes_nothing_before_it(noisy):
 def test_the_same_streams_give_the_same_result(rotor, noisy):
     measurement, runs = noisy
     expected = runs[False][1]
-    again = KSMEA(max_updates=5).identify(rotor, measurement, Kriging(), SHORT_DE, 60, streams())
+    again = KSMEA(Kriging(), SHORT_DE, 60, max_updates=5).identify(rotor, measurement, streams())
     assert np.array_equal(again.x, expected.x) and again.surrogate_evaluations == expected.surrogate_evaluations
     assert same(again.history, expected.history)
-    other = KSMEA(max_updates=5).identify(rotor, measurement, Kriging(), SHORT_DE, 60, streams(1))
+    other = KSMEA(Kriging(), SHORT_DE, 60, max_updates=5).identify(rotor, measurement, streams(1))
     assert not same(other.history, expected.history)
 
 
@@ -170,14 +173,14 @@ def test_nothing_that_is_handed_to_an_identification_holds_the_true_values(kind)
 
     class Method(KSMEA):
         def identify(self, *arguments):
-            received.extend(arguments)
+            received.extend((*arguments, vars(self)))
             return super().identify(*arguments)
 
     settings = ThreeDisk(n_speed=50)  # 53 speeds would have 500 and 700 rad/s among them
     problem = settings.build()
     synthetic = Synthetic(kind=kind, relative=0.1)
-    measurement = synthetic.measure(settings, settings.reference(), np.random.default_rng(0))
-    Method(max_updates=1).identify(problem, measurement, Kriging(), DE(generations=2), 30, streams())
+    measurement = synthetic.measure(settings, settings.reference(), np.random.default_rng(0), np.random.default_rng(0))
+    Method(Kriging(), DE(generations=2), 30, max_updates=1).identify(problem, measurement, streams())
     assert problem in received and measurement in received
     assert true_values_in(*received, vars(problem)["reduction"]) == set()
     # it would be noticed
@@ -187,7 +190,7 @@ def test_nothing_that_is_handed_to_an_identification_holds_the_true_values(kind)
 def test_without_a_surrogate_the_true_model_is_searched_and_counted(rotor):
     problem = Counted(rotor)
     measurement = measured(rotor, list(REFERENCE.values()), "amplitude", Noise(0.1, 0.0))
-    found = KSMEA().identify(problem, measurement, NoSurrogate(), SHORT_DE, 10, streams())
+    found = KSMEA(NoSurrogate(), SHORT_DE, 10).identify(problem, measurement, streams())
     assert found.stop == "smc" and found.updates <= 2  # prediction and model are the same
     assert problem.agrees_with(found)
     # the samples, the search, and the optimum once as prediction and once as true model
@@ -198,7 +201,7 @@ def test_without_a_surrogate_the_true_model_is_searched_and_counted(rotor):
 # ---- a mass on a spring, with parts whose behaviour is known
 
 
-class Spring:
+class Spring(Problem):
     """The receptance 1 / (k − ω² + iωc) of 1 kg, k in [1, 4] N/m, c in [0.5, 1.5] N s/m: smooth everywhere."""
 
     parameters = Parameters((Parameter("k", "N/m", 1.0, 1.0, 4.0), Parameter("c", "N s/m", 1.0, 0.5, 1.5)))
@@ -213,57 +216,62 @@ class Spring:
 SPRING_TRUTH = [2.0, 0.8]
 
 
-class ExactSurrogate:
+@dataclasses.dataclass(frozen=True)
+class ExactSurrogate(Surrogate):
     """Predicts with a model of its own that nobody counts, and notes what it was fitted to and asked."""
 
-    transform = "auto"
-
-    def __init__(self, error=0.0):
-        self.error = error
-        self.fitted, self.appended, self.rows = [], [], 0
+    error: float = 0.0
+    fitted: list = dataclasses.field(default_factory=list)
+    refitted: list = dataclasses.field(default_factory=list)
+    appended: list = dataclasses.field(default_factory=list)
+    asked: list = dataclasses.field(default_factory=list)  # how many points each time
 
     def least_samples(self, d):
         return 1
 
-    def fit(self, u, y, model, rng):
+    def fit(self, u, y, rng):
         self.fitted.append(u.copy())
-        return ExactPredictor(self, model.transform)
+        return self.predictor(y)
+
+    def predictor(self, y):
+        return ExactPredictor(self, self.error)
+
+    @property
+    def rows(self):
+        return sum(self.asked)
 
 
-class ExactPredictor:
-    def __init__(self, surrogate, transform):
-        self.surrogate, self.transform = surrogate, transform
+class ExactPredictor(Predictor):
+    transform = make_transform("auto", amplitude_data=False, n_speed=4, n_channel=1)
+
+    def __init__(self, surrogate, error):
+        self.surrogate, self.error = surrogate, error
 
     def predict(self, u):
-        self.surrogate.rows += len(u)
-        return self.transform.encode(Spring().response(Spring.parameters.to_si(u))) + self.surrogate.error
+        self.surrogate.asked.append(len(u))
+        return self.transform.encode(Spring().response(Spring.parameters.to_si(u))) + self.error
 
 
 class AppendingSurrogate(ExactSurrogate):
-    def fit(self, u, y, model, rng):
-        super().fit(u, y, model, rng)
-        return AppendingPredictor(self, model.transform)
+    def predictor(self, y):
+        return AppendingPredictor(self, self.error)
 
 
 class AppendingPredictor(ExactPredictor):
     def append(self, u, y):
         self.surrogate.appended.append((u.copy(), y.copy()))
-        return AppendingPredictor(self.surrogate, self.transform)
+        return AppendingPredictor(self.surrogate, self.error)
 
 
 class RefittingSurrogate(AppendingSurrogate):
-    def __init__(self, error=0.0):
-        super().__init__(error)
-        self.refitted = []
-
-    def refit(self, previous, u, y, model, rng):
+    def refit(self, previous, u, y, rng):
         assert isinstance(previous, AppendingPredictor)
         self.refitted.append(u.copy())
-        return AppendingPredictor(self, model.transform)
+        return self.predictor(y)
 
 
 @dataclasses.dataclass(frozen=True)
-class Guess:
+class Guess(Optimizer):
     """An optimiser that evaluates `n` random points, or one that it is given."""
 
     n: int = 1
@@ -274,29 +282,28 @@ class Guess:
         return objective.result()
 
 
-def run_spring(method, surrogate, optimizer=Guess(), samples=6, noise=Noise(0.05, 0.0), seed=0):  # noqa: B008
+def run_spring(surrogate, optimizer=Guess(), samples=6, noise=Noise(0.05, 0.0), seed=0, **settings):  # noqa: B008
     problem = Counted(Spring())
-    found = method.identify(
-        problem, measured(Spring(), SPRING_TRUTH, noise=noise), surrogate, optimizer, samples, streams(seed)
-    )
+    method = KSMEA(surrogate, optimizer, samples, **settings)
+    found = method.identify(problem, measured(Spring(), SPRING_TRUTH, noise=noise), streams(seed))
     assert problem.points == found.model_evaluations
     return found
 
 
 def test_it_stops_where_the_surrogate_is_accurate_beside_the_residual():
-    found = run_spring(KSMEA(), ExactSurrogate(error=1e-6))
+    found = run_spring(ExactSurrogate(error=1e-6))
     assert (found.stop, found.updates) == ("smc", 1)
     assert 0.999 < found.history[0].smc < 1 and not found.was_cut_short
 
 
 def test_it_goes_on_where_the_surrogate_is_less_accurate_than_asked():
-    found = run_spring(KSMEA(max_updates=3), ExactSurrogate(error=1.0))
+    found = run_spring(ExactSurrogate(error=1.0), max_updates=3)
     assert (found.stop, found.updates) == ("updates", 3) and found.was_cut_short
     assert all(update.smc < 0.999 for update in found.history)
 
 
 def test_it_stops_where_surrogate_and_model_agree():
-    found = run_spring(KSMEA(smc=1.0), ExactSurrogate())  # 1 is never exceeded
+    found = run_spring(ExactSurrogate(), smc=1.0)  # 1 is never exceeded
     assert (found.stop, found.updates) == ("sdf", 1)
     assert found.history[0].sdf < 1e-11
 
@@ -304,26 +311,24 @@ def test_it_stops_where_surrogate_and_model_agree():
 def test_at_the_exact_values_only_the_difference_can_stop_it():
     """Without noise nothing is left to compare the surrogate's error with."""
     truth = tuple(Spring.parameters.to_cube(SPRING_TRUTH))
-    method = KSMEA(polish=False)
-    found = run_spring(method, ExactSurrogate(), Guess(always=truth), noise=Noise(0.0, 0.0))
+    found = run_spring(ExactSurrogate(), Guess(always=truth), noise=Noise(0.0, 0.0), polish=False)
     assert (found.stop, found.updates) == ("sdf", 1) and found.history[0].smc == -np.inf
     assert np.allclose(found.x, SPRING_TRUTH, rtol=1e-14)
 
 
 def test_it_stops_at_a_point_that_is_a_sample_already():
-    found = run_spring(KSMEA(polish=False), ExactSurrogate(error=1.0), Guess(always=(0.2, 0.7)))
+    found = run_spring(ExactSurrogate(error=1.0), Guess(always=(0.2, 0.7)), polish=False)
     assert (found.stop, found.updates) == ("repeated", 2) and not found.was_cut_short
 
 
 def test_it_stops_at_its_budget():
-    found = run_spring(KSMEA(polish=False, budget=10), ExactSurrogate(error=1.0))
+    found = run_spring(ExactSurrogate(error=1.0), polish=False, budget=10)
     assert (found.stop, found.updates, found.model_evaluations) == ("budget", 4, 10) and found.was_cut_short
 
 
 @pytest.mark.parametrize("budget", [7, 8, 9, 11, 30])
 def test_the_budget_holds_for_updates_and_final_step_together(budget):
-    method = KSMEA(polish=False, max_updates=2, final_step=True, budget=budget)
-    found = run_spring(method, ExactSurrogate(error=1.0))
+    found = run_spring(ExactSurrogate(error=1.0), polish=False, max_updates=2, final_step=True, budget=budget)
     assert found.model_evaluations <= budget
     if (
         budget <= 11
@@ -332,23 +337,23 @@ def test_the_budget_holds_for_updates_and_final_step_together(budget):
 
 
 def test_the_budget_holds_where_the_surrogate_is_the_true_model():
-    found = run_spring(KSMEA(budget=50), NoSurrogate(), Guess(n=100))
+    found = run_spring(NoSurrogate(), Guess(n=100), budget=50)
     assert found.model_evaluations <= 50
     assert found.stop == "budget"
 
 
 def test_a_search_on_the_surrogate_has_its_own_budget():
     surrogate = ExactSurrogate(error=1.0)
-    found = run_spring(KSMEA(max_updates=3, surrogate_budget=50), surrogate, Guess(n=1000))
+    found = run_spring(surrogate, Guess(n=1000), max_updates=3, surrogate_budget=50)
     assert found.surrogate_evaluations == 3 * 50 and found.updates == 3
 
 
 def test_surrogate_evaluations_are_counted_apart():
     surrogate = ExactSurrogate(error=1.0)
-    found = run_spring(KSMEA(max_updates=4, polish=False), surrogate, Guess(n=20))
+    found = run_spring(surrogate, Guess(n=20), max_updates=4, polish=False)
     assert found.surrogate_evaluations == 4 * 20 == surrogate.rows - 4
     surrogate = ExactSurrogate(error=1.0)
-    found = run_spring(KSMEA(max_updates=4), surrogate, Guess(n=20))
+    found = run_spring(surrogate, Guess(n=20), max_updates=4)
     # beside the search each optimum is predicted once more, for the stopping rules
     assert found.surrogate_evaluations == surrogate.rows - found.updates > found.updates * 20
     assert found.model_evaluations == 6 + found.updates
@@ -356,7 +361,7 @@ def test_surrogate_evaluations_are_counted_apart():
 
 def test_the_optimum_is_added_as_a_sample():
     surrogate = ExactSurrogate(error=1.0)
-    found = run_spring(KSMEA(max_updates=4), surrogate)
+    found = run_spring(surrogate, max_updates=4)
     initial = latin_hypercube(6, 2, streams().design)
     optima = Spring.parameters.to_cube([update.x for update in found.history])
     assert len(surrogate.fitted) == 4
@@ -371,22 +376,22 @@ def test_time_in_the_true_model_is_the_models_wherever_it_is_spent():
             return super().response(x)
 
     measurement = measured(Spring(), SPRING_TRUTH, noise=Noise(0.05, 0.0))
-    method = KSMEA(polish=False)
-    seconds = method.identify(Slow(), measurement, NoSurrogate(), Guess(n=20), 6, streams()).seconds
+    method = KSMEA(NoSurrogate(), Guess(n=20), 6, polish=False)
+    seconds = method.identify(Slow(), measurement, streams()).seconds
     assert seconds["model"] >= 4 * 0.02  # samples, search, prediction and response at the optimum
     assert seconds["model"] + seconds["surrogate"] + seconds["search"] <= seconds["total"]
 
 
 def test_the_search_ends_at_the_optimum_of_the_surrogate():
-    polished = run_spring(KSMEA(max_updates=1), ExactSurrogate(), Guess(n=30), noise=Noise(0.0, 0.0))
-    rough = run_spring(KSMEA(max_updates=1, polish=False), ExactSurrogate(), Guess(n=30), noise=Noise(0.0, 0.0))
+    polished = run_spring(ExactSurrogate(), Guess(n=30), noise=Noise(0.0, 0.0), max_updates=1)
+    rough = run_spring(ExactSurrogate(), Guess(n=30), noise=Noise(0.0, 0.0), max_updates=1, polish=False)
     assert np.allclose(polished.x, SPRING_TRUTH, rtol=1e-8)
     assert not np.allclose(rough.x, SPRING_TRUTH, rtol=1e-3)
 
 
 def test_the_best_of_all_true_evaluations_is_returned():
     """Also a sample of the initial design, where no optimum of a poor surrogate is better."""
-    found = run_spring(KSMEA(max_updates=3, polish=False), ExactSurrogate(error=1.0), Guess(always=(1.0, 1.0)), 40)
+    found = run_spring(ExactSurrogate(error=1.0), Guess(always=(1.0, 1.0)), 40, max_updates=3, polish=False)
     misfit = Misfit(measured(Spring(), SPRING_TRUTH, noise=Noise(0.05, 0.0)), "log")
     points = Spring.parameters.to_si(latin_hypercube(40, 2, streams().design))
     values = misfit.value(Spring().response(points))
@@ -396,7 +401,7 @@ def test_the_best_of_all_true_evaluations_is_returned():
 
 def test_only_the_nearest_samples_to_the_best_one_are_fitted():
     surrogate = ExactSurrogate(error=1.0)
-    found = run_spring(KSMEA(max_updates=6, polish=False, nearest=5), surrogate, samples=9)
+    found = run_spring(surrogate, samples=9, max_updates=6, polish=False, nearest=5)
     points = np.vstack(
         [latin_hypercube(9, 2, streams().design), Spring.parameters.to_cube([update.x for update in found.history])]
     )
@@ -412,7 +417,7 @@ def test_only_the_nearest_samples_to_the_best_one_are_fitted():
 
 def test_between_refits_the_sample_is_only_appended():
     surrogate = AppendingSurrogate(error=1.0)
-    found = run_spring(KSMEA(max_updates=7, polish=False, refit_every=3), surrogate)
+    found = run_spring(surrogate, max_updates=7, polish=False, refit_every=3)
     assert found.updates == 7
     assert [len(u) for u in surrogate.fitted] == [6, 9, 12]  # before updates 1, 4 and 7
     optima = Spring.parameters.to_cube([update.x for update in found.history])
@@ -423,51 +428,53 @@ def test_between_refits_the_sample_is_only_appended():
 
 def test_a_surrogate_that_cannot_append_is_fitted_every_time():
     surrogate = ExactSurrogate(error=1.0)
-    run_spring(KSMEA(max_updates=4, polish=False, refit_every=3), surrogate)
+    run_spring(surrogate, max_updates=4, polish=False, refit_every=3)
     assert [len(u) for u in surrogate.fitted] == [6, 7, 8, 9]
 
 
 def test_a_surrogate_that_can_is_refitted_from_where_it_was():
     surrogate = RefittingSurrogate(error=1.0)
-    run_spring(KSMEA(max_updates=4, polish=False), surrogate)
+    run_spring(surrogate, max_updates=4, polish=False)
     assert [len(u) for u in surrogate.fitted] == [6]
     assert [len(u) for u in surrogate.refitted] == [7, 8, 9] and not surrogate.appended
 
 
+@dataclasses.dataclass(frozen=True)
 class BiasedAtOneSpeed(ExactSurrogate):
     """Wrong by 1 in ln|y| at the first speed, and aware of it."""
 
-    aware = True
+    aware: bool = True
 
-    def fit(self, u, y, model, rng):
-        self.error = np.zeros(y.shape[1])
-        self.error[0] = 1.0
-        predictor = super().fit(u, y, model, rng)
-        if self.aware:
-            predictor.leave_one_out = lambda: self.error
-        return predictor
+    def predictor(self, y):
+        error = np.zeros(y.shape[1])
+        error[0] = 1.0
+        return (AwarePredictor if self.aware else ExactPredictor)(self, error)
+
+
+class AwarePredictor(ExactPredictor):
+    def leave_one_out(self):
+        return self.error
 
 
 def test_the_error_that_a_surrogate_tells_of_takes_weight_from_its_outputs():
     distance = {}
     for surrogate_error in (True, False):
-        method = KSMEA(max_updates=1, surrogate_error=surrogate_error)
-        found = run_spring(method, BiasedAtOneSpeed(), Guess(n=30), noise=Noise(0.01, 0.0))
+        found = run_spring(
+            BiasedAtOneSpeed(), Guess(n=30), noise=Noise(0.01, 0.0), max_updates=1, surrogate_error=surrogate_error
+        )
         distance[surrogate_error] = np.linalg.norm(found.history[0].x / SPRING_TRUTH - 1)
     # noise of 1 % against an error of 1 in a logarithm
     assert distance[True] < 0.03 and distance[False] > 0.1
 
 
 def test_a_surrogate_that_does_not_tell_its_error_is_taken_at_its_word():
-    unaware = BiasedAtOneSpeed()
-    unaware.aware = False
-    first = run_spring(KSMEA(max_updates=1), unaware, Guess(n=30))
-    second = run_spring(KSMEA(max_updates=1, surrogate_error=False), BiasedAtOneSpeed(), Guess(n=30))
+    first = run_spring(BiasedAtOneSpeed(aware=False), Guess(n=30), max_updates=1)
+    second = run_spring(BiasedAtOneSpeed(), Guess(n=30), max_updates=1, surrogate_error=False)
     assert same(first.history, second.history)
 
 
 def test_the_history_holds_what_was_predicted_and_what_came():
-    found = run_spring(KSMEA(max_updates=1, polish=False, smc=-1e9), ExactSurrogate(error=0.1))
+    found = run_spring(ExactSurrogate(error=0.1), max_updates=1, polish=False, smc=-1e9)
     update = found.history[0]
     measurement = measured(Spring(), SPRING_TRUTH, noise=Noise(0.05, 0.0))
     response = Spring().response(update.x[None])[0]
@@ -482,31 +489,38 @@ def test_the_history_holds_what_was_predicted_and_what_came():
     assert update.smc == pytest.approx(1 - np.sum(np.abs(predicted - response) ** 2) / residual, rel=1e-9)
 
 
+class SilentSurrogate(ExactSurrogate):
+    """Predicts no number anywhere."""
+
+    def predictor(self, y):
+        return ExactPredictor(self, np.nan)
+
+
 def test_a_surrogate_without_any_prediction_is_an_error_that_says_so():
     with pytest.raises(ArithmeticError, match="none of the 20 points of the optimiser has a finite misfit"):
-        run_spring(KSMEA(polish=False), ExactSurrogate(error=np.nan), Guess(n=20))
+        run_spring(SilentSurrogate(), Guess(n=20), polish=False)
 
 
 # ---- what cannot work is refused before anything is run
 
 
 @pytest.mark.parametrize(
-    "method, samples, text",
+    "settings, samples, text",
     [
-        (KSMEA(), 6, "samples: expected at least 7 for this surrogate with 5 unknowns, got 6"),
-        (KSMEA(budget=30), 31, "method.budget: expected more than the 31 initial samples, got 30"),
-        (KSMEA(budget=30), 30, "method.budget: expected more than the 30 initial samples, got 30"),
-        (KSMEA(nearest=6), 40, "method.nearest: expected at least 7 for this surrogate with 5 unknowns, got 6"),
+        ({}, 6, "samples: expected at least 7 for this surrogate with 5 unknowns, got 6"),
+        ({"budget": 30}, 31, "method.budget: expected more than the 31 initial samples, got 30"),
+        ({"budget": 30}, 30, "method.budget: expected more than the 30 initial samples, got 30"),
+        ({"nearest": 6}, 40, "method.nearest: expected at least 7 for this surrogate with 5 unknowns, got 6"),
     ],
 )
-def test_parts_that_cannot_work_together_are_refused(rotor, method, samples, text):
+def test_parts_that_cannot_work_together_are_refused(rotor, settings, samples, text):
     with pytest.raises(SettingError) as caught:
-        method.validate(rotor, Kriging(), DE(), samples)
+        KSMEA(Kriging(), DE(), samples, **settings).validate(rotor)
     assert str(caught.value).startswith(text) and "\n" not in str(caught.value)
 
 
 def test_parts_that_just_work_together_are_taken(rotor):
-    KSMEA(budget=8, nearest=7).validate(rotor, Kriging(), DE(), 7)
+    KSMEA(Kriging(), DE(), 7, budget=8, nearest=7).validate(rotor)
 
 
 def test_an_optimizer_that_does_not_suit_the_unknowns_is_refused(rotor):
@@ -515,4 +529,4 @@ def test_an_optimizer_that_does_not_suit_the_unknowns_is_refused(rotor):
             raise SettingError(f"got {dim} unknowns")
 
     with pytest.raises(SettingError, match="got 5 unknowns"):
-        KSMEA().validate(rotor, Kriging(), ForTwo(), 40)
+        KSMEA(Kriging(), ForTwo(), 40).validate(rotor)

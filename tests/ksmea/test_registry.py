@@ -7,7 +7,9 @@ import pytest
 
 from ksmea import registry
 from ksmea.errors import SettingError, unknown
-from ksmea.settings import Settings
+from ksmea.settings import Settings, own_fields
+from optimizers.de import DE
+from surrogates.rsm import ResponseSurface
 
 PLUGINS = [(group, name) for group in registry.GROUPS for name in registry.registered(group)]
 KNOWN = {
@@ -33,6 +35,7 @@ REQUIRED = {
     ("problem", "extended"): {"file": str(EXAMPLES / "extended.yaml")},
     ("measurement", "file"): {"path": str(EXAMPLES / "run_up.csv")},
 }
+PARTS = {"surrogate": ResponseSurface(), "optimizer": DE(), "samples": 40}  # what methods are made of
 
 
 @pytest.mark.parametrize("group", KNOWN)
@@ -45,10 +48,10 @@ def test_what_comes_with_the_project_is_registered_in_alphabetical_order(group):
 @pytest.mark.parametrize("group, name", PLUGINS)
 def test_every_plugin_is_frozen_settings_whose_defaults_can_be_used(group, name):
     required = REQUIRED.get((group, name), {})
-    plugin = registry.create(group, name, required)
+    plugin = registry.create(group, name, required, PARTS)
     assert isinstance(plugin, Settings) and isinstance(plugin, registry.plugin_class(group, name))
     assert type(plugin).__dataclass_params__.frozen
-    assert plugin == registry.create(group, name, required)
+    assert plugin == registry.create(group, name, required, PARTS)
 
 
 @pytest.mark.parametrize("group, name", PLUGINS)
@@ -63,7 +66,7 @@ def test_every_setting_of_every_plugin_tells_what_it_is(group, name):
 def test_an_unknown_setting_is_refused_with_the_known_ones(group, name):
     text = refusal(registry.create, group, name, {"no_such_setting": 1})
     assert text.startswith(f"unknown setting of {group}={name}: 'no_such_setting'")
-    for field in dataclasses.fields(registry.plugin_class(group, name)):
+    for field in own_fields(registry.plugin_class(group, name)):
         assert field.name in text
 
 
@@ -90,3 +93,54 @@ def test_a_value_out_of_range_names_the_plugin_too():
 def test_nothing_like_it_gets_no_hint():
     assert str(unknown("optimizer", "xyz", ["de"])) == "unknown optimizer 'xyz'; known: de"
     assert str(unknown("optimizer", "xyz", [])) == "unknown optimizer 'xyz'; known: none"
+
+
+@dataclasses.dataclass(frozen=True)
+class Unlike:
+    """No plugin at all, but a frozen dataclass."""
+
+
+class Registered:
+    """An entry point that loads what it is given."""
+
+    value = "mine:Plugin"
+
+    def __init__(self, plugin):
+        self.load = lambda: plugin
+
+
+def refused_plugin(monkeypatch, group, plugin):
+    monkeypatch.setattr(registry, "registered", lambda group: {"mine": Registered(plugin)})
+    return refusal(registry.plugin_class, group, "mine")
+
+
+@pytest.mark.parametrize("group", registry.CONTRACTS)
+def test_a_class_that_does_not_keep_the_contract_is_refused(monkeypatch, group):
+    text = refused_plugin(monkeypatch, group, Unlike)
+    contract = registry.CONTRACTS[group]
+    expected = (
+        f"{group}=mine: expected a subclass of {contract.__module__}.{contract.__name__} at mine:Plugin, got Unlike"
+    )
+    assert text.startswith(expected)
+
+
+def test_a_plugin_that_lacks_what_its_contract_leaves_abstract_is_refused(monkeypatch):
+    @dataclasses.dataclass(frozen=True)
+    class Half(registry.CONTRACTS["surrogate"]):
+        def least_samples(self, d):
+            return 1
+
+    text = refused_plugin(monkeypatch, "surrogate", Half)
+    assert text.startswith("surrogate=mine: expected Half to define fit, which Surrogate leaves abstract")
+
+
+def test_a_method_is_made_of_the_parts_that_it_has():
+    made = registry.create("method", "ksmea", {"max_updates": 3}, PARTS)
+    assert (made.surrogate, made.optimizer, made.samples) == tuple(PARTS.values())
+    assert made.ignores == () and made.max_updates == 3
+    assert registry.create("method", "direct", {}, PARTS).ignores == ("samples", "surrogate")
+    text = refusal(registry.create, "method", "ksmea", {}, {**PARTS, "optimizer": None})
+    assert text.startswith("method=ksmea: expected optimizer, what searches the surrogate, got none")
+    assert refusal(registry.create, "method", "direct", {"optimizer": DE()}).startswith(
+        "unknown setting of method=direct"
+    )

@@ -2,13 +2,18 @@
 
 import dataclasses
 import pickle
+import time
 from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
+from ksmea.direct import Direct
 from ksmea.errors import SettingError
+from ksmea.loop import KSMEA
 from ksmea.settings import Settings, expected_range, setting
+from optimizers.de import DE
+from surrogates.kriging import Kriging
 
 LIMITS = {"one": [0.0, 1.0]}
 
@@ -57,6 +62,48 @@ def test_values_inside_their_range_are_taken(rate):
 )
 def test_a_refusal_names_the_field_what_was_expected_and_what_came(settings, text):
     assert message(**settings) == text
+
+
+@pytest.mark.parametrize(
+    "settings, text",
+    [
+        ({"rate": "fast"}, "rate: expected a number, got 'fast'"),
+        ({"rate": None}, "rate: expected a number, got nothing"),
+        ({"rate": True}, "rate: expected a number, got True"),
+        ({"count": 2.5}, "count: expected a whole number or null, got 2.5"),
+        ({"count": True}, "count: expected a whole number or null, got True"),
+        ({"flag": 1}, "flag: expected true or false, got 1"),
+        ({"strategy": 3}, "strategy: expected a text, got 3"),
+        ({"positions": 0.1}, "positions: expected a list, each entry a number, got 0.1"),
+        ({"positions": ["a"]}, "positions: expected a list, each entry a number, got a list"),
+        ({"limits": [1.0]}, "limits: expected a mapping, each value a list, each entry a number, got a list"),
+        ({"limits": {"one": 1.0}}, "limits: expected a mapping, each value a list, each entry a number, got a mapping"),
+    ],
+)
+def test_a_value_of_another_type_is_refused_in_words(settings, text):
+    assert message(**settings) == text
+
+
+def test_plugins_made_by_hand_are_checked_too():
+    for make, text in (
+        (lambda: DE(population="many"), "population: expected a whole number, got 'many'"),
+        (lambda: DE(population=5.5), "population: expected a whole number, got 5.5"),
+        (lambda: Kriging(theta=["a"]), "theta: expected a list, each entry a number or null, got a list"),
+        (lambda: Direct(optimizer=Kriging()), "optimizer: expected an Optimizer, got Kriging("),
+        (lambda: KSMEA(Kriging(), DE(), samples=0), "samples: expected a number at least 1, got 0"),
+        (lambda: KSMEA(Kriging(), DE(), samples="all"), "samples: expected a whole number, got 'all'"),
+    ):
+        with pytest.raises(SettingError) as caught:
+            make()
+        assert str(caught.value).startswith(text) and "\n" not in str(caught.value)
+
+
+def test_checking_types_takes_no_time_to_speak_of():
+    DE()
+    started = time.perf_counter()
+    for _ in range(1000):
+        DE()
+    assert time.perf_counter() - started < 1.0  # 10 µs each, and room for a busy machine
 
 
 def test_numbers_of_numpy_are_checked_like_those_of_python():

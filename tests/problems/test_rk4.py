@@ -9,8 +9,8 @@ import pytest
 from ksmea.errors import SettingError
 from problems.rk4 import DISK_MASS, LAYOUTS, RK4, rk4_rotor, solid_thickness
 from problems.rotor.assembly import assemble, displacement_row
+from problems.rotor.critical_speeds import critical_speeds
 from problems.rotor.data import Bearing, Material
-from problems.rotor.modes import critical_speeds
 from problems.rotor.unknowns import rotor_at
 
 RPM = math.pi / 30

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from problems.rotor.assembly import assemble, assemble_free
+from problems.rotor.critical_speeds import _crossings, critical_speeds
 from problems.rotor.data import Bearing, Disk, Material, Rotor, ShaftSegment
-from problems.rotor.modes import critical_speeds, natural_modes
+from problems.rotor.modes import natural_modes
 from problems.rotor.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
 
@@ -163,3 +164,26 @@ def test_overdamped_motion_is_no_mode():
     lowest = natural_modes(Rotor(rotor.segments, rotor.disks, heavy), 0.0, 1)[0]
     mass, _, _ = rigid_properties(rotor)
     assert lowest.frequency > 100 * np.sqrt(2 * STIFFNESS / mass)
+
+
+@pytest.mark.parametrize("damping", [0.0, 500.0, 2e4, 3e5])  # N s/m: none, that of Table 1, and such as locks a bearing
+def test_critical_speeds_are_those_of_all_eigenvalues(damping):
+    rotor = on_isotropic_bearings(damping=damping)
+    scanned = np.linspace(0.0, 2000.0, 41)[1:]
+    # all degrees of freedom, each crossing by Brent's method to 1e-10
+    assert critical_speeds(rotor, 2000.0, 40) == pytest.approx(_crossings(assemble(rotor), scanned), rel=1e-9)
+
+
+def test_a_problem_tells_critical_speeds_modes_and_its_campbell_diagram_at_values_of_its_unknowns():
+    settings = ThreeDisk()
+    problem = settings.build()
+    x = np.array([settings.reference()[name] for name in problem.parameters.names])
+    assert np.array_equal(problem.critical_speeds(x, 5_000 * RPM), critical_speeds(published(), 5_000 * RPM))
+    assert problem.critical_speeds(x) == pytest.approx(critical_speeds(published(), 1500.0))
+    speed = np.array([0.0, 900.0])
+    diagram = problem.campbell(x, speed, n_mode=4)
+    assert diagram.frequency.shape == diagram.damping_ratio.shape == (2, 4)
+    for spin, frequency, ratio in zip(speed, diagram.frequency, diagram.damping_ratio):
+        modes = problem.modes(x, spin, 4)
+        assert frequency == pytest.approx([mode.frequency for mode in modes], rel=1e-9)
+        assert ratio == pytest.approx([mode.damping_ratio for mode in modes], rel=1e-6)

@@ -1,7 +1,5 @@
 """Kriging against the paper's equations solved directly, published numbers, scikit-learn, and its own definitions."""
 
-from types import SimpleNamespace
-
 import numpy as np
 import pytest
 from scipy.stats import qmc
@@ -12,8 +10,6 @@ from ksmea.errors import SettingError
 from surrogates.correlation import CORRELATIONS, squared_differences
 from surrogates.kriging import Kriging
 from surrogates.trend import n_terms
-
-TWO_CHANNELS = SimpleNamespace(transform=SimpleNamespace(n_channel=2))
 
 
 def latin_hypercube(n, d, seed):
@@ -38,7 +34,7 @@ def smooth(u):
 
 
 def fit(settings, u, y, seed=0):
-    return settings.fit(u, y, TWO_CHANNELS, np.random.default_rng(seed))
+    return settings.fit(u, y, np.random.default_rng(seed))
 
 
 @pytest.fixture(scope="module")
@@ -324,7 +320,7 @@ def test_refit_from_its_own_theta_finds_the_same_model(oscillator):
     settings = Kriging()
     before = fit(settings, u[:-1], y[:-1])
     cold = fit(settings, u, y)
-    warm = settings.refit(before, u, y, TWO_CHANNELS, np.random.default_rng(0))
+    warm = settings.refit(before, u, y, np.random.default_rng(0))
     u_new = latin_hypercube(100, 5, seed=12)
     np.testing.assert_allclose(warm.predict(u_new), cold.predict(u_new), atol=0.01 * y.std())
 

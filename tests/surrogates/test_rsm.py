@@ -14,7 +14,7 @@ def points(n, d=3, seed=0):
 
 
 def fit(settings, u, y):
-    return settings.fit(u, y, None, np.random.default_rng(0))
+    return settings.fit(u, y, np.random.default_rng(0))
 
 
 def polynomial(degree, u):
