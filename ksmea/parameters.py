@@ -1,4 +1,4 @@
-"""Unknown parameters with their units and bounds: the one door between SI, engineering units and the unit cube."""
+"""Unknown parameters with their units and limits: the one door between SI, engineering units and the unit cube."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ PHASE_ORIGIN = "phase_origin"  # name of the unknown that measured phases bring 
 
 @dataclass(frozen=True)
 class Parameter:
-    """One unknown: `unit` is what people read, `si_per_unit` its size in SI; the bounds are in SI."""
+    """One unknown: `unit` is what people read, `si_per_unit` its size in SI; the limits are in SI."""
 
     name: str
     unit: str
@@ -27,13 +27,13 @@ class Parameter:
     def __post_init__(self) -> None:
         if not (np.isfinite(self.lower) and np.isfinite(self.upper) and self.lower < self.upper):
             raise SettingError(
-                f"bounds of {self.name}: expected lower < upper, got"
+                f"limits of {self.name}: expected lower < upper, got"
                 f" [{self.lower / self.si_per_unit:g}, {self.upper / self.si_per_unit:g}] {self.unit}; swap or widen them"
             )
 
     @property
     def is_full_turn(self) -> bool:
-        """Whether it is an angle whose bounds hold a turn or more: values a turn apart are the same."""
+        """Whether it is an angle whose limits hold a turn or more: values a turn apart are the same."""
         return self.unit in SI_PER_UNIT["angle"] and self.upper - self.lower >= TURN * (1 - 1e-9)
 
     def turned(self, value: float) -> float:

@@ -29,7 +29,7 @@ from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from ksmea.units import GRAM_MILLIMETRE, RPM
 from problems.band import band, check_band
-from problems.bounds import FIVE_UNKNOWNS, bounded_parameters
+from problems.limits import FIVE_UNKNOWNS, limited_parameters
 from problems.probes import channels_of, check_probes
 from problems.ring import weighed_ring
 from problems.rotor.data import Bearing, Material, Rotor, UnbalancePlane
@@ -49,7 +49,7 @@ LAYOUTS = {"span_320": (0.32, OVERHANG), "span_440": (0.44, 0.0), "span_200": (0
 # The longest element, m, that puts nodes at the bearings, the disk and the ends in each of the layouts.
 ELEMENT_LENGTH = 0.02
 
-BOUNDS = {"kxx": [10.0, 100.0], "kyy": [10.0, 100.0], "cxx": [0.1, 10.0], "cyy": [0.1, 10.0], "u": [20.0, 200.0]}
+LIMITS = {"kxx": [10.0, 100.0], "kyy": [10.0, 100.0], "cxx": [0.1, 10.0], "cyy": [0.1, 10.0], "u": [20.0, 200.0]}
 TARGETS: dict[str, tuple[Target, ...]] = {  # what each unknown sets; both bearings alike
     **{name: (BearingTarget(0, name), BearingTarget(1, name)) for name in ("kxx", "kyy", "cxx", "cyy")},
     "u": (UnbalanceTarget(0),),
@@ -110,10 +110,10 @@ class RK4(ProblemSettings):
         "directions each probe measures, x (horizontal) or y (vertical)",
         source=f"{PAPER}, section 6.1: two sensors",
     )
-    bounds: dict[str, list[float]] = setting(
-        BOUNDS,
-        "lower and upper bound of each unknown; any that is not named keeps its default. The paper gives none: its"
-        " Table 8 sticks at k = 100 MN/m and c = 0.1 and 10 kN s/m; 10 MN/m and the bounds of u are our choice",
+    limits: dict[str, list[float]] = setting(
+        LIMITS,
+        "lower and upper limit of each unknown; any that is not named keeps its default. The paper gives none: its"
+        " Table 8 sticks at k = 100 MN/m and c = 0.1 and 10 kN s/m; 10 MN/m and the limits of u are our choice",
         unit="MN/m, kN s/m, g mm",
         source=f"{PAPER}, Table 8",
     )
@@ -151,7 +151,7 @@ class RK4(ProblemSettings):
         }
 
     def _parameters(self) -> list[Parameter]:
-        return bounded_parameters(FIVE_UNKNOWNS, BOUNDS, self.bounds)
+        return limited_parameters(FIVE_UNKNOWNS, LIMITS, self.limits)
 
     def _rotor(self) -> Rotor:
         return rk4_rotor(

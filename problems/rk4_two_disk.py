@@ -17,7 +17,7 @@ What those claims mean for the bearings, by this model (steel, E = 210 GPa), in 
 The second layout keeps the model's distances from each bearing to its disk and probe. Were the disks to stay 240 mm
 apart instead, the first critical speed on rigid supports would be 1487 rpm, and no bearing would give the measured
 one. So the supports are tens to hundreds of times softer than the 28 MN/m of the reference paper's rig, and the
-default bounds of k are 0.02 and 1 MN/m. Critical speeds of 1648 and 1750 rpm need supports of different stiffness in x and
+default limits of k are 0.02 and 1 MN/m. Critical speeds of 1648 and 1750 rpm need supports of different stiffness in x and
 y: on equal ones gyroscopic moments part the pair by some 50 rpm at most. 1648 and 1750 rpm and a damping ratio of 0.04 of
 the lower mode determine kxx, kyy and c = cxx = cyy: they are the assumed reference, for each layout.
 
@@ -34,7 +34,7 @@ from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE, RPM
 from problems.band import band, check_band
-from problems.bounds import bounded_parameters
+from problems.limits import limited_parameters
 from problems.probes import channels_of, check_probes
 from problems.ring import weighed_ring
 from problems.rotor.data import Bearing, Material, Rotor, UnbalancePlane
@@ -90,7 +90,7 @@ UNITS = {  # of each unknown: the unit people read and its size in SI
     "u2": ("g mm", GRAM_MILLIMETRE),
     "phase2": ("deg", DEGREE),
 }
-BOUNDS = {
+LIMITS = {
     "kxx": [0.02, 1.0],
     "kyy": [0.02, 1.0],
     "cxx": [0.01, 1.0],
@@ -154,9 +154,9 @@ class RK4TwoDisk(ProblemSettings):
     directions: list[str] = setting(
         ["x"], "directions each probe measures, x or y; the published run-up has x only", source=OWNERS
     )
-    bounds: dict[str, list[float]] = setting(
-        BOUNDS,
-        "lower and upper bound of each unknown; any that is not named keeps its default. Those of k put the first"
+    limits: dict[str, list[float]] = setting(
+        LIMITS,
+        "lower and upper limit of each unknown; any that is not named keeps its default. Those of k put the first"
         " critical speed anywhere from 1150 to 2000 rpm in layout beam_model; those of c hold damping ratios of 0.004"
         " to 0.1 there; those of u are about a tenth and ten times what an amplitude of 20 µm needs",
         unit="MN/m, kN s/m, g mm, deg",
@@ -187,7 +187,7 @@ class RK4TwoDisk(ProblemSettings):
         return [LAYOUTS[self.layout].probes[0]] if self.sensors is None else self.sensors
 
     def _parameters(self) -> list[Parameter]:
-        return bounded_parameters(UNITS, BOUNDS, self.bounds)
+        return limited_parameters(UNITS, LIMITS, self.limits)
 
     def _rotor(self) -> Rotor:
         material = Material(self.young_modulus * GIGAPASCAL, self.density, POISSON_RATIO)

@@ -15,7 +15,7 @@ from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from ksmea.units import GRAM_MILLIMETRE, RPM
 from problems.band import band, check_band
-from problems.bounds import FIVE_UNKNOWNS, bounded_parameters
+from problems.limits import FIVE_UNKNOWNS, limited_parameters
 from problems.probes import channels_of, check_probes
 from problems.rotor.data import Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane
 from problems.rotor.mesh import share_elements
@@ -35,7 +35,7 @@ DISK_INNER_RADIUS = 0.05  # m
 DISK_THICKNESSES = (0.05, 0.05, 0.06)  # m
 UNBALANCED_DISK = 1  # the second one
 
-BOUNDS = {"kxx": [10.0, 100.0], "kyy": [10.0, 100.0], "cxx": [0.01, 1.0], "cyy": [0.01, 1.0], "u": [50.0, 500.0]}
+LIMITS = {"kxx": [10.0, 100.0], "kyy": [10.0, 100.0], "cxx": [0.01, 1.0], "cyy": [0.01, 1.0], "u": [50.0, 500.0]}
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class ThreeDisk(ProblemSettings):
         "rad_s",
         "how the paper's band of 200 to 1500 is read: it prints rpm, where the response is quasi-static and the"
         " bearings cannot be seen; in rad/s four critical speeds lie inside and the published errors are reproduced",
-        source=f"{PAPER}, section 4, and the Cramér–Rao bound of both readings",
+        source=f"{PAPER}, section 4, and the Cramér–Rao lower bound of both readings",
         choices=tuple(RAD_PER_S_PER_READING),
     )
     speed_from: float = setting(200.0, "first speed, in the unit of `reading`", source=f"{PAPER}, section 4", above=0)
@@ -70,10 +70,10 @@ class ThreeDisk(ProblemSettings):
     directions: list[str] = setting(
         ["x", "y"], "directions each probe measures, x or y; the paper does not say whether it used one or both"
     )
-    bounds: dict[str, list[float]] = setting(
-        BOUNDS,
-        "lower and upper bound of each unknown; any that is not named keeps its default. The paper gives none: those"
-        " of c are where its results stick, 100 MN/m is the bound seen in its Table 8, those of u are our choice",
+    limits: dict[str, list[float]] = setting(
+        LIMITS,
+        "lower and upper limit of each unknown; any that is not named keeps its default. The paper gives none: those"
+        " of c are where its results stick, 100 MN/m is the limit seen in its Table 8, those of u are our choice",
         unit="MN/m, kN s/m, g mm",
         source=f"{PAPER}, Tables 3-6 and 8",
     )
@@ -98,7 +98,7 @@ class ThreeDisk(ProblemSettings):
         return {"kxx": 50e6, "kyy": 70e6, "cxx": 500.0, "cyy": 700.0, "u": 200 * GRAM_MILLIMETRE}
 
     def _parameters(self) -> list[Parameter]:
-        return bounded_parameters(FIVE_UNKNOWNS, BOUNDS, self.bounds)
+        return limited_parameters(FIVE_UNKNOWNS, LIMITS, self.limits)
 
 
 def three_disk_rotor(mesh: int) -> Rotor:

@@ -128,7 +128,7 @@ def _value_text(record: Record, parameter: Mapping[str, Any]) -> str:
         likely = _in_unit(parameter, "likely")
         if abs(likely - value) > SLIGHT * (high - low):
             text += f", most likely {_number(likely, digits)}"
-    return text + ("; best fit at a bound of its search (problem.bounds)" if parameter["at_bound"] else "")
+    return text + ("; best fit at a bound of its search (problem.limits)" if parameter["at_bound"] else "")
 
 
 def _decimals(value: float, low: float, high: float) -> int:

@@ -1,4 +1,4 @@
-"""How large things are on a rotor, for bounds of what is not known of it."""
+"""How large things are on a rotor, for limits of what is not known of it."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from problems.rotor.unknowns import BearingTarget, UnbalanceTarget
 
 def stiffness_scale(problem: RotorProblem) -> float:
     """The largest stiffness that a bearing has or may have, N/m."""
-    bounds = [
+    limits = [
         item.parameter.upper
         for item in problem.unknowns
         for target in item.targets
         if isinstance(target, BearingTarget) and target.coefficient in STIFFNESSES
     ]
-    return float(max([*bounds, *(np.abs(bearing.stiffness).max() for bearing in problem.rotor.bearings)]))
+    return float(max([*limits, *(np.abs(bearing.stiffness).max() for bearing in problem.rotor.bearings)]))
 
 
 def unbalance_scale(problem: RotorProblem) -> float:
     """The largest unbalance that a plane has or may have, kg m."""
-    bounds = [
+    limits = [
         item.parameter.upper
         for item in problem.unknowns
         for target in item.targets
         if isinstance(target, UnbalanceTarget) and target.part == "magnitude"
     ]
-    return float(max([*bounds, *(plane.magnitude for plane in problem.rotor.unbalance)]))
+    return float(max([*limits, *(plane.magnitude for plane in problem.rotor.unbalance)]))
 
 
 def rotor_mass(problem: RotorProblem) -> float:

@@ -75,7 +75,9 @@ def test_a_source_that_measures_at_other_speeds_than_it_says_gives_no_result(ent
 
 @pytest.mark.parametrize("study", ["identify", "diagnose"])
 def test_a_file_with_a_channel_off_the_shaft_is_refused_before_any_run(enter, tmp_path, study):
-    (tmp_path / "run.csv").write_text("speed_rpm,position_m,direction,amplitude_um_0pk\n1000,0.1,x,2\n1000,9,x,3\n1200,0.1,x,2\n1200,9,x,3\n")
+    (tmp_path / "run.csv").write_text(
+        "speed_rpm,position_m,direction,amplitude_um_0pk\n1000,0.1,x,2\n1000,9,x,3\n1200,0.1,x,2\n1200,9,x,3\n"
+    )
     words = [f"+experiment={study}", "measurement=file", f"measurement.path={tmp_path / 'run.csv'}"]
     ended = enter(*words, output="results/mine")
     assert ended.code == 2 and ended.err.count("\n") == 1

@@ -20,7 +20,7 @@ def values(*words):
         ("optimizer=de,pso", "optimizer", ("de", "pso")),
         ("+experiment=table3", "experiment", ("table3",)),
         ("++optimizer.population=30", "optimizer.population", (30,)),
-        ("problem.bounds.kxx=[10,90]", "problem.bounds.kxx", ([10, 90],)),
+        ("problem.limits.kxx=[10,90]", "problem.limits.kxx", ([10, 90],)),
         ("problem.sensors=[0.1],[0.1,0.2]", "problem.sensors", ([0.1], [0.1, 0.2])),
         ("timeout=null", "timeout", (None,)),
         ("method.polish=true,false", "method.polish", (True, False)),

@@ -219,7 +219,7 @@ def test_the_same_seeds_draw_the_same_numbers_for_ever():
 
 
 def test_the_file_gives_back_the_plan(compose, tmp_path):
-    plan = compose("+experiment=table3", "optimizer=de,ga", "problem.bounds.kxx=[10,90]", "repetitions=2", "seed=3")
+    plan = compose("+experiment=table3", "optimizer=de,ga", "problem.limits.kxx=[10,90]", "repetitions=2", "seed=3")
     write_plan(plan, tmp_path / "new" / "folder")
     assert read_plan(tmp_path / "new" / "folder") == plan
     assert [path.name for path in (tmp_path / "new" / "folder").iterdir()] == ["plan.jsonl"]

@@ -161,7 +161,7 @@ def test_the_same_streams_give_the_same_result(rotor):
 
 
 def test_values_at_a_limit_are_told(rotor):
-    narrow = ThreeDisk(bounds={"kxx": [52.0, 100.0]}).build()
+    narrow = ThreeDisk(limits={"kxx": [52.0, 100.0]}).build()
     found = identified(LM(screening=1000), narrow, measured(rotor, 0))
     assert found.at_limit[0] and not found.at_limit[4]
 

@@ -23,7 +23,7 @@ def information(*arguments, amplitude):
 
 def bounds_pct(reading, kind, damping=1.0, **settings):
     wide = {"cxx": [0.01, 2000], "cyy": [0.01, 2000]}  # bounds do not enter, but the nominal bearing does
-    problem = ThreeDisk(reading=reading, bounds=wide if damping > 1 else {}, **settings).build()
+    problem = ThreeDisk(reading=reading, limits=wide if damping > 1 else {}, **settings).build()
     return identifiability(problem, truth(damping), TEN_PER_CENT, kind).bound_pct
 
 

@@ -100,8 +100,8 @@ def test_a_held_unknown_stays_and_the_bounds_hold(rotor, truth):
 
 def test_a_maximum_on_a_bound_is_reached(rotor, truth):
     """Damping that the data would have below its lower bound ends there."""
-    bounds = {"cxx": [0.6, 1.0]}  # the true 0.5 kN s/m is outside
-    outside = ThreeDisk(n_speed=21, bounds=bounds).build()
+    limits = {"cxx": [0.6, 1.0]}  # the true 0.5 kN s/m is outside
+    outside = ThreeDisk(n_speed=21, limits=limits).build()
     measurement = measured(rotor, truth, "complex")
     u = outside.parameters.to_cube(rotor.parameters.to_si(truth))
     found = maximise(Likelihood(Model(outside), measurement), np.clip(u, 0, 1))

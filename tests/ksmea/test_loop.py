@@ -24,7 +24,7 @@ from surrogates.kriging import Kriging
 from surrogates.none import NoSurrogate
 
 REFERENCE = {"kxx": 50e6, "kyy": 70e6, "cxx": 500.0, "cyy": 700.0, "u": 2e-4}
-NEAR_BOUNDS = {"kxx": [30.0, 80.0], "kyy": [50.0, 100.0]}
+NEAR_LIMITS = {"kxx": [30.0, 80.0], "kyy": [50.0, 100.0]}
 SHORT_DE = DE(generations=30)
 
 
@@ -69,7 +69,7 @@ class Counted(Problem):
 
 @pytest.fixture(scope="module")
 def rotor():
-    return ThreeDisk(bounds=NEAR_BOUNDS).build()
+    return ThreeDisk(limits=NEAR_LIMITS).build()
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])

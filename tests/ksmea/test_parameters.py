@@ -18,14 +18,14 @@ PARAMETERS = Parameters(
 )
 
 
-def test_the_corners_of_the_cube_are_the_bounds():
+def test_the_corners_of_the_cube_are_the_limits():
     assert np.array_equal(PARAMETERS.to_si(np.zeros(3)), [10e6, 10.0, 50e-6])
     assert np.allclose(PARAMETERS.to_si(np.ones(3)), [100e6, 1000.0, 500e-6], rtol=1e-15)
     assert np.array_equal(PARAMETERS.to_cube(PARAMETERS.lower), np.zeros(3))
     assert np.array_equal(PARAMETERS.to_cube(PARAMETERS.upper), np.ones(3))
 
 
-def test_the_middle_of_the_cube_is_the_mean_of_the_bounds():
+def test_the_middle_of_the_cube_is_the_mean_of_the_limits():
     assert np.allclose(PARAMETERS.to_si(np.full(3, 0.5)), [55e6, 505.0, 275e-6], rtol=1e-15)
 
 
@@ -36,7 +36,7 @@ def test_to_si_and_back_is_the_same_point(shape):
     assert np.allclose(PARAMETERS.to_cube(PARAMETERS.to_si(u)), u, rtol=0, atol=4 * np.finfo(float).eps)
 
 
-def test_points_outside_the_bounds_lie_outside_the_cube():
+def test_points_outside_the_limits_lie_outside_the_cube():
     assert np.allclose(PARAMETERS.to_cube([190e6, 505.0, 275e-6]), [2.0, 0.5, 0.5])
 
 
@@ -55,12 +55,12 @@ def test_the_order_is_kept():
     "lower, upper",
     [(100e6, 10e6), (10e6, 10e6), (math.nan, 1e6), (1e6, math.nan), (-math.inf, 1e6), (1e6, math.inf)],
 )
-def test_bounds_that_hold_nothing_are_refused(lower, upper):
-    with pytest.raises(SettingError, match="bounds of kxx: expected lower < upper"):
+def test_limits_that_hold_nothing_are_refused(lower, upper):
+    with pytest.raises(SettingError, match="limits of kxx: expected lower < upper"):
         Parameter("kxx", "MN/m", MEGANEWTON_PER_METRE, lower, upper)
 
 
-def test_reversed_bounds_are_told_in_the_units_they_were_given_in():
+def test_reversed_limits_are_told_in_the_units_they_were_given_in():
     with pytest.raises(SettingError) as caught:
         Parameter("kxx", "MN/m", MEGANEWTON_PER_METRE, 100e6, 10e6)
-    assert str(caught.value) == "bounds of kxx: expected lower < upper, got [100, 10] MN/m; swap or widen them"
+    assert str(caught.value) == "limits of kxx: expected lower < upper, got [100, 10] MN/m; swap or widen them"

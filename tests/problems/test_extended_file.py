@@ -84,7 +84,7 @@ def test_the_fingerprint_follows_all_files(write):
 
 
 def test_what_is_written_is_read_again(write):
-    settings = {"name": "three_disk", "mesh": 21, "sensors": [0.1, 0.2], "bounds": {"kxx": [20, 90.5]}}
+    settings = {"name": "three_disk", "mesh": 21, "sensors": [0.1, 0.2], "limits": {"kxx": [20, 90.5]}}
     law = effect("speed_dependent_stiffness").placed_on(ThreeDisk().build())
     effects = [
         ("runout", effect("runout", position=np.float64(0.1))),

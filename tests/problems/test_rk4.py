@@ -134,8 +134,8 @@ def test_disk_of_given_thickness_keeps_its_mass():
         ({"sensors": []}, "at least one entry"),
         ({"directions": ["z"]}, "expected x or y"),
         ({"speed_from": 2500.0, "speed_to": 1500.0}, "more than speed_from"),
-        ({"bounds": {"k": [1, 2]}}, "unknown name in bounds"),
-        ({"bounds": {"u": [1]}}, r"expected \[lower, upper\] in g mm"),
+        ({"limits": {"k": [1, 2]}}, "unknown name in limits"),
+        ({"limits": {"u": [1]}}, r"expected \[lower, upper\] in g mm"),
     ],
 )
 def test_bad_settings(changes, message):

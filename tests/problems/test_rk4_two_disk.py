@@ -165,8 +165,8 @@ def test_band_and_units_suit_the_published_run_up():
         ({"n_speed": 0}, "at least 1"),
         ({"young_modulus": 0.0}, "above 0"),
         ({"density": -1.0}, "above 0"),
-        ({"bounds": {"phase": [0, 1]}}, "did you mean 'phase"),
-        ({"bounds": {"phase1": [90, -90]}}, r"\[90, -90\] deg"),
+        ({"limits": {"phase": [0, 1]}}, "did you mean 'phase"),
+        ({"limits": {"phase1": [90, -90]}}, r"\[90, -90\] deg"),
     ],
 )
 def test_bad_settings(changes, message):

@@ -64,7 +64,7 @@ def test_channels_are_probes_times_directions():
 
 
 def test_partial_bounds_keep_the_other_defaults():
-    parameters = ThreeDisk(bounds={"kxx": [30, 80]}).build().parameters
+    parameters = ThreeDisk(limits={"kxx": [30, 80]}).build().parameters
     assert parameters.lower == pytest.approx([30e6, 10e6, 10, 10, 5e-5])
     assert parameters.upper == pytest.approx([80e6, 100e6, 1000, 1000, 5e-4])
 
@@ -103,10 +103,10 @@ def test_refinement_converges_at_a_probe_between_nodes():
         ({"sensors": [0.1, 0.1]}, "none twice"),
         ({"directions": ["z"]}, "expected x or y, got 'z'"),
         ({"directions": []}, "at least one entry"),
-        ({"bounds": {"kx": [1, 2]}}, "did you mean 'kxx'"),
-        ({"bounds": {"kxx": [1]}}, r"expected \[lower, upper\] in MN/m"),
-        ({"bounds": {"kxx": [100, 10]}}, r"\[100, 10\] MN/m"),
-        ({"bounds": {"u": [float("nan"), 10]}}, "expected lower < upper"),
+        ({"limits": {"kx": [1, 2]}}, "did you mean 'kxx'"),
+        ({"limits": {"kxx": [1]}}, r"expected \[lower, upper\] in MN/m"),
+        ({"limits": {"kxx": [100, 10]}}, r"\[100, 10\] MN/m"),
+        ({"limits": {"u": [float("nan"), 10]}}, "expected lower < upper"),
     ],
 )
 def test_bad_settings(changes, message):
