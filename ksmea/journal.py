@@ -25,7 +25,7 @@ HEADER = struct.Struct("<QQI")
 
 
 class Journal:
-    """Questions (what is sought, and the parameter sets) and answers (complex arrays) of one run, oldest first."""
+    """Questions (what is asked for, and the parameter sets) and answers (complex arrays) of one run, oldest first."""
 
     def __init__(self, path: Path) -> None:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,7 +1,7 @@
 """Synthetic measurements: the response of a problem at known values, with noise drawn on it.
 
 Here, and nowhere in what identifies, the true values are known. Data may hide effects that the problem's model lacks:
-`hidden` names them, their places and sizes are drawn, and only the record of a run says what they were.
+`hidden` names them, their locations and sizes are drawn, and only the record of a run says what they were.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ ROUTES = ("reduced", "dense")
 
 @dataclass(frozen=True)
 class Hidden:
-    """An effect at its place, and the values (e,) of its unknowns, SI."""
+    """An effect at its location, and the values (e,) of its unknowns, SI."""
 
     name: str
     effect: Effect
@@ -67,7 +67,8 @@ class Synthetic(MeasurementSource):
         {}, "true values in the units of the problem's parameters; a name left out: the published one"
     )
     hidden: list[str] = setting(
-        [], "effects that are in the data but not in the model (`python -m bench help effect`), places and sizes drawn"
+        [],
+        "effects that are in the data but not in the model (`python -m bench help effect`), locations and sizes drawn",
     )
     sizes: dict[str, float] = setting(
         {}, "sizes of hidden effects by name of their parameters, in their units; a name left out: drawn"
@@ -97,7 +98,7 @@ class Synthetic(MeasurementSource):
         missing = [name for name in units if name not in values]
         if missing:
             raise SettingError(f"measurement.truth: expected a value for {', '.join(missing)}, got none; add it")
-        if self.hidden:  # whether they have a place here, and sizes a name
+        if self.hidden:  # whether they have a location here, and sizes a name
             self._hide(self._model(settings), np.random.default_rng(0))
         return {name: values[name] for name in units}
 
@@ -135,7 +136,7 @@ class Synthetic(MeasurementSource):
         return problem.response(x)[0] if self.route == "reduced" else problem.dense_response(x)[0]
 
     def hidden_effects(self, settings: ProblemSettings, hidden: np.random.Generator) -> list[dict[str, Any]]:
-        """What data drawn by `hidden` hide, for records: name, place, and parameters in their units."""
+        """What data drawn by `hidden` hide, for records: name, location, and parameters in their units."""
         problem = self._model(settings)
         return [
             {
@@ -166,7 +167,7 @@ class Synthetic(MeasurementSource):
             return problem, []
         extended, found, sized = problem, [], set()
         for name in self.hidden:
-            effect = _drawn_place(name, problem, rng)
+            effect = _drawn_location(name, problem, rng)
             theta = np.array(effect.draw(problem, rng), dtype=float)
             for index, parameter in enumerate(effect.parameters(problem)):
                 if parameter.name in self.sizes:
@@ -214,14 +215,14 @@ def _within(parameter: Parameter, size: float) -> float:
     return value
 
 
-def _drawn_place(name: str, problem: Problem, rng: np.random.Generator) -> Effect:
-    """An effect at one of its places, each as likely as any other."""
+def _drawn_location(name: str, problem: Problem, rng: np.random.Generator) -> Effect:
+    """An effect at one of its locations, each as likely as any other."""
     try:
-        places = registry.create("effect", name, {}).places(problem)
+        locations = registry.create("effect", name, {}).places(problem)
     except (SettingError, AttributeError) as error:
         raise SettingError(
             f"measurement.hidden: expected a problem that effects can be added to, got {type(problem).__name__} ({error})"
         ) from error
-    if not places:
-        raise SettingError(f"measurement.hidden: expected effects that have a place here, got {name}; leave it out")
-    return places[rng.integers(len(places))]
+    if not locations:
+        raise SettingError(f"measurement.hidden: expected effects that have a location here, got {name}; leave it out")
+    return locations[rng.integers(len(locations))]

@@ -1,4 +1,4 @@
-"""Checked reading of a document of mappings and lists; every error names the place in the file.
+"""Checked reading of a document of mappings and lists; every error names the location in the file.
 
 Entries of a list are counted from 1, as people count the disks on a shaft.
 """
@@ -17,7 +17,7 @@ from ksmea.units import SI_PER_UNIT, Unit
 
 @dataclass(frozen=True)
 class Block:
-    """A mapping in a file, its place in it, and the units of the file."""
+    """A mapping in a file, its location in it, and the units of the file."""
 
     file: str
     path: str  # "disks[2]"; empty for the document itself
@@ -29,11 +29,11 @@ class Block:
             raise SettingError(f"{file}: expected a mapping with the rotor's description, got {described(document)}")
         return cls(file, "", document)
 
-    def place(self, key: str = "") -> str:
+    def location(self, key: str = "") -> str:
         return f"{self.file}: {self._path(key)}" if self._path(key) else self.file
 
     def error(self, key: str, message: object) -> SettingError:
-        return SettingError(f"{self.place(key)}: {message}")
+        return SettingError(f"{self.location(key)}: {message}")
 
     def check_keys(self, required: Iterable[str], optional: Iterable[str] = ()) -> None:
         """Unknown keys first: a misspelt key is also a missing one."""
@@ -137,7 +137,7 @@ class Units:
 
 
 def inside(block: Block, key: str, make: Callable[[], Any]) -> Any:
-    """What `make` returns; its `SettingError` with the place in the file before it."""
+    """What `make` returns; its `SettingError` with the location in the file before it."""
     try:
         return make()
     except SettingError as error:

@@ -153,7 +153,7 @@ def extended_document(
     reference: Mapping[str, float],
     phase_origin: bool = False,
 ) -> str:
-    """The YAML of a problem, by registered name and settings, with effects, by name and place.
+    """The YAML of a problem, by registered name and settings, with effects, by name and location.
 
     Reference values are in the units of the unknowns. A file that the settings name is written with its full path. A
     problem that is extended already becomes one with all the effects, its own reference values where none are given.

@@ -125,7 +125,7 @@ class RK4(ProblemSettings):
         for position in self.sensors:
             if position > length:
                 raise SettingError(
-                    f"sensors: expected places up to {length:g} m, the shaft's length in layout {self.layout},"
+                    f"sensors: expected positions up to {length:g} m, the shaft's length in layout {self.layout},"
                     f" got {position:g}"
                 )
         self._parameters()
@@ -172,7 +172,7 @@ def rk4_rotor(
     material: Material,
     mesh: int | None,
 ) -> Rotor:
-    """The rotor without the values of its unknowns: bearings and unbalance have their places only; lengths in m."""
+    """The rotor without the values of its unknowns: bearings and unbalance have their positions only; lengths in m."""
     length, middle = span + overhang, span / 2
     if disk_thickness is None:
         disk_thickness = solid_thickness(disk_radius, material.density)

@@ -195,7 +195,7 @@ class RK4TwoDisk(ProblemSettings):
 
 
 def two_disk_rotor(layout: Layout, material: Material, mesh: int) -> Rotor:
-    """The rotor without the values of its unknowns: supports and unbalance have their places only."""
+    """The rotor without the values of its unknowns: supports and unbalance have their positions only."""
     return Rotor(
         segments=uniform_shaft(
             SHAFT_LENGTH, (*layout.bearings, *layout.disks), mesh, radius=SHAFT_RADIUS, material=material

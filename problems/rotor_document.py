@@ -30,7 +30,7 @@ from problems.rotor.mesh import share_elements
 from problems.rotor.problem import RotorProblem
 from problems.rotor.unknowns import UNBALANCE_PARTS, BearingTarget, Target, UnbalanceTarget, Unknown
 
-MOST_ELEMENTS, MOST_SPEEDS = 1000, 100_000  # far beyond any use; a slip of the pen must not fill the memory
+MAX_ELEMENTS, MAX_SPEEDS = 1000, 100_000  # far beyond any use; a slip of the pen must not fill the memory
 CROSS_COEFFICIENTS = ("kxy", "kyx", "cxy", "cyx")  # optional: none unless given
 PARTS = {"bearing": COEFFICIENTS, "unbalance": UNBALANCE_PARTS}  # what a target may set of which thing
 KIND_OF_PART = {
@@ -52,7 +52,7 @@ class RotorDescription:
 
 
 def read_description(document: Block, mesh: int | None) -> RotorDescription:
-    """The description in a document; `mesh` elements take the place of those in the file."""
+    """The description in a document; `mesh` elements replace those in the file."""
     document.check_keys(
         ("units", "materials", "shaft", "bearings", "unbalance", "speeds", "probes", "unknowns"), ["disks"]
     )
@@ -99,7 +99,7 @@ def _shaft(
     for block in blocks:
         block.check_keys(("length", "outer_diameter", "material", "elements"), ["inner_diameter"])
     lengths = [units.quantity(block, "length", "length", above=0) for block in blocks]
-    given = [block.whole("elements", MOST_ELEMENTS) for block in blocks]
+    given = [block.whole("elements", MAX_ELEMENTS) for block in blocks]
     counts = given if mesh is None else share_elements(mesh, lengths)
     return tuple(
         ShaftSegment(length, outer, material=_material_of(block, materials), n_element=count, inner_radius=inner)
@@ -147,8 +147,8 @@ def _disk(block: Block, units: Units, materials: Mapping[str, Material], shaft: 
 
 
 def _bearing(block: Block, units: Units, shaft: Rotor, index: int, owners: Mapping[Target, str]) -> Bearing:
-    sought = _sought(block, {name: BearingTarget(index, name) for name in COEFFICIENTS}, owners)
-    required = [name for name in COEFFICIENTS if name not in CROSS_COEFFICIENTS and name not in sought]
+    estimated = _estimated(block, {name: BearingTarget(index, name) for name in COEFFICIENTS}, owners)
+    required = [name for name in COEFFICIENTS if name not in CROSS_COEFFICIENTS and name not in estimated]
     block.check_keys(["position", *required], CROSS_COEFFICIENTS)
     position = _position(block, units, shaft, "bearing", needs_node=True)
     given = [name for name in COEFFICIENTS if name in block.values]
@@ -156,8 +156,8 @@ def _bearing(block: Block, units: Units, shaft: Rotor, index: int, owners: Mappi
 
 
 def _plane(block: Block, units: Units, shaft: Rotor, index: int, owners: Mapping[Target, str]) -> UnbalancePlane:
-    sought = _sought(block, {part: UnbalanceTarget(index, part) for part in UNBALANCE_PARTS}, owners)
-    block.check_keys(["position", *(part for part in UNBALANCE_PARTS if part not in sought)])
+    estimated = _estimated(block, {part: UnbalanceTarget(index, part) for part in UNBALANCE_PARTS}, owners)
+    block.check_keys(["position", *(part for part in UNBALANCE_PARTS if part not in estimated)])
     position = _position(block, units, shaft, "unbalance", needs_node=False)
     limits = {"magnitude": {"at_least": 0}, "phase": {}}
     given = [part for part in UNBALANCE_PARTS if part in block.values]
@@ -166,15 +166,15 @@ def _plane(block: Block, units: Units, shaft: Rotor, index: int, owners: Mapping
     )
 
 
-def _sought(block: Block, targets: Mapping[str, Target], owners: Mapping[Target, str]) -> list[str]:
+def _estimated(block: Block, targets: Mapping[str, Target], owners: Mapping[Target, str]) -> list[str]:
     """The keys of a block that an unknown sets, none of which may have a value of its own."""
-    sought = [key for key, target in targets.items() if target in owners]
-    for key in sought:
+    estimated = [key for key, target in targets.items() if target in owners]
+    for key in estimated:
         if key in block.values:
             raise block.error(
                 key, f"expected no value, since unknown {owners[targets[key]]} sets it; remove one of them"
             )
-    return sought
+    return estimated
 
 
 def _position(block: Block, units: Units, shaft: Rotor, what: str, *, needs_node: bool) -> float:
@@ -200,7 +200,7 @@ def _speeds(document: Block, units: Units) -> Array:
         return unit.si * np.array(speeds)
     block = document.block("speeds")
     block.check_keys(("from", "to", "number"))
-    first, n_speed = block.number("from", unit.name, above=0), block.whole("number", MOST_SPEEDS)
+    first, n_speed = block.number("from", unit.name, above=0), block.whole("number", MAX_SPEEDS)
     last = block.number("to", unit.name, **({"above": first} if n_speed > 1 else {"at_least": first}))
     return unit.si * np.linspace(first, last, n_speed)
 

@@ -14,7 +14,7 @@ from ksmea.errors import SettingError
 from ksmea.settings import setting
 from problems.blocks import Block
 from problems.rotor.problem import RotorProblem
-from problems.rotor_document import MOST_ELEMENTS, RotorDescription, read_description
+from problems.rotor_document import MAX_ELEMENTS, RotorDescription, read_description
 from problems.strict_yaml import parse, read_bytes
 
 
@@ -30,7 +30,7 @@ class RotorFile(ProblemSettings):
         None,
         "number of shaft elements in all, shared by length over the file's segments; null: as the file says",
         at_least=1,
-        at_most=MOST_ELEMENTS,
+        at_most=MAX_ELEMENTS,
     )
 
     def check(self) -> None:

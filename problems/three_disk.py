@@ -102,7 +102,7 @@ class ThreeDisk(ProblemSettings):
 
 
 def three_disk_rotor(mesh: int) -> Rotor:
-    """The rotor without the values of its unknowns: bearings and unbalance have their places only."""
+    """The rotor without the values of its unknowns: bearings and unbalance have their positions only."""
     counts = share_elements(mesh, SEGMENT_LENGTHS)
     return Rotor(
         segments=tuple(

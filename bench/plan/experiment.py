@@ -26,6 +26,7 @@ from bench.plan.provenance import (
 )
 from bench.plan.report import report_named
 from bench.plan.setup import FINGERPRINTS, Setup, fingerprints
+from bench.plan.study import Study
 from bench.storage.places import PAPER
 from ksmea import registry
 from ksmea.errors import SettingError, unknown
@@ -175,11 +176,17 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) ->
     settings["samples"] = config.samples
     setup = Setup.of(settings)
     plugins = setup.plugins
-    plugins["study"].validate(setup)
+    study = plugins["study"]
+    if not isinstance(study, Study):
+        raise SettingError(
+            f"study={settings['study']['name']}: expected a subclass of bench.plan.study.Study, got {type(study).__name__};"
+            " make it one"
+        )
+    study.validate(setup)
     settings |= {FINGERPRINTS[group]: fingerprint for group, fingerprint in fingerprints(plugins).items()}
     if parts := modules_of_parts(plugins.values()):
         settings[PARTS] = parts
-    ignored = {*plugins["study"].ignores, *plugins["method"].ignores}
+    ignored = {*study.ignores, *plugins["method"].ignores}
     for part in ignored:
         settings[part] = None
     # A model that is worth a journal is too expensive to be evaluated where nothing keeps the answer.

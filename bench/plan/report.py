@@ -12,6 +12,7 @@ import pandas as pd
 
 from bench.plan.plan import Plan
 from ksmea import registry
+from ksmea.errors import SettingError
 from ksmea.settings import Settings
 
 
@@ -48,5 +49,9 @@ class Report(Settings, ABC):
 
 def report_named(name: str) -> Report:
     """The report that `table` or a study's `report` names."""
-    report: Report = registry.create("report", name, {})
+    report = registry.create("report", name, {})
+    if not isinstance(report, Report):
+        raise SettingError(
+            f"table={name}: expected a subclass of bench.plan.report.Report, got {type(report).__name__}; make it one"
+        )
     return report

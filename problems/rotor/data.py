@@ -135,7 +135,7 @@ class Bearing:
 
 @dataclass(frozen=True)
 class UnbalancePlane:
-    """An unbalance m·e at a place on the shaft; at t = 0 it points `phase` past +x towards +y."""
+    """An unbalance m·e at a position on the shaft; at t = 0 it points `phase` past +x towards +y."""
 
     position: float  # m
     magnitude: float = 0.0  # kg m

@@ -125,8 +125,8 @@ class ExtendedProblem(Problem):
     @cached_property
     def costly(self) -> Array:
         """Indices of the unknowns that change the rotor itself."""
-        places = np.arange(len(self.parameters))[None]
-        of_effects = self._parts(places)[1]
+        indices = np.arange(len(self.parameters))[None]
+        of_effects = self._parts(indices)[1]
         changing = [part[0] for effect, part in zip(self.effects, of_effects) if effect.changes_rotor]
         return np.concatenate(changing) if changing else np.empty(0, dtype=int)
 

@@ -33,7 +33,7 @@ def elements(rotor: Rotor) -> tuple[Element, ...]:
 
 
 def locate(rotor: Rotor, position: float) -> tuple[int, float]:
-    """The element that holds a position (m), and the place inside it as a fraction of its length."""
+    """The element that holds a position (m), and the location inside it as a fraction of its length."""
     nodes = rotor.node_positions
     element = int(np.clip(np.searchsorted(nodes, position, side="right") - 1, 0, len(nodes) - 2))
     fraction = (position - nodes[element]) / (nodes[element + 1] - nodes[element])

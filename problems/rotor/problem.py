@@ -165,8 +165,8 @@ class RotorProblem(Problem):
     def _impedance_parts(self, inputs: Inputs) -> tuple[Array, Array]:
         """Stiffness and damping of the reduction's impedances, (n_impedance, n) each."""
         bearing = [impedance.bearing for impedance in self.reduction.impedances]
-        place = np.array([2 * impedance.row + impedance.column for impedance in self.reduction.impedances])
-        return inputs.coefficients[:, bearing, place].T, inputs.coefficients[:, bearing, place + len(STIFFNESSES)].T
+        entry = np.array([2 * impedance.row + impedance.column for impedance in self.reduction.impedances])
+        return inputs.coefficients[:, bearing, entry].T, inputs.coefficients[:, bearing, entry + len(STIFFNESSES)].T
 
 
 def checked_sets(x: Array, parameters: Parameters) -> Array:

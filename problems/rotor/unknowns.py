@@ -21,7 +21,7 @@ UNBALANCE_PARTS = ("magnitude", "phase")
 
 @dataclass(frozen=True)
 class BearingTarget:
-    """One coefficient of one bearing, by the bearing's place in `Rotor.bearings`."""
+    """One coefficient of one bearing, by the bearing's index in `Rotor.bearings`."""
 
     bearing: int
     coefficient: str
@@ -33,7 +33,7 @@ class BearingTarget:
 
 @dataclass(frozen=True)
 class UnbalanceTarget:
-    """The magnitude (kg m) or the phase (rad) of the unbalance in one plane, by its place in `Rotor.unbalance`."""
+    """The magnitude (kg m) or the phase (rad) of the unbalance in one plane, by its index in `Rotor.unbalance`."""
 
     plane: int
     part: str = "magnitude"

@@ -174,7 +174,7 @@ def test_bad_settings(settings, message):
         (
             dataclasses.replace(PROBLEM, directions=["x"]),
             {"hidden": ["probe_rotation"]},
-            "expected effects that have a place here, got probe_rotation",
+            "expected effects that have a location here, got probe_rotation",
         ),
     ],
 )
