@@ -14,7 +14,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, Generic, Self, TypeVar
 
 import numpy as np
 
@@ -27,6 +27,7 @@ from ksmea.objective import Minimum, Objective
 from ksmea.parameters import PHASE_ORIGIN, Parameter, Parameters
 from ksmea.settings import Settings, part_fields
 
+Seen = TypeVar("Seen", bound="Problem")  # the kind of problems that an effect can be added to
 METHOD_PARTS = ("surrogate", "optimizer", "samples")  # what a method may own, each chosen by name or number in a run
 
 
@@ -202,9 +203,9 @@ class MeasurementSource(Settings):
 
 
 @dataclass(frozen=True)
-class Effect(Settings):
+class Effect(Settings, Generic[Seen]):
     """A physical cause that a model may lack, at one location; what registers under `ksmea.effects` is such an effect with
-    its default location. How it changes a response is between it and the problems that know effects of its kind."""
+    its default location. How it changes a response is between it and the kind of problems that it can be added to."""
 
     # Effects that can look alike, by name, and what separates them. Left out: none.
     aliases: ClassVar[Mapping[str, str]] = MappingProxyType({})
@@ -212,12 +213,12 @@ class Effect(Settings):
     # that move resonances, or hide them. Left out: yes.
     is_scanned: ClassVar[bool] = True
 
-    def places(self, problem: Problem) -> Sequence[Self]:
+    def places(self, problem: Seen) -> Sequence[Self]:
         """This effect at each location of the problem where it may sit; empty where it cannot be. Left out: as it is."""
         return (self,)
 
     @abstractmethod
-    def parameters(self, problem: Problem) -> tuple[Parameter, ...]:
+    def parameters(self, problem: Seen) -> tuple[Parameter, ...]:
         """Its unknowns with physical limits. At 0 of all of them the model is as without it."""
 
     @abstractmethod
@@ -225,7 +226,7 @@ class Effect(Settings):
         """The problem with this effect, whose unknowns follow its own: a problem like any other."""
 
     @abstractmethod
-    def draw(self, problem: Problem, rng: np.random.Generator) -> Array:
+    def draw(self, problem: Seen, rng: np.random.Generator) -> Array:
         """Values (e,) SI of its unknowns that are plausible and large enough to be noticed, for data that hide it."""
 
 

@@ -18,7 +18,7 @@ from problems.rotor.problem import RotorProblem
 
 
 @dataclass(frozen=True)
-class RotorEffect(RotorHooks, Effect):
+class RotorEffect(RotorHooks, Effect[RotorProblem]):
     """Base of effects on rotors; the fields of an effect say where it sits."""
 
     def __str__(self) -> str:

@@ -81,4 +81,4 @@ def test_a_file_with_a_channel_off_the_shaft_is_refused_before_any_run(enter, tm
     words = [f"+experiment={study}", "measurement=file", f"measurement.path={tmp_path / 'run.csv'}"]
     ended = enter(*words, output="results/mine")
     assert ended.code == 2 and ended.err.count("\n") == 1
-    assert "run.csv line 3: " in ended.err and "got 9" in ended.err
+    assert "run.csv line 3: sensor at 9 m: expected a position on the shaft" in ended.err

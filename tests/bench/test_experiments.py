@@ -345,7 +345,7 @@ def test_the_other_slips_are_there_too():
     hundred = table3[table3["samples"] == 100].set_index("parameter")["identified"]
     assert ksmea.to_dict() == {name: hundred[name] for name in [*FIVE, "time"]}
     table8 = pd.read_csv(PAPER / "table8.csv").set_index(["parameter", "samples"])
-    assert table8.loc[("kyy", 40), "identified"] == RK4().bounds["kyy"][1]
+    assert table8.loc[("kyy", 40), "identified"] == RK4().limits["kyy"][1]
 
 
 def test_every_slip_is_of_a_table_and_is_printed_below_it(plan_of, tmp_path, no_figures, capsys):

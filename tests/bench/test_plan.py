@@ -15,6 +15,7 @@ from bench.plan.plan import all_runs, component_seeds, generator, read_plan, wri
 from bench.storage.places import CONF
 from ksmea import registry
 from ksmea.errors import SettingError
+from ksmea.settings import own_fields
 
 COMPONENTS = ["noise", "design", "surrogate", "optimizer", "hidden", "diagnosis"]
 
@@ -80,7 +81,7 @@ def settings_of_every_plugin(groups, study):
     for group in groups:
         for name in [study] if group == "study" else registry.registered(group):
             if (group, name) not in WITHOUT_DEFAULTS:
-                for field in dataclasses.fields(registry.plugin_class(group, name)):
+                for field in own_fields(registry.plugin_class(group, name)):
                     yield group, name, field
 
 
