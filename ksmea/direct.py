@@ -12,7 +12,7 @@ import numpy as np
 from ksmea.contracts import Optimizer, Problem, Surrogate
 from ksmea.errors import BudgetSpent
 from ksmea.final_step import most_likely
-from ksmea.identification import Identification, Streams, at_bound, check_optimizer
+from ksmea.identification import Identification, Streams, at_limit, check_optimizer
 from ksmea.measurement import Measurement
 from ksmea.misfit import FORMS, Misfit
 from ksmea.model import Model, model_objective
@@ -59,7 +59,7 @@ class Direct(Settings):
         total = time.perf_counter() - started
         return Identification(
             x=problem.parameters.to_si(u),
-            at_bound=at_bound(u),
+            at_limit=at_limit(u),
             misfit=value,
             stop="budget" if objective.was_refused else "optimizer",
             updates=0,

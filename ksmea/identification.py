@@ -46,7 +46,7 @@ class Identification:
     """
 
     x: Array  # (d,) SI
-    at_bound: tuple[bool, ...]
+    at_limit: tuple[bool, ...]
     misfit: float
     stop: str
     updates: int
@@ -90,6 +90,6 @@ def check_optimizer(optimizer: Optimizer, problem: Problem) -> None:
         optimizer.check_dimension(len(problem.parameters))
 
 
-def at_bound(u: Array, tolerance: float = 1e-3) -> tuple[bool, ...]:
-    """Which coordinates of a point in the unit cube lie on a bound, within a thousandth of the range."""
+def at_limit(u: Array, tolerance: float = 1e-3) -> tuple[bool, ...]:
+    """Which coordinates of a point in the unit cube lie on a search limit, within a thousandth of the range."""
     return tuple(bool(on) for on in (u <= tolerance) | (u >= 1 - tolerance))

@@ -23,7 +23,7 @@ from ksmea.contracts import Optimizer, Predictor, Problem, Surrogate
 from ksmea.descent import descend
 from ksmea.errors import BudgetSpent, SettingError
 from ksmea.final_step import most_likely
-from ksmea.identification import Identification, Streams, Update, at_bound, check_optimizer
+from ksmea.identification import Identification, Streams, Update, at_limit, check_optimizer
 from ksmea.measurement import Measurement
 from ksmea.misfit import FORMS, Misfit
 from ksmea.model import Model
@@ -146,7 +146,7 @@ class KSMEA(Settings):
             best, best_misfit = found
         return Identification(
             x=problem.parameters.to_si(best),
-            at_bound=at_bound(best),
+            at_limit=at_limit(best),
             misfit=best_misfit,
             stop=stop,
             updates=len(history),

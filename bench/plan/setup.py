@@ -103,7 +103,7 @@ class Setup:
         found = identifiability(
             self.problem, self.true_x, measurement.noise, measurement.kind, noise_known=measurement.noise_known
         )
-        return [float(bound) if np.isfinite(bound) else None for bound in found.bound]
+        return [float(bound) if np.isfinite(bound) else None for bound in found.crlb]
 
 
 def fingerprints(plugins: Mapping[str, Any]) -> dict[str, str]:

@@ -20,10 +20,11 @@ from ksmea.diagnosis.fit_quality import fit_quality
 from ksmea.diagnosis.fitting import Fit
 from ksmea.errors import SettingError
 from ksmea.identifiability import identifiability
-from ksmea.identification import Identification, Streams, at_bound
-from ksmea.intervals import Interval, climb, estimate
+from ksmea.identification import Identification, Streams, at_limit
+from ksmea.intervals import Interval, estimate
 from ksmea.journal import Journal, journaled
 from ksmea.likelihood import Likelihood
+from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement, Noise
 from ksmea.misfit import Misfit
 from ksmea.model import Model
@@ -112,7 +113,7 @@ class Identify(Settings):
         model = Model(problem)
         likelihood = Likelihood(model, measurement)
         try:
-            nearest = climb(likelihood, problem.parameters.to_cube(found.x))
+            nearest = nearest_maximum(likelihood, problem.parameters.to_cube(found.x))
             estimated = estimate(likelihood, nearest, level=self.level, check=self.intervals == "profile")
         except np.linalg.LinAlgError as error:
             record["interval"] = {"error": str(error)}
@@ -144,7 +145,7 @@ class Identify(Settings):
             rejected = tested.p < LACK_OF_FIT_LEVEL
             record["lack_of_fit"] = {"p": tested.p, "statistic": tested.worst_statistic, "rejected": rejected}
         if true_x is not None:
-            of_truth = climb(likelihood, problem.parameters.to_cube(true_x))
+            of_truth = nearest_maximum(likelihood, problem.parameters.to_cube(true_x))
             record["basin_excess"] = nearest.deviance - of_truth.deviance
         return estimated.noise
 
@@ -170,7 +171,7 @@ def _record(parameters: Parameters, truth: Mapping[str, float], found: Identific
                 "identified": float(value),
                 "at_bound": on_bound,
             }
-            for parameter, value, on_bound in zip(parameters, found.x, found.at_bound)
+            for parameter, value, on_bound in zip(parameters, found.x, found.at_limit)
         ],
         "updates": found.updates,
         "model_evaluations": found.model_evaluations,
@@ -196,7 +197,7 @@ def _within_a_turn(parameters: Parameters, found: Identification) -> Identificat
     x = np.array([parameter.turned(value) for parameter, value in zip(parameters, found.x)])
     if np.array_equal(x, found.x):
         return found
-    return dataclasses.replace(found, x=x, at_bound=at_bound(parameters.to_cube(x)))
+    return dataclasses.replace(found, x=x, at_limit=at_limit(parameters.to_cube(x)))
 
 
 def _nearest_turn(parameter: Parameter, true: float | None, identified: float) -> float | None:
@@ -212,7 +213,7 @@ def _add_bounds(record: dict[str, Any], problem: Problem, measurement: Measureme
         told = identifiability(problem, x, noise, measurement.kind, noise_known=measurement.noise is not None)
     except np.linalg.LinAlgError:
         return
-    for parameter, bound in zip(record["parameters"], told.bound):
+    for parameter, bound in zip(record["parameters"], told.crlb):
         parameter["bound"] = finite(float(bound))
     record["correlation"] = [[finite(float(value)) for value in row] for row in told.correlation]
 

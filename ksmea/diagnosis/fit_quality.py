@@ -54,7 +54,7 @@ def fit_quality(fit: Fit, rng: np.random.Generator, *, n_simulated: int = 4000) 
     n_mean = residuals.size * measurement.dimensions
     tangent = fit.point.whitened[:n_mean, : likelihood.d]
     directions = _span(tangent)
-    scale_free = likelihood.noise_is_sought
+    scale_free = likelihood.noise_is_estimated
     statistics = [_statistics(residuals[None], scale_free=scale_free)]
     n_chunk = max(1, MOST_VALUES // n_mean)
     for start in range(0, n_simulated, n_chunk):
@@ -66,7 +66,7 @@ def fit_quality(fit: Fit, rng: np.random.Generator, *, n_simulated: int = 4000) 
     # p of every sample among all of them, the data's own included: no p is below 1/(n + 1)
     ranks = np.array([_upper_ranks(column) for column in statistics.T]).T / len(statistics)
     smallest = ranks.min(axis=1)
-    names = STATISTICS if not likelihood.noise_is_sought else STATISTICS[:-1]
+    names = STATISTICS if not likelihood.noise_is_estimated else STATISTICS[:-1]
     band, channel, excess = _worst_place(residuals)
     speed = measurement.speed
     return FitQuality(

@@ -1,4 +1,4 @@
-"""A rotor with effects that its plain model lacks, as a problem like any other.
+"""A rotor with effects that its baseline model lacks, as a problem like any other.
 
 The unknowns of the effects follow those of the rotor. An effect may change the rotor itself (which costs a reduction
 anew per value), the impedances of its bearings at each speed, the forces on it and what the probes make of its motion;
@@ -18,6 +18,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import Channel
+from ksmea.differences import central_differences
 from ksmea.errors import SettingError
 from ksmea.parameters import Parameters
 from problems.rotor import dense
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
     from problems.rotor.effect import RotorEffect
 
 STEP = 1e-6  # of central differences, in parts of each unknown's range: (1e-6)² and rounding of 1e-12 / 1e-6 are alike
-MOST_REDUCTIONS = 64  # kept of rotors that an effect has changed
+MAX_REDUCTIONS = 64  # kept of rotors that an effect has changed
 
 
 @dataclass(frozen=True, eq=False)
@@ -103,12 +104,10 @@ class ExtendedProblem:
         return finite(response)
 
     def sensitivity(self, x: Array) -> ComplexArray:
-        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit, by central differences inside the bounds."""
-        step = STEP * self.parameters.width
-        lower, upper = np.maximum(x - step, self.parameters.lower), np.minimum(x + step, self.parameters.upper)
-        pick = np.eye(len(x), dtype=bool)
-        response = self.response(np.concatenate([np.where(pick, upper, x), np.where(pick, lower, x)]))
-        return np.moveaxis((response[: len(x)] - response[len(x) :]) / (upper - lower)[:, None, None], 0, -1)
+        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit, by central differences inside the limits."""
+        parameters = self.parameters
+        differences = central_differences(x, STEP * parameters.width, parameters.lower, parameters.upper)
+        return differences.derivative(self.response(differences.points))
 
     def dense_response(self, x: Array) -> ComplexArray:
         """`response` by the dense route, the whole rotor per set and speed: slow, for comparison and for making data."""
@@ -122,9 +121,9 @@ class ExtendedProblem:
 
     @cached_property
     def costly(self) -> Array:
-        """Places of the unknowns that change the rotor itself."""
-        places = np.arange(len(self.parameters))[None]
-        of_effects = self._parts(places)[1]
+        """Indices of the unknowns that change the rotor itself."""
+        indices = np.arange(len(self.parameters))[None]
+        of_effects = self._parts(indices)[1]
         changing = [part[0] for effect, part in zip(self.effects, of_effects) if effect.changes_rotor]
         return np.concatenate(changing) if changing else np.empty(0, dtype=int)
 
@@ -148,7 +147,7 @@ class ExtendedProblem:
             rotor = self._changed_rotor(self.base.rotor, np.array(key))
             loads = self._loads(rotor)
             kept[key] = reduce_rotor(rotor, self._impedances, self.speed, self._seen_channels, loads, banded=True)
-            if len(kept) > MOST_REDUCTIONS:
+            if len(kept) > MAX_REDUCTIONS:
                 kept.popitem(last=False)
         kept.move_to_end(key)
         return kept[key]

@@ -164,7 +164,7 @@ def test_the_same_streams_give_the_same_result(rotor):
 def test_values_on_a_bound_are_told(rotor):
     narrow = ThreeDisk(bounds={"kxx": [52.0, 100.0]}).build()
     found = identified(Direct(), narrow, measured(rotor, 0), LM(screening=1000))
-    assert found.at_bound[0] and not found.at_bound[4]
+    assert found.at_limit[0] and not found.at_limit[4]
 
 
 def test_a_model_without_any_value_is_an_error_that_says_so(rotor):

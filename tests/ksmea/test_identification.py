@@ -3,12 +3,12 @@
 import numpy as np
 import pytest
 
-from ksmea.identification import Identification, at_bound
+from ksmea.identification import Identification, at_limit
 
 
 def test_a_thousandth_of_the_range_is_on_the_bound():
     u = np.array([0.0, 0.0009, 0.0011, 0.5, 0.9989, 0.9991, 1.0])
-    assert at_bound(u) == (True, True, False, False, False, True, True)
+    assert at_limit(u) == (True, True, False, False, False, True, True)
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from ksmea.likelihood import Likelihood, maximise
+from ksmea.likelihood import Likelihood
+from ksmea.maximisation import maximise
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.model import Model
 from problems.three_disk import ThreeDisk
@@ -87,18 +88,18 @@ def test_the_maximum_is_that_of_a_general_optimiser(rotor, truth, kind, told):
     assert found.deviance == pytest.approx(other.fun, abs=0.05)  # where a simplex gives up
 
 
-def test_a_held_unknown_stays_and_the_bounds_hold(rotor, truth):
+def test_a_fixed_unknown_stays_and_the_limits_hold(rotor, truth):
     likelihood = likelihood_of(rotor, truth, "amplitude")
     theta = truth.copy()
     theta[0] += 2e-3
-    found = maximise(likelihood, theta, held=0)
+    found = maximise(likelihood, theta, fixed=0)
     assert found.theta[0] == theta[0]
     assert np.all((found.theta >= 0) & (found.theta <= 1))
     assert found.deviance > maximise(likelihood, truth).deviance
 
 
-def test_a_maximum_on_a_bound_is_reached(rotor, truth):
-    """Damping that the data would have below its lower bound ends there."""
+def test_a_maximum_on_a_search_limit_is_reached(rotor, truth):
+    """Damping that the data would have below its lower limit ends there."""
     bounds = {"cxx": [0.6, 1.0]}  # the true 0.5 kN s/m is outside
     outside = ThreeDisk(n_speed=21, bounds=bounds).build()
     measurement = measured(rotor, truth, "complex")

@@ -79,7 +79,7 @@ def test_without_noise_all_five_parameters_are_identified(rotor, seed):
     found = method.identify(problem, measurement, Kriging(), SHORT_DE, 80, streams(seed))
     assert found.stop == "sdf" and found.history[-1].sdf < 5e-8 <= min(update.sdf for update in found.history[:-1])
     assert np.all(np.abs(found.x / list(REFERENCE.values()) - 1) < 1e-3)
-    assert not any(found.at_bound)
+    assert not any(found.at_limit)
     assert problem.agrees_with(found) and found.model_evaluations == 80 + found.updates
     assert found.updates == len(found.history)
     assert found.misfit == min(update.misfit for update in found.history) < found.history[0].misfit
