@@ -46,7 +46,7 @@ class Identification:
     """
 
     x: Array  # (d,) SI
-    at_limit: tuple[bool, ...]
+    at_limit: tuple[bool, ...]  # which of them lie at a search limit
     misfit: float
     stop: str
     updates: int
@@ -91,5 +91,5 @@ def check_optimizer(optimizer: Optimizer, problem: Problem) -> None:
 
 
 def at_limit(u: Array, tolerance: float = 1e-3) -> tuple[bool, ...]:
-    """Which coordinates of a point in the unit cube lie on a search limit, within a thousandth of the range."""
-    return tuple(bool(on) for on in (u <= tolerance) | (u >= 1 - tolerance))
+    """Which coordinates of a point in the unit cube lie at a search limit, within a thousandth of the range."""
+    return tuple(bool(at) for at in (u <= tolerance) | (u >= 1 - tolerance))

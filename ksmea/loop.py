@@ -111,7 +111,7 @@ class KSMEA(Settings):
     ) -> Identification:
         transform = make_transform(
             surrogate.transform,
-            amplitude_data=measurement.is_amplitude,
+            measurement.kind,
             n_speed=len(measurement.speed),
             n_channel=len(measurement.channels),
         )

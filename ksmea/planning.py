@@ -61,8 +61,8 @@ class Criterion:
         others = [index for index in range(information.shape[-1]) if index not in self.targets]
         return _log_det(regular) - _log_det(regular[..., others, :][..., others])
 
-    def gain_pct(self, before: Array, after: Array) -> Array:
-        """By how many per cent the CRLB drops between two informations (…, k, k), the prior counted; of several unknowns,
+    def reduction_pct(self, before: Array, after: Array) -> Array:
+        """By how many per cent the CRLB falls between two informations (…, k, k), the prior counted; of several unknowns,
         the geometric mean of the half axes of their confidence ellipsoid."""
         return -100 * np.expm1((self.value(before) - self.value(after)) / (2 * len(self.targets)))
 
@@ -89,8 +89,8 @@ def crlb(rows: Array, n_unknown: int) -> Array:
     return Identifiability(np.ones(n_unknown), of_unknowns(rows, n_unknown)).crlb
 
 
-def mean_axis_drop_pct(before: Array, after: Array, n_unknown: int) -> float:
-    """By how many per cent the half axes of the unknowns' confidence ellipsoid, their geometric mean, drop between two
+def mean_axis_reduction_pct(before: Array, after: Array, n_unknown: int) -> float:
+    """By how many per cent the half axes of the unknowns' confidence ellipsoid, their geometric mean, fall between two
     sets of data rows (m, k), without any prior. Axes that neither knows are left out: the sets must know equally many."""
     singular = [np.linalg.svd(of_unknowns(rows, n_unknown), compute_uv=False) for rows in (before, after)]
     n_known = min(int(np.sum(values > UNKNOWABLE * values[0])) for values in singular)

@@ -36,13 +36,13 @@ class LM(Settings):
         0.1, "least distance of two starts in the unit cube; fewer points as far apart: fewer starts", at_least=0.0
     )
     margin: float = setting(
-        1e-3, "starts are moved this far inside the bounds, from where the method barely leaves", above=0.0, at_most=0.5
+        1e-3, "starts are moved this far inside the limits, from where the method barely leaves", above=0.0, at_most=0.5
     )
     max_iterations: int = setting(100, "evaluations of the residuals in one start, Jacobians apart", at_least=1)
     xtol: float = setting(1e-10, "relative change of the parameters that ends a start", above=0.0)
     ftol: float = setting(1e-12, "relative change of the misfit that ends a start", above=0.0)
     gtol: float = setting(1e-12, "norm of the scaled gradient that ends a start", above=0.0)
-    batch: int = setting(1000, "points screened at once; bounds the memory needed", at_least=1)
+    batch: int = setting(1000, "points screened at once; limits the memory needed", at_least=1)
 
     def minimize(self, objective: Objective, rng: np.random.Generator) -> Minimum:
         """Screen, choose starts and run least squares from each, the most promising first."""

@@ -19,7 +19,7 @@ from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.errors import SettingError, unknown
 from ksmea.parameters import Parameters
-from ksmea.planning import Criterion, choose, crlb, data_rows, information, mean_axis_drop_pct
+from ksmea.planning import Criterion, choose, crlb, data_rows, information, mean_axis_reduction_pct
 from ksmea.settings import Settings, setting
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
@@ -250,7 +250,7 @@ class _Present:
         reduced = np.linalg.qr(self.rows, mode="r")  # tells the same in k rows
         single = [np.concatenate([reduced, block]) for block in blocks]
         columns["gain_pct"] = [self._gain_pct(rows) for rows in single]
-        columns["criterion_gain_pct"] = self.criterion.gain_pct(present, present + each).tolist()
+        columns["criterion_gain_pct"] = self.criterion.reduction_pct(present, present + each).tolist()
         if len(self.criterion.targets) == 1:
             columns["bound"] = _listed(np.array([self._bound(rows)[self.criterion.targets[0]] for rows in single]))
         return {"family": name, "candidates": columns, "steps": steps}
@@ -274,7 +274,7 @@ class _Present:
         if np.any(np.isinf(self.bound[sought]) != np.isinf(bound[sought])):
             return None
         if len(sought) > 1:
-            return mean_axis_drop_pct(self.rows, rows, len(self.parameters))
+            return mean_axis_reduction_pct(self.rows, rows, len(self.parameters))
         before, after = self.bound[sought[0]], bound[sought[0]]
         return 0.0 if np.isinf(before) else float(100 * (1 - after / before))
 

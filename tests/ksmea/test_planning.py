@@ -9,7 +9,7 @@ import pytest
 from ksmea.channel import Channel
 from ksmea.identifiability import identifiability
 from ksmea.measurement import Noise
-from ksmea.planning import Criterion, choose, crlb, data_rows, information, mean_axis_drop_pct
+from ksmea.planning import Criterion, choose, crlb, data_rows, information, mean_axis_reduction_pct
 from ksmea.units import GRAM_MILLIMETRE
 from problems.rk4_two_disk import RK4TwoDisk
 from problems.three_disk import ThreeDisk
@@ -114,11 +114,13 @@ def test_an_intercept_beyond_the_points_is_extrapolated_as_elfving_says():
     assert sorted(x[chosen]) == [1, 1, 1, 1, 2, 2]
 
 
-def test_the_gain_of_a_repeated_measurement_is_that_of_the_root_of_2():
+def test_the_reduction_by_a_repeated_measurement_is_that_of_the_root_of_2():
     present = line(np.array([-1.0, 1.0])).sum(0)
     for targets in [(0,), (0, 1)]:
         # but for the prior's 0.12 on an information of 2e6
-        assert Criterion(targets).gain_pct(present, 2 * present) == pytest.approx(100 * (1 - np.sqrt(0.5)), rel=1e-6)
+        assert Criterion(targets).reduction_pct(present, 2 * present) == pytest.approx(
+            100 * (1 - np.sqrt(0.5)), rel=1e-6
+        )
 
 
 def test_a_single_unknown_has_the_variance_of_the_inverse(rotor):
@@ -141,10 +143,10 @@ def test_axes_of_the_ellipsoid_shrink_with_the_volume():
     rows = np.array([[3.0, 1.0], [0.0, 2.0]])
     more = np.vstack([rows, [1.0, 5.0]])
     volumes = [np.sqrt(np.linalg.det(np.linalg.inv(part.T @ part))) for part in (rows, more)]
-    assert mean_axis_drop_pct(rows, more, 2) == pytest.approx(100 * (1 - np.sqrt(volumes[1] / volumes[0])))
+    assert mean_axis_reduction_pct(rows, more, 2) == pytest.approx(100 * (1 - np.sqrt(volumes[1] / volumes[0])))
     # the half axis that neither knows is left out: of the other, four times the data leave half
     single = np.array([[3.0, 0.0]])
-    assert mean_axis_drop_pct(single, np.vstack(4 * [single]), 2) == pytest.approx(50)
+    assert mean_axis_reduction_pct(single, np.vstack(4 * [single]), 2) == pytest.approx(50)
 
 
 @pytest.mark.parametrize("kind", ["amplitude", "complex"])
