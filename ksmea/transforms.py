@@ -33,11 +33,16 @@ class Transform:
     n_channel: int
 
     def encode(self, response: ComplexArray) -> Array:
-        parts = [np.abs(response)] if self.name == "amplitude" else [response.real, response.imag]
-        if self.name in ("log", "log_phase"):
-            parts = [np.log(np.abs(response))]
-        if self.name == "log_phase":
-            parts += [np.cos(np.angle(response)), np.sin(np.angle(response))]
+        parts: list[Array]
+        match self.name:
+            case "amplitude":
+                parts = [np.abs(response)]
+            case "complex":
+                parts = [response.real, response.imag]
+            case "log":
+                parts = [np.log(np.abs(response))]
+            case _:  # log_phase
+                parts = [np.log(np.abs(response)), np.cos(np.angle(response)), np.sin(np.angle(response))]
         return np.concatenate([part.reshape(len(response), -1) for part in parts], axis=1)
 
     def decode(self, outputs: Array) -> Array | ComplexArray:

@@ -16,7 +16,7 @@ from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.diagnosis.fitting import Fit, without_effects
 from ksmea.diagnosis.trials import Candidate, Trial
-from ksmea.fisher import projected, whitened_difference, whitened_sensitivity
+from ksmea.fisher import projected, span, whitened_difference, whitened_sensitivity
 from ksmea.measurement import Noise
 from ksmea.model import Model
 from ksmea.parameters import Parameter
@@ -111,8 +111,7 @@ def likeness(trial: Trial, other: Candidate) -> float:
     reach = _without(whitened[:, own.stop :], plain, of_noise)
     if not np.any(change) or not np.any(reach):
         return 0.0
-    directions, singular, _ = np.linalg.svd(_scaled(reach), full_matrices=False)
-    directions = directions[:, singular > 1e-8 * singular[0]]
+    directions = span(_scaled(reach), tolerance=1e-8)
     return float(np.linalg.norm(directions.T @ change) / np.linalg.norm(change))
 
 
