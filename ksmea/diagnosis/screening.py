@@ -43,10 +43,10 @@ def scanned(problem: Problem, measurement: Measurement, points: Array, zero: Arr
     for value in scan_values(zero, n_value):
         found = screened(problem, measurement, np.hstack([points, np.tile(value, (len(points), 1))]))
         best.append(found.best(PER_VALUE))
-    return refined(problem, measurement, joined(*best))
+    return refined_by_clouds(problem, measurement, joined(*best))
 
 
-def refined(problem: Problem, measurement: Measurement, found: Screened) -> Screened:
+def refined_by_clouds(problem: Problem, measurement: Measurement, found: Screened) -> Screened:
     """Clouds of points around the best ones, narrower and narrower; unknowns that are costly to change take few values."""
     d = found.points.shape[1]
     cloud = norm.ppf(sobol(CLOUD_POINTS, d) + 0.5 / CLOUD_POINTS)

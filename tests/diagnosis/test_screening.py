@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ksmea.diagnosis.screening import refined, scan_values, scanned, screened
+from ksmea.diagnosis.screening import refined_by_clouds, scan_values, scanned, screened
 from ksmea.screening import Screened
 from tests.diagnosis.conftest import registered_effects
 
@@ -72,6 +72,6 @@ def test_costly_unknowns_take_few_values_in_clouds(rotor, hide, monkeypatch):
 
     monkeypatch.setattr(type(extended), "response", counted)
     start = Screened(np.full((1, len(extended.parameters)), 0.5), np.array([9.0]))
-    found = refined(extended, measurement, start)
+    found = refined_by_clouds(extended, measurement, start)
     assert len(values) < 150 and len(values) < len(found.points) * 3
     assert found.misfits[0] < 9.0
