@@ -4,8 +4,8 @@ With residual r, variance s² and n real numbers of a datum (s² is their total 
 
     −2 ln L = Σ n ln s² + n |r|² / s² + constant,
 
-of which the first term is taken relative to a reference s₀² that does not depend on the prediction, so that it has no unit.
-It must not be left out: without it the estimate is biased towards large responses.
+of which the first term is taken relative to a reference s₀² that does not depend on the prediction, so that it has no
+unit. It must not be left out: without it the estimate is biased towards large responses.
 """
 
 from __future__ import annotations

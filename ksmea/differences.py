@@ -1,6 +1,7 @@
 """Central differences inside a box.
 
-The points are handed out and the values taken back, so that whoever evaluates them counts them and may do so in one batch.
+The points are handed out and the values taken back, so that whoever evaluates them counts them and may do so in one
+batch.
 """
 
 from __future__ import annotations
@@ -20,8 +21,8 @@ CUBE_STEP = 1e-5  # in the unit cube: near the cube root of the rounding error
 
 @dataclass(frozen=True)
 class CentralDifferences:
-    """Differences about a point (d,): `points` (2 d, d) are to be evaluated, first those above it in each coordinate, then
-    those below; `widths` (d,) are their distances.
+    """Differences about a point (d,): `points` (2 d, d) are to be evaluated, first those above it in each coordinate,
+    then those below; `widths` (d,) are their distances.
 
     >>> parabola = central_differences(np.array([3.0, 1.0]), 0.5, np.zeros(2), np.full(2, 9.0))
     >>> parabola.derivative(parabola.points**2)
@@ -39,8 +40,8 @@ class CentralDifferences:
 
 
 def central_differences(x: Array, step: Array | float, lower: Array, upper: Array) -> CentralDifferences:
-    """Differences about x (d,) with a step (one for all, or (d,)) to both sides, cut at the limits (d,) of a box: they are
-    of second order, and of first order on a limit.
+    """Differences about x (d,) with a step (one for all, or (d,)) to both sides, cut at the limits (d,) of a box: they
+    are of second order, and of first order on a limit.
 
     The error is about step² + rounding / step, so the cube root of the rounding error is a good step.
     """

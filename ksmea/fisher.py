@@ -8,8 +8,8 @@ For a datum with mean μ(x) and variance s²(|μ|) = (relative · |μ|)² + floo
 summed over the data (S. M. Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, eqs. 3.31 and
 15.52). The second term is what the size of the noise itself tells.
 
-Rows of J come in two parts: those for the means, one per real number in the data and in units of their noise, then those
-for the variances, one per datum.
+Rows of J come in two parts: those for the means, one per real number in the data and in units of their noise, then
+those for the variances, one per datum.
 """
 
 from __future__ import annotations
@@ -72,7 +72,8 @@ def of_unknowns(whitened: Array, n_unknown: int) -> Array:
 
 
 def span(columns: Array, tolerance: float = UNKNOWABLE) -> Array:
-    """Orthonormal directions (m, r) of what columns (m, k) span, but for those that fall below a part of the largest."""
+    """Orthonormal directions (m, r) of what columns (m, k) span, but for those that fall below a part of the
+    largest."""
     directions, singular, _ = np.linalg.svd(columns, full_matrices=False)
     return np.asarray(directions[:, singular > tolerance * max(singular[0], np.finfo(float).tiny)])
 

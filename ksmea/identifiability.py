@@ -35,8 +35,8 @@ class Identifiability:
 
     @property
     def crlb(self) -> Array:
-        """Cramér–Rao lower bound, 1 σ: the smallest standard deviation (d,) of an unbiased estimate, SI; infinite where most of it
-        comes from directions that the data do not tell."""
+        """Cramér–Rao lower bound, 1 σ: the smallest standard deviation (d,) of an unbiased estimate, SI; infinite where
+        most of it comes from directions that the data do not tell."""
         singular, directions = self._spectrum
         weighted = (directions / self._floored(singular)[:, None]) ** 2
         told = singular > UNKNOWABLE * singular[0]

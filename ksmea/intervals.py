@@ -2,12 +2,12 @@
 
 The deviance of the profile likelihood, D(θᵢ) = min over all other unknowns of −2 ln L, rises from its minimum to both
 sides. The interval holds all values of θᵢ at which it has risen by less than c: the quantile of χ² with one degree of
-freedom, or, where the noise is estimated along, n ln(1 + F/(n − d)) with the quantile of F(1, n − d) from n residuals and
-d unknowns, which is exact for a linear model.
+freedom, or, where the noise is estimated along, n ln(1 + F/(n − d)) with the quantile of F(1, n − d) from n residuals
+and d unknowns, which is exact for a linear model.
 
-Where the profile is a parabola, its ends lie at θ̂ ± √c · sd with sd from the Fisher information (Gauss–Newton); that is
-checked at both ends, and where it fails by more than `REGULAR` of the width, or a search limit is in the way, they are
-found on the profile itself. A side on which the profile stays below c up to the limit is open.
+Where the profile is a parabola, its ends lie at θ̂ ± √c · sd with sd from the Fisher information (Gauss–Newton); that
+is checked at both ends, and where it fails by more than `REGULAR` of the width, or a search limit is in the way, they
+are found on the profile itself. A side on which the profile stays below c up to the limit is open.
 
 D. M. Bates and D. G. Watts, Nonlinear Regression Analysis and Its Applications (Wiley, 1988), chapter 6,
 doi 10.1002/9780470316757; D. J. Venzon and S. H. Moolgavkar, Appl. Stat. 37 (1988) 87–94, doi 10.2307/2347496.
@@ -66,8 +66,8 @@ class Estimate:
 class _Profile:
     """The root of the rise of the deviance along one unknown, which is a straight line where the model is linear.
 
-    Each point is maximised from the nearest one that is known, the others following along the tangent at the maximum, or
-    where that leads up steeply, out of a curved valley, along the secant of the two nearest known ones.
+    Each point is maximised from the nearest one that is known, the others following along the tangent at the maximum,
+    or where that leads up steeply, out of a curved valley, along the secant of the two nearest known ones.
     """
 
     def __init__(self, likelihood: Likelihood, maximum: Point, index: int) -> None:
@@ -80,7 +80,8 @@ class _Profile:
         self._roots = {self.start: 0.0}
 
     def root(self, value: float) -> float:
-        """√(D − D̂) where the unknown has this value and all others suit it best; the same whenever it is asked again."""
+        """√(D − D̂) where the unknown has this value and all others suit it best; the same whenever it is asked
+        again."""
         if value not in self._roots:
             self._roots[value] = self._maximised(value)
         return self._roots[value]

@@ -1,7 +1,7 @@
 """The two kinds of data, and what they show of a complex response: all of it, or its amplitude alone.
 
-Everything that depends on the kind is asked of it here, so that misfit, likelihood and Fisher information have one formula
-each.
+Everything that depends on the kind is asked of it here, so that misfit, likelihood and Fisher information have one
+formula each.
 """
 
 from __future__ import annotations
@@ -37,8 +37,8 @@ class Kind(StrEnum):
         return amplitude_sensitivity(response, sensitivity) if self is Kind.AMPLITUDE else sensitivity
 
     def real_parts(self, deviation: Array | ComplexArray, axis: int = 0) -> Array:
-        """Deviations in units of the noise as real numbers of unit variance, `dimensions` times as many along an axis: a
-        complex deviation of unit variance has half of it in each part.
+        """Deviations in units of the noise as real numbers of unit variance, `dimensions` times as many along an axis:
+        a complex deviation of unit variance has half of it in each part.
 
         >>> Kind.COMPLEX.real_parts(np.array([3 + 4j])) / np.sqrt(2)
         array([3., 4.])

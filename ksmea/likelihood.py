@@ -4,8 +4,8 @@ With mean μ(u), r = μ − y and s(μ)² = (relative · |μ|)² + floor², its 
 s₀ = s(y) as the misfit `likelihood` has it, or |y| where the noise is unknown.
 
 The ln s² term stays: without it the estimate is biased towards large responses, and with s taken from the data towards
-small ones. Where the noise is unknown, ln relative and ln floor are two further unknowns. `ksmea.maximisation` finds the
-maximum.
+small ones. Where the noise is unknown, ln relative and ln floor are two further unknowns. `ksmea.maximisation` finds
+the maximum.
 """
 
 from __future__ import annotations
@@ -33,7 +33,8 @@ BEND = 0.1  # of a step, at which its curvature is measured
 
 @dataclass(frozen=True)
 class Point:
-    """The likelihood at θ (p,): unknowns in the unit cube (d,), then ln relative and ln floor where they are estimated."""
+    """The likelihood at θ (p,): unknowns in the unit cube (d,), then ln relative and ln floor where they are
+    estimated."""
 
     theta: Array
     deviance: float
@@ -88,8 +89,8 @@ class Likelihood:
         return np.concatenate([u, self.noise_starts(u)[0]])
 
     def noise_starts(self, u: Array) -> list[Array]:
-        """ln relative and ln floor (2,) to start from at u (d,): those that fit the residuals there best, best without a
-        floor, and best with a floor as large as the small ones among the residuals. A maximum can lie near each."""
+        """ln relative and ln floor (2,) to start from at u (d,): those that fit the residuals there best, best without
+        a floor, and best with a floor as large as the small ones among the residuals. A maximum can lie near each."""
         mean = self.measurement.seen(self.model.response(u[None])[0])
         squared = np.abs(mean - self.measurement.values).ravel() ** 2
         lower, upper = self._noise_limits
@@ -135,8 +136,8 @@ class Likelihood:
         return -0.5 * (self.deviance(theta) + float(np.sum(reference)))
 
     def curvature(self, point: Point, step: Array) -> Array:
-        """Second derivative along a step (p,) of the mean in units of the noise, (m,) as rows of `whitened` have it: two
-        evaluations of the model."""
+        """Second derivative along a step (p,) of the mean in units of the noise, (m,) as rows of `whitened` have it:
+        two evaluations of the model."""
         ends = np.stack([point.theta, point.theta + BEND * step])[:, : self.d]
         start, end = self.model.response(ends)
         change = whitened_difference(end, start, self.noise(point.theta), self.measurement.kind)

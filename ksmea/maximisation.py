@@ -1,7 +1,7 @@
-"""Maximisation of a likelihood: from a start, from a point of the unit cube with the noise estimated along, and from many.
+"""Maximisation of a likelihood: from one start, from several levels of the noise, and from many starts.
 
-A maximum is found by Fisher scoring: Newton's method on the deviance with the Fisher information for its Hessian, in the
-box of the unknowns.
+A maximum is found by Fisher scoring: Newton's method on the deviance with the Fisher information for its Hessian, in
+the box of the unknowns.
 """
 
 from __future__ import annotations
@@ -37,11 +37,12 @@ def maximise(
 
     `fixed` is the index of an unknown that keeps its value (for profiles). Steps solve the scoring equations in the box
     as bounded least squares, damped as by Levenberg and Marquardt, and once a step has failed they bend with the mean
-    (geodesic acceleration); they end where the expected drop of the deviance is less than `tolerance`. A spent budget of the model ends
-    it too.
+    (geodesic acceleration). They end where a step is expected to lower the deviance by less than `tolerance`, after
+    `max_iterations`, or where the model's budget is spent; a budget that does not admit the first Jacobian raises
+    `BudgetSpent`.
 
-    M. R. Osborne, Fisher's method of scoring, Int. Stat. Rev. 60 (1992) 99–117, doi 10.2307/1403504; M. K. Transtrum and
-    J. P. Sethna, Improvements to the Levenberg–Marquardt algorithm for nonlinear least-squares minimization, 2012,
+    M. R. Osborne, Fisher's method of scoring, Int. Stat. Rev. 60 (1992) 99–117, doi 10.2307/1403504; M. K. Transtrum
+    and J. P. Sethna, Improvements to the Levenberg–Marquardt algorithm for nonlinear least-squares minimization, 2012,
     arXiv 1201.5885.
     """
     free = np.arange(len(theta)) != fixed
@@ -97,7 +98,8 @@ def best_maxima(
 
 
 def _bend(likelihood: Likelihood, point: Point, free: Array, damping: float, step: Array) -> Array:
-    """How a step (p,) must bend to stay in a curved valley; nothing where that is nearly the step itself, or unknown."""
+    """How a step (p,) must bend to stay in a curved valley; nothing where that is nearly the step itself, or
+    unknown."""
     try:
         curvature = likelihood.curvature(point, step)
     except np.linalg.LinAlgError:  # no finite response there

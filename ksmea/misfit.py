@@ -121,7 +121,8 @@ class Misfit:
 
     @property
     def _nonzero(self) -> Array | ComplexArray:
-        """The data with zeros replaced by a number whose ratio to any prediction has a logarithm; their weight is zero."""
+        """The data with zeros replaced by a number whose ratio to any prediction has a logarithm; their weight is
+        zero."""
         y = self.measurement.values
         return np.where(y == 0, np.exp(-LARGEST_LOG), y)
 
@@ -131,7 +132,8 @@ class Misfit:
 
     @property
     def _data_sd(self) -> Array:
-        """s(y); infinite, which is no weight, where y = 0 and the noise has no floor: relative noise says nothing there."""
+        """s(y); infinite, which is no weight, where y = 0 and the noise has no floor: relative noise says nothing
+        there."""
         sd = np.sqrt(self._variance(self.measurement.values))
         return np.where(sd == 0, np.inf, sd)
 

@@ -76,7 +76,8 @@ class Objective:
         return self._differences(u)
 
     def screening(self, u: Array) -> Array:
-        """Robust misfit at points (k, d) → (k,), counted like any other point; the misfit itself where there is none."""
+        """Robust misfit at points (k, d) → (k,), counted like any other point; the misfit itself where there is
+        none."""
         screening_at = self._screening_at
         if screening_at is None:
             return self(u)

@@ -1,19 +1,20 @@
 """Which data to add so that the unknowns become known best: D- and c-optimal choice from candidates.
 
 The Fisher information of independent data adds up, M = M₀ + Σ Mᵢ: M₀ of the present data, Mᵢ of each addition. Chosen
-are those additions for which the unknowns S that are asked for are known best, whatever the others N are (D_S-optimality):
+are those additions for which the unknowns S that are asked for are known best, whatever the others N are
+(D_S-optimality):
 
     max  log det M − log det M_NN,
 
-which is minus the log determinant of the covariance of S at the Cramér–Rao lower bound (CRLB). With S all unknowns it is D-optimality;
-with S one of them it is c-optimality, minus the log of its variance. Parameters of the noise, where its level is not
-known, are further members of N.
+which is minus the log determinant of the covariance of S at the Cramér–Rao lower bound (CRLB). With S all unknowns it
+is D-optimality; with S one of them it is c-optimality, minus the log of its variance. Parameters of the noise, where
+its level is not known, are further members of N.
 
-The choice grows one by one (greedy), then members are exchanged for better ones until no exchange helps, as V. V. Fedorov,
-Theory of Optimal Experiments, 1972, and T. J. Mitchell, Technometrics 16 (1974) 203–210; A. C. Atkinson, A. N. Donev and
-R. D. Tobias, Optimum Experimental Designs, with SAS, 2007. F. E. Udwadia, J. Eng. Mech. 120 (1994) 368–390,
-places sensors by the same information. The optimum is local twice over: sensitivities hold near the values that they were
-taken at, and exchanges of one member at a time may miss the best set.
+The choice grows one by one (greedy), then members are exchanged for better ones until no exchange helps, as V. V.
+Fedorov, Theory of Optimal Experiments, 1972, and T. J. Mitchell, Technometrics 16 (1974) 203–210; A. C. Atkinson, A. N.
+Donev and R. D. Tobias, Optimum Experimental Designs, with SAS, 2007. F. E. Udwadia, J. Eng. Mech. 120 (1994) 368–390,
+places sensors by the same information. The optimum is local twice over: sensitivities hold near the values that they
+were taken at, and exchanges of one member at a time may miss the best set.
 
 Unknowns count from 0 to 1 between their search limits throughout (the unit cube).
 """
@@ -35,9 +36,9 @@ from ksmea.measurement import Noise
 from ksmea.model import Model
 
 # Where present data do not tell an unknown at all there is no determinant. Choices therefore also count on a standard
-# deviation of this many times that of a value drawn evenly between its limits (1/√12): it decides next to nothing where a
-# CRLB is narrower than the range (one as wide as 1/√12 is moved by 0.5 %), and knowledge far wider than the range, to 1e6 %
-# instead of 1e8 %, is worth nothing. An assumption of ours; CRLBs and gains are stated without it.
+# deviation of this many times that of a value drawn evenly between its limits (1/√12): it decides next to nothing where
+# a CRLB is narrower than the range (one as wide as 1/√12 is moved by 0.5 %), and knowledge far wider than the range, to
+# 1e6 % instead of 1e8 %, is worth nothing. An assumption of ours; CRLBs and gains are stated without it.
 PRIOR_WIDTHS = 10.0
 RIDGE = 12 / PRIOR_WIDTHS**2
 BETTER = 1e-6  # of the criterion, a log: exchanges that gain less are rounding
@@ -62,14 +63,14 @@ class Criterion:
         return _log_det(regular) - _log_det(regular[..., others, :][..., others])
 
     def reduction_pct(self, before: Array, after: Array) -> Array:
-        """By how many per cent the CRLB falls between two informations (…, k, k), the prior counted; of several unknowns,
-        the geometric mean of the half axes of their confidence ellipsoid."""
+        """By how many per cent the CRLB falls between two informations (…, k, k), the prior counted; of several
+        unknowns, the geometric mean of the half axes of their confidence ellipsoid."""
         return -100 * np.expm1((self.value(before) - self.value(after)) / (2 * len(self.targets)))
 
 
 def data_rows(problem: Problem, x: Array, noise: Noise, kind: str, *, noise_known: bool = True) -> Array:
-    """Whitened sensitivities (n_part, n_speed, n_channel, k) of the data that a problem would give at x (d,), SI: the sum
-    of their squares over any of the data is these data's information.
+    """Whitened sensitivities (n_part, n_speed, n_channel, k) of the data that a problem would give at x (d,), SI: the
+    sum of their squares over any of the data is these data's information.
 
     The parts are the means and the variances. The k columns are the unknowns, and where the noise's level is not known
     its relative part and its floor.
@@ -91,7 +92,8 @@ def crlb(rows: Array, n_unknown: int) -> Array:
 
 def mean_axis_reduction_pct(before: Array, after: Array, n_unknown: int) -> float:
     """By how many per cent the half axes of the unknowns' confidence ellipsoid, their geometric mean, fall between two
-    sets of data rows (m, k), without any prior. Axes that neither knows are left out: the sets must know equally many."""
+    sets of data rows (m, k), without any prior. Axes that neither knows are left out: the sets must know equally
+    many."""
     singular = [np.linalg.svd(of_unknowns(rows, n_unknown), compute_uv=False) for rows in (before, after)]
     n_known = min(int(np.sum(values > UNKNOWABLE * values[0])) for values in singular)
     if not n_known:

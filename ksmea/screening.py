@@ -1,8 +1,8 @@
 """Screening: where a local search should start, from a cheap misfit at many points of the unit cube.
 
-The sharp peaks of a lightly damped rotor give misfit and likelihood many narrow minima. The mean |ln ratio| of predicted and
-measured responses has wide basins instead. It is computed at the points of a Sobol' sequence, and searches start from the
-best of them that lie apart.
+The sharp peaks of a lightly damped rotor give misfit and likelihood many narrow minima. The mean |ln ratio| of
+predicted and measured responses has wide basins instead. It is computed at the points of a Sobol' sequence, and
+searches start from the best of them that lie apart.
 
 I. M. Sobol', USSR Comput. Math. Math. Phys. 7 (1967) 86–112, doi 10.1016/0041-5553(67)90144-9; scrambled as A. B. Owen,
 J. Complexity 14 (1998) 466–489, doi 10.1006/jcom.1998.0487.

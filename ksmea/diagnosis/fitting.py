@@ -1,7 +1,7 @@
-"""Fits of a problem, the baseline model or one extended by effects, to a measurement: the likelihood's maximum from many starts.
+"""Fits of the baseline model, and of models extended by effects: the likelihood's maximum from many starts.
 
-The likelihood has many maxima, and what a model lacks moves the right one: an effect's own unknowns are scanned all over
-their limits, and fits start from the best of these points as well as from where the baseline model fits best.
+The likelihood has many maxima, and what a model lacks moves the right one: an effect's own unknowns are scanned all
+over their limits, and fits start from the best of these points as well as from where the baseline model fits best.
 """
 
 from __future__ import annotations

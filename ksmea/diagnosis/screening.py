@@ -1,8 +1,9 @@
 """Where fits of a baseline model and its effects should start: points of the unit cube by a misfit with wide basins.
 
-The misfit is the mean |ln ratio| of amplitudes (`ksmea.screening`) after the common factor of all unbalance and the common
-phase, which act on all data alike, have been set to what suits the data best. It costs a response instead of a fit, and is
-computed for batches of points all over the box, and around the best of these for clouds of points that close in on them.
+The misfit is the mean |ln ratio| of amplitudes (`ksmea.screening`) after the common factor of all unbalance and the
+common phase, which act on all data alike, have been set to what suits the data best. It costs a response instead of a
+fit, and is computed for batches of points all over the box, and around the best of these for clouds of points that
+close in on them.
 """
 
 from __future__ import annotations
@@ -27,8 +28,8 @@ CLOUD_POINTS = 32  # points of each cloud
 
 
 def screened(problem: Problem, measurement: Measurement, points: Array) -> Screened:
-    """Points (n, d) of the unit cube by their misfit, the common factor of all unbalance and the common phase set to what
-    suits the data."""
+    """Points (n, d) of the unit cube by their misfit, the common factor of all unbalance and the common phase set to
+    what suits the data."""
     n_chunk = max(1, MAX_VALUES // measurement.values.size)
     parts = [
         _aligned(problem, measurement, points[start : start + n_chunk]) for start in range(0, len(points), n_chunk)
@@ -38,7 +39,8 @@ def screened(problem: Problem, measurement: Measurement, points: Array) -> Scree
 
 def scanned(problem: Problem, measurement: Measurement, points: Array, zero: Array, n_value: int) -> Screened:
     """The best points of an extended problem: screenings of the baseline model's points (n, d) at values of the
-    effects' unknowns all over their limits, and clouds around the best of them. `zero` (e,) is where there is no effect."""
+    effects' unknowns all over their limits, and clouds around the best of them. `zero` (e,) is where there is no
+    effect."""
     best = []
     for value in scan_values(zero, n_value):
         found = screened(problem, measurement, np.hstack([points, np.tile(value, (len(points), 1))]))
@@ -47,7 +49,8 @@ def scanned(problem: Problem, measurement: Measurement, points: Array, zero: Arr
 
 
 def refined_by_clouds(problem: Problem, measurement: Measurement, found: Screened) -> Screened:
-    """Clouds of points around the best ones, narrower and narrower; unknowns that are costly to change take few values."""
+    """Clouds of points around the best ones, narrower and narrower; unknowns that are costly to change take few
+    values."""
     d = found.points.shape[1]
     cloud = norm.ppf(sobol(CLOUD_POINTS, d) + 0.5 / CLOUD_POINTS)
     costly = list(getattr(problem, "costly", ()))
@@ -60,8 +63,8 @@ def refined_by_clouds(problem: Problem, measurement: Measurement, found: Screene
 
 
 def scan_values(zero: Array, n_value: int) -> Array:
-    """Values (n, e) of effects' unknowns in the unit cube to start from: about `n_value` for one unknown and twice as many
-    for each more, spread over their limits and denser towards 0, which lies at `zero` (e,)."""
+    """Values (n, e) of effects' unknowns in the unit cube to start from: about `n_value` for one unknown and twice as
+    many for each more, spread over their limits and denser towards 0, which lies at `zero` (e,)."""
     e = len(zero)
     n = 2 ** ((n_value - 1).bit_length() + e - 1)
     spread = sobol(n, e) + 0.5 / n  # in (0, 1)

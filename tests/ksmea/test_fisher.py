@@ -1,4 +1,5 @@
-"""Whitened sensitivities: columns of the noise, differences, projections; against densities, expansions and regression."""
+"""Whitened sensitivities: columns of the noise, differences, projections; against densities, expansions and
+regression."""
 
 import numpy as np
 import pytest
@@ -35,7 +36,8 @@ def test_rows_of_the_means_are_the_differences_of_responses_to_first_order(kind)
 
 @KINDS
 def test_the_noise_has_the_information_of_the_variance_of_its_score(kind):
-    """By simulation: d ln p / d ln relative and d ln floor are n (|r|²/s² − 1) ∂s²/(2 s²), ∂s² = 2 (relative |μ|)² and 2 floor²."""
+    """By simulation: d ln p / d ln relative and d ln floor are n (|r|²/s² − 1) ∂s²/(2 s²), ∂s² = 2 (relative |μ|)² and
+    2 floor²."""
     magnitude = np.array([[1.5]])
     rng = np.random.default_rng(5)
     first, second = rng.standard_normal((2, 200_000))

@@ -1,4 +1,5 @@
-"""Fisher information and Cramér–Rao lower bounds: by a second route, in a closed case, and as the audit of the paper has them."""
+"""Fisher information and Cramér–Rao lower bounds: by a second route, in a closed case, and as the audit of the paper
+has them."""
 
 import numpy as np
 import pytest
