@@ -21,17 +21,21 @@ def descend(
 ) -> None:
     """Trust-region-reflective least squares in the unit cube from `start` (d,); the objective remembers the best point.
 
-    `max_iterations` bounds the evaluations of the residuals, Jacobians are the objective's own. The start is moved
-    `margin` inside the bounds, which the iteration must not start on. A derivative that cannot be computed counts
+    `max_iterations` limits the evaluations of the residuals, Jacobians are the objective's own. The start is moved
+    `margin` inside the limits, which the iteration must not start on. A derivative that cannot be computed counts
     as zero, so that one bad direction does not end the others.
 
     M. A. Branch, T. F. Coleman and Y. Li, A subspace, interior, and conjugate gradient method for large-scale
     bound-constrained minimization problems, SIAM J. Sci. Comput. 21 (1999) 1–23, doi 10.1137/S1064827595289108.
     """
+
+    def jacobian(u: Array) -> Array:
+        return np.nan_to_num(objective.jacobian(u), nan=0.0, posinf=0.0, neginf=0.0)
+
     least_squares(
         objective.residuals,
         np.clip(start, margin, 1 - margin),
-        jac=lambda u: np.nan_to_num(objective.jacobian(u), nan=0.0, posinf=0.0, neginf=0.0),
+        jac=jacobian,
         bounds=(0.0, 1.0),
         method="trf",
         xtol=xtol,

@@ -7,8 +7,8 @@ from contextlib import suppress
 from ksmea.arrays import Array
 from ksmea.descent import descend
 from ksmea.errors import BudgetSpent
-from ksmea.intervals import climb
 from ksmea.likelihood import Likelihood
+from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement
 from ksmea.misfit import Misfit
 from ksmea.model import Model, model_objective
@@ -30,7 +30,7 @@ def most_likely(model: Model, measurement: Measurement, start: Array) -> tuple[A
         found = objective.result()
         return found.u, found.value
     try:
-        maximum = climb(Likelihood(model, measurement), start)
+        maximum = nearest_maximum(Likelihood(model, measurement), start)
     except BudgetSpent:
         return None
     return maximum.theta[: len(start)], maximum.deviance

@@ -2,12 +2,12 @@
 
 The deviance of the profile likelihood, D(θᵢ) = min over all other unknowns of −2 ln L, rises from its minimum to both
 sides. The interval holds all values of θᵢ at which it has risen by less than c: the quantile of χ² with one degree of
-freedom, or, where the noise is estimated along, n ln(1 + F/(n − d)) with the quantile of F(1, n − d) from n residuals and
-d unknowns, which is exact for a linear model.
+freedom, or, where the noise is estimated along, n ln(1 + F/(n − d)) with the quantile of F(1, n − d) from n residuals
+and d unknowns, which is exact for a linear model.
 
-Where the profile is a parabola, its ends lie at θ̂ ± √c · sd with sd from the Fisher information (Gauss–Newton); that is
-checked at both ends, and where it fails by more than `REGULAR` of the width, or a bound is in the way, they are sought
-on the profile itself. A side on which the profile stays below c up to the bound of the search is open.
+Where the profile is a parabola, its ends lie at θ̂ ± √c · sd with sd from the Fisher information (Gauss–Newton); that
+is checked at both ends, and where it fails by more than `REGULAR` of the width, or a search limit is in the way, they
+are found on the profile itself. A side on which the profile stays below c up to the limit is open.
 
 D. M. Bates and D. G. Watts, Nonlinear Regression Analysis and Its Applications (Wiley, 1988), chapter 6,
 doi 10.1002/9780470316757; D. J. Venzon and S. H. Moolgavkar, Appl. Stat. 37 (1988) 87–94, doi 10.2307/2347496.
@@ -22,11 +22,12 @@ from scipy import stats
 from scipy.optimize import brentq
 
 from ksmea.arrays import Array
-from ksmea.likelihood import Likelihood, Point, maximise, with_best_noise
+from ksmea.likelihood import Likelihood, Point
+from ksmea.maximisation import maximise
 from ksmea.measurement import Noise
 
 REGULAR = 0.05  # the ends of a parabola may miss those of the profile by this part of the half-width
-FAR = 8.0  # rise of the deviance from a known point of a profile to where the next is sought; more is too far away
+FAR = 8.0  # rise of the deviance from a known point of a profile to where the next is computed; more is too far away
 SHORTEST = 2.0**-12  # of a step along a profile, below which it is cut no further
 LOWER = 0.01  # a deviance this far below the maximum's is another maximum, from where all begins again
 
@@ -65,8 +66,8 @@ class Estimate:
 class _Profile:
     """The root of the rise of the deviance along one unknown, which is a straight line where the model is linear.
 
-    Each point is sought from the nearest one that is known, the others following along the tangent at the maximum, or
-    where that leads up steeply, out of a curved valley, along the secant of the two nearest known ones.
+    Each point is maximised from the nearest one that is known, the others following along the tangent at the maximum,
+    or where that leads up steeply, out of a curved valley, along the secant of the two nearest known ones.
     """
 
     def __init__(self, likelihood: Likelihood, maximum: Point, index: int) -> None:
@@ -79,9 +80,10 @@ class _Profile:
         self._roots = {self.start: 0.0}
 
     def root(self, value: float) -> float:
-        """√(D − D̂) where the unknown has this value and all others suit it best; the same whenever it is asked again."""
+        """√(D − D̂) where the unknown has this value and all others suit it best; the same whenever it is asked
+        again."""
         if value not in self._roots:
-            self._roots[value] = self._sought(value)
+            self._roots[value] = self._maximised(value)
         return self._roots[value]
 
     def is_near(self, value: float) -> bool:
@@ -104,9 +106,9 @@ class _Profile:
                 break
         return theta, higher
 
-    def _sought(self, value: float) -> float:
+    def _maximised(self, value: float) -> float:
         theta, _ = self._predicted(value)
-        point = maximise(self._likelihood, theta, held=self._index, tolerance=1e-4)
+        point = maximise(self._likelihood, theta, fixed=self._index, tolerance=1e-4)
         rise = point.deviance - self._maximum.deviance
         if rise < -LOWER:
             raise _BetterMaximum(point)
@@ -117,11 +119,6 @@ class _Profile:
 class _BetterMaximum(Exception):
     def __init__(self, point: Point) -> None:
         self.point = point
-
-
-def climb(likelihood: Likelihood, u: Array) -> Point:
-    """The maximum of the likelihood nearest to u (d,); of several that differ in the noise alone, the highest."""
-    return with_best_noise(likelihood, maximise(likelihood, likelihood.start(u)))
 
 
 def estimate(likelihood: Likelihood, maximum: Point, *, level: float = 0.95, check: bool = True) -> Estimate:
@@ -161,7 +158,7 @@ def _checked_intervals(likelihood: Likelihood, maximum: Point, rise: float) -> t
 
 def critical_rise(likelihood: Likelihood, level: float) -> float:
     """The rise of the deviance at the ends of an interval of confidence `level`."""
-    if not likelihood.noise_is_sought:
+    if not likelihood.noise_is_estimated:
         return float(stats.chi2.ppf(level, 1))
     n, left = likelihood.n_residual, likelihood.n_residual - likelihood.d
     return float(n * np.log1p(stats.f.ppf(level, 1, left) / left)) if left > 0 else np.inf
@@ -177,8 +174,8 @@ def _checked(likelihood: Likelihood, maximum: Point, index: int, rise: float) ->
         and ends[1] < 1
         and all(profile.is_near(end) and abs(profile.root(end) / wanted - 1) < REGULAR for end in ends)
     ):
-        return Interval(*ends, "gauss-newton")
-    low, high = (_end(profile, wanted, bound) for bound in (0.0, 1.0))
+        return Interval(float(ends[0]), float(ends[1]), "gauss-newton")
+    low, high = (_end(profile, wanted, limit) for limit in (0.0, 1.0))
     return Interval(low, high, _kind(low, high))
 
 
@@ -188,13 +185,13 @@ def _kind(low: float, high: float) -> str:
     return "lower limit" if np.isinf(high) else "profile"
 
 
-def _end(profile: _Profile, wanted: float, bound: float) -> float:
-    """Where the profile reaches the wanted root between its maximum and a bound; infinite where it does not."""
-    sign = 1.0 if bound == 1.0 else -1.0
-    width = min(wanted * profile.sd, abs(bound - profile.start))
+def _end(profile: _Profile, wanted: float, limit: float) -> float:
+    """Where the profile reaches the wanted root between its maximum and a limit; infinite where it does not."""
+    sign = 1.0 if limit == 1.0 else -1.0
+    width = min(wanted * profile.sd, abs(limit - profile.start))
     inner, reach = profile.start, width
-    while inner != bound:
-        outer = bound if reach >= abs(bound - profile.start) else profile.start + sign * reach
+    while inner != limit:
+        outer = limit if reach >= abs(limit - profile.start) else profile.start + sign * reach
         shortest = SHORTEST * abs(outer - inner)
         while abs(outer - inner) > shortest and not profile.is_near(outer):
             outer = (inner + outer) / 2
@@ -207,7 +204,7 @@ def _end(profile: _Profile, wanted: float, bound: float) -> float:
 
 def _tangent(likelihood: Likelihood, maximum: Point, index: int) -> tuple[float, Array]:
     """Standard deviation of one unknown, and how the others move with it along the profile (p,), from the information.
-    Unknowns on a bound stay there."""
+    Unknowns on a limit stay there."""
     theta = maximum.theta
     free = (theta > likelihood.lower) & (theta < likelihood.upper)
     free[index] = True
@@ -219,11 +216,11 @@ def _tangent(likelihood: Likelihood, maximum: Point, index: int) -> tuple[float,
     tangent = np.zeros(len(theta))
     tangent[np.delete(np.flatnonzero(free), own)] = follow
     tangent[index] = 1.0
-    return (1 / length if length > 0 else np.inf), tangent
+    return (float(1 / length) if length > 0 else np.inf), tangent
 
 
 def _unchecked(likelihood: Likelihood, maximum: Point, index: int, rise: float) -> Interval:
-    """The interval as the information has it, open where it reaches beyond the bounds."""
+    """The interval as the information has it, open where it reaches beyond the limits."""
     sd, _ = _tangent(likelihood, maximum, index)
     low, high = maximum.theta[index] + np.array([-1.0, 1.0]) * np.sqrt(rise) * sd
     low, high = (low if low > 0 else -np.inf), (high if high < 1 else np.inf)
@@ -239,7 +236,7 @@ def _in_si(interval: Interval, lower: float, upper: float) -> Interval:
 def _unbiased(likelihood: Likelihood, maximum: Point) -> Noise:
     noise = likelihood.noise(maximum.theta)
     left = likelihood.n_residual - likelihood.d
-    if not likelihood.noise_is_sought or left <= 0:
+    if not likelihood.noise_is_estimated or left <= 0:
         return noise
     factor = float(np.sqrt(likelihood.n_residual / left))
     return Noise(noise.relative * factor, noise.floor * factor)

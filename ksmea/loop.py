@@ -108,7 +108,7 @@ class KSMEA(Method):
         require_aligned(problem, measurement)
         transform = make_transform(
             self.surrogate.transform,
-            amplitude_data=measurement.is_amplitude,
+            measurement.kind,
             n_speed=len(measurement.speed),
             n_channel=len(measurement.channels),
         )

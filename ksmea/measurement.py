@@ -9,8 +9,9 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import Channel
 from ksmea.errors import SettingError
+from ksmea.kind import Kind
 
-KINDS = ("amplitude", "complex")
+KINDS = tuple(kind.value for kind in Kind)
 
 
 @dataclass(frozen=True)
@@ -25,7 +26,12 @@ class Noise:
     floor: float | Array
 
     def sd(self, amplitude: Array) -> Array:
-        return np.hypot(self.relative * np.abs(amplitude), self.floor)
+        """s at amplitudes (…, n_speed, n_channel), m."""
+        return np.asarray(np.hypot(self.relative * np.abs(amplitude), self.floor))
+
+    def variance(self, amplitude: Array) -> Array:
+        """s², m²."""
+        return np.asarray((self.relative * np.abs(amplitude)) ** 2 + np.square(self.floor))
 
     @property
     def is_absent(self) -> bool:
@@ -82,13 +88,12 @@ class Measurement:
         return self.noise is not None and not self.noise.is_absent
 
     @property
-    def is_amplitude(self) -> bool:
-        return not np.iscomplexobj(self.values)
+    def kind(self) -> Kind:
+        return Kind.COMPLEX if np.iscomplexobj(self.values) else Kind.AMPLITUDE
 
     @property
-    def kind(self) -> str:
-        """One of `KINDS`."""
-        return "amplitude" if self.is_amplitude else "complex"
+    def is_amplitude(self) -> bool:
+        return self.kind is Kind.AMPLITUDE
 
     @property
     def layout(self) -> Layout:
@@ -98,21 +103,21 @@ class Measurement:
     @property
     def dimensions(self) -> int:
         """Real numbers of a datum."""
-        return 1 if self.is_amplitude else 2
+        return self.kind.dimensions
 
     def seen(self, response: ComplexArray) -> Array | ComplexArray:
         """What this measurement shows of a complex response, noise aside: all of it, or its amplitude."""
-        return np.abs(response) if self.is_amplitude else response
+        return self.kind.seen(response)
 
 
 def observe(response: ComplexArray, kind: str, noise: Noise, rng: np.random.Generator) -> Array | ComplexArray:
-    """Noisy data (n_speed, n_channel) of a response, m.
+    """Noisy data (n_speed, n_channel) of a kind ('amplitude' or 'complex') of a response, m.
 
     Amplitude noise that would make an amplitude negative is folded back: no instrument shows one. Both kinds draw
     the same numbers from `rng`, so that they differ in kind only.
     """
     first, second = rng.standard_normal((2, *response.shape))
-    if kind == "amplitude":
-        amplitude = np.abs(response)
-        return np.abs(amplitude + noise.sd(amplitude) * first)
-    return response + noise.sd(np.abs(response)) * (first + 1j * second) / np.sqrt(2)
+    amplitude = np.abs(response)
+    if Kind(kind) is Kind.AMPLITUDE:
+        return np.asarray(np.abs(amplitude + noise.sd(amplitude) * first))
+    return np.asarray(response + noise.sd(amplitude) * (first + 1j * second) / np.sqrt(2))

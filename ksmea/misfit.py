@@ -6,7 +6,7 @@ Forms, with y measured, p predicted, and s their standard deviation (noise, and 
 - `weighted`    Σ |p − y|² / s(y)²: the noise taken from the data;
 - `log`         Σ |ln(p / y)|² |y|² / s(y)²: the same for small errors, and symmetric for large ones, so that a
                 prediction far above the data is as bad as one far below; the one to search surrogates with;
-- `likelihood`  Σ |p − y|² / s(p)² + ln s(p)²: the noise taken from the prediction, −2 ln L up to a constant.
+- `likelihood`  Σ |p − y|² / s(p)² + ln s(p)²: the noise taken from the prediction, the deviance (`ksmea.deviance`).
 
 Complex data have two real residuals per datum, each with half the variance.
 """
@@ -18,8 +18,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
+from ksmea.deviance import log_term, reference_variance
 from ksmea.errors import unknown
-from ksmea.measurement import Measurement
+from ksmea.kind import amplitude_sensitivity
+from ksmea.measurement import Measurement, Noise
+from ksmea.screening import log_ratio, mean_log_misfit
 from ksmea.transforms import LARGEST_LOG
 
 FORMS = ("plain", "weighted", "log", "likelihood")
@@ -53,43 +56,45 @@ class Misfit:
         if self.form == "plain":
             return self._flat((predicted - y) / self._plain_scale)
         if self.form == "log":
-            return self._flat(_log(predicted / self._nonzero) * self._log_weight)
+            return self._flat(log_ratio(predicted, self._nonzero) * self._log_weight)
         if self.form == "weighted":
             return self._flat((predicted - y) / self._data_sd)
-        sd = self._sd(predicted)
-        deviations = self._flat((predicted - y) / sd)
+        variance = self._variance(predicted)
+        deviations = self._flat((predicted - y) / np.sqrt(variance))
         if not self._has_log_term:
             return deviations
-        return np.concatenate([deviations, np.sqrt(self._log_term(sd)).reshape(len(predicted), -1)], axis=1)
+        return np.concatenate([deviations, self._root_of_log_term(variance).reshape(len(predicted), -1)], axis=1)
 
-    def jacobian(self, predicted: Array | ComplexArray, sensitivity: ComplexArray) -> Array:
-        """Derivatives (m, d) of the residuals at one prediction (n_speed, n_channel), from the sensitivity of the
-        complex response there (n_speed, n_channel, d); `predicted` is the complex response also for amplitude data."""
-        amplitude = np.abs(predicted)
-        d_amplitude = (np.conj(predicted)[..., None] * sensitivity).real / amplitude[..., None]
-        data, d_data = (amplitude, d_amplitude) if self.measurement.is_amplitude else (predicted, sensitivity)
-        y = self.measurement.values
+    def jacobian(self, response: ComplexArray, sensitivity: ComplexArray) -> Array:
+        """Derivatives (m, d) of the residuals at one complex response (n_speed, n_channel), from its sensitivity
+        (n_speed, n_channel, d)."""
+        y, kind = self.measurement.values, self.measurement.kind
+        data, d_data = kind.seen(response), kind.seen_sensitivity(response, sensitivity)
         if self.form == "plain":
             return self._flat_jacobian(d_data / self._plain_scale)
         if self.form == "log":
             return self._flat_jacobian(d_data / data[..., None] * self._log_weight[..., None])
         if self.form == "weighted":
             return self._flat_jacobian(d_data / self._data_sd[..., None])
-        sd = self._sd(amplitude)
-        d_log_sd = (self._relative**2 * amplitude / sd**2)[..., None] * d_amplitude
+        amplitude = np.abs(response)
+        variance = self._variance(amplitude)
+        sd = np.sqrt(variance)
+        d_log_sd = (self._noise.relative**2 * amplitude / variance)[..., None] * amplitude_sensitivity(
+            response, sensitivity
+        )
         d_deviation = self._flat_jacobian(d_data / sd[..., None] - ((data - y) / sd)[..., None] * d_log_sd)
         if not self._has_log_term:
             return d_deviation
-        d_log = self.measurement.dimensions * d_log_sd / np.sqrt(self._log_term(sd))[..., None]
-        return np.concatenate([d_deviation, d_log.reshape(-1, sensitivity.shape[-1])])
+        d_root = kind.dimensions * d_log_sd / self._root_of_log_term(variance)[..., None]
+        return np.concatenate([d_deviation, d_root.reshape(-1, sensitivity.shape[-1])])
 
     def screening(self, predicted: Array | ComplexArray) -> Array:
         """Mean |ln(p / y)| (k,): wide basins where the misfit has narrow valleys, for choosing starts."""
-        return np.mean(np.abs(_log(predicted / self._nonzero)), axis=(1, 2))
+        return mean_log_misfit(log_ratio(predicted, self._nonzero))
 
     def value(self, predicted: Array | ComplexArray) -> Array:
         """Misfit (k,) of predicted data (k, n_speed, n_channel), without the offset of the logarithms."""
-        return np.sum(self.residuals(predicted) ** 2, axis=1) - self.offset
+        return np.asarray(np.sum(self.residuals(predicted) ** 2, axis=1) - self.offset)
 
     @property
     def offset(self) -> float:
@@ -101,12 +106,10 @@ class Misfit:
         return self.measurement.seen(response)
 
     @property
-    def _relative(self) -> float:
-        return self.measurement.noise.relative if self.measurement.has_noise else self.assumed_relative
-
-    @property
-    def _floor(self) -> float:
-        return self.measurement.noise.floor if self.measurement.has_noise else 0.0
+    def _noise(self) -> Noise:
+        """The measurement's noise, or what stands in for it."""
+        noise = self.measurement.noise
+        return Noise(self.assumed_relative, 0.0) if noise is None or noise.is_absent else noise
 
     @property
     def _has_log_term(self) -> bool:
@@ -118,44 +121,35 @@ class Misfit:
 
     @property
     def _nonzero(self) -> Array | ComplexArray:
-        """The data with zeros replaced by a number whose ratio to any prediction has a logarithm; their weight is zero."""
+        """The data with zeros replaced by a number whose ratio to any prediction has a logarithm; their weight is
+        zero."""
         y = self.measurement.values
         return np.where(y == 0, np.exp(-LARGEST_LOG), y)
 
     @property
     def _log_weight(self) -> Array:
-        return np.abs(self.measurement.values) / self._data_sd
+        return np.asarray(np.abs(self.measurement.values) / self._data_sd)
 
     @property
     def _data_sd(self) -> Array:
-        """s(y); infinite, which is no weight, where y = 0 and the noise has no floor: relative noise says nothing there."""
-        sd = self._sd(self.measurement.values)
+        """s(y); infinite, which is no weight, where y = 0 and the noise has no floor: relative noise says nothing
+        there."""
+        sd = np.sqrt(self._variance(self.measurement.values))
         return np.where(sd == 0, np.inf, sd)
 
-    def _sd(self, amplitude: Array | ComplexArray) -> Array:
-        variance = (self._relative * np.abs(amplitude)) ** 2 + self._floor**2
-        return np.sqrt(variance if self.model_sd is None else variance + self.model_sd**2)
+    def _variance(self, data: Array | ComplexArray) -> Array:
+        variance = self._noise.variance(np.abs(data))
+        return variance if self.model_sd is None else variance + self.model_sd**2
 
-    def _log_term(self, sd: Array) -> Array:
-        """dimensions · ln(s² / s(y)²) + offset, never negative; a zero s(y) leaves s² in proportion to the data's mean."""
-        reference = self._sd(self.measurement.values)
-        ratio = sd / np.where(reference == 0, self._plain_scale, reference)
-        return np.maximum(2 * self.measurement.dimensions * np.log(ratio) + LOG_OFFSET, 1e-6)
+    def _root_of_log_term(self, variance: Array) -> Array:
+        """√(n ln(s² / s(y)²) + offset): the square that the logarithm of the deviance is made, never negative."""
+        values = self.measurement.values
+        reference = reference_variance(self._variance(values), values)
+        return np.asarray(np.sqrt(np.maximum(log_term(variance, reference, self.measurement.kind) + LOG_OFFSET, 1e-6)))
 
     def _flat(self, scaled: Array | ComplexArray) -> Array:
         """Scaled deviations (k, n_speed, n_channel) → real residuals (k, m)."""
-        flat = scaled.reshape(len(scaled), -1)
-        if self.measurement.is_amplitude:
-            return flat
-        return np.sqrt(2) * np.concatenate([flat.real, flat.imag], axis=1)
+        return self.measurement.kind.real_parts(scaled.reshape(len(scaled), -1), axis=1)
 
     def _flat_jacobian(self, scaled: Array | ComplexArray) -> Array:
-        flat = scaled.reshape(-1, scaled.shape[-1])
-        if self.measurement.is_amplitude:
-            return flat
-        return np.sqrt(2) * np.concatenate([flat.real, flat.imag])
-
-
-def _log(ratio: Array | ComplexArray) -> Array | ComplexArray:
-    """Logarithm of a ratio of amplitudes (real) or of responses (complex, phase wrapped to ±π)."""
-    return np.log(np.maximum(ratio, np.finfo(float).tiny)) if np.isrealobj(ratio) else np.log(ratio)
+        return self.measurement.kind.real_parts(scaled.reshape(-1, scaled.shape[-1]))

@@ -9,12 +9,11 @@ import numpy as np
 from ksmea.alignment import require_aligned
 from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import Predictor, Problem
+from ksmea.differences import cube_differences
 from ksmea.errors import BudgetSpent
 from ksmea.misfit import Misfit
 from ksmea.objective import Objective
 from ksmea.transforms import Transform
-
-DIFFERENCE = 1e-5  # step in the unit cube where a problem has no sensitivity
 
 
 class Model:
@@ -54,7 +53,8 @@ class Model:
     def linearise(self, u: Array) -> tuple[ComplexArray, ComplexArray]:
         """Response (n_speed, n_channel) at a point (d,) of the unit cube and its derivatives (n_speed, n_channel, d).
 
-        Together they count as one Jacobian; of a problem without a sensitivity they are 2 d + 1 points.
+        Together they count as one Jacobian; of a problem without a sensitivity they are central differences of 2 d + 1
+        points, one batch.
         """
         if not self.problem.has_sensitivity:
             return self._differences(u)
@@ -68,15 +68,14 @@ class Model:
         return response, sensitivity
 
     def _differences(self, u: Array) -> tuple[ComplexArray, ComplexArray]:
-        """Central differences inside the cube; the step is near the cube root of the rounding error."""
-        lower, upper = np.maximum(u - DIFFERENCE, 0.0), np.minimum(u + DIFFERENCE, 1.0)
-        pick = np.eye(len(u), dtype=bool)
-        response = self.response(np.concatenate([u[None], np.where(pick, upper, u), np.where(pick, lower, u)]))
-        above, below = response[1 : len(u) + 1], response[len(u) + 1 :]
-        return response[0], np.moveaxis((above - below) / (upper - lower)[:, None, None], 0, -1)
+        differences = cube_differences(u)
+        response = self.response(np.concatenate([u[None], differences.points]))
+        return response[0], differences.derivative(response[1:])
 
     def outputs(self, u: Array) -> Array:
         """(k, d) → real outputs (k, q) as surrogates model them."""
+        if self.transform is None:
+            raise ValueError("model: expected a transform that makes outputs for surrogates, got none; give it one")
         return self.transform.encode(self.response(u))
 
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array
+from ksmea.differences import cube_differences
 from ksmea.errors import BudgetSpent
 
 
@@ -64,7 +65,7 @@ class Objective:
     def residuals(self, u: Array) -> Array:
         """Residuals at one point (d,) → (m,); their sum of squares is the misfit there."""
         u = self._checked(u)
-        return self._within_budget(u, self._remembered_residuals)[0]
+        return np.asarray(self._within_budget(u, self._remembered_residuals)[0])
 
     def jacobian(self, u: Array) -> Array:
         """Derivatives of the residuals at one point (d,) → (m, d); central differences where none are given."""
@@ -75,11 +76,12 @@ class Objective:
         return self._differences(u)
 
     def screening(self, u: Array) -> Array:
-        """Robust misfit at points (k, d) → (k,), counted like any other point; the misfit itself where there is none."""
-        if self._screening_at is None:
+        """Robust misfit at points (k, d) → (k,), counted like any other point; the misfit itself where there is
+        none."""
+        screening_at = self._screening_at
+        if screening_at is None:
             return self(u)
-        u = self._checked(u)
-        return self._within_budget(u, lambda points: _finite_or_inf(self._screening_at(points)))
+        return self._within_budget(self._checked(u), lambda points: _finite_or_inf(screening_at(points)))
 
     def result(self) -> Minimum:
         """The best point evaluated so far."""
@@ -89,13 +91,13 @@ class Objective:
         u = np.atleast_2d(np.asarray(u, dtype=float))
         if u.shape[1] != self.dim:
             raise ValueError(f"objective: expected points of shape (k, {self.dim}), got {u.shape}")
-        return np.clip(u, 0.0, 1.0)  # rounding of a library's own bounds handling
+        return np.clip(u, 0.0, 1.0)  # rounding of a library's own handling of limits
 
     def _within_budget(self, u: Array, evaluate: Callable[[Array], Array]) -> Array:
         if len(u) == 0:
             return np.empty((0,))
         left = len(u) if self.budget is None else min(len(u), self.budget - self.evaluations)
-        values = None
+        values = np.empty(0)
         if left > 0:
             self.evaluations += left
             values = evaluate(u[:left])
@@ -119,12 +121,9 @@ class Objective:
         if values[best] < self._best_value:
             self._best_u, self._best_value = u[best].copy(), values[best]
 
-    def _differences(self, u: Array, step: float = 1e-5) -> Array:
-        """Central differences inside the cube; step near the cube root of the rounding error."""
-        lower, upper = np.maximum(u - step, 0.0), np.minimum(u + step, 1.0)
-        points = np.concatenate([np.where(np.eye(self.dim), upper, u), np.where(np.eye(self.dim), lower, u)])
-        residuals = self._within_budget(points, self._remembered_residuals)
-        return ((residuals[: self.dim] - residuals[self.dim :]) / (upper - lower)[:, None]).T
+    def _differences(self, u: Array) -> Array:
+        differences = cube_differences(u)
+        return differences.derivative(self._within_budget(differences.points, self._remembered_residuals))
 
 
 def _finite_or_inf(values: Array) -> Array:

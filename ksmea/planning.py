@@ -1,21 +1,22 @@
 """Which data to add so that the unknowns become known best: D- and c-optimal choice from candidates.
 
 The Fisher information of independent data adds up, M = M₀ + Σ Mᵢ: M₀ of the present data, Mᵢ of each addition. Chosen
-are those additions for which the unknowns S that are asked for are known best, whatever the others N are (D_S-optimality):
+are those additions for which the unknowns S that are asked for are known best, whatever the others N are
+(D_S-optimality):
 
     max  log det M − log det M_NN,
 
-which is minus the log determinant of the covariance of S at the Cramér–Rao bound. With S all unknowns it is D-optimality;
-with S one of them it is c-optimality, minus the log of its variance. Parameters of the noise, where its level is not
-known, are further members of N.
+which is minus the log determinant of the covariance of S at the Cramér–Rao lower bound (CRLB). With S all unknowns it
+is D-optimality; with S one of them it is c-optimality, minus the log of its variance. Parameters of the noise, where
+its level is not known, are further members of N.
 
-The choice grows one by one (greedy), then members are exchanged for better ones until no exchange helps, as V. V. Fedorov,
-Theory of Optimal Experiments, 1972, and T. J. Mitchell, Technometrics 16 (1974) 203–210; A. C. Atkinson, A. N. Donev and
-R. D. Tobias, Optimum Experimental Designs, with SAS, 2007. F. E. Udwadia, J. Eng. Mech. 120 (1994) 368–390,
-places sensors by the same information. The optimum is local twice over: sensitivities hold near the values that they were
-taken at, and exchanges of one member at a time may miss the best set.
+The choice grows one by one (greedy), then members are exchanged for better ones until no exchange helps, as V. V.
+Fedorov, Theory of Optimal Experiments, 1972, and T. J. Mitchell, Technometrics 16 (1974) 203–210; A. C. Atkinson, A. N.
+Donev and R. D. Tobias, Optimum Experimental Designs, with SAS, 2007. F. E. Udwadia, J. Eng. Mech. 120 (1994) 368–390,
+places sensors by the same information. The optimum is local twice over: sensitivities hold near the values that they
+were taken at, and exchanges of one member at a time may miss the best set.
 
-Unknowns count from 0 to 1 between their bounds throughout (the unit cube).
+Unknowns count from 0 to 1 between their search limits throughout (the unit cube).
 """
 
 from __future__ import annotations
@@ -28,31 +29,27 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
-from ksmea.identifiability import (
-    UNKNOWABLE,
-    Identifiability,
-    projected,
-    whitened_noise_sensitivity,
-    whitened_sensitivity,
-)
+from ksmea.fisher import UNKNOWABLE, of_unknowns, whitened_sensitivity
+from ksmea.identifiability import Identifiability
+from ksmea.kind import Kind
 from ksmea.measurement import Noise
 from ksmea.model import Model
 
 # Where present data do not tell an unknown at all there is no determinant. Choices therefore also count on a standard
-# deviation of this many times that of a value drawn evenly between its bounds (1/√12): it decides next to nothing where a
-# bound is narrower than the range (one as wide as 1/√12 is moved by 0.5 %), and knowledge far wider than the range, to 1e6 %
-# instead of 1e8 %, is worth nothing. An assumption of ours; bounds and gains are stated without it.
+# deviation of this many times that of a value drawn evenly between its limits (1/√12): it decides next to nothing where
+# a CRLB is narrower than the range (one as wide as 1/√12 is moved by 0.5 %), and knowledge far wider than the range, to
+# 1e6 % instead of 1e8 %, is worth nothing. An assumption of ours; CRLBs and gains are stated without it.
 PRIOR_WIDTHS = 10.0
 RIDGE = 12 / PRIOR_WIDTHS**2
 BETTER = 1e-6  # of the criterion, a log: exchanges that gain less are rounding
-MOST_PASSES = 100
+MAX_PASSES = 100
 
 
 @dataclass(frozen=True)
 class Criterion:
-    """log det of the information about the unknowns `sought` (their places), those of all others being fitted along."""
+    """log det of the information about the unknowns `targets` (their indices), all others being fitted along."""
 
-    sought: tuple[int, ...]
+    targets: tuple[int, ...]
 
     def value(self, information: Array) -> Array:
         """(…, k, k) → (…).
@@ -62,27 +59,24 @@ class Criterion:
         1.0
         """
         regular = information + RIDGE * np.eye(information.shape[-1])
-        others = [place for place in range(information.shape[-1]) if place not in self.sought]
+        others = [index for index in range(information.shape[-1]) if index not in self.targets]
         return _log_det(regular) - _log_det(regular[..., others, :][..., others])
 
-    def gain_pct(self, before: Array, after: Array) -> Array:
-        """How many per cent the bound falls between two informations (…, k, k), the prior counted; of several unknowns,
-        the geometric mean of the half axes of their confidence ellipsoid."""
-        return -100 * np.expm1((self.value(before) - self.value(after)) / (2 * len(self.sought)))
+    def reduction_pct(self, before: Array, after: Array) -> Array:
+        """By how many per cent the CRLB falls between two informations (…, k, k), the prior counted; of several
+        unknowns, the geometric mean of the half axes of their confidence ellipsoid."""
+        return -100 * np.expm1((self.value(before) - self.value(after)) / (2 * len(self.targets)))
 
 
 def data_rows(problem: Problem, x: Array, noise: Noise, kind: str, *, noise_known: bool = True) -> Array:
-    """Whitened sensitivities (n_part, n_speed, n_channel, k) of the data that a problem would give at x (d,), SI: the sum
-    of their squares over any of the data is these data's information.
+    """Whitened sensitivities (n_part, n_speed, n_channel, k) of the data that a problem would give at x (d,), SI: the
+    sum of their squares over any of the data is these data's information.
 
     The parts are the means and the variances. The k columns are the unknowns, and where the noise's level is not known
     its relative part and its floor.
     """
-    amplitude = kind == "amplitude"
-    response, sensitivity = Model(problem, None).linearise(problem.parameters.to_cube(x))
-    rows = whitened_sensitivity(response, sensitivity, noise, amplitude=amplitude)
-    if not noise_known:
-        rows = np.hstack([rows, whitened_noise_sensitivity(np.abs(response), noise, amplitude=amplitude)])
+    response, sensitivity = Model(problem).linearise(problem.parameters.to_cube(x))
+    rows = whitened_sensitivity(response, sensitivity, noise, Kind(kind), noise_known=noise_known)
     return rows.reshape(-1, *response.shape, rows.shape[-1])
 
 
@@ -91,25 +85,20 @@ def information(rows: Array) -> Array:
     return rows.T @ rows
 
 
-def bounds(rows: Array, n_unknown: int) -> Array:
-    """Cramér–Rao bounds (n_unknown,) of data rows (m, k), without any prior; infinite where the data do not tell."""
-    return Identifiability(np.ones(n_unknown), _of_unknowns(rows, n_unknown)).bound
+def crlb(rows: Array, n_unknown: int) -> Array:
+    """CRLB (n_unknown,), 1 σ, of data rows (m, k), without any prior; infinite where the data do not tell."""
+    return Identifiability(np.ones(n_unknown), of_unknowns(rows, n_unknown)).crlb
 
 
-def mean_axis_fall_pct(before: Array, after: Array, n_unknown: int) -> float:
-    """By how many per cent the half axes of the unknowns' confidence ellipsoid, their geometric mean, fall between two sets
-    of data rows (m, k), without any prior. Axes that neither knows are left out: the sets must know equally many."""
-    singular = [np.linalg.svd(_of_unknowns(rows, n_unknown), compute_uv=False) for rows in (before, after)]
+def mean_axis_reduction_pct(before: Array, after: Array, n_unknown: int) -> float:
+    """By how many per cent the half axes of the unknowns' confidence ellipsoid, their geometric mean, fall between two
+    sets of data rows (m, k), without any prior. Axes that neither knows are left out: the sets must know equally
+    many."""
+    singular = [np.linalg.svd(of_unknowns(rows, n_unknown), compute_uv=False) for rows in (before, after)]
     n_known = min(int(np.sum(values > UNKNOWABLE * values[0])) for values in singular)
     if not n_known:
         return 0.0
     return float(-100 * np.expm1(np.mean(np.log(singular[0][:n_known] / singular[1][:n_known]))))
-
-
-def _of_unknowns(rows: Array, n_unknown: int) -> Array:
-    """What rows (m, k) tell about the unknowns (m, n_unknown) when the noise's parameters are fitted along."""
-    unknowns, nuisance = rows[:, :n_unknown], rows[:, n_unknown:]
-    return projected(unknowns, nuisance) if nuisance.shape[1] else unknowns
 
 
 def choose(present: Array, candidates: Array, count: int, criterion: Criterion, repeats: int = 1) -> list[int]:
@@ -135,9 +124,9 @@ def _grown(present: Array, candidates: Array, count: int, criterion: Criterion, 
     chosen: list[int] = []
     total = present
     for _ in range(count):
-        open_places = [place for place, times in allowed.items() if times > chosen.count(place)]
-        values = criterion.value(total + candidates[open_places])
-        chosen.append(open_places[int(np.argmax(values))])
+        left = [index for index, times in allowed.items() if times > chosen.count(index)]
+        values = criterion.value(total + candidates[left])
+        chosen.append(left[int(np.argmax(values))])
         total = total + candidates[chosen[-1]]
     return chosen
 
@@ -147,12 +136,12 @@ def _exchanged(
 ) -> list[int]:
     """Each member in turn gives way to the candidate that is best in its place, until none does."""
     chosen = list(chosen)
-    for _ in range(MOST_PASSES):
+    for _ in range(MAX_PASSES):
         before = list(chosen)
         for member in range(len(chosen)):
             others = chosen[:member] + chosen[member + 1 :]
             values = criterion.value(present + _sum(candidates, others) + candidates)
-            values[[place for place, times in Counter(others).items() if times >= repeats]] = -np.inf
+            values[[index for index, times in Counter(others).items() if times >= repeats]] = -np.inf
             best = int(np.argmax(values))
             if values[best] > values[chosen[member]] + BETTER:
                 chosen[member] = best
@@ -161,11 +150,11 @@ def _exchanged(
     return chosen
 
 
-def _sum(candidates: Array, places: Iterable[int]) -> Array:
+def _sum(candidates: Array, indices: Iterable[int]) -> Array:
     """Always in the same order, so that a set has one value whatever way it was come by."""
-    return np.sum(candidates[sorted(places)], axis=0)
+    return np.asarray(np.sum(candidates[sorted(indices)], axis=0))
 
 
 def _log_det(matrix: Array) -> Array:
     """(…, k, k) → (…); 0 of an empty matrix."""
-    return np.linalg.slogdet(matrix)[1]
+    return np.asarray(np.linalg.slogdet(matrix)[1])

@@ -11,6 +11,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import unknown
+from ksmea.kind import Kind
 
 LARGEST_LOG = 230.0  # ln of 1e100
 TRANSFORMS = ("auto", "none", "complex", "log", "log_phase")
@@ -27,33 +28,37 @@ class Transform:
     """
 
     name: str
-    amplitude_data: bool
+    kind: Kind
     n_speed: int
     n_channel: int
 
     def encode(self, response: ComplexArray) -> Array:
-        parts = {
-            "amplitude": lambda: [np.abs(response)],
-            "complex": lambda: [response.real, response.imag],
-            "log": lambda: [np.log(np.abs(response))],
-            "log_phase": lambda: [np.log(np.abs(response)), np.cos(np.angle(response)), np.sin(np.angle(response))],
-        }[self.name]()
+        parts: list[Array]
+        match self.name:
+            case "amplitude":
+                parts = [np.abs(response)]
+            case "complex":
+                parts = [response.real, response.imag]
+            case "log":
+                parts = [np.log(np.abs(response))]
+            case _:  # log_phase
+                parts = [np.log(np.abs(response)), np.cos(np.angle(response)), np.sin(np.angle(response))]
         return np.concatenate([part.reshape(len(response), -1) for part in parts], axis=1)
 
     def decode(self, outputs: Array) -> Array | ComplexArray:
         """Outputs (k, q) → predicted data (k, n_speed, n_channel)."""
         parts = self._parts(outputs)
         if self.name == "amplitude":
-            return parts[0]
+            return np.asarray(parts[0])
         if self.name == "log":
             return _amplitude(parts[0])
         if self.name == "complex":
             response = parts[0] + 1j * parts[1]
-            return np.abs(response) if self.amplitude_data else response
+            return self.kind.seen(response)
         amplitude = _amplitude(parts[0])
-        if self.amplitude_data:
+        if self.kind is Kind.AMPLITUDE:
             return amplitude
-        return amplitude * np.exp(1j * np.arctan2(parts[2], parts[1]))
+        return np.asarray(amplitude * np.exp(1j * np.arctan2(parts[2], parts[1])))
 
     def spread(self, outputs_sd: Array, predicted: Array | ComplexArray) -> Array:
         """Standard deviation of the predicted data (k, n_speed, n_channel), m, from that of the outputs (q,) or (k, q)."""
@@ -63,9 +68,9 @@ class Transform:
         if self.name == "complex":
             return np.broadcast_to(np.hypot(parts[0], parts[1]), predicted.shape)
         relative = parts[0]
-        if self.name == "log_phase" and not self.amplitude_data:
+        if self.name == "log_phase" and self.kind is Kind.COMPLEX:
             relative = np.sqrt(parts[0] ** 2 + parts[1] ** 2 + parts[2] ** 2)
-        return relative * np.abs(predicted)
+        return np.asarray(relative * np.abs(predicted))
 
     def _parts(self, outputs: Array) -> Array:
         n_part = {"amplitude": 1, "complex": 2, "log": 1, "log_phase": 3}[self.name]
@@ -77,15 +82,15 @@ def _amplitude(logarithm: Array) -> Array:
     return np.exp(np.clip(logarithm, -LARGEST_LOG, LARGEST_LOG))
 
 
-def make_transform(name: str, *, amplitude_data: bool, n_speed: int, n_channel: int) -> Transform:
+def make_transform(name: str, kind: Kind, *, n_speed: int, n_channel: int) -> Transform:
     """The transform that a setting names: 'auto' takes the logarithm (with the phase where the data are complex),
     'none' the raw amplitudes, or real and imaginary parts; 'log' of complex data keeps the phase as well, which
     it could not be identified without."""
     if name not in TRANSFORMS:
         raise unknown("transform", name, TRANSFORMS)
     concrete = {
-        "auto": "log" if amplitude_data else "log_phase",
-        "none": "amplitude" if amplitude_data else "complex",
-        "log": "log" if amplitude_data else "log_phase",
+        "auto": "log" if kind is Kind.AMPLITUDE else "log_phase",
+        "none": "amplitude" if kind is Kind.AMPLITUDE else "complex",
+        "log": "log" if kind is Kind.AMPLITUDE else "log_phase",
     }.get(name, name)
-    return Transform(concrete, amplitude_data, n_speed, n_channel)
+    return Transform(concrete, kind, n_speed, n_channel)

@@ -7,7 +7,7 @@ these points, find it.
 M. A. Branch, T. F. Coleman and Y. Li, A subspace, interior, and conjugate gradient method for large-scale
 bound-constrained minimization problems, SIAM J. Sci. Comput. 21 (1999) 1–23, doi 10.1137/S1064827595289108;
 Levenberg and Marquardt's step in a trust region: J. J. Moré, Lect. Notes Math. 630 (1978) 105–116,
-doi 10.1007/BFb0067700. Screening points: I. M. Sobol' (1967), scrambled by A. B. Owen (1998).
+doi 10.1007/BFb0067700. Screening: `ksmea.screening`.
 """
 
 from __future__ import annotations
@@ -15,12 +15,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import qmc
 
-from ksmea.arrays import Array
 from ksmea.contracts import Optimizer
 from ksmea.descent import descend
 from ksmea.objective import Minimum, Objective
+from ksmea.screening import Screened, ranked, sobol
 from ksmea.settings import setting
 
 
@@ -48,8 +47,8 @@ class LM(Optimizer):
 
     def minimize(self, objective: Objective, rng: np.random.Generator) -> Minimum:
         """Screen, choose starts and run least squares from each, the most promising first."""
-        points, values = self._screened(objective, rng)
-        starts = np.clip(distant_best(points, values, self.starts, self.min_distance), self.margin, 1.0 - self.margin)
+        chosen = self._screened(objective, rng).apart(self.starts, self.min_distance)
+        starts = np.clip(chosen.points, self.margin, 1.0 - self.margin)
         for start in starts[np.isfinite(objective(starts))]:
             descend(
                 objective,
@@ -62,34 +61,13 @@ class LM(Optimizer):
             )
         return objective.result()
 
-    def _screened(self, objective: Objective, rng: np.random.Generator) -> tuple[Array, Array]:
+    def _screened(self, objective: Objective, rng: np.random.Generator) -> Screened:
         n = self.screening
         if objective.budget is not None:
             n = min(n, max(objective.budget - objective.evaluations, 0) // 2)
         points = sobol(max(n, self.starts), objective.dim, rng)
         if n == 0:
-            return points, np.zeros(len(points))
+            return Screened(points, np.zeros(len(points)))
         points = points[:n]
         batches = np.split(points, range(self.batch, n, self.batch))
-        return points, np.concatenate([objective.screening(batch) for batch in batches])
-
-
-def sobol(n: int, dim: int, rng: np.random.Generator) -> Array:
-    """The first n points (n, dim) of a scrambled Sobol' sequence; balanced best where n is a power of two."""
-    return qmc.Sobol(dim, scramble=True, rng=rng).random_base2((n - 1).bit_length())[:n]
-
-
-def distant_best(points: Array, values: Array, count: int, min_distance: float) -> Array:
-    """Up to `count` of the points (n, d), by rising value, none nearer than `min_distance` to one before it.
-
-    >>> distant_best(np.array([[0.5], [0.1], [0.52], [0.9]]), np.array([1.0, 3.0, 2.0, 4.0]), 2, 0.1).ravel()
-    array([0.5, 0.1])
-    """
-    remaining = points[np.argsort(values, kind="stable")]
-    chosen = []
-    while len(remaining) and len(chosen) < count:
-        chosen.append(remaining[0])
-        distance = np.linalg.norm(remaining - chosen[-1], axis=1)
-        distance[0] = -1.0
-        remaining = remaining[distance >= min_distance]
-    return np.array(chosen)
+        return ranked(points, np.concatenate([objective.screening(batch) for batch in batches]))

@@ -92,7 +92,7 @@ class Setup:
         if not self.truth or source.noise is None or source.noise.is_absent:
             return [None] * len(self.problem.parameters)
         found = identifiability(self.problem, self.true_x, source.noise, source.kind, noise_known=source.noise_known)
-        return [float(value) if np.isfinite(value) else None for value in found.bound]
+        return [float(value) if np.isfinite(value) else None for value in found.crlb]
 
 
 def fingerprints(plugins: Mapping[str, Any]) -> dict[str, str]:

@@ -95,12 +95,12 @@ class IdentifiabilityStudy(Study):
                     "upper": parameter.upper,
                     "bound": finite(bound),
                 }
-                for parameter, value, bound in zip(parameters, x, told.bound)
+                for parameter, value, bound in zip(parameters, x, told.crlb)
             ],
             "correlation": [[finite(entry) for entry in row] for row in told.correlation],
-            "least_told": {"direction": told.worst_direction.tolist(), "bound": finite(told.worst_bound)},
+            "least_told": {"direction": told.worst_direction.tolist(), "bound": finite(told.worst_crlb)},
             "variations": [
-                {"variation": variation, **place, "bound": [finite(bound) for bound in told_by(varied, x).bound]}
+                {"variation": variation, **place, "bound": [finite(bound) for bound in told_by(varied, x).crlb]}
                 for variation in VARIATIONS
                 if variation in self.variations
                 for place, varied in getattr(self, f"_{variation}")(data)

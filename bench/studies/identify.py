@@ -22,9 +22,10 @@ from ksmea.diagnosis.fitting import Fit
 from ksmea.errors import SettingError
 from ksmea.identifiability import identifiability
 from ksmea.identification import Identification, Streams, at_limit
-from ksmea.intervals import Interval, climb, estimate
+from ksmea.intervals import Interval, estimate
 from ksmea.journal import Journal, JournaledProblem
 from ksmea.likelihood import Likelihood
+from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement, Noise
 from ksmea.misfit import Misfit
 from ksmea.model import Model
@@ -110,7 +111,7 @@ class Identify(Study):
         model = Model(problem)
         likelihood = Likelihood(model, measurement)
         try:
-            nearest = climb(likelihood, problem.parameters.to_cube(found.x))
+            nearest = nearest_maximum(likelihood, problem.parameters.to_cube(found.x))
             estimated = estimate(likelihood, nearest, level=self.level, check=self.intervals == "profile")
         except np.linalg.LinAlgError as error:
             record["interval"] = {"error": str(error)}
@@ -142,7 +143,7 @@ class Identify(Study):
             rejected = tested.p < LACK_OF_FIT_LEVEL
             record["lack_of_fit"] = {"p": tested.p, "statistic": tested.worst_statistic, "rejected": rejected}
         if true_x is not None:
-            of_truth = climb(likelihood, problem.parameters.to_cube(true_x))
+            of_truth = nearest_maximum(likelihood, problem.parameters.to_cube(true_x))
             record["basin_excess"] = nearest.deviance - of_truth.deviance
         return estimated.noise
 
@@ -210,7 +211,7 @@ def _add_bounds(record: dict[str, Any], problem: Problem, measurement: Measureme
         told = identifiability(problem, x, noise, measurement.kind, noise_known=measurement.noise is not None)
     except np.linalg.LinAlgError:
         return
-    for parameter, bound in zip(record["parameters"], told.bound):
+    for parameter, bound in zip(record["parameters"], told.crlb):
         parameter["bound"] = finite(float(bound))
     record["correlation"] = [[finite(float(value)) for value in row] for row in told.correlation]
 

@@ -20,7 +20,7 @@ from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.errors import SettingError, unknown
 from ksmea.parameters import Parameters
-from ksmea.planning import Criterion, bounds, choose, data_rows, information, mean_axis_fall_pct
+from ksmea.planning import Criterion, choose, crlb, data_rows, information, mean_axis_reduction_pct
 from ksmea.settings import setting
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
@@ -251,9 +251,9 @@ class _Present:
         reduced = np.linalg.qr(self.rows, mode="r")  # tells the same in k rows
         single = [np.concatenate([reduced, block]) for block in blocks]
         columns["gain_pct"] = [self._gain_pct(rows) for rows in single]
-        columns["criterion_gain_pct"] = self.criterion.gain_pct(present, present + each).tolist()
-        if len(self.criterion.sought) == 1:
-            columns["bound"] = _listed(np.array([self._bound(rows)[self.criterion.sought[0]] for rows in single]))
+        columns["criterion_gain_pct"] = self.criterion.reduction_pct(present, present + each).tolist()
+        if len(self.criterion.targets) == 1:
+            columns["bound"] = _listed(np.array([self._bound(rows)[self.criterion.targets[0]] for rows in single]))
         return {"family": name, "candidates": columns, "steps": steps}
 
     def equal_unbalance(self, sites: Array) -> float:
@@ -267,15 +267,15 @@ class _Present:
         return float(f"{ratio:.1e}")
 
     def _bound(self, rows: Array) -> Array:
-        return bounds(rows, len(self.parameters)) * self.parameters.width
+        return crlb(rows, len(self.parameters)) * self.parameters.width
 
     def _gain_pct(self, rows: Array) -> float | None:
         """How many per cent the bound falls, without any prior; None where something becomes known that was not at all."""
-        bound, sought = self._bound(rows), list(self.criterion.sought)
+        bound, sought = self._bound(rows), list(self.criterion.targets)
         if np.any(np.isinf(self.bound[sought]) != np.isinf(bound[sought])):
             return None
         if len(sought) > 1:
-            return mean_axis_fall_pct(self.rows, rows, len(self.parameters))
+            return mean_axis_reduction_pct(self.rows, rows, len(self.parameters))
         before, after = self.bound[sought[0]], bound[sought[0]]
         return 0.0 if np.isinf(before) else float(100 * (1 - after / before))
 

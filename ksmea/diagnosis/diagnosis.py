@@ -25,12 +25,12 @@ import numpy as np
 
 from ksmea.contracts import Effect, Problem
 from ksmea.diagnosis.fit_quality import FitQuality, fit_quality
-from ksmea.diagnosis.fitting import Effort, Fit, PlainFits, fit_plain
+from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_baseline
 from ksmea.diagnosis.gain import Gain, gain
 from ksmea.diagnosis.observability import Detectable, Split, best_split, likeness, smallest_detectable
 from ksmea.diagnosis.trials import Candidate, Trial, best_by_name, candidates, searched, tried
 from ksmea.intervals import Estimate, estimate
-from ksmea.likelihood import maximise, with_best_noise
+from ksmea.maximisation import maximise, with_best_noise
 from ksmea.measurement import Measurement
 
 NEAR = 6.0  # ΔBIC within which effects cannot be told apart (Kass & Raftery 1995: strong evidence begins there)
@@ -138,9 +138,9 @@ def _fitted(
     rng: np.random.Generator,
     effort: Effort,
     progress: Callable[[], None],
-) -> tuple[PlainFits, FitQuality, list[Trial]]:
+) -> tuple[BaselineFits, FitQuality, list[Trial]]:
     """The plain model's fits, their quality, and every candidate fitted: all over its bounds if anything speaks."""
-    plain = fit_plain(problem, measurement, rng, effort)
+    plain = fit_baseline(problem, measurement, rng, effort)
     progress()
     quality = fit_quality(plain.best, rng)
     trials = tried(problem, measurement, plain.best, found, progress)
@@ -176,7 +176,7 @@ def _speaking(trials: Sequence[Trial], level: float) -> list[Trial]:
     return [trial for trial in trials if trial.p < level and trial.delta_bic > 0]
 
 
-def _plain_from(trials: Sequence[Trial], plain: PlainFits) -> PlainFits:
+def _plain_from(trials: Sequence[Trial], plain: BaselineFits) -> BaselineFits:
     """The plain model fitted from where the best effects put its unknowns, if that is better."""
     likelihood = plain.best.likelihood
     d = likelihood.d
@@ -184,7 +184,7 @@ def _plain_from(trials: Sequence[Trial], plain: PlainFits) -> PlainFits:
         point = maximise(likelihood, likelihood.start(trial.fit.u[:d]))
         if point.deviance < plain.best.deviance - 0.1:
             best = Fit(plain.best.problem, likelihood, with_best_noise(likelihood, point))
-            plain = PlainFits(best, (plain.best, *plain.others), plain.screened)
+            plain = BaselineFits(best, (plain.best, *plain.others), plain.screened)
     return plain
 
 

@@ -19,6 +19,7 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.channel import Channel
 from ksmea.diagnosis.fitting import Fit
+from ksmea.fisher import span
 
 LAGS = 3  # neighbours in speed that are compared
 MOST_VALUES = 2**22  # numbers simulated at once, which bounds the memory
@@ -53,8 +54,8 @@ def fit_quality(fit: Fit, rng: np.random.Generator, *, n_simulated: int = 4000) 
     shape, real = residuals.shape, measurement.is_amplitude
     n_mean = residuals.size * measurement.dimensions
     tangent = fit.point.whitened[:n_mean, : likelihood.d]
-    directions = _span(tangent)
-    scale_free = likelihood.noise_is_sought
+    directions = span(tangent)
+    scale_free = likelihood.noise_is_estimated
     statistics = [_statistics(residuals[None], scale_free=scale_free)]
     n_chunk = max(1, MOST_VALUES // n_mean)
     for start in range(0, n_simulated, n_chunk):
@@ -66,7 +67,7 @@ def fit_quality(fit: Fit, rng: np.random.Generator, *, n_simulated: int = 4000) 
     # p of every sample among all of them, the data's own included: no p is below 1/(n + 1)
     ranks = np.array([_upper_ranks(column) for column in statistics.T]).T / len(statistics)
     smallest = ranks.min(axis=1)
-    names = STATISTICS if not likelihood.noise_is_sought else STATISTICS[:-1]
+    names = STATISTICS if not likelihood.noise_is_estimated else STATISTICS[:-1]
     band, channel, excess = _worst_place(residuals)
     speed = measurement.speed
     return FitQuality(
@@ -84,11 +85,6 @@ def _as_complex(noise: Array, shape: tuple[int, int]) -> Array:
     """Unit noise in two real parts per datum → complex of unit variance; real parts first, as the likelihood has them."""
     first, second = np.split(noise.reshape(len(noise), -1), 2, axis=1)
     return ((first + 1j * second) / np.sqrt(2)).reshape(len(noise), *shape)
-
-
-def _span(tangent: Array) -> Array:
-    directions, singular, _ = np.linalg.svd(tangent, full_matrices=False)
-    return directions[:, singular > 1e-10 * max(singular[0], np.finfo(float).tiny)]
 
 
 def _statistics(residuals: Array, *, scale_free: bool) -> Array:

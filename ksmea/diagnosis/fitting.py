@@ -1,7 +1,7 @@
-"""Fits of a problem, plain or extended by effects, to a measurement: the likelihood's maximum from many starts.
+"""Fits of the baseline model, and of models extended by effects: the likelihood's maximum from many starts.
 
-The likelihood has many maxima, and what a model lacks moves the right one: an effect's own unknowns are scanned all over
-their bounds, and fits start from the best of these points as well as from where the plain model fits best.
+The likelihood has many maxima, and what a model lacks moves the right one: an effect's own unknowns are scanned all
+over their limits, and fits start from the best of these points as well as from where the baseline model fits best.
 """
 
 from __future__ import annotations
@@ -10,27 +10,26 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import qmc
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import Problem
-from ksmea.diagnosis.screening import Screened, scanned, screened
-from ksmea.intervals import climb
-from ksmea.likelihood import Likelihood, Point, maximise, with_best_noise
+from ksmea.diagnosis.screening import scanned, screened
+from ksmea.likelihood import Likelihood, Point
+from ksmea.maximisation import best_maxima, maximise, nearest_maximum, with_best_noise
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
+from ksmea.screening import Screened, sobol
 
-APART = 0.1  # starts of the plain model are not nearer to each other, in the unit cube
-EFFECT_APART = 0.02  # nor starts of an extended one
-CLOSE = 1e-2  # two maxima with deviances as near as this are one
+START_DISTANCE = 0.1  # starts of the baseline model are not nearer to each other, in the unit cube
+EFFECT_START_DISTANCE = 0.02  # nor starts of an extended one
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How hard fits are sought."""
+    """How many points are screened and how many fits made."""
 
-    screening: int = 4000  # points of the plain model that are screened
-    starts: int = 12  # fits of the plain model
+    screening: int = 4000  # points of the baseline model that are screened
+    starts: int = 12  # fits of the baseline model
     scan: int = 200  # of the screened points, those that are screened again at each value of an effect
     scan_values: int = 16  # values of an effect with one unknown; twice as many for each more
     effect_starts: int = 5  # fits of an extended one from a scan of its effect
@@ -66,54 +65,53 @@ class Fit:
 
     def response(self) -> ComplexArray:
         """(n_speed, n_channel), m."""
-        return self.problem.response(self.x[None])[0]
+        return np.asarray(self.problem.response(self.x[None])[0])
 
 
 @dataclass(frozen=True)
-class PlainFits:
-    """The best fit of the plain model, the other maxima that were found, and the screened points."""
+class BaselineFits:
+    """The best fit of the baseline model, the other maxima that were found, and the screened points."""
 
     best: Fit
     others: tuple[Fit, ...]
     screened: Screened
 
 
-def fit_plain(problem: Problem, measurement: Measurement, rng: np.random.Generator, effort: Effort) -> PlainFits:
-    """The plain model fitted from the best points of a screening of its whole box."""
-    d = len(problem.parameters)
-    points = qmc.Sobol(d, rng=rng).random_base2((effort.screening - 1).bit_length())
-    found = screened(problem, measurement, points)
+def fit_baseline(problem: Problem, measurement: Measurement, rng: np.random.Generator, effort: Effort) -> BaselineFits:
+    """The baseline model fitted from the best points of a screening of its whole box."""
+    n = 2 ** (effort.screening - 1).bit_length()
+    found = screened(problem, measurement, sobol(n, len(problem.parameters), rng))
     likelihood = Likelihood(Model(problem), measurement)
-    starts = [likelihood.start(u) for u in found.apart(effort.starts, APART).points]
-    maxima = [with_best_noise(likelihood, point) for point in _best_maxima(likelihood, starts, effort)]
+    starts = [likelihood.start(u) for u in found.apart(effort.starts, START_DISTANCE).points]
+    maxima = [with_best_noise(likelihood, point) for point in _maxima(likelihood, starts, effort)]
     maxima.sort(key=lambda point: point.deviance)
     fits = [Fit(problem, likelihood, point) for point in maxima]
-    return PlainFits(fits[0], tuple(fits[1:]), found)
+    return BaselineFits(fits[0], tuple(fits[1:]), found)
 
 
-def fit_nearby(problem: Problem, measurement: Measurement, plain: Fit) -> Fit:
+def fit_nearby(problem: Problem, measurement: Measurement, baseline: Fit) -> Fit:
     """A problem whose last unknowns are those of effects, 0 where there is no effect, fitted jointly with all others
-    from where the plain model fits."""
+    from where the baseline model fits."""
     likelihood = Likelihood(Model(problem), measurement)
-    d = plain.likelihood.d
-    start = np.concatenate([plain.u, without_effects(problem, d), plain.point.theta[d:]])
+    d = baseline.likelihood.d
+    start = np.concatenate([baseline.u, without_effects(problem, d), baseline.point.theta[d:]])
     return Fit(problem, likelihood, maximise(likelihood, start, tolerance=1e-4))
 
 
-def fit_from_scan(problem: Problem, measurement: Measurement, plain: PlainFits, effort: Effort) -> Fit:
-    """The same from the best points of screenings at values of the effects all over their bounds, and from other maxima
-    of the plain model."""
+def fit_from_scan(problem: Problem, measurement: Measurement, baseline: BaselineFits, effort: Effort) -> Fit:
+    """The same from the best points of screenings at values of the effects all over their limits, and from other
+    maxima of the baseline model."""
     likelihood = Likelihood(Model(problem), measurement)
-    zero = without_effects(problem, plain.best.likelihood.d)
-    starts = [np.concatenate([fit.u, zero]) for fit in plain.others]
-    found = scanned(problem, measurement, plain.screened.thinned(effort.scan), zero, effort.scan_values)
-    starts += list(found.apart(effort.effect_starts, EFFECT_APART).points)
-    maxima = _best_maxima(likelihood, [likelihood.start(u) for u in starts], effort)
+    zero = without_effects(problem, baseline.best.likelihood.d)
+    starts = [np.concatenate([fit.u, zero]) for fit in baseline.others]
+    found = scanned(problem, measurement, baseline.screened.thinned(effort.scan), zero, effort.scan_values)
+    starts += list(found.apart(effort.effect_starts, EFFECT_START_DISTANCE).points)
+    maxima = _maxima(likelihood, [likelihood.start(u) for u in starts], effort)
     return Fit(problem, likelihood, maxima[0])
 
 
 def fit_from(problem: Problem, measurement: Measurement, starts: Sequence[Fit], d: int) -> Fit:
-    """The same from where other fits have the plain model's d unknowns, without any effect."""
+    """The same from where other fits have the baseline model's d unknowns, without any effect."""
     likelihood = Likelihood(Model(problem), measurement)
     zero = without_effects(problem, d)
     points = [
@@ -123,9 +121,9 @@ def fit_from(problem: Problem, measurement: Measurement, starts: Sequence[Fit], 
 
 
 def fit_from_values(problem: Problem, x: Array, measurement: Measurement) -> Fit:
-    """A problem fitted from given values (d,) SI of its unknowns, as near as they lie to its bounds."""
+    """A problem fitted from given values (d,) SI of its unknowns, as near as they lie to its limits."""
     likelihood = Likelihood(Model(problem), measurement)
-    return Fit(problem, likelihood, climb(likelihood, np.clip(problem.parameters.to_cube(x), 0.0, 1.0)))
+    return Fit(problem, likelihood, nearest_maximum(likelihood, np.clip(problem.parameters.to_cube(x), 0.0, 1.0)))
 
 
 def without_effects(problem: Problem, d: int) -> Array:
@@ -133,13 +131,5 @@ def without_effects(problem: Problem, d: int) -> Array:
     return problem.parameters.to_cube(np.zeros(len(problem.parameters)))[d:]
 
 
-def _best_maxima(likelihood: Likelihood, starts: Sequence[Array], effort: Effort) -> list[Point]:
-    """Maxima of the likelihood, highest first: all starts θ climb a little, the best of them all the way."""
-    climbed = [maximise(likelihood, theta, max_iterations=effort.first_iterations, tolerance=1e-2) for theta in starts]
-    climbed.sort(key=lambda point: point.deviance)
-    maxima: list[Point] = []
-    for point in climbed[: effort.survivors]:
-        point = maximise(likelihood, point.theta, tolerance=1e-4)
-        if all(abs(point.deviance - other.deviance) > CLOSE for other in maxima):
-            maxima.append(point)
-    return sorted(maxima, key=lambda point: point.deviance)
+def _maxima(likelihood: Likelihood, starts: Sequence[Array], effort: Effort) -> list[Point]:
+    return best_maxima(likelihood, starts, first_iterations=effort.first_iterations, survivors=effort.survivors)

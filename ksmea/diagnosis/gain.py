@@ -15,7 +15,8 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
 from ksmea.diagnosis.fitting import Fit
-from ksmea.likelihood import Likelihood, maximise
+from ksmea.likelihood import Likelihood
+from ksmea.maximisation import maximise
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
 
@@ -63,19 +64,12 @@ def _left_out(fit: Fit, measurement: Measurement, kept: Array, block: Array) -> 
     theta = maximise(likelihood, start, tolerance=1e-3).theta
     problem = _at(fit.problem, block)
     left_out = part_of(measurement, block)
-    if likelihood.noise_is_sought:
+    if likelihood.noise_is_estimated:
         left_out = dataclasses.replace(left_out, noise=likelihood.noise(theta))
     test = Likelihood(Model(problem), left_out)
     response = problem.response(problem.parameters.to_si(theta[None, : likelihood.d]))[0]
-    reference = 0.5 * _log_reference(left_out)
-    return -0.5 * test.deviance(theta[: likelihood.d]) - reference, float(
-        np.sum(np.abs(left_out.seen(response) - left_out.values) ** 2)
-    )
-
-
-def _log_reference(measurement: Measurement) -> float:
-    """What the deviance leaves out: n Σ ln s(y)², which depends on the fitted noise."""
-    return float(measurement.dimensions * np.sum(np.log(measurement.noise.sd(np.abs(measurement.values)) ** 2)))
+    squares = float(np.sum(np.abs(left_out.seen(response) - left_out.values) ** 2))
+    return test.log_density(theta[: likelihood.d]), squares
 
 
 def _at(problem: Problem, indices: Array) -> Problem:

@@ -16,7 +16,7 @@ from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.diagnosis.fitting import Fit, without_effects
 from ksmea.diagnosis.trials import Candidate, Trial
-from ksmea.identifiability import projected, whitened_difference, whitened_noise_sensitivity, whitened_sensitivity
+from ksmea.fisher import projected, span, whitened_difference, whitened_sensitivity
 from ksmea.measurement import Noise
 from ksmea.model import Model
 from ksmea.parameters import Parameter
@@ -85,11 +85,10 @@ def _scaled(columns: Array) -> Array:
 def _whitened(problem: Problem, u: Array, fit: Fit) -> tuple[Array, Array]:
     """Sensitivities to the unknowns (m, d), and to the noise's level (m, 2) or (m, 0) where that is known."""
     response, sensitivity = Model(problem).linearise(u)
-    amplitude = fit.likelihood.measurement.is_amplitude
-    whitened = whitened_sensitivity(response, sensitivity, fit.noise, amplitude=amplitude)
-    if not fit.likelihood.noise_is_sought:
-        return whitened, np.empty((len(whitened), 0))
-    return whitened, whitened_noise_sensitivity(np.abs(response), fit.noise, amplitude=amplitude)
+    noise_known = not fit.likelihood.noise_is_estimated
+    kind = fit.likelihood.measurement.kind
+    whitened = whitened_sensitivity(response, sensitivity, fit.noise, kind, noise_known=noise_known)
+    return whitened[:, : len(u)], whitened[:, len(u) :]
 
 
 def _noncentrality(n_unknown: int, level: float) -> float:
@@ -112,8 +111,7 @@ def likeness(trial: Trial, other: Candidate) -> float:
     reach = _without(whitened[:, own.stop :], plain, of_noise)
     if not np.any(change) or not np.any(reach):
         return 0.0
-    directions, singular, _ = np.linalg.svd(_scaled(reach), full_matrices=False)
-    directions = directions[:, singular > 1e-8 * singular[0]]
+    directions = span(_scaled(reach), tolerance=1e-8)
     return float(np.linalg.norm(directions.T @ change) / np.linalg.norm(change))
 
 
@@ -152,14 +150,14 @@ def _separation(data: Sequence[tuple[Problem, Problem]], one: Fit, other: Fit) -
     the distance of the two predictions from the tangent of the other. Where each datum came with a noise of its own,
     all have the median."""
     noise = Noise(one.noise.relative, float(np.median(one.noise.floor)))
-    amplitude = one.likelihood.measurement.is_amplitude
+    kind = one.likelihood.measurement.kind
     distances, tangents = [], []
     for made, fitted in data:
         response = made.response(one.x[None])[0]
         found, slope = Model(fitted).linearise(fitted.parameters.to_cube(other.x))
         sensitivity = slope / fitted.parameters.width * other.problem.parameters.width
-        distances.append(whitened_difference(response, found, noise, amplitude=amplitude))
-        whitened = whitened_sensitivity(found, sensitivity, noise, amplitude=amplitude)
+        distances.append(whitened_difference(response, found, noise, kind))
+        whitened = whitened_sensitivity(found, sensitivity, noise, kind)
         tangents.append(whitened[: len(distances[-1])])
     distance = np.concatenate(distances)
     return float(np.sum(projected(distance[:, None], _scaled(np.vstack(tangents))) ** 2))

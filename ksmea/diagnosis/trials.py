@@ -9,7 +9,7 @@ import numpy as np
 from scipy.stats import chi2
 
 from ksmea.contracts import Effect, Problem
-from ksmea.diagnosis.fitting import Effort, Fit, PlainFits, fit_from, fit_from_scan, fit_nearby
+from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_from, fit_from_scan, fit_nearby
 from ksmea.measurement import Measurement
 
 
@@ -66,7 +66,7 @@ def trial_of(candidate: Candidate, fit: Fit, without: Fit, n_candidate: int) -> 
     e = fit.likelihood.d - without.likelihood.d
     fall = max(without.deviance - fit.deviance, 0.0)
     # The noise is estimated along: the fall is n ln(1 + e F/(n − d)) in a linear model, about χ² when scaled by (n − d)/n
-    scaled = fall * (n - fit.likelihood.d) / n if fit.likelihood.noise_is_sought else fall
+    scaled = fall * (n - fit.likelihood.d) / n if fit.likelihood.noise_is_estimated else fall
     p = min(1.0, n_candidate * float(chi2.sf(scaled, e)))
     return Trial(candidate, fit, fall, fall - e * np.log(n), p)
 
@@ -90,7 +90,7 @@ def tried(
 
 
 def searched(
-    trials: Sequence[Trial], measurement: Measurement, plain: PlainFits, effort: Effort, progress: Callable[[], None]
+    trials: Sequence[Trial], measurement: Measurement, plain: BaselineFits, effort: Effort, progress: Callable[[], None]
 ) -> list[Trial]:
     """The same trials, each with the better of its fit and a search: all over the effect's bounds where it needs that,
     and else from where the plain model's other maxima and the best trials have their unknowns."""

@@ -1,4 +1,4 @@
-"""A rotor with effects that its plain model lacks, as a problem like any other.
+"""A rotor with effects that its baseline model lacks, as a problem like any other.
 
 The unknowns of the effects follow those of the rotor. An effect may change the rotor itself (which costs a reduction
 anew per value), the impedances of its bearings at each speed, the forces on it and what the probes make of its motion;
@@ -18,6 +18,7 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
+from ksmea.differences import central_differences
 from ksmea.errors import SettingError
 from ksmea.parameters import Parameters
 from problems.rotor import dense
@@ -106,11 +107,9 @@ class ExtendedProblem(Problem):
 
     def sensitivity(self, x: Array) -> ComplexArray:
         """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit, by central differences inside the limits."""
-        step = STEP * self.parameters.width
-        lower, upper = np.maximum(x - step, self.parameters.lower), np.minimum(x + step, self.parameters.upper)
-        pick = np.eye(len(x), dtype=bool)
-        response = self.response(np.concatenate([np.where(pick, upper, x), np.where(pick, lower, x)]))
-        return np.moveaxis((response[: len(x)] - response[len(x) :]) / (upper - lower)[:, None, None], 0, -1)
+        parameters = self.parameters
+        differences = central_differences(x, STEP * parameters.width, parameters.lower, parameters.upper)
+        return differences.derivative(self.response(differences.points))
 
     def dense_response(self, x: Array) -> ComplexArray:
         """`response` by the dense route, the whole rotor per set and speed: slow, for comparison and for making data."""

@@ -55,17 +55,17 @@ def undrawn(monkeypatch):
 def test_the_bounds_are_those_of_ksmea_at_the_reference_values(three_disk):
     x = np.array(list(ThreeDisk().reference().values()))
     expected = identifiability(ThreeDisk().build(), x, Noise(0.1, 0.0), "amplitude")
-    assert bounds(three_disk) == pytest.approx(expected.bound, rel=1e-9)
+    assert bounds(three_disk) == pytest.approx(expected.crlb, rel=1e-9)
     assert np.array(three_disk["correlation"]) == pytest.approx(expected.correlation, abs=1e-9)
     assert bounds(three_disk, "kind")["complex"] == pytest.approx(
-        identifiability(ThreeDisk().build(), x, Noise(0.1, 0.0), "complex").bound, rel=1e-9
+        identifiability(ThreeDisk().build(), x, Noise(0.1, 0.0), "complex").crlb, rel=1e-9
     )
 
 
 def test_the_true_values_of_the_measurement_are_where_the_bounds_are_taken():
     record = record_of(truth={"cxx": 0.9}, study={"variations": []})
     x = np.array(list((ThreeDisk().reference() | {"cxx": 900.0}).values()))
-    expected = identifiability(ThreeDisk().build(), x, Noise(0.1, 0.0), "amplitude").bound
+    expected = identifiability(ThreeDisk().build(), x, Noise(0.1, 0.0), "amplitude").crlb
     assert bounds(record) == pytest.approx(expected, rel=1e-9)
 
 
@@ -107,7 +107,7 @@ def test_a_measuring_plane_replaces_the_present_probes():
     x = np.array(list(ThreeDisk().reference().values()))
     problem = ThreeDisk().build()
     there = problem.at(problem.speed, [Channel(0.5, "x"), Channel(0.5, "y")])
-    expected = identifiability(there, x, Noise(0.1, 0.0), "amplitude").bound
+    expected = identifiability(there, x, Noise(0.1, 0.0), "amplitude").crlb
     by_position = bounds(record, "position")
     assert len(by_position) == 14  # the nodes of 13 elements
     [found] = [bound for value, bound in by_position.items() if float(value) == pytest.approx(0.5)]
@@ -140,14 +140,14 @@ def test_a_problem_without_sensitivity_and_sites_is_differentiated():
     x = np.array(list(ThreeDisk().reference().values()))
     data = Data(problem, Noise(0.1, 0.0), "complex", True)
     bare = dataclasses.replace(data, problem=Bare(problem))
-    assert told_by(bare, x).bound == pytest.approx(told_by(data, x).bound, rel=1e-3)
+    assert told_by(bare, x).crlb == pytest.approx(told_by(data, x).crlb, rel=1e-3)
     assert list(IdentifiabilityStudy()._position(bare)) == []
 
 
 def test_fewer_data_than_unknowns_tell_of_none_alone():
     data = Data(ThreeDisk(n_speed=1, directions=["x"]).build(), Noise(0.0, 1e-7), "amplitude", True)
     x = np.array(list(ThreeDisk().reference().values()))
-    assert np.isinf(told_by(data, x).bound).all()
+    assert np.isinf(told_by(data, x).crlb).all()
 
 
 def test_a_value_of_0_is_measured_by_its_bounds():
@@ -157,7 +157,7 @@ def test_a_value_of_0_is_measured_by_its_bounds():
     told = told_by(Data(problem, Noise(0.1, 0.0), "amplitude", True), x)
     scale = problem.parameters.width  # for the inverse alone
     covariance = np.linalg.inv(told.information * np.outer(scale, scale)) * np.outer(scale, scale)
-    assert told.bound == pytest.approx(np.sqrt(np.diag(covariance)), rel=1e-6)
+    assert told.crlb == pytest.approx(np.sqrt(np.diag(covariance)), rel=1e-6)
 
 
 # -- the command --

@@ -14,8 +14,9 @@ from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.errors import SettingError
 from ksmea.identifiability import identifiability
-from ksmea.intervals import climb, estimate
+from ksmea.intervals import estimate
 from ksmea.likelihood import Likelihood
+from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement, Noise
 from ksmea.misfit import FORMS, Misfit
 from ksmea.model import Model
@@ -296,12 +297,12 @@ def test_known_noise_that_is_the_same_everywhere_is_that_of_one_floor():
             slope = problem.sensitivity(x)
             assert np.array_equal(a.jacobian(response, slope), b.jacobian(response, slope))
         found = [
-            estimate(likelihood, climb(likelihood, u))
+            estimate(likelihood, nearest_maximum(likelihood, u))
             for likelihood in (Likelihood(Model(problem), data) for data in (one, each))
         ]
         assert np.array_equal(found[0].x, found[1].x) and found[0].intervals == found[1].intervals
-        bounds = [identifiability(problem, x, data.noise, kind).bound for data in (one, each)]
+        bounds = [identifiability(problem, x, data.noise, kind).crlb for data in (one, each)]
         assert np.array_equal(*bounds)
-        unknown = [identifiability(problem, x, data.noise, kind, noise_known=False).bound for data in (one, each)]
+        unknown = [identifiability(problem, x, data.noise, kind, noise_known=False).crlb for data in (one, each)]
         assert np.array_equal(*unknown)
     assert Noise(0.0, np.zeros((2, 2))).is_absent and not Noise(0.0, np.eye(2)).is_absent

@@ -74,7 +74,7 @@ def test_the_bounds_are_those_of_the_enlarged_measurement(plan):
     noise = setup.plugins["measurement"].noise
     # another reduction of the same rotor, and a scale of its own
     assert steps[-1]["bound"] == pytest.approx(
-        identifiability(enlarged, setup.true_x, noise, "amplitude").bound, rel=1e-5
+        identifiability(enlarged, setup.true_x, noise, "amplitude").crlb, rel=1e-5
     )
     assert [name["family"] for name in found["families"]] == ["speeds"]
     assert any("study.sensors is 0" in remark for remark in found["remarks"])

@@ -8,7 +8,8 @@ from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.diagnosis.fit_quality import fit_quality, whirl_parts
 from ksmea.diagnosis.fitting import Fit
-from ksmea.likelihood import Likelihood, maximise
+from ksmea.likelihood import Likelihood
+from ksmea.maximisation import maximise
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.model import Model
 from ksmea.parameters import Parameter, Parameters

@@ -7,7 +7,8 @@ from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.diagnosis.fitting import Fit
 from ksmea.diagnosis.gain import gain, part_of
-from ksmea.likelihood import Likelihood, maximise
+from ksmea.likelihood import Likelihood
+from ksmea.maximisation import maximise
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
 from ksmea.parameters import Parameter, Parameters

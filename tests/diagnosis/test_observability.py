@@ -8,7 +8,8 @@ from ksmea import registry
 from ksmea.diagnosis.fitting import Fit, fit_nearby
 from ksmea.diagnosis.observability import POWER, best_split, likeness, smallest_detectable
 from ksmea.diagnosis.trials import Candidate, trial_of
-from ksmea.likelihood import Likelihood, maximise
+from ksmea.likelihood import Likelihood
+from ksmea.maximisation import maximise
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.model import Model
 from problems.three_disk import ThreeDisk

@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from ksmea.diagnosis.screening import Screened, closed_in, scan_values, scanned, screened
+from ksmea.diagnosis.screening import refined_by_clouds, scan_values, scanned, screened
+from ksmea.screening import Screened
 from tests.diagnosis.conftest import registered_effects
 
 
@@ -25,19 +26,6 @@ def test_an_effect_of_one_unknown_is_scanned_evenly_in_the_bent_measure():
     """No gap: between neighbours a sixteenth of the range to the power of 1.5, as the docstring of the module says."""
     bent = np.sort(np.abs(scan_values(np.array([0.0]), 16)[:, 0]) ** (1 / 1.5))
     assert np.diff(bent) == pytest.approx(1 / 16)
-
-
-def test_points_apart_are_the_best_of_their_neighbourhoods():
-    found = Screened(np.array([[0.1], [0.11], [0.5], [0.52], [0.9]]), np.arange(5.0))
-    assert found.apart(3, 0.05).points[:, 0].tolist() == [0.1, 0.5, 0.9]
-    assert found.apart(2, 0.05).misfits.tolist() == [0.0, 2.0]
-
-
-def test_thinning_keeps_the_best_and_the_worst_and_most_of_the_good():
-    found = Screened(np.arange(1000.0)[:, None], np.arange(1000.0))
-    kept = found.thinned(100)[:, 0]
-    assert kept[0] == 0 and kept[-1] == 999 and len(kept) <= 100
-    assert np.sum(kept < 250) == pytest.approx(50, abs=3)
 
 
 def test_screened_points_are_ranked_and_aligned_with_the_data(rotor, hide):
@@ -84,6 +72,6 @@ def test_costly_unknowns_take_few_values_in_clouds(rotor, hide, monkeypatch):
 
     monkeypatch.setattr(type(extended), "response", counted)
     start = Screened(np.full((1, len(extended.parameters)), 0.5), np.array([9.0]))
-    found = closed_in(extended, measurement, start)
+    found = refined_by_clouds(extended, measurement, start)
     assert len(values) < 150 and len(values) < len(found.points) * 3
     assert found.misfits[0] < 9.0

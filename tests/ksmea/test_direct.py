@@ -65,7 +65,7 @@ def identified(optimizer, problem, measurement, seed=0, **settings):
 def misfit_from_the_truth(problem, measurement):
     """What least squares reaches from the true values, which no method knows."""
     misfit = Misfit(measurement, "likelihood")
-    transform = make_transform("none", amplitude_data=measurement.is_amplitude, n_speed=53, n_channel=2)
+    transform = make_transform("none", measurement.kind, n_speed=53, n_channel=2)
     objective = model_objective(Model(problem, transform), misfit)
     descend(objective, problem.parameters.to_cube(TRUTH), max_iterations=200)
     return objective.result().value - misfit.offset

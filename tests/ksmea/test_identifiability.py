@@ -1,9 +1,12 @@
-"""Fisher information and Cramér–Rao bounds: by a second route, in a closed case, and as the audit of the paper has them."""
+"""Fisher information and Cramér–Rao lower bounds: by a second route, in a closed case, and as the audit of the paper
+has them."""
 
 import numpy as np
 import pytest
 
-from ksmea.identifiability import Identifiability, identifiability, whitened_sensitivity
+from ksmea.fisher import whitened_sensitivity
+from ksmea.identifiability import Identifiability, identifiability
+from ksmea.kind import Kind
 from ksmea.measurement import Noise
 from problems.three_disk import ThreeDisk
 
@@ -16,23 +19,23 @@ def truth(damping=1.0):
     return np.array([values[name] * (damping if name.startswith("c") else 1.0) for name in values])
 
 
-def information(*arguments, amplitude):
-    whitened = whitened_sensitivity(*arguments, amplitude=amplitude)
+def information(*arguments):
+    whitened = whitened_sensitivity(*arguments)
     return whitened.T @ whitened
 
 
-def bounds_pct(reading, kind, damping=1.0, **settings):
-    wide = {"cxx": [0.01, 2000], "cyy": [0.01, 2000]}  # bounds do not enter, but the nominal bearing does
+def crlb_pct(reading, kind, damping=1.0, **settings):
+    wide = {"cxx": [0.01, 2000], "cyy": [0.01, 2000]}  # limits do not enter, but the nominal bearing does
     problem = ThreeDisk(reading=reading, limits=wide if damping > 1 else {}, **settings).build()
-    return identifiability(problem, truth(damping), TEN_PER_CENT, kind).bound_pct
+    return identifiability(problem, truth(damping), TEN_PER_CENT, kind).crlb_pct
 
 
 SQRT2 = np.sqrt(
     2
-)  # the printed bounds of complex data are for a noise of s per real and imaginary part; here it is s/√2
+)  # the printed CRLBs of complex data are for a noise of s per real and imaginary part; here it is s/√2
 
 
-# 1-σ bounds in per cent for kxx, kyy, cxx, cyy, u: three-disk rotor, node 2, x and y, 10 % noise, as calculated
+# 1-σ CRLBs in per cent for kxx, kyy, cxx, cyy, u: three-disk rotor, node 2, x and y, 10 % noise, as calculated
 # independently, without what the variance tells (1 % here), and printed to the digits given: one or two digits allow
 # 8 %, three or more 2 %.
 @pytest.mark.parametrize(
@@ -48,15 +51,15 @@ SQRT2 = np.sqrt(
     ],
     ids=["rpm", "rpm complex", "rad/s", "rad/s complex", "kN s/mm", "kN s/mm complex", "27 speeds"],
 )
-def test_the_bounds_of_the_papers_readings(reading, kind, damping, n_speed, expected, relative):
-    found = bounds_pct(reading, kind, damping, n_speed=n_speed) * (SQRT2 if kind == "complex" else 1)
+def test_the_crlb_of_the_papers_readings(reading, kind, damping, n_speed, expected, relative):
+    found = crlb_pct(reading, kind, damping, n_speed=n_speed) * (SQRT2 if kind == "complex" else 1)
     known = ~np.isnan(expected)
     assert found[known] == pytest.approx(np.array(expected)[known], rel=relative)
     assert np.all(found[~known] > 1e5)  # in rpm amplitudes do not see the damping at all
 
 
 def test_more_speeds_never_tell_less():
-    few, many = bounds_pct("rad_s", "amplitude", n_speed=14), bounds_pct("rad_s", "amplitude", n_speed=27)
+    few, many = crlb_pct("rad_s", "amplitude", n_speed=14), crlb_pct("rad_s", "amplitude", n_speed=27)
     assert np.all(many < few)  # every second of the 27 speeds is one of the 14
 
 
@@ -71,7 +74,7 @@ def test_the_same_by_differences_of_the_dense_solver(kind):
     ]
     slope = np.moveaxis((shifts[0] - 8 * shifts[1] + 8 * shifts[2] - shifts[3]) / 12, 0, -1) / step
     response = problem.dense_response(x[None])[0]
-    by_differences = information(response, slope, noise, amplitude=kind == "amplitude")
+    by_differences = information(response, slope, noise, Kind(kind))
     scale = np.outer(x, x)
     found = identifiability(problem, x, noise, kind).information * scale
     # fourth-order differences of a dense solution that is good to 1e-9 at these steps of 1e-4
@@ -81,16 +84,16 @@ def test_the_same_by_differences_of_the_dense_solver(kind):
 def test_a_mean_measured_n_times_is_known_to_sigma_over_root_n():
     response = np.full((25, 1), 3.0 + 0j)
     slope = np.ones((25, 1, 1), dtype=complex)
-    amplitude = information(response, slope, Noise(0.0, 0.5), amplitude=True)
+    amplitude = information(response, slope, Noise(0.0, 0.5), Kind.AMPLITUDE)
     assert amplitude[0, 0] == pytest.approx(25 / 0.5**2)
     # a complex datum has half the variance in the direction of the change
-    assert information(response, slope, Noise(0.0, 0.5), amplitude=False)[0, 0] == pytest.approx(2 * 25 / 0.5**2)
+    assert information(response, slope, Noise(0.0, 0.5), Kind.COMPLEX)[0, 0] == pytest.approx(2 * 25 / 0.5**2)
 
 
-@pytest.mark.parametrize("amplitude", [True, False])
-def test_the_information_is_the_variance_of_the_score(amplitude):
+@pytest.mark.parametrize("kind", list(Kind))
+def test_the_information_is_the_variance_of_the_score(kind):
     """By simulation: E[score²] over draws of ln p(y | x), its derivative taken by differences of the density."""
-    rng = np.random.default_rng(4)
+    rng, amplitude = np.random.default_rng(4), kind is Kind.AMPLITUDE
     noise, mean, slope = Noise(0.3, 0.1), 2.0 + 1.0j, 0.7 - 0.4j
 
     def log_density(y, theta):
@@ -105,14 +108,14 @@ def test_the_information_is_the_variance_of_the_score(amplitude):
     draws = rng.standard_normal((2, 200_000)) * sd
     y = np.abs(mean) + draws[0] if amplitude else mean + (draws[0] + 1j * draws[1]) / np.sqrt(2)
     score = (log_density(y, 1e-5) - log_density(y, -1e-5)) / 2e-5
-    found = information(np.array([[mean]]), np.array([[[slope]]]), noise, amplitude=amplitude)[0, 0]
+    found = information(np.array([[mean]]), np.array([[[slope]]]), noise, kind)[0, 0]
     assert np.mean(score**2) == pytest.approx(found, rel=0.02)  # sampling error of a variance: √(2…4/200 000) ≈ 0.5 %
 
 
-def test_unknowns_that_cannot_be_told_apart_have_no_bound():
+def test_unknowns_that_cannot_be_told_apart_have_no_crlb():
     response = np.array([[1.0 + 0j], [2.0 + 0j]])
     slope = np.stack([response, response, response**2], axis=-1)  # the first two act alike
 
-    found = Identifiability(np.ones(3), whitened_sensitivity(response, slope, Noise(0.0, 0.1), amplitude=True))
-    assert np.isinf(found.bound[:2]).all() and np.isfinite(found.bound[2])
+    found = Identifiability(np.ones(3), whitened_sensitivity(response, slope, Noise(0.0, 0.1), Kind.AMPLITUDE))
+    assert np.isinf(found.crlb[:2]).all() and np.isfinite(found.crlb[2])
     assert np.abs(found.worst_direction) == pytest.approx([np.sqrt(0.5), np.sqrt(0.5), 0], abs=1e-6)

@@ -10,8 +10,9 @@ from scipy.optimize import brentq
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.final_step import most_likely
-from ksmea.intervals import Interval, climb, critical_rise, estimate
+from ksmea.intervals import Interval, critical_rise, estimate
 from ksmea.likelihood import Likelihood
+from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.model import Model
 from ksmea.parameters import Parameter, Parameters
@@ -39,7 +40,9 @@ def draws(n, sd, seed=0):
 def estimated(problem, values, noise, start, **keys):
     measurement = Measurement(problem.speed, problem.channels, np.abs(values)[:, None], noise, "test")
     likelihood = Likelihood(Model(problem), measurement)
-    return estimate(likelihood, climb(likelihood, problem.parameters.to_cube(np.array(start))), **keys), likelihood
+    return estimate(
+        likelihood, nearest_maximum(likelihood, problem.parameters.to_cube(np.array(start))), **keys
+    ), likelihood
 
 
 def constant(n_speed, *limits):
@@ -198,7 +201,7 @@ def test_without_a_check_the_model_is_not_evaluated():
     problem = constant(25, 0, 10)
     measurement = Measurement(problem.speed, problem.channels, (5 + draws(25, 0.5))[:, None], Noise(0.0, 0.5), "test")
     likelihood = Likelihood(Model(problem), measurement)
-    maximum = climb(likelihood, np.array([0.4]))
+    maximum = nearest_maximum(likelihood, np.array([0.4]))
     before = likelihood.model.evaluations
     unchecked = estimate(likelihood, maximum, check=False)
     assert likelihood.model.evaluations == before
@@ -222,6 +225,6 @@ def test_intervals_of_the_rotor_hold_the_truth_as_often_as_they_say(kind, told):
         values = observe(response, kind, noise, np.random.default_rng([7, seed]))
         measurement = Measurement(problem.speed, problem.channels, values, noise if told else None, "test")
         likelihood = Likelihood(Model(problem), measurement)
-        found = estimate(likelihood, climb(likelihood, problem.parameters.to_cube(truth)))
+        found = estimate(likelihood, nearest_maximum(likelihood, problem.parameters.to_cube(truth)))
         held += sum(interval.low <= value <= interval.high for interval, value in zip(found.intervals, truth))
     assert 179 <= held <= 199

@@ -1,13 +1,12 @@
-"""The likelihood with known and unknown noise: derivatives by differences, its maximum by a second route."""
+"""The likelihood with known and unknown noise: derivatives by differences, and scores by simulation."""
 
 import dataclasses
 
 import numpy as np
 import pytest
-from scipy.optimize import minimize
 
 from ksmea.contracts import Problem
-from ksmea.likelihood import Likelihood, maximise
+from ksmea.likelihood import Likelihood
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.model import Model
 from problems.three_disk import ThreeDisk
@@ -73,81 +72,10 @@ def test_the_information_is_the_covariance_of_half_the_gradient(rotor, truth, ki
     assert np.mean(scores, axis=0) / scale == pytest.approx(0, abs=4 / np.sqrt(2000))
 
 
-@CASES
-def test_the_maximum_is_that_of_a_general_optimiser(rotor, truth, kind, told):
-    likelihood = likelihood_of(rotor, truth, kind, told=told, seed=3)
-    start = likelihood.start(truth)
-    found = maximise(likelihood, start)
-    scale = 1 / np.sqrt(np.diag(likelihood.at(start).information))
-
-    def scaled(steps):
-        return likelihood.deviance(np.clip(start + steps * scale, likelihood.lower, likelihood.upper))
-
-    other = minimize(scaled, np.zeros(len(start)), method="Nelder-Mead", options={"maxiter": 6000, "fatol": 1e-9})
-    assert found.deviance <= other.fun + 1e-5
-    assert found.deviance == pytest.approx(other.fun, abs=0.05)  # where a simplex gives up
-
-
-def test_a_held_unknown_stays_and_the_bounds_hold(rotor, truth):
-    likelihood = likelihood_of(rotor, truth, "amplitude")
-    theta = truth.copy()
-    theta[0] += 2e-3
-    found = maximise(likelihood, theta, held=0)
-    assert found.theta[0] == theta[0]
-    assert np.all((found.theta >= 0) & (found.theta <= 1))
-    assert found.deviance > maximise(likelihood, truth).deviance
-
-
-def test_a_maximum_on_a_bound_is_reached(rotor, truth):
-    """Damping that the data would have below its lower bound ends there."""
-    limits = {"cxx": [0.6, 1.0]}  # the true 0.5 kN s/m is outside
-    outside = ThreeDisk(n_speed=21, limits=limits).build()
-    measurement = measured(rotor, truth, "complex")
-    u = outside.parameters.to_cube(rotor.parameters.to_si(truth))
-    found = maximise(Likelihood(Model(outside), measurement), np.clip(u, 0, 1))
-    assert found.theta[2] == 0.0
-
-
-@pytest.mark.parametrize("noise", [Noise(0.1, 0.0), Noise(0.0, 3e-6), Noise(0.05, 1e-6)])
-def test_unknown_noise_is_estimated(truth, noise):
-    problem = ThreeDisk(n_speed=200).build()
-    likelihood = likelihood_of(problem, truth, "complex", noise=noise, told=False)
-    found = likelihood.noise(maximise(likelihood, likelihood.start(truth)).theta)
-    # 400 complex data: a standard deviation is known to 1/√800 = 3.5 %, each of two parts to a few times that
-    amplitude = np.abs(problem.response(problem.parameters.to_si(truth)[None])[0])
-    assert np.median(found.sd(amplitude) / noise.sd(amplitude)) == pytest.approx(1, abs=0.15)
-
-
 def test_without_noise_there_is_no_likelihood(rotor, truth):
     measurement = measured(rotor, truth, "complex", Noise(0.0, 0.0))
     with pytest.raises(ValueError, match="noise"):
         Likelihood(Model(rotor), measurement)
-
-
-def test_a_spent_budget_ends_the_search_with_the_best_so_far(rotor, truth):
-    measurement = measured(rotor, truth, "complex")
-    start = np.clip(truth + np.array([2e-3, 0, 0, 0, 0.05]), 0, 1)
-    whole = maximise(Likelihood(Model(rotor), measurement), start)
-    model = Model(rotor, budget=2)
-    short = maximise(Likelihood(model, measurement), start)
-    assert model.evaluations <= 2
-    assert whole.deviance < short.deviance <= Likelihood(Model(rotor), measurement).deviance(start)
-
-
-def test_a_problem_without_sensitivity_has_the_same_maximum(rotor, truth):
-    class Plain(Problem):
-        parameters, speed, channels = rotor.parameters, rotor.speed, rotor.channels
-
-        def response(self, x):
-            return rotor.response(x)
-
-    measurement = measured(rotor, truth, "complex")
-    model = Model(Plain())
-    found = maximise(Likelihood(model, measurement), truth)
-    expected = maximise(Likelihood(Model(rotor), measurement), truth)
-    assert model.jacobians == 0 and model.evaluations > 11
-    sd = 1 / np.sqrt(np.diag(expected.information))
-    assert (found.theta - expected.theta) / sd == pytest.approx(0, abs=1e-3)
 
 
 def test_scaling_of_all_lengths_changes_nothing(rotor, truth):

@@ -172,13 +172,6 @@ def test_differences_stay_within_the_budget():
     assert objective.evaluations == len(bowl.points) == 3
 
 
-def test_differences_converge_with_the_square_of_the_step():
-    steps = np.array([1e-2, 1e-3])
-    objective = Objective(1, np.sin)
-    errors = [abs(objective._differences(np.array([0.5]), step)[0, 0] - np.cos(0.5)) for step in steps]
-    assert np.log(errors[0] / errors[1]) / np.log(10) == pytest.approx(2.0, abs=0.01)
-
-
 def test_rounding_outside_the_cube_is_moved_back_inside():
     bowl = Bowl()
     Objective(2, bowl.residuals)(np.array([[-1e-12, 1 + 1e-12]]))

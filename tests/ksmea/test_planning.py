@@ -9,7 +9,7 @@ import pytest
 from ksmea.channel import Channel
 from ksmea.identifiability import identifiability
 from ksmea.measurement import Noise
-from ksmea.planning import Criterion, bounds, choose, data_rows, information, mean_axis_fall_pct
+from ksmea.planning import Criterion, choose, crlb, data_rows, information, mean_axis_reduction_pct
 from ksmea.units import GRAM_MILLIMETRE
 from problems.rk4_two_disk import RK4TwoDisk
 from problems.three_disk import ThreeDisk
@@ -52,11 +52,11 @@ def rotor():
 
 
 @pytest.mark.parametrize("n_added", [1, 2, 3, 4])
-@pytest.mark.parametrize("sought", [(0, 1, 2, 3, 4), (0,), (2,), (3,), (0, 1), (2, 3)], ids=str)
-def test_no_other_set_of_speeds_tells_more(rotor, sought, n_added):
+@pytest.mark.parametrize("targets", [(0, 1, 2, 3, 4), (0,), (2,), (3,), (0, 1), (2, 3)], ids=str)
+def test_no_other_set_of_speeds_tells_more(rotor, targets, n_added):
     """Greedy choice and exchange, against all up to 495 sets."""
     present, candidates = rotor
-    criterion = Criterion(sought)
+    criterion = Criterion(targets)
     every = [criterion.value(present + candidates[list(places)].sum(0)) for places in combinations(range(12), n_added)]
     chosen = choose(present, candidates, n_added, criterion)
     assert len(set(chosen)) == n_added
@@ -114,11 +114,13 @@ def test_an_intercept_beyond_the_points_is_extrapolated_as_elfving_says():
     assert sorted(x[chosen]) == [1, 1, 1, 1, 2, 2]
 
 
-def test_the_gain_of_a_repeated_measurement_is_that_of_the_root_of_2():
+def test_the_reduction_by_a_repeated_measurement_is_that_of_the_root_of_2():
     present = line(np.array([-1.0, 1.0])).sum(0)
-    for sought in [(0,), (0, 1)]:
+    for targets in [(0,), (0, 1)]:
         # but for the prior's 0.12 on an information of 2e6
-        assert Criterion(sought).gain_pct(present, 2 * present) == pytest.approx(100 * (1 - np.sqrt(0.5)), rel=1e-6)
+        assert Criterion(targets).reduction_pct(present, 2 * present) == pytest.approx(
+            100 * (1 - np.sqrt(0.5)), rel=1e-6
+        )
 
 
 def test_a_single_unknown_has_the_variance_of_the_inverse(rotor):
@@ -130,42 +132,42 @@ def test_a_single_unknown_has_the_variance_of_the_inverse(rotor):
         assert np.exp(-Criterion((place,)).value(present)) == pytest.approx(inverse[place, place], rel=1e-9)
 
 
-def test_the_prior_moves_bounds_inside_the_range_by_half_a_per_cent_at_most():
+def test_the_prior_moves_crlbs_inside_the_range_by_half_a_per_cent_at_most():
     for share in (1.0, 0.1):  # of the standard deviation 1/√12 of a value drawn evenly
         variance = share**2 / 12
         with_prior = np.exp(-Criterion((0,)).value(np.diag([1 / variance, 1.0])))
         assert 0.99 * variance <= with_prior < variance  # 1/(1 + share²/100): 1 % of a variance is half of a bound
 
 
-def test_axes_of_the_ellipsoid_fall_with_the_volume():
+def test_axes_of_the_ellipsoid_shrink_with_the_volume():
     rows = np.array([[3.0, 1.0], [0.0, 2.0]])
     more = np.vstack([rows, [1.0, 5.0]])
     volumes = [np.sqrt(np.linalg.det(np.linalg.inv(part.T @ part))) for part in (rows, more)]
-    assert mean_axis_fall_pct(rows, more, 2) == pytest.approx(100 * (1 - np.sqrt(volumes[1] / volumes[0])))
+    assert mean_axis_reduction_pct(rows, more, 2) == pytest.approx(100 * (1 - np.sqrt(volumes[1] / volumes[0])))
     # the half axis that neither knows is left out: of the other, four times the data leave half
     single = np.array([[3.0, 0.0]])
-    assert mean_axis_fall_pct(single, np.vstack(4 * [single]), 2) == pytest.approx(50)
+    assert mean_axis_reduction_pct(single, np.vstack(4 * [single]), 2) == pytest.approx(50)
 
 
 @pytest.mark.parametrize("kind", ["amplitude", "complex"])
 @pytest.mark.parametrize("noise_known", [True, False])
-def test_the_bounds_are_those_of_identifiability(kind, noise_known):
+def test_the_crlb_is_that_of_identifiability(kind, noise_known):
     problem = ThreeDisk(n_speed=14).build()
-    found = bounds(flat(rows_of(problem, kind=kind, noise_known=noise_known)), 5) * problem.parameters.width
-    expected = identifiability(problem, truth(ThreeDisk()), NOISE, kind, noise_known=noise_known).bound
+    found = crlb(flat(rows_of(problem, kind=kind, noise_known=noise_known)), 5) * problem.parameters.width
+    expected = identifiability(problem, truth(ThreeDisk()), NOISE, kind, noise_known=noise_known).crlb
     assert found == pytest.approx(expected, rel=1e-6)  # the same by columns of another scale
 
 
 @pytest.mark.parametrize("noise_known", [True, False])
-def test_what_is_added_never_worsens_a_bound(noise_known):
+def test_what_is_added_never_worsens_a_crlb(noise_known):
     problem = ThreeDisk(n_speed=14).build()
     present = flat(rows_of(problem, noise_known=noise_known))
-    before = bounds(present, 5)
+    before = crlb(present, 5)
     trial = problem.with_unbalance(1.0, 200 * GRAM_MILLIMETRE, 0.5)
     probes = problem.at(problem.speed, [Channel(float(site), "x") for site in problem.sites])
     speeds = problem.at(np.linspace(100.0, 2000.0, 20), problem.channels)
     for added in (trial, probes, speeds):
-        after = bounds(np.concatenate([present, flat(rows_of(added, noise_known=noise_known))]), 5)
+        after = crlb(np.concatenate([present, flat(rows_of(added, noise_known=noise_known))]), 5)
         assert np.all(after <= before * (1 + 1e-9))  # rounding
         assert np.all(after < before)
 
@@ -198,9 +200,9 @@ def test_amplitudes_tell_absolute_phases_with_a_trial_run_only():
     present = flat(rows_of(problem, settings))
     speeds = flat(rows_of(problem.at(np.linspace(80.0, 300.0, 50), problem.channels), settings))
     trial = flat(rows_of(problem.with_unbalance(0.4, 2 * GRAM_MILLIMETRE, 0.0), settings))
-    assert np.all(np.isinf(bounds(present, d)[phases]))
-    assert np.all(np.isinf(bounds(np.concatenate([present, speeds]), d)[phases]))
-    assert np.all(np.isfinite(bounds(np.concatenate([present, trial]), d)))
+    assert np.all(np.isinf(crlb(present, d)[phases]))
+    assert np.all(np.isinf(crlb(np.concatenate([present, speeds]), d)[phases]))
+    assert np.all(np.isfinite(crlb(np.concatenate([present, trial]), d)))
 
 
 def test_more_than_there_are_cannot_be_chosen():

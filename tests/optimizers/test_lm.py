@@ -5,7 +5,7 @@ import pytest
 
 from ksmea.errors import BudgetSpent, SettingError
 from ksmea.objective import Objective
-from optimizers.lm import LM, distant_best, sobol
+from optimizers.lm import LM
 
 LOWEST = np.array([0.31, 0.62, 0.17, 0.74, 0.45])
 
@@ -57,20 +57,6 @@ def test_the_screening_is_the_same_for_any_batch():
         results.append(LM(screening=2000, batch=batch).minimize(objective, np.random.default_rng(0)))
     assert sizes == [1000, 1000] + [300] * 6 + [200] + [2000]
     assert results[0].value == results[1].value == results[2].value
-
-
-def test_screening_points_fill_the_cube_evenly():
-    points = sobol(1024, 5, np.random.default_rng(0))
-    assert np.array_equal(np.sort(np.floor(points * 1024), axis=0), np.tile(np.arange(1024.0)[:, None], 5))
-    assert sobol(1, 5, np.random.default_rng(0)).shape == (1, 5)
-
-
-def test_starts_are_the_best_points_that_keep_their_distance():
-    points = np.array([[0.5, 0.5], [0.55, 0.5], [0.5, 0.65], [0.0, 0.0], [0.9, 0.9]])
-    values = np.array([1.0, 2.0, 3.0, 4.0, 0.0])
-    assert distant_best(points, values, 3, 0.1).tolist() == [[0.9, 0.9], [0.5, 0.5], [0.5, 0.65]]
-    assert distant_best(points, values, 3, 0.0).tolist() == [[0.9, 0.9], [0.5, 0.5], [0.55, 0.5]]
-    assert distant_best(points, values, 5, 2.0).tolist() == [[0.9, 0.9]]
 
 
 def test_starts_off_the_bounds_and_the_count():

@@ -1,0 +1,129 @@
+"""Maximisation of a likelihood: from one start, from several levels of the noise, and from many starts.
+
+A maximum is found by Fisher scoring: Newton's method on the deviance with the Fisher information for its Hessian, in
+the box of the unknowns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from contextlib import suppress
+
+import numpy as np
+from scipy.optimize import lsq_linear
+
+from ksmea.arrays import Array
+from ksmea.errors import BudgetSpent
+from ksmea.likelihood import Likelihood, Point
+
+MAX_ITERATIONS = 300  # unknowns that nearly compensate each other make long curved valleys
+MAX_BEND_RATIO = 0.75  # of a bend to the step that it corrects (Transtrum & Sethna)
+
+# Damping of a step, relative to the information: at first, and where no step leads down any more.
+FIRST_DAMPING, LAST_DAMPING = 1e-6, 1e8
+
+CLOSE = 1e-2  # two maxima with deviances as near as this are one
+
+
+def maximise(
+    likelihood: Likelihood,
+    theta: Array,
+    *,
+    fixed: int | None = None,
+    max_iterations: int = MAX_ITERATIONS,
+    tolerance: float = 1e-7,
+) -> Point:
+    """The maximum of the likelihood that Fisher scoring leads to from θ (p,), within the limits.
+
+    `fixed` is the index of an unknown that keeps its value (for profiles). Steps solve the scoring equations in the box
+    as bounded least squares, damped as by Levenberg and Marquardt, and once a step has failed they bend with the mean
+    (geodesic acceleration). They end where a step is expected to lower the deviance by less than `tolerance`, after
+    `max_iterations`, or where the model's budget is spent; a budget that does not admit the first Jacobian raises
+    `BudgetSpent`.
+
+    M. R. Osborne, Fisher's method of scoring, Int. Stat. Rev. 60 (1992) 99–117, doi 10.2307/1403504; M. K. Transtrum
+    and J. P. Sethna, Improvements to the Levenberg–Marquardt algorithm for nonlinear least-squares minimization, 2012,
+    arXiv 1201.5885.
+    """
+    free = np.arange(len(theta)) != fixed
+    point = likelihood.at(np.clip(theta, likelihood.lower, likelihood.upper))
+    damping = FIRST_DAMPING
+    try:
+        for _ in range(max_iterations):
+            step, expected = _step(likelihood, point, free, damping, point.gradient)
+            if expected < tolerance:
+                break
+            if damping > FIRST_DAMPING:
+                step = step + _bend(likelihood, point, free, damping, step)
+            theta = np.clip(point.theta + step, likelihood.lower, likelihood.upper)
+            if likelihood.deviance(theta) < point.deviance:
+                point = likelihood.at(theta)
+                damping = max(damping / 10, FIRST_DAMPING)
+            else:  # also where the trial is not finite
+                damping = max(damping * 10, 1e-3)
+                if damping > LAST_DAMPING:
+                    break
+    except BudgetSpent:
+        pass
+    return point
+
+
+def with_best_noise(likelihood: Likelihood, best: Point) -> Point:
+    """A maximum, or a higher one that lies near it but for the noise: floor or none, the data often allow both."""
+    if likelihood.noise_is_estimated:
+        with suppress(BudgetSpent):
+            for noise in likelihood.noise_starts(best.theta[: likelihood.d]):
+                again = maximise(likelihood, np.concatenate([best.theta[: likelihood.d], noise]))
+                best = again if again.deviance < best.deviance else best
+    return best
+
+
+def nearest_maximum(likelihood: Likelihood, u: Array) -> Point:
+    """The maximum of the likelihood nearest to u (d,); of several that differ in the noise alone, the highest."""
+    return with_best_noise(likelihood, maximise(likelihood, likelihood.start(u)))
+
+
+def best_maxima(
+    likelihood: Likelihood, starts: Sequence[Array], *, first_iterations: int, survivors: int
+) -> list[Point]:
+    """Different maxima of the likelihood, highest first: a few iterations from every start θ, and the best points that
+    they lead to, `survivors` at most, to the end."""
+    first = [maximise(likelihood, theta, max_iterations=first_iterations, tolerance=1e-2) for theta in starts]
+    maxima: list[Point] = []
+    for point in sorted(first, key=lambda each: each.deviance)[:survivors]:
+        maximum = maximise(likelihood, point.theta, tolerance=1e-4)
+        if all(abs(maximum.deviance - other.deviance) > CLOSE for other in maxima):
+            maxima.append(maximum)
+    return sorted(maxima, key=lambda point: point.deviance)
+
+
+def _bend(likelihood: Likelihood, point: Point, free: Array, damping: float, step: Array) -> Array:
+    """How a step (p,) must bend to stay in a curved valley; nothing where that is nearly the step itself, or
+    unknown."""
+    try:
+        curvature = likelihood.curvature(point, step)
+    except np.linalg.LinAlgError:  # no finite response there
+        return np.zeros_like(step)
+    bend, _ = _step(likelihood, point, free, damping, 2 * point.whitened.T @ curvature)
+    scale = np.sqrt(np.sum(point.whitened**2, axis=0))
+    is_small = np.linalg.norm(scale * bend) <= MAX_BEND_RATIO * np.linalg.norm(scale * step)
+    return bend / 2 if is_small else np.zeros_like(step)
+
+
+def _step(likelihood: Likelihood, point: Point, free: Array, damping: float, gradient: Array) -> tuple[Array, float]:
+    """The step (p,) that lowers the quadratic model of the deviance most within the limits, and by how much."""
+    whitened, gradient = point.whitened[:, free], gradient[free]
+    scale = np.sqrt(np.sum(whitened**2, axis=0))
+    scale = np.maximum(scale, 1e-12 * scale.max(initial=np.finfo(float).tiny))
+    lower = (likelihood.lower - point.theta)[free] * scale
+    upper = (likelihood.upper - point.theta)[free] * scale
+    triangle = np.asarray(np.linalg.qr(np.vstack([whitened / scale, np.sqrt(damping) * np.eye(len(scale))]), mode="r"))
+    target = -np.linalg.solve(triangle.T, gradient / scale / 2)
+    scaled = np.linalg.solve(triangle, target)
+    if np.any(scaled < lower) or np.any(scaled > upper):
+        scaled = lsq_linear(triangle, target, (np.minimum(lower, -1e-300), np.maximum(upper, 1e-300)), method="bvls").x
+        scaled = np.clip(scaled, lower, upper)
+    expected = float(np.sum(target**2) - np.sum((triangle @ scaled - target) ** 2))
+    step = np.zeros(len(point.theta))
+    step[free] = scaled / scale
+    return step, expected

@@ -1,0 +1,175 @@
+"""Maxima of a likelihood: by a second route, on search limits, with unknown noise, and the best of many."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize
+
+from ksmea.channel import Channel
+from ksmea.contracts import Problem
+from ksmea.likelihood import Likelihood
+from ksmea.maximisation import best_maxima, maximise, nearest_maximum, with_best_noise
+from ksmea.measurement import Measurement, Noise, observe
+from ksmea.model import Model
+from ksmea.parameters import Parameter, Parameters
+from problems.three_disk import ThreeDisk
+
+NOISE = Noise(0.1, 1e-7)
+
+
+@pytest.fixture(scope="module")
+def rotor():
+    return ThreeDisk(n_speed=21).build()
+
+
+@pytest.fixture(scope="module")
+def truth(rotor):
+    return rotor.parameters.to_cube(np.array(list(ThreeDisk().reference().values())))
+
+
+def measured(problem, u, kind, noise=NOISE, *, told=True, seed=0):
+    response = problem.response(problem.parameters.to_si(u)[None])[0]
+    values = observe(response, kind, noise, np.random.default_rng(seed))
+    return Measurement(problem.speed, problem.channels, values, noise if told else None, "test")
+
+
+def likelihood_of(problem, u, kind, **keys):
+    return Likelihood(Model(problem), measured(problem, u, kind, **keys))
+
+
+CASES = pytest.mark.parametrize(
+    ("kind", "told"), [(kind, told) for kind in ("amplitude", "complex") for told in (True, False)]
+)
+
+
+@CASES
+def test_the_maximum_is_that_of_a_general_optimiser(rotor, truth, kind, told):
+    likelihood = likelihood_of(rotor, truth, kind, told=told, seed=3)
+    start = likelihood.start(truth)
+    found = maximise(likelihood, start)
+    scale = 1 / np.sqrt(np.diag(likelihood.at(start).information))
+
+    def scaled(steps):
+        return likelihood.deviance(np.clip(start + steps * scale, likelihood.lower, likelihood.upper))
+
+    other = minimize(scaled, np.zeros(len(start)), method="Nelder-Mead", options={"maxiter": 6000, "fatol": 1e-9})
+    assert found.deviance <= other.fun + 1e-5
+    assert found.deviance == pytest.approx(other.fun, abs=0.05)  # where a simplex gives up
+
+
+def test_a_fixed_unknown_stays_and_the_limits_hold(rotor, truth):
+    likelihood = likelihood_of(rotor, truth, "amplitude")
+    theta = truth.copy()
+    theta[0] += 2e-3
+    found = maximise(likelihood, theta, fixed=0)
+    assert found.theta[0] == theta[0]
+    assert np.all((found.theta >= 0) & (found.theta <= 1))
+    assert found.deviance > maximise(likelihood, truth).deviance
+
+
+def test_a_maximum_on_a_search_limit_is_reached(rotor, truth):
+    """Damping that the data would have below its lower limit ends there."""
+    limits = {"cxx": [0.6, 1.0]}  # the true 0.5 kN s/m is outside
+    outside = ThreeDisk(n_speed=21, limits=limits).build()
+    measurement = measured(rotor, truth, "complex")
+    u = outside.parameters.to_cube(rotor.parameters.to_si(truth))
+    found = maximise(Likelihood(Model(outside), measurement), np.clip(u, 0, 1))
+    assert found.theta[2] == 0.0
+
+
+@pytest.mark.parametrize("noise", [Noise(0.1, 0.0), Noise(0.0, 3e-6), Noise(0.05, 1e-6)])
+def test_unknown_noise_is_estimated(truth, noise):
+    problem = ThreeDisk(n_speed=200).build()
+    likelihood = likelihood_of(problem, truth, "complex", noise=noise, told=False)
+    found = likelihood.noise(maximise(likelihood, likelihood.start(truth)).theta)
+    # 400 complex data: a standard deviation is known to 1/√800 = 3.5 %, each of two parts to a few times that
+    amplitude = np.abs(problem.response(problem.parameters.to_si(truth)[None])[0])
+    assert np.median(found.sd(amplitude) / noise.sd(amplitude)) == pytest.approx(1, abs=0.15)
+
+
+def test_a_spent_budget_ends_the_search_with_the_best_so_far(rotor, truth):
+    measurement = measured(rotor, truth, "complex")
+    start = np.clip(truth + np.array([2e-3, 0, 0, 0, 0.05]), 0, 1)
+    whole = maximise(Likelihood(Model(rotor), measurement), start)
+    model = Model(rotor, budget=2)
+    short = maximise(Likelihood(model, measurement), start)
+    assert model.evaluations <= 2
+    assert whole.deviance < short.deviance <= Likelihood(Model(rotor), measurement).deviance(start)
+
+
+def test_a_problem_without_sensitivity_has_the_same_maximum(rotor, truth):
+    class Plain(Problem):
+        parameters, speed, channels = rotor.parameters, rotor.speed, rotor.channels
+
+        def response(self, x):
+            return rotor.response(x)
+
+    measurement = measured(rotor, truth, "complex")
+    model = Model(Plain())
+    found = maximise(Likelihood(model, measurement), truth)
+    expected = maximise(Likelihood(Model(rotor), measurement), truth)
+    assert model.jacobians == 0 and model.evaluations > 11
+    sd = 1 / np.sqrt(np.diag(expected.information))
+    assert (found.theta - expected.theta) / sd == pytest.approx(0, abs=1e-3)
+
+
+class Wave(Problem):
+    """A response 3 + sin 2πx/10 that has the same value at many x: one maximum of the likelihood for each."""
+
+    speed, channels = np.arange(1.0, 41.0), (Channel(0.0, "x"),)
+    parameters = Parameters((Parameter("p", "", 1.0, 0.0, 30.0),))
+
+    def response(self, x):
+        wave = 3 + np.sin(2 * np.pi * x / 10) + 0.02 * x  # a little higher from one to the next
+        return np.repeat(wave[:, :, None], 40, axis=1).astype(complex)
+
+
+def of_wave(noise, seed=0):
+    values = np.abs(3 + 0.8 + np.random.default_rng(seed).standard_normal((40, 1)) * 0.2)
+    return Likelihood(Model(Wave()), Measurement(Wave.speed, Wave.channels, values, noise, "test"))
+
+
+def test_best_maxima_are_different_ones_the_highest_first():
+    likelihood = of_wave(Noise(0.0, 0.2))
+    starts = [np.array([x / 30]) for x in np.linspace(0.5, 29.5, 40)]
+    found = best_maxima(likelihood, starts, first_iterations=6, survivors=40)
+    deviances = [point.deviance for point in found]
+    assert deviances == sorted(deviances) and np.all(np.diff(deviances) > 1e-2)
+    # by a grid, none is higher
+    values = np.array([likelihood.deviance(np.array([u])) for u in np.linspace(0, 1, 1001)])
+    assert deviances[0] <= values.min() + 1e-6
+    assert len(best_maxima(likelihood, starts, first_iterations=6, survivors=1)) == 1
+
+
+def test_the_nearest_maximum_is_that_of_the_start_s_own_valley():
+    likelihood = of_wave(Noise(0.0, 0.2))
+    mean = likelihood.measurement.values.mean()
+    for start in (1.0, 11.0, 21.0):
+        x = 30 * nearest_maximum(likelihood, np.array([start / 30])).theta[0]
+        assert abs(x - start) < 2.0
+        assert 3 + np.sin(2 * np.pi * x / 10) + 0.02 * x == pytest.approx(mean, abs=1e-4)
+
+
+def test_the_noise_at_the_nearest_maximum_is_the_best_of_its_own_grid():
+    """A constant response: how much of its noise is relative cannot be told, their sum is the rms residual."""
+    likelihood = of_wave(None)
+    found = nearest_maximum(likelihood, np.array([1.0 / 30]))
+    values = likelihood.measurement.values
+    rms = np.sqrt(np.mean((values - values.mean()) ** 2))
+    assert likelihood.noise(found.theta).sd(values.mean()) == pytest.approx(rms, rel=0.01)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_other_start_of_the_noise_leads_higher(rotor, truth, seed):
+    likelihood = likelihood_of(rotor, truth, "complex", noise=Noise(0.05, 1e-6), told=False, seed=seed)
+    first = maximise(likelihood, likelihood.start(truth))
+    best = with_best_noise(likelihood, first)
+    assert best.deviance <= first.deviance
+    for noise in likelihood.noise_starts(best.theta[:5]):
+        again = maximise(likelihood, np.concatenate([best.theta[:5], noise]))
+        assert again.deviance >= best.deviance - 1e-5  # twice the tolerance of a maximum, and more
+
+
+def test_known_noise_is_left_alone(rotor, truth):
+    likelihood = likelihood_of(rotor, truth, "complex")
+    point = likelihood.at(truth)
+    assert with_best_noise(likelihood, point) is point
