@@ -129,7 +129,7 @@ def planning_study(
     remarks = [entry for entry in found if isinstance(entry, str)]
     if np.all(np.equal(noise.floor, 0)):
         remarks.append(
-            "the noise is proportional to each value: places and speeds of hardly any motion count like all others;"
+            "the noise is proportional to each value: positions and speeds of hardly any motion count like all others;"
             " measurement.floor says what the probes resolve"
         )
     return PlanRecord(
