@@ -1,15 +1,15 @@
 """The audit of the paper: each printed error beside what the data could have told, under every reading of its print.
 
 The *chance* of a printed error e, rounding r, is that of an efficient unbiased estimate to come so near by luck:
-P(|N(0, b)| ≤ e + r) with the Cramér–Rao bound b; r is half the last digit of the error or of the value, whichever is
-more. The *blind chance* is that of a point drawn evenly between the bounds of the search. The verdict on a value:
+P(|N(0, b)| ≤ e + r) with the Cramér–Rao lower bound (CRLB) b; r is half the last digit of the error or of the value,
+whichever is more. The *blind chance* is that of a point drawn evenly between the limits of the search. The verdict on a value:
 
-- `possible`: its chance is at least 5 %, or its blind chance is, or it lies at a bound of the search. A value far off
-  is always possible, for any method can do worse than the bound;
+- `possible`: its chance is at least 5 %, or its blind chance is, or it lies at a limit of the search. A value far off
+  is always possible, for any method can do worse than the CRLB;
 - `lucky`: its chance is below 5 %;
 - `impossible`: its chance is below 0.1 %: the data do not hold what was printed.
 
-The row `together` is of all values of one column that are not possible blindly or at a bound of the search: the chance
+The row `together` is of all values of one column that are not possible blindly or at a limit of the search: the chance
 that the joint normal errors of an efficient estimate, with its correlations, are all as small as printed.
 """
 
@@ -24,13 +24,14 @@ from typing import Any, ClassVar
 import numpy as np
 import pandas as pd
 
-from bench.jobs.records import read_records
 from bench.plan.plan import Cell, Plan
 from bench.plan.report import Made, Report
 from bench.reports.audit_figure import audit_figure
-from bench.reports.identifiability import bound_pct, plain_runs, told_by_cell
+from bench.reports.by_cell import first_results, plain_runs, run_lines
 from bench.reports.tables import PAPER, csv_text
+from ksmea.arrays import Array
 from ksmea.errors import SettingError
+from ksmea.records.identifiability import IdentifiabilityRecord, Unknown
 from ksmea.show.style import png
 from ksmea.show.text import aligned
 
@@ -43,7 +44,7 @@ N_DRAW = 400_000  # of joint errors: a chance of 0.1 % is good to 5 % of itself
 ASSUMED = "assumed"  # where no reference damping is printed
 COLUMNS = (
     *("table", "reading", "damping", "kind", "parameter", "column", "identified", "error_pct_printed", "rounding_pct"),
-    *("at_search_bound", "bound_pct", "chance", "chance_blind", "verdict", "slip"),
+    *("at_search_limit", "crlb_pct", "chance", "chance_blind", "verdict", "slip"),
 )
 
 
@@ -58,9 +59,9 @@ class AuditReport(Report):
                     f"table=audit: expected cells with label={'|'.join(AUDITED)}, got {cell.place.get('label')};"
                     " run +experiment=audit"
                 )
-        records = read_records(output)
-        runs = plain_runs(plan, records)
-        frame = audit_frame(plan, told_by_cell(plan, records))
+        lines = run_lines(output)
+        runs = plain_runs(plan, lines)
+        frame = audit_frame(plan, first_results(plan, lines, IdentifiabilityRecord))
         return Made(
             audit_text(frame),
             {f"{plan.name}.csv": csv_text(frame).encode(), "runs.csv": csv_text(runs).encode()},
@@ -69,19 +70,19 @@ class AuditReport(Report):
         )
 
 
-def audit_frame(plan: Plan, told: Mapping[int, Mapping[str, Any]]) -> pd.DataFrame:
+def audit_frame(plan: Plan, found: Mapping[int, IdentifiabilityRecord]) -> pd.DataFrame:
     """A row per printed error and reading, and one per column of a table for all its errors together."""
     rows: list[dict[str, Any]] = []
-    for cell, record in told.items():
+    for cell, record in found.items():
         of_cell = list(_rows(plan.cells[cell], record))
         rows += [*of_cell, *_joint_rows(of_cell, record)]
     frame = pd.DataFrame(rows, columns=list(COLUMNS))
     return frame.sort_values("table", kind="stable", ignore_index=True)
 
 
-def chance(error_pct: float, bound: float) -> float:
-    """P(|N(0, bound)| ≤ error), both in per cent; 0 where the bound is infinite."""
-    return 0.0 if np.isinf(bound) else 2 * NormalDist(0, bound).cdf(error_pct) - 1
+def chance(error_pct: float, crlb_pct: float) -> float:
+    """P(|N(0, CRLB)| ≤ error), both in per cent; 0 where the CRLB is infinite."""
+    return 0.0 if np.isinf(crlb_pct) else 2 * NormalDist(0, crlb_pct).cdf(error_pct) - 1
 
 
 def chance_blind(error_pct: float, true: float, lower: float, upper: float) -> float:
@@ -90,18 +91,18 @@ def chance_blind(error_pct: float, true: float, lower: float, upper: float) -> f
     return max(0.0, min(upper, true + reach) - max(lower, true - reach)) / (upper - lower)
 
 
-def verdict(chance: float, chance_blind: float, at_search_bound: bool) -> str:
-    if at_search_bound or max(chance, chance_blind) >= LUCKY:
+def verdict(chance: float, chance_blind: float, at_search_limit: bool) -> str:
+    if at_search_limit or max(chance, chance_blind) >= LUCKY:
         return "possible"
     return "impossible" if chance < IMPOSSIBLE else "lucky"
 
 
-def joint_chance(limits: np.ndarray, correlation: np.ndarray) -> float:
-    """P(|z_i| ≤ limits_i for all i) of unit normal z (d,) with this correlation (d, d), by simulation with fixed draws."""
+def joint_chance(largest: Array, correlation: Array) -> float:
+    """P(|z_i| ≤ largest_i for all i) of unit normal z (d,) with this correlation (d, d), by simulation with fixed draws."""
     values, vectors = np.linalg.eigh(correlation)
-    draws = np.random.default_rng(0).standard_normal((N_DRAW, len(limits)))
+    draws = np.random.default_rng(0).standard_normal((N_DRAW, len(largest)))
     z = draws @ (vectors * np.sqrt(np.maximum(values, 0))).T
-    return float(np.mean(np.all(np.abs(z) <= limits, axis=1)))
+    return float(np.mean(np.all(np.abs(z) <= largest, axis=1)))
 
 
 def rounding_pct(error: str, value: str, reference: float) -> float:
@@ -113,13 +114,13 @@ def _half_digit(printed: str) -> float:
     return 0.5 * 10.0 ** -len(printed.partition(".")[2])
 
 
-def _rows(cell: Cell, record: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+def _rows(cell: Cell, record: IdentifiabilityRecord) -> Iterator[dict[str, Any]]:
     table = cell.place["label"]
     printed = pd.read_csv(PAPER / f"{table}.csv", dtype=str, keep_default_na=False)
     slips = pd.read_csv(PAPER / "slips.csv", dtype=str)
     column = "method" if "method" in printed else "samples"
-    facts = {parameter["name"]: parameter for parameter in record["parameters"]}
-    place = {
+    facts = {parameter.name: parameter for parameter in record.parameters}
+    reading = {
         "table": table,
         "reading": cell.settings["problem"].get("reading", "rpm").replace("rad_s", "rad/s"),
         "damping": _damping(printed, facts),
@@ -128,19 +129,18 @@ def _rows(cell: Cell, record: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     for row in printed[printed["error_pct_printed"] != ""].to_dict("records"):
         fact, error, reference = facts[row["parameter"]], float(row["error_pct_printed"]), float(row["reference"])
         rounding = rounding_pct(row["error_pct_printed"], row["identified"], reference)
-        identified = float(row["identified"]) * fact["true"] / reference  # SI, in the reading of its unit
-        stuck = bool(np.isclose(identified, [fact["lower"], fact["upper"]], rtol=1e-9).any())
-        bound = bound_pct(np.inf if fact["bound"] is None else fact["bound"], fact["true"])
-        efficient = chance(error + rounding, bound)
-        blind = chance_blind(error + rounding, fact["true"], fact["lower"], fact["upper"])
-        yield place | {
+        identified = float(row["identified"]) * fact.true / reference  # SI, in the reading of its unit
+        stuck = bool(np.isclose(identified, [fact.lower, fact.upper], rtol=1e-9).any())
+        efficient = chance(error + rounding, fact.crlb_pct)
+        blind = chance_blind(error + rounding, fact.true, fact.lower, fact.upper)
+        yield reading | {
             "parameter": row["parameter"],
             "column": row[column],
             "identified": float(row["identified"]),
             "error_pct_printed": error,
             "rounding_pct": rounding,
-            "at_search_bound": stuck,
-            "bound_pct": bound,
+            "at_search_limit": stuck,
+            "crlb_pct": fact.crlb_pct,
             "chance": efficient,
             "chance_blind": blind,
             "verdict": verdict(efficient, blind, stuck),
@@ -148,30 +148,29 @@ def _rows(cell: Cell, record: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
         }
 
 
-def _joint_rows(rows: list[dict[str, Any]], record: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
+def _joint_rows(rows: list[dict[str, Any]], record: IdentifiabilityRecord) -> Iterator[dict[str, Any]]:
     """What each printed column claims as a whole; a column that claims nothing has no row."""
-    names = [parameter["name"] for parameter in record["parameters"]]
-    correlation = np.array(record["correlation"], dtype=float)
+    correlation = np.array(record.correlation, dtype=float)
     for column in dict.fromkeys(row["column"] for row in rows):
         of_column = [row for row in rows if row["column"] == column]
-        claims = [row for row in of_column if not row["at_search_bound"] and row["chance_blind"] < LUCKY]
+        claims = [row for row in of_column if not row["at_search_limit"] and row["chance_blind"] < LUCKY]
         if not claims:
             continue
-        limits = np.array([(row["error_pct_printed"] + row["rounding_pct"]) / row["bound_pct"] for row in claims])
-        places = [names.index(row["parameter"]) for row in claims]
-        together = joint_chance(limits, correlation[np.ix_(places, places)])
+        largest = np.array([(row["error_pct_printed"] + row["rounding_pct"]) / row["crlb_pct"] for row in claims])
+        indices = [record.names.index(row["parameter"]) for row in claims]
+        together = joint_chance(largest, correlation[np.ix_(indices, indices)])
         blind = float(np.prod([row["chance_blind"] for row in claims]))
         facts = {key: of_column[0][key] for key in ("table", "reading", "damping", "kind", "column")}
         result = {"chance": together, "chance_blind": blind, "verdict": verdict(together, blind, False)}
-        yield {**facts, "parameter": TOGETHER, "at_search_bound": False, "slip": "", **result}
+        yield {**facts, "parameter": TOGETHER, "at_search_limit": False, "slip": "", **result}
 
 
-def _damping(printed: pd.DataFrame, facts: Mapping[str, Mapping[str, Any]]) -> str:
-    """How the printed unit of damping is read, by the true value that the bounds were taken at."""
+def _damping(printed: pd.DataFrame, facts: Mapping[str, Unknown]) -> str:
+    """How the printed unit of damping is read, by the true value that the CRLBs were taken at."""
     reference = printed.loc[printed["parameter"] == "cxx", "reference"].iloc[0]
     if reference == "":
         return ASSUMED
-    return DAMPING[round(facts["cxx"]["true"] / facts["cxx"]["si_per_unit"] / float(reference))]
+    return DAMPING[round(facts["cxx"].true / facts["cxx"].si_per_unit / float(reference))]
 
 
 def _slip(slips: pd.DataFrame, table: str, parameter: str, column: str) -> str:
@@ -190,7 +189,7 @@ def _listed(text: str, everything: str) -> list[str]:
 
 
 def audit_text(frame: pd.DataFrame) -> str:
-    """A line per table and reading: of each parameter the bound, and how many values are possible, lucky, impossible."""
+    """A line per table and reading: of each parameter the CRLB, and how many values are possible, lucky, impossible."""
     if frame.empty:
         return "nothing to compare: no run has a result"
     single = frame[frame["parameter"] != TOGETHER]
@@ -209,11 +208,11 @@ def audit_text(frame: pd.DataFrame) -> str:
     ]
     key = (
         f"lucky: the chance of an efficient estimate is below {100 * LUCKY:g} %; impossible: below"
-        f" {100 * IMPOSSIBLE:g} %; as near as {100 * LUCKY:g} % of blind draws, or at a bound of the search: possible"
+        f" {100 * IMPOSSIBLE:g} %; as near as {100 * LUCKY:g} % of blind draws, or at a limit of the search: possible"
     )
     return "\n".join(
         [
-            "printed errors beside the Cramér–Rao bound (1 σ, %): possible/lucky/impossible",
+            "printed errors beside the Cramér–Rao lower bound (CRLB, 1 σ, %): possible/lucky/impossible",
             aligned(head, lines),
             key,
             f"{TOGETHER}: the columns of the table, each by the joint chance of all its errors",
@@ -223,7 +222,7 @@ def audit_text(frame: pd.DataFrame) -> str:
 
 
 def _count_text(rows: pd.DataFrame) -> str:
-    return "–" if rows.empty else f"{_pct(rows['bound_pct'].iloc[0])}: {_counts(rows['verdict'])}"
+    return "–" if rows.empty else f"{_pct(rows['crlb_pct'].iloc[0])}: {_counts(rows['verdict'])}"
 
 
 def _counts(verdicts: pd.Series) -> str:

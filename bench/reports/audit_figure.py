@@ -1,4 +1,4 @@
-"""The paper's printed errors as dots against the bounds of every reading, a panel per table."""
+"""The paper's printed errors as dots against the CRLBs of every reading, a panel per table."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ READINGS = {  # colour by how speeds and damping are read
 }
 STYLES = {"amplitude": (2.6, "-"), "complex": (1.4, (0, (2, 1)))}  # width and dashes by the kind of data
 LOWEST, HIGHEST = 0.03, 3e4  # %, of the axis; what lies beyond stands at its edge as an arrow
-HALF_WIDTH = 0.38  # of a bound's line
+HALF_WIDTH = 0.38  # of a CRLB's line
 
 
 def audit_figure(frame: pd.DataFrame) -> Figure:
-    frame = frame[frame["bound_pct"].notna()]  # not what is said of columns as a whole
+    frame = frame[frame["crlb_pct"].notna()]  # not what is said of columns as a whole
     tables = list(dict.fromkeys(frame["table"]))
     columns = min(2, len(tables))
     n_row = -(-len(tables) // columns)
@@ -42,11 +42,11 @@ def audit_figure(frame: pd.DataFrame) -> Figure:
 
 def _panel(panel: Axes, rows: pd.DataFrame) -> None:
     names = list(dict.fromkeys(rows["parameter"]))
-    for place, name in enumerate(names):
+    for index, name in enumerate(names):
         of_name = rows[rows["parameter"] == name]
         for (reading, damping, kind), group in of_name.groupby(["reading", "damping", "kind"], sort=False):
-            _bound(panel, place, float(group["bound_pct"].iloc[0]), READINGS[reading, damping], kind)
-        _values(panel, place, of_name.drop_duplicates("column"))
+            _draw_crlb(panel, index, float(group["crlb_pct"].iloc[0]), READINGS[reading, damping], kind)
+        _values(panel, index, of_name.drop_duplicates("column"))
     panel.set_yscale("log")
     panel.set_ylim(LOWEST, HIGHEST)
     panel.set_xlim(-0.6, len(names) - 0.4)
@@ -56,24 +56,24 @@ def _panel(panel: Axes, rows: pd.DataFrame) -> None:
     panel.grid(axis="y", alpha=0.25)
 
 
-def _bound(panel: Axes, place: int, bound: float, colour: str, kind: str) -> None:
+def _draw_crlb(panel: Axes, index: int, crlb_pct: float, colour: str, kind: str) -> None:
     width, dashes = STYLES[kind]
-    if bound < HIGHEST:
-        panel.hlines(bound, place - HALF_WIDTH, place + HALF_WIDTH, color=colour, linewidth=width, linestyle=dashes)
+    if crlb_pct < HIGHEST:
+        panel.hlines(crlb_pct, index - HALF_WIDTH, index + HALF_WIDTH, color=colour, linewidth=width, linestyle=dashes)
     else:
         offset = 0.12 if kind == "complex" else -0.12
-        panel.plot(place + offset, HIGHEST * 0.75, "^", color=colour, markersize=7)
+        panel.plot(index + offset, HIGHEST * 0.75, "^", color=colour, markersize=7)
 
 
-def _values(panel: Axes, place: int, rows: pd.DataFrame) -> None:
+def _values(panel: Axes, index: int, rows: pd.DataFrame) -> None:
     """A dot per printed column, side by side; an error of 0 stands at its rounding."""
     offsets = np.linspace(-0.21, 0.21, len(rows)) if len(rows) > 1 else [0.0]
     for offset, row in zip(offsets, rows.itertuples()):
         shown = row.error_pct_printed or row.rounding_pct
-        marker = "s" if row.at_search_bound else "v" if row.error_pct_printed == 0 else "o"
+        marker = "s" if row.at_search_limit else "v" if row.error_pct_printed == 0 else "o"
         face = "white" if row.slip else "black"
         panel.plot(
-            place + offset,
+            index + offset,
             shown,
             marker,
             color="black",
@@ -88,7 +88,7 @@ def _legend(frame: pd.DataFrame) -> list[Line2D]:
     shown = list(dict.fromkeys(zip(frame["reading"], frame["damping"])))
     labels: dict[tuple[str, str], str] = {}  # one entry per colour
     for reading, damping in shown:
-        labels.setdefault(("colour", READINGS[reading, damping]), f"bound: {reading}, {damping}")
+        labels.setdefault(("colour", READINGS[reading, damping]), f"CRLB: {reading}, {damping}")
     lines = [Line2D([], [], color=colour, linewidth=2.6, label=label) for (_, colour), label in labels.items()]
     for kind in dict.fromkeys(frame["kind"]):
         width, dashes = STYLES[kind]
@@ -96,7 +96,7 @@ def _legend(frame: pd.DataFrame) -> list[Line2D]:
     for marker, face, label in (
         ("o", "black", "printed"),
         ("o", "white", "printed, with a slip"),
-        ("s", "black", "printed, at a search bound"),
+        ("s", "black", "printed, at a search limit"),
         ("v", "black", "printed as 0 (at its rounding)"),
     ):
         lines.append(

@@ -16,9 +16,9 @@ from bench.plan.columns import place_columns
 from bench.plan.naming import cell_name
 from bench.plan.plan import Plan, Run
 from bench.plan.report import Made, Report
-from bench.reports.alike import ALIKE, alike_text
 from bench.reports.fit_figure import fit_figure
 from bench.reports.tables import csv_text, runs_frame
+from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.style import png
 from ksmea.units import MICROMETRE, RPM
 

@@ -120,8 +120,8 @@ def test_every_printed_error_has_a_row_in_every_reading(frame):
 )
 def test_the_readings_are_those_that_they_are_called(reading, damping, expected, frame):
     rows = of(frame, table="table3", reading=reading, damping=damping, kind="amplitude")
-    for name, bound in expected.items():
-        assert of(rows, parameter=name)["bound_pct"].astype(float).tolist() == pytest.approx([bound] * 4, rel=0.05)
+    for name, crlb in expected.items():
+        assert of(rows, parameter=name)["crlb_pct"].astype(float).tolist() == pytest.approx([crlb] * 4, rel=0.05)
 
 
 def test_k_is_impossible_in_rpm_and_everything_possible_in_rad_per_s(frame):
@@ -137,9 +137,9 @@ def test_only_one_reading_allows_every_column_as_a_whole(frame):
     assert {place[:2] for place, is_allowed in allowed.items() if is_allowed} == {("rad/s", "kN s/m")}
 
 
-def test_values_at_a_bound_of_the_search_and_slips_are_marked(frame):
-    stuck = of(frame, reading="rad/s", kind="amplitude", at_search_bound=True)
-    for damping in ("kN s/m", "kN s/mm"):  # the bounds are read as the values are
+def test_values_at_a_limit_of_the_search_and_slips_are_marked(frame):
+    stuck = of(frame, reading="rad/s", kind="amplitude", at_search_limit=True)
+    for damping in ("kN s/m", "kN s/mm"):  # the limits are read as the values are
         found = of(stuck, table="table3", damping=damping)
         assert [*zip(found["parameter"], found["column"])] == [("cxx", "40"), ("cyy", "40"), ("cyy", "200")]
     rows = of(frame, table="table3", reading="rpm", damping="kN s/m", kind="complex")
@@ -152,7 +152,7 @@ def test_values_at_a_bound_of_the_search_and_slips_are_marked(frame):
 
 def test_a_printed_error_of_0_is_as_good_as_its_rounding(frame):
     u = of(frame, table="table8", parameter="u", kind="complex").iloc[0]
-    assert float(u["chance"]) == pytest.approx(2 * norm.cdf(0.625 / float(u["bound_pct"])) - 1, rel=1e-6)
+    assert float(u["chance"]) == pytest.approx(2 * norm.cdf(0.625 / float(u["crlb_pct"])) - 1, rel=1e-6)
 
 
 def test_it_prints_a_line_per_table_and_reading(audited):
@@ -162,14 +162,14 @@ def test_it_prints_a_line_per_table_and_reading(audited):
     assert (audited.output / "audit.png").read_bytes().startswith(b"\x89PNG")
 
 
-def test_the_figure_holds_the_printed_errors_and_the_bounds(frame):
+def test_the_figure_holds_the_printed_errors_and_the_crlbs(frame):
     rows = of(frame, table="table3").astype({"error_pct_printed": str})
-    numbers = ["error_pct_printed", "rounding_pct", "bound_pct"]
+    numbers = ["error_pct_printed", "rounding_pct", "crlb_pct"]
     rows = rows.replace({"": np.nan}).assign(**{name: pd.to_numeric(rows[name], errors="coerce") for name in numbers})
     [panel] = audit_figure(rows.assign(slip=rows["slip"].fillna(""))).axes
     dots = sorted(line.get_ydata()[0] for line in panel.get_lines() if line.get_color() == "black")
     printed = pd.read_csv(PAPER / "table3.csv")["error_pct_printed"].dropna()
     assert dots == pytest.approx(sorted(printed))
     drawn = {round(line[0][1], 6) for lines in panel.collections for line in lines.get_segments()}
-    bounds = rows["bound_pct"].dropna()
-    assert drawn == {round(bound, 6) for bound in bounds if bound < HIGHEST}
+    crlbs = rows["crlb_pct"].dropna()
+    assert drawn == {round(crlb, 6) for crlb in crlbs if crlb < HIGHEST}

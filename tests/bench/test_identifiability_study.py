@@ -1,22 +1,33 @@
-"""The study of identifiability: bounds against those of ksmea, how they scale with the data, and what is printed of them."""
+"""The study of identifiability: CRLBs against those of ksmea, how they scale with the data, and what is printed of them."""
 
 import dataclasses
+import json
+from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.figure import Figure
 
 from bench.plan.setup import Setup
 from bench.reports import identifiability as reporting
-from bench.reports.identifiability_figure import identifiability_figure
-from bench.studies.identifiability import Data, IdentifiabilityStudy, told_by
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.identifiability import identifiability
 from ksmea.measurement import Noise
+from ksmea.records.identifiability import IdentifiabilityRecord
+from ksmea.show.identifiability import COLUMNS, frame, plot, sentences, text
+from ksmea.studies.identifiability import (
+    Data,
+    IdentifiabilityOptions,
+    identifiability_of,
+    identifiability_study,
+    varied_data,
+)
 from problems.three_disk import ThreeDisk
 
 FIVE = ["kxx", "kyy", "cxx", "cyy", "u"]
 EXAMPLE = "docs/examples/rotor.yaml"
+DATA = Path(__file__).parents[1] / "data"
 
 
 def record_of(problem=None, study=None, **measurement):
@@ -28,15 +39,15 @@ def record_of(problem=None, study=None, **measurement):
     }
     setup = Setup.of(settings)
     setup.plugins["study"].validate(setup)
-    return setup.plugins["study"].run(setup, None)
+    return json.loads(json.dumps(setup.plugins["study"].run(setup, None), allow_nan=False))  # as a file has it
 
 
-def bounds(record, variation=None):
+def crlbs(record, variation=None):
     """(d,) of the present data, or by value (d,) of a variation."""
     if variation is None:
-        return np.array([parameter["bound"] for parameter in record["parameters"]], dtype=float)
+        return np.array([parameter["crlb"] for parameter in record["parameters"]], dtype=float)
     entries = [entry for entry in record["variations"] if entry["variation"] == variation]
-    return {str(entry["value"]): np.array(entry["bound"], dtype=float) for entry in entries}
+    return {str(entry["value"]): np.array(entry["crlb"], dtype=float) for entry in entries}
 
 
 @pytest.fixture(scope="module")
@@ -52,40 +63,40 @@ def undrawn(monkeypatch):
 # -- the record --
 
 
-def test_the_bounds_are_those_of_ksmea_at_the_reference_values(three_disk):
+def test_the_crlbs_are_those_of_ksmea_at_the_reference_values(three_disk):
     x = np.array(list(ThreeDisk().reference().values()))
     expected = identifiability(ThreeDisk().build(), x, Noise(0.1, 0.0), "amplitude")
-    assert bounds(three_disk) == pytest.approx(expected.crlb, rel=1e-9)
+    assert crlbs(three_disk) == pytest.approx(expected.crlb, rel=1e-9)
     assert np.array(three_disk["correlation"]) == pytest.approx(expected.correlation, abs=1e-9)
-    assert bounds(three_disk, "kind")["complex"] == pytest.approx(
+    assert crlbs(three_disk, "kind")["complex"] == pytest.approx(
         identifiability(ThreeDisk().build(), x, Noise(0.1, 0.0), "complex").crlb, rel=1e-9
     )
 
 
-def test_the_true_values_of_the_measurement_are_where_the_bounds_are_taken():
+def test_the_true_values_of_the_measurement_are_where_the_crlbs_are_taken():
     record = record_of(truth={"cxx": 0.9}, study={"variations": []})
     x = np.array(list((ThreeDisk().reference() | {"cxx": 900.0}).values()))
     expected = identifiability(ThreeDisk().build(), x, Noise(0.1, 0.0), "amplitude").crlb
-    assert bounds(record) == pytest.approx(expected, rel=1e-9)
+    assert crlbs(record) == pytest.approx(expected, rel=1e-9)
 
 
 def test_every_variation_passes_through_the_data_as_they_are(three_disk):
-    present = bounds(three_disk)
+    present = crlbs(three_disk)
     places = {"speeds": "53", "band": "[200.0, 1500.0]", "position": "0.1", "noise": "1.0", "kind": "amplitude"}
     for variation, value in places.items():
-        assert bounds(three_disk, variation)[value] == pytest.approx(present, rel=1e-6)
+        assert crlbs(three_disk, variation)[value] == pytest.approx(present, rel=1e-6)
 
 
-def test_a_bound_is_proportional_to_the_noise():
+def test_a_crlb_is_proportional_to_the_noise():
     """Exactly where the noise is a floor alone: its size then tells nothing."""
-    by_noise = bounds(record_of(relative=0.0, floor=0.2, study={"variations": ["noise"]}), "noise")
+    by_noise = crlbs(record_of(relative=0.0, floor=0.2, study={"variations": ["noise"]}), "noise")
     assert by_noise["0.5"] == pytest.approx(by_noise["1.0"] / 2)
     assert by_noise["3.0"] == pytest.approx(by_noise["1.0"] * 3)
 
 
-def test_four_times_as_many_speeds_halve_the_bounds_where_the_response_is_smooth():
+def test_four_times_as_many_speeds_halve_the_crlbs_where_the_response_is_smooth():
     record = record_of({"reading": "rpm"}, {"variations": ["speeds"]}, kind="complex")
-    by_speed = bounds(record, "speeds")
+    by_speed = crlbs(record, "speeds")
     assert list(by_speed) == ["14", "27", "53", "105", "209"]
     assert by_speed["53"] / by_speed["209"] == pytest.approx(np.full(5, 2.0), rel=0.05)
 
@@ -94,10 +105,8 @@ def test_unevenly_spaced_speeds_keep_their_spacing(three_disk):
     problem = ThreeDisk().build()
     speed = np.array([200.0, 300.0, 700.0])
     data = Data(problem.at(speed, problem.channels), Noise(0.1, 0), "amplitude", True)
-    found = {
-        place["value"]: varied.problem.speed
-        for place, varied in IdentifiabilityStudy(speed_factors=[1.0, 2.0])._speeds(data)
-    }
+    options = IdentifiabilityOptions(speed_factors=[1.0, 2.0])
+    found = {value: varied.problem.speed for value, varied in varied_data("speeds", data, options)}
     assert found[3] == pytest.approx(speed)
     assert found[5] == pytest.approx([200, 250, 300, 500, 700])
 
@@ -108,16 +117,16 @@ def test_a_measuring_plane_replaces_the_present_probes():
     problem = ThreeDisk().build()
     there = problem.at(problem.speed, [Channel(0.5, "x"), Channel(0.5, "y")])
     expected = identifiability(there, x, Noise(0.1, 0.0), "amplitude").crlb
-    by_position = bounds(record, "position")
+    by_position = crlbs(record, "position")
     assert len(by_position) == 14  # the nodes of 13 elements
-    [found] = [bound for value, bound in by_position.items() if float(value) == pytest.approx(0.5)]
+    [found] = [crlb for value, crlb in by_position.items() if float(value) == pytest.approx(0.5)]
     assert found == pytest.approx(expected, rel=1e-6)
-    few = bounds(record_of(study={"variations": ["position"], "n_position": 3}), "position")
+    few = crlbs(record_of(study={"variations": ["position"], "n_position": 3}), "position")
     assert [float(value) for value in few] == pytest.approx([0, 0.6, 1.3])
 
 
 def test_unknown_noise_costs_information():
-    known, unknown = (bounds(record_of(noise_known=flag, study={"variations": []})) for flag in (True, False))
+    known, unknown = (crlbs(record_of(noise_known=flag, study={"variations": []})) for flag in (True, False))
     assert np.all(unknown >= known * (1 - 1e-9)) and np.any(unknown > known * 1.0001)
 
 
@@ -140,21 +149,21 @@ def test_a_problem_without_sensitivity_and_sites_is_differentiated():
     x = np.array(list(ThreeDisk().reference().values()))
     data = Data(problem, Noise(0.1, 0.0), "complex", True)
     bare = dataclasses.replace(data, problem=Bare(problem))
-    assert told_by(bare, x).crlb == pytest.approx(told_by(data, x).crlb, rel=1e-3)
-    assert list(IdentifiabilityStudy()._position(bare)) == []
+    assert identifiability_of(bare, x).crlb == pytest.approx(identifiability_of(data, x).crlb, rel=1e-3)
+    assert list(varied_data("position", bare, IdentifiabilityOptions())) == []
 
 
 def test_fewer_data_than_unknowns_tell_of_none_alone():
     data = Data(ThreeDisk(n_speed=1, directions=["x"]).build(), Noise(0.0, 1e-7), "amplitude", True)
     x = np.array(list(ThreeDisk().reference().values()))
-    assert np.isinf(told_by(data, x).crlb).all()
+    assert np.isinf(identifiability_of(data, x).crlb).all()
 
 
-def test_a_value_of_0_is_measured_by_its_bounds():
-    """An angle or a cross-coupling can be 0; the bound in SI does not depend on what it is measured by."""
+def test_a_value_of_0_is_measured_by_its_limits():
+    """An angle or a cross-coupling can be 0; the CRLB in SI does not depend on what it is measured by."""
     problem = ThreeDisk().build()
     x = np.array([50e6, 70e6, 500.0, 0.0, 2e-4])
-    told = told_by(Data(problem, Noise(0.1, 0.0), "amplitude", True), x)
+    told = identifiability_of(Data(problem, Noise(0.1, 0.0), "amplitude", True), x)
     scale = problem.parameters.width  # for the inverse alone
     covariance = np.linalg.inv(told.information * np.outer(scale, scale)) * np.outer(scale, scale)
     assert told.crlb == pytest.approx(np.sqrt(np.diag(covariance)), rel=1e-6)
@@ -169,12 +178,12 @@ def test_the_command_prints_and_tables_what_the_record_holds(enter, undrawn, thr
     assert "kxx to ± 0.1 MN/m (± 0.21 %)" in ended.out
     assert "only roughly: cyy to ± 0.29 kN s/m (± 42 %)" in ended.out
     table = ended.table("identifiability")
-    assert list(table)[-9:] == list(reporting.COLUMNS)
+    assert list(table)[-9:] == list(COLUMNS)
     present = table[table["variation"] == "present"]
     assert present["parameter"].tolist() == FIVE
-    assert present["bound"].to_numpy() == pytest.approx(bounds(three_disk) / [1e6, 1e6, 1e3, 1e3, 1e-6])
-    bound, true, pct = (present[name].to_numpy() for name in ("bound", "true", "bound_pct"))
-    assert pct == pytest.approx(100 * bound / true)
+    assert present["crlb"].to_numpy() == pytest.approx(crlbs(three_disk) / [1e6, 1e6, 1e3, 1e3, 1e-6])
+    crlb, true, pct = (present[name].to_numpy() for name in ("crlb", "true", "crlb_pct"))
+    assert pct == pytest.approx(100 * crlb / true)
     assert present["half_width_pct"].to_numpy() == pytest.approx(1.959964 * pct)
     assert len(table) == 5 * (1 + len(three_disk["variations"]))
     assert (ended.output / "identifiability.png").exists() and ended.runs()["status"].tolist() == ["done"]
@@ -185,19 +194,19 @@ def test_a_rotor_from_a_file_is_told_as_much_of(enter, undrawn, three_disk, pyte
     words = ["+experiment=identifiability", "problem=rotor", f"problem.file={file}", "workers=1"]
     table = enter(*words, output="results/identifiability").table("identifiability")
     present = table[table["variation"] == "present"]
-    assert present["bound"].to_numpy() == pytest.approx(bounds(three_disk) / [1e6, 1e6, 1e3, 1e3, 1e-6], rel=1e-6)
+    assert present["crlb"].to_numpy() == pytest.approx(crlbs(three_disk) / [1e6, 1e6, 1e3, 1e3, 1e-6], rel=1e-6)
 
 
 def test_a_sweep_has_a_section_per_cell_and_figures_of_the_first_ones(enter, undrawn):
     words = ["+experiment=identifiability", "measurement.relative=0.05,0.1", "study.variations=[noise]", "workers=1"]
     ended = enter(*words, "problem.mesh=13,21,26", output="results/identifiability")
     assert ended.code == 0
-    assert ended.out.count("With 53 speeds") == 6 and ended.out.count("* the data as they are") == reporting.MOST_CELLS
+    assert ended.out.count("With 53 speeds") == 6 and ended.out.count("* the data as they are") == reporting.MAX_CELLS
     table = ended.table("identifiability")
     halves = table[(table["measurement.relative"] == 0.1) & (table["value"] == "× 0.5")]
     of_half = table[(table["measurement.relative"] == 0.05) & (table["variation"] == "present")]
-    assert halves["bound"].to_numpy() == pytest.approx(of_half["bound"].to_numpy())
-    assert len(list(ended.output.glob("*.png"))) == reporting.MOST_CELLS
+    assert halves["crlb"].to_numpy() == pytest.approx(of_half["crlb"].to_numpy())
+    assert len(list(ended.output.glob("*.png"))) == reporting.MAX_CELLS
 
 
 @pytest.mark.parametrize(
@@ -232,17 +241,17 @@ def hand_made(**changes):
             "n_speed": 1, "speed_from": np.pi / 30 * 600, "speed_to": np.pi / 30 * 600, "channels": ["x at 0 m"],
             "positions": [0.0], "kind": "complex", "relative": 0.0, "floor": 5e-7, "noise_known": False,
         },
-        "parameters": [{"name": name, "bound": bound, **parameter} for name, bound in
+        "parameters": [{"name": name, "crlb": crlb, **parameter} for name, crlb in
                        (("a", 1e5), ("b", 2e6), ("c", 6e6), ("d", None))],
         "correlation": np.array([[1, 0.96, 0, 0], [0.96, 1, -0.99, 0], [0, -0.99, 1, 0], [0, 0, 0, 1]]).tolist(),
-        "least_told": {"direction": [0.05, -0.6, 0.0, -0.8], "bound": 0.25},
+        "worst_direction": {"change": [0.05, -0.6, 0.0, -0.8], "crlb": 0.25},
         "variations": [],
     }  # fmt: skip
-    return record | changes
+    return IdentifiabilityRecord.from_data(record | changes)
 
 
 def test_sentences_of_a_record():
-    said = list(reporting._sentences(hand_made()))
+    said = list(sentences(hand_made()))
     assert said == [
         "With 1 speed of 600 rpm, 1 channel (x at 0 m), complex values and 0.5 µm noise of unknown level",
         "you will know (95 %): a to ± 0.2 MN/m (± 2 %)",
@@ -253,16 +262,55 @@ def test_sentences_of_a_record():
     ]
 
 
+def test_a_text_has_its_title_first_and_the_table_where_it_is_asked_for():
+    entries = [{"variation": "noise", "value": 2.0, "crlb": [2e5, 4e6, None, None]}]
+    with_table = text(hand_made(variations=entries), "rotor").splitlines()
+    assert with_table[0] == "rotor" and with_table[-1].split() == ["noise", "×", "2", "4", "80", "∞", "∞"]
+    assert text(hand_made(variations=entries), with_variations=False).splitlines() == list(sentences(hand_made()))
+
+
+def test_the_table_of_a_record_is_in_the_units_of_the_unknowns():
+    table = frame(hand_made())
+    assert list(table) == list(COLUMNS) and table["variation"].unique().tolist() == ["present"]
+    assert table["crlb"].tolist() == pytest.approx([0.1, 2.0, 6.0, np.inf])
+    assert table["half_width_pct"].tolist() == pytest.approx([2.0, 40.0, 120.0, np.inf])
+
+
 def test_the_figure_shows_half_widths_and_marks_what_lies_beyond():
     entries = [
-        {"variation": "noise", "value": factor, "bound": [1e5 * factor, 2e6 * factor, None, None]} for factor in (1, 2)
+        {"variation": "noise", "value": factor, "crlb": [1e5 * factor, 2e6 * factor, None, None]} for factor in (1, 2)
     ]
-    [panel] = identifiability_figure("hand made", hand_made(variations=entries)).axes
+    [panel] = plot(hand_made(variations=entries), title="hand made").axes
     lines = {line.get_label(): line for line in panel.get_lines()}
     assert lines["a"].get_xdata().tolist() == [1, 2] and lines["a"].get_ydata() == pytest.approx([2, 4])
     assert lines["b"].get_ydata() == pytest.approx([40, 80])
     arrows = [line for line in panel.get_lines() if line.get_marker() == "^" and len(line.get_xdata())]
     assert len(arrows) == 2  # c and d, of which nothing is known
+
+
+def test_given_axes_show_the_first_variation_or_the_data_as_they_are():
+    entries = [{"variation": "noise", "value": factor, "crlb": [1e5 * factor, 2e6, None, None]} for factor in (1, 2)]
+    panel = Figure().subplots()
+    assert plot(hand_made(variations=entries), panel) is panel.figure
+    assert panel.get_title() == "noise, times the present"
+    [panel] = plot(hand_made()).axes
+    assert [line.get_ydata()[0] for line in panel.get_lines()] == pytest.approx([2, 40, 120, 1e4])
+
+
+def test_the_study_is_a_function_of_a_problem_and_its_noise(three_disk):
+    x = np.array(list(ThreeDisk().reference().values()))
+    record = identifiability_study(ThreeDisk().build(), x, Noise(0.1, 0.0))
+    assert IdentifiabilityRecord.from_data(three_disk) == record and three_disk["status"] == "done"
+
+
+def test_a_record_that_says_bound_is_read():
+    """It was written before CRLBs had their name."""
+    record = IdentifiabilityRecord.from_data(json.loads((DATA / "identifiability_bound.json").read_text()))
+    assert record.names == ("kxx", "kyy", "cxx", "cyy", "u") and record.parameters[3].crlb == pytest.approx(75.0, abs=1)
+    assert record.variations[0].value == 14 and record.variations[1].value == pytest.approx((200.0, 1500.0))
+    assert record.worst_direction.crlb == pytest.approx(0.107, abs=1e-3)
+    assert "you will know only roughly: cyy to ± 0.15 kN s/m (± 21 %)" in text(record)
+    assert IdentifiabilityRecord.from_data(record.to_data()) == record
 
 
 def test_a_run_without_result_is_counted_and_not_tabled(plan, tmp_path):

@@ -20,7 +20,8 @@ from ksmea.channel import Channel
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.parameters import Parameter
 from ksmea.units import MICROMETRE, RPM
-from measurements.file import File, as_csv
+from measurements.file import File
+from measurements.run_up_csv import as_csv
 from problems.three_disk import ThreeDisk
 
 ROOT = Path(__file__).resolve().parents[2]

@@ -21,7 +21,9 @@ from ksmea.measurement import Measurement, Noise
 from ksmea.misfit import FORMS, Misfit
 from ksmea.model import Model
 from ksmea.units import RPM
-from measurements.file import MOST_ROWS, File, as_csv
+from measurements.file import File
+from measurements.run_up_csv import as_csv
+from measurements.run_up_rows import MAX_ROWS
 from problems.rk4_two_disk import RK4TwoDisk
 from problems.three_disk import ThreeDisk
 
@@ -190,8 +192,8 @@ BAD = {  # content, what the one line has to contain
     "off the shaft": (text(*(row.replace("0.1", "100") for row in GOOD)), "line 2: sensor at 100 m: expected a position on"),
     "dead probe": (text("1000,0.1,x,0,,", "1100,0.1,x,0,,"), "line 2: expected amplitudes above 0, got 0 at more than half"),
     "too many": (
-        text(*(f"{1 + place / 100},0.1,x,1,," for place in range(MOST_ROWS + 1))),
-        f"line {MOST_ROWS + 2}: expected at most {MOST_ROWS} rows",
+        text(*(f"{1 + place / 100},0.1,x,1,," for place in range(MAX_ROWS + 1))),
+        f"line {MAX_ROWS + 2}: expected at most {MAX_ROWS} rows",
     ),
 }  # fmt: skip
 
@@ -262,8 +264,8 @@ def test_a_million_rows_are_refused_quickly_and_in_bounded_memory(tmp_path):
 
 def test_as_many_rows_as_allowed_are_read_quickly(written):
     started = time.perf_counter()
-    file = written(text(*(f"{1 + place / 100:.2f},0.1,x,1.0,30,0.1" for place in range(MOST_ROWS))))
-    assert len(measured(file).speed) == MOST_ROWS
+    file = written(text(*(f"{1 + place / 100:.2f},0.1,x,1.0,30,0.1" for place in range(MAX_ROWS))))
+    assert len(measured(file).speed) == MAX_ROWS
     assert time.perf_counter() - started < 20
 
 

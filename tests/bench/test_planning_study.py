@@ -7,12 +7,19 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.figure import Figure
 
 from bench.plan.setup import Setup
 from bench.reports.planning import plan_figure
 from ksmea.contracts import Problem
+from ksmea.errors import SettingError
 from ksmea.identifiability import identifiability
+from ksmea.measurement import Noise
+from ksmea.records.plan import PlanRecord
+from ksmea.show.plan import frame, plot, text
+from ksmea.studies.plan import PlanOptions, planning_study
 
+DATA = Path(__file__).parents[1] / "data"
 ROTOR = Path(__file__).parents[2] / "docs" / "examples" / "rotor.yaml"
 PLAN = ["+experiment=plan", "study.n_candidate=60", "workers=1"]
 OUTPUT = "results/plan"
@@ -54,17 +61,17 @@ def test_the_table_says_what_to_add_and_what_it_gives(plan):
     assert np.all(np.diff(table[(table.family == "speeds") & (table.parameter == "cyy")]["after"]) < 0)
     of_target = table[table.parameter == "cyy"].groupby("family").last()
     # the choice is made for cyy: at least as good as as many data without a plan
-    assert np.all(of_target["gain_pct"] > of_target["unplanned_gain_pct"])
+    assert np.all(of_target["reduction_pct"] > of_target["unplanned_reduction_pct"])
     fall = 1 - of_target["after"] / of_target["before"]
-    assert of_target["gain_pct"].to_numpy() == pytest.approx(100 * fall.to_numpy())
+    assert of_target["reduction_pct"].to_numpy() == pytest.approx(100 * fall.to_numpy())
     # the same run twice: 1 − 1/√2
-    assert of_target.loc["trial run", "unplanned_gain_pct"] == pytest.approx(100 * (1 - np.sqrt(0.5)), abs=1e-6)
-    assert "To know cyy better, its bound being 6.3 % now:" in ended.out
+    assert of_target.loc["trial run", "unplanned_reduction_pct"] == pytest.approx(100 * (1 - np.sqrt(0.5)), abs=1e-6)
+    assert "To know cyy better, its CRLB being 6.3 % now:" in ended.out
     assert "add these 10 speeds:" in ended.out and "add a second run with 140 g mm at" in ended.out
     assert sorted(path.name for path in ended.output.glob("*.*g")) == ["plan.log", "plan.png"]
 
 
-def test_the_bounds_are_those_of_the_enlarged_measurement(plan):
+def test_the_crlbs_are_those_of_the_enlarged_measurement(plan):
     """The speeds of the plan given to the problem: `identifiability` of present and added speeds in one."""
     found = record(plan("study.target=cxx", "study.sensors=0", "study.trial_phases=[]", "study.add=3"))
     setup = Setup.of(SETTINGS)
@@ -73,7 +80,7 @@ def test_the_bounds_are_those_of_the_enlarged_measurement(plan):
     enlarged = setup.problem.at(speeds, setup.problem.channels)
     noise = setup.plugins["measurement"].noise
     # another reduction of the same rotor, and a scale of its own
-    assert steps[-1]["bound"] == pytest.approx(
+    assert steps[-1]["crlb"] == pytest.approx(
         identifiability(enlarged, setup.true_x, noise, "amplitude").crlb, rel=1e-5
     )
     assert [name["family"] for name in found["families"]] == ["speeds"]
@@ -86,14 +93,14 @@ def test_records_are_json_without_infinities_and_nothing_is_drawn(plan):
     first, second = ended.events()
     for event in (first, second):
         json.dumps(event, allow_nan=False)
-    for part in ("families", "bound", "remarks", "parameters"):
+    for part in ("families", "crlb", "remarks", "parameters"):
         assert first[part] == second[part]
     assert len(ended.table("plan")) == 13 * 9  # of two equal repetitions one: eight unknowns, and all together
 
 
 def test_speeds_stay_in_the_band_and_probes_where_none_is(plan):
     found = record(plan("study.target=u", "study.band=[1, 1]", "study.sensors=27"))
-    lowest, highest, _ = found["speed"]
+    lowest, highest = found["speed_from"], found["speed_to"]
     speeds = [step["speed"] for step in family(found, "speeds")["steps"]]
     assert len(set(speeds)) == 10 and lowest <= min(speeds) and max(speeds) <= highest
     probes = [(step["position"], step["direction"]) for step in family(found, "probes")["steps"]]
@@ -119,7 +126,7 @@ def test_a_sweep_of_targets_has_a_plan_for_each(plan):
 def test_all_unknowns_together_have_a_row_of_their_own(plan):
     table = plan().table("plan")
     together = table[table.parameter == "all"]
-    assert len(together) == 13 and np.all(together["gain_pct"] > 0) and together["after"].isna().all()
+    assert len(together) == 13 and np.all(together["reduction_pct"] > 0) and together["after"].isna().all()
 
 
 def test_a_rotor_from_a_file_with_unknown_noise(plan):
@@ -137,14 +144,14 @@ def test_what_the_data_do_not_tell_at_all(plan):
     assert "it becomes known to" in ended.out
     rows = ended.table("plan").query("parameter == 'phase1'").set_index("family")
     assert np.isinf(rows["before"]).all() and np.isinf(rows.loc[["speeds", "probes"], "after"]).all()
-    assert np.isfinite(rows.loc["trial run", "after"]) and pd.isna(rows.loc["trial run", "gain_pct"])
-    assert record(ended)["bound"][5] is None
+    assert np.isfinite(rows.loc["trial run", "after"]) and pd.isna(rows.loc["trial run", "reduction_pct"])
+    assert record(ended)["crlb"][5] is None
 
 
-def test_bounds_beyond_the_search_are_not_called_knowledge(plan):
-    """rk4 in its band is quasi-static: bounds of c of 1e8 % and more are no news, however much they fall."""
+def test_crlbs_beyond_the_search_are_not_called_knowledge(plan):
+    """rk4 in its band is quasi-static: CRLBs of c of 1e8 % and more are no news, however much they fall."""
     ended = plan("problem=rk4", "study.target=cyy")
-    assert "the best 10 speeds leave it unknown: its bound stays wider than the search bounds" in ended.out
+    assert "the best 10 speeds leave it unknown: its CRLB stays wider than the search limits" in ended.out
     assert "e+0" not in ended.out
 
 
@@ -171,7 +178,7 @@ def test_a_problem_that_can_do_less_is_planned_for_as_far_as_it_goes():
     assert [family["family"] for family in found["families"]] == ["speeds"]
     assert sum("considered" in remark for remark in found["remarks"]) == 2
     # derivatives by differences: steps of 1e-5 of the range leave some 1e-6 near a resonance
-    assert found["bound"] == pytest.approx(whole["bound"], rel=1e-4)
+    assert found["crlb"] == pytest.approx(whole["crlb"], rel=1e-4)
     chosen = [[step["candidate"] for step in family(each, "speeds")["steps"]] for each in (found, whole)]
     assert chosen[0] == chosen[1]
 
@@ -195,3 +202,51 @@ def test_bad_input_is_one_line(enter, words, said):
     ended = enter(*PLAN, *words, output=OUTPUT)
     assert ended.code == 2
     assert said in ended.err and len(ended.err.strip().splitlines()) == 1
+
+
+# -- the record in Python --
+
+
+@pytest.fixture(scope="module")
+def small():
+    setup = Setup.of(SETTINGS)
+    options = PlanOptions(target="cyy", n_candidate=20, add=2, sensors=1, trial_phases=[0.0])
+    return planning_study(setup.problem, setup.true_x, setup.plugins["measurement"].noise, options=options)
+
+
+def test_the_study_is_a_function_of_a_problem_and_its_noise(small):
+    assert PlanRecord.from_data(json.loads(json.dumps(small.to_data(), allow_nan=False))) == small
+    assert small.target_unknown.name == "cyy" and small.target_index == 3
+    assert [len(family.steps) for family in small.families] == [2, 1, 1]
+    assert small.families[0].candidates.position is None and len(small.families[0].candidates.speed) == 20
+    assert frame(small)["order"].max() == 2 and len(frame(small)) == 4 * 5
+    assert text(small, "rotor:").startswith("rotor:\nTo know cyy better, its CRLB being")
+
+
+def test_options_that_do_not_fit_are_refused_in_python():
+    setup = Setup.of(SETTINGS)
+    with pytest.raises(SettingError, match=r"unknown parameter in study\.target: 'czz'"):
+        planning_study(setup.problem, setup.true_x, Noise(0.1, 0.0), options=PlanOptions(target="czz"))
+
+
+def test_the_figure_has_a_panel_per_family_and_given_axes_the_first(small):
+    speeds, probes, trial = plot(small).axes
+    assert speeds.get_ylabel() == "reduction of the CRLB of cyy (%)"
+    assert (
+        speeds.get_xlabel() == "added speed (rpm)" and "probe" in probes.get_xlabel() and "trial" in trial.get_xlabel()
+    )
+    panel = Figure().subplots()
+    assert plot(small, panel) is panel.figure
+    assert panel.get_xlabel() == "added speed (rpm)" and panel.get_ylabel() == speeds.get_ylabel()
+
+
+def test_a_record_that_says_bound_and_gain_is_read():
+    """It was written before CRLBs and their reductions had their names."""
+    found = PlanRecord.from_data(json.loads((DATA / "plan_bound.json").read_text()))
+    assert found.target == "cyy" and found.crlb[3] == pytest.approx(75, abs=1) and found.n_speed == 53
+    assert [family.family for family in found.families] == ["speeds", "probes", "trial run"]
+    speeds = found.families[0]
+    assert speeds.chosen == (1,) and speeds.candidates.speed[1] == speeds.steps[0].speed
+    assert speeds.steps[0].reduction_pct == pytest.approx(speeds.candidates.reduction_pct[1])
+    assert "To know cyy better, its CRLB being 11 % now:" in text(found)
+    assert PlanRecord.from_data(found.to_data()) == found

@@ -1,15 +1,13 @@
-"""KSMEA: the three-disk rotor with Kriging and DE, and a mass on a spring with parts whose behaviour is known."""
+"""KSMEA, step by step: a mass on a spring with parts whose behaviour is known."""
 
 import dataclasses
 import time
-from collections.abc import Iterable, Mapping
 
 import numpy as np
 import pytest
 
 from ksmea.channel import Channel
 from ksmea.contracts import Optimizer, Predictor, Problem, Surrogate
-from ksmea.errors import SettingError
 from ksmea.identification import Streams
 from ksmea.loop import KSMEA
 from ksmea.measurement import Measurement, Noise, observe
@@ -17,15 +15,7 @@ from ksmea.misfit import Misfit
 from ksmea.parameters import Parameter, Parameters
 from ksmea.sampling import latin_hypercube
 from ksmea.transforms import make_transform
-from measurements.synthetic import Synthetic
-from optimizers.de import DE
-from problems.three_disk import ThreeDisk
-from surrogates.kriging import Kriging
 from surrogates.none import NoSurrogate
-
-REFERENCE = {"kxx": 50e6, "kyy": 70e6, "cxx": 500.0, "cyy": 700.0, "u": 2e-4}
-NEAR_LIMITS = {"kxx": [30.0, 80.0], "kyy": [50.0, 100.0]}
-SHORT_DE = DE(generations=30)
 
 
 def streams(seed=0):
@@ -64,141 +54,12 @@ class Counted(Problem):
         )
 
 
-# ---- the three-disk rotor, Kriging and DE
-
-
-@pytest.fixture(scope="module")
-def rotor():
-    return ThreeDisk(limits=NEAR_LIMITS).build()
-
-
-@pytest.mark.parametrize("seed", [0, 1, 2])
-def test_without_noise_all_five_parameters_are_identified(rotor, seed):
-    """SMC off, because without noise it can fire at a wrong optimum. The surrogate within 5e-8 m of the true model,
-    summed over 106 responses of 1 to 100 µm, was found to leave 1e-4 of the parameters."""
-    problem = Counted(rotor)
-    measurement = measured(rotor, list(REFERENCE.values()))
-    method = KSMEA(Kriging(), SHORT_DE, 80, smc=1.0, sdf=5e-8, max_updates=30)
-    found = method.identify(problem, measurement, streams(seed))
-    assert found.stop == "sdf" and found.history[-1].sdf < 5e-8 <= min(update.sdf for update in found.history[:-1])
-    assert np.all(np.abs(found.x / list(REFERENCE.values()) - 1) < 1e-3)
-    assert not any(found.at_limit)
-    assert problem.agrees_with(found) and found.model_evaluations == 80 + found.updates
-    assert found.updates == len(found.history)
-    assert found.misfit == min(update.misfit for update in found.history) < found.history[0].misfit
-    parts = found.seconds
-    assert 0 < parts["model"] + parts["surrogate"] + parts["search"] <= parts["total"]
-
-
-@pytest.fixture(scope="module")
-def noisy(rotor):
-    """10 % noise on amplitudes: the run, and the same run with a final step on the true model."""
-    measurement = measured(rotor, list(REFERENCE.values()), "amplitude", Noise(0.1, 0.0), seed=3)
-    runs = {}
-    for final_step in (False, True):
-        problem = Counted(rotor)
-        method = KSMEA(Kriging(), SHORT_DE, 60, max_updates=5, final_step=final_step)
-        runs[final_step] = problem, method.identify(problem, measurement, streams())
-    return measurement, runs
-
-
-def test_the_final_step_improves_the_likelihood(rotor, noisy):
-    measurement, runs = noisy
-    likelihood = Misfit(measurement, "likelihood")
-    without, with_step = (
-        likelihood.value(likelihood.observed(rotor.response(runs[final][1].x[None])))[0] for final in (False, True)
-    )
-    assert with_step < without
-    assert runs[True][1].misfit == pytest.approx(with_step, rel=1e-9)  # what it says it reached
-
-
-def test_the_final_step_is_counted_and_changes_nothing_before_it(noisy):
-    _, runs = noisy
-    (plain_problem, plain), (step_problem, step) = runs[False], runs[True]
-    assert plain_problem.agrees_with(plain) and step_problem.agrees_with(step)
-    assert plain.model_evaluations == 60 + plain.updates and plain.model_jacobians == 0
-    assert step.model_evaluations > plain.model_evaluations and step.model_jacobians > 0
-    assert same(plain.history, step.history) and plain.stop == step.stop
-
-
-def test_the_same_streams_give_the_same_result(rotor, noisy):
-    measurement, runs = noisy
-    expected = runs[False][1]
-    again = KSMEA(Kriging(), SHORT_DE, 60, max_updates=5).identify(rotor, measurement, streams())
-    assert np.array_equal(again.x, expected.x) and again.surrogate_evaluations == expected.surrogate_evaluations
-    assert same(again.history, expected.history)
-    other = KSMEA(Kriging(), SHORT_DE, 60, max_updates=5).identify(rotor, measurement, streams(1))
-    assert not same(other.history, expected.history)
-
-
 def same(first, second):
     return len(first) == len(second) and all(
         np.array_equal(getattr(a, field.name), getattr(b, field.name))
         for a, b in zip(first, second)
         for field in dataclasses.fields(a)
     )
-
-
-def numbers_in(thing, seen=None):
-    """Every number that can be reached from an object through attributes, entries and arrays."""
-    seen = set() if seen is None else seen
-    if isinstance(thing, (bool, str, bytes, type)) or thing is None or callable(thing):
-        return
-    if isinstance(thing, (int, float, complex, np.number)):
-        yield from (complex(thing).real, complex(thing).imag, abs(complex(thing)))
-        return
-    if id(thing) in seen:
-        return
-    seen.add(id(thing))
-    if isinstance(thing, np.ndarray):
-        for part in (thing.real, thing.imag, np.abs(thing)):
-            yield from part.ravel().tolist()
-    elif isinstance(thing, Mapping):
-        yield from numbers_in([*thing.keys(), *thing.values()], seen)
-    elif isinstance(thing, Iterable):
-        for entry in list(thing):
-            yield from numbers_in(entry, seen)
-    for entry in getattr(thing, "__dict__", {}).values():
-        yield from numbers_in(entry, seen)
-
-
-def true_values_in(*things):
-    numbers = np.array(list(numbers_in(things)))
-    return {name for name, value in REFERENCE.items() if np.any(np.abs(np.abs(numbers) / value - 1) < 1e-6)}
-
-
-@pytest.mark.parametrize("kind", ["amplitude", "complex"])
-def test_nothing_that_is_handed_to_an_identification_holds_the_true_values(kind):
-    received = []
-
-    class Method(KSMEA):
-        def identify(self, *arguments):
-            received.extend((*arguments, vars(self)))
-            return super().identify(*arguments)
-
-    settings = ThreeDisk(n_speed=50)  # 53 speeds would have 500 and 700 rad/s among them
-    problem = settings.build()
-    synthetic = Synthetic(kind=kind, relative=0.1)
-    measurement = synthetic.measure(settings, settings.reference(), np.random.default_rng(0), np.random.default_rng(0))
-    Method(Kriging(), DE(generations=2), 30, max_updates=1).identify(problem, measurement, streams())
-    assert problem in received and measurement in received
-    assert true_values_in(*received, vars(problem)["reduction"]) == set()
-    # it would be noticed
-    assert true_values_in(received, {"hidden": [settings.reference()]}) == set(REFERENCE)
-
-
-def test_without_a_surrogate_the_true_model_is_searched_and_counted(rotor):
-    problem = Counted(rotor)
-    measurement = measured(rotor, list(REFERENCE.values()), "amplitude", Noise(0.1, 0.0))
-    found = KSMEA(NoSurrogate(), SHORT_DE, 10).identify(problem, measurement, streams())
-    assert found.stop == "smc" and found.updates <= 2  # prediction and model are the same
-    assert problem.agrees_with(found)
-    # the samples, the search, and the optimum once as prediction and once as true model
-    assert found.model_evaluations == 10 + found.surrogate_evaluations + 2 * found.updates
-    assert found.surrogate_evaluations >= 100 * 31  # DE's populations
-
-
-# ---- a mass on a spring, with parts whose behaviour is known
 
 
 class Spring(Problem):
@@ -499,34 +360,3 @@ class SilentSurrogate(ExactSurrogate):
 def test_a_surrogate_without_any_prediction_is_an_error_that_says_so():
     with pytest.raises(ArithmeticError, match="none of the 20 points of the optimiser has a finite misfit"):
         run_spring(SilentSurrogate(), Guess(n=20), polish=False)
-
-
-# ---- what cannot work is refused before anything is run
-
-
-@pytest.mark.parametrize(
-    "settings, samples, text",
-    [
-        ({}, 6, "samples: expected at least 7 for this surrogate with 5 unknowns, got 6"),
-        ({"budget": 30}, 31, "method.budget: expected more than the 31 initial samples, got 30"),
-        ({"budget": 30}, 30, "method.budget: expected more than the 30 initial samples, got 30"),
-        ({"nearest": 6}, 40, "method.nearest: expected at least 7 for this surrogate with 5 unknowns, got 6"),
-    ],
-)
-def test_parts_that_cannot_work_together_are_refused(rotor, settings, samples, text):
-    with pytest.raises(SettingError) as caught:
-        KSMEA(Kriging(), DE(), samples, **settings).validate(rotor)
-    assert str(caught.value).startswith(text) and "\n" not in str(caught.value)
-
-
-def test_parts_that_just_work_together_are_taken(rotor):
-    KSMEA(Kriging(), DE(), 7, budget=8, nearest=7).validate(rotor)
-
-
-def test_an_optimizer_that_does_not_suit_the_unknowns_is_refused(rotor):
-    class ForTwo(Guess):
-        def check_dimension(self, dim):
-            raise SettingError(f"got {dim} unknowns")
-
-    with pytest.raises(SettingError, match="got 5 unknowns"):
-        KSMEA(Kriging(), ForTwo(), 40).validate(rotor)

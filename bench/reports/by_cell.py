@@ -1,0 +1,37 @@
+"""Records of studies in which nothing is random: the first result of a cell says it all."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, TypeVar
+
+import pandas as pd
+
+from bench.jobs.records import RESULTS, read_records
+from bench.plan.columns import run_columns
+from bench.plan.plan import Plan
+from ksmea.records.record import Record
+
+AnyRecord = TypeVar("AnyRecord", bound=Record)
+Lines = Mapping[str, Mapping[str, Any]]  # what became of each run, by its key
+
+
+def run_lines(output: Path) -> Lines:
+    """The last word on each run in the folder of an experiment."""
+    return read_records(output)
+
+
+def plain_runs(plan: Plan, lines: Lines) -> pd.DataFrame:
+    """A row per planned run: where it stands and what became of it."""
+    return pd.DataFrame([run_columns(plan, run, lines.get(run.key)) for run in plan.runs])
+
+
+def first_results(plan: Plan, lines: Lines, kind: type[AnyRecord]) -> dict[int, AnyRecord]:
+    """The record of each cell that has a result, in the order of the cells."""
+    found: dict[int, AnyRecord] = {}
+    for run in plan.runs:
+        line = lines.get(run.key)
+        if run.cell not in found and line is not None and line["status"] in RESULTS:
+            found[run.cell] = kind.from_data(line)
+    return dict(sorted(found.items()))

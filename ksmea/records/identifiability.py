@@ -1,0 +1,124 @@
+"""The record of what data tell about the unknowns before anything is measured: Cramér–Rao lower bounds (CRLB), 1 σ."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.records.record import Record
+
+# The speeds' count, [lowest, highest] of a band in rad/s, a position in m, a factor of the noise, or a kind of data.
+Value = int | float | str | tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """An unknown and how well the data tell it. All values are SI; divided by `si_per_unit` they are in `unit`."""
+
+    name: str
+    unit: str
+    si_per_unit: float
+    true: float  # value at which everything is linearised
+    lower: float  # limits of the search
+    upper: float
+    crlb: float | None  # smallest standard deviation of an unbiased estimate; None where the data do not tell it
+
+    @property
+    def crlb_si(self) -> float:
+        """The CRLB, infinite where the data do not tell the unknown."""
+        return np.inf if self.crlb is None else self.crlb
+
+    @property
+    def crlb_pct(self) -> float:
+        """The CRLB in per cent of the value; of a value of 0 there is none (nan)."""
+        return percent(self.crlb_si, self.true)
+
+
+@dataclass(frozen=True)
+class DataDescription:
+    """The data that are to be measured."""
+
+    n_speed: int
+    speed_from: float  # rad/s
+    speed_to: float  # rad/s
+    channels: tuple[str, ...]  # for example 'x at 0.1 m'
+    positions: tuple[float, ...]  # m, of the measuring planes, rising
+    kind: str  # 'amplitude' or 'complex'
+    relative: float  # standard deviation of the noise as a part of the value
+    floor: float  # its constant part, m
+    noise_known: bool  # whether the noise's level is known, or estimated along
+
+
+@dataclass(frozen=True)
+class Direction:
+    """A joint change of the unknowns, relative to their values (to the range of the search for a value of 0)."""
+
+    change: tuple[float, ...]  # unit vector (d,)
+    crlb: float | None  # of the relative change in that direction; None where the data do not tell it
+
+
+@dataclass(frozen=True)
+class Variation:
+    """What other data would tell: one thing changed, all else as it is."""
+
+    variation: str  # 'speeds', 'band', 'position', 'noise' or 'kind'
+    value: Value
+    crlb: tuple[float | None, ...]  # (d,) SI
+
+    @property
+    def crlb_si(self) -> Array:
+        """(d,) SI, infinite where the data do not tell the unknown."""
+        return np.array([np.inf if value is None else value for value in self.crlb])
+
+
+@dataclass(frozen=True)
+class IdentifiabilityRecord(Record):
+    """What such data would tell about each unknown, and what other data would. `sigmas` CRLBs are the half-width of the
+    interval of probability `level`."""
+
+    level: float
+    sigmas: float
+    data: DataDescription
+    parameters: tuple[Unknown, ...]
+    correlation: tuple[tuple[float | None, ...], ...]  # (d, d) of the estimates; None where nothing is told
+    worst_direction: Direction  # the joint change that the data tell least of
+    variations: tuple[Variation, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        return tuple(parameter.name for parameter in self.parameters)
+
+    @property
+    def crlb_si(self) -> Array:
+        """CRLBs (d,) of the data as they are, SI, infinite where an unknown is not told."""
+        return np.array([parameter.crlb_si for parameter in self.parameters])
+
+    @classmethod
+    def upgraded(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Earlier records say `bound` for a CRLB, and `least_told` for the worst direction."""
+        if "least_told" not in data:
+            return data
+        worst = data["least_told"]
+        return {
+            **data,
+            "parameters": [_crlb_of_bound(parameter) for parameter in data["parameters"]],
+            "variations": [_crlb_of_bound(variation) for variation in data["variations"]],
+            "worst_direction": {"change": worst["direction"], "crlb": worst["bound"]},
+        }
+
+
+def percent(crlb: float, true: float) -> float:
+    """A CRLB in per cent of the value; of a value of 0 there is none (nan).
+
+    >>> percent(0.5, -10.0)
+    5.0
+    """
+    return 100 * crlb / abs(true) if true else np.nan
+
+
+def _crlb_of_bound(part: Mapping[str, Any]) -> dict[str, Any]:
+    return {"crlb" if name == "bound" else name: value for name, value in part.items()}

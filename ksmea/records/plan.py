@@ -1,0 +1,138 @@
+"""The record of a plan: which speeds, probes or trial unbalance to add, and by how much each lowers the Cramér–Rao lower
+bound (CRLB, 1 σ).
+
+A *reduction* is by how many per cent the CRLB of the target falls; where all unknowns are the target, the geometric mean of
+the half axes of their confidence ellipsoid. None says that something becomes known that was not known at all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.records.record import Record
+
+# Names in records that say 'bound' and 'gain'.
+_RENAMED = {
+    "bound": "crlb",
+    "unplanned_bound": "unplanned_crlb",
+    "gain_pct": "reduction_pct",
+    "unplanned_gain_pct": "unplanned_reduction_pct",
+    "criterion_gain_pct": "criterion_reduction_pct",
+}
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """An unknown. Values are SI; divided by `si_per_unit` they are in `unit`."""
+
+    name: str
+    unit: str
+    si_per_unit: float
+    true: float  # value at which everything is linearised
+    range_sd: float  # standard deviation of a value drawn evenly between the limits of the search
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """What could be added, column by column, an entry per candidate; None where a family has no such column."""
+
+    reduction_pct: tuple[float | None, ...]  # with this candidate alone
+    criterion_reduction_pct: tuple[float, ...]  # the same with the weak prior that the choice counts on
+    crlb: tuple[float | None, ...] | None = None  # SI, of a single target, with this candidate alone; None: not known
+    speed: tuple[float, ...] | None = None  # rad/s
+    position: tuple[float, ...] | None = None  # m
+    direction: tuple[str, ...] | None = None  # of a probe, 'x' or 'y'
+    magnitude: tuple[float, ...] | None = None  # of a trial unbalance, kg m
+    phase: tuple[float, ...] | None = None  # rad
+
+
+@dataclass(frozen=True)
+class Step:
+    """One addition, after all earlier ones of its family."""
+
+    candidate: int  # index among the family's candidates
+    crlb: tuple[float | None, ...]  # (d,) SI, with this and all earlier additions; None: not known
+    reduction_pct: float | None
+    unplanned_crlb: tuple[float | None, ...]  # (d,) SI, with as many data that were not chosen
+    unplanned_reduction_pct: float | None
+    speed: float | None = None  # rad/s; what was added, None where it does not apply
+    position: float | None = None  # m
+    direction: str | None = None
+    magnitude: float | None = None  # kg m
+    phase: float | None = None  # rad
+
+
+@dataclass(frozen=True)
+class Family:
+    """Additions of one kind: 'speeds', 'probes' or 'trial run'."""
+
+    family: str
+    candidates: Candidates
+    steps: tuple[Step, ...]
+
+    @property
+    def chosen(self) -> tuple[int, ...]:
+        """Indices of the chosen candidates, in the order of the choice."""
+        return tuple(step.candidate for step in self.steps)
+
+
+@dataclass(frozen=True)
+class PlanRecord(Record):
+    """What to add to the present data so that the target becomes known best, family by family."""
+
+    target: str | None  # the unknown that is to become known best; None: all of them
+    parameters: tuple[Unknown, ...]
+    speed_from: float  # rad/s, of the present data
+    speed_to: float  # rad/s
+    n_speed: int
+    crlb: tuple[float | None, ...]  # (d,) SI, of the present data; None: not known
+    families: tuple[Family, ...]
+    remarks: tuple[str, ...] = ()  # what was not considered, and why
+
+    @property
+    def target_index(self) -> int | None:
+        """Index of the target among the unknowns; None where all of them are the target."""
+        return None if self.target is None else [parameter.name for parameter in self.parameters].index(self.target)
+
+    @property
+    def target_unknown(self) -> Unknown | None:
+        return None if self.target_index is None else self.parameters[self.target_index]
+
+    def unknown_with(self, crlb: Sequence[float | None]) -> tuple[str, ...]:
+        """The unknowns that data with these CRLBs (d,) tell less of than the limits of the search do."""
+        return tuple(
+            parameter.name
+            for parameter, value in zip(self.parameters, infinite_where_none(crlb))
+            if value > parameter.range_sd
+        )
+
+    @classmethod
+    def upgraded(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Earlier records say `bound` and `gain`, and keep the present speeds as [lowest, highest, number]."""
+        if "bound" not in data:
+            return data
+        speed_from, speed_to, n_speed = data["speed"]
+        families = [
+            {
+                **family,
+                "candidates": _renamed(family["candidates"]),
+                "steps": [_renamed(step) for step in family["steps"]],
+            }
+            for family in data["families"]
+        ]
+        facts = {"speed_from": speed_from, "speed_to": speed_to, "n_speed": int(n_speed), "families": families}
+        return {**_renamed(data), **facts}
+
+
+def infinite_where_none(crlb: Sequence[float | None]) -> Array:
+    """CRLBs (n,), infinite where nothing is known."""
+    return np.array([np.inf if value is None else value for value in crlb])
+
+
+def _renamed(data: Mapping[str, Any]) -> dict[str, Any]:
+    return {_RENAMED.get(name, name): value for name, value in data.items()}

@@ -1,0 +1,162 @@
+"""What data would tell about the unknowns, in sentences, and a table of how other data would change it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pandas as pd
+
+from ksmea.arrays import Array
+from ksmea.records.identifiability import DataDescription, IdentifiabilityRecord, Unknown, Value, percent
+from ksmea.show.alike import ALIKE, alike_text
+from ksmea.show.identifiability_figure import plot
+from ksmea.show.text import aligned
+from ksmea.units import MICROMETRE, RPM
+
+__all__ = ["COLUMNS", "frame", "plot", "text"]
+
+KNOWN_PCT, TOLD_PCT = 20.0, 100.0  # half-widths up to which an unknown counts as known, and as told at all
+PART = 0.1  # smaller parts of a direction are not mentioned
+FAR = 1e4  # %; larger half-widths are not printed: they say no more, and rounding is in them
+COLUMNS = ("variation", "value", "parameter", "unit", "true", "crlb", "crlb_pct", "level", "half_width_pct")
+
+
+def text(record: IdentifiabilityRecord, title: str = "", *, with_variations: bool = True) -> str:
+    """What is known and what is not in sentences, and below them how that varies with the data."""
+    lines = [*([title] if title else []), *sentences(record)]
+    if with_variations and record.variations:
+        lines += ["", _variations_text(record)]
+    return "\n".join(lines)
+
+
+def frame(record: IdentifiabilityRecord) -> pd.DataFrame:
+    """Tidy table: a row per variation, value and parameter; `true` and `crlb` (1 σ) in the parameter's unit,
+    `half_width_pct` that of the interval at `level`. The data as they are are the variation 'present'."""
+    rows = []
+    for variation, value, crlbs in _cases(record):
+        for parameter, crlb in zip(record.parameters, crlbs):
+            pct = percent(crlb, parameter.true)
+            row = (
+                *(variation, value, parameter.name, parameter.unit),
+                *(parameter.true / parameter.si_per_unit, crlb / parameter.si_per_unit),
+                *(pct, record.level, record.sigmas * pct),
+            )
+            rows.append(dict(zip(COLUMNS, row)))
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def sentences(record: IdentifiabilityRecord) -> Iterator[str]:
+    """What the data are, which unknowns they tell how well, and which they do not."""
+    yield f"With {_data_text(record.data)}"
+    classes: dict[str, list[str]] = {}
+    for parameter in record.parameters:
+        half_width = record.sigmas * parameter.crlb_si
+        # a value of 0 has no per cent: it is measured by the limits of its search
+        range_pct = 100 * half_width / (parameter.upper - parameter.lower)
+        measure = record.sigmas * parameter.crlb_pct if parameter.true else range_pct
+        is_known = "you will know" if measure <= KNOWN_PCT else "only roughly" if measure <= TOLD_PCT else "not told"
+        classes.setdefault(is_known, []).append(_known_text(parameter, half_width, record.sigmas * parameter.crlb_pct))
+    if "you will know" in classes:
+        yield f"you will know ({100 * record.level:g} %): {', '.join(classes['you will know'])}"
+    if "only roughly" in classes:
+        yield f"you will know only roughly: {', '.join(classes['only roughly'])}"
+    if "not told" in classes:
+        yield f"cannot be told: {', '.join(classes['not told'])}"
+    pairs = alike_text(record.correlation, record.names)
+    yield f"hard to tell apart (correlation beyond ± {ALIKE}): {pairs}"
+    yield _worst_text(record)
+    if record.data.floor == 0 and any(entry.variation == "position" for entry in record.variations):
+        yield (
+            "the noise has no floor, so that a probe that sees next to nothing counts as precise; if yours has one, say"
+            " measurement.floor=… (µm)"
+        )
+
+
+def _cases(record: IdentifiabilityRecord) -> Iterator[tuple[str, str, Array]]:
+    """Variation, value in words and CRLBs (d,), SI, infinite where nothing is told: the present data first."""
+    yield "present", "", record.crlb_si
+    for entry in record.variations:
+        yield entry.variation, _value_text(entry.variation, entry.value), entry.crlb_si
+
+
+def _value_text(variation: str, value: Value) -> str:
+    if isinstance(value, tuple):
+        return f"{value[0] / RPM:.0f}–{value[1] / RPM:.0f} rpm"
+    if variation == "position":
+        return f"{value:.4g} m"
+    return f"× {value:g}" if variation == "noise" else str(value)
+
+
+def _data_text(data: DataDescription) -> str:
+    n_channel = len(data.channels)
+    speeds = f"{data.n_speed} speeds from {data.speed_from / RPM:.0f} to {data.speed_to / RPM:.0f} rpm"
+    if data.n_speed == 1:
+        speeds = f"1 speed of {data.speed_from / RPM:.0f} rpm"
+    channels = f"{n_channel} channel{'s' if n_channel > 1 else ''} ({', '.join(data.channels)})"
+    values = {"amplitude": "amplitudes", "complex": "complex values"}[data.kind]
+    parts = [f"{100 * data.relative:g} %"] if data.relative else []
+    parts += [f"{data.floor / MICROMETRE:g} µm"] if data.floor else []
+    unknown_level = "" if data.noise_known else " of unknown level"
+    return f"{speeds}, {channels}, {values} and {' + '.join(parts)} noise{unknown_level}"
+
+
+def _known_text(parameter: Unknown, half_width: float, half_width_pct: float) -> str:
+    """For example 'kxx to ± 0.1 MN/m (± 0.21 %)'; the half-width is SI."""
+    if half_width_pct > 1000 or not np.isfinite(half_width):
+        return f"{parameter.name} (± more than 1000 %)"
+    in_pct = f" (± {_pct_text(half_width_pct)} %)" if parameter.true else ""
+    return f"{parameter.name} to ± {_number(half_width / parameter.si_per_unit)} {parameter.unit}{in_pct}"
+
+
+def _worst_text(record: IdentifiabilityRecord) -> str:
+    """The direction of relative change that the data tell least, its largest part positive."""
+    change = np.array(record.worst_direction.change)
+    change = change * np.sign(change[np.argmax(np.abs(change))])
+    order = [index for index in np.argsort(-np.abs(change)) if abs(change[index]) >= PART]
+    parts = [f"{change[index]:+.2f} {record.names[index]}" for index in order]
+    crlb = record.worst_direction.crlb
+    width = np.inf if crlb is None else 100 * record.sigmas * crlb
+    known = "not at all" if width > 1000 else f"to ± {_pct_text(width)} %"
+    return f"told least: a joint relative change of {' '.join(parts)}, known {known}"
+
+
+def _variations_text(record: IdentifiabilityRecord) -> str:
+    """Half-widths in per cent; for a true value of 0 in its unit. A star marks the data as they are."""
+    units = ["%" if parameter.true else parameter.unit for parameter in record.parameters]
+    present = set(_present(record.data))
+    lines, before = [], None
+    for variation, value, crlbs in _cases(record):
+        widths = [
+            record.sigmas * (percent(crlb, parameter.true) if parameter.true else crlb / parameter.si_per_unit)
+            for parameter, crlb in zip(record.parameters, crlbs)
+        ]
+        first = variation if variation != before else ""
+        star = " *" if variation != "present" and f"{variation} {value}" in present else "  "
+        lines.append([first, value + star, *map(_number, widths)])
+        before = variation
+    head = ["±", f"{100 * record.level:g} %  ", *(f"{name} {unit}" for name, unit in zip(record.names, units))]
+    table = aligned(head, lines)
+    return table + ("\n* the data as they are" if any(line[1].endswith("*") for line in lines) else "")
+
+
+def _present(data: DataDescription) -> Iterator[str]:
+    """What each variation's value is in the data as they are, in words."""
+    yield f"speeds {data.n_speed}"
+    yield f"band {_value_text('band', (data.speed_from, data.speed_to))}"
+    if len(data.positions) == 1:
+        yield f"position {_value_text('position', data.positions[0])}"
+    yield f"noise {_value_text('noise', 1.0)}"
+    yield f"kind {data.kind}"
+
+
+def _pct_text(value: float) -> str:
+    """Two digits, whole from 100 on."""
+    return f"{value:.2g}" if abs(value) < 100 else f"{value:.0f}"
+
+
+def _number(value: float) -> str:
+    """Two digits, whole from 100 on; '∞' and '> 10⁴' where more would say nothing."""
+    if not value <= FAR:
+        return "> 10⁴" if np.isfinite(value) else "∞"
+    return _pct_text(value)

@@ -1,0 +1,212 @@
+"""Plans of measurements in plain sentences, with the CRLB of each unknown before and after, and as tidy tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from ksmea.records.plan import Family, PlanRecord, Step, Unknown, infinite_where_none
+from ksmea.show.plan_figure import is_without_size, plot
+from ksmea.show.text import aligned
+from ksmea.units import DEGREE, GRAM_MILLIMETRE, RPM
+
+__all__ = ["frame", "plot", "text"]
+
+UNPLANNED = {
+    "speeds": "as many spread evenly over the present band",
+    "probes": "as many data by repeating the present run",
+    "trial run": "repeating the present run",
+}
+MAX_RANGES = 100  # a CRLB this many times what the search limits say is no number worth reading
+
+
+def text(record: PlanRecord, title: str = "") -> str:
+    """What to add and what it gives, in sentences; below them the CRLB of each unknown."""
+    lines = [title] if title else []
+    lines += [_opening(record), *(f"- {_sentence(record, family)}" for family in record.families)]
+    lines += ["", _table(record), ""]
+    lines += [f"note: {remark}" for remark in [*record.remarks, *_outside(record)]]
+    lines.append("note: this holds near the values above; CRLBs are 1 σ of an estimate that uses all the data tell")
+    return "\n".join(lines)
+
+
+def frame(record: PlanRecord) -> pd.DataFrame:
+    """A row per addition and unknown, and one for all unknowns together where they all are the target; CRLBs `before`,
+    `after` and `unplanned` in the unknown's unit after this and all earlier additions of the family, infinite where
+    nothing is known."""
+    return pd.DataFrame(list(_rows(record)))
+
+
+def _rows(record: PlanRecord) -> Iterator[dict[str, Any]]:
+    for family in record.families:
+        for order, step in enumerate(family.steps, start=1):
+            start = {
+                "target": record.target or "all",
+                "family": family.family,
+                "order": order,
+                "speed_rpm": _over(step.speed, RPM),
+                "position_m": step.position,
+                "direction": step.direction,
+                "unbalance_g_mm": _over(step.magnitude, GRAM_MILLIMETRE),
+                "phase_deg": _over(step.phase, DEGREE),
+            }
+            crlbs = (infinite_where_none(crlb) for crlb in (record.crlb, step.crlb, step.unplanned_crlb))
+            for parameter, before, after, unplanned in zip(record.parameters, *crlbs):
+                unit, value = parameter.si_per_unit, abs(parameter.true)
+                yield {
+                    **start,
+                    "parameter": parameter.name,
+                    "unit": parameter.unit,
+                    "value": parameter.true / unit,
+                    "before": before / unit,
+                    "after": after / unit,
+                    "unplanned": unplanned / unit,
+                    "before_pct": 100 * before / value if value else None,
+                    "after_pct": 100 * after / value if value else None,
+                    "unplanned_pct": 100 * unplanned / value if value else None,
+                    "reduction_pct": _reduction(before, after),
+                    "unplanned_reduction_pct": _reduction(before, unplanned),
+                }
+            if record.target is None:
+                reductions = {
+                    "reduction_pct": step.reduction_pct,
+                    "unplanned_reduction_pct": step.unplanned_reduction_pct,
+                }
+                yield {**start, "parameter": "all", **reductions}
+
+
+def _opening(record: PlanRecord) -> str:
+    unknown, target = record.unknown_with(record.crlb), record.target_unknown
+    if target is None:
+        untold = f"; the present data do not tell {', '.join(unknown)}" if unknown else ""
+        return f"To know all unknowns better together{untold}:"
+    if target.name in unknown:
+        return f"To know {target.name}, which the present data do not tell:"
+    return f"To know {target.name} better, its CRLB being {_of_target(record, record.crlb)} now:"
+
+
+def _sentence(record: PlanRecord, family: Family) -> str:
+    """For example 'add these 2 speeds: 900, 3610 rpm: its CRLB falls from 21 % to 9.8 % (−54 %); as many …: −9 %'."""
+    last, count = family.steps[-1], len(family.steps)
+    if record.target in record.unknown_with(last.crlb):
+        many = f"the best {count} {family.family} leave it unknown"
+        none = "no trial run makes it known" if family.family == "trial run" else many
+        return f"{none}: its CRLB stays wider than the search limits"
+    effect = _joint_effect if record.target is None else _effect
+    planned = effect(record, last.crlb, last.reduction_pct)
+    unplanned = effect(record, last.unplanned_crlb, last.unplanned_reduction_pct, brief=True)
+    return f"{_what(family.steps)}: {planned}; {UNPLANNED[family.family]}: {unplanned}"
+
+
+def _effect(record: PlanRecord, crlb: Sequence[float | None], reduction: float | None, brief: bool = False) -> str:
+    """What becomes of the target."""
+    before, after = _of_target(record, record.crlb), _of_target(record, crlb)
+    if record.target in record.unknown_with(crlb):
+        return "still unknown"
+    if record.target in record.unknown_with(record.crlb):
+        return f"known to {after}" if brief else f"it becomes known to {after}"
+    return _change(reduction) if brief else f"its CRLB falls from {before} to {after} ({_change(reduction)})"
+
+
+def _joint_effect(
+    record: PlanRecord, crlb: Sequence[float | None], reduction: float | None, brief: bool = False
+) -> str:
+    """What becomes of all unknowns together."""
+    still = record.unknown_with(crlb)
+    told = [name for name in record.unknown_with(record.crlb) if name not in still]
+    of_what = "" if brief else "mean half axis of their confidence region "
+    axis = [] if reduction is None else [f"{of_what}{_change(reduction)}"]
+    known = [f"{', '.join(told)} become{'s' * (len(told) == 1)} known"] if told else []
+    return ", ".join([*known, *axis]) or "more is told, but too little"
+
+
+def _what(steps: Sequence[Step]) -> str:
+    """The additions in words."""
+    speeds = sorted(step.speed for step in steps if step.speed is not None)
+    if speeds:
+        which = f"these {len(steps)} speeds:" if len(steps) > 1 else "the speed"
+        return f"add {which} {', '.join(map(_rpm, speeds))} rpm"
+    probes = [f"in {step.direction} at {step.position:.4g} m" for step in steps if step.direction is not None]
+    if probes:
+        return f"add {'a probe' if len(steps) == 1 else f'{len(steps)} probes,'} {' and '.join(probes)}"
+    return f"add a second run with {_trial(steps[0])}"
+
+
+def _trial(step: Step) -> str:
+    magnitude, phase = _over(step.magnitude, GRAM_MILLIMETRE), _over(step.phase, DEGREE)
+    return f"{magnitude:.4g} g mm at {step.position:.4g} m, {phase:.4g}°"
+
+
+def _rpm(speed: float) -> str:
+    return f"{speed / RPM:.{0 if speed > 100 * RPM else 2}f}"
+
+
+def _table(record: PlanRecord) -> str:
+    """A line per unknown: its CRLB now, with each family's choice, and with as many data without a plan."""
+    head = ["unknown", "value", "CRLB now"]
+    for family in record.families:
+        of_family = "+ trial run" if family.family == "trial run" else f"+ {len(family.steps)} {family.family}"
+        head += [of_family, "without plan"]
+    lines = []
+    for index, parameter in enumerate(record.parameters):
+        value = parameter.true / parameter.si_per_unit
+        line = [parameter.name, f"{value:.4g} {parameter.unit}", _sized(record.crlb[index], parameter)]
+        for family in record.families:
+            last = family.steps[-1]
+            line += [_sized(crlb[index], parameter) for crlb in (last.crlb, last.unplanned_crlb)]
+        lines.append(line)
+    return aligned(head, lines)
+
+
+def _outside(record: PlanRecord) -> list[str]:
+    """A warning where speeds are to be added beyond the present band."""
+    speeds = [step.speed for family in record.families for step in family.steps if step.speed is not None]
+    if all(record.speed_from <= speed <= record.speed_to for speed in speeds):
+        return []
+    band = f"{_rpm(record.speed_from)} to {_rpm(record.speed_to)} rpm"
+    return [f"some of these speeds lie outside the present {band}; study.band=[1,1] stays inside"]
+
+
+def _of_target(record: PlanRecord, crlb: Sequence[float | None]) -> str:
+    """The CRLB of the target among those of all unknowns (d,), SI."""
+    index = record.target_index
+    return "" if index is None else _sized(crlb[index], record.parameters[index])
+
+
+def _sized(crlb: float | None, parameter: Unknown) -> str:
+    """A CRLB (SI) in per cent of the value; of an angle, and of a value of 0, in its unit."""
+    if crlb is None or crlb > MAX_RANGES * parameter.range_sd:
+        return "unknown"
+    if is_without_size(parameter):
+        return f"{_short(crlb / parameter.si_per_unit)} {parameter.unit}"
+    return f"{_short(100 * crlb / abs(parameter.true))} %"
+
+
+def _short(value: float) -> str:
+    """Two digits, no exponent: 0.098, 21, 4100."""
+    return f"{float(f'{value:.1e}'):.12g}"
+
+
+def _change(reduction: float | None) -> str:
+    """A reduction as the change of the CRLB: '−54 %', and 'to 1/250' where per cents would all read 100."""
+    if reduction is None:
+        return "becomes known"
+    if reduction > 95:
+        return f"to 1/{_short(1 / (1 - reduction / 100))}"
+    if reduction < 0.05:
+        return "no change"
+    return f"−{reduction:.2g} %" if reduction < 10 else f"−{reduction:.0f} %"
+
+
+def _reduction(before: float, after: float) -> float | None:
+    """How many per cent a CRLB falls; None where what was not known at all becomes known."""
+    if np.isinf(before):
+        return 0.0 if np.isinf(after) else None
+    return 100 * (1 - after / before)
+
+
+def _over(value: float | None, unit: float) -> float | None:
+    return None if value is None else value / unit

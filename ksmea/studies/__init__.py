@@ -1,0 +1,1 @@
+"""Studies: one question about a problem each, answered as a typed record."""

@@ -1,0 +1,323 @@
+"""Planning of measurements: which speeds, probes or trial unbalance to add so that the unknowns become known best.
+
+The plan holds near the values that it is made for. Beside each choice stands what as many data give without a plan.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.channel import Channel
+from ksmea.contracts import Problem
+from ksmea.errors import SettingError, unknown
+from ksmea.measurement import Noise
+from ksmea.parameters import Parameters
+from ksmea.planning import Criterion, choose, crlb, data_rows, information, mean_axis_reduction_pct
+from ksmea.records.plan import Candidates, Family, PlanRecord, Step, Unknown
+from ksmea.records.record import finite
+from ksmea.settings import Settings, setting
+from ksmea.units import DEGREE, GRAM_MILLIMETRE
+
+
+@dataclass(frozen=True)
+class PlanOptions(Settings):
+    """What may be added, and what it is to make known."""
+
+    target: str | None = setting(
+        None,
+        "unknown that is to become known best; null: all of them together, by the volume of their confidence ellipsoid",
+        source="Atkinson, Donev & Tobias 2007",
+    )
+    add: int = setting(10, "number of speeds to add, 0: none are considered", at_least=0)
+    sensors: int = setting(
+        2, "number of probes to add, each in one direction, where none is yet; 0: none are considered", at_least=0
+    )
+    band: list[float] = setting(
+        [0.5, 1.5],
+        "where speeds may be added: from the first number times the lowest present speed to the second times the highest;"
+        " [1, 1] stays within the present band",
+        above=0,
+    )
+    n_candidate: int = setting(
+        200, "number of equally spaced speeds to choose from; sharp resonances may lie between them", at_least=2
+    )
+    repeats: int = setting(1, "how often one and the same speed may be added", at_least=1)
+    trial_unbalance: float | None = setting(
+        None,
+        "trial unbalance of a second run; null: such that where it acts most it makes as much vibration (rms over all data)"
+        " as there is now, to two digits",
+        unit="g mm",
+        above=0,
+    )
+    trial_sites: list[float] | None = setting(
+        None, "where a trial unbalance may sit; null: at any of the problem's sites", unit="m", at_least=0
+    )
+    trial_phases: list[float] = setting(
+        [0.0, 90.0, 180.0, 270.0], "phases that it may have; an empty list: no trial run is considered", unit="deg"
+    )
+
+    def check(self) -> None:
+        if len(self.band) != 2:
+            raise SettingError(f"band: expected two numbers, got {list(self.band)}")
+        if self.add > self.n_candidate * self.repeats:
+            raise SettingError(
+                f"add: expected at most n_candidate × repeats = {self.n_candidate * self.repeats} speeds, got {self.add}"
+            )
+        if not (self.add or self.sensors or self.trial_phases):
+            raise SettingError("add, sensors, trial_phases: expected something to add, got 0, 0 and no phase")
+
+    def check_problem(self, problem: Problem) -> None:
+        """Raise `SettingError` where the options do not fit a problem."""
+        names = problem.parameters.names
+        if self.target is not None and self.target not in names:
+            raise unknown("parameter in study.target:", self.target, names)
+        lowest, highest = self.speed_limits(problem)
+        if lowest >= highest and self.add:
+            raise SettingError(
+                f"band: expected room for speeds, got {lowest:g} to {highest:g} rad/s; give [lower, upper] factors"
+            )
+        if problem.takes_unbalance:
+            for position in self.trial_sites or []:
+                try:
+                    problem.with_unbalance(position, GRAM_MILLIMETRE, 0.0)
+                except SettingError as error:
+                    raise SettingError(f"study.trial_sites: {error}") from error
+
+    def speed_limits(self, problem: Problem) -> tuple[float, float]:
+        """Lowest and highest candidate speed, rad/s."""
+        return float(self.band[0] * np.min(problem.speed)), float(self.band[1] * np.max(problem.speed))
+
+
+@dataclass(frozen=True)
+class Addition:
+    """Something that could be added: a speed (rad/s), a probe (m, direction) or a trial unbalance (m, kg m, rad)."""
+
+    speed: float | None = None
+    position: float | None = None
+    direction: str | None = None
+    magnitude: float | None = None
+    phase: float | None = None
+
+
+def planning_study(
+    problem: Problem,
+    x: Array,
+    noise: Noise,
+    kind: str = "amplitude",
+    *,
+    noise_known: bool = True,
+    options: PlanOptions | None = None,
+) -> PlanRecord:
+    """What to add to data of a kind ('amplitude' or 'complex') with this noise on the problem's speeds and channels, so
+    that one unknown (c-optimal) or all of them (D-optimal) become known best near x (d,), SI."""
+    options = options or PlanOptions()
+    options.check_problem(problem)
+    parameters = problem.parameters
+
+    def rows_of(problem: Problem) -> Array:
+        return data_rows(problem, x, noise, kind, noise_known=noise_known)
+
+    target = range(len(parameters)) if options.target is None else [parameters.names.index(options.target)]
+    present = _Present(problem, x, Criterion(tuple(target)), rows_of)
+    found = [family(present, options) for family in (_speeds, _probes, _trial_run)]
+    remarks = [entry for entry in found if isinstance(entry, str)]
+    if np.all(np.equal(noise.floor, 0)):
+        remarks.append(
+            "the noise is proportional to each value: positions and speeds of hardly any motion count like all others;"
+            " measurement.floor says what the probes resolve"
+        )
+    return PlanRecord(
+        target=options.target,
+        parameters=tuple(
+            Unknown(
+                name=item.name,
+                unit=item.unit,
+                si_per_unit=item.si_per_unit,
+                true=float(value),
+                range_sd=(item.upper - item.lower) / math.sqrt(12),  # of a value drawn evenly between the limits
+            )
+            for item, value in zip(parameters, x)
+        ),
+        speed_from=float(np.min(problem.speed)),
+        speed_to=float(np.max(problem.speed)),
+        n_speed=len(problem.speed),
+        crlb=_listed(present.crlb),
+        families=tuple(entry for entry in found if isinstance(entry, Family)),
+        remarks=tuple(remarks),
+    )
+
+
+@dataclass(frozen=True)
+class _Present:
+    """The present data and what they tell; `rows_of` gives the data rows of any problem."""
+
+    problem: Problem
+    x: Array  # (d,) SI
+    criterion: Criterion
+    rows_of: Callable[[Problem], Array]
+    rows: Array = field(init=False)  # (m, k)
+    crlb: Array = field(init=False)  # (d,) SI
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "rows", _flat(self.rows_of(self.problem)))
+        object.__setattr__(self, "crlb", self.crlb_of(self.rows))
+
+    @property
+    def parameters(self) -> Parameters:
+        return self.problem.parameters
+
+    @property
+    def target(self) -> list[int]:
+        """Indices of the unknowns that are to become known."""
+        return list(self.criterion.sought)
+
+    def crlb_of(self, rows: Array) -> Array:
+        """CRLBs (d,), SI, of data rows (m, k)."""
+        return crlb(rows, len(self.parameters)) * self.parameters.width
+
+    def reduction_pct(self, rows: Array) -> float | None:
+        """How many per cent the CRLB falls, without any prior; None where something becomes known that was not at all."""
+        crlb = self.crlb_of(rows)
+        if np.any(np.isinf(self.crlb[self.target]) != np.isinf(crlb[self.target])):
+            return None
+        if len(self.target) > 1:
+            return mean_axis_reduction_pct(self.rows, rows, len(self.parameters))
+        before, after = self.crlb[self.target[0]], crlb[self.target[0]]
+        return 0.0 if np.isinf(before) else float(100 * (1 - after / before))
+
+
+def _speeds(present: _Present, options: PlanOptions) -> Family | str:
+    """Speeds to add for all present channels; without a plan, as many in the middle of equal parts of the band."""
+    if not options.add:
+        return "no speeds are considered: study.add is 0"
+    problem = present.problem
+    lowest, highest = np.min(problem.speed), np.max(problem.speed)
+    speed = np.linspace(*options.speed_limits(problem), options.n_candidate)
+    rows = present.rows_of(problem.at(speed, problem.channels))
+
+    def spread(count: int) -> Array:
+        evenly = lowest + (highest - lowest) * (np.arange(count) + 0.5) / count
+        return present.rows_of(problem.at(evenly, problem.channels))
+
+    additions = [Addition(speed=float(value)) for value in speed]
+    blocks = [_flat(rows[:, index]) for index in range(len(speed))]
+    return _family(present, "speeds", additions, blocks, options.add, spread, options.repeats)
+
+
+def _probes(present: _Present, options: PlanOptions) -> Family | str:
+    """Probes to add for all present speeds; without a plan, the whole run again, as much of it as the probes' data."""
+    problem = present.problem
+    sites = problem.sites
+    if not options.sensors or not len(sites):
+        reason = "study.sensors is 0" if not options.sensors else "the problem has no sites"
+        return f"no probes are considered: {reason}"
+    there = {(round(channel.position, 9), channel.direction) for channel in problem.channels}
+    channels = [
+        Channel(float(site), direction)
+        for site in sites
+        for direction in ("x", "y")
+        if (round(float(site), 9), direction) not in there
+    ]
+    rows = present.rows_of(problem.at(problem.speed, channels))
+    additions = [Addition(position=channel.position, direction=channel.direction) for channel in channels]
+    blocks = [_flat(rows[:, :, index]) for index in range(len(channels))]
+
+    def again(count: int) -> Array:
+        return present.rows * math.sqrt(count / len(problem.channels))
+
+    return _family(present, "probes", additions, blocks, options.sensors, again)
+
+
+def _trial_run(present: _Present, options: PlanOptions) -> Family | str:
+    """A second run with a known unbalance at a site; without a plan, the same run again."""
+    problem = present.problem
+    if not problem.takes_unbalance:
+        return "no trial run is considered: the problem takes no trial unbalance"
+    sites = problem.sites if options.trial_sites is None else np.array(options.trial_sites)
+    if not len(sites) or not options.trial_phases:
+        reason = (
+            "study.trial_phases is empty" if not options.trial_phases else "there is no site; give study.trial_sites"
+        )
+        return f"no trial run is considered: {reason}"
+    magnitude = _equal_unbalance(present, sites) if options.trial_unbalance is None else options.trial_unbalance
+    trials = [
+        (float(site), magnitude * GRAM_MILLIMETRE, phase * DEGREE) for site in sites for phase in options.trial_phases
+    ]
+    additions = [Addition(position=site, magnitude=size, phase=phase) for site, size, phase in trials]
+    blocks = [_flat(present.rows_of(problem.with_unbalance(*trial))) for trial in trials]
+    return _family(present, "trial run", additions, blocks, 1, lambda count: present.rows)
+
+
+def _equal_unbalance(present: _Present, sites: Array) -> float:
+    """The unbalance (g mm, two digits) that makes as much vibration as there is, rms, at the site where it makes most."""
+    problem, x = present.problem, present.x[None]
+    response = problem.response(x)[0]
+    unit = [problem.with_unbalance(float(site), GRAM_MILLIMETRE, 0.0).response(x)[0] - response for site in sites]
+    ratio = np.linalg.norm(response) / max(np.linalg.norm(change) for change in unit)
+    return float(f"{ratio:.1e}")
+
+
+def _family(
+    present: _Present,
+    name: str,
+    additions: Sequence[Addition],
+    blocks: Sequence[Array],
+    count: int,
+    unplanned: Callable[[int], Array],
+    repeats: int = 1,
+) -> Family | str:
+    """The reduction by each addition alone, and step by step the choice and what as many `unplanned` data give. `blocks`
+    are the data rows (m, k) of each addition."""
+    usable = [index for index, block in enumerate(blocks) if np.all(np.isfinite(block))]  # no motion, no amplitude
+    additions, blocks = [additions[index] for index in usable], [blocks[index] for index in usable]
+    if not blocks:
+        return f"no {name} are considered: there is no candidate"
+    before, each = information(present.rows), np.stack([information(block) for block in blocks])
+    chosen = choose(before, each, min(count, repeats * len(blocks)), present.criterion, repeats)
+    steps = []
+    for n_chosen in range(1, len(chosen) + 1):
+        planned = np.concatenate([present.rows, *(blocks[index] for index in chosen[:n_chosen])])
+        without = np.concatenate([present.rows, _flat(unplanned(n_chosen))])
+        steps.append(
+            Step(
+                candidate=chosen[n_chosen - 1],
+                crlb=_listed(present.crlb_of(planned)),
+                reduction_pct=present.reduction_pct(planned),
+                unplanned_crlb=_listed(present.crlb_of(without)),
+                unplanned_reduction_pct=present.reduction_pct(without),
+                **vars(additions[chosen[n_chosen - 1]]),
+            )
+        )
+    reduced = np.linalg.qr(present.rows, mode="r")  # tells the same in k rows
+    single = [np.concatenate([reduced, block]) for block in blocks]
+    has_one_target = len(present.target) == 1
+    candidates = Candidates(
+        reduction_pct=tuple(present.reduction_pct(rows) for rows in single),
+        criterion_reduction_pct=tuple(present.criterion.gain_pct(before, before + each).tolist()),
+        crlb=_listed(np.array([present.crlb_of(rows)[present.target[0]] for rows in single]))
+        if has_one_target
+        else None,
+        **_columns(additions),
+    )
+    return Family(name, candidates, tuple(steps))
+
+
+def _columns(additions: Sequence[Addition]) -> dict[str, Any]:
+    """What the additions are, column by column; None for what none of them has."""
+    columns = {name: tuple(getattr(addition, name) for addition in additions) for name in vars(additions[0])}
+    return {name: None if column[0] is None else column for name, column in columns.items()}
+
+
+def _flat(rows: Array) -> Array:
+    """Data rows (…, k) → (m, k)."""
+    return rows.reshape(-1, rows.shape[-1])
+
+
+def _listed(crlb: Array) -> tuple[float | None, ...]:
+    return tuple(finite(value) for value in crlb)

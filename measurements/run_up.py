@@ -1,0 +1,105 @@
+"""A run-up as a table of speeds and channels, from the rows of its file in any order."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import NoReturn
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import Channel
+from ksmea.errors import SettingError
+from ksmea.units import DEGREE, MICROMETRE, RPM
+from measurements.run_up_rows import Rows
+
+
+@dataclass(frozen=True)
+class RunUp:
+    """What a file says, SI, speeds rising; `first_lines` is where each channel stands first."""
+
+    speed: Array  # (n_speed,) rad/s
+    channels: tuple[Channel, ...]
+    first_lines: tuple[int, ...]
+    values: Array | ComplexArray  # (n_speed, n_channel) m
+    sigma: Array | None  # (n_speed, n_channel) m
+    time: Array | None  # (n_speed,) s
+    remarks: tuple[str, ...]
+
+
+def run_up(rows: Rows, path: str, speed_from: float | None, speed_to: float | None, drop: bool) -> RunUp:
+    """Rows in any order as a table of speeds and channels, SI."""
+    low, high = speed_from or 0.0, speed_to or math.inf
+    used = [index for index, speed in enumerate(rows.speed) if low <= speed <= high]
+    if not used:
+        raise SettingError(
+            f"{path}: expected speeds from {low:g} to {high:g} rpm, got {min(rows.speed):g} to {max(rows.speed):g} rpm;"
+            " change speed_from or speed_to"
+        )
+    first_lines: dict[tuple[float, str], int] = {}
+    by_speed: dict[float, dict[tuple[float, str], int]] = {}
+    for index in used:
+        speed, channel, line = rows.speed[index], rows.channel[index], rows.line[index]
+        first_lines.setdefault(channel, line)
+        there = by_speed.setdefault(speed, {})
+        if channel in there:
+            raise SettingError(
+                f"{path} line {line}: expected each speed and channel once, got {speed:g} rpm, {Channel(*channel)} again"
+                f" after line {rows.line[there[channel]]}; average them, or keep one"
+            )
+        there[channel] = index
+    complete = sorted(speed for speed, there in by_speed.items() if len(there) == len(first_lines))
+    dropped = len(by_speed) - len(complete)
+    if dropped and not drop:
+        _refuse_incomplete(path, rows, by_speed, first_lines)
+    _check_count(path, rows, complete, dropped)
+    order = np.array([[by_speed[speed][channel] for channel in first_lines] for speed in complete])
+    amplitude = np.array(rows.amplitude)[order] * MICROMETRE
+    _check_zeros(path, amplitude, first_lines)
+    remarks = [f"{dropped} of {len(by_speed)} speeds left out: a channel is missing there"] if dropped else []
+    remarks += [f"{len(rows.line) - len(used)} of {len(rows.line)} rows left out by speed_from and speed_to"] * (
+        len(used) < len(rows.line)
+    )
+    return RunUp(
+        speed=np.array(complete) * RPM,
+        channels=tuple(Channel(*channel) for channel in first_lines),
+        first_lines=tuple(first_lines.values()),
+        values=amplitude if rows.phase is None else amplitude * np.exp(1j * DEGREE * np.array(rows.phase)[order]),
+        sigma=None if rows.sigma is None else np.array(rows.sigma)[order] * MICROMETRE,
+        time=None if rows.time is None else np.array(rows.time)[order].min(axis=1),
+        remarks=tuple(remarks),
+    )
+
+
+def _refuse_incomplete(
+    path: str,
+    rows: Rows,
+    by_speed: Mapping[float, Mapping[tuple[float, str], int]],
+    first_lines: Mapping[tuple[float, str], int],
+) -> NoReturn:
+    lacking = [there for there in by_speed.values() if len(there) < len(first_lines)]
+    index = next(iter(lacking[0].values()))
+    missing = next(channel for channel in first_lines if channel not in lacking[0])
+    raise SettingError(
+        f"{path} line {rows.line[index]}: expected every channel at every speed, got no {Channel(*missing)} at"
+        f" {rows.speed[index]:g} rpm ({len(lacking)} of {len(by_speed)} speeds lack one);"
+        " measurement.incomplete=drop leaves such speeds out"
+    )
+
+
+def _check_count(path: str, rows: Rows, complete: Sequence[float], dropped: int) -> None:
+    if len(complete) < 2:
+        hint = "the channels share too few speeds" if dropped else "one speed does not tell a response"
+        only = f"1 ({complete[0]:g} rpm)" if complete else "none"
+        raise SettingError(f"{path}: expected at least 2 speeds with every channel, got {only}; {hint}")
+
+
+def _check_zeros(path: str, amplitude: Array, first_lines: Mapping[tuple[float, str], int]) -> None:
+    for index, (channel, line) in enumerate(first_lines.items()):
+        if 2 * np.count_nonzero(amplitude[:, index]) < len(amplitude):
+            raise SettingError(
+                f"{path} line {line}: expected amplitudes above 0, got 0 at more than half of the speeds from"
+                f" {Channel(*channel)}; leave a probe out that does not work"
+            )

@@ -1,0 +1,243 @@
+"""The rows of a measurement's CSV file, read and checked cell by cell; each error names its line.
+
+`measurements/file.py` says what the columns mean.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NoReturn
+
+from ksmea.errors import SettingError, unknown
+
+REQUIRED = ("speed_rpm", "position_m", "direction", "amplitude_um_0pk")
+OPTIONAL = ("phase_lead_deg", "sigma_um", "time_s")
+HEADER = ",".join((*REQUIRED, *OPTIONAL[:2]))
+
+MAX_ROWS = 100_000  # speeds × channels; an identification of as many takes minutes
+MAX_BYTES = 64 * 2**20  # as many rows have a tenth of it
+# What no rotor does: a larger number is of another unit, or a slip.
+LARGEST = {"speed_rpm": 1e6, "amplitude_um_0pk": 1e6, "sigma_um": 1e6, "phase_lead_deg": 1e6}
+NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
+DECIMAL_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+", re.ASCII)
+MAX_QUOTED = 40  # characters of a file that a message quotes
+
+
+@dataclass(frozen=True)
+class Rows:
+    """The rows of a file in its order and units, column by column; a column that is empty throughout is None."""
+
+    line: list[int]
+    speed: list[float]
+    channel: list[tuple[float, str]]
+    amplitude: list[float]
+    phase: list[float] | None
+    sigma: list[float] | None
+    time: list[float] | None
+
+
+def read_bytes(path: str) -> bytes:
+    """The content of a file; `SettingError` where there is none, it cannot be read or is too large."""
+    file = Path(path).expanduser()
+    try:
+        if file.is_dir():
+            raise SettingError(f"{path}: expected a CSV file, got a directory; name a file in it")
+        if not file.exists():
+            raise SettingError(f"{path}: expected a CSV file, found none (working directory: {Path.cwd()})")
+        if not file.is_file():
+            raise SettingError(f"{path}: expected a CSV file, got something that is no regular file; copy it into one")
+        if file.stat().st_size > MAX_BYTES:
+            raise SettingError(
+                f"{path}: expected at most {MAX_ROWS} rows, got {file.stat().st_size / 2**20:.0f} MB;"
+                " thin it out or average neighbouring speeds"
+            )
+        return file.read_bytes()
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        if isinstance(error, SettingError):
+            raise
+        raise SettingError(f"{path}: expected a file that can be read, got {quoted(error)}") from error
+
+
+def text_of(content: bytes, path: str) -> str:
+    """The content as text; `SettingError` where it is no UTF-8."""
+    if content[:2] in (b"\xff\xfe", b"\xfe\xff"):
+        raise SettingError(f"{path}: expected a text in UTF-8, got UTF-16; save it as 'CSV UTF-8'")
+    if b"\0" in content:
+        line = content[: content.index(b"\0")].count(b"\n") + 1
+        raise SettingError(
+            f"{path} line {line}: expected a CSV text in UTF-8, got binary data or UTF-16; export or save it as 'CSV UTF-8'"
+        )
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content[: error.start].count(b"\n") + 1
+        raise SettingError(
+            f"{path} line {line}: expected a CSV text in UTF-8, got the byte 0x{content[error.start]:02x};"
+            " save it as 'CSV UTF-8'"
+        ) from error
+
+
+def rows_of(text: str, path: str) -> Rows:
+    """The rows of a file, each checked by itself and the columns that are to be full or empty."""
+    lines = _cells(text, path)
+    first = next(lines, None)
+    if first is None:
+        raise SettingError(
+            f"{path}: expected the header {HEADER} and rows below it, got {'remarks only' if text.strip() else 'an empty file'}"
+        )
+    names = _header(path, *first)
+    found: dict[str, list[Any]] = {name: [] for name in (*REQUIRED, *OPTIONAL)}
+    numbers: list[int] = []
+    for number, cells in lines:
+        where = f"{path} line {number}"
+        if len(numbers) == MAX_ROWS:
+            raise SettingError(
+                f"{where}: expected at most {MAX_ROWS} rows (speeds × channels), got more; thin them out or average"
+                " neighbouring speeds"
+            )
+        if len(cells) != len(names):
+            _refuse_count(where, cells, names)
+        row = dict(zip(names, cells))
+        for name, values in found.items():
+            values.append(_value(where, name, row.get(name, "")))
+        numbers.append(number)
+    if not numbers:
+        raise SettingError(f"{path} line {first[0]}: expected rows below the header, got none")
+    optional = {name: _full_or_none(path, name, numbers, found[name]) for name in OPTIONAL}
+    _check_time(path, numbers, optional["time_s"])
+    return Rows(
+        numbers,
+        found["speed_rpm"],
+        list(zip(found["position_m"], found["direction"])),
+        found["amplitude_um_0pk"],
+        optional["phase_lead_deg"],
+        optional["sigma_um"],
+        optional["time_s"],
+    )
+
+
+def _cells(text: str, path: str) -> Iterator[tuple[int, list[str]]]:
+    """Number and cells of each line that is neither a remark nor empty."""
+    for number, line in enumerate(io.StringIO(text, newline=None), start=1):
+        line = line.strip()
+        if not line.strip(", ") or line.startswith("#"):
+            continue
+        try:
+            (cells,) = csv.reader([line], strict=True)
+        except (csv.Error, ValueError) as error:
+            raise SettingError(
+                f"{path} line {number}: expected cells separated by commas, got {quoted(error)}"
+            ) from error
+        yield number, [cell.strip() for cell in cells]
+
+
+def _header(path: str, number: int, names: Sequence[str]) -> Sequence[str]:
+    where = f"{path} line {number}"
+    whole = ",".join(names)
+    for separator, word in ((";", "semicolons"), ("\t", "tabs"), ("|", "bars")):
+        if separator in whole and not set(REQUIRED) <= set(names):
+            raise SettingError(
+                f"{where}: expected columns separated by commas, got {word}; write commas between cells and points in"
+                " decimals"
+            )
+    if all(NUMBER.fullmatch(name) or name in ("", "x", "y") for name in names):
+        raise SettingError(f"{where}: expected a header, got numbers ({quoted(whole)}); put this line first: {HEADER}")
+    for index, name in enumerate(names):
+        if name not in (*REQUIRED, *OPTIONAL):
+            raise SettingError(f"{where}: {unknown('column', _short(name), (*REQUIRED, *OPTIONAL))}")
+        if name in names[:index]:
+            raise SettingError(f"{where}: expected each column once, got {name} twice; remove one")
+    missing = [name for name in REQUIRED if name not in names]
+    if missing:
+        raise SettingError(f"{where}: expected the columns {', '.join(REQUIRED)}, got no {' and no '.join(missing)}")
+    return names
+
+
+def _refuse_count(where: str, cells: Sequence[str], names: Sequence[str]) -> NoReturn:
+    joined = ",".join(cells)
+    if ";" in joined or "\t" in joined:
+        hint = "separate them by commas"
+    elif len(cells) > len(names):
+        hint = "write decimals with a point (1.5, not 1,5)"
+    else:
+        hint = "an empty cell still has its comma"
+    raise SettingError(
+        f"{where}: expected {len(names)} cells as in the header, got {len(cells)} ({quoted(joined)}); {hint}"
+    )
+
+
+def _value(where: str, name: str, cell: str) -> float | str | None:
+    """A cell as a number or direction; None where an optional one is empty."""
+    if name == "direction":
+        if cell not in ("x", "y"):
+            raise SettingError(f"{where}: expected direction x or y, got {quoted(cell)}")
+        return cell
+    if not cell and name in OPTIONAL:
+        return None
+    if not NUMBER.fullmatch(cell):
+        _refuse_number(where, name, cell)
+    value = float(cell)
+    if not math.isfinite(value) or abs(value) > LARGEST.get(name, math.inf):
+        raise SettingError(
+            f"{where}: expected {name} of at most {LARGEST.get(name, 1e308):g}, got {quoted(cell)}; check its unit"
+        )
+    if name in ("speed_rpm", "sigma_um") and value <= 0:
+        hint = (
+            "unbalance does nothing at rest" if name == "speed_rpm" else "leave the column empty where it is not known"
+        )
+        raise SettingError(f"{where}: expected {name} above 0, got {quoted(cell)}; {hint}")
+    if name == "amplitude_um_0pk" and value < 0:
+        raise SettingError(
+            f"{where}: expected {name} of 0 or more, got {quoted(cell)}; a sign belongs into phase_lead_deg"
+        )
+    return value
+
+
+def _refuse_number(where: str, name: str, cell: str) -> NoReturn:
+    if DECIMAL_COMMA.fullmatch(cell):
+        hint = "; write decimals with a point"
+    elif cell.lower().lstrip("+-") in ("nan", "inf", "infinity", "") or cell.startswith("#"):
+        hint = "; leave out rows that were not measured"
+    else:
+        hint = ""
+    raise SettingError(f"{where}: expected a number for {name}, got {quoted(cell) if cell else 'nothing'}{hint}")
+
+
+def _full_or_none(path: str, name: str, lines: Sequence[int], values: list[Any]) -> list[Any] | None:
+    """A column that is full, or None where it is empty throughout."""
+    given = next((line for line, value in zip(lines, values) if value is not None), None)
+    if given is None:
+        return None
+    lacking = next((line for line, value in zip(lines, values) if value is None), None)
+    if lacking is not None:
+        raise SettingError(
+            f"{path} line {lacking}: expected {name} on every row or on none, got none here and one on line {given};"
+            " add it, or leave out the rows without it"
+        )
+    return values
+
+
+def _check_time(path: str, lines: Sequence[int], time: list[float] | None) -> None:
+    if time is None:
+        return
+    for index in range(1, len(time)):
+        if time[index] < time[index - 1]:
+            raise SettingError(
+                f"{path} line {lines[index]}: expected rows in the order of time, got {time[index]:g} s after"
+                f" {time[index - 1]:g} s; sort them by time_s"
+            )
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= MAX_QUOTED else text[: MAX_QUOTED - 1] + "…"
+
+
+def quoted(what: object) -> str:
+    """Something of the file on one line, control characters made visible."""
+    return repr(_short(" ".join(str(what).split())))
