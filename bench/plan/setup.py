@@ -90,11 +90,11 @@ class Setup:
         missing = [name for name in self.problem.parameters.names if name not in self.truth]
         if missing:
             raise SettingError(
-                f"{who}: expected a measurement with true values, at which bounds are taken, got none of"
+                f"{who}: expected a measurement with true values, at which Cramér–Rao bounds are taken, got none of"
                 f" {', '.join(missing)}; use measurement=synthetic, with measurement.truth where nothing is published"
             )
 
-    def bounds(self) -> list[float | None]:
+    def crlb(self) -> list[float | None]:
         """Cramér–Rao bound of each unknown, SI, as the measurement's noise has it; None where there is none,
         or no true value to take it at."""
         measurement = self.plugins["measurement"]

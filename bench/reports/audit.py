@@ -24,6 +24,7 @@ from typing import Any, ClassVar
 import numpy as np
 import pandas as pd
 
+from bench.jobs.lines import RunLine
 from bench.jobs.records import read_records
 from bench.plan.plan import Cell, Plan
 from bench.plan.report import Made, Report
@@ -58,7 +59,7 @@ class AuditReport(Report):
                     f"table=audit: expected cells with label={'|'.join(AUDITED)}, got {cell.place.get('label')};"
                     " run +experiment=audit"
                 )
-        records = read_records(output)
+        records = read_records(output, RunLine.content)
         runs = plain_runs(plan, records)
         frame = audit_frame(plan, told_by_cell(plan, records))
         return Made(

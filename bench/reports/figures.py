@@ -7,13 +7,13 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bench.jobs.records import RESULTS
+from bench.jobs.lines import RESULTS
 from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import Plan
 from bench.reports.tables import has_intervals
 from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE
 
-MOST_LABELS = 12  # more cells than this are numbered, not named
+MAX_LABELS = 12  # more cells than this are numbered, not named
 
 
 def summary_figure(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> Figure:
@@ -81,6 +81,6 @@ def _draw_intervals(panel: Axes, places: np.ndarray, rows: pd.DataFrame, results
 
 
 def _labels(plan: Plan, n_row: int) -> list[str]:
-    if n_row > MOST_LABELS:
+    if n_row > MAX_LABELS:
         return [str(index + 1) if index % 5 == 0 else "" for index in range(n_row)]
     return [" / ".join(place_text(cell.place.get(axis)) for axis in telling_axes(plan)) for cell in plan.cells]

@@ -10,14 +10,15 @@ from typing import Any, ClassVar
 import numpy as np
 import pandas as pd
 
-from bench.jobs.records import RESULTS, read_records
+from bench.jobs.lines import RESULTS, RunLine
+from bench.jobs.records import read_records
 from bench.plan.columns import place_columns, run_columns
 from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
-from bench.reports.alike import ALIKE, alike_text
 from bench.reports.identifiability_figure import identifiability_figure
 from bench.reports.tables import csv_text
+from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.style import png
 from ksmea.show.text import aligned
 from ksmea.units import MICROMETRE, RPM
@@ -36,7 +37,7 @@ class IdentifiabilityReport(Report):
     study: ClassVar[str] = "identifiability"
 
     def make(self, plan: Plan, output: Path) -> Made:
-        records = read_records(output)
+        records = read_records(output, RunLine.content)
         runs = plain_runs(plan, records)
         told = told_by_cell(plan, records)
         frame = identifiability_frame(plan, told)

@@ -14,7 +14,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
 
-from bench.jobs.records import RESULTS, read_records
+from bench.jobs.lines import RESULTS, RunLine
+from bench.jobs.records import read_records
 from bench.plan.naming import cell_name, telling_axes
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
@@ -42,7 +43,7 @@ class PlanReport(Report):
     study: ClassVar[str] = "plan"
 
     def make(self, plan: Plan, output: Path) -> Made:
-        records = read_records(output, lambda record: record)
+        records = read_records(output, RunLine.content)
         runs = pd.DataFrame([_run_row(plan, run, records.get(run.key)) for run in plan.runs])
         found = _by_cell(plan, records)
         frame = pd.DataFrame([row for cell, record in found.items() for row in _rows(plan, cell, record)])

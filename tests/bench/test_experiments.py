@@ -264,7 +264,7 @@ def identified(cell):
                 "si_per_unit": facts.si_per_unit,
                 "true": facts.truth,
                 "identified": 1.1 * facts.truth,
-                "at_bound": False,
+                "at_limit": False,
             }
             for facts in cell.parameters
         ],

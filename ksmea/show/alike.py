@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 ALIKE = 0.95  # |correlation| above which two unknowns are hard to tell apart
-MOST_PAIRS = 6  # of them that are named
+MAX_PAIRS = 6  # of them that are named
 
 
 def alike_text(correlation: Sequence[Sequence[float | None]], names: Sequence[str]) -> str:
@@ -16,5 +16,5 @@ def alike_text(correlation: Sequence[Sequence[float | None]], names: Sequence[st
         for other, value in enumerate(row)
         if other > one and value is not None and abs(value) > ALIKE
     ]
-    more = f" and {len(pairs) - MOST_PAIRS} pairs more" if len(pairs) > MOST_PAIRS else ""
-    return (", ".join(pairs[:MOST_PAIRS]) or "none") + more
+    more = f" and {len(pairs) - MAX_PAIRS} pairs more" if len(pairs) > MAX_PAIRS else ""
+    return (", ".join(pairs[:MAX_PAIRS]) or "none") + more
