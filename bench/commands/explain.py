@@ -18,22 +18,22 @@ def explain(words: list[str]) -> int:
     """Print what is known of the run that a key, or the beginning of one, belongs to."""
     if not words:
         raise SettingError("explain: expected the key of a run (see runs.csv), got nothing")
-    key, *place = words
-    places = (
-        folders(place, "explain") if place else sorted(path.parent for path in Path("results").glob(f"**/{PLAN_FILE}"))
+    key, *name = words
+    searched = (
+        folders(name, "explain") if name else sorted(path.parent for path in Path("results").glob(f"**/{PLAN_FILE}"))
     )
-    for folder in places:
+    for folder in searched:
         try:
             plan = read_plan(folder)
         except SettingError:
-            if place:
+            if name:
                 raise
             continue  # the plan of another experiment, which nobody asked for
         for run in plan.runs:
             if run.key.startswith(key):
                 print(_explanation(plan, run, folder))
                 return 0
-    looked = ", ".join(map(str, places)) or "results/*"
+    looked = ", ".join(map(str, searched)) or "results/*"
     raise SettingError(f"explain: expected the key of a planned run, found no {key!r} in {looked}; runs.csv lists them")
 
 

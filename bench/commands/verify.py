@@ -38,9 +38,8 @@ from ksmea import registry
 from ksmea.errors import SettingError, unknown
 from ksmea.records.identification import IdentificationRecord
 
-ELSEWHERE = (
-    0.01  # tolerance of Cramér–Rao bounds that other libraries or processors compute near directions that nothing tells
-)
+# Tolerance of Cramér–Rao bounds that other libraries or processors compute near directions that nothing tells.
+ELSEWHERE = 0.01
 DEFAULTS = {"repetitions": None, "workers": None, "tolerance": 1e-6}
 
 

@@ -18,7 +18,8 @@ from bench.plan.columns import place_columns
 from bench.plan.naming import cell_name, place_text, telling_axes
 from bench.plan.plan import Cell, ParameterFacts, Plan
 from bench.plan.report import Made, Report
-from bench.reports.tables import csv_text, runs_frame
+from bench.reports.runs import runs_frame
+from bench.reports.tables import csv_text
 from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE, png
 from ksmea.show.text import aligned, number
 
@@ -167,23 +168,23 @@ def calibration_figure(plan: Plan, frame: pd.DataFrame, runs: pd.DataFrame) -> F
     figure = Figure(figsize=(11, 1.1 + len(names) * (0.9 + 0.24 * len(plan.cells))), layout="constrained")
     panels = figure.subplots(len(names), 2, squeeze=False, width_ratios=[2, 1])
     labels = [_short_name(plan, cell) for cell in plan.cells]
-    places = np.arange(len(labels))[::-1]
+    positions = np.arange(len(labels))[::-1]
     for (left, right), name in zip(panels, names):
         errors = [_relative_errors(cell, name, runs[runs["cell"] == index]) for index, cell in enumerate(plan.cells)]
         left.boxplot(
-            errors, positions=places, orientation="horizontal", whis=(2.5, 97.5), showfliers=False, widths=0.6,
+            errors, positions=positions, orientation="horizontal", whis=(2.5, 97.5), showfliers=False, widths=0.6,
             medianprops={"color": OURS, "linewidth": 2},
         )  # fmt: skip
         for at in (-norm.ppf(0.975), 0, norm.ppf(0.975)):
             left.axvline(at, color=REFERENCE, linestyle=":" if at else "-", linewidth=0.8)
         _scale(left)
-        left.set_yticks(places, labels, fontsize=8)
+        left.set_yticks(positions, labels, fontsize=8)
         left.set_ylabel(name, fontsize=10, rotation=0, labelpad=14)
         rows = frame[frame["parameter"] == name]
         if "covered_pct" in rows:
             has = [any(facts.name == name for facts in cell.parameters) for cell in plan.cells]
             right.errorbar(
-                rows["covered_pct"], places[has], xerr=2 * rows["covered_se"], fmt="o", color=INTERVAL, markersize=4
+                rows["covered_pct"], positions[has], xerr=2 * rows["covered_se"], fmt="o", color=INTERVAL, markersize=4
             )
             for level in {100 * _level(cell) for cell in plan.cells}:
                 right.axvline(level, color=REFERENCE, linestyle=":", linewidth=0.8)

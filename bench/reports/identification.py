@@ -15,7 +15,8 @@ from bench.plan.columns import place_columns
 from bench.plan.naming import cell_name
 from bench.plan.plan import Plan, Run
 from bench.plan.report import Made, Report
-from bench.reports.tables import csv_text, runs_frame
+from bench.reports.runs import runs_frame
+from bench.reports.tables import csv_text
 from ksmea.records.identification import IdentificationRecord
 from ksmea.show.identification import COLUMNS, frame, plot, text
 from ksmea.show.style import png

@@ -16,7 +16,8 @@ from bench.plan.report import Made, Report
 from bench.reports.cost import cost_figure, cost_frame
 from bench.reports.figures import summary_figure
 from bench.reports.history_figures import MAX_LINES, response_figure, updates_figure
-from bench.reports.tables import as_text, csv_text, runs_frame, slips, slips_text, summary_frame
+from bench.reports.runs import runs_frame
+from bench.reports.tables import as_text, csv_text, slips, slips_text, summary_frame
 from ksmea.records.curves import ResponseCurves
 from ksmea.records.identification import IdentificationRecord, UpdateRecord
 from ksmea.show.style import png

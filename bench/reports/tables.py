@@ -1,126 +1,21 @@
-"""Tables from plan and records: a row per run, and medians over the repetitions beside the paper's printed values."""
+"""The table of an experiment: medians over the repetitions of each cell beside the paper's printed values."""
 
 from __future__ import annotations
 
-import sys
-from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from bench.jobs.lines import RESULTS, RunLine
-from bench.jobs.records import read_records
+from bench.jobs.lines import RESULTS
 from bench.plan.columns import place_columns
 from bench.plan.naming import place_text, telling_axes
-from bench.plan.plan import Cell, ParameterFacts, Plan, Run
+from bench.plan.plan import Cell, ParameterFacts, Plan
 from bench.storage.places import PAPER
-from ksmea.records.identification import IdentificationRecord, IntervalEffort, ParameterRecord
 from ksmea.show.text import aligned, number
 
 EFFORT = {"updates": "", "model_evaluations": "", "time": "s"}  # rows of a table below the parameters, and their units
-OUR_NAMES = {  # of settings that Table 5 prints under other names
-    "cooperative_factor": "social",
-    "cognitive_learning_factor": "cognitive",
-    "crossover_probability": "crossover_rate",
-    "mutation_probability": "mutation_rate",
-}
 EXACT = {"exact": "%", "updates_to_exact": ""}  # where exactness is asked for
-
-
-def runs_frame(plan: Plan, output: Path) -> pd.DataFrame:
-    """A row for every planned run, in the order of the plan; values in the units of the parameters."""
-    rows = read_records(output, lambda line: _line_row(line, plan.report.exact))
-    not_run = {"status": "not run", "error": ""}
-    return pd.DataFrame([_place_row(plan, run) | rows.get(run.key, not_run) for run in plan.runs])
-
-
-def _place_row(plan: Plan, run: Run) -> dict[str, Any]:
-    cell = plan.cells[run.cell]
-    return {
-        "key": run.key,
-        "cell": run.cell,
-        **place_columns(plan, cell),
-        "seed": cell.seed,
-        "repetition": run.repetition,
-    }
-
-
-def _line_row(line: RunLine, exact: float | None) -> dict[str, Any]:
-    """What runs.csv says of a run, its names shared among all rows."""
-    found = _result_row(line.record(IdentificationRecord), exact) if line.has_result else {}
-    return {"status": sys.intern(line.status), **found, "error": line.error}
-
-
-def _result_row(record: IdentificationRecord, exact: float | None) -> dict[str, Any]:
-    row: dict[str, Any] = {}
-    for parameter in record.parameters:
-        name = parameter.name
-        row[sys.intern(name)] = parameter.in_unit(parameter.identified)
-        row[sys.intern(f"{name}_error_pct")] = parameter.error_pct
-        if parameter.crlb is not None:
-            row[sys.intern(f"{name}_crlb")] = parameter.in_unit(parameter.crlb)
-        row[sys.intern(f"{name}_at_limit")] = parameter.at_limit
-        if parameter.kind is not None:
-            row |= _interval_columns(parameter, parameter.kind)
-    seconds = record.seconds
-    row |= {
-        "misfit": record.misfit,
-        "stop": sys.intern(record.stop),
-        "updates": record.updates,
-        "model_evaluations": record.model_evaluations,
-        "model_jacobians": record.model_jacobians,
-        "surrogate_evaluations": record.surrogate_evaluations,
-        "time_model": seconds.model,
-        "time_surrogate": seconds.surrogate,
-        "time_search": seconds.search,
-        "time": seconds.total,
-    }
-    if record.intervals is not None:
-        row |= _interval_effort(record.intervals)
-    if record.basin_excess is not None:
-        row["basin_excess"] = record.basin_excess
-    if exact is not None and all(parameter.true for parameter in record.parameters):
-        row |= _exactness(record, exact)
-    return row
-
-
-def _interval_columns(parameter: ParameterRecord, kind: str) -> dict[str, Any]:
-    """Ends of an interval in the parameter's unit, empty where open, its kind, and whether it holds the true value, empty
-    where nobody knows that."""
-    name = parameter.name
-    return {
-        sys.intern(f"{name}_low"): parameter.in_unit(parameter.low),
-        sys.intern(f"{name}_high"): parameter.in_unit(parameter.high),
-        sys.intern(f"{name}_interval"): sys.intern(kind),
-        sys.intern(f"{name}_covered"): parameter.is_covered,
-    }
-
-
-def _interval_effort(effort: IntervalEffort) -> dict[str, Any]:
-    """Noise that the intervals were made with, and what they took."""
-    return {
-        "noise_relative": effort.noise.relative,
-        "noise_floor": effort.noise.floor,
-        "interval_evaluations": effort.model_evaluations,
-        "interval_jacobians": effort.model_jacobians,
-        "interval_seconds": effort.seconds,
-    }
-
-
-def _exactness(record: IdentificationRecord, exact: float) -> dict[str, Any]:
-    """Whether all parameters came within `exact` per cent (as 100 or 0), and at which updating step they first did."""
-    true = np.array([parameter.true for parameter in record.parameters])
-    steps = [_worst_error_pct(update.x, true) <= exact for update in record.history]
-    return {
-        "exact": 100.0 * (_worst_error_pct(record.x, true) <= exact),
-        "updates_to_exact": steps.index(True) + 1 if True in steps else None,
-    }
-
-
-def _worst_error_pct(x: Sequence[float] | np.ndarray, true: np.ndarray) -> float:
-    return float(100 * np.max(np.abs(np.asarray(x) / true - 1)))
 
 
 def summary_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
@@ -217,27 +112,6 @@ def _printed_values(paper: str | None) -> dict[tuple[str, Any], tuple[float, flo
 def _printed_column(plan: Plan, cell: Cell) -> Any:
     """The column of the paper's table that a cell stands beside: its label where it has one of the table's."""
     return cell.place.get("label") if plan.report.paper == "table6" else cell.place["samples"]
-
-
-def settings_frame(plan: Plan) -> pd.DataFrame:
-    """Table 5: the settings of each optimiser as printed and as they are here."""
-    printed = pd.read_csv(PAPER / "table5.csv")
-    here = {cell.settings["optimizer"]["name"].upper(): cell.settings["optimizer"] for cell in plan.cells}
-    rows = []
-    for row in printed.itertuples(index=False):
-        name = OUR_NAMES.get(row.setting, row.setting)
-        value = here.get(row.optimizer, {}).get(name)
-        rows.append(
-            {"optimizer": row.optimizer, "printed_as": row.setting, "setting": name, "paper": row.value, "here": value}
-        )
-    frame = pd.DataFrame(rows)
-    frame["agrees"] = frame["paper"] == frame["here"]
-    return frame
-
-
-def settings_text(frame: pd.DataFrame) -> str:
-    lines = [[str(value) for value in row] for row in frame.itertuples(index=False)]
-    return aligned([str(column) for column in frame.columns], lines)
 
 
 def slips(paper: str | None) -> pd.DataFrame:

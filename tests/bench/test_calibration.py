@@ -13,7 +13,7 @@ from bench.command_line.config import register_schemas
 from bench.jobs.records import RecordWriter
 from bench.plan.plan import ParameterFacts, all_runs
 from bench.reports.calibration import CalibrationReport, basin_shares, calibration_figure, calibration_frame
-from bench.reports.tables import runs_frame
+from bench.reports.runs import runs_frame
 from bench.storage.places import CONF
 
 CRLB = 0.5e6  # N/m

@@ -17,7 +17,8 @@ from bench.reports.collect import collect, collect_all
 from bench.reports.cost import COSTS, JACOBIAN_AS_EVALUATIONS, cost_figure, cost_frame, paper_cost
 from bench.reports.figures import summary_figure
 from bench.reports.history_figures import mesh_figure, response_figure, updates_figure
-from bench.reports.tables import runs_frame, summary_frame
+from bench.reports.runs import runs_frame
+from bench.reports.tables import summary_frame
 from ksmea.records.curves import ResponseCurves
 from ksmea.records.identification import IdentificationRecord, Seconds, UpdateRecord
 from ksmea.show.style import png
