@@ -34,7 +34,7 @@ def main() -> None:
         place = Path(folder)
         _bench(place, "repetitions=1", "output=real", *CHEAPEST)
         plan = read_plan(place / "real")
-        record = next(iter(read_records(place / "real").values()))
+        record = next(iter(read_records(place / "real").values())).content()
 
         runs = all_runs(plan.cells, arguments.collect, plan.versions)
         _fill(place / "many", dataclasses.replace(plan, runs=runs), record)
@@ -54,7 +54,7 @@ def main() -> None:
         took = (
             time.monotonic() - started - _bench(place, "repetitions=1", "workers=1", "output=overhead1", *CHEAPEST)[0]
         )
-        own = sum(line["elapsed"] for line in read_records(place / "overhead").values())
+        own = sum(line.elapsed for line in read_records(place / "overhead").values())
         overhead = (took - own) / arguments.overhead
         print(f"overhead of a run beyond its own work: {1e3 * overhead:.2f} ms (limit {LIMITS['overhead']})")
 
@@ -70,13 +70,10 @@ def _bench(folder: Path, *words: str) -> tuple[float, float]:
 def _fill(output: Path, plan: Plan, record: dict) -> None:
     """A finished experiment, every run with a copy of the same record."""
     write_plan(plan, output)
-    content = {
-        key: value for key, value in record.items() if key not in ("schema", "event", "key", "question", "session")
-    }
     with RecordWriter(output, 0, plan) as writer:
         for run in plan.runs:
             writer.started(run)
-            writer.result(run, content)
+            writer.result(run, record)
 
 
 if __name__ == "__main__":

@@ -13,7 +13,7 @@ from typing import Any
 
 import pandas as pd
 
-from bench.jobs.records import RESULTS
+from bench.jobs.lines import RESULTS
 from bench.plan.plan import PLAN_FILE, Plan, plan_from_lines, plan_lines, read_plan
 from bench.plan.report import report_named
 from bench.storage.files import replace_file

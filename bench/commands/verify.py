@@ -26,8 +26,9 @@ from tqdm import tqdm
 
 from bench.commands.reference import read_reference
 from bench.jobs.execute import execute
+from bench.jobs.lines import RESULTS
 from bench.jobs.pool import Limits, run_tasks
-from bench.jobs.records import RESULTS, RecordWriter
+from bench.jobs.records import RecordWriter
 from bench.jobs.work import available_cores, own_modules
 from bench.plan.plan import Plan, all_runs, component_seeds
 from bench.plan.provenance import library_versions, platform_name
@@ -35,8 +36,10 @@ from bench.plan.report import report_named
 from bench.storage.places import REFERENCE
 from ksmea import registry
 from ksmea.errors import SettingError, unknown
+from ksmea.records.identification import IdentificationRecord
 
-ELSEWHERE = 0.01  # tolerance of bounds that other libraries or processors compute near directions that nothing tells
+# Tolerance of Cramér–Rao bounds that other libraries or processors compute near directions that nothing tells.
+ELSEWHERE = 0.01
 DEFAULTS = {"repetitions": None, "workers": None, "tolerance": 1e-6}
 
 
@@ -135,27 +138,27 @@ def _options(words: list[str]) -> dict[str, Any]:
     return options
 
 
-def _recomputed(plan: Plan, reference: pd.DataFrame, workers: int | None) -> dict[str, dict[str, Any]]:
-    """Records of the reference's runs, computed now, by key."""
+def _recomputed(plan: Plan, reference: pd.DataFrame, workers: int | None) -> dict[str, dict[str, float]]:
+    """Identified values of the reference's runs in the units of the table, computed now, by key; none where a run failed."""
     tasks = [
         (row.key, (plan.cells[row.cell].settings, component_seeds(row.seed, row.repetition)))
         for row in reference.itertuples()
     ]
     n_worker = min(workers or available_cores(), len(tasks))
     with tqdm(total=len(tasks), desc=f"verify {plan.name}", unit="run", disable=None) as bar:
-        records = {}
+        found = {}
         for key, record in run_tasks(execute, tasks, n_worker, Limits(), lambda key: None, own_modules(plan)):
-            records[key] = record
+            found[key] = _identified(record)
             bar.update()
-    return records
+    return found
 
 
 def _run_differences(
-    plan: Plan, reference: pd.DataFrame, now: dict[str, dict[str, Any]], tolerance: float
+    plan: Plan, reference: pd.DataFrame, now: dict[str, dict[str, float]], tolerance: float
 ) -> list[Difference]:
     differences = []
     for row in reference.to_dict("records"):
-        values = _identified(now[row["key"]])
+        values = now[row["key"]]
         for parameter in plan.cells[row["cell"]].parameters:
             was = row[parameter.name]
             what = f"{parameter.name} of run {row['key']}"
@@ -164,12 +167,12 @@ def _run_differences(
 
 
 def _median_differences(
-    plan: Plan, reference: pd.DataFrame, everything: pd.DataFrame, now: dict[str, dict[str, Any]], tolerance: float
+    plan: Plan, reference: pd.DataFrame, everything: pd.DataFrame, now: dict[str, dict[str, float]], tolerance: float
 ) -> list[Difference]:
     differences = []
     for index, cell in enumerate(plan.cells):
         rows = reference[reference["cell"] == index]
-        values = pd.DataFrame([_identified(now[key]) for key in rows["key"]])
+        values = pd.DataFrame([now[key] for key in rows["key"]])
         for parameter in cell.parameters:
             all_values = everything.loc[everything["cell"] == index, parameter.name]
             spread = float(np.subtract(*np.percentile(all_values, [75, 25])))
@@ -181,10 +184,10 @@ def _median_differences(
 
 
 def _identified(record: dict[str, Any]) -> dict[str, float]:
-    """Identified values in the units of the table; none where the run failed."""
     if record["status"] not in RESULTS:
         return {}
-    return {parameter["name"]: parameter["identified"] / parameter["si_per_unit"] for parameter in record["parameters"]}
+    parameters = IdentificationRecord.from_data(record).parameters
+    return {parameter.name: parameter.in_unit(parameter.identified) for parameter in parameters}
 
 
 def _settings_differences(plan: Plan) -> list[Difference]:

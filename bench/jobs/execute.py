@@ -8,6 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from bench.jobs.lines import FailedRun
 from bench.plan.draw import Draw
 from bench.plan.setup import Setup
 
@@ -29,9 +30,5 @@ def execute(
         setup = Setup.of(settings)
         record = setup.plugins["study"].run(setup, Draw(seeds, journal, with_curves, with_progress))
     except (Exception, SystemExit) as error:  # a plugin that calls sys.exit costs its own run only
-        record = {
-            "status": "error",
-            "error": f"{type(error).__name__}: {error}",
-            "traceback": traceback.format_exc(),
-        }
+        record = FailedRun("error", f"{type(error).__name__}: {error}", traceback.format_exc()).to_data()
     return {**record, "elapsed": time.perf_counter() - started}

@@ -18,6 +18,8 @@ from typing import Any, Generic, TypeVar
 
 from threadpoolctl import threadpool_limits
 
+from bench.jobs.lines import FailedRun
+
 Task = TypeVar("Task")
 
 # A server process imports everything once and forks the workers; a new one after a crash costs milliseconds.
@@ -57,7 +59,8 @@ def run_tasks(
 ) -> Iterator[tuple[Task, dict[str, Any]]]:
     """`function(*arguments)` for every (task, arguments), as results come: (task, what the function returned).
 
-    `preload` names modules that workers find loaded. A task whose worker died or was stopped has {'status': 'killed' or 'timeout', 'error': why} instead.
+    `preload` names modules that workers find loaded. A task whose worker died or was stopped has the data of a `FailedRun`,
+    killed or timeout, instead.
     """
     CONTEXT.set_forkserver_preload(list(preload))
     waiting = iter(tasks)
@@ -142,10 +145,10 @@ def _outcome(worker: _Worker[Task], limits: Limits) -> dict[str, Any] | None:
         was_alive = False
     if not was_alive:
         worker.connection.close()
-        return {"status": "killed", "error": f"the worker process {_ending(worker.process.exitcode)}"}
+        return FailedRun("killed", f"the worker process {_ending(worker.process.exitcode)}").to_data()
     if worker.deadline is not None and time.monotonic() >= worker.deadline:
         _stop(worker)
-        return {"status": "timeout", "error": f"the run did not end within {limits.seconds:g} s"}
+        return FailedRun("timeout", f"the run did not end within {limits.seconds:g} s").to_data()
     return None
 
 

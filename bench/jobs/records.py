@@ -1,28 +1,21 @@
-"""Records: append-only JSON lines, one file and one writer per batch; a torn line is ignored and its run redone.
-
-Three kinds of lines: a `session` says what code, versions and commit the following ones were computed by; `started`
-and `result` belong to a run's key.
-"""
+"""Records: append-only JSON lines, one file and one writer per batch; a torn line is ignored and its run redone."""
 
 from __future__ import annotations
 
-import json
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
-from typing import Any, Self, TextIO, TypeVar
+from typing import Any, BinaryIO, Self, TypeVar, overload
 
-import orjson
-
+from bench.jobs.lines import RESULTS, SCHEMA, Ended, Line, RunLine, SessionLine, Started, line_text, read_line
 from bench.plan.plan import Plan, Run
 from bench.storage.locks import exclusive, is_held
-from ksmea.errors import SettingError
 
-SCHEMA = 2
+__all__ = ["RESULTS", "RecordWriter", "RunLine", "finished_keys", "read_lines", "read_records", "running_sessions"]
+
 FOLDER = "records"
-RESULTS = ("done", "budget")  # statuses that are results; all others are failures
 
 Kept = TypeVar("Kept")
 
@@ -34,16 +27,16 @@ class RecordWriter:
         self._path = output / FOLDER / f"batch-{batch:04d}.jsonl"
         self._plan = plan
         self._held = ExitStack()
-        self._file: TextIO | None = None
+        self._file: BinaryIO | None = None
         self._session = ""
 
     def __enter__(self) -> Self:
         with ExitStack() as held:
             held.enter_context(exclusive(self._path.with_suffix(".lock")))
             torn = _ends_within_a_line(self._path)
-            self._file = held.enter_context(self._path.open("a", encoding="utf-8"))
+            self._file = held.enter_context(self._path.open("ab"))
             if torn:  # what a killed writer left unfinished gets a line of its own, that no reader accepts
-                self._file.write("\n")
+                self._file.write(b"\n")
             self._held = held.pop_all()
         return self
 
@@ -51,32 +44,40 @@ class RecordWriter:
         self._held.close()
 
     def started(self, run: Run) -> None:
-        self._append({"event": "started", **self._identity(run)})
+        line = Started(schema=SCHEMA, key=run.key, question=run.question, session=self._begun_session())
+        self._append(line_text(line, content={}))
 
-    def result(self, run: Run, record: dict[str, Any]) -> None:
-        self._append({"event": "result", **self._identity(run), **record})
-
-    def _identity(self, run: Run) -> dict[str, Any]:
-        return {"key": run.key, "question": run.question, "session": self._session or self._begin_session()}
-
-    def _begin_session(self) -> str:
-        """Say once, before the first run, what all runs of this writer are computed by."""
-        self._session = f"{time.time_ns():x}-{os.getpid()}"
-        plan = self._plan
-        facts = {
-            "commit": plan.commit,
-            "platform": plan.platform,
-            "versions": dict(plan.versions),
-            "modules": dict(plan.modules),
-        }
-        self._append(
-            {"event": "session", "session": self._session, "began": time.strftime("%Y-%m-%dT%H:%M:%S%z"), **facts}
+    def result(self, run: Run, record: Mapping[str, Any]) -> None:
+        """Write how a run ended: the JSON data of its study's record, or of a `FailedRun`, with a `status`."""
+        line = Ended(
+            schema=SCHEMA, key=run.key, question=run.question, session=self._begun_session(), status=record["status"]
         )
+        self._append(line_text(line, record))
+
+    def _begun_session(self) -> str:
+        """The session, which says once, before the first run, what all runs of this writer are computed by."""
+        if not self._session:
+            self._session = f"{time.time_ns():x}-{os.getpid()}"
+            plan = self._plan
+            self._append(
+                line_text(
+                    SessionLine(
+                        schema=SCHEMA,
+                        session=self._session,
+                        began=time.strftime("%Y-%m-%dT%H:%M:%S%z"),
+                        commit=plan.commit,
+                        platform=plan.platform,
+                        versions=dict(plan.versions),
+                        modules=dict(plan.modules),
+                    )
+                )
+            )
         return self._session
 
-    def _append(self, line: dict[str, Any]) -> None:
+    def _append(self, text: bytes) -> None:
         """One write per line: what is on the disk is whole lines, and at most one torn one at the end."""
-        self._file.write(json.dumps({"schema": SCHEMA, **line}) + "\n")
+        assert self._file is not None, "a writer writes inside its context"
+        self._file.write(text)
         self._file.flush()
 
 
@@ -90,7 +91,7 @@ def _ends_within_a_line(path: Path) -> bool:
 
 def finished_keys(output: Path) -> set[str]:
     """Keys of all runs that have a result."""
-    return {key for key, status in read_records(output, lambda line: line["status"]).items() if status in RESULTS}
+    return {key for key, has_result in read_records(output, lambda line: line.has_result).items() if has_result}
 
 
 def running_sessions(output: Path) -> set[str]:
@@ -98,67 +99,45 @@ def running_sessions(output: Path) -> set[str]:
     sessions = set()
     for path in (output / FOLDER).glob("*.jsonl"):
         if is_held(path.with_suffix(".lock")):
-            began = [line["session"] for line in _lines_of(path) if line["event"] == "session"]
+            began = [line.session for line in _lines_of(path) if isinstance(line, SessionLine)]
             sessions.update(began[-1:])
     return sessions
 
 
-def read_records(output: Path, keep: Callable[[dict[str, Any]], Kept] = lambda line: line) -> dict[str, Kept]:
-    """The last word on each key, as `keep` has it of the line: its result, or status 'killed' where a run was started
-    and no more. A result is never replaced by a later failure.
+@overload
+def read_records(output: Path) -> dict[str, RunLine]: ...
+
+
+@overload
+def read_records(output: Path, keep: Callable[[RunLine], Kept]) -> dict[str, Kept]: ...
+
+
+def read_records(output: Path, keep: Callable[[RunLine], Any] = lambda line: line) -> dict[str, Any]:
+    """The last word on each key, as `keep` has it of the line: how the run ended, or that it was killed where it was
+    started and no more. A result is never replaced by a later failure.
 
     `keep` picks what is needed while the file is read: a hundred thousand whole records would fill the memory.
     """
-    statuses: dict[str, str] = {}
-    kept: dict[str, Kept] = {}
+    with_result: set[str] = set()
+    kept: dict[str, Any] = {}
     for line in read_lines(output):
-        if line["event"] == "session" or statuses.get(line["key"]) in RESULTS:
+        if isinstance(line, SessionLine) or line.key in with_result:
             continue
-        if line["event"] == "started":
-            line = {**line, "status": "killed", "error": "the run was started and never ended"}
-        statuses[line["key"]] = line["status"]
-        kept[line["key"]] = keep(line)
+        if line.has_result:
+            with_result.add(line.key)
+        kept[line.key] = keep(line)
     return kept
 
 
-def read_lines(output: Path) -> Iterator[dict[str, Any]]:
-    """All lines of all record files in the present schema; what is not a record is passed over."""
+def read_lines(output: Path) -> Iterator[Line]:
+    """All lines of all record files; what is not a record is passed over."""
     for path in sorted((output / FOLDER).glob("*.jsonl")):
         yield from _lines_of(path)
 
 
-def _lines_of(path: Path) -> Iterator[dict[str, Any]]:
+def _lines_of(path: Path) -> Iterator[Line]:
     with path.open("rb") as file:
         for text in file:
-            line = _parsed(text)
+            line = read_line(text, path)
             if line is not None:
-                yield _upgraded(line, path)
-
-
-def _parsed(text: bytes) -> dict[str, Any] | None:
-    """A line that is a whole record, else None."""
-    try:
-        line = _loaded(text)
-    except ValueError:
-        return None
-    if not isinstance(line, dict) or not isinstance(line.get("schema"), int):
-        return None
-    needed = {"session": {"session"}, "started": {"key"}, "result": {"key", "status"}}.get(line.get("event"))
-    return line if needed is not None and needed <= line.keys() else None
-
-
-def _loaded(text: bytes) -> Any:
-    try:
-        return orjson.loads(text)
-    except ValueError:
-        return json.loads(text)  # slower, and it reads the NaN that a curve may hold
-
-
-def _upgraded(line: dict[str, Any], path: Path) -> dict[str, Any]:
-    """A line of any schema that ever was, in the present one. Schema 1 knew neither questions nor sessions."""
-    if line["schema"] > SCHEMA:
-        raise SettingError(
-            f"{path}: expected records up to schema {SCHEMA}, found {line['schema']}: a newer version wrote them;"
-            " install that one, or choose another output=DIR"
-        )
-    return {"question": "", "session": "", **line}
+                yield line

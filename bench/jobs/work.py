@@ -11,9 +11,10 @@ from typing import Any
 from tqdm import tqdm
 
 from bench.jobs.execute import execute
+from bench.jobs.lines import RESULTS, RunLine
 from bench.jobs.log import experiment_log
 from bench.jobs.pool import Limits, run_tasks
-from bench.jobs.records import RESULTS, RecordWriter, finished_keys, read_records
+from bench.jobs.records import RecordWriter, finished_keys, read_records
 from bench.plan.plan import Plan, Run, read_plan
 from bench.plan.provenance import OURS
 
@@ -89,18 +90,14 @@ def _take_over(todo: list[Run], share: tuple[Path, ...], writer: RecordWriter) -
     """Copy results of the same key from other experiments' folders; the runs that remain to be done."""
     wanted = {run.key: run for run in todo}
     for folder in share:
-        found = read_records(folder, lambda line: line if line["key"] in wanted else None)
-        for key, record in found.items():
-            if record is not None and record["status"] in RESULTS and key in wanted:
-                writer.result(wanted.pop(key), {**_content(record), "taken_from": str(folder)})
+
+        def wanted_line(line: RunLine) -> RunLine | None:
+            return line if line.key in wanted and line.has_result else None
+
+        for key, line in read_records(folder, wanted_line).items():
+            if line is not None:
+                writer.result(wanted.pop(key), {**line.content(), "taken_from": str(folder)})
     return list(wanted.values())
-
-
-def _content(record: dict[str, Any]) -> dict[str, Any]:
-    """A record without what identifies the line that it stands in."""
-    return {
-        name: value for name, value in record.items() if name not in ("schema", "event", "key", "question", "session")
-    }
 
 
 def _log_line(plan: Plan, run: Run, record: dict[str, Any]) -> str:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 from bench.plan.plan import Cell, Plan, Run
@@ -14,15 +13,14 @@ def place_columns(plan: Plan, cell: Cell) -> dict[str, Any]:
     return {axis: str(value) if isinstance(value, (list, dict)) else value for axis, value in place.items()}
 
 
-def run_columns(plan: Plan, run: Run, record: Mapping[str, Any] | None) -> dict[str, Any]:
+def run_columns(plan: Plan, run: Run, status: str, error: str) -> dict[str, Any]:
     """Where a planned run stands and what became of it."""
     cell = plan.cells[run.cell]
-    record = record or {"status": "not run"}
     return {
         "key": run.key,
         "cell": run.cell,
         **place_columns(plan, cell),
         "repetition": run.repetition,
-        "status": record["status"],
-        "error": record.get("error", ""),
+        "status": status,
+        "error": error,
     }

@@ -190,10 +190,10 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) ->
     for part in ignored:
         settings[part] = None
     # A model that is worth a journal is too expensive to be evaluated where nothing keeps the answer.
-    bounds = [None] * len(setup.problem.parameters) if config.journal else setup.crlb()
+    crlbs = [None] * len(setup.problem.parameters) if config.journal else setup.crlb()
     parameters = tuple(
-        ParameterFacts(parameter.name, parameter.unit, parameter.si_per_unit, setup.truth.get(parameter.name), bound)
-        for parameter, bound in zip(setup.problem.parameters, bounds)
+        ParameterFacts(parameter.name, parameter.unit, parameter.si_per_unit, setup.truth.get(parameter.name), crlb)
+        for parameter, crlb in zip(setup.problem.parameters, crlbs)
     )
     used = used_modules(settings)
     modules |= used

@@ -27,14 +27,15 @@ SEED_PLACES = {"noise": 1, "design": 2, "surrogate": 3, "optimizer": 4, "hidden"
 
 @dataclass(frozen=True)
 class ParameterFacts:
-    """What tables need to know of an unknown, SI: its true value (None: nobody knows it), and the smallest standard
-    deviation that an unbiased estimate from data with this noise can have (None: without noise or truth, or infinite)."""
+    """What tables need to know of an unknown, SI: its true value (None: nobody knows it), and the Cramér–Rao bound, the
+    smallest standard deviation that an unbiased estimate from data with this noise can have (None: without noise or truth,
+    or infinite)."""
 
     name: str
     unit: str
     si_per_unit: float
     truth: float | None
-    bound: float | None = None
+    crlb: float | None = None
 
 
 @dataclass(frozen=True)
@@ -163,9 +164,11 @@ def plan_from_lines(lines: Iterable[dict[str, Any]]) -> Plan:
             "command": tuple(head["command"]),
             "report": ReportSettings(**{**head["report"], "figures": tuple(head["report"]["figures"])}),
         },
-        cells=tuple(
-            Cell(**{**cell, "parameters": tuple(ParameterFacts(**facts) for facts in cell["parameters"])})
-            for cell in cells
-        ),
+        cells=tuple(Cell(**{**cell, "parameters": tuple(map(_facts, cell["parameters"]))}) for cell in cells),
         runs=tuple(Run(**run) for run in runs),
     )
+
+
+def _facts(line: Mapping[str, Any]) -> ParameterFacts:
+    """Facts of an unknown as a plan of any version has them: `crlb` was `bound`."""
+    return ParameterFacts(**{"crlb" if name == "bound" else name: value for name, value in line.items()})

@@ -4,17 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import pandas as pd
 
-from bench.jobs.records import RESULTS, read_records
+from bench.jobs.lines import RunLine, ending
+from bench.jobs.records import read_records
 from bench.plan.columns import run_columns
 from bench.plan.plan import Plan
 from ksmea.records.record import Record
 
 AnyRecord = TypeVar("AnyRecord", bound=Record)
-Lines = Mapping[str, Mapping[str, Any]]  # what became of each run, by its key
+Lines = Mapping[str, RunLine]  # what became of each run, by its key
 
 
 def run_lines(output: Path) -> Lines:
@@ -24,7 +25,7 @@ def run_lines(output: Path) -> Lines:
 
 def plain_runs(plan: Plan, lines: Lines) -> pd.DataFrame:
     """A row per planned run: where it stands and what became of it."""
-    return pd.DataFrame([run_columns(plan, run, lines.get(run.key)) for run in plan.runs])
+    return pd.DataFrame([run_columns(plan, run, *ending(lines.get(run.key))) for run in plan.runs])
 
 
 def first_results(plan: Plan, lines: Lines, kind: type[AnyRecord]) -> dict[int, AnyRecord]:
@@ -32,6 +33,6 @@ def first_results(plan: Plan, lines: Lines, kind: type[AnyRecord]) -> dict[int, 
     found: dict[int, AnyRecord] = {}
     for run in plan.runs:
         line = lines.get(run.key)
-        if run.cell not in found and line is not None and line["status"] in RESULTS:
-            found[run.cell] = kind.from_data(line)
+        if run.cell not in found and line is not None and line.has_result:
+            found[run.cell] = line.record(kind)
     return dict(sorted(found.items()))

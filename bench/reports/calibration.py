@@ -13,12 +13,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from scipy.stats import norm
 
-from bench.jobs.records import RESULTS
+from bench.jobs.lines import RESULTS
 from bench.plan.columns import place_columns
 from bench.plan.naming import cell_name, place_text, telling_axes
 from bench.plan.plan import Cell, ParameterFacts, Plan
 from bench.plan.report import Made, Report
-from bench.reports.tables import csv_text, runs_frame
+from bench.reports.runs import runs_frame
+from bench.reports.tables import csv_text
 from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE, png
 from ksmea.show.text import aligned, number
 
@@ -55,9 +56,9 @@ def calibration_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
                 {
                     "parameter": facts.name,
                     **place_columns(plan, cell),
-                    "bound_pct": np.nan
-                    if facts.bound is None or not facts.truth
-                    else 100 * facts.bound / abs(facts.truth),
+                    "crlb_pct": np.nan
+                    if facts.crlb is None or not facts.truth
+                    else 100 * facts.crlb / abs(facts.truth),
                     **_errors(results, facts),
                     **_intervals(results, facts, _level(cell)),
                     **shares,
@@ -83,9 +84,9 @@ def basin_shares(results: pd.DataFrame) -> dict[str, float]:
 
 def _errors(results: pd.DataFrame, facts: ParameterFacts) -> dict[str, float]:
     names = ("bias", "sd", "spread", "sd_right_basin")
-    if facts.bound is None or facts.name not in results or results.empty:
+    if facts.crlb is None or facts.name not in results or results.empty:
         return dict.fromkeys(names, np.nan)
-    errors = (results[facts.name] * facts.si_per_unit - facts.truth) / facts.bound
+    errors = (results[facts.name] * facts.si_per_unit - facts.truth) / facts.crlb
     right = errors[results["basin_excess"].abs() <= SAME_MAXIMUM] if "basin_excess" in results else errors
     spread = np.subtract(*np.percentile(errors, [75, 25])) / NORMAL_IQR
     return dict(zip(names, (errors.mean(), errors.std(ddof=0), spread, right.std(ddof=0))))
@@ -101,7 +102,7 @@ def _level(cell: Cell) -> float:
 
 
 def _intervals(results: pd.DataFrame, facts: ParameterFacts, level: float) -> dict[str, float]:
-    """Coverage with its standard error, half-widths against those of the bound, and shares by kind."""
+    """Coverage with its standard error, half-widths against those of the CRLB, and shares by kind."""
     name = facts.name
     if f"{name}_interval" not in results or results.empty:
         return {}
@@ -112,7 +113,7 @@ def _intervals(results: pd.DataFrame, facts: ParameterFacts, level: float) -> di
     return {
         "covered_pct": 100 * share,
         "covered_se": 100 * np.sqrt(share * (1 - share) / max(len(covered), 1)),
-        "width": np.nan if facts.bound is None or width.empty else width.median() / 2 / (_sigmas(level) * facts.bound),
+        "width": np.nan if facts.crlb is None or width.empty else width.median() / 2 / (_sigmas(level) * facts.crlb),
         "one_sided_pct": 100 * kinds.isin(["lower limit", "upper limit"]).mean(),
         "not_identifiable_pct": 100 * (kinds == "not identifiable").mean(),
     }
@@ -122,7 +123,7 @@ def _text(plan: Plan, frame: pd.DataFrame) -> str:
     """The table as people read it."""
     axes = telling_axes(plan)
     columns = {
-        "bound %": "bound_pct",
+        "CRLB %": "crlb_pct",
         "bias": "bias",
         "sd": "sd",
         "spread": "spread",
@@ -145,7 +146,7 @@ def _text(plan: Plan, frame: pd.DataFrame) -> str:
         for _, row in frame.iterrows()
     ]
     table = aligned(["parameter", *axes, *columns, "runs", "failed"], lines)
-    remark = "bias, sd, spread (from the quartiles) and half-width of the intervals are in units of the bound's own"
+    remark = "bias, sd, spread (from the quartiles) and half-width of the intervals are in units of the CRLB's own"
     return "\n".join([table, "", remark, *_basin_lines(plan, frame)])
 
 
@@ -162,28 +163,28 @@ def _basin_lines(plan: Plan, frame: pd.DataFrame) -> list[str]:
 
 
 def calibration_figure(plan: Plan, frame: pd.DataFrame, runs: pd.DataFrame) -> Figure:
-    """Errors in units of the bound (boxes: quartiles; whiskers: 2.5 and 97.5 %), a row per parameter; coverage beside."""
+    """Errors in units of the CRLB (boxes: quartiles; whiskers: 2.5 and 97.5 %), a row per parameter; coverage beside."""
     names = list(dict.fromkeys(frame["parameter"]))
     figure = Figure(figsize=(11, 1.1 + len(names) * (0.9 + 0.24 * len(plan.cells))), layout="constrained")
     panels = figure.subplots(len(names), 2, squeeze=False, width_ratios=[2, 1])
     labels = [_short_name(plan, cell) for cell in plan.cells]
-    places = np.arange(len(labels))[::-1]
+    positions = np.arange(len(labels))[::-1]
     for (left, right), name in zip(panels, names):
         errors = [_relative_errors(cell, name, runs[runs["cell"] == index]) for index, cell in enumerate(plan.cells)]
         left.boxplot(
-            errors, positions=places, orientation="horizontal", whis=(2.5, 97.5), showfliers=False, widths=0.6,
+            errors, positions=positions, orientation="horizontal", whis=(2.5, 97.5), showfliers=False, widths=0.6,
             medianprops={"color": OURS, "linewidth": 2},
         )  # fmt: skip
         for at in (-norm.ppf(0.975), 0, norm.ppf(0.975)):
             left.axvline(at, color=REFERENCE, linestyle=":" if at else "-", linewidth=0.8)
         _scale(left)
-        left.set_yticks(places, labels, fontsize=8)
+        left.set_yticks(positions, labels, fontsize=8)
         left.set_ylabel(name, fontsize=10, rotation=0, labelpad=14)
         rows = frame[frame["parameter"] == name]
         if "covered_pct" in rows:
             has = [any(facts.name == name for facts in cell.parameters) for cell in plan.cells]
             right.errorbar(
-                rows["covered_pct"], places[has], xerr=2 * rows["covered_se"], fmt="o", color=INTERVAL, markersize=4
+                rows["covered_pct"], positions[has], xerr=2 * rows["covered_se"], fmt="o", color=INTERVAL, markersize=4
             )
             for level in {100 * _level(cell) for cell in plan.cells}:
                 right.axvline(level, color=REFERENCE, linestyle=":", linewidth=0.8)
@@ -208,7 +209,7 @@ def _short_name(plan: Plan, cell: Cell) -> str:
 
 
 def _scale(panel: Axes) -> None:
-    """Linear where errors are a few bounds, else logarithmic to both sides."""
+    """Linear where errors are a few times the CRLB, else logarithmic to both sides."""
     reach = max(map(abs, panel.get_xlim()))
     if reach < 6:
         panel.set_xlim(-max(reach, 4.0), max(reach, 4.0))
@@ -221,6 +222,6 @@ def _scale(panel: Axes) -> None:
 
 def _relative_errors(cell: Cell, name: str, runs: pd.DataFrame) -> np.ndarray:
     facts = {parameter.name: parameter for parameter in cell.parameters}.get(name)
-    if facts is None or facts.bound is None or name not in runs:
+    if facts is None or facts.crlb is None or name not in runs:
         return np.array([])
-    return ((runs[name].dropna() * facts.si_per_unit - facts.truth) / facts.bound).to_numpy(float)
+    return ((runs[name].dropna() * facts.si_per_unit - facts.truth) / facts.crlb).to_numpy(float)

@@ -9,7 +9,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from bench.jobs.records import RESULTS, read_records
+from bench.jobs.lines import RESULTS
+from bench.jobs.records import read_records
 from bench.plan.plan import Plan, read_plan
 from bench.plan.report import report_named
 from bench.reports.history_figures import mesh_figure

@@ -13,10 +13,10 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from bench.jobs.records import RESULTS
+from bench.jobs.lines import RESULTS
 from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
-from bench.reports.tables import PAPER
+from bench.storage.places import PAPER
 
 COSTS = np.logspace(-6, np.log10(3600), 200)  # s per evaluation: from a microsecond to an hour
 JACOBIAN_AS_EVALUATIONS = 2  # a response and an adjoint-like solve; it is recorded apart

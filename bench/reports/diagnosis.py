@@ -12,7 +12,8 @@ from typing import Any, ClassVar
 import numpy as np
 import pandas as pd
 
-from bench.jobs.records import RESULTS, read_records
+from bench.jobs.lines import RESULTS, RunLine
+from bench.jobs.records import read_records
 from bench.plan.columns import place_columns, run_columns
 from bench.plan.naming import cell_name
 from bench.plan.plan import Cell, Plan
@@ -37,7 +38,7 @@ class DiagnosisReport(Report):
     study: ClassVar[str] = "diagnose"
 
     def make(self, plan: Plan, output: Path) -> Made:
-        records = read_records(output, lambda record: record)
+        records = read_records(output, RunLine.content)
         runs = diagnosis_runs(plan, records)
         files: dict[str, bytes] = {
             f"{plan.name}.csv": csv_text(summary(plan, runs)).encode(),

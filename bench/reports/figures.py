@@ -7,13 +7,13 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from bench.jobs.records import RESULTS
+from bench.jobs.lines import RESULTS
 from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import Plan
 from bench.reports.tables import has_intervals
 from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE
 
-MOST_LABELS = 12  # more cells than this are numbered, not named
+MAX_LABELS = 12  # more cells than this are numbered, not named
 
 
 def summary_figure(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> Figure:
@@ -39,14 +39,14 @@ def summary_figure(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> Fig
 def _panel(panel: Axes, plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame) -> None:
     name, unit = rows["parameter"].iloc[0], rows["unit"].iloc[0]
     results = runs[runs["status"].isin(RESULTS)]
-    places = np.arange(1, len(rows) + 1)
+    positions = np.arange(1, len(rows) + 1)
     values = [
         results.loc[results["cell"] == cell, name].dropna().to_numpy(float) if name in results else np.array([])
         for cell in runs["cell"].unique()
     ]
     panel.boxplot(
         values,
-        positions=places,
+        positions=positions,
         widths=0.55,
         whis=(0, 100),
         medianprops={"color": OURS, "linewidth": 2},
@@ -56,31 +56,33 @@ def _panel(panel: Axes, plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame) -> N
     )
     panel.plot([], [], color=OURS, linewidth=2, label="this bench")
     if has_intervals(rows):
-        _draw_intervals(panel, places, rows, results)
+        _draw_intervals(panel, positions, rows, results)
     if rows["reference"].notna().any():
-        panel.hlines(rows["reference"], places - 0.45, places + 0.45, color=REFERENCE, linestyle=":", label="reference")
+        panel.hlines(
+            rows["reference"], positions - 0.45, positions + 0.45, color=REFERENCE, linestyle=":", label="reference"
+        )
     if rows["paper"].notna().any():
-        panel.plot(places, rows["paper"], "D", color=PAPER, markersize=5, label="paper")
+        panel.plot(positions, rows["paper"], "D", color=PAPER, markersize=5, label="paper")
         if name == "time":
             panel.set_yscale("log")
     panel.set_title(f"{name} ({unit})" if unit else name.replace("_", " "), fontsize=10)
     labels = _labels(plan, len(rows))
-    panel.set_xticks(places, labels, fontsize=8, rotation=0 if max(map(len, labels)) < 6 else 60)
+    panel.set_xticks(positions, labels, fontsize=8, rotation=0 if max(map(len, labels)) < 6 else 60)
     panel.set_xlabel(" / ".join(telling_axes(plan)), fontsize=8)
     panel.tick_params(axis="y", labelsize=8)
     panel.grid(axis="y", alpha=0.25)
 
 
-def _draw_intervals(panel: Axes, places: np.ndarray, rows: pd.DataFrame, results: pd.DataFrame) -> None:
+def _draw_intervals(panel: Axes, positions: np.ndarray, rows: pd.DataFrame, results: pd.DataFrame) -> None:
     """The median interval of each cell beside its box; an arrow where the side is open."""
     values = results[rows["parameter"].iloc[0]]
     low, high = rows["low"].fillna(values.min()), rows["high"].fillna(values.max())
-    panel.vlines(places + 0.4, low, high, color=INTERVAL, linewidth=2, label="median interval")
+    panel.vlines(positions + 0.4, low, high, color=INTERVAL, linewidth=2, label="median interval")
     for ends, marker, is_open in ((low, "v", rows["low"].isna()), (high, "^", rows["high"].isna())):
-        panel.plot((places + 0.4)[is_open], ends[is_open], marker, color=INTERVAL, markersize=4)
+        panel.plot((positions + 0.4)[is_open], ends[is_open], marker, color=INTERVAL, markersize=4)
 
 
 def _labels(plan: Plan, n_row: int) -> list[str]:
-    if n_row > MOST_LABELS:
+    if n_row > MAX_LABELS:
         return [str(index + 1) if index % 5 == 0 else "" for index in range(n_row)]
     return [" / ".join(place_text(cell.place.get(axis)) for axis in telling_axes(plan)) for cell in plan.cells]

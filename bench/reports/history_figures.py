@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -11,35 +10,34 @@ from matplotlib.figure import Figure
 
 from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
-from bench.studies.curves import amplitude
+from ksmea.records.curves import ResponseCurves, as_array
+from ksmea.records.identification import UpdateRecord
 from ksmea.show.style import OURS, PAPER, REFERENCE
 from ksmea.units import MICROMETRE, RPM
 
-MOST_ROWS = 8  # cells in one figure; more would be a poster
-MOST_LINES = 40  # repetitions in one panel; more would be a blot
+MAX_ROWS = 8  # cells in one figure; more would be a poster
+MAX_LINES = 40  # repetitions in one panel; more would be a blot
 
 
-def updates_figure(plan: Plan, histories: Mapping[str, Sequence[Mapping[str, Any]]]) -> Figure:
+def updates_figure(plan: Plan, histories: Mapping[str, Sequence[UpdateRecord]]) -> Figure:
     """Stiffnesses and misfit against the updating step, a row per cell and a line per repetition, as in Fig. 3."""
-    cells = list(range(len(plan.cells)))[:MOST_ROWS]
+    cells = list(range(len(plan.cells)))[:MAX_ROWS]
     names = [parameter.name for parameter in plan.cells[0].parameters][:2]
     figure = Figure(figsize=(3.8 * (len(names) + 1), 2.3 * len(cells) + 0.6), layout="constrained")
     panels = figure.subplots(len(cells), len(names) + 1, squeeze=False)
     for row, cell in zip(panels, cells):
-        runs = [histories.get(run.key, []) for run in plan.runs if run.cell == cell and run.repetition < MOST_LINES]
+        runs = [histories.get(run.key, []) for run in plan.runs if run.cell == cell and run.repetition < MAX_LINES]
         facts = plan.cells[cell].parameters
         for index, panel in enumerate(row[:-1]):
             scale = facts[index].si_per_unit
             for history in runs:
                 steps = np.arange(1, len(history) + 1)
-                panel.plot(
-                    steps, [update["x"][index] / scale for update in history], color=OURS, alpha=0.35, linewidth=1
-                )
+                panel.plot(steps, [update.x[index] / scale for update in history], color=OURS, alpha=0.35, linewidth=1)
             if facts[index].truth is not None:
                 panel.axhline(facts[index].truth / scale, color=REFERENCE, linestyle=":")
             panel.set_ylabel(f"{facts[index].name} ({facts[index].unit})", fontsize=8)
         for history in runs:
-            misfits = np.array([update["misfit"] for update in history], dtype=float)
+            misfits = as_array([update.misfit for update in history])
             row[-1].semilogy(np.arange(1, len(history) + 1), misfits, color=OURS, alpha=0.35, linewidth=1)
         row[-1].set_ylabel("misfit of the FE model", fontsize=8)
         row[0].set_title(cell_name(plan, plan.cells[cell]), fontsize=9, loc="left")
@@ -48,10 +46,10 @@ def updates_figure(plan: Plan, histories: Mapping[str, Sequence[Mapping[str, Any
     return figure
 
 
-def response_figure(plan: Plan, curves: Mapping[int, Mapping[str, Any]]) -> Figure:
+def response_figure(plan: Plan, curves: Mapping[int, ResponseCurves]) -> Figure:
     """Amplitude against speed of one repetition: measured and identified on the left (Figs. 6 and 10), surrogate and FE
     model at the surrogate's last optimum on the right (Figs. 4, 7 and 11); a row per cell, channels one over another."""
-    cells = list(curves)[:MOST_ROWS]
+    cells = list(curves)[:MAX_ROWS]
     figure = Figure(figsize=(11, 2.6 * len(cells) + 0.8), layout="constrained")
     panels = figure.subplots(len(cells), 2, squeeze=False)
     for (left, right), cell in zip(panels, cells):
@@ -68,16 +66,16 @@ def response_figure(plan: Plan, curves: Mapping[int, Mapping[str, Any]]) -> Figu
     return figure
 
 
-def mesh_figure(coarse: Mapping[str, Any], fine: Mapping[str, Any]) -> Figure:
+def mesh_figure(coarse: ResponseCurves, fine: ResponseCurves) -> Figure:
     """The true response with 13 and with 21 elements, and their relative difference: the paper's Fig. 5."""
     figure = Figure(figsize=(11, 3.4), layout="constrained")
     left, right = figure.subplots(1, 2)
     _draw(left, coarse, {"true": "-"}, " (13 elements)")
     _draw(left, fine, {"true": "."}, " (21 elements)")
     left.legend(fontsize=7, loc="lower right")
-    one, other = amplitude(coarse, "true"), amplitude(fine, "true")
-    speed = np.array(coarse["speed"]) / RPM
-    for index, channel in enumerate(coarse["channels"]):
+    one, other = as_array(coarse.true), as_array(fine.true)
+    speed = as_array(coarse.speed) / RPM
+    for index, channel in enumerate(coarse.channels):
         right.semilogy(
             speed, np.abs(other[:, index] / one[:, index] - 1) * 100, color=(OURS, PAPER)[index % 2], label=channel
         )
@@ -88,14 +86,15 @@ def mesh_figure(coarse: Mapping[str, Any], fine: Mapping[str, Any]) -> Figure:
     return figure
 
 
-def _draw(panel: Axes, curves: Mapping[str, Any], styles: Mapping[str, str], remark: str = "") -> None:
+def _draw(panel: Axes, curves: ResponseCurves, styles: Mapping[str, str], remark: str = "") -> None:
     """Curves of all channels, a colour per channel and a style per curve; µm over rpm."""
-    speed = np.array(curves["speed"]) / RPM
+    speed = as_array(curves.speed) / RPM
     for name, style in styles.items():
-        values = amplitude(curves, name)
-        if values is None:
+        drawn = getattr(curves, name)
+        if drawn is None:
             continue
-        for index, channel in enumerate(curves["channels"]):
+        values = as_array(drawn)
+        for index, channel in enumerate(curves.channels):
             colour = (OURS, PAPER)[index % 2]
             panel.semilogy(
                 speed, values[:, index] / MICROMETRE, style, color=colour, markersize=4, linewidth=1,

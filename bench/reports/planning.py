@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 import pandas as pd
 from matplotlib.figure import Figure
 
+from bench.jobs.lines import RunLine, ending
 from bench.plan.naming import cell_name, telling_axes
 from bench.plan.plan import Plan, Run
 from bench.plan.report import Made, Report
@@ -63,16 +64,16 @@ def _frame(plan: Plan, found: Mapping[int, PlanRecord]) -> pd.DataFrame:
     )
 
 
-def _run_row(plan: Plan, run: Run, line: Mapping[str, Any] | None) -> dict[str, Any]:
-    line = line or {"status": "not run"}
+def _run_row(plan: Plan, run: Run, line: RunLine | None) -> dict[str, Any]:
+    status, error = ending(line)
     return {
         "key": run.key,
         "cell": run.cell,
         **_cell_columns(plan, run.cell),
         "seed": plan.cells[run.cell].seed,
         "repetition": run.repetition,
-        "status": line["status"],
-        "error": line.get("error", ""),
+        "status": status,
+        "error": error,
     }
 
 

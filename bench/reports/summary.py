@@ -5,17 +5,21 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import ClassVar
 
 import pandas as pd
 
-from bench.jobs.records import RESULTS, read_records
+from bench.jobs.lines import RESULTS, RunLine
+from bench.jobs.records import read_records
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.cost import cost_figure, cost_frame
 from bench.reports.figures import summary_figure
-from bench.reports.history_figures import MOST_LINES, response_figure, updates_figure
-from bench.reports.tables import as_text, csv_text, runs_frame, slips, slips_text, summary_frame
+from bench.reports.history_figures import MAX_LINES, response_figure, updates_figure
+from bench.reports.runs import runs_frame
+from bench.reports.tables import as_text, csv_text, slips, slips_text, summary_frame
+from ksmea.records.curves import ResponseCurves
+from ksmea.records.identification import IdentificationRecord, UpdateRecord
 from ksmea.show.style import png
 
 
@@ -38,10 +42,10 @@ def _further_files(plan: Plan, runs: pd.DataFrame, output: Path) -> dict[str, by
     """The figures that the experiment asks for, by file name; those that no record can make yet are left out."""
     files: dict[str, bytes] = {}
     if {"updates", "response"} & set(plan.report.figures):
-        shown = {run.key for run in plan.runs if run.repetition < MOST_LINES}
-        kept = read_records(output, lambda record: for_figures(record) if record["key"] in shown else ([], None))
-        if "updates" in plan.report.figures and any(history for history, _ in kept.values()):
-            histories = {key: history for key, (history, _) in kept.items()}
+        shown = {run.key for run in plan.runs if run.repetition < MAX_LINES}
+        kept = read_records(output, lambda line: for_figures(line) if line.key in shown else ForFigures())
+        if "updates" in plan.report.figures and any(part.history for part in kept.values()):
+            histories = {key: part.history for key, part in kept.items()}
             files[f"{plan.name}_updates.png"] = png(updates_figure(plan, histories))
         if "response" in plan.report.figures and (curves := curves_by_cell(plan, kept)):
             files[f"{plan.name}_response.png"] = png(response_figure(plan, curves))
@@ -52,12 +56,22 @@ def _further_files(plan: Plan, runs: pd.DataFrame, output: Path) -> dict[str, by
     return files
 
 
-def for_figures(record: dict[str, Any]) -> tuple[list[Any], dict[str, Any] | None]:
+@dataclass(frozen=True)
+class ForFigures:
     """The updating steps of a run, and its response curves where it keeps them."""
-    return record.get("history", []), record.get("curves")
+
+    history: tuple[UpdateRecord, ...] = ()
+    curves: ResponseCurves | None = None
 
 
-def curves_by_cell(plan: Plan, kept: Mapping[str, tuple[Any, dict[str, Any] | None]]) -> dict[int, dict[str, Any]]:
+def for_figures(line: RunLine) -> ForFigures:
+    if not line.has_result:
+        return ForFigures()
+    record = line.record(IdentificationRecord)
+    return ForFigures(record.history, record.curves)
+
+
+def curves_by_cell(plan: Plan, kept: Mapping[str, ForFigures]) -> dict[int, ResponseCurves]:
     """Response curves by cell, of the repetition that keeps them."""
-    curves = {run.cell: kept.get(run.key, (None, None))[1] for run in plan.runs if run.repetition == 0}
-    return {cell: found for cell, found in curves.items() if found}
+    of_first = {run.cell: kept[run.key].curves for run in plan.runs if run.repetition == 0 and run.key in kept}
+    return {cell: curves for cell, curves in of_first.items() if curves is not None}

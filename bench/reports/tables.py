@@ -1,128 +1,27 @@
-"""Tables from plan and records: a row per run, and medians over the repetitions beside the paper's printed values."""
+"""The table of an experiment: medians over the repetitions of each cell beside the paper's printed values."""
 
 from __future__ import annotations
 
-import sys
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from bench.jobs.records import RESULTS, read_records
+from bench.jobs.lines import RESULTS
 from bench.plan.columns import place_columns
 from bench.plan.naming import place_text, telling_axes
-from bench.plan.plan import Cell, ParameterFacts, Plan, Run
+from bench.plan.plan import Cell, ParameterFacts, Plan
 from bench.storage.places import PAPER
 from ksmea.show.text import aligned, number
 
-COUNTS = ("updates", "model_evaluations", "model_jacobians", "surrogate_evaluations")
-SECONDS = ("model", "surrogate", "search")
 EFFORT = {"updates": "", "model_evaluations": "", "time": "s"}  # rows of a table below the parameters, and their units
-OUR_NAMES = {  # of settings that Table 5 prints under other names
-    "cooperative_factor": "social",
-    "cognitive_learning_factor": "cognitive",
-    "crossover_probability": "crossover_rate",
-    "mutation_probability": "mutation_rate",
-}
 EXACT = {"exact": "%", "updates_to_exact": ""}  # where exactness is asked for
-
-
-def runs_frame(plan: Plan, output: Path) -> pd.DataFrame:
-    """A row for every planned run, in the order of the plan; values in the units of the parameters."""
-    rows = read_records(output, lambda record: _result_row(record, plan.report.exact))
-    not_run = {"status": "not run", "error": ""}
-    return pd.DataFrame([_place_row(plan, run) | rows.get(run.key, not_run) for run in plan.runs])
-
-
-def _place_row(plan: Plan, run: Run) -> dict[str, Any]:
-    cell = plan.cells[run.cell]
-    return {
-        "key": run.key,
-        "cell": run.cell,
-        **place_columns(plan, cell),
-        "seed": cell.seed,
-        "repetition": run.repetition,
-    }
-
-
-def _result_row(record: dict[str, Any], exact: float | None) -> dict[str, Any]:
-    """What runs.csv says of a record, its names shared among all rows."""
-    row: dict[str, Any] = {"status": record["status"]}
-    if record["status"] in RESULTS:
-        for parameter in record["parameters"]:
-            name = parameter["name"]
-            row[sys.intern(name)] = parameter["identified"] / parameter["si_per_unit"]
-            row[sys.intern(f"{name}_error_pct")] = _error_pct(parameter)
-            if parameter.get("bound") is not None:
-                row[sys.intern(f"{name}_bound")] = parameter["bound"] / parameter["si_per_unit"]
-            row[sys.intern(f"{name}_at_bound")] = parameter["at_bound"]
-            if "interval" in parameter:
-                row |= _interval_columns(parameter)
-        row |= {"misfit": record["misfit"], "stop": sys.intern(record["stop"])}
-        row |= {count: record[count] for count in COUNTS}
-        row |= {sys.intern(f"time_{part}"): record["seconds"][part] for part in SECONDS}
-        row["time"] = record["seconds"]["total"]
-        if "seconds" in record.get("interval", {}):
-            row |= _interval_effort(record["interval"])
-        if "basin_excess" in record:
-            row["basin_excess"] = record["basin_excess"]
-        if exact is not None and all(parameter["true"] for parameter in record["parameters"]):
-            row |= _exactness(record, exact)
-    row["error"] = record.get("error", "")
-    return row
-
-
-def _error_pct(parameter: dict[str, Any]) -> float | None:
-    """Of a true value of 0, and of one that nobody knows, there is none."""
-    return 100 * (parameter["identified"] / parameter["true"] - 1) if parameter["true"] else None
-
-
-def _interval_columns(parameter: dict[str, Any]) -> dict[str, Any]:
-    """Ends of an interval in the parameter's unit, empty where open, its kind, and whether it holds the true value, empty
-    where nobody knows that."""
-    name, unit = parameter["name"], parameter["si_per_unit"]
-    low, high = (np.nan if parameter[end] is None else parameter[end] for end in ("low", "high"))
-    return {
-        sys.intern(f"{name}_low"): low / unit,
-        sys.intern(f"{name}_high"): high / unit,
-        sys.intern(f"{name}_interval"): sys.intern(parameter["interval"]),
-        sys.intern(f"{name}_covered"): None
-        if parameter["true"] is None
-        else not (parameter["true"] < low or parameter["true"] > high),
-    }
-
-
-def _interval_effort(interval: dict[str, Any]) -> dict[str, Any]:
-    """Noise that the intervals were made with, and what they took."""
-    return {
-        "noise_relative": interval["noise"]["relative"],
-        "noise_floor": interval["noise"]["floor"],
-        "interval_evaluations": interval["model_evaluations"],
-        "interval_jacobians": interval["model_jacobians"],
-        "interval_seconds": interval["seconds"],
-    }
-
-
-def _exactness(record: dict[str, Any], exact: float) -> dict[str, Any]:
-    """Whether all parameters came within `exact` per cent (as 100 or 0), and at which updating step they first did."""
-    true = np.array([parameter["true"] for parameter in record["parameters"]])
-    identified = np.array([parameter["identified"] for parameter in record["parameters"]])
-    steps = [_worst_error_pct(update["x"], true) <= exact for update in record["history"]]
-    return {
-        "exact": 100.0 * (_worst_error_pct(identified, true) <= exact),
-        "updates_to_exact": steps.index(True) + 1 if True in steps else None,
-    }
-
-
-def _worst_error_pct(x: Any, true: np.ndarray) -> float:
-    return float(100 * np.max(np.abs(np.asarray(x) / true - 1)))
 
 
 def summary_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     """Tidy table: a row per parameter (then updates, evaluations, time) and cell; median, quartiles, failures.
 
-    `error_pct_median` is the median of the absolute errors, `bound_pct` the Cramér–Rao bound, at the identified values
+    `error_pct_median` is the median of the absolute errors, `crlb_pct` the Cramér–Rao bound, at the identified values
     where nobody knows the true ones: there is no error then. `low` and `high` are the
     medians of the intervals' ends, empty where that side is open in most of them, and `covered_pct` says how many of the
     intervals hold the reference. For `exact`, a share of the runs, the median is their mean.
@@ -167,7 +66,7 @@ def _summary_row(
         "q1": quartiles[0],
         "q3": quartiles[2],
         "error_pct_median": np.median(np.abs(values / reference - 1)) * 100 if len(values) and reference else np.nan,
-        "bound_pct": _bound_pct(facts.get(name), results),
+        "crlb_pct": _crlb_pct(facts.get(name), results),
         **_interval_summary(results, name),
         "runs": len(values),
         "failed": len(runs) - len(results),
@@ -179,10 +78,10 @@ def _reference(facts: ParameterFacts | None) -> float:
     return np.nan if facts is None or facts.truth is None else facts.truth / facts.si_per_unit
 
 
-def _bound_pct(facts: ParameterFacts | None, results: pd.DataFrame) -> float:
-    if facts is not None and facts.truth is None and f"{facts.name}_bound" in results:
-        return float((100 * results[f"{facts.name}_bound"] / results[facts.name].abs()).median())
-    return np.nan if facts is None or facts.bound is None or not facts.truth else 100 * facts.bound / abs(facts.truth)
+def _crlb_pct(facts: ParameterFacts | None, results: pd.DataFrame) -> float:
+    if facts is not None and facts.truth is None and f"{facts.name}_crlb" in results:
+        return float((100 * results[f"{facts.name}_crlb"] / results[facts.name].abs()).median())
+    return np.nan if facts is None or facts.crlb is None or not facts.truth else 100 * facts.crlb / abs(facts.truth)
 
 
 def _interval_summary(results: pd.DataFrame, name: str) -> dict[str, float]:
@@ -215,27 +114,6 @@ def _printed_column(plan: Plan, cell: Cell) -> Any:
     return cell.place.get("label") if plan.report.paper == "table6" else cell.place["samples"]
 
 
-def settings_frame(plan: Plan) -> pd.DataFrame:
-    """Table 5: the settings of each optimiser as printed and as they are here."""
-    printed = pd.read_csv(PAPER / "table5.csv")
-    here = {cell.settings["optimizer"]["name"].upper(): cell.settings["optimizer"] for cell in plan.cells}
-    rows = []
-    for row in printed.itertuples(index=False):
-        name = OUR_NAMES.get(row.setting, row.setting)
-        value = here.get(row.optimizer, {}).get(name)
-        rows.append(
-            {"optimizer": row.optimizer, "printed_as": row.setting, "setting": name, "paper": row.value, "here": value}
-        )
-    frame = pd.DataFrame(rows)
-    frame["agrees"] = frame["paper"] == frame["here"]
-    return frame
-
-
-def settings_text(frame: pd.DataFrame) -> str:
-    lines = [[str(value) for value in row] for row in frame.itertuples(index=False)]
-    return aligned([str(column) for column in frame.columns], lines)
-
-
 def slips(paper: str | None) -> pd.DataFrame:
     """Slips in print of one of the paper's tables."""
     known = pd.read_csv(PAPER / "slips.csv")
@@ -250,9 +128,9 @@ def as_text(plan: Plan, summary: pd.DataFrame) -> str:
     """The table as people read it: a line per parameter and cell, ours beside the paper's."""
     axes = telling_axes(plan)
     has_paper = plan.report.paper is not None
-    has_bound, has_interval = summary["bound_pct"].notna().any(), has_intervals(summary)
+    has_crlb, has_interval = summary["crlb_pct"].notna().any(), has_intervals(summary)
     head = ["parameter", "unit", "reference", *axes, "median", "[q1, q3]", "error %"]
-    head += ["bound %"] if has_bound else []
+    head += ["CRLB %"] if has_crlb else []
     head += [f"{_level_pct(plan)} % interval", "covers %"] if has_interval else []
     head += ["paper", "paper error %"] if has_paper else []
     head += ["runs", "failed"]
@@ -269,8 +147,8 @@ def as_text(plan: Plan, summary: pd.DataFrame) -> str:
             f"[{number(row['q1'])}, {number(row['q3'])}]",
             number(row["error_pct_median"], 3),
         ]
-        if has_bound:
-            line.append(number(row["bound_pct"], 3))
+        if has_crlb:
+            line.append(number(row["crlb_pct"], 3))
         if has_interval:
             line += [_interval_text(row), number(row["covered_pct"], 3)]
         if has_paper:

@@ -175,7 +175,7 @@ class _Present:
     @property
     def target(self) -> list[int]:
         """Indices of the unknowns that are to become known."""
-        return list(self.criterion.sought)
+        return list(self.criterion.targets)
 
     def crlb_of(self, rows: Array) -> Array:
         """CRLBs (d,), SI, of data rows (m, k)."""

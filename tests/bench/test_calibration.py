@@ -13,16 +13,16 @@ from bench.command_line.config import register_schemas
 from bench.jobs.records import RecordWriter
 from bench.plan.plan import ParameterFacts, all_runs
 from bench.reports.calibration import CalibrationReport, basin_shares, calibration_figure, calibration_frame
-from bench.reports.tables import runs_frame
+from bench.reports.runs import runs_frame
 from bench.storage.places import CONF
 
-BOUND = 0.5e6  # N/m
+CRLB = 0.5e6  # N/m
 
 
 @pytest.fixture
 def plan(plan):
-    """One cell of many repetitions; a bound of 1 % of 50 MN/m."""
-    facts = (ParameterFacts("kxx", "MN/m", 1e6, 50e6, BOUND),)
+    """One cell of many repetitions; a CRLB of 1 % of 50 MN/m."""
+    facts = (ParameterFacts("kxx", "MN/m", 1e6, 50e6, CRLB),)
     cells = tuple(replace(cell, parameters=facts) for cell in plan.cells[:1])
     report = replace(plan.report, table="calibration", paper=None)
     return replace(plan, name="coverage", cells=cells, runs=all_runs(cells, 400, plan.versions), report=report)
@@ -30,10 +30,10 @@ def plan(plan):
 
 def record(value, low, high, kind="gauss-newton", excess=0.0, status="done"):
     parameter = {
-        "name": "kxx", "unit": "MN/m", "si_per_unit": 1e6, "true": 50e6, "identified": value, "at_bound": False,
-        "low": low, "high": high, "interval": kind, "likely": value,
+        "name": "kxx", "unit": "MN/m", "si_per_unit": 1e6, "true": 50e6, "identified": value, "at_limit": False,
+        "low": low, "high": high, "kind": kind, "most_likely": value,
     }  # fmt: skip
-    interval = {
+    effort = {
         "level": 0.95, "noise": {"relative": 0.1, "floor": 0.0, "estimated": False}, "model_evaluations": 3,
         "model_jacobians": 7, "seconds": 0.01,
     }  # fmt: skip
@@ -41,7 +41,7 @@ def record(value, low, high, kind="gauss-newton", excess=0.0, status="done"):
         "status": status, "stop": "optimizer", "parameters": [parameter], "misfit": 1.0, "updates": 0,
         "model_evaluations": 1, "model_jacobians": 1, "surrogate_evaluations": 0,
         "seconds": {"model": 0.0, "surrogate": 0.0, "search": 0.0, "total": 0.0}, "history": [],
-        "interval": interval, "basin_excess": excess,
+        "intervals": effort, "basin_excess": excess,
     }  # fmt: skip
 
 
@@ -54,9 +54,9 @@ def frame_of(plan, folder, records):
 
 
 def normal_records(n, factor=1.0):
-    """Quantiles of a normal distribution in place of draws, with intervals of ± 1.96 bounds."""
-    errors = norm.ppf((np.arange(n) + 0.5) / n) * BOUND * factor
-    half = norm.ppf(0.975) * BOUND
+    """Quantiles of a normal distribution in place of draws, with intervals of ± 1.96 CRLB."""
+    errors = norm.ppf((np.arange(n) + 0.5) / n) * CRLB * factor
+    half = norm.ppf(0.975) * CRLB
     return [record(50e6 + error, 50e6 + error - half, 50e6 + error + half) for error in errors]
 
 
@@ -68,7 +68,7 @@ def test_normal_errors_have_their_spread_and_coverage(plan, tmp_path, factor, co
     assert [row["bias"], row["sd"], row["spread"]] == pytest.approx([0, factor, factor], abs=0.01 * factor)
     assert row["covered_pct"] == pytest.approx(covered, abs=0.3)  # 2 Φ(1.96 / factor) − 1
     assert row["covered_se"] == pytest.approx(100 * np.sqrt(covered / 100 * (1 - covered / 100) / 400), rel=0.02)
-    assert row["width"] == pytest.approx(1.0) and row["bound_pct"] == pytest.approx(1.0)
+    assert row["width"] == pytest.approx(1.0) and row["crlb_pct"] == pytest.approx(1.0)
     assert row["right_basin_pct"] == 100 and (row["runs"], row["failed"]) == (400, 0)
 
 

@@ -8,7 +8,7 @@ import pytest
 
 PARAMETERS = ["kxx", "kyy", "cxx", "cyy", "u"]
 HEADER = (
-    "parameter,unit,reference,samples,paper,paper_error_pct,median,q1,q3,error_pct_median,bound_pct,low,high,"
+    "parameter,unit,reference,samples,paper,paper_error_pct,median,q1,q3,error_pct_median,crlb_pct,low,high,"
     "covered_pct,runs,failed"
 )
 

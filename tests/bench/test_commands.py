@@ -6,7 +6,8 @@ import shutil
 
 import pytest
 
-from bench.commands import results as commands
+from bench.commands import explain as commands
+from bench.jobs.lines import SCHEMA
 from bench.jobs.records import RecordWriter
 from bench.plan.plan import read_plan, write_plan
 
@@ -268,19 +269,19 @@ def test_records_of_the_first_schema_stay_readable(real, enter, cheapest):
 
 @pytest.mark.parametrize("words", [["status", "run"], ["collect", "run"], ["explain", "KEY", "run"]])
 def test_records_of_a_newer_schema_are_refused_in_one_line(words, real, enter):
-    rewrite_records(real, lambda line: {**line, "schema": 3})
+    rewrite_records(real, lambda line: {**line, "schema": SCHEMA + 1})
     key = read_plan(real.output).runs[0].key
     ended = enter(*[key if word == "KEY" else word for word in words])
     assert (ended.code, ended.out) == (2, "")
     [line] = ended.err.splitlines()
-    assert line.startswith("error: ") and "found 3: a newer version wrote them" in line
+    assert line.startswith("error: ") and f"found {SCHEMA + 1}: a newer version wrote them" in line
 
 
 def test_a_record_with_a_curve_that_is_not_finite_stays_readable(real, enter, cheapest):
     """As of a surrogate that predicts NaN somewhere; unread, its run would be done again at every call."""
 
     def without_a_value(line):
-        return {**line, "curves": {**line["curves"], "predicted": [[float("nan")]]}} if "curves" in line else line
+        return {**line, "curves": {**line["curves"], "predicted": [[float("nan")]]}} if line.get("curves") else line
 
     rewrite_records(real, without_a_value)
     kept = real.records()

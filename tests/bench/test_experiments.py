@@ -16,7 +16,9 @@ from bench.jobs.records import RecordWriter
 from bench.plan.experiment import Experiment
 from bench.plan.plan import write_plan
 from bench.reports.collect import collect
-from bench.reports.tables import PAPER, csv_text, runs_frame, settings_frame, slips, summary_frame
+from bench.reports.runs import runs_frame
+from bench.reports.settings import settings_frame
+from bench.reports.tables import PAPER, csv_text, slips, summary_frame
 from bench.storage.places import CONF
 from ksmea.direct import Direct
 from ksmea.loop import KSMEA
@@ -264,7 +266,7 @@ def identified(cell):
                 "si_per_unit": facts.si_per_unit,
                 "true": facts.truth,
                 "identified": 1.1 * facts.truth,
-                "at_bound": False,
+                "at_limit": False,
             }
             for facts in cell.parameters
         ],

@@ -3,6 +3,7 @@
 import dataclasses
 import shutil
 
+import msgspec
 import numpy as np
 import pandas as pd
 import pytest
@@ -16,7 +17,10 @@ from bench.reports.collect import collect, collect_all
 from bench.reports.cost import COSTS, JACOBIAN_AS_EVALUATIONS, cost_figure, cost_frame, paper_cost
 from bench.reports.figures import summary_figure
 from bench.reports.history_figures import mesh_figure, response_figure, updates_figure
-from bench.reports.tables import runs_frame, summary_frame
+from bench.reports.runs import runs_frame
+from bench.reports.tables import summary_frame
+from ksmea.records.curves import ResponseCurves
+from ksmea.records.identification import IdentificationRecord, Seconds, UpdateRecord
 from ksmea.show.style import png
 from problems.three_disk import ThreeDisk
 
@@ -48,7 +52,11 @@ def figures(table3, tmp_path, monkeypatch):
     assert collect(output) == 0
     summary, updates, response = made
     assert all((output / f"table3{name}.png").read_bytes() == PNG for name in ("", "_updates", "_response"))
-    return {"summary": summary, "updates": updates, "response": response}, read_plan(output), read_records(output)
+    return {"summary": summary, "updates": updates, "response": response}, read_plan(output), _records(output)
+
+
+def _records(output):
+    return read_records(output, lambda line: line.record(IdentificationRecord) if line.has_result else None)
 
 
 def test_a_real_experiment_draws_them_all(table3):
@@ -61,18 +69,18 @@ def test_the_updates_are_those_of_every_repetition(figures):
     made, plan, records = figures
     panels = np.reshape(made["updates"].axes, (2, 3))  # a row per cell; kxx, kyy and the misfit
     for cell, row in enumerate(panels):
-        histories = [records[run.key]["history"] for run in plan.runs if run.cell == cell]
+        histories = [records[run.key].history for run in plan.runs if run.cell == cell]
         assert len(histories) == 4 and all(histories)
         for index, panel in enumerate(row[:2]):
             *lines, reference = panel.get_lines()
             assert [line.get_xdata().tolist() for line in lines] == [list(range(1, 1 + len(h))) for h in histories]
             for line, history in zip(lines, histories):
-                assert line.get_ydata() == pytest.approx([update["x"][index] / 1e6 for update in history])
+                assert line.get_ydata() == pytest.approx([update.x[index] / 1e6 for update in history])
             assert set(reference.get_ydata()) == {(50.0, 70.0)[index]}  # MN/m, Table 1
             assert panel.get_ylabel() == ("kxx (MN/m)", "kyy (MN/m)")[index]
         misfits = row[2].get_lines()
         for line, history in zip(misfits, histories, strict=True):
-            assert line.get_ydata().tolist() == [update["misfit"] for update in history]
+            assert line.get_ydata().tolist() == [update.misfit for update in history]
         assert row[0].get_title("left") == f"samples {(25, 30)[cell]}"
 
 
@@ -81,18 +89,19 @@ def test_the_responses_are_those_of_repetition_0_in_micrometres_over_rpm(figures
     panels = np.reshape(made["response"].axes, (2, 2))
     for cell, (left, right) in enumerate(panels):
         [run] = [run for run in plan.runs if (run.cell, run.repetition) == (cell, 0)]
-        curves = records[run.key]["curves"]
-        assert len(curves["channels"]) == 2
+        curves = records[run.key].curves
+        assert len(curves.channels) == 2
         for panel, names in ((left, ("measured", "identified")), (right, ("predicted", "modelled"))):
             lines = {line.get_label(): line for line in panel.get_lines()}
-            assert set(lines) == {f"{name}, {channel}" for name in names for channel in curves["channels"]}
+            assert set(lines) == {f"{name}, {channel}" for name in names for channel in curves.channels}
             for name in names:
-                for index, channel in enumerate(curves["channels"]):
+                for index, channel in enumerate(curves.channels):
                     line = lines[f"{name}, {channel}"]
-                    assert line.get_xdata() == pytest.approx(np.array(curves["speed"]) / RPM)
-                    assert line.get_ydata() == pytest.approx(np.array(curves[name])[:, index] / 1e-6)
-    assert {record["status"] for record in records.values() if "curves" in record} <= {"done", "budget"}
-    assert sum("curves" in record for record in records.values()) == len(plan.cells)
+                    assert line.get_xdata() == pytest.approx(np.array(curves.speed) / RPM)
+                    assert line.get_ydata() == pytest.approx(np.array(getattr(curves, name))[:, index] / 1e-6)
+    with_curves = [record for record in records.values() if record.curves is not None]
+    assert {record.status for record in with_curves} <= {"done", "budget"}
+    assert len(with_curves) == len(plan.cells)
 
 
 def test_the_curves_of_a_record_are_the_responses_that_they_are_called(figures):
@@ -101,12 +110,12 @@ def test_the_curves_of_a_record_are_the_responses_that_they_are_called(figures):
     record = records[plan.runs[0].key]
     problem = ThreeDisk().build()
     for name, key in (("identified", "identified"), ("true", "true")):
-        x = np.array([parameter[key] for parameter in record["parameters"]])
+        x = np.array([getattr(parameter, key) for parameter in record.parameters])
         expected = np.abs(problem.response(x[None])[0])
-        assert np.array(record["curves"][name]) == pytest.approx(expected, rel=1e-6)
-    last = np.array(record["history"][-1]["x"])
-    assert np.array(record["curves"]["modelled"]) == pytest.approx(np.abs(problem.response(last[None])[0]), rel=1e-6)
-    noise = np.array(record["curves"]["measured"]) / np.array(record["curves"]["true"]) - 1
+        assert np.array(getattr(record.curves, name)) == pytest.approx(expected, rel=1e-6)
+    last = np.array(record.history[-1].x)
+    assert np.array(record.curves.modelled) == pytest.approx(np.abs(problem.response(last[None])[0]), rel=1e-6)
+    noise = np.array(record.curves.measured) / np.array(record.curves.true) - 1
     assert np.std(noise) == pytest.approx(0.1, rel=0.25)
 
 
@@ -131,12 +140,13 @@ def test_the_summary_holds_quartiles_and_the_papers_values(plan, tmp_path):
 def curves_of(n_speed=4, **others):
     speed = np.linspace(200, 1500, n_speed)
     base = np.outer(np.linspace(1, 2, n_speed), [1e-6, 3e-6])
-    return {"speed": speed.tolist(), "channels": ["x at 0.1 m", "y at 0.1 m"], "true": base.tolist(), **others}
+    data = {"speed": speed.tolist(), "channels": ["x at 0.1 m", "y at 0.1 m"], "true": base.tolist(), **others}
+    return msgspec.convert(data, ResponseCurves)
 
 
 def test_the_mesh_figure_shows_both_meshes_and_their_difference():
-    coarse, fine = curves_of(), curves_of()
-    fine["true"] = (np.array(fine["true"]) * [1.02, 0.99]).tolist()
+    coarse = curves_of()
+    fine = curves_of(true=(np.array(coarse.true) * [1.02, 0.99]).tolist())
     left, right = drawn(mesh_figure(coarse, fine))
     assert left["true (13 elements), x at 0.1 m"][1] == pytest.approx(np.linspace(1, 2, 4))
     assert left["true (21 elements), y at 0.1 m"][1] == pytest.approx(0.99 * np.linspace(3, 6, 4))
@@ -157,7 +167,7 @@ def test_a_response_without_surrogate_has_an_empty_panel(plan):
 
 
 def test_updates_of_runs_that_failed_are_left_out(plan):
-    history = [{"x": [51e6, 2e-4], "misfit": 3.0}, {"x": [50e6, 2e-4], "misfit": None}]  # null: it was not finite
+    history = [UpdateRecord((51e6, 2e-4), misfit=3.0), UpdateRecord((50e6, 2e-4))]  # None: it was not finite
     figure = updates_figure(plan, {plan.runs[0].key: history, plan.runs[2].key: []})
     first, _, misfit, *second = figure.axes
     assert first.get_lines()[0].get_ydata() == pytest.approx([51, 50])
@@ -200,7 +210,9 @@ def leave_results(folder, plan, curves):
     (folder / f"{folder.name}.csv").write_text("parameter,median\nkxx,50\n")
     with RecordWriter(folder, 0, plan) as writer:
         if curves is not None:
-            writer.result(plan.runs[0], {"status": "done", "curves": curves})
+            counts = {"updates": 0, "model_evaluations": 1, "model_jacobians": 0, "surrogate_evaluations": 0}
+            record = IdentificationRecord("done", "smc", (), 1.0, **counts, seconds=Seconds(), curves=curves)
+            writer.result(plan.runs[0], record.to_data())
 
 
 # -- cost --
@@ -363,7 +375,7 @@ def test_a_value_is_shown_as_people_read_it(value, text):
 def test_no_figure_warns(text, plan, labelled, runs):
     figure = {
         "cost": lambda: cost_figure(cost_frame(labelled, runs)),
-        "updates": lambda: updates_figure(plan, {plan.runs[0].key: [{"x": [51e6, 2e-4], "misfit": 3.0}]}),
+        "updates": lambda: updates_figure(plan, {plan.runs[0].key: [UpdateRecord((51e6, 2e-4), misfit=3.0)]}),
         "response": lambda: response_figure(plan, {0: curves_of(measured=[[1e-6, 2e-6]] * 4)}),
         "mesh": lambda: mesh_figure(curves_of(), curves_of(true=[[5e-6, 5e-6]] * 4)),
     }[text]()

@@ -242,7 +242,7 @@ def test_an_extended_problem_is_identified_from_any_directory(enter, tmp_path):
     [cell] = ended.cells()
     assert {facts["name"]: facts["truth"] for facts in cell["parameters"]}["runout_x"] == pytest.approx(8e-6)
     assert cell["settings"]["fingerprint"] and "problems.three_disk" in cell["settings"]["parts"]
-    assert all(facts["bound"] > 0 for facts in cell["parameters"])
+    assert all(facts["crlb"] > 0 for facts in cell["parameters"])
 
 
 def test_identifiability_works_on_an_extended_problem(enter, tmp_path):

@@ -13,12 +13,12 @@ import pytest
 
 from bench.plan.plan import read_plan
 from bench.plan.report import report_named
-from bench.reports.fit_figure import residuals
-from bench.reports.identification import _verdict
-from bench.studies.identify import _nearest_turn
 from ksmea.channel import Channel
 from ksmea.measurement import Measurement, Noise, observe
-from ksmea.parameters import Parameter
+from ksmea.parameters import Parameter, Parameters
+from ksmea.records.identification import IdentificationRecord, LackOfFit, ParameterRecord, Seconds
+from ksmea.show.fit_figure import residuals
+from ksmea.show.identification import text, verdict
 from ksmea.units import MICROMETRE, RPM
 from measurements.file import File
 from measurements.run_up_csv import as_csv
@@ -99,9 +99,9 @@ def test_the_truth_lies_in_the_intervals(example):
     assert list(table.index) == [*UNITS, "phase_origin"]
     for name, unit in UNITS.items():
         assert covers(table, name, TRUTH[name] / unit), table.loc[name]
-        assert table.loc[name, "kind"] in ("gauss-newton", "profile") and not table.loc[name, "at_bound"]
+        assert table.loc[name, "kind"] in ("gauss-newton", "profile") and not table.loc[name, "at_limit"]
         half_width = (table.loc[name, "high"] - table.loc[name, "low"]) / 2
-        assert half_width == pytest.approx(1.96 * table.loc[name, "bound"], rel=0.1)
+        assert half_width == pytest.approx(1.96 * table.loc[name, "crlb"], rel=0.1)
     assert covers(table, "phase_origin", 40.0) and table.loc["phase_origin", "high"] < 42
 
 
@@ -118,9 +118,9 @@ def test_what_is_printed_can_be_read(example):
 
 
 def test_the_record_holds_what_the_report_shows(example):
-    (record,) = example.events()
-    assert all(parameter["true"] is None for parameter in record["parameters"])
-    scaled = np.concatenate([part for index in range(2) for part in residuals(record["fit"], index)])
+    (record,) = map(IdentificationRecord.from_data, example.events())
+    assert all(parameter.true is None for parameter in record.parameters)
+    scaled = np.concatenate([part for index in range(2) for part in residuals(record.fit, index)])
     assert np.std(scaled) == pytest.approx(1, abs=0.15)  # 360 residuals in units of their noise
     runs = example.runs()
     assert (runs["kxx_error_pct"] == "").all() and (runs["kxx_covered"] == "").all()
@@ -133,7 +133,7 @@ def test_a_summary_without_truth_has_no_errors(example, enter):
     assert ended.code == 0, ended.err
     table = ended.table("run").set_index("parameter")
     assert table[["reference", "error_pct_median", "covered_pct"]].isna().all(axis=None)
-    assert table.loc["kxx":"phase_origin", "bound_pct"].notna().all()
+    assert table.loc["kxx":"phase_origin", "crlb_pct"].notna().all()
     line = next(line for line in ended.out.splitlines() if line.split()[:1] == ["kxx"])
     assert line.split()[2] == "–" and "[" in line
 
@@ -169,7 +169,7 @@ def test_the_phase_origin_is_found_wherever_it_is(identified, turn):
     value, low, high = table.loc["phase_origin", ["value", "low", "high"]].astype(float)
     assert -180 < value <= 180 and low < value < high and high - low < 2
     assert abs((value - turn + 180) % 360 - 180) < high - low
-    assert not table.loc["phase_origin", "at_bound"]
+    assert not table.loc["phase_origin", "at_limit"]
 
 
 def test_known_noise_is_not_estimated(identified):
@@ -246,17 +246,29 @@ def test_angles_are_told_within_a_turn():
 
     assert [degrees(value) for value in (-270, -180, 0, 180, 181, 270)] == pytest.approx([90, 180, 0, 180, -179, -90])
     assert half.turned(-np.pi / 2) == -np.pi / 2  # its bounds hold half a turn: no value is another's
-    assert np.degrees(_nearest_turn(origin, np.radians(179), np.radians(-179))) == pytest.approx(-181)
-    assert _nearest_turn(origin, None, 1.0) is None and _nearest_turn(half, 3.0, -3.0) == 3.0
+    assert np.degrees(beside_truth(origin, np.radians(179), np.radians(-179))) == pytest.approx(-181)
+    assert beside_truth(origin, None, 1.0) is None and beside_truth(half, 3.0, -3.0) == 3.0
+
+
+def record_of(*parameters, **others):
+    counts = {"updates": 0, "model_evaluations": 1, "model_jacobians": 0, "surrogate_evaluations": 0}
+    return IdentificationRecord("done", "optimizer", parameters, 1.0, **counts, seconds=Seconds(), **others)
+
+
+def beside_truth(parameter, true, identified):
+    """The true value that a record has beside what was identified."""
+    record = record_of(ParameterRecord(parameter.name, parameter.unit, parameter.si_per_unit, identified, False))
+    truth = {} if true is None else {parameter.name: true}
+    return record.with_truth(Parameters((parameter,)), truth).parameters[0].true
 
 
 def test_the_verdict_is_read_from_the_record():
-    test = {"p": 0.0004, "statistic": "Ljung–Box", "rejected": True}
-    (line,) = _verdict({"lack_of_fit": test})
+    line = verdict(LackOfFit(0.0004, "Ljung–Box", rejected=True))
     assert line.startswith("the model does not explain the data") and "diagnose" in line and "p = 0.0004" in line
-    (line,) = _verdict({"lack_of_fit": test | {"rejected": False}})
-    assert line.startswith("the model explains the data within their noise")
-    assert list(_verdict({})) == []
+    accepted = LackOfFit(0.0004, "Ljung–Box", rejected=False)
+    assert verdict(accepted).startswith("the model explains the data within their noise")
+    assert text(record_of(lack_of_fit=accepted)).splitlines()[-1] == verdict(accepted)
+    assert "the model" not in text(record_of())
 
 
 def test_a_report_is_made_of_records_alone(example):

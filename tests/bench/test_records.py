@@ -6,7 +6,8 @@ import sys
 
 import pytest
 
-from bench.jobs.records import RESULTS, RecordWriter, finished_keys, read_records
+from bench.jobs.lines import RESULTS
+from bench.jobs.records import RecordWriter, finished_keys, read_records
 from ksmea.errors import SettingError
 
 
@@ -26,7 +27,7 @@ def write(tmp_path, plan, *events, batch=0):
 
 
 def statuses(tmp_path):
-    return {key: record["status"] for key, record in read_records(tmp_path).items()}
+    return read_records(tmp_path, lambda line: line.status)
 
 
 def test_a_result_is_read_as_it_was_written(tmp_path, plan):
@@ -34,7 +35,7 @@ def test_a_result_is_read_as_it_was_written(tmp_path, plan):
     with RecordWriter(tmp_path, 0, plan) as writer:
         writer.started(run)
         writer.result(run, {"status": "done", "values": [0.1 + 0.2, 1e-300, None], "unit": "µm – \n“line”"})
-    record = read_records(tmp_path)[run.key]
+    record = read_records(tmp_path)[run.key].content()
     assert record["values"] == [0.1 + 0.2, 1e-300, None] and record["unit"] == "µm – \n“line”"
     assert finished_keys(tmp_path) == {run.key}
 
@@ -64,7 +65,7 @@ def test_started_without_a_result_is_killed(tmp_path, plan):
     one, two = plan.runs[:2]
     write(tmp_path, plan, (one, None), (two, None), (two, "done"))
     assert statuses(tmp_path) == {one.key: "killed", two.key: "done"}
-    assert "never ended" in read_records(tmp_path)[one.key]["error"]
+    assert "never ended" in read_records(tmp_path)[one.key].error
 
 
 def test_every_length_of_a_torn_last_line_is_ignored_and_the_file_goes_on(tmp_path, plan, file):
@@ -118,7 +119,7 @@ def test_a_result_is_not_replaced_by_a_later_failure(result, failure, tmp_path, 
     write(tmp_path, plan, (run, None), (run, result))
     write(tmp_path, plan, (run, failure))
     write(tmp_path, plan, (run, failure), batch=1)
-    assert read_records(tmp_path)[run.key]["answer"] == f"{result} of {run.key}"
+    assert read_records(tmp_path)[run.key].content()["answer"] == f"{result} of {run.key}"
     assert finished_keys(tmp_path) == {run.key}
 
 
@@ -178,7 +179,7 @@ def test_records_of_a_newer_schema_are_refused_in_one_line(tmp_path, plan, file)
 
 def test_a_reader_keeps_only_what_it_asks_for(tmp_path, plan):
     write(tmp_path, plan, (plan.runs[0], None), (plan.runs[1], "done"))
-    assert read_records(tmp_path, lambda record: record["status"].upper()) == {
+    assert read_records(tmp_path, lambda line: line.status.upper()) == {
         plan.runs[0].key: "KILLED",
         plan.runs[1].key: "DONE",
     }

@@ -10,7 +10,8 @@ import pytest
 from bench.commands.reference import read_reference, write_reference
 from bench.plan.plan import read_plan, write_plan
 from bench.plan.provenance import NUMERICAL
-from bench.reports.tables import PAPER, runs_frame
+from bench.reports.runs import runs_frame
+from bench.reports.tables import PAPER
 from bench.storage.places import REFERENCE
 from ksmea import registry
 from ksmea.errors import SettingError

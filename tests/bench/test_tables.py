@@ -14,7 +14,7 @@ from bench.reports.collect import collect
 
 PAPER = Path(bench.__file__).parent / "paper" / "table3.csv"
 HEADER = (
-    "parameter,unit,reference,samples,paper,paper_error_pct,median,q1,q3,error_pct_median,bound_pct,low,high,"
+    "parameter,unit,reference,samples,paper,paper_error_pct,median,q1,q3,error_pct_median,crlb_pct,low,high,"
     "covered_pct,runs,failed"
 )
 NAN = float("nan")
@@ -27,7 +27,7 @@ def identified(kxx, u, status="done", updates=3, evaluations=43, seconds=2.0):
         "status": status,
         "stop": "smc",
         "parameters": [
-            {"name": name, "unit": unit, "si_per_unit": size, "true": true, "identified": value, "at_bound": False}
+            {"name": name, "unit": unit, "si_per_unit": size, "true": true, "identified": value, "at_limit": False}
             for name, unit, size, true, value in values
         ],
         "misfit": 1.5,

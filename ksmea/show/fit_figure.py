@@ -2,39 +2,39 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ksmea.arrays import Array
+from ksmea.records.curves import FitCurves, Matrix, as_array
 from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE
 from ksmea.units import MICROMETRE, RPM
 
-MOST_CHANNELS = 6  # columns; the record has all
-MANY = 400  # points from which on they are drawn without error bars
+MAX_CHANNELS = 6  # columns; the record has all
+MAX_ERROR_BARS = 400  # more points than this are drawn without
 COMPONENTS = (("in phase", OURS, "o"), ("in quadrature", INTERVAL, "s"))
 FAR = 10.0  # residuals beyond this are drawn on an axis that is logarithmic beyond half of it
 JUMP = 1.9 * np.pi  # of a wrapped phase, where its line is broken
 
 
-def fit_figure(title: str, record: Mapping[str, Any]) -> Figure:
+def fit_figure(fit: FitCurves, title: str = "") -> Figure:
     """Amplitude (with ± 1 σ), phase where there is one, and residuals in units of the noise; dotted: ± 2."""
-    fit = record["fit"]
-    n_channel = min(len(fit["channels"]), MOST_CHANNELS)
-    with_phase = "phase" in fit["measured"]
-    rows = ["amplitude", *(["phase"] if with_phase else []), *(["residual"] if fit["sd"] is not None else [])]
+    n_channel = min(len(fit.channels), MAX_CHANNELS)
+    with_phase = fit.has_phase
+    rows = ["amplitude", *(["phase"] if with_phase else []), *(["residual"] if fit.sd is not None else [])]
     heights = [{"amplitude": 3, "phase": 1.6, "residual": 1.6}[row] for row in rows]
     figure = Figure(figsize=(max(7.0, 4.3 * n_channel + 0.6), 1.15 * sum(heights) + 1.2), layout="constrained")
     panels = figure.subplots(len(rows), n_channel, squeeze=False, sharex=True, sharey="row", height_ratios=heights)
-    draw = {"amplitude": _amplitude, "phase": _phase, "residual": _residual}
+    draw = {"amplitude": draw_amplitude, "phase": _phase, "residual": _residual}
     for index in range(n_channel):
         for row, panel in zip(rows, panels[:, index]):
             draw[row](panel, fit, index)
             panel.grid(alpha=0.25)
             panel.tick_params(labelsize=8)
-        panels[0, index].set_title(fit["channels"][index], fontsize=10)
+        panels[0, index].set_title(fit.channels[index], fontsize=10)
         panels[-1, index].set_xlabel("speed (rpm)", fontsize=9)
     labels = {"amplitude": "amplitude (µm 0-peak)", "phase": "phase lead (°)", "residual": "residual / noise"}
     for row, panel in zip(rows, panels[:, 0]):
@@ -44,48 +44,44 @@ def fit_figure(title: str, record: Mapping[str, Any]) -> Figure:
         more_handles, more_names = panels[-1, 0].get_legend_handles_labels()
         handles, names = handles + more_handles, names + [f"residual {name}" for name in more_names]
     figure.legend(handles, names, loc="outside lower center", ncols=4, frameon=False, fontsize=9)
-    left_out = len(fit["channels"]) - n_channel
+    left_out = len(fit.channels) - n_channel
     figure.suptitle(title + (f" ({left_out} channels more are not shown)" if left_out else ""), fontsize=11)
     return figure
 
 
-def _column(values: Any, index: int) -> np.ndarray:
-    return np.array(values, dtype=float)[:, index]
-
-
-def _amplitude(panel: Axes, fit: Mapping[str, Any], index: int) -> None:
-    speed, measured = np.array(fit["speed"]) / RPM, _column(fit["measured"]["amplitude"], index) / MICROMETRE
-    style = {"fmt": "o", "color": OURS, "markersize": 3.5, "elinewidth": 0.9, "alpha": 0.8}
+def draw_amplitude(panel: Axes, fit: FitCurves, index: int) -> None:
+    """Measured and fitted amplitude (µm) of one channel over speed (rpm)."""
+    speed, measured = as_array(fit.speed) / RPM, _column(fit.measured.amplitude, index) / MICROMETRE
+    style: Any = {"fmt": "o", "color": OURS, "markersize": 3.5, "elinewidth": 0.9, "alpha": 0.8}
     sd = None
-    if fit["sd"] is not None and len(speed) <= MANY:
+    if fit.sd is not None and len(speed) <= MAX_ERROR_BARS:
         # of complex data, sd is the total one; along the amplitude lies 1/√2 of it
-        sd = _column(fit["sd"], index) / MICROMETRE / (np.sqrt(2) if "phase" in fit["measured"] else 1)
+        sd = _column(fit.sd, index) / MICROMETRE / (np.sqrt(2) if fit.has_phase else 1)
         sd = np.stack([np.minimum(sd, 0.95 * measured), sd])  # the axis is logarithmic
     panel.errorbar(speed, measured, sd, label="measured ± 1 σ" if sd is not None else "measured", **style)
-    fine = fit["fine"]
+    fine = fit.fine
     panel.plot(
-        np.array(fine["speed"]) / RPM, _column(fine["amplitude"], index) / MICROMETRE, color=PAPER, linewidth=1.3,
+        as_array(fine.speed) / RPM, _column(fine.amplitude, index) / MICROMETRE, color=PAPER, linewidth=1.3,
         label="fitted", zorder=3,
     )  # fmt: skip
     panel.set_yscale("log")
     panel.yaxis.set_major_formatter("{x:g}")
 
 
-def _phase(panel: Axes, fit: Mapping[str, Any], index: int) -> None:
-    fine = fit["fine"]
-    curve = _column(fine["phase"], index)
+def _phase(panel: Axes, fit: FitCurves, index: int) -> None:
+    curve = _column(fit.fine.phase, index)
     broken = np.where(np.abs(np.diff(curve, append=curve[-1])) > JUMP, np.nan, curve)
-    panel.plot(np.array(fine["speed"]) / RPM, np.degrees(broken), color=PAPER, linewidth=1.3, zorder=3)
+    panel.plot(as_array(fit.fine.speed) / RPM, np.degrees(broken), color=PAPER, linewidth=1.3, zorder=3)
     panel.plot(
-        np.array(fit["speed"]) / RPM, np.degrees(_column(fit["measured"]["phase"], index)), "o", color=OURS,
+        as_array(fit.speed) / RPM, np.degrees(_column(fit.measured.phase, index)), "o", color=OURS,
         markersize=3.5, alpha=0.8,
     )  # fmt: skip
     panel.set_ylim(-190, 190)
     panel.set_yticks([-180, -90, 0, 90, 180])
 
 
-def _residual(panel: Axes, fit: Mapping[str, Any], index: int) -> None:
-    speed, scaled_parts = np.array(fit["speed"]) / RPM, residuals(fit, index)
+def _residual(panel: Axes, fit: FitCurves, index: int) -> None:
+    speed, scaled_parts = as_array(fit.speed) / RPM, residuals(fit, index)
     for scaled, (name, colour, marker) in zip(scaled_parts, COMPONENTS):
         panel.plot(speed, scaled, marker, color=colour, markersize=3, alpha=0.8, label=name)
     for at in (-2, 0, 2):
@@ -95,13 +91,18 @@ def _residual(panel: Axes, fit: Mapping[str, Any], index: int) -> None:
         panel.yaxis.set_major_formatter("{x:g}")
 
 
-def residuals(fit: Mapping[str, Any], index: int) -> list[np.ndarray]:
+def residuals(fit: FitCurves, index: int) -> list[Array]:
     """Measured minus fitted in units of the noise, (n_speed,): of amplitudes one; of complex data the components along the
     fitted response and at right angles to it, whose standard deviations are both 1."""
-    sd = _column(fit["sd"], index)
-    measured, fitted = (_column(fit[name]["amplitude"], index) for name in ("measured", "fitted"))
-    if "phase" not in fit["measured"]:
+    sd = _column(fit.sd, index)
+    measured, fitted = _column(fit.measured.amplitude, index), _column(fit.fitted.amplitude, index)
+    if not fit.has_phase:
         return [(measured - fitted) / sd]
-    turn = _column(fit["measured"]["phase"], index) - _column(fit["fitted"]["phase"], index)
+    turn = _column(fit.measured.phase, index) - _column(fit.fitted.phase, index)
     scaled = np.sqrt(2) * (measured * np.exp(1j * turn) - fitted) / sd
     return [scaled.real, scaled.imag]
+
+
+def _column(values: Matrix | None, index: int) -> Array:
+    column: Array = as_array(values)[:, index]
+    return column

@@ -1,0 +1,105 @@
+"""`explain KEY [NAME|DIR]`: a run's settings, what became of it and why it is stale or failed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from bench.commands.folders import folders
+from bench.jobs.lines import SCHEMA, Ended, SessionLine
+from bench.jobs.records import read_lines, read_records
+from bench.plan.plan import PLAN_FILE, Plan, Run, read_plan
+from bench.plan.provenance import code_digest, library_versions, used_modules
+from ksmea.errors import SettingError
+
+
+def explain(words: list[str]) -> int:
+    """Print what is known of the run that a key, or the beginning of one, belongs to."""
+    if not words:
+        raise SettingError("explain: expected the key of a run (see runs.csv), got nothing")
+    key, *name = words
+    searched = (
+        folders(name, "explain") if name else sorted(path.parent for path in Path("results").glob(f"**/{PLAN_FILE}"))
+    )
+    for folder in searched:
+        try:
+            plan = read_plan(folder)
+        except SettingError:
+            if name:
+                raise
+            continue  # the plan of another experiment, which nobody asked for
+        for run in plan.runs:
+            if run.key.startswith(key):
+                print(_explanation(plan, run, folder))
+                return 0
+    looked = ", ".join(map(str, searched)) or "results/*"
+    raise SettingError(f"explain: expected the key of a planned run, found no {key!r} in {looked}; runs.csv lists them")
+
+
+def _explanation(plan: Plan, run: Run, folder: Path) -> str:
+    cell = plan.cells[run.cell]
+    place = ", ".join(f"{axis}={value}" for axis, value in cell.place.items())
+    lines = [f"run {run.key} of {plan.name} in {folder}: {place}, seed {cell.seed}, repetition {run.repetition}"]
+    for part, settings in cell.settings.items():
+        lines.append(f"  {part}: {_in_words(settings)}")
+    attempts = [line.status for line in read_lines(folder) if isinstance(line, Ended) and line.key == run.key]
+    last = read_records(folder, lambda line: line if line.key == run.key else None).get(run.key)
+    if last is None:
+        lines += _why_stale(plan, run, folder) or ["missing: no attempt was made"]
+    else:
+        lines.append(f"{last.status}{': ' + last.error if last.error else ''}")
+        if last.traceback:
+            lines.append(last.traceback.rstrip())
+        if len(attempts) > 1:
+            lines.append(f"{len(attempts)} attempts: {', '.join(attempts)}")
+        if last.taken_from:
+            lines.append(f"taken over from {last.taken_from}")
+    lines += _what_changed_since_the_plan(plan, cell.settings, cell.code)
+    return "\n".join(lines)
+
+
+def _in_words(settings: Any) -> str:
+    if not isinstance(settings, Mapping):
+        return "makes no difference" if settings is None else str(settings)
+    return ", ".join([str(settings["name"]), *(f"{key}={value}" for key, value in settings.items() if key != "name")])
+
+
+def _why_stale(plan: Plan, run: Run, folder: Path) -> list[str]:
+    """What differs between the plan and the session that answered the same question."""
+    sessions: dict[str, SessionLine] = {}
+    answered_in: str | None = None
+    for line in read_lines(folder):
+        if isinstance(line, SessionLine):
+            sessions[line.session] = line
+        elif line.question == run.question and line.has_result:
+            answered_in = line.session
+    if answered_in is None:
+        return []
+    session = sessions.get(answered_in, SessionLine(schema=SCHEMA, session=""))
+    used = used_modules(plan.cells[run.cell].settings)
+    changed = _differences(session.versions, plan.versions)
+    changed += _differences({name: session.modules.get(name) for name in used}, plan.modules, names_only=True)
+    reason = "; ".join(changed) or "the set of modules that it uses"
+    return [f"stale: answered on {session.began} at commit {session.commit}; changed since: {reason}"]
+
+
+def _what_changed_since_the_plan(plan: Plan, settings: Mapping[str, Any], code: str) -> list[str]:
+    used = used_modules(settings)
+    changed = _differences(plan.versions, library_versions())
+    if code_digest(used) != code:
+        changed += _differences({name: plan.modules.get(name) for name in used}, used, names_only=True)
+    return (
+        [f"since it was planned these have changed, the next call plans it anew: {'; '.join(changed)}"]
+        if changed
+        else []
+    )
+
+
+def _differences(before: Mapping[str, Any], after: Mapping[str, Any], names_only: bool = False) -> list[str]:
+    """Entries of `before` that `after` has otherwise."""
+    return [
+        name if names_only else f"{name} {value} → {after.get(name)}"
+        for name, value in before.items()
+        if value != after.get(name)
+    ]

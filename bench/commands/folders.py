@@ -1,0 +1,32 @@
+"""Which folders of results the words of a command mean."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from bench.plan.plan import PLAN_FILE
+from ksmea.errors import SettingError, unknown
+
+
+def folders(words: list[str], command: str) -> list[Path]:
+    """The folders that NAME (below results/) or DIR means: of an experiment, or of those that it includes."""
+    if len(words) != 1:
+        raise SettingError(f"{command}: expected one name or folder of results, got {len(words)}")
+    for folder in (Path("results") / words[0], Path(words[0])):
+        found = (
+            [folder]
+            if (folder / PLAN_FILE).is_file()
+            else sorted(path.parent for path in folder.glob(f"*/{PLAN_FILE}"))
+        )
+        if found:
+            return found
+    known = {path.relative_to("results").parts[0] for path in Path("results").glob(f"**/{PLAN_FILE}")}
+    raise unknown("results", words[0], known)
+
+
+def one_folder(words: list[str], command: str) -> Path:
+    """The folder of one experiment that NAME (below results/) or DIR means."""
+    first, *others = folders(words, command)
+    if others:
+        raise SettingError(f"{command}: expected one experiment, got {words[0]} with several; name one, as {first}")
+    return first

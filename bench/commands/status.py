@@ -1,0 +1,53 @@
+"""`status NAME|DIR`: how many of the planned runs are done, running, failed, stale or missing."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping
+from pathlib import Path
+
+from bench.commands.folders import folders
+from bench.jobs.lines import RESULTS, RunLine, Started
+from bench.jobs.records import read_records, running_sessions
+from bench.plan.plan import Run, read_plan
+
+
+def status(words: list[str]) -> int:
+    """Print the counts; 0 where all planned runs are done."""
+    return max(_status(output) for output in folders(words, "status"))
+
+
+def _status(output: Path) -> int:
+    plan = read_plan(output)
+    running = running_sessions(output)
+
+    def state_and_question(line: RunLine) -> tuple[str, str]:
+        is_running = isinstance(line, Started) and line.session in running
+        return "running" if is_running else line.status, line.question
+
+    records = read_records(output, state_and_question)
+    answered = {question for state, question in records.values() if state in RESULTS}
+    counts = Counter(_state(run, records, answered) for run in plan.runs)
+    n_done = sum(counts[state] for state in RESULTS)
+    n_failed = sum(count for state, count in counts.items() if state not in (*RESULTS, "running", "stale", "missing"))
+    print(f"{plan.name} in {output}")
+    counted = {"planned": len(plan.runs), "done": n_done, "running": counts["running"], "failed": n_failed}
+    for label, count in counted.items():
+        if label == "running" and not count:
+            continue
+        reasons = _reasons(counts, label)
+        print(f"{label:>8} {count:6d}{'  (' + reasons + ')' if reasons else ''}")
+    print(f"{'stale':>8} {counts['stale']:6d}{'  (answered by other code or libraries)' if counts['stale'] else ''}")
+    print(f"{'missing':>8} {counts['missing']:6d}")
+    return 0 if n_done == len(plan.runs) else 1
+
+
+def _state(run: Run, records: Mapping[str, tuple[str, str]], answered: set[str]) -> str:
+    if run.key in records:
+        return records[run.key][0]
+    return "stale" if run.question in answered else "missing"
+
+
+def _reasons(counts: Counter[str], label: str) -> str:
+    shown = {"done": ("budget",), "failed": ("error", "timeout", "killed")}.get(label, ())
+    return ", ".join(f"{counts[state]} {state}" for state in shown if counts[state])

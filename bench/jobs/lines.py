@@ -1,0 +1,147 @@
+"""Lines of record files as typed data: what computed the runs (`session`), that a run was started, and how it ended.
+
+In a file a line is one JSON object, the fields of a run's line and those of its study's record side by side. Of a run's
+line only the former are read; the record is when it is asked for.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, TypeVar
+
+import msgspec
+
+from ksmea.errors import SettingError
+from ksmea.records.record import Record
+
+SCHEMA = 3
+RESULTS = ("done", "budget")  # statuses that are results; all others are failures
+IDENTITY = ("schema", "event", "key", "question", "session")  # of a line, not of what stands in it
+
+AnyRecord = TypeVar("AnyRecord", bound=Record)
+
+
+class SessionLine(msgspec.Struct, frozen=True, kw_only=True, tag_field="event", tag="session"):
+    """What the runs of one writer are computed by: commit, kind of processor, versions of the numerical libraries, and
+    the digests of all modules that take part."""
+
+    schema: int
+    session: str
+    began: str = "?"
+    commit: str = "?"
+    platform: str = ""
+    versions: dict[str, str] = {}
+    modules: dict[str, str] = {}
+
+
+class RunLine(msgspec.Struct, frozen=True, kw_only=True, tag_field="event"):
+    """What is the same of every run, whatever its study. Schema 1 knew neither questions nor sessions."""
+
+    schema: int
+    key: str
+    question: str = ""
+    session: str = ""
+    status: str
+    error: str = ""  # why there is no result
+    traceback: str = ""
+    elapsed: float | None = None  # s
+    taken_from: str = ""  # the folder of another experiment, which did this run
+    raw: bytes = b""  # the line as it stands in its file
+
+    @property
+    def has_result(self) -> bool:
+        return self.status in RESULTS
+
+    def record(self, kind: type[AnyRecord]) -> AnyRecord:
+        """The record of the run's study; `SettingError` where the line holds another one."""
+        return kind.from_data(_loaded(self.raw))
+
+    def content(self) -> dict[str, Any]:
+        """Status, error and the study's record as JSON data, without what identifies the line."""
+        known = {"status": self.status} | ({"error": self.error} if self.error else {})
+        return known | {name: value for name, value in _loaded(self.raw).items() if name not in IDENTITY}
+
+
+class Started(RunLine, frozen=True, kw_only=True, tag_field="event", tag="started"):
+    """A run was started. As the last word on it, that it was killed."""
+
+    status: str = "killed"
+    error: str = "the run was started and never ended"
+
+
+class Ended(RunLine, frozen=True, kw_only=True, tag_field="event", tag="result"):
+    """A run has a result, or has failed."""
+
+
+Line = SessionLine | Started | Ended
+EVENTS = ("session", "started", "result")
+_decoder = msgspec.json.Decoder(Line)
+_encoder = msgspec.json.Encoder(enc_hook=lambda value: value.tolist())  # numbers of numpy
+
+
+@dataclass(frozen=True)
+class FailedRun(Record):
+    """What became of a run without a result; `status` is error, timeout or killed."""
+
+    status: str
+    error: str
+    traceback: str = ""
+
+
+def ending(line: RunLine | None) -> tuple[str, str]:
+    """Status and error of a planned run, whose line is None where no attempt was made."""
+    return ("not run", "") if line is None else (line.status, line.error)
+
+
+def line_text(line: Line, content: Mapping[str, Any] | None = None) -> bytes:
+    """A line as its file has it; `content` stands in the place of status and error. What is not finite becomes null."""
+    data: dict[str, Any] = msgspec.to_builtins(line)
+    data.pop("raw", None)
+    if content is not None:
+        data = {**{name: data[name] for name in IDENTITY}, **content}
+    return msgspec.json.format(_encoder.encode(data), indent=0) + b"\n"
+
+
+def read_line(text: bytes, path: Path) -> Line | None:
+    """The line of a file that a text is, None where it is no whole one; `SettingError` where a newer version wrote it."""
+    try:
+        line = _decoder.decode(text)
+    except msgspec.MsgspecError:
+        line = _read_slowly(text, path)
+    if line is None:
+        return None
+    _check_schema(line.schema, path)
+    return line if isinstance(line, SessionLine) else msgspec.structs.replace(line, raw=text)
+
+
+def _read_slowly(text: bytes, path: Path) -> Line | None:
+    """A line that holds a NaN, as a curve may in older files, or is of a newer schema."""
+    try:
+        data = json.loads(text)
+    except ValueError:
+        return None
+    if isinstance(data, dict) and data.get("event") in EVENTS and isinstance(data.get("schema"), int):
+        _check_schema(data["schema"], path)
+    try:
+        line: Line = msgspec.convert(data, Line)
+    except msgspec.ValidationError:
+        return None
+    return line
+
+
+def _check_schema(schema: int, path: Path) -> None:
+    if schema > SCHEMA:
+        raise SettingError(
+            f"{path}: expected records up to schema {SCHEMA}, found {schema}: a newer version wrote them;"
+            " install that one, or choose another output=DIR"
+        )
+
+
+def _loaded(text: bytes) -> Any:
+    try:
+        return msgspec.json.decode(text)
+    except msgspec.DecodeError:
+        return json.loads(text)  # slower, and it reads the NaN that a curve may hold

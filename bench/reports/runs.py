@@ -1,0 +1,111 @@
+"""The table of runs: a row per planned run with what became of it and what it identified."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from bench.jobs.lines import RunLine
+from bench.jobs.records import read_records
+from bench.plan.columns import place_columns
+from bench.plan.plan import Plan, Run
+from ksmea.records.identification import IdentificationRecord, IntervalEffort, ParameterRecord
+
+
+def runs_frame(plan: Plan, output: Path) -> pd.DataFrame:
+    """A row for every planned run, in the order of the plan; values in the units of the parameters."""
+    rows = read_records(output, lambda line: _line_row(line, plan.report.exact))
+    not_run = {"status": "not run", "error": ""}
+    return pd.DataFrame([_place_row(plan, run) | rows.get(run.key, not_run) for run in plan.runs])
+
+
+def _place_row(plan: Plan, run: Run) -> dict[str, Any]:
+    cell = plan.cells[run.cell]
+    return {
+        "key": run.key,
+        "cell": run.cell,
+        **place_columns(plan, cell),
+        "seed": cell.seed,
+        "repetition": run.repetition,
+    }
+
+
+def _line_row(line: RunLine, exact: float | None) -> dict[str, Any]:
+    """What runs.csv says of a run, its names shared among all rows."""
+    found = _result_row(line.record(IdentificationRecord), exact) if line.has_result else {}
+    return {"status": sys.intern(line.status), **found, "error": line.error}
+
+
+def _result_row(record: IdentificationRecord, exact: float | None) -> dict[str, Any]:
+    row: dict[str, Any] = {}
+    for parameter in record.parameters:
+        name = parameter.name
+        row[sys.intern(name)] = parameter.in_unit(parameter.identified)
+        row[sys.intern(f"{name}_error_pct")] = parameter.error_pct
+        if parameter.crlb is not None:
+            row[sys.intern(f"{name}_crlb")] = parameter.in_unit(parameter.crlb)
+        row[sys.intern(f"{name}_at_limit")] = parameter.at_limit
+        if parameter.kind is not None:
+            row |= _interval_columns(parameter, parameter.kind)
+    seconds = record.seconds
+    row |= {
+        "misfit": record.misfit,
+        "stop": sys.intern(record.stop),
+        "updates": record.updates,
+        "model_evaluations": record.model_evaluations,
+        "model_jacobians": record.model_jacobians,
+        "surrogate_evaluations": record.surrogate_evaluations,
+        "time_model": seconds.model,
+        "time_surrogate": seconds.surrogate,
+        "time_search": seconds.search,
+        "time": seconds.total,
+    }
+    if record.intervals is not None:
+        row |= _interval_effort(record.intervals)
+    if record.basin_excess is not None:
+        row["basin_excess"] = record.basin_excess
+    if exact is not None and all(parameter.true for parameter in record.parameters):
+        row |= _exactness(record, exact)
+    return row
+
+
+def _interval_columns(parameter: ParameterRecord, kind: str) -> dict[str, Any]:
+    """Ends of an interval in the parameter's unit, empty where open, its kind, and whether it holds the true value, empty
+    where nobody knows that."""
+    name = parameter.name
+    return {
+        sys.intern(f"{name}_low"): parameter.in_unit(parameter.low),
+        sys.intern(f"{name}_high"): parameter.in_unit(parameter.high),
+        sys.intern(f"{name}_interval"): sys.intern(kind),
+        sys.intern(f"{name}_covered"): parameter.is_covered,
+    }
+
+
+def _interval_effort(effort: IntervalEffort) -> dict[str, Any]:
+    """Noise that the intervals were made with, and what they took."""
+    return {
+        "noise_relative": effort.noise.relative,
+        "noise_floor": effort.noise.floor,
+        "interval_evaluations": effort.model_evaluations,
+        "interval_jacobians": effort.model_jacobians,
+        "interval_seconds": effort.seconds,
+    }
+
+
+def _exactness(record: IdentificationRecord, exact: float) -> dict[str, Any]:
+    """Whether all parameters came within `exact` per cent (as 100 or 0), and at which updating step they first did."""
+    true = np.array([parameter.true for parameter in record.parameters])
+    steps = [_worst_error_pct(update.x, true) <= exact for update in record.history]
+    return {
+        "exact": 100.0 * (_worst_error_pct(record.x, true) <= exact),
+        "updates_to_exact": steps.index(True) + 1 if True in steps else None,
+    }
+
+
+def _worst_error_pct(x: Sequence[float] | np.ndarray, true: np.ndarray) -> float:
+    return float(100 * np.max(np.abs(np.asarray(x) / true - 1)))

@@ -1,0 +1,93 @@
+"""Response curves of a record: numbers over speed and channel, rounded to what a figure can show."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+
+DIGITS = 8  # a figure of differences needs no more, and records stay small
+
+Row = tuple[float | None, ...]  # None: not finite
+Matrix = tuple[Row, ...]  # (n_speed, n_channel)
+
+
+@dataclass(frozen=True)
+class Polar:
+    """A response as amplitude (m, 0-peak) and, of complex data, phase lead (rad), (n_speed, n_channel) each."""
+
+    amplitude: Matrix
+    phase: Matrix | None = None
+
+    @classmethod
+    def of(cls, values: Array | ComplexArray, *, with_phase: bool) -> Self:
+        return cls(matrix(np.abs(values)), matrix(np.angle(values)) if with_phase else None)
+
+
+@dataclass(frozen=True)
+class FineCurve:
+    """The fitted response at more speeds (rad/s) than were measured, to be drawn as a line."""
+
+    speed: Row
+    amplitude: Matrix
+    phase: Matrix | None = None
+
+
+@dataclass(frozen=True)
+class FitCurves:
+    """Data and fitted response over speed (rad/s); `sd` (m) is the standard deviation of the noise at the fit,
+    (n_speed, n_channel), None where it is neither known nor estimated."""
+
+    speed: Row
+    channels: tuple[str, ...]
+    measured: Polar
+    fitted: Polar
+    sd: Matrix | None
+    fine: FineCurve
+
+    @property
+    def has_phase(self) -> bool:
+        return self.measured.phase is not None
+
+
+@dataclass(frozen=True)
+class ResponseCurves:
+    """Amplitudes (m, 0-peak) over speed (rad/s), (n_speed, n_channel) each: the measurement, the identified model,
+    surrogate (`predicted`) and true model (`modelled`) at the surrogate's last optimum, and the response without noise
+    (`true`) where it is known; None where there is no such curve."""
+
+    speed: Row
+    channels: tuple[str, ...]
+    measured: Matrix | None = None
+    identified: Matrix | None = None
+    predicted: Matrix | None = None
+    modelled: Matrix | None = None
+    true: Matrix | None = None
+
+
+def row(values: Array) -> Row:
+    """(n,) as a record has it."""
+    rounded: Row = tuple(_rounded(value) for value in values.tolist())
+    return rounded
+
+
+def matrix(values: Array) -> Matrix:
+    """(n_speed, n_channel) as a record has it."""
+    return tuple(row(line) for line in values)
+
+
+def as_array(values: Any) -> Array:
+    """Numbers of a record as an array; not a number where the record has None.
+
+    >>> as_array(((1.0, None), (2.0, 3.0)))
+    array([[ 1., nan],
+           [ 2.,  3.]])
+    """
+    return np.array(values, dtype=float)
+
+
+def _rounded(value: float) -> float | None:
+    return float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None

@@ -1,0 +1,186 @@
+"""The record of an identification: the values that a method found from one measurement, and all that is known of them."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any, Self
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.parameters import Parameter, Parameters
+from ksmea.records.curves import FitCurves, Matrix, ResponseCurves, matrix
+from ksmea.records.record import Record
+from ksmea.units import TURN
+
+# Fields of a parameter that had other names in records before schema 3.
+RENAMED = {"at_bound": "at_limit", "bound": "crlb", "interval": "kind", "likely": "most_likely"}
+
+
+@dataclass(frozen=True)
+class ParameterRecord:
+    """One unknown. All values are SI; divided by `si_per_unit` they are in `unit`, which people read."""
+
+    name: str
+    unit: str
+    si_per_unit: float
+    identified: float  # by the method
+    at_limit: bool  # whether it lies at a limit of its search, within a thousandth of the range
+    true: float | None = None  # None where nobody knows it
+    low: float | None = None  # ends of the interval; None where that side is open
+    high: float | None = None
+    kind: str | None = None  # of the interval (`ksmea.intervals.Interval`); None where there is none
+    most_likely: float | None = None  # at the maximum of the likelihood nearest to what was identified
+    crlb: float | None = None  # Cramér–Rao bound (1 σ) at the identified values; None where infinite or not computed
+
+    def in_unit(self, value: float | None) -> float:
+        """One of its values in its unit; not a number where there is none."""
+        return np.nan if value is None else value / self.si_per_unit
+
+    @property
+    def error_pct(self) -> float | None:
+        """Deviation from the true value, %; of a true value of 0, and of one that nobody knows, there is none."""
+        return 100 * (self.identified / self.true - 1) if self.true else None
+
+    @property
+    def is_covered(self) -> bool | None:
+        """Whether the interval holds the true value; None where nobody knows that. An open side holds everything."""
+        if self.true is None:
+            return None
+        low = -np.inf if self.low is None else self.low
+        high = np.inf if self.high is None else self.high
+        return bool(low <= self.true <= high)
+
+
+@dataclass(frozen=True)
+class UpdateRecord:
+    """One updating step (`ksmea.identification.Update`); None where a number is not finite."""
+
+    x: tuple[float, ...]  # (d,) SI, the surrogate's optimum
+    predicted_misfit: float | None = None
+    misfit: float | None = None
+    smc: float | None = None
+    sdf: float | None = None  # m
+
+
+@dataclass(frozen=True)
+class Seconds:
+    """Wall time of the method, s, by part: the true model, fits of the surrogate, the search, and all together."""
+
+    model: float = 0.0
+    surrogate: float = 0.0
+    search: float = 0.0
+    total: float = 0.0
+
+
+@dataclass(frozen=True)
+class NoiseLevel:
+    """Noise that the intervals were made with: s² = (relative · |μ|)² + floor²."""
+
+    relative: float
+    floor: float  # m; rms where each datum has its own
+    estimated: bool  # from the same data, or known beforehand
+
+
+@dataclass(frozen=True)
+class IntervalEffort:
+    """The confidence level of the intervals, the noise they were made with, and what they took of the true model."""
+
+    level: float
+    noise: NoiseLevel
+    model_evaluations: int
+    model_jacobians: int
+    seconds: float
+
+
+@dataclass(frozen=True)
+class LackOfFit:
+    """Test of the fit: the chance of a statistic as large where the model is right, and whether that is too small."""
+
+    p: float
+    statistic: str  # that speaks the most against the fit
+    rejected: bool
+
+
+@dataclass(frozen=True)
+class DataDescription:
+    """What was measured, as a report says it; speeds in rad/s."""
+
+    source: str
+    kind: str  # amplitude or complex
+    n_speed: int
+    speed_from: float
+    speed_to: float
+    channels: tuple[str, ...]
+    remarks: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class IdentificationRecord(Record):
+    """What a method found from one measurement. `status` is 'done', or 'budget' where it was cut short; `stop` says why it
+    ended (`ksmea.identification.Identification`)."""
+
+    status: str
+    stop: str
+    parameters: tuple[ParameterRecord, ...]
+    misfit: float | None  # likelihood misfit of what was identified, whatever form the method minimised
+    updates: int
+    model_evaluations: int
+    model_jacobians: int
+    surrogate_evaluations: int
+    seconds: Seconds
+    history: tuple[UpdateRecord, ...] = ()
+    notes: dict[str, float | None] = field(default_factory=dict)  # of the surrogate
+    intervals: IntervalEffort | None = None  # None where none were asked for or none could be made
+    interval_error: str | None = None  # why none could be made
+    deviance: float | None = None  # −2 ln L at the maximum of the likelihood nearest to what was identified
+    lack_of_fit: LackOfFit | None = None
+    correlation: Matrix | None = None  # of the estimates, (d, d); None where the data cannot tell
+    data: DataDescription | None = None
+    fit: FitCurves | None = None
+    curves: ResponseCurves | None = None
+    basin_excess: float | None = None  # `deviance` less that of the maximum nearest to the true values
+    hidden: tuple[dict[str, Any], ...] = ()  # effects that synthetic data hide
+
+    @property
+    def x(self) -> Array:
+        """Identified values (d,) SI."""
+        return np.array([parameter.identified for parameter in self.parameters])
+
+    def with_truth(
+        self, parameters: Parameters, truth: Mapping[str, float], response: ComplexArray | None = None
+    ) -> Self:
+        """This record with the true values (by name, SI) beside those identified, where they are known, and with the
+        response without noise, (n_speed, n_channel) m, among its curves. Of an angle that is free to turn the true value
+        is the one of its turns that is nearest to what was identified."""
+        known = tuple(
+            dataclasses.replace(part, true=_nearest_turn(parameter, truth.get(part.name), part.identified))
+            for parameter, part in zip(parameters, self.parameters, strict=True)
+        )
+        curves = self.curves
+        if curves is not None and response is not None:
+            curves = dataclasses.replace(curves, true=matrix(np.abs(response)))
+        return dataclasses.replace(self, parameters=known, curves=curves)
+
+    @classmethod
+    def upgraded(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
+        """Before schema 3 some fields of a parameter had other names, and `interval` was either what `intervals` is now or
+        {'error': why there are none}."""
+        if not any("at_bound" in parameter for parameter in data.get("parameters", ())):
+            return data
+        renamed = [
+            {RENAMED.get(name, name): value for name, value in parameter.items()} for parameter in data["parameters"]
+        ]
+        interval = data.get("interval", {})
+        error = interval.get("error")
+        effort = interval if interval and error is None else None
+        return {**data, "parameters": renamed, "intervals": effort, "interval_error": error}
+
+
+def _nearest_turn(parameter: Parameter, true: float | None, identified: float) -> float | None:
+    """The true value; of an angle that is free to turn, the one of its turns that is nearest to what was identified."""
+    if true is None or not parameter.is_full_turn:
+        return true
+    return true + TURN * round((identified - true) / TURN)

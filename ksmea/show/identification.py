@@ -1,0 +1,173 @@
+"""An identification as people read it: sentences, a table, and a figure of data, fit and residuals over speed."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ksmea.errors import SettingError
+from ksmea.records.curves import FitCurves, as_array
+from ksmea.records.identification import DataDescription, IdentificationRecord, LackOfFit, ParameterRecord
+from ksmea.show.alike import ALIKE, alike_text
+from ksmea.show.fit_figure import draw_amplitude, fit_figure
+from ksmea.units import MICROMETRE, RPM
+
+SLIGHT = 0.1  # parts of the noise below this part of the whole everywhere are not mentioned
+COLUMNS = ("parameter", "unit", "value", "low", "high", "kind", "crlb", "at_limit")
+
+
+def text(record: IdentificationRecord, title: str = "") -> str:
+    """Values with intervals, what the data cannot tell, the noise, and how well the fit explains the data; a line each,
+    below a title and the data."""
+    return "\n".join(_lines(record, title))
+
+
+def frame(record: IdentificationRecord) -> pd.DataFrame:
+    """A row per parameter, in its unit: `low` and `high` are empty where the data leave that side open, `kind` says how
+    the interval was made, `crlb` is the Cramér–Rao bound (1 σ) at the identified values."""
+    rows = [
+        (
+            *(part.name, part.unit),
+            *(part.in_unit(value) for value in (part.identified, part.low, part.high)),
+            *(part.kind, part.in_unit(part.crlb), part.at_limit),
+        )
+        for part in record.parameters
+    ]
+    return pd.DataFrame(rows, columns=list(COLUMNS))
+
+
+def plot(record: IdentificationRecord, axes: Axes | None = None, title: str = "") -> Figure:
+    """Data and fit of a record with details: a figure of all channels with amplitudes, phases where there are any, and
+    residuals. On given axes the amplitude of the first channel alone."""
+    if record.fit is None:
+        raise SettingError("plot: expected a record with data and fit, got none; identify with details=True")
+    if axes is None:
+        return fit_figure(record.fit, title)
+    _draw_first_channel(axes, record.fit, title)
+    figure = axes.get_figure(root=True)
+    assert figure is not None  # axes belong to one
+    return figure
+
+
+def _draw_first_channel(axes: Axes, fit: FitCurves, title: str) -> None:
+    draw_amplitude(axes, fit, 0)
+    axes.set_title(title or fit.channels[0], fontsize=10)
+    axes.set_xlabel("speed (rpm)")
+    axes.set_ylabel("amplitude (µm 0-peak)")
+    axes.grid(alpha=0.25)
+    axes.legend(frameon=False)
+
+
+def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:
+    head = [title] if title else []
+    head += [] if record.data is None else [_data_text(record.data)]
+    if head:
+        yield ": ".join(head)
+    if record.data is not None:
+        yield from (f"  note: {remark}" for remark in record.data.remarks)
+    for parameter in record.parameters:
+        yield f"  {_value_text(record, parameter)}"
+    if record.interval_error is not None:
+        yield f"no intervals: {record.interval_error}"
+    yield from _noise_text(record)
+    yield f"hard to tell apart (correlation beyond ± {ALIKE}): {_alike_text(record)}"
+    if record.lack_of_fit is not None:
+        yield verdict(record.lack_of_fit)
+
+
+def _data_text(data: DataDescription) -> str:
+    n_channel = len(data.channels)
+    kind = {"amplitude": "amplitudes", "complex": "amplitudes and phases"}[data.kind]
+    return (
+        f"{data.n_speed} speeds from {data.speed_from / RPM:.0f} to {data.speed_to / RPM:.0f} rpm,"
+        f" {n_channel} channel{'s' if n_channel > 1 else ''} ({', '.join(data.channels)}), {kind}"
+    )
+
+
+def _value_text(record: IdentificationRecord, parameter: ParameterRecord) -> str:
+    """For example 'kxx = 50.03 MN/m, 95 % interval [49.92, 50.14]'."""
+    name, unit = parameter.name.replace("_", " "), parameter.unit
+    value, low, high = (parameter.in_unit(end) for end in (parameter.identified, parameter.low, parameter.high))
+    digits = _decimals(value, low, high)
+    level = f"{100 * (0.95 if record.intervals is None else record.intervals.level):g} %"
+    best = f"{_number(value, digits)} {unit}"
+    if parameter.kind is None:
+        said = f"{name} = {best}"
+    elif parameter.kind == "not identifiable":
+        return f"{name}: not identifiable from these data: any value of the search fits about as well"
+    elif np.isnan(low):
+        said = f"{name}: at most {_number(high, digits)} {unit} ({level}; best fit {best})"
+    elif np.isnan(high):
+        said = f"{name}: at least {_number(low, digits)} {unit} ({level}; best fit {best})"
+    else:
+        said = f"{name} = {best}, {level} interval [{_number(low, digits)}, {_number(high, digits)}]"
+        most_likely = parameter.in_unit(parameter.most_likely)
+        if abs(most_likely - value) > SLIGHT * (high - low):
+            said += f", most likely {_number(most_likely, digits)}"
+    return said + ("; best fit at a limit of its search (problem.bounds)" if parameter.at_limit else "")
+
+
+def _decimals(value: float, low: float, high: float) -> int:
+    """Decimals that show an interval's width to two digits, or a value to four."""
+    ends = [end for end in (value, low, high) if np.isfinite(end)]
+    width = max(ends) - min(ends)
+    if width > 0:
+        return int(np.clip(1 - np.floor(np.log10(width)), 0, 9))
+    return int(np.clip(3 - np.floor(np.log10(abs(value))), 0, 9)) if value else 3
+
+
+def _number(value: float, decimals: int) -> str:
+    return f"{value:.{decimals}f}"
+
+
+def _noise_text(record: IdentificationRecord) -> Iterator[str]:
+    """The noise in words: estimated, or as stated."""
+    if record.intervals is None:
+        return
+    noise = record.intervals.noise
+    if noise.estimated:
+        yield f"noise estimated: {_noise_parts(*_telling_parts(record, noise.relative, noise.floor))}"
+    elif noise.relative == 0:
+        yield f"noise as stated datum by datum: {_two_digits(noise.floor / MICROMETRE)} µm (rms)"
+    else:
+        yield f"noise as stated: {_noise_parts(noise.relative, noise.floor)}"
+
+
+def _telling_parts(record: IdentificationRecord, relative: float, floor: float) -> tuple[float, float]:
+    """The two parts of the noise, zero for one that is next to nothing beside the other at every speed."""
+    if record.fit is None:
+        return relative, floor
+    amplitude = as_array(record.fit.fitted.amplitude)
+    if relative * amplitude.max() < SLIGHT * floor:
+        return 0.0, floor
+    return relative, 0.0 if floor < SLIGHT * relative * amplitude.min() else floor
+
+
+def _noise_parts(relative: float, floor: float) -> str:
+    parts = [f"{_two_digits(100 * relative)} %"] if relative else []
+    parts += [f"{_two_digits(floor / MICROMETRE)} µm"] if floor else []
+    return " + ".join(parts) or "none"
+
+
+def _two_digits(value: float) -> str:
+    return f"{value:.2g}" if abs(value) < 100 else f"{value:.0f}"
+
+
+def _alike_text(record: IdentificationRecord) -> str:
+    if record.correlation is None:
+        return "not computed, without noise"
+    return alike_text(record.correlation, [parameter.name.replace("_", " ") for parameter in record.parameters])
+
+
+def verdict(test: LackOfFit) -> str:
+    """Whether the model explains the data within their noise."""
+    said = f"({test.statistic}, p = {test.p:.2g})"
+    if test.rejected:
+        return (
+            f"the model does not explain the data within their noise {said}; +experiment=diagnose looks for the cause"
+        )
+    return f"the model explains the data within their noise {said}"

@@ -1,0 +1,257 @@
+"""Identification: the values that a method finds from one measurement, with an interval beside each.
+
+The intervals belong to the maximum of the true model's likelihood nearest to what the method found. They take
+evaluations and Jacobians of the true model, which are counted apart from the method's.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Sequence
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.contracts import Method, Problem
+from ksmea.diagnosis.fit_quality import fit_quality
+from ksmea.diagnosis.fitting import Fit
+from ksmea.errors import SettingError
+from ksmea.identifiability import identifiability
+from ksmea.identification import Identification, Streams, at_limit
+from ksmea.intervals import Estimate, Interval, estimate
+from ksmea.likelihood import Likelihood
+from ksmea.maximisation import nearest_maximum
+from ksmea.measurement import Measurement, Noise
+from ksmea.misfit import Misfit
+from ksmea.model import Model
+from ksmea.parameters import Parameter, Parameters
+from ksmea.records.curves import FineCurve, FitCurves, Polar, ResponseCurves, matrix, row
+from ksmea.records.identification import (
+    DataDescription,
+    IdentificationRecord,
+    IntervalEffort,
+    LackOfFit,
+    NoiseLevel,
+    ParameterRecord,
+    Seconds,
+    UpdateRecord,
+)
+from ksmea.records.record import finite
+from ksmea.units import TURN
+
+INTERVALS = ("profile", "information", "none")
+LACK_OF_FIT_LEVEL = 0.01  # chance of rejecting a right model
+N_FINE = 1000  # speeds that a fitted curve is drawn at, besides those measured
+
+
+def identification(
+    problem: Problem,
+    measurement: Measurement,
+    method: Method,
+    streams: Streams,
+    *,
+    intervals: str = "profile",
+    level: float = 0.95,
+    crlb: bool = True,
+    details: bool = False,
+    curves: bool = False,
+    remarks: Sequence[str] = (),
+    rng: np.random.Generator | None = None,
+) -> IdentificationRecord:
+    """The record of what a method identifies from a measurement; true values have no part in it.
+
+    `intervals`: 'profile' (from the information, checked and where needed replaced by the profile likelihood: some ten
+    Jacobians an unknown), 'information' (unchecked: a few in all) or 'none'; `level` is their confidence. Where they
+    cannot be computed the record says why. `crlb` adds Cramér–Rao bounds and correlations at the identified values.
+    `details` adds what a report on one identification shows: the data in words with `remarks`, data and fit over speed,
+    and a test of the fit by simulations that draw from `rng`. `curves` adds the amplitudes that figures compare.
+
+    Raises `SettingError` for settings that cannot be, `ArithmeticError` where what was identified is not finite.
+    """
+    if intervals not in INTERVALS:
+        raise SettingError(f"intervals: expected {' | '.join(INTERVALS)}, got {intervals!r}")
+    if details and rng is None:
+        raise SettingError(
+            "details: expected a generator for the simulations of the lack-of-fit test, got none; give rng"
+        )
+    found = _within_a_turn(problem.parameters, method.identify(problem, measurement, streams))
+    record = _method_record(problem, measurement, found)
+    noise = measurement.noise
+    if intervals != "none" and (noise is None or measurement.has_noise):
+        tested_by = rng if details else None
+        record, noise = _with_intervals(record, problem, measurement, level, intervals == "profile", tested_by)
+    if crlb and noise is not None and not noise.is_absent:
+        record = _with_crlb(record, problem, measurement, noise)
+    if details:
+        data = _description(measurement, remarks)
+        record = dataclasses.replace(record, data=data, fit=fit_curves(problem, measurement, found.x, noise))
+    if curves:
+        record = dataclasses.replace(record, curves=response_curves(problem, measurement, found))
+    return record
+
+
+def _within_a_turn(parameters: Parameters, found: Identification) -> Identification:
+    """The same identification with angles that are free to turn in (−180°, 180°], far from the limits of their search."""
+    x = np.array([parameter.turned(value) for parameter, value in zip(parameters, found.x)])
+    if np.array_equal(x, found.x):
+        return found
+    return dataclasses.replace(found, x=x, at_limit=at_limit(parameters.to_cube(x)))
+
+
+def _method_record(problem: Problem, measurement: Measurement, found: Identification) -> IdentificationRecord:
+    """What the method itself found and took."""
+    if not np.all(np.isfinite(found.x)):
+        raise ArithmeticError(f"the identified values are not finite: {found.x}")
+    return IdentificationRecord(
+        status="budget" if found.was_cut_short else "done",
+        stop=found.stop,
+        parameters=tuple(
+            ParameterRecord(parameter.name, parameter.unit, parameter.si_per_unit, float(value), at)
+            for parameter, value, at in zip(problem.parameters, found.x, found.at_limit)
+        ),
+        misfit=finite(_likelihood_misfit(problem, measurement, found.x)),
+        updates=found.updates,
+        model_evaluations=found.model_evaluations,
+        model_jacobians=found.model_jacobians,
+        surrogate_evaluations=found.surrogate_evaluations,
+        seconds=Seconds(**found.seconds),
+        history=tuple(
+            UpdateRecord(
+                tuple(update.x.tolist()),
+                finite(update.predicted_misfit),
+                finite(update.misfit),
+                finite(update.smc),
+                finite(update.sdf),
+            )
+            for update in found.history
+        ),
+        notes={name: finite(value) for name, value in found.notes.items()},
+    )
+
+
+def _likelihood_misfit(problem: Problem, measurement: Measurement, x: Array) -> float:
+    """The likelihood misfit at x (d,) SI: the same form whatever a method minimised, to compare them by."""
+    misfit = Misfit(measurement, "likelihood")
+    return float(misfit.value(misfit.observed(problem.response(x[None])))[0])
+
+
+def _with_intervals(
+    record: IdentificationRecord,
+    problem: Problem,
+    measurement: Measurement,
+    level: float,
+    check: bool,
+    rng: np.random.Generator | None,
+) -> tuple[IdentificationRecord, Noise | None]:
+    """The record with intervals, noise level and what they took, and the noise, estimated where it was not known; what
+    cannot be computed costs no identification. With a generator the fit is tested too."""
+    started = time.perf_counter()
+    model = Model(problem)
+    likelihood = Likelihood(model, measurement)
+    try:
+        nearest = nearest_maximum(likelihood, problem.parameters.to_cube(record.x))
+        estimated = estimate(likelihood, nearest, level=level, check=check)
+    except np.linalg.LinAlgError as error:
+        return dataclasses.replace(record, interval_error=str(error)), measurement.noise
+    effort = IntervalEffort(
+        level=level,
+        noise=_noise_level(estimated.noise, is_estimated=measurement.noise is None),
+        model_evaluations=model.evaluations,
+        model_jacobians=model.jacobians,
+        seconds=time.perf_counter() - started,
+    )
+    return dataclasses.replace(
+        record,
+        parameters=_with_ends(record.parameters, problem.parameters, estimated),
+        intervals=effort,
+        deviance=finite(nearest.deviance),
+        lack_of_fit=None if rng is None else _lack_of_fit(Fit(problem, likelihood, estimated.point), rng),
+    ), estimated.noise
+
+
+def _with_ends(
+    parts: Sequence[ParameterRecord], parameters: Parameters, estimated: Estimate
+) -> tuple[ParameterRecord, ...]:
+    return tuple(
+        dataclasses.replace(
+            part, low=finite(told.low), high=finite(told.high), kind=told.kind, most_likely=float(most_likely)
+        )
+        for part, parameter, interval, most_likely in zip(parts, parameters, estimated.intervals, estimated.x)
+        for told in [_told(parameter, interval)]
+    )
+
+
+def _told(parameter: Parameter, interval: Interval) -> Interval:
+    """The interval; of an angle that is free to turn, one as wide as a turn holds any value."""
+    if parameter.is_full_turn and not interval.high - interval.low < TURN:
+        return Interval(-np.inf, np.inf, "not identifiable")
+    return interval
+
+
+def _noise_level(noise: Noise, *, is_estimated: bool) -> NoiseLevel:
+    return NoiseLevel(float(noise.relative), float(np.sqrt(np.mean(np.square(noise.floor)))), is_estimated)
+
+
+def _lack_of_fit(fit: Fit, rng: np.random.Generator) -> LackOfFit:
+    tested = fit_quality(fit, rng)
+    return LackOfFit(float(tested.p), tested.worst_statistic, bool(tested.p < LACK_OF_FIT_LEVEL))
+
+
+def _with_crlb(
+    record: IdentificationRecord, problem: Problem, measurement: Measurement, noise: Noise
+) -> IdentificationRecord:
+    """The record with Cramér–Rao bounds and correlations at the identified values; None where they are infinite."""
+    try:
+        told = identifiability(problem, record.x, noise, measurement.kind, noise_known=measurement.noise is not None)
+    except np.linalg.LinAlgError:
+        return record
+    return dataclasses.replace(
+        record,
+        parameters=tuple(
+            dataclasses.replace(part, crlb=finite(crlb)) for part, crlb in zip(record.parameters, told.crlb)
+        ),
+        correlation=tuple(tuple(finite(value) for value in line) for line in told.correlation),
+    )
+
+
+def _description(measurement: Measurement, remarks: Sequence[str]) -> DataDescription:
+    return DataDescription(
+        source=measurement.source,
+        kind=measurement.kind,
+        n_speed=len(measurement.speed),
+        speed_from=float(np.min(measurement.speed)),
+        speed_to=float(np.max(measurement.speed)),
+        channels=tuple(str(channel) for channel in measurement.channels),
+        remarks=tuple(remarks),
+    )
+
+
+def fit_curves(problem: Problem, measurement: Measurement, x: Array, noise: Noise | None) -> FitCurves:
+    """Data and fitted response at x (d,) SI over speed, with the noise where it is known or estimated."""
+    fitted = problem.response(x[None])[0]
+    lowest, highest = float(np.min(measurement.speed)), float(np.max(measurement.speed))
+    speed = np.union1d(measurement.speed, np.linspace(lowest, highest, N_FINE))
+    with_phase = not measurement.is_amplitude
+    fine = Polar.of(problem.at(speed, measurement.channels).response(x[None])[0], with_phase=with_phase)
+    return FitCurves(
+        speed=row(measurement.speed),
+        channels=tuple(str(channel) for channel in measurement.channels),
+        measured=Polar.of(measurement.values, with_phase=with_phase),
+        fitted=Polar.of(fitted, with_phase=with_phase),
+        sd=None if noise is None or noise.is_absent else matrix(noise.sd(np.abs(fitted))),
+        fine=FineCurve(row(speed), **vars(fine)),
+    )
+
+
+def response_curves(problem: Problem, measurement: Measurement, found: Identification) -> ResponseCurves:
+    """Amplitudes of measurement, identified model, and surrogate and true model at the surrogate's last optimum."""
+    identified = problem.response(found.x[None])[0]
+    return ResponseCurves(
+        speed=row(measurement.speed),
+        channels=tuple(str(channel) for channel in measurement.channels),
+        measured=matrix(np.abs(measurement.values)),
+        identified=matrix(np.abs(identified)),
+        predicted=None if found.predicted is None else matrix(np.abs(found.predicted)),
+        modelled=None if found.modelled is None else matrix(np.abs(found.modelled)),
+    )

@@ -1,0 +1,157 @@
+"""The study of identification: what it adds to what a method found, and that true values have no part in it."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from ksmea.errors import SettingError
+from ksmea.identifiability import identifiability
+from ksmea.identification import Identification, Streams, Update
+from ksmea.measurement import Measurement, Noise, observe
+from ksmea.misfit import Misfit
+from ksmea.parameters import Parameter, Parameters
+from ksmea.records.curves import as_array
+from ksmea.records.identification import IdentificationRecord, Seconds
+from ksmea.studies.identify import identification
+from problems.three_disk import ThreeDisk
+
+TRUTH = np.array([50e6, 70e6, 500.0, 700.0, 2e-4])
+STREAMS = Streams(*(np.random.default_rng(part) for part in range(3)))
+
+
+@dataclasses.dataclass
+class Finds:
+    """A method that finds a given point, and notes what it was handed."""
+
+    x: np.ndarray
+    stop: str = "optimizer"
+    seen: tuple = ()
+
+    def identify(self, problem, measurement, streams):
+        self.seen = (problem, measurement, streams)
+        seconds = {"model": 0.1, "surrogate": 0.2, "search": 0.3, "total": 0.6}
+        history = (Update(self.x, 2.0, 3.0, 0.5, np.inf, 1.0),)
+        return Identification(self.x, (False,) * len(self.x), 1.0, self.stop, 1, 7, 2, 11, seconds, history)
+
+
+@pytest.fixture(scope="module")
+def rotor():
+    return ThreeDisk().build()
+
+
+def measured(problem, noise=Noise(0.05, 0.0), kind="complex"):  # noqa: B008 – frozen
+    values = observe(problem.response(TRUTH[None])[0], kind, noise or Noise(0.05, 0.0), np.random.default_rng(1))
+    return Measurement(problem.speed, problem.channels, values, noise, "test")
+
+
+def test_what_the_method_found_and_took_is_told(rotor):
+    measurement = measured(rotor)
+    method = Finds(1.01 * TRUTH, stop="updates")
+    record = identification(rotor, measurement, method, STREAMS, intervals="none", crlb=False)
+    assert method.seen == (rotor, measurement, STREAMS)
+    assert record.x == pytest.approx(1.01 * TRUTH)
+    assert [part.name for part in record.parameters] == list(rotor.parameters.names)
+    assert (record.status, record.stop) == ("budget", "updates")
+    assert (record.updates, record.model_evaluations, record.model_jacobians) == (1, 7, 2)
+    assert record.surrogate_evaluations == 11
+    assert record.seconds == Seconds(0.1, 0.2, 0.3, 0.6)
+    assert record.history[0].x == pytest.approx(1.01 * TRUTH) and record.history[0].sdf is None  # it was infinite
+    misfit = Misfit(measurement, "likelihood")
+    assert record.misfit == pytest.approx(misfit.value(misfit.observed(rotor.response(1.01 * TRUTH[None])))[0])
+    assert record.intervals is record.correlation is record.data is record.fit is record.curves is None
+    assert all(part.kind is part.crlb is part.true is None for part in record.parameters)
+
+
+def test_intervals_and_crlb_belong_to_the_data(rotor):
+    measurement = measured(rotor)
+    record = identification(rotor, measurement, Finds(1.01 * TRUTH), STREAMS)
+    assert record.intervals.level == 0.95 and not record.intervals.noise.estimated
+    assert record.intervals.model_jacobians > 0 and np.isfinite(record.deviance)
+    told = identifiability(rotor, 1.01 * TRUTH, Noise(0.05, 0.0), "complex")
+    for part, crlb, true in zip(record.parameters, told.crlb, TRUTH):
+        assert part.crlb == pytest.approx(crlb)
+        assert part.low < part.most_likely < part.high
+        assert abs(part.most_likely - true) < 4 * crlb  # the nearest maximum, not where the method ended
+        assert (part.high - part.low) / 2 == pytest.approx(1.96 * crlb, rel=0.2)
+    assert as_array(record.correlation) == pytest.approx(told.correlation)
+
+
+def test_details_describe_the_data_and_test_the_fit(rotor):
+    measurement = measured(rotor, None)
+    rng = np.random.default_rng(3)
+    record = identification(rotor, measurement, Finds(TRUTH), STREAMS, details=True, remarks=("a note",), rng=rng)
+    assert record.data.n_speed == len(rotor.speed) and record.data.remarks == ("a note",)
+    assert record.intervals.noise.estimated and record.intervals.noise.relative == pytest.approx(0.05, rel=0.2)
+    assert 0 < record.lack_of_fit.p <= 1 and not record.lack_of_fit.rejected
+    response = rotor.response(TRUTH[None])[0]
+    assert as_array(record.fit.fitted.amplitude) == pytest.approx(np.abs(response), rel=1e-7)
+    assert as_array(record.fit.measured.phase) == pytest.approx(np.angle(measurement.values), rel=1e-7)
+    assert set(np.round(rotor.speed, 4)) <= set(np.round(as_array(record.fit.fine.speed), 4))
+    assert np.shape(record.fit.sd) == response.shape
+    assert IdentificationRecord.from_data(record.to_data()) == record
+
+
+def test_curves_hold_no_truth(rotor):
+    measurement = measured(rotor, kind="amplitude")
+    record = identification(rotor, measurement, Finds(TRUTH), STREAMS, intervals="none", crlb=False, curves=True)
+    assert as_array(record.curves.measured) == pytest.approx(measurement.values, rel=1e-7)
+    assert record.curves.true is record.curves.predicted is record.curves.modelled is None
+
+
+def test_without_noise_there_are_neither_intervals_nor_crlb(rotor):
+    values = np.abs(rotor.response(TRUTH[None])[0])
+    exact = Measurement(rotor.speed, rotor.channels, values, Noise(0.0, 0.0), "test")
+    record = identification(rotor, exact, Finds(TRUTH), STREAMS)
+    assert record.intervals is record.correlation is record.interval_error is None
+
+
+def test_what_cannot_be_computed_is_said(rotor, monkeypatch):
+    def singular(*arguments, **settings):
+        raise np.linalg.LinAlgError("Singular matrix")
+
+    monkeypatch.setattr("ksmea.studies.identify.estimate", singular)
+    monkeypatch.setattr("ksmea.studies.identify.identifiability", singular)
+    record = identification(rotor, measured(rotor), Finds(TRUTH), STREAMS)
+    assert record.interval_error == "Singular matrix" and record.intervals is record.deviance is None
+    assert record.x == pytest.approx(TRUTH) and record.correlation is None
+
+
+class Turned:
+    """One angle that is free to turn; the response leads by it."""
+
+    def __init__(self):
+        self.parameters = Parameters((Parameter("phase", "deg", np.pi / 180, -1.5 * np.pi, 1.5 * np.pi),))
+        self.speed, self.channels = np.linspace(1.0, 2.0, 5), ("x",)
+
+    def response(self, x):
+        return 1e-6 * np.exp(1j * x[:, :, None]) * np.ones((1, 5, 1))
+
+
+def test_angles_are_told_within_a_turn_and_the_truth_beside_them():
+    problem = Turned()
+    measurement = Measurement(problem.speed, problem.channels, problem.response(np.array([[3.0]]))[0], None, "test")
+    found = identification(
+        problem, measurement, Finds(np.radians([190.0])), STREAMS, intervals="none", crlb=False
+    ).with_truth(problem.parameters, {"phase": np.radians(170.0)})
+    assert found.parameters[0].in_unit(found.parameters[0].identified) == pytest.approx(-170.0)
+    assert found.parameters[0].in_unit(found.parameters[0].true) == pytest.approx(-190.0)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"intervals": "bayes"}, "intervals: expected profile | information | none, got 'bayes'"),
+        ({"details": True}, "details: expected a generator"),
+    ],
+)
+def test_settings_that_cannot_be_are_refused_before_anything_is_computed(rotor, settings, message):
+    method = Finds(TRUTH)
+    with pytest.raises(SettingError) as caught:
+        identification(rotor, measured(rotor), method, STREAMS, **settings)
+    assert message in str(caught.value) and method.seen == ()
+
+
+def test_values_that_are_not_finite_are_an_error(rotor):
+    with pytest.raises(ArithmeticError, match="not finite"):
+        identification(rotor, measured(rotor), Finds(np.full(5, np.nan)), STREAMS)
