@@ -70,7 +70,7 @@ class Fit:
 
 
 @dataclass(frozen=True)
-class PlainFits:
+class BaselineFits:
     """The best fit of the plain model, the other maxima that were found, and the screened points."""
 
     best: Fit
@@ -78,7 +78,7 @@ class PlainFits:
     screened: Screened
 
 
-def fit_plain(problem: Problem, measurement: Measurement, rng: np.random.Generator, effort: Effort) -> PlainFits:
+def fit_baseline(problem: Problem, measurement: Measurement, rng: np.random.Generator, effort: Effort) -> BaselineFits:
     """The plain model fitted from the best points of a screening of its whole box."""
     d = len(problem.parameters)
     points = qmc.Sobol(d, rng=rng).random_base2((effort.screening - 1).bit_length())
@@ -88,7 +88,7 @@ def fit_plain(problem: Problem, measurement: Measurement, rng: np.random.Generat
     maxima = [with_best_noise(likelihood, point) for point in _best_maxima(likelihood, starts, effort)]
     maxima.sort(key=lambda point: point.deviance)
     fits = [Fit(problem, likelihood, point) for point in maxima]
-    return PlainFits(fits[0], tuple(fits[1:]), found)
+    return BaselineFits(fits[0], tuple(fits[1:]), found)
 
 
 def fit_nearby(problem: Problem, measurement: Measurement, plain: Fit) -> Fit:
@@ -100,7 +100,7 @@ def fit_nearby(problem: Problem, measurement: Measurement, plain: Fit) -> Fit:
     return Fit(problem, likelihood, maximise(likelihood, start, tolerance=1e-4))
 
 
-def fit_from_scan(problem: Problem, measurement: Measurement, plain: PlainFits, effort: Effort) -> Fit:
+def fit_from_scan(problem: Problem, measurement: Measurement, plain: BaselineFits, effort: Effort) -> Fit:
     """The same from the best points of screenings at values of the effects all over their bounds, and from other maxima
     of the plain model."""
     likelihood = Likelihood(Model(problem), measurement)

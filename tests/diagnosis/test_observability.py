@@ -1,4 +1,4 @@
-"""Smallest detectable sizes, likeness and splits: against closed forms and against refits of simulated data."""
+"""Smallest detectable sizes, collinearity and splits: against closed forms and against refits of simulated data."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from scipy.stats import chi2, ncx2
 
 from ksmea import registry
 from ksmea.diagnosis.fitting import Fit, fit_nearby
-from ksmea.diagnosis.observability import POWER, best_split, likeness, smallest_detectable
+from ksmea.diagnosis.observability import POWER, best_split, collinearity, smallest_detectable
 from ksmea.diagnosis.trials import Candidate, trial_of
 from ksmea.likelihood import Likelihood, maximise
 from ksmea.measurement import Measurement, Noise, observe
@@ -96,8 +96,8 @@ def trial_with(rotor, name, value, seed=0):
 
 def test_mass_and_modulus_are_alike_and_runout_is_not(rotor):
     trial, _, _ = trial_with(rotor, "youngs_modulus", 0.02)
-    assert likeness(trial, candidate("mass", rotor)) > 0.999
-    assert likeness(trial, candidate("runout", rotor)) < 0.5
+    assert collinearity(trial, candidate("mass", rotor)) > 0.999
+    assert collinearity(trial, candidate("runout", rotor)) < 0.5
 
 
 def test_a_split_is_a_measurement_that_helps(rotor):

@@ -1,7 +1,7 @@
-"""What an extension is worth on data that it was not fitted to: contiguous blocks of speeds are left out in turn.
+"""The predictive gain of an extended model: its elpd difference from the baseline model on left-out blocks of speeds.
 
-Neighbouring speeds know of each other, so that single speeds left out would be predicted by their neighbours; a block
-must be predicted by the model. The score is the log density of the left-out data under the fit to the others.
+Contiguous blocks of speeds are left out in turn. A single speed left out would be predicted by its neighbours; a block
+must be predicted by the model. What is compared is the log density of the left-out data under the fit to the others.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
+from ksmea.diagnosis.elpd import ElpdDifference
 from ksmea.diagnosis.fitting import Fit
 from ksmea.likelihood import Likelihood, maximise
 from ksmea.measurement import Measurement, Noise
@@ -21,39 +22,27 @@ from ksmea.model import Model
 
 
 @dataclass(frozen=True)
-class Gain:
-    """Log score per left-out block, after minus before, its sum with its standard error, and the rms residuals (m)."""
+class PredictiveGain:
+    """The elpd difference, extended minus baseline, and the rms errors (m) of predicting left-out blocks by either."""
 
-    by_block: Array  # (n_block,)
+    elpd: ElpdDifference
     rmse_before: float
     rmse_after: float
 
-    @property
-    def log_score(self) -> float:
-        return float(self.by_block.sum())
 
-    @property
-    def standard_error(self) -> float:
-        return float(self.by_block.std(ddof=1) * np.sqrt(len(self.by_block)))
-
-    @property
-    def is_proven(self) -> bool:
-        return self.log_score > 2 * self.standard_error
-
-
-def gain(before: Fit, after: Fit, n_block: int, progress: Callable[[], None]) -> Gain:
-    """The gain of one fitted model over another, from the speeds in `n_block` contiguous blocks."""
+def predictive_gain(before: Fit, after: Fit, n_block: int, progress: Callable[[], None]) -> PredictiveGain:
+    """The predictive gain of one fitted model over another, the speeds left out in `n_block` contiguous blocks."""
     measurement = before.likelihood.measurement
     n_block = min(n_block, len(measurement.speed))
-    scores, squares = [], []
+    differences, squares = [], []
     for block in np.array_split(np.arange(len(measurement.speed)), n_block):
         kept = np.setdiff1d(np.arange(len(measurement.speed)), block)
         results = [_left_out(fit, measurement, kept, block) for fit in (before, after)]
-        scores.append(results[1][0] - results[0][0])
+        differences.append(results[1][0] - results[0][0])
         squares.append([result[1] for result in results])
         progress()
     rmse = np.sqrt(np.sum(squares, axis=0) / measurement.values.size)
-    return Gain(np.array(scores), float(rmse[0]), float(rmse[1]))
+    return PredictiveGain(ElpdDifference(np.array(differences)), float(rmse[0]), float(rmse[1]))
 
 
 def _left_out(fit: Fit, measurement: Measurement, kept: Array, block: Array) -> tuple[float, float]:
@@ -67,10 +56,8 @@ def _left_out(fit: Fit, measurement: Measurement, kept: Array, block: Array) -> 
         left_out = dataclasses.replace(left_out, noise=likelihood.noise(theta))
     test = Likelihood(Model(problem), left_out)
     response = problem.response(problem.parameters.to_si(theta[None, : likelihood.d]))[0]
-    reference = 0.5 * _log_reference(left_out)
-    return -0.5 * test.deviance(theta[: likelihood.d]) - reference, float(
-        np.sum(np.abs(left_out.seen(response) - left_out.values) ** 2)
-    )
+    log_density = -0.5 * (test.deviance(theta[: likelihood.d]) + _log_reference(left_out))
+    return log_density, float(np.sum(np.abs(left_out.seen(response) - left_out.values) ** 2))
 
 
 def _log_reference(measurement: Measurement) -> float:
