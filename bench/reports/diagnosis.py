@@ -143,7 +143,7 @@ def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     for index, _ in enumerate(plan.cells):
         mine = runs[runs["cell"] == index]
         results = mine[mine["status"].isin(RESULTS)]
-        verdicts = results["verdict"].value_counts() if "verdict" in results else {}
+        verdicts: Mapping[Any, int] = dict(results["verdict"].value_counts()) if "verdict" in results else {}
         row = {
             "cell": index,
             **place_columns(plan, plan.cells[index]),

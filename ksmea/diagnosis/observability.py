@@ -20,6 +20,7 @@ from ksmea.identifiability import projected, whitened_difference, whitened_noise
 from ksmea.measurement import Noise
 from ksmea.model import Model
 from ksmea.parameters import Parameter
+from ksmea.units import GRAM_MILLIMETRE, RPM
 
 POWER = 0.9  # chance of detecting an effect of the smallest detectable size
 
@@ -79,7 +80,8 @@ def _without(effect: Array, others: Array, of_noise: Array) -> Array:
 def _scaled(columns: Array) -> Array:
     """Columns of unit length: what they span does not depend on units."""
     length = np.linalg.norm(columns, axis=0)
-    return columns[:, length > 0] / length[length > 0]
+    unit: Array = columns[:, length > 0] / length[length > 0]
+    return unit
 
 
 def _whitened(problem: Problem, u: Array, fit: Fit) -> tuple[Array, Array]:
@@ -137,13 +139,13 @@ def _further(one: Problem, other: Problem) -> Iterator[tuple[str, tuple[Problem,
         if not any(probe in channels for probe in probes):
             yield f"probes in x and y at {site:.3g} m", (one.at(speed, probes), other.at(speed, probes))
     higher = np.linspace(speed[-1], 1.5 * speed[-1], len(speed) // 2 + 1)[1:]
-    name = f"speeds up to {higher[-1] * 30 / np.pi:.0f} rpm"
+    name = f"speeds up to {higher[-1] / RPM:.0f} rpm"
     yield name, (one.at(higher, channels), other.at(higher, channels))
     magnitudes = [item.upper / 2 for item in one.parameters if item.is_unbalance]
     if magnitudes and hasattr(one, "with_unbalance"):
         magnitude = min(magnitudes)
         for site in getattr(one, "sites", ()):
-            name = f"a second run with {magnitude * 1e6:.3g} g mm at {site:.3g} m"
+            name = f"a second run with {magnitude / GRAM_MILLIMETRE:.3g} g mm at {site:.3g} m"
             yield name, (one.with_unbalance(site, magnitude, 0.0), other.with_unbalance(site, magnitude, 0.0))
 
 

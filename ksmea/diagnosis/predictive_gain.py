@@ -11,14 +11,16 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ksmea.arrays import Array
 from ksmea.contracts import Problem
 from ksmea.diagnosis.elpd import ElpdDifference
 from ksmea.diagnosis.fitting import Fit
 from ksmea.likelihood import Likelihood, maximise
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
+
+Indices = NDArray[np.intp]  # of speeds
 
 
 @dataclass(frozen=True)
@@ -45,7 +47,7 @@ def predictive_gain(before: Fit, after: Fit, n_block: int, progress: Callable[[]
     return PredictiveGain(ElpdDifference(np.array(differences)), float(rmse[0]), float(rmse[1]))
 
 
-def _left_out(fit: Fit, measurement: Measurement, kept: Array, block: Array) -> tuple[float, float]:
+def _left_out(fit: Fit, measurement: Measurement, kept: Indices, block: Indices) -> tuple[float, float]:
     """Log density of the data in a block under the model fitted to the others, and their summed squared residuals."""
     likelihood = Likelihood(Model(_at(fit.problem, kept)), part_of(measurement, kept))
     start = np.clip(fit.point.theta, likelihood.lower, likelihood.upper)
@@ -62,18 +64,20 @@ def _left_out(fit: Fit, measurement: Measurement, kept: Array, block: Array) -> 
 
 def _log_reference(measurement: Measurement) -> float:
     """What the deviance leaves out: n Σ ln s(y)², which depends on the fitted noise."""
-    return float(measurement.dimensions * np.sum(np.log(measurement.noise.sd(np.abs(measurement.values)) ** 2)))
+    assert measurement.noise is not None
+    variance = measurement.noise.sd(np.abs(measurement.values)) ** 2
+    return float(measurement.dimensions * np.sum(np.log(variance)))
 
 
-def _at(problem: Problem, indices: Array) -> Problem:
+def _at(problem: Problem, indices: Indices) -> Problem:
     return problem.at(problem.speed[indices], problem.channels)
 
 
-def part_of(measurement: Measurement, indices: Array) -> Measurement:
+def part_of(measurement: Measurement, indices: Indices) -> Measurement:
     """The measurement at some of its speeds."""
     noise = measurement.noise
     if noise is not None and np.ndim(noise.floor):
-        noise = Noise(noise.relative, noise.floor[indices])
+        noise = Noise(noise.relative, np.asarray(noise.floor)[indices])
     return dataclasses.replace(
         measurement, speed=measurement.speed[indices], values=measurement.values[indices], noise=noise
     )
