@@ -124,8 +124,8 @@ def _cross_correlation(unit: Array | ComplexArray) -> Array:
     """Σ over pairs of channels of their squared correlation."""
     products = np.einsum("nsi,nsj->nij", unit, np.conj(unit))
     pairs = np.triu_indices(unit.shape[2], 1)
-    total: Array = np.sum(np.abs(products[:, pairs[0], pairs[1]]) ** 2, axis=1)
-    return total / unit.shape[1]
+    total: Array = np.sum(np.abs(products[:, pairs[0], pairs[1]]) ** 2, axis=1) / unit.shape[1]
+    return total
 
 
 def _band_and_channel(squared: Array) -> Array:

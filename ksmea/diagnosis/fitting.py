@@ -71,7 +71,7 @@ class Fit:
 
 @dataclass(frozen=True)
 class BaselineFits:
-    """The best fit of the plain model, the other maxima that were found, and the screened points."""
+    """The best fit of the baseline model, the other maxima that were found, and the screened points."""
 
     best: Fit
     others: tuple[Fit, ...]
@@ -79,7 +79,7 @@ class BaselineFits:
 
 
 def fit_baseline(problem: Problem, measurement: Measurement, rng: np.random.Generator, effort: Effort) -> BaselineFits:
-    """The plain model fitted from the best points of a screening of its whole box."""
+    """The baseline model fitted from the best points of a screening of its whole range."""
     d = len(problem.parameters)
     points = qmc.Sobol(d, rng=rng).random_base2((effort.screening - 1).bit_length())
     found = screened(problem, measurement, points)
