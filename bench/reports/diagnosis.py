@@ -18,19 +18,19 @@ from bench.plan.columns import place_columns, run_columns
 from bench.plan.naming import cell_name
 from bench.plan.plan import Cell, Plan
 from bench.plan.report import Made, Report
-from bench.reports.diagnosis_figure import residual_figure, trials_figure
 from bench.reports.tables import csv_text
 from ksmea import registry
+from ksmea.records.diagnosis import DiagnosisRecord, EstimateRecord, HiddenEffectRecord
+from ksmea.show.diagnosis import text
+from ksmea.show.diagnosis_figure import ranking_figure, residual_figure
 from ksmea.show.style import png
 from ksmea.show.text import aligned, number
-from ksmea.units import RPM
 
-MOST_RANKED = 6  # effects that the text lists
-PLAIN_TO_SEE = 60.0  # fall of the deviance that the true model makes
-SHORT = 1.0  # of a fall that misses this much of it
-ALIKE = 0.95  # likeness from which two effects are of one class
+CLEARLY_VISIBLE = 60.0  # deviance drop that the true model makes
+SHORT = 1.0  # of a deviance drop that misses this much of it
+COLLINEAR = 0.95  # collinearity from which two effects count as one
 OF_ONE_RUN = ("diagnosis.json", "extended.yaml", "residuals.png", "effects.png")
-INTERNAL = ("status", "curves", "elapsed", "schema", "event", "key", "question", "session", "hidden", "hidden_fall")
+OF_THE_BENCH = ("curves", "hidden", "hidden_deviance_drop")  # fields that diagnosis.json does not show
 
 
 @dataclass(frozen=True)
@@ -47,13 +47,13 @@ class DiagnosisReport(Report):
         done = [run for run in plan.runs if run.key in records and records[run.key]["status"] in RESULTS]
         if len(plan.runs) != 1 or not done:
             return Made(_summary_text(plan, runs), files, runs, outdated=OF_ONE_RUN)
-        cell, record = plan.cells[done[0].cell], records[done[0].key]
+        cell, record = plan.cells[done[0].cell], DiagnosisRecord.from_data(records[done[0].key])
         files["diagnosis.json"] = (json.dumps(public(record), indent=1) + "\n").encode()
-        if record["applied"] and record["verdict"] in ("named", "ambiguous"):
+        if record.applied and record.is_explained:
             files["extended.yaml"] = extended_yaml(cell, record).encode()
-        figures = {"residuals.png": residual_figure, "effects.png": trials_figure}
+        figures = {"residuals.png": residual_figure, "effects.png": ranking_figure}
         return Made(
-            f"{sentences(record)}\n\nwritten: {', '.join(name for name in files if not name.endswith('.csv'))}",
+            f"{text(record)}\n\nwritten: {', '.join(name for name in files if not name.endswith('.csv'))}",
             files,
             runs,
             lambda: {name: png(draw(record)) for name, draw in figures.items()},
@@ -61,9 +61,9 @@ class DiagnosisReport(Report):
         )
 
 
-def public(record: Mapping[str, Any]) -> dict[str, Any]:
+def public(record: DiagnosisRecord) -> dict[str, Any]:
     """What diagnosis.json holds: all of a record but what the bench needs for itself, and what was hidden."""
-    return {name: value for name, value in record.items() if name not in INTERNAL}
+    return {name: value for name, value in record.to_data().items() if name not in OF_THE_BENCH}
 
 
 def diagnosis_runs(plan: Plan, records: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
@@ -73,82 +73,78 @@ def diagnosis_runs(plan: Plan, records: Mapping[str, Mapping[str, Any]]) -> pd.D
         record = records.get(run.key)
         row = run_columns(plan, run, record)
         if record is not None and record["status"] in RESULTS:
-            row |= _row(record)
+            row |= _row(DiagnosisRecord.from_data(record))
         rows.append(row)
     return pd.DataFrame(rows)
 
 
-def _row(record: Mapping[str, Any]) -> dict[str, Any]:
-    best = record["ranking"][0]
-    after = record["lack_of_fit"]["after"]
-    hidden = [effect["effect"] for effect in record["hidden"]]
+def _row(record: DiagnosisRecord) -> dict[str, Any]:
+    best, after, gain = record.ranking[0], record.lack_of_fit.after, record.predictive_gain
     return {
-        "verdict": record["verdict"],
-        "named": " ".join(record["named"]),
-        "class": " ".join(record["class"]),
-        "first": best["effect"],
-        "fall": best["fall"],
-        "delta_bic": best["delta_bic"],
-        "p": best["p"],
-        "lack_of_fit_p": record["lack_of_fit"]["before"]["p"],
-        "lack_of_fit_p_after": None if after is None else after["p"],
-        "log_score": None if record["gain"] is None else record["gain"]["log_score"],
-        "seconds": record["seconds"],
-        "hidden": " ".join(hidden),
-        **(_found(record, hidden) if hidden else {}),
+        "verdict": record.verdict,
+        "named": " ".join(record.named),
+        "ambiguity_group": " ".join(record.ambiguity_group),
+        "first": best.effect,
+        "deviance_drop": best.deviance_drop,
+        "delta_bic": best.delta_bic,
+        "p": best.p,
+        "lack_of_fit_p": record.lack_of_fit.before.p,
+        "lack_of_fit_p_after": None if after is None else after.p,
+        "elpd_difference": None if gain is None else gain.elpd_difference,
+        "seconds": record.seconds,
+        "hidden": " ".join(effect.effect for effect in record.hidden),
+        **(_found(record) if record.hidden else {}),
     }
 
 
-def _found(record: Mapping[str, Any], hidden: list[str]) -> dict[str, Any]:
-    """Whether what was hidden is in the reported set and first in it, what its own fit is worth, and whether its sizes
-    lie in their intervals."""
-    own = [trial for trial in record["ranking"] if trial["effect"] in hidden]
-    sizes = {part["name"]: part["value"] for effect in record["hidden"] for part in effect["parameters"]}
-    placed = [
-        trial
-        for trial in own
-        if any(trial["effect"] == effect["effect"] and trial["place"] == effect["place"] for effect in record["hidden"])
-    ]
-    intervals = {row["name"]: row["after"] for row in record["coefficients"] if row["after"] is not None}
-    compared = [intervals[name] for name in sizes if name in intervals]
+def _found(record: DiagnosisRecord) -> dict[str, Any]:
+    """Whether what was hidden is in the ambiguity group and first in it, how far the deviance drops in its own fit, and
+    whether its sizes lie in their intervals."""
+    names = [effect.effect for effect in record.hidden]
+    own = [trial for trial in record.ranking if trial.effect in names]
+    hidden = {(effect.effect, effect.location) for effect in record.hidden}
+    located = [trial for trial in own if (trial.effect, trial.location) in hidden]
+    sizes = {part.name: part.value for effect in record.hidden for part in effect.parameters}
+    intervals = {row.name: row.after for row in record.coefficients if row.after is not None}
     held = [_holds(intervals[name], size) for name, size in sizes.items() if name in intervals]
+    drops = [trial.deviance_drop for trial in located or own]
     return {
-        "hidden_fall": record["hidden_fall"],
-        "own_fall": max((trial["fall"] for trial in placed or own), default=np.nan) if len(hidden) == 1 else np.nan,
-        "in_set": all(name in record["class"] for name in hidden),
-        "surplus": max(len(record["named"]) - len(hidden), 0),
-        "place_right": bool(own) and all(_place_of(record, effect) for effect in record["hidden"]),
-        "is_first": all(name in record["named"] or _is_same_class(record, name) for name in hidden),
-        "sizes_compared": len(compared),
+        "hidden_deviance_drop": record.hidden_deviance_drop,
+        "own_deviance_drop": max(drops, default=np.nan) if len(names) == 1 else np.nan,
+        "in_group": all(name in record.ambiguity_group for name in names),
+        "surplus": max(len(record.named) - len(names), 0),
+        "location_right": bool(own) and all(_is_located(record, effect) for effect in record.hidden),
+        "is_first": all(name in record.named or _is_collinear(record, name) for name in names),
+        "sizes_compared": len(held),
         "sizes_held": sum(held),
     }
 
 
-def _place_of(record: Mapping[str, Any], effect: Mapping[str, Any]) -> bool:
-    """Whether the first trial of an effect is at the place where it is hidden."""
-    first = next((trial for trial in record["ranking"] if trial["effect"] == effect["effect"]), None)
-    return first is not None and first["place"] == effect["place"]
+def _is_located(record: DiagnosisRecord, effect: HiddenEffectRecord) -> bool:
+    """Whether the first trial of an effect is at the location where it is hidden."""
+    first = next((trial for trial in record.ranking if trial.effect == effect.effect), None)
+    return first is not None and first.location == effect.location
 
 
-def _is_same_class(record: Mapping[str, Any], name: str) -> bool:
+def _is_collinear(record: DiagnosisRecord, name: str) -> bool:
     """Whether an effect is reported and does what the first one does."""
-    return name in record["class"] and record["likeness"].get(name, 0.0) >= ALIKE
+    return name in record.ambiguity_group and record.collinearity.get(name, 0.0) >= COLLINEAR
 
 
-def _holds(interval: Mapping[str, Any], size: float) -> bool:
-    low = -np.inf if interval["low"] is None else interval["low"]
-    high = np.inf if interval["high"] is None else interval["high"]
+def _holds(interval: EstimateRecord, size: float) -> bool:
+    low = -np.inf if interval.low is None else interval.low
+    high = np.inf if interval.high is None else interval.high
     return bool(low <= size <= high)
 
 
 def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
-    """A row per cell: how often each verdict, and of what was hidden plain to see how much was found; `fit_short` counts
-    searches that stopped before the maximum that the true values lead to, `surplus` diagnoses that name an effect too many."""
+    """A row per cell: how often each verdict, and of what was hidden and clearly visible how much was found; `fit_short`
+    counts fits that stopped before the maximum that the true values lead to, `surplus` diagnoses that name an effect too many."""
     rows = []
     for index, _ in enumerate(plan.cells):
         mine = runs[runs["cell"] == index]
         results = mine[mine["status"].isin(RESULTS)]
-        verdicts = results["verdict"].value_counts() if "verdict" in results else {}
+        verdicts: Mapping[Any, int] = dict(results["verdict"].value_counts()) if "verdict" in results else {}
         row = {
             "cell": index,
             **place_columns(plan, plan.cells[index]),
@@ -158,17 +154,18 @@ def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
         row |= {
             name: int(verdicts.get(name, 0)) for name in ("adequate", "named", "ambiguous", "unknown", "not observable")
         }
-        if "in_set" in results and results["in_set"].notna().any():
-            plain = results[results["hidden_fall"] >= PLAIN_TO_SEE]
+        if "in_group" in results and results["in_group"].notna().any():
+            visible = results[results["hidden_deviance_drop"] >= CLEARLY_VISIBLE]
+            short = visible["own_deviance_drop"] < visible["hidden_deviance_drop"] - SHORT
             row |= {
-                "plain_to_see": len(plain),
-                "fit_short": int((plain["own_fall"] < plain["hidden_fall"] - SHORT).sum()),
-                "in_set": int(plain["in_set"].sum()),
-                "is_first": int(plain["is_first"].sum()),
-                "surplus": int((plain["surplus"] > 0).sum()),
-                "place_right": int(plain["place_right"].sum()),
-                "sizes": int(plain["sizes_compared"].sum()),
-                "sizes_held": int(plain["sizes_held"].sum()),
+                "clearly_visible": len(visible),
+                "fit_short": int(short.sum()),
+                "in_group": int(visible["in_group"].sum()),
+                "is_first": int(visible["is_first"].sum()),
+                "surplus": int((visible["surplus"] > 0).sum()),
+                "location_right": int(visible["location_right"].sum()),
+                "sizes": int(visible["sizes_compared"].sum()),
+                "sizes_held": int(visible["sizes_held"].sum()),
             }
         row["seconds_median"] = results["seconds"].median() if "seconds" in results else np.nan
         rows.append(row)
@@ -185,143 +182,11 @@ def _summary_text(plan: Plan, runs: pd.DataFrame) -> str:
     return aligned(["cell", *columns], lines)
 
 
-def extended_yaml(cell: Cell, record: Mapping[str, Any]) -> str:
+def extended_yaml(cell: Cell, record: DiagnosisRecord) -> str:
     """The file of the extended model, with the values that were identified as its reference."""
-    values = {row["name"]: row["after"]["value"] for row in record["coefficients"] if row["after"] is not None}
-    effects = [
-        (effect["name"], registry.create("effect", effect["name"], effect["settings"])) for effect in record["applied"]
-    ]
+    values = {row.name: row.after.value for row in record.coefficients if row.after is not None}
+    effects = [(effect.name, registry.create("effect", effect.name, effect.settings)) for effect in record.applied]
     problem = cell.settings["problem"]
-    extended = registry.plugin_class("problem", "extended")
-    return extended.document(problem["name"], problem, effects, values, "phase_origin" in values)
-
-
-def sentences(record: Mapping[str, Any]) -> str:
-    """The diagnosis as an engineer would say it."""
-    blocks = [_what_is_wrong(record), _cause(record), _worth(record), _detectable(record)]
-    return "\n\n".join(block for block in blocks if block)
-
-
-def _what_is_wrong(record: Mapping[str, Any]) -> str:
-    before = record["lack_of_fit"]["before"]
-    if before["p"] >= record["lack_of_fit"]["level"]:
-        yet = "; yet an effect explains the data better" if record["applied"] else ""
-        return f"What the model leaves over could be noise (p = {before['p']:.2g}){yet}.\n{_noise_text(record)}"
-    said = f"p = {before['p']:.2g}, by {before['statistic']}"
-    lines = [f"The model does not fit: what it leaves is no noise ({said}), strongest {_where(before)}."]
-    for position, (forward, backward) in before["whirl"].items():
-        if max(forward, backward) > 2 * min(forward, backward):
-            kind = "forward" if forward > backward else "backward"
-            ratio = np.sqrt(max(forward, backward) / max(min(forward, backward), 1e-12))
-            lines.append(f"At {position} m it is {kind} whirl, {ratio:.2g} times as large as the other.")
-    return "\n".join([*lines, _noise_text(record)])
-
-
-def _where(quality: Mapping[str, Any]) -> str:
-    low, high = (speed / RPM for speed in quality["band"])
-    return f"at {low:.0f}–{high:.0f} rpm in {quality['channel']}"
-
-
-def _noise_text(record: Mapping[str, Any]) -> str:
-    """The noise under the model that the verdict believes."""
-    if record["noise"]["by_datum"]:
-        return "Noise: as stated datum by datum."
-    is_explained = record["verdict"] in ("named", "ambiguous")
-    noise = record["noise"]["after" if is_explained else "before"]
-    said = "known" if record["noise"]["known"] else "estimated"
-    return f"Noise ({said}): {100 * noise['relative']:.3g} % of each value and {noise['floor'] * 1e6:.3g} µm."
-
-
-def _cause(record: Mapping[str, Any]) -> str:
-    verdict, applied = record["verdict"], record["applied"]
-    names = " and ".join(f"{effect['name']} ({effect['place']})" for effect in applied)
-    lines = [f"Verdict: {verdict}" + (f": {names}" if verdict in ("named", "ambiguous") else "")]
-    if len(record["places"]) > 1:
-        lines.append(f"The place is not certain: {' or '.join(record['places'])}.")
-    if verdict == "ambiguous":
-        lines.append(f"These explain the data about as well: {', '.join(record['class'])}.")
-        split = record["split"]
-        lines.append(
-            f"{split['measurement']} would tell them apart (expected Δχ² {split['then']:.3g}, now {split['now']:.3g})."
-            if split
-            else "None of the measurements that were considered would tell them apart."
-        )
-    if verdict == "unknown" and not applied:
-        lines.append("The model is wrong, and no effect that is known speaks for itself.")
-    elif verdict == "unknown":
-        after = record["lack_of_fit"]["after"]
-        lines.append(
-            "The model is wrong, and neither one of the known effects nor the best pairs of them leave noise behind."
-        )
-        lines.append(
-            f"The nearest is {names}; what it leaves (p = {after['p']:.2g}, by {after['statistic']}) is strongest"
-            f" {_where(after)}."
-        )
-    else:
-        lines += [f"  {name} can look like it: {text}" for name, text in record["aliases"].items()]
-        lines += [
-            f"  {part['name']} lies on its physical bound: another cause is likely"
-            for part in record["ranking"][0]["parameters"]
-            if part["at_bound"] and applied
-        ]
-    return "\n".join([*lines, "", _ranking(record)])
-
-
-def _ranking(record: Mapping[str, Any]) -> str:
-    """The best place of each of the most promising effects."""
-    best: dict[str, Mapping[str, Any]] = {}
-    for trial in record["ranking"]:
-        best.setdefault(trial["effect"], trial)
-    lines = [
-        [
-            trial["effect"],
-            trial["place"],
-            f"{trial['delta_bic']:.1f}",
-            f"{trial['p']:.2g}",
-            ", ".join(_with_interval(parameter) for parameter in trial["parameters"]),
-        ]
-        for trial in list(best.values())[:MOST_RANKED]
-    ]
-    return aligned(["effect", "place", "ΔBIC", "p", "size"], lines)
-
-
-def _with_interval(parameter: Mapping[str, Any]) -> str:
-    ends = ", ".join("–" if parameter[end] is None else number(parameter[end], 3) for end in ("low", "high"))
-    return f"{parameter['name']} {number(parameter['value'], 3)} [{ends}] {parameter['unit']}"
-
-
-def _worth(record: Mapping[str, Any]) -> str:
-    gain = record["gain"]
-    if gain is None:
-        return ""
-    proven = "more than two standard errors" if gain["is_proven"] else "not more than two standard errors: not proven"
-    rmse = f"{gain['rmse_before'] * 1e6:.3g} to {gain['rmse_after'] * 1e6:.3g} µm"
-    score = f"{gain['log_score']:+.3g} ± {gain['standard_error']:.2g} against the plain one's ({proven})"
-    blocks = f"better in {sum(block > 0 for block in gain['by_block'])} of {len(gain['by_block'])} of them"
-    score = f"the extended model's log score is {score}, {blocks}; the rms error goes from {rmse}."
-    lines = [f"On blocks of speeds left out {score}"]
-    rows = [row for row in record["coefficients"] if row["after"] is not None]
-    table = [[row["name"], *(_cell(row[when]) for when in ("before", "after")), row["after"]["unit"]] for row in rows]
-    return "\n".join([*lines, "", aligned(["unknown", "before", "after", "unit"], table)])
-
-
-def _cell(value: Mapping[str, Any] | None) -> str:
-    if value is None:
-        return "–"
-    ends = ", ".join("–" if value[end] is None else number(value[end]) for end in ("low", "high"))
-    return f"{number(value['value'])} [{ends}]"
-
-
-def _detectable(record: Mapping[str, Any]) -> str:
-    if record["verdict"] not in ("adequate", "not observable"):
-        return ""
-    lines = []
-    for name, parts in record["min_detectable"].items():
-        for part in parts:
-            size = "–" if part["size"] is None else f"{number(part['size'], 3)} {part['unit']}"
-            remark = (
-                "" if part["observable"] else f"beyond what is physical ({number(part['largest'], 3)} {part['unit']})"
-            )
-            lines.append([name, part["place"], part["parameter"], size, remark])
-    head = "What would have been found in nine of ten cases, had it been there:"
-    return f"{head}\n{aligned(['effect', 'place', 'unknown', 'from', ''], lines)}"
+    extended: Any = registry.plugin_class("problem", "extended")
+    document: str = extended.document(problem["name"], problem, effects, values, "phase_origin" in values)
+    return document

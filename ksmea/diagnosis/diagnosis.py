@@ -1,19 +1,20 @@
-"""The diagnosis of a measurement: show what the model gets wrong, name the cause, extend the model, measure the gain.
+"""The diagnosis of a measurement: test the model, name the cause of its misfit, extend it, measure the predictive gain.
 
-1. The plain model is fitted from the whole box of its unknowns, and its residuals are tested for lack of fit.
-2. Every effect, at every place where it may sit, is fitted jointly with all unknowns from where the plain model fits.
-3. If the test or any effect speaks, effects are also sought all over their bounds, which moves sharp resonances.
-4. Second effects are tried beside the best one: one that speaks as clearly as a first one is taken along. If the best
-   effect does not leave noise behind, they are tried beside the next best ones too.
+1. The baseline model is fitted from the whole range of its unknowns, and its residuals are tested for lack of fit.
+2. Every effect, at every location where it may occur, is fitted jointly with all unknowns from the baseline fit.
+3. If the test rejects or any effect is significant, the trials are refined: effects that move sharp resonances are
+   scanned over their whole range.
+4. Second effects are fitted beside the best one: one that is as significant as a first one must be is added. If the best
+   effect does not leave noise behind, second effects are fitted beside the next best ones too.
 5. The verdict:
-   - `adequate`: nothing speaks against the plain model, and the data would show effects if they were there;
-   - `not observable`: nothing speaks, but most effects would not show in these data even at their physical limits;
+   - `adequate`: no evidence against the baseline model, and the data would show effects if they were there;
+   - `not observable`: no evidence, but most effects would not show in these data even at their physical limits;
    - `named`: one effect explains the data, none of the others comes near;
    - `ambiguous`: several explain it about as well, and what further measurement would split them;
    - `unknown`: the model is wrong, and no effect or pair of effects leaves noise behind.
 
-`level` is the chance of speaking against a right model. Half of it goes to the lack-of-fit test, half to the effects,
-whose p-values are corrected for their number.
+`level` is the chance of rejecting a right model. Half of it goes to the lack-of-fit test, half to the effects, whose
+p-values are corrected for their number.
 """
 
 from __future__ import annotations
@@ -26,46 +27,46 @@ import numpy as np
 from ksmea.contracts import Effect, Problem
 from ksmea.diagnosis.fit_quality import FitQuality, fit_quality
 from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_baseline
-from ksmea.diagnosis.gain import Gain, gain
-from ksmea.diagnosis.observability import Detectable, Split, best_split, likeness, smallest_detectable
-from ksmea.diagnosis.trials import Candidate, Trial, best_by_name, candidates, searched, tried
+from ksmea.diagnosis.observability import Detectable, Split, best_split, collinearity, smallest_detectable
+from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
+from ksmea.diagnosis.trials import Candidate, Trial, best_by_name, candidates, fitted, refined
 from ksmea.intervals import Estimate, estimate
 from ksmea.maximisation import maximise, with_best_noise
 from ksmea.measurement import Measurement
 
 NEAR = 6.0  # ΔBIC within which effects cannot be told apart (Kass & Raftery 1995: strong evidence begins there)
-MOST_PAIRED = 3  # effects that a second one is tried beside
+MAX_PAIRED = 3  # effects that a second one is fitted beside
 MOVED = 0.01  # deviance by which intervals must have found a higher maximum for a fit to move there
-LEAST_OBSERVABLE = 0.5  # part of the effects that must be observable for a model to be called adequate
+MIN_OBSERVABLE = 0.5  # part of the effects that must be observable for a model to be called adequate
 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What was found; `trials` are ranked, `named` and `alike` are names of effects, `best` is the extended fit that the
-    verdict speaks of (None without one) with its effects in `applied`.
+    """What was found; `trials` are ranked, `named` and `ambiguity_group` are names of effects, `best` is the extended fit
+    that the verdict speaks of (None without one) with its effects in `applied`.
 
-    `alike` is the class: the named effects and those that explain the data about as well, by their own fits (ΔBIC ≤ 6, or
-    a deviance as low, whatever BIC charges for their unknowns) or because what the best one does to the data they can do
-    too, as projected sensitivities have it. `places` are those where the best effect explains them about as well.
-    `likeness` is the cosine between what the best effect does to the data and what each other one can do.
+    The ambiguity group holds the named effects and those that explain the data about as well: by their own fits (ΔBIC ≤ 6,
+    or a deviance as low, whatever BIC charges for their unknowns), or because they are collinear with the best one, as
+    projected sensitivities have it. `locations` are those where the best effect explains the data about as well.
+    `collinearity` is the cosine between what the best effect does to the data and what each other one can do.
     """
 
     verdict: str
     named: tuple[str, ...]
-    alike: tuple[str, ...]
-    places: tuple[str, ...]
-    plain: Fit
-    plain_estimate: Estimate
-    plain_quality: FitQuality
+    ambiguity_group: tuple[str, ...]
+    locations: tuple[str, ...]
+    baseline: Fit
+    baseline_estimate: Estimate
+    baseline_quality: FitQuality
     trials: tuple[Trial, ...]
     best: Fit | None
     applied: tuple[Candidate, ...]
     best_estimate: Estimate | None
     best_quality: FitQuality | None
-    gain: Gain | None
+    predictive_gain: PredictiveGain | None
     split: Split | None
-    likeness: Mapping[str, float]
-    # by effect: its most promising place, and its unknowns there
+    collinearity: Mapping[str, float]
+    # by effect: its most promising location, and its unknowns there
     detectable: Mapping[str, tuple[str, tuple[Detectable, ...]]]
     level: float
 
@@ -87,13 +88,15 @@ def diagnose(
     half = level / 2
     found = candidates(problem, effects)
     if not found:
-        raise ValueError("diagnosis: expected effects that the problem has a place for, got none")
-    plain, quality, trials = _fitted(problem, measurement, found, half, rng, effort, progress)
-    speaking = _speaking(trials, half)
-    lead = speaking[0] if speaking else None
-    likenesses = {} if lead is None else _likenesses(lead, trials)
+        raise ValueError("diagnosis: expected effects that the problem has a location for, got none")
+    baseline, quality, trials = _ranked_trials(problem, measurement, found, half, rng, effort, progress)
+    significant = _significant(trials, half)
+    lead = significant[0] if significant else None
+    collinearities = {} if lead is None else _collinearities(lead, trials)
     explained = (
-        None if lead is None else _explained(lead, speaking, trials, likenesses, measurement, half, rng, progress)
+        None
+        if lead is None
+        else _explained(lead, significant, trials, collinearities, measurement, half, rng, progress)
     )
     best = best_estimate = best_quality = None
     if explained is not None:
@@ -103,34 +106,34 @@ def diagnose(
             best = Fit(best.problem, best.likelihood, best_estimate.point)
             best_quality = fit_quality(best, rng)
     detectable = {
-        name: (trial.place, tuple(smallest_detectable(plain.best, trial.candidate, half / len(found))))
+        name: (trial.location, tuple(smallest_detectable(baseline.best, trial.candidate, half / len(found))))
         for name, trial in best_by_name(trials).items()
     }
     verdict = _verdict(quality.p < half, best_quality, explained, half, detectable)
-    is_explained = explained is not None and verdict in ("named", "ambiguous")
-    names = tuple(candidate.name for candidate in explained.applied) if is_explained else ()
+    accepted = explained if verdict in ("named", "ambiguous") else None
+    named = () if accepted is None else tuple(candidate.name for candidate in accepted.applied)
     return Diagnosis(
         verdict=verdict,
-        named=names,
-        alike=tuple(dict.fromkeys([*names, *explained.rivals])) if is_explained else (),
-        places=explained.places if is_explained else (),
-        plain=plain.best,
-        plain_estimate=estimate(plain.best.likelihood, plain.best.point, level=interval_level, check=False),
-        plain_quality=quality,
+        named=named,
+        ambiguity_group=named if accepted is None else tuple(dict.fromkeys([*named, *accepted.rivals])),
+        locations=() if accepted is None else accepted.locations,
+        baseline=baseline.best,
+        baseline_estimate=estimate(baseline.best.likelihood, baseline.best.point, level=interval_level, check=False),
+        baseline_quality=quality,
         trials=tuple(trials),
         best=best,
         applied=() if explained is None else explained.applied,
         best_estimate=best_estimate,
         best_quality=best_quality,
-        gain=None if best is None else gain(plain.best, best, n_block, progress),
+        predictive_gain=None if best is None else predictive_gain(baseline.best, best, n_block, progress),
         split=_split(explained) if verdict == "ambiguous" else None,
-        likeness=likenesses,
+        collinearity=collinearities,
         detectable=detectable,
         level=level,
     )
 
 
-def _fitted(
+def _ranked_trials(
     problem: Problem,
     measurement: Measurement,
     found: Sequence[Candidate],
@@ -139,20 +142,20 @@ def _fitted(
     effort: Effort,
     progress: Callable[[], None],
 ) -> tuple[BaselineFits, FitQuality, list[Trial]]:
-    """The plain model's fits, their quality, and every candidate fitted: all over its bounds if anything speaks."""
-    plain = fit_baseline(problem, measurement, rng, effort)
+    """The baseline model's fits, their quality, and every candidate fitted; refined if there is evidence of anything."""
+    baseline = fit_baseline(problem, measurement, rng, effort)
     progress()
-    quality = fit_quality(plain.best, rng)
-    trials = tried(problem, measurement, plain.best, found, progress)
-    if quality.p >= level and not _speaking(trials, level):
-        return plain, quality, trials
-    trials = searched(trials, measurement, plain, effort, progress)
-    better = _plain_from(trials, plain)
-    if better is not plain:
-        plain, quality = better, fit_quality(better.best, rng)
-        trials = tried(problem, measurement, plain.best, found, progress)
-        trials = searched(trials, measurement, plain, effort, progress)
-    return plain, quality, trials
+    quality = fit_quality(baseline.best, rng)
+    trials = fitted(problem, measurement, baseline.best, found, progress)
+    if quality.p >= level and not _significant(trials, level):
+        return baseline, quality, trials
+    trials = refined(trials, measurement, baseline, effort, progress)
+    better = _baseline_from(trials, baseline)
+    if better is not baseline:
+        baseline, quality = better, fit_quality(better.best, rng)
+        trials = fitted(problem, measurement, baseline.best, found, progress)
+        trials = refined(trials, measurement, baseline, effort, progress)
+    return baseline, quality, trials
 
 
 @dataclass(frozen=True)
@@ -164,49 +167,49 @@ class _Explained:
     quality: FitQuality
     trials: tuple[Trial, ...]
     rivals: Mapping[str, Fit]
-    places: tuple[str, ...]
+    locations: tuple[str, ...]
 
     @property
     def applied(self) -> tuple[Candidate, ...]:
         return tuple(trial.candidate for trial in self.trials)
 
 
-def _speaking(trials: Sequence[Trial], level: float) -> list[Trial]:
-    """Trials that speak for their effect, by the chance of it and by BIC."""
+def _significant(trials: Sequence[Trial], level: float) -> list[Trial]:
+    """Trials that are evidence for their effect, by p and by BIC."""
     return [trial for trial in trials if trial.p < level and trial.delta_bic > 0]
 
 
-def _plain_from(trials: Sequence[Trial], plain: BaselineFits) -> BaselineFits:
-    """The plain model fitted from where the best effects put its unknowns, if that is better."""
-    likelihood = plain.best.likelihood
+def _baseline_from(trials: Sequence[Trial], baseline: BaselineFits) -> BaselineFits:
+    """The baseline model fitted from where the best effects put its unknowns, if that is better."""
+    likelihood = baseline.best.likelihood
     d = likelihood.d
     for trial in trials[:3]:
         point = maximise(likelihood, likelihood.start(trial.fit.u[:d]))
-        if point.deviance < plain.best.deviance - 0.1:
-            best = Fit(plain.best.problem, likelihood, with_best_noise(likelihood, point))
-            plain = BaselineFits(best, (plain.best, *plain.others), plain.screened)
-    return plain
+        if point.deviance < baseline.best.deviance - 0.1:
+            best = Fit(baseline.best.problem, likelihood, with_best_noise(likelihood, point))
+            baseline = BaselineFits(best, (baseline.best, *baseline.others), baseline.screened)
+    return baseline
 
 
 def _explained(
     lead: Trial,
-    speaking: Sequence[Trial],
+    significant: Sequence[Trial],
     trials: Sequence[Trial],
-    likenesses: Mapping[str, float],
+    collinearities: Mapping[str, float],
     measurement: Measurement,
     level: float,
     rng: np.random.Generator,
     progress: Callable[[], None],
 ) -> _Explained:
-    """The best pair of effects if the second one speaks for itself beside the first, or if the best effect alone does
-    not leave noise behind and the pair does; else the best effect."""
+    """The best pair of effects if the second one is significant beside the first, or if the best effect alone does not
+    leave noise behind and the pair does; else the best effect."""
     fit = _polished(lead.fit)
     quality = fit_quality(fit, rng)
-    alone = _Explained(fit, quality, (lead,), _rivals(lead, trials, likenesses), _places(lead, trials))
+    alone = _Explained(fit, quality, (lead,), _rivals(lead, trials, collinearities), _locations(lead, trials))
     leaves_noise = quality.p >= level
-    firsts = [lead] if leaves_noise else list(best_by_name(speaking).values())[:MOST_PAIRED]
+    firsts = [lead] if leaves_noise else list(best_by_name(significant).values())[:MAX_PAIRED]
     pairs = _pairs(firsts, trials, measurement, level, progress)
-    for pair in [pair for pair in pairs if pair.delta_bic > lead.delta_bic + NEAR][:MOST_PAIRED]:
+    for pair in [pair for pair in pairs if pair.delta_bic > lead.delta_bic + NEAR][:MAX_PAIRED]:
         fit = _polished(pair.second.fit)
         quality = fit_quality(fit, rng)
         if quality.p >= level:
@@ -221,21 +224,23 @@ def _explained(
     return alone
 
 
-def _rivals(lead: Trial, trials: Sequence[Trial], likenesses: Mapping[str, float]) -> dict[str, Fit]:
+def _rivals(lead: Trial, trials: Sequence[Trial], collinearities: Mapping[str, float]) -> dict[str, Fit]:
     """Other effects that explain the data about as well as the best: by their own fits, or by what sensitivities say
-    that their best fit must reach, fall · cos², whatever their fit has found."""
+    that their best fit must reach, deviance drop · cos², whatever their fit has found."""
     found = {}
     for name, trial in best_by_name(trials).items():
         charge = (trial.n_unknown - lead.n_unknown) * np.log(lead.fit.likelihood.n_residual)
-        is_near = max(trial.delta_bic - lead.delta_bic, trial.fall - lead.fall) > -NEAR
-        if name != lead.name and (is_near or lead.fall * (1 - likenesses[name] ** 2) + charge < NEAR):
+        is_near = max(trial.delta_bic - lead.delta_bic, trial.deviance_drop - lead.deviance_drop) > -NEAR
+        if name != lead.name and (is_near or lead.deviance_drop * (1 - collinearities[name] ** 2) + charge < NEAR):
             found[name] = trial.fit
     return found
 
 
-def _places(lead: Trial, trials: Sequence[Trial]) -> tuple[str, ...]:
-    """Where the best effect explains the data about as well, the best place first."""
-    return tuple(trial.place for trial in trials if trial.name == lead.name and trial.delta_bic > lead.delta_bic - NEAR)
+def _locations(lead: Trial, trials: Sequence[Trial]) -> tuple[str, ...]:
+    """Where the best effect explains the data about as well, the best location first."""
+    return tuple(
+        trial.location for trial in trials if trial.name == lead.name and trial.delta_bic > lead.delta_bic - NEAR
+    )
 
 
 @dataclass(frozen=True)
@@ -261,12 +266,12 @@ def _pairs(
     level: float,
     progress: Callable[[], None],
 ) -> list[_Pair]:
-    """Pairs of which the second effect speaks beside the first one, best first."""
-    n_tried = sum(trial.name != first.name for first in firsts for trial in trials)
+    """Pairs of which the second effect is significant beside the first one, best first."""
+    n_candidate = sum(trial.name != first.name for first in firsts for trial in trials)
     pairs = []
     for first in firsts:
         others = [trial.candidate for trial in trials if trial.name != first.name]
-        for second in tried(first.fit.problem, measurement, first.fit, others, progress, n_tried):
+        for second in fitted(first.fit.problem, measurement, first.fit, others, progress, n_candidate):
             if second.p < level:
                 pairs.append(_Pair(first, second))
     return sorted(pairs, key=lambda pair: -pair.delta_bic)
@@ -292,7 +297,7 @@ def _verdict(
     if lacks_fit:
         return "unknown"
     observable = [any(each.is_observable for each in parts) for _, parts in detectable.values()]
-    return "adequate" if np.mean(observable) >= LEAST_OBSERVABLE else "not observable"
+    return "adequate" if np.mean(observable) >= MIN_OBSERVABLE else "not observable"
 
 
 def _split(explained: _Explained | None) -> Split | None:
@@ -302,12 +307,12 @@ def _split(explained: _Explained | None) -> Split | None:
     return best_split(explained.fit, next(iter(explained.rivals.values())))
 
 
-def _likenesses(lead: Trial, trials: Sequence[Trial]) -> dict[str, float]:
-    """How alike the other effects are to the best one, the most alike place of each: by sensitivities, or where an effect
-    bends as it grows by what its fit has reached, since a fall of the deviance is cos² of that of the best."""
+def _collinearities(lead: Trial, trials: Sequence[Trial]) -> dict[str, float]:
+    """Collinearity of the other effects with the best one, each at its most collinear location: by sensitivities, or where
+    an effect is curved by what its fit has reached, since its deviance drop is cos² of that of the best."""
     found: dict[str, float] = {}
     for trial in trials:
         if trial.name != lead.name:
-            reached = np.sqrt(min(trial.fall / lead.fall, 1.0))
-            found[trial.name] = float(max(found.get(trial.name, 0.0), reached, likeness(lead, trial.candidate)))
+            reached = np.sqrt(min(trial.deviance_drop / lead.deviance_drop, 1.0))
+            found[trial.name] = float(max(found.get(trial.name, 0.0), reached, collinearity(lead, trial.candidate)))
     return dict(sorted(found.items(), key=lambda item: -item[1]))

@@ -1,9 +1,8 @@
 """Is what a fit leaves over noise? Residuals in units of the noise, and a lack-of-fit test calibrated by simulation.
 
-Five statistics look for what a wrong model leaves: neighbours in speed that are alike, channels that move together, one
-residual that is far too large, a band or channel with more than its share, and, where the noise is known, too much of it
-all. Each is compared with simulated residuals from which the fit has taken its share: noise minus its projection on
-the tangent of the fitted model. The smallest of their p-values is compared with that of the same simulations, so
+Five statistics look for what a wrong model leaves: autocorrelation over speed, cross-channel correlation, the largest
+residual, the mean square of one band and channel, and, where the noise is known, χ². Each is compared with simulated
+residuals of the fit: noise minus its projection on the tangent of the fitted model. The smallest of their p-values is compared with that of the same simulations, so
 that together they reject a right model as often as they say (Westfall & Young 1993, min-P).
 
 Standard tests do not hold here: Ljung–Box at a nominal 1 % rejects 6 to 10 % of clean data after a fit.
@@ -15,16 +14,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
-from ksmea.arrays import Array
+from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import Channel
 from ksmea.diagnosis.fitting import Fit
 from ksmea.fisher import span
 
-LAGS = 3  # neighbours in speed that are compared
-MOST_VALUES = 2**22  # numbers simulated at once, which bounds the memory
+LAGS = 3  # of the autocorrelation, in speeds
+MAX_VALUES = 2**22  # numbers simulated at once, which bounds the memory
 N_BAND = 6  # equal numbers of speeds
-STATISTICS = ("neighbours", "channels together", "largest", "band and channel", "level")
+STATISTICS = (
+    "autocorrelation over speed",
+    "cross-channel correlation",
+    "largest residual",
+    "band and channel",
+    "χ²",
+)
 
 
 @dataclass(frozen=True)
@@ -34,7 +40,7 @@ class FitQuality:
 
     p: float
     p_by_statistic: dict[str, float]
-    residuals: Array
+    residuals: Array | ComplexArray
     reduced_chi2: float
     worst_band: tuple[float, float]  # rad/s
     worst_channel: int
@@ -56,19 +62,19 @@ def fit_quality(fit: Fit, rng: np.random.Generator, *, n_simulated: int = 4000) 
     tangent = fit.point.whitened[:n_mean, : likelihood.d]
     directions = span(tangent)
     scale_free = likelihood.noise_is_estimated
-    statistics = [_statistics(residuals[None], scale_free=scale_free)]
-    n_chunk = max(1, MOST_VALUES // n_mean)
+    sampled = [_statistics(residuals[None], scale_free=scale_free)]
+    n_chunk = max(1, MAX_VALUES // n_mean)
     for start in range(0, n_simulated, n_chunk):
         noise = rng.standard_normal((min(n_chunk, n_simulated - start), n_mean))
         noise -= (noise @ directions) @ directions.T
         simulated = noise.reshape(len(noise), *shape) if real else _as_complex(noise, shape)
-        statistics.append(_statistics(simulated, scale_free=scale_free))
-    statistics = np.concatenate(statistics)
+        sampled.append(_statistics(simulated, scale_free=scale_free))
+    statistics = np.concatenate(sampled)
     # p of every sample among all of them, the data's own included: no p is below 1/(n + 1)
     ranks = np.array([_upper_ranks(column) for column in statistics.T]).T / len(statistics)
     smallest = ranks.min(axis=1)
     names = STATISTICS if not likelihood.noise_is_estimated else STATISTICS[:-1]
-    band, channel, excess = _worst_place(residuals)
+    band, channel, excess = _worst_location(residuals)
     speed = measurement.speed
     return FitQuality(
         p=float(np.mean(smallest <= smallest[0])),
@@ -81,47 +87,55 @@ def fit_quality(fit: Fit, rng: np.random.Generator, *, n_simulated: int = 4000) 
     )
 
 
-def _as_complex(noise: Array, shape: tuple[int, int]) -> Array:
+def _as_complex(noise: Array, shape: tuple[int, ...]) -> ComplexArray:
     """Unit noise in two real parts per datum → complex of unit variance; real parts first, as the likelihood has them."""
     first, second = np.split(noise.reshape(len(noise), -1), 2, axis=1)
-    return ((first + 1j * second) / np.sqrt(2)).reshape(len(noise), *shape)
+    combined: ComplexArray = (first + 1j * second) / np.sqrt(2)
+    return combined.reshape(len(noise), *shape)
 
 
-def _statistics(residuals: Array, *, scale_free: bool) -> Array:
+def _statistics(residuals: Array | ComplexArray, *, scale_free: bool) -> Array:
     """Statistics (n, 4 or 5) of residuals (n, n_speed, n_channel); all but the last do not depend on their scale."""
     squared = np.abs(residuals) ** 2
     total = squared.sum(axis=(1, 2))
     unit = residuals / np.sqrt(total / residuals[0].size)[:, None, None]
-    statistics = [_neighbours(unit), _together(unit), np.abs(unit).max(axis=(1, 2)), _by_place(np.abs(unit) ** 2)]
+    statistics = [
+        _autocorrelation(unit),
+        _cross_correlation(unit),
+        np.abs(unit).max(axis=(1, 2)),
+        _band_and_channel(np.abs(unit) ** 2),
+    ]
     return np.stack(statistics if scale_free else [*statistics, total], axis=1)
 
 
-def _neighbours(unit: Array) -> Array:
-    """Σ over lags and channels of the correlation between neighbours in speed: what a smooth misfit makes positive."""
+def _autocorrelation(unit: Array | ComplexArray) -> Array:
+    """Σ over lags and channels of the autocorrelation over speed, which a smooth misfit makes positive."""
     lags = range(1, min(LAGS, unit.shape[1] - 1) + 1)
     return sum(
         (np.sum((unit[:, lag:] * np.conj(unit[:, :-lag])).real, axis=(1, 2)) for lag in lags), np.zeros(len(unit))
     )
 
 
-def _together(unit: Array) -> Array:
+def _cross_correlation(unit: Array | ComplexArray) -> Array:
     """Σ over pairs of channels of their squared correlation."""
     products = np.einsum("nsi,nsj->nij", unit, np.conj(unit))
     pairs = np.triu_indices(unit.shape[2], 1)
-    return np.sum(np.abs(products[:, pairs[0], pairs[1]]) ** 2, axis=1) / unit.shape[1]
+    total: Array = np.sum(np.abs(products[:, pairs[0], pairs[1]]) ** 2, axis=1) / unit.shape[1]
+    return total
 
 
-def _by_place(squared: Array) -> Array:
-    """The largest sum of squares in one band and channel."""
+def _band_and_channel(squared: Array) -> Array:
+    """The largest mean square of one band and channel."""
     bands = _bands(squared.shape[1])
-    return np.max(np.stack([squared[:, band].mean(axis=1).max(axis=1) for band in bands]), axis=0)
+    largest: Array = np.max(np.stack([squared[:, band].mean(axis=1).max(axis=1) for band in bands]), axis=0)
+    return largest
 
 
-def _bands(n_speed: int) -> list[Array]:
+def _bands(n_speed: int) -> list[NDArray[np.intp]]:
     return [part for part in np.array_split(np.arange(n_speed), N_BAND) if len(part)]
 
 
-def _worst_place(residuals: Array) -> tuple[Array, int, float]:
+def _worst_location(residuals: Array | ComplexArray) -> tuple[NDArray[np.intp], int, float]:
     """Band (indices of speeds), channel and relative mean square where it is largest."""
     squared = np.abs(residuals) ** 2
     bands = _bands(len(residuals))
@@ -130,18 +144,18 @@ def _worst_place(residuals: Array) -> tuple[Array, int, float]:
     return bands[band], int(channel), float(means[band, channel] / max(squared.mean(), np.finfo(float).tiny))
 
 
-def _upper_ranks(values: Array) -> Array:
+def _upper_ranks(values: Array) -> NDArray[np.intp]:
     """How many of the values (n,) are at least as large as each."""
     return len(values) - np.searchsorted(np.sort(values), values, side="left")
 
 
-def whirl_parts(residuals: Array, channels: Sequence[Channel]) -> dict[float, Array]:
+def whirl_parts(residuals: Array | ComplexArray, channels: Sequence[Channel]) -> dict[float, ComplexArray]:
     """Forward and backward whirl (2, n_speed) in complex residuals, by the position of planes that have both x and y: a
     forward circular motion is (1, −i), a backward one (1, i)."""
-    places = {(channel.position, channel.direction): index for index, channel in enumerate(channels)}
+    columns = {(channel.position, channel.direction): index for index, channel in enumerate(channels)}
     found = {}
     for position in dict.fromkeys(channel.position for channel in channels):
-        if (position, "x") in places and (position, "y") in places:
-            x, y = residuals[:, places[position, "x"]], residuals[:, places[position, "y"]]
+        if (position, "x") in columns and (position, "y") in columns:
+            x, y = residuals[:, columns[position, "x"]], residuals[:, columns[position, "y"]]
             found[position] = np.stack([(x + 1j * y) / 2, (x - 1j * y) / 2])
     return found

@@ -1,6 +1,6 @@
-"""What data could tell of effects: the smallest size that would be found, which effects look alike, and which further
+"""What data could tell of effects: the smallest detectable size, how collinear two effects are, and which further
 measurement would tell them apart. All from sensitivities in units of the noise, those of the model's own unknowns and of
-the noise's level projected out: what is left of an effect when everything else may move to hide it."""
+the noise level projected out: what is left of an effect when everything else is fitted along."""
 
 from __future__ import annotations
 
@@ -20,13 +20,14 @@ from ksmea.fisher import projected, span, whitened_difference, whitened_sensitiv
 from ksmea.measurement import Noise
 from ksmea.model import Model
 from ksmea.parameters import Parameter
+from ksmea.units import GRAM_MILLIMETRE, RPM
 
-POWER = 0.9  # chance of finding an effect of the smallest detectable size
+POWER = 0.9  # chance of detecting an effect of the smallest detectable size
 
 
 @dataclass(frozen=True)
 class Detectable:
-    """The smallest size of one unknown of an effect (SI) that would be found in 90 % of noise draws, and the largest that
+    """The smallest size of one unknown of an effect (SI) that would be detected in 90 % of noise draws, and the largest that
     is physical."""
 
     parameter: Parameter
@@ -47,11 +48,11 @@ class Split:
     then: float
 
 
-def smallest_detectable(plain: Fit, candidate: Candidate, level: float) -> list[Detectable]:
-    """For each unknown of an effect, alone; `level` is the p-value below which it counts as found."""
-    problem = candidate.effect.added_to(plain.problem)
-    parameters = candidate.effect.parameters(plain.problem)
-    information = np.sum(_left_of_effect(plain, problem, len(parameters)) ** 2, axis=0)
+def smallest_detectable(baseline: Fit, candidate: Candidate, level: float) -> list[Detectable]:
+    """For each unknown of an effect, alone; `level` is the p-value below which it counts as detected."""
+    problem = candidate.effect.added_to(baseline.problem)
+    parameters = candidate.effect.parameters(baseline.problem)
+    information = np.sum(_left_of_effect(baseline, problem, len(parameters)) ** 2, axis=0)
     needed = _noncentrality(len(parameters), level)
     return [
         Detectable(
@@ -72,18 +73,19 @@ def _left_of_effect(fit: Fit, problem: Problem, n_effect: int) -> Array:
 
 
 def _without(effect: Array, others: Array, of_noise: Array) -> Array:
-    """An effect's sensitivity when the other unknowns and the noise's level are fitted along."""
+    """An effect's sensitivity when the other unknowns and the noise level are fitted along."""
     return projected(effect, _scaled(np.hstack([others, of_noise])))
 
 
 def _scaled(columns: Array) -> Array:
     """Columns of unit length: what they span does not depend on units."""
     length = np.linalg.norm(columns, axis=0)
-    return columns[:, length > 0] / length[length > 0]
+    unit: Array = columns[:, length > 0] / length[length > 0]
+    return unit
 
 
 def _whitened(problem: Problem, u: Array, fit: Fit) -> tuple[Array, Array]:
-    """Sensitivities to the unknowns (m, d), and to the noise's level (m, 2) or (m, 0) where that is known."""
+    """Sensitivities to the unknowns (m, d), and to the noise level (m, 2) or (m, 0) where that is known."""
     response, sensitivity = Model(problem).linearise(u)
     noise_known = not fit.likelihood.noise_is_estimated
     kind = fit.likelihood.measurement.kind
@@ -97,18 +99,18 @@ def _noncentrality(n_unknown: int, level: float) -> float:
     return float(brentq(lambda value: ncx2.sf(critical, n_unknown, value) - POWER, 1e-3, 1e4))
 
 
-def likeness(trial: Trial, other: Candidate) -> float:
-    """How much of what an effect does, as fitted, another could do: the cosine between its change of the data and the
-    nearest change that the other makes, everything else being fitted along."""
+def collinearity(trial: Trial, other: Candidate) -> float:
+    """Collinearity of an effect, as fitted, with another: the cosine between its change of the data and the nearest change
+    that the other makes, everything else being fitted along. At 1 the data cannot tell them apart."""
     problem = other.effect.added_to(trial.fit.problem)
     n_other = len(other.effect.parameters(trial.fit.problem))
     u = np.concatenate([trial.fit.u, without_effects(problem, len(trial.fit.u))])
     whitened, of_noise = _whitened(problem, u, trial.fit)
     own = slice(len(u) - n_other - trial.n_unknown, len(u) - n_other)
-    plain = whitened[:, : own.start]
+    baseline = whitened[:, : own.start]
     size = trial.fit.u[own] - without_effects(trial.fit.problem, own.start)
-    change = _without(whitened[:, own] @ size[:, None], plain, of_noise)[:, 0]
-    reach = _without(whitened[:, own.stop :], plain, of_noise)
+    change = _without(whitened[:, own] @ size[:, None], baseline, of_noise)[:, 0]
+    reach = _without(whitened[:, own.stop :], baseline, of_noise)
     if not np.any(change) or not np.any(reach):
         return 0.0
     directions = span(_scaled(reach), tolerance=1e-8)
@@ -135,19 +137,19 @@ def _further(one: Problem, other: Problem) -> Iterator[tuple[str, tuple[Problem,
         if not any(probe in channels for probe in probes):
             yield f"probes in x and y at {site:.3g} m", (one.at(speed, probes), other.at(speed, probes))
     higher = np.linspace(speed[-1], 1.5 * speed[-1], len(speed) // 2 + 1)[1:]
-    name = f"speeds up to {higher[-1] * 30 / np.pi:.0f} rpm"
+    name = f"speeds up to {higher[-1] / RPM:.0f} rpm"
     yield name, (one.at(higher, channels), other.at(higher, channels))
     magnitudes = [item.upper / 2 for item in one.parameters if item.is_unbalance]
     if magnitudes and one.takes_unbalance:
         magnitude = min(magnitudes)
         for site in one.sites:
-            name = f"a second run with {magnitude * 1e6:.3g} g mm at {site:.3g} m"
+            name = f"a second run with {magnitude / GRAM_MILLIMETRE:.3g} g mm at {site:.3g} m"
             yield name, (one.with_unbalance(site, magnitude, 0.0), other.with_unbalance(site, magnitude, 0.0))
 
 
 def _separation(data: Sequence[tuple[Problem, Problem]], one: Fit, other: Fit) -> float:
-    """Deviance by which data that the one model makes speak against the other, all of whose unknowns are fitted along:
-    the distance of the two predictions from the tangent of the other. Where each datum came with a noise of its own,
+    """Expected deviance difference between the model that makes the data and the other, all of whose unknowns are fitted
+    along: the squared distance of the two predictions from the tangent of the other. Where each datum came with a noise of its own,
     all have the median."""
     noise = Noise(one.noise.relative, float(np.median(one.noise.floor)))
     kind = one.likelihood.measurement.kind

@@ -1,4 +1,4 @@
-"""Trials: one effect at one place, fitted jointly with all unknowns, and what that is worth."""
+"""Trials: one effect at one location, fitted jointly with all unknowns, and what the data say for it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from ksmea.measurement import Measurement
 
 @dataclass(frozen=True)
 class Candidate:
-    """A registered effect at one place."""
+    """A registered effect at one location."""
 
     name: str
     effect: Effect
@@ -25,13 +25,13 @@ class Candidate:
 class Trial:
     """A candidate's fit against that of the model without it.
 
-    `p` is the chance of a deviance that falls as far where there is nothing, corrected for the number of candidates
-    that were tried; `delta_bic` > 0 speaks for the effect.
+    `deviance_drop` is how much lower its deviance is; `p` is the chance of as large a drop where the effect is absent,
+    corrected for the number of candidates; `delta_bic` > 0 is evidence for the effect.
     """
 
     candidate: Candidate
     fit: Fit
-    fall: float  # of the deviance
+    deviance_drop: float
     delta_bic: float
     p: float
 
@@ -40,7 +40,7 @@ class Trial:
         return self.candidate.name
 
     @property
-    def place(self) -> str:
+    def location(self) -> str:
         return str(self.candidate.effect)
 
     @property
@@ -50,59 +50,63 @@ class Trial:
 
 
 def candidates(problem: Problem, effects: Mapping[str, Effect]) -> list[Candidate]:
-    """Every effect at every place of the problem where it may sit, but for those that the problem has already."""
+    """Every effect at every location that the problem offers, but for those that the problem has already."""
     known = set(problem.parameters.names)
     return [
-        Candidate(name, place)
+        Candidate(name, located)
         for name, effect in effects.items()
-        for place in effect.places(problem)
-        if known.isdisjoint(parameter.name for parameter in place.parameters(problem))
+        for located in effect.places(problem)
+        if known.isdisjoint(parameter.name for parameter in located.parameters(problem))
     ]
 
 
 def trial_of(candidate: Candidate, fit: Fit, without: Fit, n_candidate: int) -> Trial:
-    """What a fit with one more effect is worth against one without."""
+    """The trial of one more effect, from the fit with it and the fit without."""
     n = fit.likelihood.n_residual
     e = fit.likelihood.d - without.likelihood.d
-    fall = max(without.deviance - fit.deviance, 0.0)
-    # The noise is estimated along: the fall is n ln(1 + e F/(n − d)) in a linear model, about χ² when scaled by (n − d)/n
-    scaled = fall * (n - fit.likelihood.d) / n if fit.likelihood.noise_is_estimated else fall
+    drop = max(without.deviance - fit.deviance, 0.0)
+    # The noise is estimated along: the drop is n ln(1 + e F/(n − d)) in a linear model, about χ² when scaled by (n − d)/n
+    scaled = drop * (n - fit.likelihood.d) / n if fit.likelihood.noise_is_estimated else drop
     p = min(1.0, n_candidate * float(chi2.sf(scaled, e)))
-    return Trial(candidate, fit, fall, fall - e * np.log(n), p)
+    return Trial(candidate, fit, drop, float(drop - e * np.log(n)), p)
 
 
-def tried(
+def fitted(
     problem: Problem,
     measurement: Measurement,
     without: Fit,
     found: Sequence[Candidate],
     progress: Callable[[], None],
-    n_tried: int | None = None,
+    n_candidate: int | None = None,
 ) -> list[Trial]:
-    """All candidates, each fitted from where the model without it fits; most promising first. `n_tried` is the number
+    """All candidates, each fitted from where the model without it fits; highest ΔBIC first. `n_candidate` is the number
     that p is corrected for, that of the candidates if not given."""
     trials = []
     for candidate in found:
         fit = fit_nearby(candidate.effect.added_to(problem), measurement, without)
-        trials.append(trial_of(candidate, fit, without, n_tried or len(found)))
+        trials.append(trial_of(candidate, fit, without, n_candidate or len(found)))
         progress()
     return ranked(trials)
 
 
-def searched(
-    trials: Sequence[Trial], measurement: Measurement, plain: BaselineFits, effort: Effort, progress: Callable[[], None]
+def refined(
+    trials: Sequence[Trial],
+    measurement: Measurement,
+    baseline: BaselineFits,
+    effort: Effort,
+    progress: Callable[[], None],
 ) -> list[Trial]:
-    """The same trials, each with the better of its fit and a search: all over the effect's bounds where it needs that,
-    and else from where the plain model's other maxima and the best trials have their unknowns."""
+    """The same trials, each with the better of its fit and further ones: from a scan of the effect's whole range where it
+    needs that, and else from the unknowns of the baseline model's other maxima and of the best trials."""
     better = []
-    starts = [*plain.others, *(trial.fit for trial in trials[:2])]
+    starts = [*baseline.others, *(trial.fit for trial in trials[:2])]
     for trial in trials:
         if trial.candidate.effect.is_scanned:
-            fit = fit_from_scan(trial.fit.problem, measurement, plain, effort)
+            fit = fit_from_scan(trial.fit.problem, measurement, baseline, effort)
         else:
-            fit = fit_from(trial.fit.problem, measurement, starts, plain.best.likelihood.d)
+            fit = fit_from(trial.fit.problem, measurement, starts, baseline.best.likelihood.d)
         best = min(fit, trial.fit, key=lambda each: each.deviance)
-        better.append(trial_of(trial.candidate, best, plain.best, len(trials)))
+        better.append(trial_of(trial.candidate, best, baseline.best, len(trials)))
         progress()
     return ranked(better)
 
@@ -112,7 +116,7 @@ def ranked(trials: Iterable[Trial]) -> list[Trial]:
 
 
 def best_by_name(trials: Sequence[Trial]) -> dict[str, Trial]:
-    """The best place of each effect, most promising first."""
+    """The best location of each effect, highest ΔBIC first."""
     best: dict[str, Trial] = {}
     for trial in ranked(trials):
         best.setdefault(trial.name, trial)

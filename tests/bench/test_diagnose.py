@@ -38,16 +38,18 @@ def test_it_says_what_is_wrong_and_names_the_cause(hidden):
     assert hidden.code == 0, hidden.err
     assert "The model does not fit: what it leaves is no noise" in hidden.out
     assert "Verdict: named: runout" in hidden.out
-    assert "On blocks of speeds left out the extended model's log score is +" in hidden.out
+    assert "The extension is supported by left-out data: it predicts 6 of 6 blocks of speeds better" in hidden.out
+    assert "Its elpd difference is +" in hidden.out
     assert "written: diagnosis.json, extended.yaml" in hidden.out
 
 
 def test_diagnosis_json_has_all_that_is_promised(hidden):
     found = diagnosis(hidden)
-    assert found["verdict"] == "named" and found["named"] == ["runout"] and found["class"] == ["runout"]
+    assert found["verdict"] == "named" and found["named"] == ["runout"] and found["ambiguity_group"] == ["runout"]
     assert found["lack_of_fit"]["before"]["p"] < 0.005 < found["lack_of_fit"]["after"]["p"]
-    assert found["gain"]["log_score"] > 2 * found["gain"]["standard_error"] > 0
-    assert found["gain"]["rmse_after"] < found["gain"]["rmse_before"]
+    gain = found["predictive_gain"]
+    assert gain["elpd_difference"] > 2 * gain["standard_error"] > 0 and gain["is_supported"]
+    assert gain["rmse_after"] < gain["rmse_before"]
     assert set(found["min_detectable"]) == {"runout", "mass", "channel_gain"}
     best = found["ranking"][0]
     assert best["effect"] == "runout" and best["p"] < 1e-6 and best["delta_bic"] > 50
@@ -60,10 +62,10 @@ def test_diagnosis_json_has_all_that_is_promised(hidden):
 def test_what_is_hidden_is_in_the_record_and_nowhere_else(hidden):
     (record,) = hidden.events()
     (effect,) = record["hidden"]
-    assert effect["effect"] == "runout" and effect["place"] == diagnosis(hidden)["applied"][0]["place"]
-    assert not {"hidden", "hidden_fall"} & set(diagnosis(hidden))
-    # how plain to see it was is judged from the true values, by a fit that the diagnosis knows nothing of
-    assert record["hidden_fall"] == pytest.approx(record["ranking"][0]["fall"], abs=0.01)
+    assert effect["effect"] == "runout" and effect["location"] == diagnosis(hidden)["applied"][0]["location"]
+    assert not {"hidden", "hidden_deviance_drop"} & set(diagnosis(hidden))
+    # how clearly visible it was is judged from the true values, by a fit that the diagnosis knows nothing of
+    assert record["hidden_deviance_drop"] == pytest.approx(record["ranking"][0]["deviance_drop"], abs=0.01)
     found = {part["name"]: part for part in diagnosis(hidden)["ranking"][0]["parameters"]}
     for part in effect["parameters"]:  # 95 % intervals, taken twice as wide
         interval = found[part["name"]]
@@ -100,9 +102,9 @@ def test_many_runs_are_counted(enter):
     ended = enter(*words, grid, output="results/diagnosis_effects")
     assert ended.code == 0, ended.err
     table = pd.read_csv(ended.output / "diagnosis_effects.csv").set_index("label")
-    assert table.loc["runout", ["plain_to_see", "in_set", "is_first"]].tolist() == [2, 2, 2]
+    assert table.loc["runout", ["clearly_visible", "in_group", "is_first"]].tolist() == [2, 2, 2]
     assert table.loc["runout", ["fit_short", "surplus"]].tolist() == [0, 0]
-    assert table.loc["none", "adequate"] == 2 and pd.isna(table.loc["none", "in_set"])
+    assert table.loc["none", "adequate"] == 2 and pd.isna(table.loc["none", "in_group"])
     runs = pd.read_csv(ended.output / "runs.csv")
     assert runs.loc[runs["label"] == "runout", "sizes_compared"].tolist() == [2, 2]
     assert not (ended.output / "diagnosis.json").exists()

@@ -236,7 +236,8 @@ def diagnosed(shell, tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    ("column", "value", "what"), [(None, None, None), ("verdict", "named", "verdict"), ("fall", 2.0, "fall")]
+    ("column", "value", "what"),
+    [(None, None, None), ("verdict", "named", "verdict"), ("deviance_drop", 2.0, "deviance_drop")],
 )
 def test_tables_of_other_studies_are_computed_again(diagnosed, tmp_path, monkeypatch, enter, column, value, what):
     """Numbers and words of the runs, and of the table where all runs are computed; times may be others."""

@@ -18,26 +18,26 @@ def registered_effects(*without):
 
 @pytest.fixture(scope="session")
 def rotor():
-    """The plain model that data are fitted with."""
+    """The baseline model that data are fitted with."""
     return ThreeDisk(sensors=SENSORS).build().with_phase_origin()
 
 
 @pytest.fixture(scope="session")
 def hide():
-    """A measurement with an effect (or none) whose place and size the seed draws; what was hidden, for the test alone."""
+    """A measurement with an effect (or none) whose location and size the seed draws; what was hidden, for the test alone."""
     fine = ThreeDisk(mesh=26, sensors=SENSORS).build().with_phase_origin()
     truth = np.array([TRUTH[name] for name in fine.parameters.names])
 
     def call(name, seed, kind="complex", told=None):
         rng = np.random.default_rng([seed, 77])
-        problem, place, size = fine, None, np.empty(0)
+        problem, located, size = fine, None, np.empty(0)
         if name is not None:
-            places = list(registry.create("effect", name, {}).places(fine))
-            place = places[rng.integers(len(places))]
-            size = place.draw(fine, rng)
-            problem = place.added_to(fine)
+            locations = list(registry.create("effect", name, {}).places(fine))
+            located = locations[rng.integers(len(locations))]
+            size = located.draw(fine, rng)
+            problem = located.added_to(fine)
         response = problem.dense_response(np.append(truth, size)[None])[0]
         values = observe(response, kind, NOISE, rng)
-        return Measurement(fine.speed, fine.channels, values, told, "test"), place, size
+        return Measurement(fine.speed, fine.channels, values, told, "test"), located, size
 
     return call

@@ -8,7 +8,7 @@ import pytest
 from ksmea.channel import Channel
 from ksmea.diagnosis.diagnosis import diagnose
 from ksmea.diagnosis.fit_quality import fit_quality
-from ksmea.diagnosis.trials import candidates
+from ksmea.diagnosis.trials import Candidate, candidates
 from ksmea.measurement import Measurement, Noise, observe
 from problems.three_disk import ThreeDisk
 from tests.diagnosis.conftest import NOISE, TRUTH, registered_effects
@@ -24,10 +24,10 @@ def test_a_right_model_is_adequate(rotor, hide, seed):
     measurement, _, _ = hide(None, seed)
     found = diagnosed(rotor, measurement)
     assert found.verdict == "adequate"
-    assert found.named == found.alike == () and found.best is None and found.gain is None
-    # the plain model's values are those of the finer one but for noise: 5 σ
-    sd = [(interval.high - interval.low) / 3.92 for interval in found.plain_estimate.intervals[:2]]
-    assert abs(found.plain.x[:2] - [50e6, 70e6]) == pytest.approx(0, abs=5 * max(sd))
+    assert found.named == found.ambiguity_group == () and found.best is None and found.predictive_gain is None
+    # the baseline model's values are those of the finer one but for noise: 5 σ
+    sd = [(interval.high - interval.low) / 3.92 for interval in found.baseline_estimate.intervals[:2]]
+    assert abs(found.baseline.x[:2] - [50e6, 70e6]) == pytest.approx(0, abs=5 * max(sd))
 
 
 # effects of every kind of hook; all fourteen are in results/reference/diagnosis_effects.csv
@@ -43,14 +43,14 @@ def test_a_right_model_is_adequate(rotor, hide, seed):
     ],
 )
 def test_a_hidden_effect_is_named_with_its_size(rotor, hide, name, seed):
-    measurement, place, size = hide(name, seed)
+    measurement, located, size = hide(name, seed)
     found = diagnosed(rotor, measurement)
-    placed = next(trial for trial in found.trials if trial.candidate == type(found.trials[0].candidate)(name, place))
-    assert placed.fall >= 60, "the draw is too small to be asked for"
-    assert found.verdict in ("named", "ambiguous") and name in found.alike
-    assert found.best_quality.p > found.level / 2 and found.gain.log_score > 0
+    trial = next(trial for trial in found.trials if trial.candidate == Candidate(name, located))
+    assert trial.deviance_drop >= 60, "the draw is too small to be asked for"
+    assert found.verdict in ("named", "ambiguous") and name in found.ambiguity_group
+    assert found.best_quality.p > found.level / 2 and found.predictive_gain.elpd.total > 0
     if name in found.named:
-        assert found.applied[0].effect == place
+        assert found.applied[0].effect == located
         intervals = found.best_estimate.intervals[len(rotor.parameters) :]
         for value, interval in zip(size, intervals):  # 95 %, widened to twice their half-width: 99.99 %
             middle, half = (interval.low + interval.high) / 2, interval.high - interval.low
@@ -61,18 +61,18 @@ def test_effects_that_are_the_same_are_ambiguous_and_said_to_be(rotor, hide):
     """More mass throughout is less stiffness throughout, with other bearings and unbalance."""
     measurement, _, _ = hide("mass", 11)
     found = diagnosed(rotor, measurement, registered_effects("flexible_pedestal", "runout"))
-    assert found.verdict == "ambiguous" and {"mass", "youngs_modulus"} <= set(found.alike)
+    assert found.verdict == "ambiguous" and {"mass", "youngs_modulus"} <= set(found.ambiguity_group)
     other = "youngs_modulus" if found.named == ("mass",) else "mass"
-    assert found.likeness[other] > 0.999
+    assert found.collinearity[other] > 0.999
 
 
 def test_what_is_not_in_the_registry_is_unknown_or_a_known_alias(rotor, hide):
     """Runout taken out of the registry: no other effect is constant over speed, none must be named with confidence."""
     measurement, _, size = hide("runout", 21)
-    assert np.hypot(*size) > 3e-7  # three times the floor: plain to see
+    assert np.hypot(*size) > 3e-7  # three times the floor: clearly visible
     found = diagnosed(rotor, measurement, registered_effects("runout"))
     assert found.verdict == "unknown"
-    assert found.named == () and found.alike == ()
+    assert found.named == () and found.ambiguity_group == ()
 
 
 def test_two_effects_at_once_are_named_together(rotor):
@@ -90,7 +90,7 @@ def test_two_effects_at_once_are_named_together(rotor):
 
 @pytest.mark.parametrize("seed", [1, 2, 3])
 def test_a_second_effect_that_only_shows_in_its_own_fit_is_named_too(rotor, seed):
-    """A gain so small that what a runout alone leaves could be noise: as with a first effect, its own fit speaks."""
+    """A gain so small that what a runout alone leaves could be noise: as with a first effect, its own fit is significant."""
     fine = ThreeDisk(mesh=26, sensors=[0.1, 0.2, 0.5]).build().with_phase_origin()
     effects = registered_effects()
     runout, gain = effects["runout"].places(fine)[1], effects["channel_gain"].places(fine)[0]
@@ -113,9 +113,9 @@ def test_an_effect_that_explains_the_data_as_well_is_reported_however_many_unkno
         next(trial for trial in found.trials if trial.name == name)
         for name in ("speed_dependent_stiffness", "flexible_pedestal")
     )
-    assert slope.delta_bic - pedestal.delta_bic > 6 and slope.fall - pedestal.fall < 6
-    assert found.named == ("speed_dependent_stiffness",) and "flexible_pedestal" in found.alike
-    assert found.likeness["flexible_pedestal"] > 0.99
+    assert slope.delta_bic - pedestal.delta_bic > 6 and slope.deviance_drop - pedestal.deviance_drop < 6
+    assert found.named == ("speed_dependent_stiffness",) and "flexible_pedestal" in found.ambiguity_group
+    assert found.collinearity["flexible_pedestal"] > 0.99
 
 
 def test_without_a_critical_speed_in_band_little_is_observable():
@@ -144,8 +144,8 @@ def test_the_same_seed_gives_the_same_diagnosis(rotor, hide):
     measurement, _, _ = hide("unbalance", 2)
     effects = registered_effects("mass", "youngs_modulus", "internal_damping")
     one, other = (diagnosed(rotor, measurement, effects, seed=4) for _ in range(2))
-    assert [trial.fall for trial in one.trials] == [trial.fall for trial in other.trials]
-    assert one.plain_quality.p == other.plain_quality.p
+    assert [trial.deviance_drop for trial in one.trials] == [trial.deviance_drop for trial in other.trials]
+    assert one.baseline_quality.p == other.baseline_quality.p
 
 
 def few(*names):
@@ -158,43 +158,43 @@ def test_data_with_a_noise_of_their_own_are_diagnosed(rotor, hide):
     sigma = Noise(0.0, NOISE.sd(np.abs(measurement.values)))
     told = dataclasses.replace(measurement, noise=sigma)
     found = diagnosed(rotor, told, few("mass", "youngs_modulus", "runout"))
-    assert found.verdict == "ambiguous" and set(found.alike) == {"mass", "youngs_modulus"}
-    assert found.gain.log_score > 0 and found.plain_quality.reduced_chi2 > 1.5
+    assert found.verdict == "ambiguous" and set(found.ambiguity_group) == {"mass", "youngs_modulus"}
+    assert found.predictive_gain.elpd.total > 0 and found.baseline_quality.reduced_chi2 > 1.5
     named = diagnosed(rotor, told, few("mass", "runout"))
-    assert named.named == ("mass",) and "level" in named.plain_quality.p_by_statistic
+    assert named.named == ("mass",) and "χ²" in named.baseline_quality.p_by_statistic
 
 
 def test_amplitudes_that_hide_an_effect_are_diagnosed(hide):
-    plain = ThreeDisk(sensors=[0.1, 0.2, 0.5]).build()
+    baseline = ThreeDisk(sensors=[0.1, 0.2, 0.5]).build()
     fine = ThreeDisk(mesh=26, sensors=[0.1, 0.2, 0.5]).build()
     gain = registered_effects()["channel_gain"].places(fine)[3]
     x = np.array([*(TRUTH[name] for name in fine.parameters.names), 0.15])
     values = observe(gain.added_to(fine).dense_response(x[None])[0], "amplitude", NOISE, np.random.default_rng(8))
     measurement = Measurement(fine.speed, fine.channels, values, None, "test")
-    found = diagnosed(plain, measurement, few("channel_gain", "runout", "unequal_bearings"))
+    found = diagnosed(baseline, measurement, few("channel_gain", "runout", "unequal_bearings"))
     assert found.named == ("channel_gain",) and found.applied[0].effect == gain
 
 
 def test_an_extended_problem_can_be_diagnosed_again(rotor, hide):
-    """What it has already is not tried again, and with it the model is adequate."""
-    measurement, place, _ = hide("runout", 1)
-    extended = place.added_to(rotor)
+    """What it has already is not fitted again, and with it the model is adequate."""
+    measurement, located, _ = hide("runout", 1)
+    extended = located.added_to(rotor)
     names = {candidate.name for candidate in candidates(extended, registered_effects())}
     assert "runout" not in names and len(names) == 13
     assert diagnosed(extended, measurement, few("channel_gain", "unbalance", "runout")).verdict == "adequate"
 
 
-def test_rivals_count_though_they_would_not_speak_alone(rotor, hide):
+def test_rivals_count_though_they_would_not_be_significant_alone(rotor, hide):
     """ΔBIC within 6 of the best is ambiguous whatever the p of the second."""
     measurement, _, _ = hide("cross_coupling_antisymmetric", 3)
     found = diagnosed(rotor, measurement, few("cross_coupling_antisymmetric", "internal_damping"))
     lead, other = found.trials
-    assert ("internal_damping" in found.alike) == (
-        lead.delta_bic - other.delta_bic < 6 or lead.fall * (1 - found.likeness[other.name] ** 2) < 6
+    assert ("internal_damping" in found.ambiguity_group) == (
+        lead.delta_bic - other.delta_bic < 6 or lead.deviance_drop * (1 - found.collinearity[other.name] ** 2) < 6
     )
 
 
-def test_a_place_that_is_not_certain_is_said_to_be(rotor):
+def test_a_location_that_is_not_certain_is_said_to_be(rotor):
     """One probe of a pair with an eighth more gain: small enough that another channel's gain comes near."""
     fine = ThreeDisk(mesh=26, sensors=[0.1, 0.2, 0.5]).build().with_phase_origin()
     unbalance = registered_effects()["unbalance"].places(fine)[0]
@@ -202,10 +202,10 @@ def test_a_place_that_is_not_certain_is_said_to_be(rotor):
     values = observe(unbalance.added_to(fine).dense_response(x[None])[0], "complex", NOISE, np.random.default_rng(4))
     measurement = Measurement(fine.speed, fine.channels, values, None, "test")
     found = diagnosed(rotor, measurement, few("unbalance"), level=0.5)
-    near = [trial.place for trial in found.trials if trial.delta_bic > found.trials[0].delta_bic - 6]
-    assert found.places == (tuple(near) if found.named else ())
+    near = [trial.location for trial in found.trials if trial.delta_bic > found.trials[0].delta_bic - 6]
+    assert found.locations == (tuple(near) if found.named else ())
 
 
-def test_nothing_to_try_is_refused(rotor, hide):
+def test_nothing_to_fit_is_refused(rotor, hide):
     with pytest.raises(ValueError, match="expected effects"):
         diagnose(rotor, hide(None, 0)[0], {}, np.random.default_rng(0))

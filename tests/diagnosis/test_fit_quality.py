@@ -1,4 +1,4 @@
-"""The lack-of-fit test: right as often as it says, and it finds and places what is wrong."""
+"""The lack-of-fit test: right as often as it says, and it finds and locates what is wrong."""
 
 import numpy as np
 import pytest
@@ -63,27 +63,27 @@ def quality(values, told=True):
 def test_a_smooth_misfit_of_the_size_of_the_noise_is_found():
     wave = 1.4 * np.sin(2 * np.pi * 2 * (SPEED - 100) / 100)
     found = quality(clean(1) + np.stack([wave, 0 * wave], axis=1), told=False)
-    assert found.p < 0.005 and found.worst_statistic == "neighbours"
+    assert found.p < 0.005 and found.worst_statistic == "autocorrelation over speed"
 
 
-def test_one_wild_value_is_found_and_placed():
+def test_one_wild_value_is_found_and_located():
     values = clean(2)
     values[20, 1] += 8.0
     found = quality(values)
-    assert found.p < 0.005 and found.p_by_statistic["largest"] < 0.005
+    assert found.p < 0.005 and found.p_by_statistic["largest residual"] < 0.005
     assert found.worst_channel == 1 and found.worst_band[0] <= SPEED[20] <= found.worst_band[1]
 
 
-def test_too_much_of_everything_is_found_only_where_the_noise_is_known():
+def test_too_large_a_chi2_is_found_only_where_the_noise_is_known():
     values = clean(3, Noise(0.0, 1.5))
     assert quality(values).p < 0.005 and quality(values).reduced_chi2 == pytest.approx(2.25, rel=0.2)
     assert quality(values, told=False).p > 0.01
 
 
-def test_channels_that_move_together_are_found():
+def test_cross_channel_correlation_is_found():
     shared = np.random.default_rng(4).standard_normal((48, 2)) @ [1, 1j]
     found = quality(clean(5) + 0.7 * shared[:, None], told=False)
-    assert found.p < 0.005 and found.p_by_statistic["channels together"] < 0.005
+    assert found.p < 0.005 and found.p_by_statistic["cross-channel correlation"] < 0.005
 
 
 def test_forward_and_backward_whirl():

@@ -1,4 +1,4 @@
-"""Smallest detectable sizes, likeness and splits: against closed forms and against refits of simulated data."""
+"""Smallest detectable sizes, collinearity and splits: against closed forms and against refits of simulated data."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from scipy.stats import chi2, ncx2
 
 from ksmea import registry
 from ksmea.diagnosis.fitting import Fit, fit_nearby
-from ksmea.diagnosis.observability import POWER, best_split, likeness, smallest_detectable
+from ksmea.diagnosis.observability import POWER, best_split, collinearity, smallest_detectable
 from ksmea.diagnosis.trials import Candidate, trial_of
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import maximise
@@ -38,32 +38,32 @@ def fit_at(problem, x, measurement):
     return Fit(problem, likelihood, maximise(likelihood, likelihood.start(problem.parameters.to_cube(x))))
 
 
-def candidate(name, problem, place=0):
-    return Candidate(name, list(registry.create("effect", name, {}).places(problem))[place])
+def candidate(name, problem, location=0):
+    return Candidate(name, list(registry.create("effect", name, {}).places(problem))[location])
 
 
-@pytest.mark.parametrize(("name", "place"), [("runout", 0), ("channel_gain", 1), ("cross_coupling_symmetric", 0)])
-def test_the_smallest_detectable_size_is_found_nine_times_in_ten(rotor, name, place):
+@pytest.mark.parametrize(("name", "location"), [("runout", 0), ("channel_gain", 1), ("cross_coupling_symmetric", 0)])
+def test_the_smallest_detectable_size_is_found_nine_times_in_ten(rotor, name, location):
     """By refits of data that hide just that much."""
-    chosen = candidate(name, rotor, place)
+    chosen = candidate(name, rotor, location)
     problem = chosen.effect.added_to(rotor)
-    plain = fit_at(rotor, truth_of(rotor), measured(rotor, truth_of(rotor), 0))
-    smallest = smallest_detectable(plain, chosen, LEVEL)[0]
+    baseline = fit_at(rotor, truth_of(rotor), measured(rotor, truth_of(rotor), 0))
+    smallest = smallest_detectable(baseline, chosen, LEVEL)[0]
     x = truth_of(problem)
     x[len(rotor.parameters)] = smallest.size
-    falls = []
+    detected = []
     for seed in range(120):
         measurement = measured(problem, x, [seed, 1])
         without = fit_at(rotor, truth_of(rotor), measurement)
-        falls.append(trial_of(chosen, fit_nearby(problem, measurement, without), without, 1).p < LEVEL)
-    # 90 % of 120: standard error 2.7 %; bounds at four of them, with 2 % for what is not linear
-    assert np.mean(falls) == pytest.approx(POWER, abs=0.13)
+        detected.append(trial_of(chosen, fit_nearby(problem, measurement, without), without, 1).p < LEVEL)
+    # 90 % of 120: standard error 2.7 %; limits at four of them, with 2 % for what is not linear
+    assert np.mean(detected) == pytest.approx(POWER, abs=0.13)
 
 
 def test_a_smaller_level_or_more_noise_needs_a_larger_size(rotor):
     chosen = candidate("runout", rotor)
-    plain = fit_at(rotor, truth_of(rotor), measured(rotor, truth_of(rotor), 0))
-    one, other = (smallest_detectable(plain, chosen, level)[0].size for level in (1e-2, 1e-6))
+    baseline = fit_at(rotor, truth_of(rotor), measured(rotor, truth_of(rotor), 0))
+    one, other = (smallest_detectable(baseline, chosen, level)[0].size for level in (1e-2, 1e-6))
     expected = [
         np.sqrt(next(v for v in np.linspace(1, 100, 20000) if ncx2.sf(chi2.isf(level, 2), 2, v) > POWER))
         for level in (1e-2, 1e-6)
@@ -75,13 +75,13 @@ def test_unknown_noise_never_makes_more_detectable(rotor):
     chosen = candidate("channel_gain", rotor)
     sizes = []
     for noise in (NOISE, None):
-        plain = fit_at(rotor, truth_of(rotor), measured(rotor, truth_of(rotor), 0))
+        baseline = fit_at(rotor, truth_of(rotor), measured(rotor, truth_of(rotor), 0))
         if noise is None:
             measurement = measured(rotor, truth_of(rotor), 0, None)
             likelihood = Likelihood(Model(rotor), measurement)
-            theta = np.concatenate([plain.u, np.log([NOISE.relative, NOISE.floor])])
-            plain = Fit(rotor, likelihood, likelihood.at(theta))
-        sizes.append(smallest_detectable(plain, chosen, LEVEL)[0].size)
+            theta = np.concatenate([baseline.u, np.log([NOISE.relative, NOISE.floor])])
+            baseline = Fit(rotor, likelihood, likelihood.at(theta))
+        sizes.append(smallest_detectable(baseline, chosen, LEVEL)[0].size)
     assert sizes[0] <= sizes[1] < 1.2 * sizes[0]
 
 
@@ -95,14 +95,14 @@ def trial_with(rotor, name, value, seed=0):
     return trial_of(chosen, fit_at(problem, x, measurement), without, 1), measurement, without
 
 
-def test_mass_and_modulus_are_alike_and_runout_is_not(rotor):
+def test_mass_and_modulus_are_collinear_and_runout_is_not(rotor):
     trial, _, _ = trial_with(rotor, "youngs_modulus", 0.02)
-    assert likeness(trial, candidate("mass", rotor)) > 0.999
-    assert likeness(trial, candidate("runout", rotor)) < 0.5
+    assert collinearity(trial, candidate("mass", rotor)) > 0.999
+    assert collinearity(trial, candidate("runout", rotor)) < 0.5
 
 
 def test_a_split_is_a_measurement_that_helps(rotor):
-    """Antisymmetric cross-coupling against internal damping: alike here, and less so with more data."""
+    """Antisymmetric cross-coupling against internal damping: nearly collinear here, and less so with more data."""
     one, measurement, without = trial_with(rotor, "cross_coupling_antisymmetric", 2e5)
     chosen = candidate("internal_damping", rotor)
     other = trial_of(chosen, fit_nearby(chosen.effect.added_to(rotor), measurement, without), without, 1)

@@ -1,4 +1,4 @@
-"""The gain on left-out blocks: a log density that a direct computation confirms, and nothing for nothing."""
+"""The predictive gain on left-out blocks: a log density that a direct computation confirms, and nothing for nothing."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ import pytest
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.diagnosis.fitting import Fit
-from ksmea.diagnosis.gain import gain, part_of
+from ksmea.diagnosis.predictive_gain import part_of, predictive_gain
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import maximise
 from ksmea.measurement import Measurement, Noise
@@ -47,9 +47,9 @@ def curved(curvature, seed):
     return np.abs(mean + NOISE.floor * rng.standard_normal(60))[:, None]
 
 
-def test_the_score_is_the_log_density_of_left_out_data():
+def test_the_elpd_difference_is_of_the_log_density_of_left_out_data():
     values = curved(3.0, 1)
-    found = gain(fitted(2, values), fitted(3, values), 6, lambda: None)
+    found = predictive_gain(fitted(2, values), fitted(3, values), 6, lambda: None).elpd
     expected = []
     for block in np.array_split(np.arange(60), 6):
         kept = np.setdiff1d(np.arange(60), block)
@@ -60,18 +60,19 @@ def test_the_score_is_the_log_density_of_left_out_data():
             scores.append(-0.5 * np.sum(residual**2) / NOISE.floor**2)
         expected.append(scores[1] - scores[0])
     assert found.by_block == pytest.approx(expected, abs=0.02)
-    assert found.log_score == pytest.approx(sum(expected), abs=0.1)
+    assert found.total == pytest.approx(sum(expected), abs=0.1)
     assert found.standard_error == pytest.approx(np.std(expected, ddof=1) * np.sqrt(6), rel=0.01)
 
 
 def test_a_true_extension_pays_and_a_superfluous_one_does_not():
-    paid = gain(fitted(2, curved(8.0, 2)), fitted(3, curved(8.0, 2)), 6, lambda: None)
-    assert paid.is_proven and paid.rmse_after < paid.rmse_before
+    paid = predictive_gain(fitted(2, curved(8.0, 2)), fitted(3, curved(8.0, 2)), 6, lambda: None)
+    assert paid.elpd.is_supported and paid.rmse_after < paid.rmse_before
     superfluous = [
-        gain(fitted(2, curved(0.0, seed)), fitted(3, curved(0.0, seed)), 6, lambda: None) for seed in range(8)
+        predictive_gain(fitted(2, curved(0.0, seed)), fitted(3, curved(0.0, seed)), 6, lambda: None)
+        for seed in range(8)
     ]
-    assert np.mean([each.log_score for each in superfluous]) < 0  # one more unknown costs on data it has not seen
-    assert sum(each.is_proven for each in superfluous) <= 1
+    assert np.mean([each.elpd.total for each in superfluous]) < 0  # one more unknown costs on data it has not seen
+    assert sum(each.elpd.is_supported for each in superfluous) <= 1
 
 
 def test_parts_of_a_measurement_keep_their_own_noise():

@@ -1,0 +1,246 @@
+"""The record of a diagnosis: what a model gets wrong about a measurement, which cause explains it, and the evidence.
+
+Values of unknowns are in the unit that stands beside them, speeds in rad/s and lengths in m. `before` is the baseline
+model, `after` the model extended by the effects in `applied`; None where there is no extended model.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, Self
+
+import numpy as np
+
+from ksmea.diagnosis.elpd import ElpdDifference
+from ksmea.records.diagnosis_upgrade import is_older, renamed
+from ksmea.records.record import Record
+
+Values = tuple[tuple[float | tuple[float, float], ...], ...]  # (n_speed, n_channel), complex as (real, imaginary)
+
+
+@dataclass(frozen=True)
+class EstimateRecord(Record):
+    """An unknown as fitted, with its interval."""
+
+    name: str
+    unit: str
+    value: float
+    low: float | None  # None: open on this side
+    high: float | None
+    interval: str  # kind, see ksmea.intervals.Interval
+    at_limit: bool  # the value lies on a search limit, which is what is physical for the unknowns of an effect
+
+
+@dataclass(frozen=True)
+class EffectRecord(Record):
+    """An effect at its location, with the settings that a problem file needs to have it there."""
+
+    name: str
+    location: str
+    settings: Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class TrialRecord(Record):
+    """One effect at one location, fitted jointly with all unknowns."""
+
+    effect: str
+    location: str
+    deviance_drop: float  # against the baseline model
+    delta_bic: float  # above 0: evidence for the effect
+    p: float  # of as large a drop where the effect is absent, corrected for the number of candidates
+    parameters: tuple[EstimateRecord, ...]  # the effect's own
+
+
+@dataclass(frozen=True)
+class FitQualityRecord(Record):
+    """The lack-of-fit test of one fit, and where most of its misfit sits."""
+
+    p: float
+    p_by_statistic: Mapping[str, float]
+    statistic: str  # the one with the smallest p
+    reduced_chi2: float
+    band: tuple[float, float]  # rad/s
+    channel: str
+    excess: float  # mean square in that band and channel relative to that of all residuals
+    whirl: Mapping[str, tuple[float, float]]  # by position in m: mean squares of forward and backward residuals
+    deviance: float | None = None  # of the fit; None in older records
+
+
+@dataclass(frozen=True)
+class LackOfFitRecord(Record):
+    before: FitQualityRecord
+    after: FitQualityRecord | None
+    level: float  # p below which a model is rejected
+
+
+@dataclass(frozen=True)
+class NoiseLevelRecord(Record):
+    """Standard deviation s of a response q: s² = (relative · |q|)² + floor²."""
+
+    relative: float
+    floor: float  # m; the median where each datum has its own
+
+
+@dataclass(frozen=True)
+class NoiseRecord(Record):
+    known: bool
+    by_datum: bool  # a known standard deviation datum by datum
+    before: NoiseLevelRecord
+    after: NoiseLevelRecord | None
+
+
+@dataclass(frozen=True)
+class CoefficientRecord(Record):
+    """An unknown in both models; those of effects have no `before`."""
+
+    name: str
+    before: EstimateRecord | None
+    after: EstimateRecord | None
+
+
+@dataclass(frozen=True)
+class PredictiveGainRecord(Record):
+    """How much better the extended model predicts blocks of speeds that are left out; `is_supported` by the rule of
+    ksmea.diagnosis.elpd."""
+
+    elpd_difference: float  # sum over blocks
+    standard_error: float
+    by_block: tuple[float, ...]
+    median: float  # of the blocks
+    n_better: int  # blocks that the extended model predicts better
+    p_sign: float  # exact, one-sided
+    p_wilcoxon: float  # exact, one-sided
+    is_supported: bool
+    rmse_before: float  # m
+    rmse_after: float  # m
+
+    @classmethod
+    def of(cls, elpd: ElpdDifference, rmse_before: float, rmse_after: float) -> Self:
+        return cls(
+            elpd_difference=elpd.total,
+            standard_error=elpd.standard_error,
+            by_block=tuple(elpd.by_block.tolist()),
+            median=elpd.median,
+            n_better=elpd.n_better,
+            p_sign=elpd.p_sign,
+            p_wilcoxon=elpd.p_wilcoxon,
+            is_supported=elpd.is_supported,
+            rmse_before=rmse_before,
+            rmse_after=rmse_after,
+        )
+
+
+@dataclass(frozen=True)
+class DetectableRecord(Record):
+    """The smallest size of one unknown of an effect that would be detected in nine of ten cases."""
+
+    location: str
+    parameter: str
+    unit: str
+    size: float | None  # None: none would
+    largest: float  # that is physical
+    observable: bool  # size is below largest
+
+
+@dataclass(frozen=True)
+class SplitRecord(Record):
+    """A further measurement, and the deviance difference that is expected between two explanations, now and with it."""
+
+    measurement: str
+    now: float
+    then: float
+
+
+@dataclass(frozen=True)
+class ResponsesRecord(Record):
+    """m"""
+
+    measured: Values
+    before: Values
+    after: Values | None = None
+
+
+@dataclass(frozen=True)
+class ResidualsRecord(Record):
+    """In units of the noise."""
+
+    before: Values
+    after: Values | None = None
+
+
+@dataclass(frozen=True)
+class CurvesRecord(Record):
+    """What figures are drawn from, to five digits."""
+
+    speed: tuple[float, ...]  # rad/s
+    channels: tuple[str, ...]
+    responses: ResponsesRecord
+    residuals: ResidualsRecord
+
+
+@dataclass(frozen=True)
+class SizeRecord(Record):
+    """The true value of an unknown of a hidden effect."""
+
+    name: str
+    unit: str
+    value: float
+
+
+@dataclass(frozen=True)
+class HiddenEffectRecord(Record):
+    """An effect that synthetic data hide."""
+
+    effect: str
+    location: str
+    parameters: tuple[SizeRecord, ...]
+
+    @classmethod
+    def upgraded(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
+        return {"location": data.get("place"), **data}
+
+
+@dataclass(frozen=True)
+class DiagnosisRecord(Record):
+    """A diagnosis (ksmea.diagnosis.diagnosis.Diagnosis says what its parts mean) as plain data.
+
+    `hidden`, `hidden_deviance_drop` and `seconds` belong to a benchmark: what synthetic data hide is added once the
+    diagnosis has been made without it. The drop is that of the fit from the true values against the baseline model.
+    """
+
+    verdict: str  # adequate, not observable, named, ambiguous or unknown
+    named: tuple[str, ...]
+    ambiguity_group: tuple[str, ...]  # the named effects and those that explain the data about as well
+    locations: tuple[str, ...]  # where the best effect explains the data about as well
+    applied: tuple[EffectRecord, ...]
+    ranking: tuple[TrialRecord, ...]  # highest ΔBIC first
+    lack_of_fit: LackOfFitRecord
+    noise: NoiseRecord
+    coefficients: tuple[CoefficientRecord, ...]
+    predictive_gain: PredictiveGainRecord | None
+    min_detectable: Mapping[str, tuple[DetectableRecord, ...]]  # by effect
+    split: SplitRecord | None
+    collinearity: Mapping[str, float]  # of each other effect with the best one, 0 to 1
+    aliases: Mapping[str, str]  # effects that can look like those in `applied`, and what would tell
+    effects: tuple[str, ...]  # names of all that were fitted
+    curves: CurvesRecord | None = None
+    hidden: tuple[HiddenEffectRecord, ...] = ()
+    hidden_deviance_drop: float | None = None
+    seconds: float | None = None
+
+    @classmethod
+    def upgraded(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
+        if not is_older(data):
+            return data
+        data = renamed(data)
+        if (gain := data["predictive_gain"]) is not None:  # earlier ones had no tests of the blocks
+            elpd = ElpdDifference(np.array(gain["by_block"], dtype=float))
+            gain = PredictiveGainRecord.of(elpd, gain["rmse_before"], gain["rmse_after"]).to_data()
+        return {**data, "predictive_gain": gain}
+
+    @property
+    def is_explained(self) -> bool:
+        """Whether the extended model is believed."""
+        return self.verdict in ("named", "ambiguous")

@@ -1,0 +1,204 @@
+"""A diagnosis as people read it: in sentences, as tables and as figures."""
+
+from __future__ import annotations
+
+from typing import cast
+
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ksmea.records.diagnosis import DiagnosisRecord, EstimateRecord, FitQualityRecord, TrialRecord
+from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
+from ksmea.show.text import aligned, number
+from ksmea.units import MICROMETRE, RPM
+
+MAX_RANKED = 6  # effects that the text lists
+
+
+def text(record: DiagnosisRecord) -> str:
+    """The diagnosis as an engineer would say it."""
+    blocks = [_what_is_wrong(record), _cause(record), _predictive_gain(record), _detectable(record)]
+    return "\n\n".join(block for block in blocks if block)
+
+
+def frame(record: DiagnosisRecord) -> pd.DataFrame:
+    """The ranked effects, a row per unknown of each effect at each location; sizes and the ends of their intervals in
+    `unit`, NaN where open."""
+    rows = [
+        {
+            "rank": rank,
+            "effect": trial.effect,
+            "location": trial.location,
+            "deviance_drop": trial.deviance_drop,
+            "delta_bic": trial.delta_bic,
+            "p": trial.p,
+            "unknown": part.name,
+            "size": part.value,
+            "low": part.low,
+            "high": part.high,
+            "unit": part.unit,
+            "interval": part.interval,
+            "at_limit": part.at_limit,
+        }
+        for rank, trial in enumerate(record.ranking, start=1)
+        for part in trial.parameters
+    ]
+    return pd.DataFrame(rows).astype({"low": float, "high": float})
+
+
+def coefficients_frame(record: DiagnosisRecord) -> pd.DataFrame:
+    """Every unknown before and after the extension, with its interval, in `unit`; NaN where there is none."""
+    rows = []
+    for coefficient in record.coefficients:
+        row: dict[str, str | float] = {"unknown": coefficient.name, "unit": ""}
+        for when, estimated in (("before", coefficient.before), ("after", coefficient.after)):
+            value, low, high = (None,) * 3 if estimated is None else (estimated.value, estimated.low, estimated.high)
+            for name, part in ((when, value), (f"{when}_low", low), (f"{when}_high", high)):
+                row[name] = np.nan if part is None else part
+            row["unit"] = row["unit"] if estimated is None else estimated.unit
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def plot(record: DiagnosisRecord, axes: Axes | None = None) -> Figure:
+    """The residual figure; or, where axes are given, the ranking of effects on them."""
+    if axes is None:
+        return residual_figure(record)
+    draw_ranking(record, axes)
+    return cast(Figure, axes.figure)
+
+
+def _what_is_wrong(record: DiagnosisRecord) -> str:
+    before = record.lack_of_fit.before
+    if before.p >= record.lack_of_fit.level:
+        yet = "; yet an effect explains the data better" if record.applied else ""
+        return f"What the model leaves over could be noise (p = {before.p:.2g}){yet}.\n{_noise(record)}"
+    said = f"p = {before.p:.2g}, by {before.statistic}"
+    lines = [f"The model does not fit: what it leaves is no noise ({said}), strongest {_where(before)}."]
+    for position, (forward, backward) in before.whirl.items():
+        if max(forward, backward) > 2 * min(forward, backward):
+            kind = "forward" if forward > backward else "backward"
+            ratio = np.sqrt(max(forward, backward) / max(min(forward, backward), 1e-12))
+            lines.append(f"At {position} m it is {kind} whirl, {ratio:.2g} times as large as the other.")
+    return "\n".join([*lines, _noise(record)])
+
+
+def _where(quality: FitQualityRecord) -> str:
+    low, high = (speed / RPM for speed in quality.band)
+    return f"at {low:.0f}–{high:.0f} rpm in {quality.channel}"
+
+
+def _noise(record: DiagnosisRecord) -> str:
+    """The noise under the model that the verdict believes."""
+    noise = record.noise
+    if noise.by_datum:
+        return "Noise: as stated datum by datum."
+    believed = noise.after if record.is_explained and noise.after is not None else noise.before
+    said = "known" if noise.known else "estimated"
+    floor = believed.floor / MICROMETRE
+    return f"Noise ({said}): {100 * believed.relative:.3g} % of each value and {floor:.3g} µm."
+
+
+def _cause(record: DiagnosisRecord) -> str:
+    names = " and ".join(f"{effect.name} ({effect.location})" for effect in record.applied)
+    lines = [f"Verdict: {record.verdict}" + (f": {names}" if record.is_explained else "")]
+    if len(record.locations) > 1:
+        lines.append(f"The location is not certain: {' or '.join(record.locations)}.")
+    if record.verdict == "ambiguous":
+        lines += _split(record)
+    if record.verdict == "unknown":
+        lines += _unknown(record, names)
+    else:
+        lines += [f"  {name} can look like it: {said}" for name, said in record.aliases.items()]
+        lines += [
+            f"  {part.name} lies on its physical limit: another cause is likely"
+            for part in record.ranking[0].parameters
+            if part.at_limit and record.applied
+        ]
+    return "\n".join([*lines, "", _ranking(record)])
+
+
+def _split(record: DiagnosisRecord) -> list[str]:
+    said = [f"These explain the data about as well: {', '.join(record.ambiguity_group)}."]
+    split = record.split
+    if split is None:
+        return [*said, "None of the measurements that were considered would tell them apart."]
+    expected = f"(expected Δχ² {split.then:.3g}, now {split.now:.3g})"
+    return [*said, f"{split.measurement} would tell them apart {expected}."]
+
+
+def _unknown(record: DiagnosisRecord, names: str) -> list[str]:
+    after = record.lack_of_fit.after
+    if after is None:
+        return ["The model is wrong, and no known effect is significant."]
+    left = f"what it leaves (p = {after.p:.2g}, by {after.statistic}) is strongest {_where(after)}"
+    return [
+        "The model is wrong, and neither one of the known effects nor the best pairs of them leave noise behind.",
+        f"The nearest is {names}; {left}.",
+    ]
+
+
+def _ranking(record: DiagnosisRecord) -> str:
+    """The best location of each of the highest-ranked effects."""
+    best: dict[str, TrialRecord] = {}
+    for trial in record.ranking:
+        best.setdefault(trial.effect, trial)
+    lines = [
+        [
+            trial.effect,
+            trial.location,
+            f"{trial.delta_bic:.1f}",
+            f"{trial.p:.2g}",
+            ", ".join(_with_interval(parameter) for parameter in trial.parameters),
+        ]
+        for trial in list(best.values())[:MAX_RANKED]
+    ]
+    return aligned(["effect", "location", "ΔBIC", "p", "size"], lines)
+
+
+def _with_interval(parameter: EstimateRecord) -> str:
+    ends = ", ".join("–" if end is None else number(end, 3) for end in (parameter.low, parameter.high))
+    return f"{parameter.name} {number(parameter.value, 3)} [{ends}] {parameter.unit}"
+
+
+def _predictive_gain(record: DiagnosisRecord) -> str:
+    gain = record.predictive_gain
+    if gain is None:
+        return ""
+    supported = "supported" if gain.is_supported else "not supported"
+    tests = f"sign test p = {gain.p_sign:.2g}, signed-rank p = {gain.p_wilcoxon:.2g}"
+    blocks = f"it predicts {gain.n_better} of {len(gain.by_block)} blocks of speeds better ({tests})"
+    elpd = f"{gain.median:+.3g} in the median block and {gain.elpd_difference:+.3g} ± {gain.standard_error:.2g} in all"
+    rmse = f"{gain.rmse_before / MICROMETRE:.3g} to {gain.rmse_after / MICROMETRE:.3g} µm"
+    lines = [
+        f"The extension is {supported} by left-out data: {blocks}.",
+        f"Its elpd difference is {elpd}; the rms error goes from {rmse}.",
+    ]
+    table = [
+        [row.name, _cell(row.before), _cell(row.after), row.after.unit]
+        for row in record.coefficients
+        if row.after is not None
+    ]
+    return "\n".join([*lines, "", aligned(["unknown", "before", "after", "unit"], table)])
+
+
+def _cell(estimated: EstimateRecord | None) -> str:
+    if estimated is None:
+        return "–"
+    ends = ", ".join("–" if end is None else number(end) for end in (estimated.low, estimated.high))
+    return f"{number(estimated.value)} [{ends}]"
+
+
+def _detectable(record: DiagnosisRecord) -> str:
+    if record.verdict not in ("adequate", "not observable"):
+        return ""
+    lines = []
+    for name, parts in record.min_detectable.items():
+        for part in parts:
+            size = "–" if part.size is None else f"{number(part.size, 3)} {part.unit}"
+            remark = "" if part.observable else f"beyond what is physical ({number(part.largest, 3)} {part.unit})"
+            lines.append([name, part.location, part.parameter, size, remark])
+    head = "What would have been found in nine of ten cases, had it been there:"
+    return f"{head}\n{aligned(['effect', 'location', 'unknown', 'from', ''], lines)}"

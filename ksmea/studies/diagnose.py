@@ -1,0 +1,233 @@
+"""Diagnosis of a measurement as a record: what the model gets wrong, which physical cause explains it, and the evidence."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.contracts import Effect, Problem
+from ksmea.diagnosis.diagnosis import Diagnosis, diagnose
+from ksmea.diagnosis.fit_quality import FitQuality, whirl_parts
+from ksmea.diagnosis.fitting import Effort, Fit
+from ksmea.diagnosis.observability import Detectable
+from ksmea.diagnosis.trials import Candidate, Trial
+from ksmea.intervals import Estimate, estimate
+from ksmea.measurement import Measurement, Noise
+from ksmea.parameters import Parameter
+from ksmea.records.diagnosis import (
+    CoefficientRecord,
+    CurvesRecord,
+    DetectableRecord,
+    DiagnosisRecord,
+    EffectRecord,
+    EstimateRecord,
+    FitQualityRecord,
+    LackOfFitRecord,
+    NoiseLevelRecord,
+    NoiseRecord,
+    PredictiveGainRecord,
+    ResidualsRecord,
+    ResponsesRecord,
+    SplitRecord,
+    TrialRecord,
+    Values,
+)
+from ksmea.records.record import finite
+
+AT_LIMIT = 1e-3  # parts of the range within which a value lies on its limit
+
+
+def diagnosis(
+    problem: Problem,
+    measurement: Measurement,
+    effects: Mapping[str, Effect],
+    rng: np.random.Generator,
+    *,
+    level: float = 0.01,
+    effort: Effort | None = None,
+    n_block: int = 6,
+    interval_level: float = 0.95,
+    progress: Callable[[], None] = lambda: None,
+) -> DiagnosisRecord:
+    """The diagnosis of a measurement by a problem and the effects, by name, that may extend it.
+
+    `level` is the chance of rejecting a right model, `effort` how hard fits are refined, `n_block` the number of blocks of
+    speeds that are left out in turn, `interval_level` the confidence of intervals; `progress` is called at each step.
+    Raises ValueError where none of the effects has a location on the problem.
+    """
+    found = diagnose(
+        problem,
+        measurement,
+        effects,
+        rng,
+        level=level,
+        effort=effort,
+        n_block=n_block,
+        interval_level=interval_level,
+        progress=progress,
+    )
+    return diagnosis_record(found, measurement, interval_level)
+
+
+def diagnosis_record(found: Diagnosis, measurement: Measurement, interval_level: float) -> DiagnosisRecord:
+    """A diagnosis as plain data; values of unknowns in their units."""
+    gain = found.predictive_gain
+    return DiagnosisRecord(
+        verdict=found.verdict,
+        named=found.named,
+        ambiguity_group=found.ambiguity_group,
+        locations=found.locations,
+        applied=tuple(_effect(candidate) for candidate in found.applied),
+        ranking=tuple(_trial(trial, interval_level) for trial in found.trials),
+        lack_of_fit=_lack_of_fit(found, measurement),
+        noise=_noise(found, measurement),
+        coefficients=_coefficients(found),
+        predictive_gain=None if gain is None else PredictiveGainRecord.of(gain.elpd, gain.rmse_before, gain.rmse_after),
+        min_detectable={
+            name: tuple(_detectable(location, each) for each in parts)
+            for name, (location, parts) in found.detectable.items()
+        },
+        split=None if found.split is None else SplitRecord(**vars(found.split)),
+        collinearity=dict(found.collinearity),
+        aliases={name: text for candidate in found.applied for name, text in candidate.effect.aliases.items()},
+        effects=tuple(dict.fromkeys(trial.name for trial in found.trials)),
+        curves=_curves(found, measurement),
+    )
+
+
+def _effect(candidate: Candidate) -> EffectRecord:
+    effect: Any = candidate.effect  # effects are frozen dataclasses of settings
+    return EffectRecord(candidate.name, str(effect), dataclasses.asdict(effect))
+
+
+def _trial(trial: Trial, level: float) -> TrialRecord:
+    estimated = estimate(trial.fit.likelihood, trial.fit.point, level=level, check=False)
+    own = range(trial.fit.likelihood.d - trial.n_unknown, trial.fit.likelihood.d)
+    return TrialRecord(
+        effect=trial.name,
+        location=trial.location,
+        deviance_drop=trial.deviance_drop,
+        delta_bic=trial.delta_bic,
+        p=trial.p,
+        parameters=tuple(_estimate(trial.fit.problem.parameters.items[index], estimated, index) for index in own),
+    )
+
+
+def _estimate(parameter: Parameter, estimated: Estimate, index: int) -> EstimateRecord:
+    """An estimate with its interval, in the parameter's unit; an angle that may be any between −180° and 180°."""
+    interval, value = estimated.intervals[index], float(estimated.x[index])
+    turn = value - parameter.turned(value)
+    near = AT_LIMIT * (parameter.upper - parameter.lower)
+    return EstimateRecord(
+        name=parameter.name,
+        unit=parameter.unit,
+        value=(value - turn) / parameter.si_per_unit,
+        low=finite((interval.low - turn) / parameter.si_per_unit),
+        high=finite((interval.high - turn) / parameter.si_per_unit),
+        interval=interval.kind,
+        at_limit=bool(min(value - parameter.lower, parameter.upper - value) <= near),
+    )
+
+
+def _coefficients(found: Diagnosis) -> tuple[CoefficientRecord, ...]:
+    n_baseline = len(found.baseline.problem.parameters)
+    items = (found.best or found.baseline).problem.parameters.items
+    return tuple(
+        CoefficientRecord(
+            parameter.name,
+            before=_estimate(parameter, found.baseline_estimate, index) if index < n_baseline else None,
+            after=None if found.best_estimate is None else _estimate(parameter, found.best_estimate, index),
+        )
+        for index, parameter in enumerate(items)
+    )
+
+
+def _lack_of_fit(found: Diagnosis, measurement: Measurement) -> LackOfFitRecord:
+    after = None
+    if found.best is not None and found.best_quality is not None:
+        after = _quality(found.best_quality, found.best, measurement)
+    return LackOfFitRecord(
+        before=_quality(found.baseline_quality, found.baseline, measurement), after=after, level=found.level / 2
+    )
+
+
+def _quality(quality: FitQuality, fit: Fit, measurement: Measurement) -> FitQualityRecord:
+    return FitQualityRecord(
+        p=quality.p,
+        p_by_statistic=quality.p_by_statistic,
+        statistic=quality.worst_statistic,
+        reduced_chi2=quality.reduced_chi2,
+        band=quality.worst_band,
+        channel=str(measurement.channels[quality.worst_channel]),
+        excess=quality.worst_excess,
+        whirl=_whirl(quality, measurement),
+        deviance=float(fit.deviance),
+    )
+
+
+def _whirl(quality: FitQuality, measurement: Measurement) -> dict[str, tuple[float, float]]:
+    """Mean squares of the residuals' forward and backward parts by plane, in units of the noise."""
+    if measurement.is_amplitude:
+        return {}
+    found = {}
+    for position, both in whirl_parts(quality.residuals, measurement.channels).items():
+        forward, backward = np.mean(np.abs(both) ** 2, axis=1)
+        found[f"{position:g}"] = (float(forward), float(backward))
+    return found
+
+
+def _noise(found: Diagnosis, measurement: Measurement) -> NoiseRecord:
+    noise = measurement.noise
+    return NoiseRecord(
+        known=noise is not None,
+        by_datum=noise is not None and np.ndim(noise.floor) > 0,
+        before=_noise_level(found.baseline.noise),
+        after=None if found.best is None else _noise_level(found.best.noise),
+    )
+
+
+def _noise_level(noise: Noise) -> NoiseLevelRecord:
+    return NoiseLevelRecord(float(noise.relative), float(np.median(noise.floor)))
+
+
+def _detectable(location: str, detectable: Detectable) -> DetectableRecord:
+    parameter = detectable.parameter
+    return DetectableRecord(
+        location=location,
+        parameter=parameter.name,
+        unit=parameter.unit,
+        size=finite(detectable.size / parameter.si_per_unit),
+        largest=detectable.largest / parameter.si_per_unit,
+        observable=detectable.is_observable,
+    )
+
+
+def _curves(found: Diagnosis, measurement: Measurement) -> CurvesRecord:
+    return CurvesRecord(
+        speed=tuple(measurement.speed.tolist()),
+        channels=tuple(str(channel) for channel in measurement.channels),
+        responses=ResponsesRecord(
+            measured=_parts(measurement.values),
+            before=_parts(measurement.seen(found.baseline.response())),
+            after=None if found.best is None else _parts(measurement.seen(found.best.response())),
+        ),
+        residuals=ResidualsRecord(
+            before=_parts(found.baseline_quality.residuals),
+            after=None if found.best_quality is None else _parts(found.best_quality.residuals),
+        ),
+    )
+
+
+def _parts(values: Array | ComplexArray) -> Values:
+    """Complex values as pairs of real and imaginary parts, real ones as they are, to five digits."""
+    if np.iscomplexobj(values):
+        return tuple(tuple((_rounded(value.real), _rounded(value.imag)) for value in row) for row in values)
+    return tuple(tuple(_rounded(value) for value in row) for row in values)
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.5g}")

@@ -1,0 +1,118 @@
+"""A diagnosis in sentences, tables and figures, of a record alone."""
+
+import dataclasses
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.colors import to_hex
+from matplotlib.figure import Figure
+
+from ksmea.errors import SettingError
+from ksmea.records.diagnosis import DiagnosisRecord
+from ksmea.show.diagnosis import coefficients_frame, frame, plot, text
+from ksmea.show.diagnosis_figure import IN_GROUP, NAMED, OTHER, ranking_figure
+
+OLDER = json.loads((Path(__file__).parents[1] / "data/diagnosis_of_schema_2.json").read_text())
+RECORD = DiagnosisRecord.from_data(OLDER)
+
+
+def changed(**fields):
+    return dataclasses.replace(RECORD, **fields)
+
+
+def gain(**fields):
+    return changed(predictive_gain=dataclasses.replace(RECORD.predictive_gain, **fields))
+
+
+def test_the_text_names_the_cause_and_its_evidence():
+    said = text(RECORD)
+    location = RECORD.applied[0].location
+    assert said.startswith("The model does not fit: what it leaves is no noise (p = ")
+    assert "by autocorrelation over speed), strongest at " in said
+    assert f"Verdict: named: runout ({location})" in said
+    assert "effect     location" in said and "ΔBIC" in said
+    assert "What would have been found in nine of ten cases" not in said
+
+
+def test_the_text_says_whether_left_out_data_support_the_extension():
+    assert (
+        "The extension is supported by left-out data: it predicts 6 of 6 blocks of speeds better (sign test p = 0.016,"
+        " signed-rank p = 0.016)." in text(RECORD)
+    )
+    found = text(gain(is_supported=False, n_better=3, p_sign=42 / 64, p_wilcoxon=14 / 64, median=-1.0))
+    assert "is not supported by left-out data: it predicts 3 of 6 blocks" in found and "-1 in the median block" in found
+
+
+def test_verdicts_without_a_cause():
+    after = dataclasses.replace(RECORD.lack_of_fit, after=None)
+    nothing = {"named": (), "ambiguity_group": (), "applied": (), "predictive_gain": None, "lack_of_fit": after}
+    assert "The model is wrong, and no known effect is significant." in text(changed(verdict="unknown", **nothing))
+    adequate = text(changed(verdict="adequate", **nothing))
+    assert "What would have been found in nine of ten cases" in adequate and "left-out" not in adequate
+    assert "The nearest is runout" in text(changed(verdict="unknown"))
+
+
+def test_an_ambiguous_diagnosis_says_what_would_split_it():
+    ambiguous = {"verdict": "ambiguous", "ambiguity_group": ("runout", "mass")}
+    assert "These explain the data about as well: runout, mass." in text(changed(**ambiguous))
+    assert "None of the measurements that were considered would tell them apart." in text(changed(**ambiguous))
+    assert "The location is not certain: here or there." in text(changed(**ambiguous, locations=("here", "there")))
+
+
+def test_a_size_on_its_physical_limit_is_pointed_out():
+    first = RECORD.ranking[0]
+    parts = tuple(dataclasses.replace(part, at_limit=True) for part in first.parameters)
+    said = text(changed(ranking=(dataclasses.replace(first, parameters=parts), *RECORD.ranking[1:])))
+    assert "  runout_x lies on its physical limit: another cause is likely" in said
+
+
+def test_the_frame_has_a_row_per_unknown_of_each_trial():
+    table = frame(RECORD)
+    assert len(table) == sum(len(trial.parameters) for trial in RECORD.ranking)
+    first = table.iloc[0]
+    part = RECORD.ranking[0].parameters[0]
+    assert (first["rank"], first["effect"], first["location"]) == (1, "runout", RECORD.ranking[0].location)
+    assert (first["delta_bic"], first["p"]) == (RECORD.ranking[0].delta_bic, RECORD.ranking[0].p)
+    assert (first["unknown"], first["size"], first["unit"]) == (part.name, part.value, "µm")
+    assert (first["low"], first["high"], first["interval"]) == (part.low, part.high, part.interval)
+    assert table["delta_bic"].is_monotonic_decreasing and table["low"].dtype == float
+
+
+def test_the_coefficients_frame_compares_both_models():
+    table = coefficients_frame(RECORD).set_index("unknown")
+    assert table.index.tolist() == [row.name for row in RECORD.coefficients]
+    assert table.loc["kxx", "after"] == RECORD.coefficients[0].after.value and table.loc["kxx", "unit"] == "MN/m"
+    assert pd.isna(table.loc["runout_x", "before"]) and table.loc["runout_x", "after_low"] < 4.46
+
+
+def colours(axes):
+    names = [label.get_text().split(" ")[0] for label in axes.get_yticklabels()]
+    return {name: to_hex(bar.get_facecolor()) for name, bar in zip(names, axes.patches)}
+
+
+def test_only_what_is_named_or_in_its_ambiguity_group_is_coloured():
+    """Both effects are significant here: with a misfit as large as this nearly all are."""
+    assert all(trial.p < 1e-9 for trial in RECORD.ranking)
+    assert colours(ranking_figure(RECORD).axes[0]) == {"runout": NAMED, "mass": OTHER}
+    group = changed(verdict="ambiguous", ambiguity_group=("runout", "mass"))
+    assert colours(ranking_figure(group).axes[0]) == {"runout": NAMED, "mass": IN_GROUP}
+    unknown = changed(verdict="unknown", named=(), ambiguity_group=())
+    assert set(colours(ranking_figure(unknown).axes[0]).values()) == {OTHER}
+
+
+def test_plot_draws_residuals_or_the_ranking_on_given_axes():
+    residuals = plot(RECORD)
+    assert len(residuals.axes) == 3 * len(RECORD.curves.channels)
+    measured = residuals.axes[0].lines[0].get_ydata()
+    assert len(measured) == len(RECORD.curves.speed) and np.all(measured > 0)
+    figure = Figure()
+    axes = figure.subplots()
+    assert plot(RECORD, axes) is figure and set(colours(axes)) == {"runout", "mass"}
+
+
+def test_residuals_need_curves():
+    with pytest.raises(SettingError, match="expected a record with its curves, got one without"):
+        plot(changed(curves=None))
