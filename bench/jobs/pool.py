@@ -9,8 +9,10 @@ from __future__ import annotations
 import multiprocessing
 import resource
 import signal
+import sys
 import time
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
@@ -113,9 +115,24 @@ def _hand_out(
 def _new_worker(function: Callable[..., dict[str, Any]], limits: Limits) -> _Worker[Task]:
     ours, theirs = CONTEXT.Pipe()
     process = CONTEXT.Process(target=_serve, args=(theirs, function, limits.memory), daemon=True)
-    process.start()
+    with _main_module_left_out():
+        process.start()
     theirs.close()
     return _Worker(process, ours)
+
+
+@contextmanager
+def _main_module_left_out() -> Iterator[None]:
+    """A process that is started in the block does not import the caller's main module, which would begin a script without
+    a main guard again: workers need nothing of it."""
+    main = sys.modules["__main__"]
+    kept = {name: main.__dict__[name] for name in ("__file__", "__spec__") if name in main.__dict__}
+    main.__dict__.pop("__file__", None)
+    main.__spec__ = None
+    try:
+        yield
+    finally:
+        main.__dict__.update(kept)
 
 
 def _wait(busy: list[_Worker[Task]]) -> None:

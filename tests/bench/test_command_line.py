@@ -235,3 +235,14 @@ def test_without_an_experiment_it_is_a_single_cell_called_run(enter, cheapest):
 def test_experiment_needs_no_plus_sign(enter, cheapest):
     ended = enter("experiment=table3", *cheapest, "repetitions=1", output="results/table3")
     assert ended.code == 0 and (ended.output / "table3.csv").is_file()
+
+
+@pytest.mark.parametrize("name", ["problems.py", "optimizers/__init__.py"])
+def test_a_module_in_the_working_directory_that_hides_the_project_is_named(shell, tmp_path, name):
+    (tmp_path / name).parent.mkdir(exist_ok=True)
+    (tmp_path / name).write_text("raise SystemExit('the wrong one')")
+    ended = shell("help", cwd=tmp_path)
+    package = name.partition("/")[0].removesuffix(".py")
+    assert (ended.code, ended.out) == (2, "")
+    assert ended.err.startswith(f"error: {package}: expected this project's package, found {tmp_path}")
+    assert ended.err.count("\n") == 1 and "`ksmea-bench`" in ended.err
