@@ -76,7 +76,9 @@ def _experiment(words: list[str]) -> int:
     _check_names(words)
     os.environ["HYDRA_FULL_ERROR"] = "1"  # errors come here as they are; this is the only place that prints them
     register_schemas()
-    sys.argv[1:] = [f"+{word}" if word.startswith("experiment=") else word for word in words]
+    options = [word for word in words if word.startswith("-") or "=" not in word]  # argparse wants them side by side
+    settings = [word for word in words if word not in options]
+    sys.argv[1:] = [*options, *(f"+{word}" if word.startswith("experiment=") else word for word in settings)]
     if not any(word.startswith("-") for word in words):
         sys.argv.append("--multirun")  # conf/config.yaml says so too, but Hydra forgets it where composing fails
     try:
