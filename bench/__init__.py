@@ -1,1 +1,5 @@
-"""The benchmark: experiments as Hydra configurations, plans of runs, records, tables and figures."""
+"""Experiments: runs planned from a configuration, done by workers, and made into tables. `bench.run` does one from Python."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -6,6 +6,7 @@ import errno
 import os
 import sys
 import traceback
+from collections.abc import Callable
 
 import hydra
 from omegaconf import DictConfig
@@ -40,7 +41,12 @@ HYDRA_OPTIONS = (
 )
 
 
-def run(words: list[str]) -> int:
+def _to_stderr(line: str) -> None:
+    print(f"error: {line}", file=sys.stderr)
+
+
+def run(words: list[str], refuse: Callable[[str], None] = _to_stderr) -> int:
+    """Do what the words say; the exit code. `refuse` is told in one line why they cannot be done."""
     try:
         if words and words[0] in HELP:
             print(help_text(words[1:]))
@@ -49,14 +55,14 @@ def run(words: list[str]) -> int:
             return COMMANDS[words[0]](words[1:])
         return _experiment(words)
     except SettingError as error:
-        return _refused(str(error))
+        return _refused(str(error), refuse)
     except USER_ERRORS as error:
-        return _refused(one_line(error))
+        return _refused(one_line(error), refuse)
     except BrokenPipeError:  # who reads what is printed has gone; the files are written
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BROKEN_PIPE
     except OSError as error:
-        return _cannot_write(error)
+        return _cannot_write(error, refuse)
     except KeyboardInterrupt:
         print("interrupted: finished runs are kept, the same command does the rest", file=sys.stderr)
         return INTERRUPTED
@@ -70,7 +76,9 @@ def _experiment(words: list[str]) -> int:
     _check_names(words)
     os.environ["HYDRA_FULL_ERROR"] = "1"  # errors come here as they are; this is the only place that prints them
     register_schemas()
-    sys.argv[1:] = [f"+{word}" if word.startswith("experiment=") else word for word in words]
+    options = [word for word in words if word.startswith("-") or "=" not in word]  # argparse wants them side by side
+    settings = [word for word in words if word not in options]
+    sys.argv[1:] = [*options, *(f"+{word}" if word.startswith("experiment=") else word for word in settings)]
     if not any(word.startswith("-") for word in words):
         sys.argv.append("--multirun")  # conf/config.yaml says so too, but Hydra forgets it where composing fails
     try:
@@ -94,17 +102,19 @@ def _job(config: DictConfig) -> None:
     work(job_of(config))
 
 
-def _cannot_write(error: OSError) -> int:
+def _cannot_write(error: OSError, refuse: Callable[[str], None]) -> int:
     """A folder that cannot be used is bad input; a disk that fills up is not, and what was written before is kept."""
     place = error.filename or "output"
     if error.errno in DISK_TROUBLE:
-        _refused(f"{place}: {error.strerror}; finished runs are kept: make room and give the same command again")
+        _refused(
+            f"{place}: {error.strerror}; finished runs are kept: make room and give the same command again", refuse
+        )
         return FAILED
-    return _refused(f"{place}: {error.strerror}; choose another output=DIR")
+    return _refused(f"{place}: {error.strerror}; choose another output=DIR", refuse)
 
 
-def _refused(line: str) -> int:
+def _refused(line: str, refuse: Callable[[str], None]) -> int:
     if os.environ.get("BENCH_TRACEBACK"):
         traceback.print_exc()
-    print(f"error: {line}", file=sys.stderr)
+    refuse(line)
     return BAD_INPUT

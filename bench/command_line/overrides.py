@@ -76,4 +76,10 @@ def _in_grammar(value: Any) -> str:
         return QuotedString(value, Quote.single).with_quotes()
     if isinstance(value, list):
         return f"[{','.join(_in_grammar(entry) for entry in value)}]"
-    return "null" if value is None else str(value)
+    if isinstance(value, dict):
+        return f"{{{','.join(f'{name}:{_in_grammar(entry)}' for name, entry in value.items())}}}"
+    return {None: "null", True: "true", False: "false"}.get(value, str(value)) if _is_word(value) else str(value)
+
+
+def _is_word(value: Any) -> bool:
+    return value is None or isinstance(value, bool)

@@ -11,7 +11,9 @@ import resource
 import signal
 import time
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
+from multiprocessing import spawn
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
 from typing import Any, Generic, TypeVar
@@ -24,6 +26,15 @@ Task = TypeVar("Task")
 
 # A server process imports everything once and forks the workers; a new one after a crash costs milliseconds.
 CONTEXT = multiprocessing.get_context("forkserver")
+NEEDED = (
+    "log_to_stderr",
+    "authkey",
+    "name",
+    "sys_path",
+    "sys_argv",
+    "orig_dir",
+    "dir",
+)  # of what a process could inherit
 BEGINS = None  # what a worker says before it begins a task
 
 
@@ -116,9 +127,23 @@ def _hand_out(
 def _new_worker(function: Callable[..., dict[str, Any]], limits: Limits) -> _Worker[Task]:
     ours, theirs = CONTEXT.Pipe()
     process = CONTEXT.Process(target=_serve, args=(theirs, function, limits.memory), daemon=True)
-    process.start()
+    with _only_what_workers_need():
+        process.start()
     theirs.close()
     return _Worker(process, ours)
+
+
+@contextmanager
+def _only_what_workers_need() -> Iterator[None]:
+    """A process that is started in the block gets nothing of this one but its paths. By default it would import the
+    caller's main module, which begins a script without a main guard again, and take over the default way of starting
+    processes, which it need not know (joblib's workers have one of their own)."""
+    original = spawn.get_preparation_data
+    spawn.get_preparation_data = lambda name: {key: value for key, value in original(name).items() if key in NEEDED}
+    try:
+        yield
+    finally:
+        spawn.get_preparation_data = original
 
 
 def _wait(busy: list[_Worker[Task]]) -> None:

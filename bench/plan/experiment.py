@@ -111,7 +111,9 @@ class _Composer:
     def __init__(self, loader: ConfigLoader, master: DictConfig, fixed: Iterable[Choice]) -> None:
         self._loader = loader
         self._master = master
-        self._fixed = [choice.override.input_line for choice in fixed]
+        # Hydra hands the sweeper no overrides of its own, without this one experiments of other folders are not found.
+        searched = [word for word in master.hydra.overrides.hydra if word.startswith("hydra.searchpath=")]
+        self._fixed = [*searched, *(choice.override.input_line for choice in fixed)]
         self._composed: dict[tuple[str, ...], DictConfig] = {}
 
     def at(self, point: dict[str, Any]) -> DictConfig:

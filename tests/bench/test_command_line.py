@@ -235,3 +235,31 @@ def test_without_an_experiment_it_is_a_single_cell_called_run(enter, cheapest):
 def test_experiment_needs_no_plus_sign(enter, cheapest):
     ended = enter("experiment=table3", *cheapest, "repetitions=1", output="results/table3")
     assert ended.code == 0 and (ended.output / "table3.csv").is_file()
+
+
+@pytest.mark.parametrize("name", ["problems.py", "optimizers/__init__.py"])
+def test_a_module_in_the_working_directory_that_hides_the_project_is_named(shell, tmp_path, name):
+    (tmp_path / name).parent.mkdir(exist_ok=True)
+    (tmp_path / name).write_text("raise SystemExit('the wrong one')")
+    ended = shell("help", cwd=tmp_path)
+    package = name.partition("/")[0].removesuffix(".py")
+    assert (ended.code, ended.out) == (2, "")
+    assert ended.err.startswith(f"error: {package}: expected this project's package, found {tmp_path}")
+    assert ended.err.count("\n") == 1 and "`ksmea-bench`" in ended.err
+
+
+@pytest.mark.parametrize("words", [["hydra.searchpath=[mine]"], ["--config-dir", "mine"]])
+def test_experiments_of_ones_own_are_found_in_folders_of_ones_own(shell, cheapest, tmp_path, words):
+    (tmp_path / "mine" / "experiment").mkdir(parents=True)
+    (tmp_path / "mine" / "experiment" / "own.yaml").write_text("# @package _global_\nname: own\nrepetitions: 1\n")
+    ended = shell("+experiment=own", *words, *cheapest, cwd=tmp_path, output="results/own")
+    assert ended.code == 0 and "all 1 runs of own have a result" in ended.out, ended.err
+
+
+def test_the_launcher_of_joblib_gives_the_same_table(shell, cheapest, tmp_path):
+    pytest.importorskip("hydra_plugins.hydra_joblib_launcher", reason="hydra-joblib-launcher is not installed")
+    words = ["+experiment=table3", *cheapest, "samples=25,30", "repetitions=2"]
+    basic = shell(*words, cwd=tmp_path)
+    joblib = shell(*words, "hydra/launcher=joblib", "batches=2", "output=results/joblib", cwd=tmp_path)
+    assert joblib.code == 0, joblib.err
+    pd.testing.assert_frame_equal(*(table[table["parameter"] != "time"] for table in (basic.table(), joblib.table())))

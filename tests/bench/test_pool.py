@@ -2,6 +2,7 @@
 
 import os
 import signal
+import subprocess
 import sys
 import time
 
@@ -86,3 +87,20 @@ class TestPool:
         running.close()
         with pytest.raises(ProcessLookupError):
             os.kill(record["pid"], 0)
+
+
+SCRIPT = """
+from bench import door
+print("begun", flush=True)
+code = door.run(["+experiment=table3", "repetitions=2", "workers=2", "samples=25", "optimizer.generations=1",
+                 "optimizer.population=5", "method.max_updates=1", "output=out"])
+print("ended", code)
+"""
+
+
+def test_a_script_without_a_main_guard_is_not_begun_again_by_the_workers(tmp_path):
+    (tmp_path / "script.py").write_text(SCRIPT)
+    done = subprocess.run(
+        [sys.executable, "script.py"], cwd=tmp_path, capture_output=True, text=True, timeout=100, check=False
+    )
+    assert done.stdout.count("begun") == 1 and done.stdout.endswith("ended 0\n"), done.stdout + done.stderr

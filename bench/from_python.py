@@ -1,0 +1,122 @@
+"""Whole experiments from Python: `bench.run("table3", repetitions=1)`.
+
+The experiment is the command line's own, in a process of its own: its workers never import the caller's script, and the
+numbers are the same to the last digit. So nothing that calls it needs a main guard.
+"""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.image import imread
+
+from bench.command_line.overrides import override
+from bench.jobs.records import RESULTS
+from bench.plan.plan import Plan, read_plan
+from bench.plan.report import report_named
+from ksmea import registry
+from ksmea.errors import SettingError
+
+BAD_INPUT, INTERRUPTED = 2, 130
+# Not `-m bench`: where it runs there may be a folder of that name. The main module is imported first, as it says why.
+LAUNCH = "import sys, bench.__main__; from bench import door; sys.exit(door.run(sys.argv[1:], refuse=print))"
+
+
+@dataclass(frozen=True)
+class Experiment:
+    """An experiment's results in their folder. `print` gives the terminal's table."""
+
+    output: Path
+
+    @property
+    def plan(self) -> Plan:
+        return read_plan(self.output)
+
+    @property
+    def runs(self) -> pd.DataFrame:
+        """A row per planned run, whatever became of it."""
+        return pd.read_csv(self.output / "runs.csv", dtype={"key": str})
+
+    @property
+    def failed(self) -> int:
+        """Planned runs without a result."""
+        return int((~self.runs["status"].isin(RESULTS)).sum())
+
+    def to_frame(self) -> pd.DataFrame:
+        """The experiment's table, tidy."""
+        return pd.read_csv(self.output / f"{self.plan.name}.csv")
+
+    def to_json(self, path: str | Path | None = None) -> str:
+        """The table as JSON, a mapping per row, written to a file too where one is named."""
+        text = json.dumps(json.loads(self.to_frame().to_json(orient="records")), indent=1)
+        if path is not None:
+            Path(path).write_text(text + "\n", encoding="utf-8")
+        return text
+
+    def plot(self, axes: Axes | None = None) -> Figure:
+        """The experiment's figure as it was written, on given axes or its own."""
+        picture = imread(self.output / f"{self.plan.name}.png")
+        if axes is None:
+            height, width = picture.shape[:2]
+            axes = Figure(figsize=(width / 130, height / 130), dpi=130).add_axes((0.0, 0.0, 1.0, 1.0))
+        axes.imshow(picture)
+        axes.set_axis_off()
+        figure = axes.get_figure(root=True)
+        assert figure is not None
+        return figure
+
+    def __str__(self) -> str:
+        return report_named(self.plan.report.table).make(self.plan, self.output).text
+
+    def _repr_html_(self) -> str:
+        return f"{self.to_frame().to_html(index=False, float_format='%.4g')}<pre>{escape(str(self))}</pre>"
+
+
+def run(experiment: str | None = None, *, output: str | Path | None = None, **settings: Any) -> Experiment:
+    """Do an experiment, or what is missing of it, and return its results; progress shows on a terminal.
+
+    `settings` are those of the command line: `repetitions=3`, `problem="rk4"`, `optimizer="pso"`; a mapping holds the settings
+    of a plugin, `measurement={"relative": 0.05}`, with its own name under "name"; a tuple is a sweep, `samples=(40, 70)`.
+    `output` is the folder of the results, results/NAME below the working directory if not given.
+
+    >>> import bench
+    >>> table = bench.run("table5", output=getfixture("tmp_path")).to_frame()
+    >>> bool(table["agrees"].all())
+    True
+
+    Raises `SettingError` for what the command line refuses. Runs that fail do not raise: they are counted (`failed`).
+    """
+    words = [f"+experiment={experiment}"] if experiment is not None else []
+    for key, value in settings.items():
+        words += _words(key, value)
+    folder = Path(output) if output is not None else Path("results") / str(settings.get("name", experiment or "run"))
+    words.append(override("output", str(folder.absolute())))
+    command = [sys.executable, "-P", "-c", LAUNCH, *words]
+    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)  # progress goes to stderr
+    if done.returncode == INTERRUPTED:
+        raise KeyboardInterrupt
+    if done.returncode == BAD_INPUT:
+        raise SettingError(done.stdout.strip())
+    return Experiment(folder)
+
+
+def _words(key: str, value: Any) -> list[str]:
+    """A setting in the command line's grammar; the names of plugins stand without quotes."""
+    if key in registry.GROUPS and isinstance(value, str):
+        return [f"{key}={value}"]
+    if key in registry.GROUPS and isinstance(value, Mapping):
+        inner = [(key if name == "name" else f"{key}.{name}", entry) for name, entry in value.items()]
+        return [word for name, entry in inner for word in _words(name, entry)]
+    if isinstance(value, tuple):
+        return [f"{key}={','.join(word.partition('=')[2] for entry in value for word in _words(key, entry))}"]
+    return [override(key, value)]

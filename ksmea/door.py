@@ -1,0 +1,187 @@
+"""The door for Python: problems and measurements by name or file, and the studies of them. The command line's studies
+call the same functions (`ksmea.studies`); here their settings are arguments and their records come as results.
+
+Problem and measurement are aligned first (`ksmea.alignment`): the problem is seen at the measurement's speeds and
+channels, or the two are refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ksmea import registry
+from ksmea.alignment import aligned
+from ksmea.contracts import Effect, MeasurementSource, Method, Optimizer, Problem, Surrogate
+from ksmea.errors import SettingError
+from ksmea.identification import Streams
+from ksmea.loaded import LoadedProblem
+from ksmea.measurement import Measurement
+from ksmea.records.effects import HiddenEffect
+from ksmea.results import DiagnosisResult, IdentifiabilityResult, IdentificationResult, PlanResult
+from ksmea.studies.diagnose import diagnosis
+from ksmea.studies.identifiability import identifiability_study
+from ksmea.studies.identify import identification
+from ksmea.studies.plan import planning_study
+
+Seed = int | np.random.Generator
+YAML = (".yaml", ".yml")
+
+
+def load_problem(name: str | Path, **settings: Any) -> LoadedProblem:
+    """A registered problem by name, or a rotor or an extended model from a YAML file, with its settings.
+
+    >>> import ksmea
+    >>> print(ksmea.load_problem("three_disk", mesh=21, n_speed=27))
+    three_disk: 27 speeds; x at 0.1 m, y at 0.1 m
+    unknown    unit  lower limit  upper limit  published
+        kxx    MN/m           10          100         50
+        kyy    MN/m           10          100         70
+        cxx  kN s/m         0.01            1        0.5
+        cyy  kN s/m         0.01            1        0.7
+          u    g mm           50          500        200
+
+    Raises `SettingError` for a name that is not registered, a setting that the problem does not have or a file that
+    cannot be used.
+    """
+    if Path(name).suffix in YAML:
+        settings = {"file": str(name), **settings}
+        name = _kind_of_file(Path(name))
+    made = registry.create("problem", str(name), settings)
+    return LoadedProblem(str(name), made, made.build())
+
+
+def read_measurement(path: str | Path, **settings: Any) -> Measurement:
+    """A measured run from a CSV file (`measurements/file.py` has its columns): `incomplete="drop"`, `speed_from=…`.
+
+    >>> import ksmea
+    >>> measurement = ksmea.read_measurement("docs/examples/run_up.csv")
+    >>> measurement.kind, measurement.values.shape
+    ('complex', (60, 2))
+    """
+    source: MeasurementSource = registry.create("measurement", "file", {"path": str(path), **settings})
+    return source.read()
+
+
+@dataclass(frozen=True)
+class SyntheticData:
+    """A synthetic measurement and, apart from it, what it was made from. A study takes the measurement alone.
+
+    `truth` has the true values in the units of the unknowns, `hidden` the effects that the problem's model lacks.
+    """
+
+    measurement: Measurement
+    truth: Mapping[str, float]
+    hidden: tuple[HiddenEffect, ...]
+
+
+def synthetic_measurement(
+    problem: LoadedProblem,
+    *,
+    relative: float = 0.0,
+    floor: float = 0.0,
+    kind: str = "amplitude",
+    hidden: Sequence[str] = (),
+    rng: Seed = 0,
+    **settings: Any,
+) -> SyntheticData:
+    """A measurement that the problem's own model makes at its published values, with Gaussian noise.
+
+    `relative` is the noise's standard deviation as a part of each value, `floor` its constant part (µm), `kind` is
+    "amplitude" or "complex", `hidden` names effects that are in the data but not in the model. Further settings are those
+    of `measurement=synthetic`: truth, sizes, noise_known, phase_known, mesh, route.
+
+    >>> import ksmea
+    >>> rotor = ksmea.load_problem("three_disk")
+    >>> data = ksmea.synthetic_measurement(rotor, relative=0.05, kind="complex", hidden=["runout"], rng=3)
+    >>> data.measurement.values.shape, [effect.name for effect in data.hidden]
+    ((53, 2), ['runout'])
+    """
+    settings = {"relative": relative, "floor": floor, "kind": kind, "hidden": list(hidden), **settings}
+    source: MeasurementSource = registry.create("measurement", "synthetic", settings)
+    noise, of_hidden = _generator(rng).spawn(2)
+    seed = int(of_hidden.integers(2**63))
+    truth = source.true_values(problem.settings, source.seen(problem.problem))
+    measurement = source.measure(problem.settings, truth, noise, np.random.default_rng(seed))
+    seen = aligned(problem.problem, measurement)
+    found = source.hidden_effects(problem.settings, np.random.default_rng(seed))
+    values = {item.name: truth[item.name] / item.si_per_unit for item in seen.parameters}
+    return SyntheticData(measurement, values, tuple(found))
+
+
+Data = Measurement | SyntheticData
+
+
+def identify(
+    problem: LoadedProblem | Problem,
+    measurement: Data,
+    method: str | Method = "direct",
+    *,
+    surrogate: str | Surrogate = "kriging",
+    optimizer: str | Optimizer | None = None,
+    samples: int = 100,
+    rng: Seed = 0,
+    intervals: str = "profile",
+    level: float = 0.95,
+    **settings: Any,
+) -> IdentificationResult:
+    """The unknowns of a problem from a measurement, each with an interval of confidence `level`.
+
+    `method` is a registered name – "direct" searches the true model, "ksmea" a surrogate of it that is refined – or a
+    method made by hand, which brings its own parts along. `settings` are those of the named method. Without an optimiser,
+    "direct" takes least squares from many starts ("lm"), every other method differential evolution ("de").
+
+    >>> import ksmea
+    >>> rotor = ksmea.load_problem("three_disk")
+    >>> data = ksmea.synthetic_measurement(rotor, relative=0.05)
+    >>> result = ksmea.identify(rotor, data)
+    >>> result["kxx"].low < 50.0 < result["kxx"].high
+    True
+
+    Raises `SettingError` where problem and measurement do not belong together.
+    """
+    data = _measurement(measurement)
+    seen = aligned(_problem(problem), data)
+    if isinstance(method, str):
+        parts = {
+            "surrogate": _plugin("surrogate", surrogate),
+            "optimizer": _plugin("optimizer", optimizer or ("lm" if method == "direct" else "de")),
+            "samples": samples,
+        }
+        method = registry.create_method(method, settings, parts)
+    elif settings:
+        raise SettingError(f"identify: expected the settings inside the method, got {', '.join(settings)} beside it")
+    method.validate(seen)
+    generator = _generator(rng)
+    streams = Streams(*generator.spawn(3))
+    record = identification(
+        seen, data, method, streams, intervals=intervals, level=level, details=True, rng=generator.spawn(1)[0]
+    )
+    return IdentificationResult(record)
+
+
+def identifiability(
+    problem: LoadedProblem,
+    *,
+    relative: float = 0.0,
+    floor: float = 0.0,
+    kind: str = "amplitude",
+    noise_known: bool = True,
+    values: Mapping[str, float] | None = None,
+    **settings: Any,
+) -> IdentifiabilityResult:
+    """How well data on the problem's speeds and channels with such noise would tell the unknowns, and how other data would.
+
+    `relative` and `floor` (µm) are the noise, `values` where the problem is linearised (published values by default).
+    `settings` are those of `study=identifiability`.
+
+    >>> import ksmea
+    >>> result = ksmea.identifiability(ksmea.load_problem("three_disk"), relative=0.1, variations=[])
+    >>> result.to_frame().columns[0]
+    'parameter'
+    """
+    raise NotImplementedError  # written with the studies

@@ -1,0 +1,137 @@
+"""A problem together with the settings that it was built from: what people hold in Python.
+
+Arrays are SI (rad/s, m). Values of unknowns go by name, in the units that the unknowns have (`parameters`), as on the
+command line; a name that is left out has its published value.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from html import escape
+from typing import Any
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import Channel
+from ksmea.contracts import Problem, ProblemSettings
+from ksmea.errors import SettingError, unknown
+from ksmea.modes import Campbell, Mode
+from ksmea.parameters import Parameter, Parameters
+
+HEAD = ("unknown", "unit", "lower limit", "upper limit", "published")
+
+
+@dataclass(frozen=True)
+class LoadedProblem:
+    """A registered problem with its settings. `problem` is all that an identification sees: it knows no true values.
+
+    >>> import ksmea
+    >>> rotor = ksmea.load_problem("three_disk", mesh=13, sensors=[0.1, 0.5])
+    >>> rotor.parameters.names
+    ('kxx', 'kyy', 'cxx', 'cyy', 'u')
+    >>> rotor.response({"kxx": 40.0}).shape  # speeds × channels
+    (53, 4)
+    """
+
+    name: str
+    settings: ProblemSettings
+    problem: Problem
+
+    @property
+    def parameters(self) -> Parameters:
+        """The unknowns: names, units and search limits."""
+        return self.problem.parameters
+
+    @property
+    def speed(self) -> Array:
+        """(n_speed,) rad/s."""
+        return self.problem.speed
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        return self.problem.channels
+
+    @property
+    def reference(self) -> dict[str, float]:
+        """Published values by name, in the units of the unknowns; none of what nobody knows."""
+        units = {item.name: item.si_per_unit for item in self.parameters}
+        return {name: value / units[name] for name, value in self.settings.reference().items() if name in units}
+
+    def x(self, values: Mapping[str, float] | None = None) -> Array:
+        """A parameter vector (d,), SI, from values by name; `SettingError` where one has no value."""
+        given = dict(values or {})
+        for name in given:
+            if name not in self.parameters.names:
+                raise unknown("unknown of the problem:", name, self.parameters.names)
+        known = self.reference | given
+        missing = [name for name in self.parameters.names if name not in known]
+        if missing:
+            raise SettingError(
+                f"{self.name}: expected a value for {', '.join(missing)}, got none; give values={{{missing[0]!r}: …}}"
+            )
+        return np.array([known[item.name] * item.si_per_unit for item in self.parameters])
+
+    def response(
+        self,
+        values: Mapping[str, float] | None = None,
+        *,
+        speed: Array | None = None,
+        channels: Sequence[Channel] | None = None,
+    ) -> ComplexArray:
+        """Unbalance response (n_speed, n_channel), complex, m 0-peak, under Re(q e^{iΩt}).
+
+        `speed` (rad/s) and `channels` are the problem's own where they are not given.
+        """
+        problem = self.problem
+        if speed is not None or channels is not None:
+            problem = problem.at(self.speed if speed is None else np.asarray(speed, float), channels or self.channels)
+        return problem.response(self.x(values)[None])[0]
+
+    def critical_speeds(self, values: Mapping[str, float] | None = None, *, highest: float | None = None) -> Array:
+        """Speeds (rad/s) at which a damped natural frequency equals the speed, up to `highest` (the highest of the
+        problem's speeds if not given)."""
+        return self.problem.critical_speeds(self.x(values), highest)
+
+    def modes(self, speed: float, values: Mapping[str, float] | None = None, *, n_mode: int = 6) -> tuple[Mode, ...]:
+        """The first damped modes at a speed (rad/s): frequency, damping ratio, whirl and shape."""
+        return self.problem.modes(self.x(values), speed, n_mode)
+
+    def campbell(
+        self, speed: Array | None = None, values: Mapping[str, float] | None = None, *, n_mode: int = 6
+    ) -> Campbell:
+        """Natural frequencies and damping ratios over speed (rad/s), by default from rest to the highest speed."""
+        if speed is None:
+            speed = np.linspace(0.0, float(self.speed.max()), 51)
+        return self.problem.campbell(self.x(values), np.asarray(speed, float), n_mode)
+
+    def with_settings(self, **settings: Any) -> LoadedProblem:
+        """The same problem with some of its settings changed."""
+        changed = dataclasses.replace(self.settings, **settings)
+        return LoadedProblem(self.name, changed, changed.build())
+
+    def __str__(self) -> str:
+        rows = [HEAD, *(self._row(item) for item in self.parameters)]
+        widths = [max(len(row[column]) for row in rows) for column in range(len(HEAD))]
+        table = ["  ".join(text.rjust(width) for text, width in zip(row, widths)) for row in rows]
+        return "\n".join([self._title, *table])
+
+    def _repr_html_(self) -> str:
+        rows = "".join(
+            f"<tr>{''.join(f'<td>{escape(text)}</td>' for text in self._row(item))}</tr>" for item in self.parameters
+        )
+        head = "".join(f"<th>{text}</th>" for text in HEAD)
+        return f"<p>{escape(self._title)}</p><table><thead><tr>{head}</tr></thead><tbody>{rows}</tbody></table>"
+
+    @property
+    def _title(self) -> str:
+        channels = ", ".join(map(str, self.channels))
+        return f"{self.name}: {len(self.speed)} speeds; {channels}"
+
+    def _row(self, item: Parameter) -> tuple[str, ...]:
+        unit = item.si_per_unit
+        published = self.reference.get(item.name)
+        last = "–" if published is None else f"{published:.4g}"
+        return item.name, item.unit, f"{item.lower / unit:.4g}", f"{item.upper / unit:.4g}", last

@@ -1,0 +1,158 @@
+"""What the door returns: a record of what was found, with the text of the terminal, a table and a figure.
+
+`print(result)` gives the text, `to_frame()` a tidy table, `plot()` a figure, `to_json()` the record; a notebook shows
+table and text. `record` has every number as an attribute, SI unless its documentation says otherwise.
+"""
+
+from __future__ import annotations
+
+import json
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+from typing import Generic, TypeVar
+
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ksmea.errors import unknown
+from ksmea.records.diagnosis import DiagnosisRecord
+from ksmea.records.identifiability import IdentifiabilityRecord
+from ksmea.records.identification import IdentificationRecord
+from ksmea.records.plan import PlanRecord
+from ksmea.records.record import Record
+from ksmea.show import diagnosis as diagnosis_shown
+from ksmea.show import identifiability as identifiability_shown
+from ksmea.show import identification as identification_shown
+from ksmea.show import plan as plan_shown
+
+AnyRecord = TypeVar("AnyRecord", bound=Record)
+
+
+@dataclass(frozen=True)
+class Result(ABC, Generic[AnyRecord]):
+    """Base of all results."""
+
+    record: AnyRecord
+
+    @abstractmethod
+    def __str__(self) -> str:
+        """The text that the command line prints."""
+
+    @abstractmethod
+    def to_frame(self) -> pd.DataFrame:
+        """A tidy table, values in the units that it names."""
+
+    @abstractmethod
+    def plot(self, axes: Axes | None = None) -> Figure:
+        """The figure that the command line writes; on given axes its main panel."""
+
+    def to_json(self, path: str | Path | None = None) -> str:
+        """The record as JSON, written to a file too where one is named."""
+        text = json.dumps(self.record.to_data(), indent=1, allow_nan=False)
+        if path is not None:
+            Path(path).write_text(text + "\n", encoding="utf-8")
+        return text
+
+    def _repr_html_(self) -> str:
+        return f"{self.to_frame().to_html(index=False, float_format='%.4g')}<pre>{escape(str(self))}</pre>"
+
+
+@dataclass(frozen=True)
+class Value:
+    """A value with its interval, in `unit`; an end that is None is open."""
+
+    name: str
+    unit: str
+    value: float
+    low: float | None
+    high: float | None
+
+    def __str__(self) -> str:
+        low, high = ("–" if end is None else f"{end:.5g}" for end in (self.low, self.high))
+        return f"{self.name} = {self.value:.5g} {self.unit} [{low}, {high}]"
+
+
+@dataclass(frozen=True)
+class IdentificationResult(Result[IdentificationRecord]):
+    """Identified values with their intervals; `result["kxx"]` is one of them."""
+
+    def __getitem__(self, name: str) -> Value:
+        for item in self.record.parameters:
+            if item.name == name:
+                low, high = (None if end is None else end / item.si_per_unit for end in (item.low, item.high))
+                return Value(name, item.unit, item.identified / item.si_per_unit, low, high)
+        raise unknown("unknown of the identification:", name, [item.name for item in self.record.parameters])
+
+    def __str__(self) -> str:
+        return identification_shown.text(self.record)
+
+    def to_frame(self) -> pd.DataFrame:
+        return identification_shown.frame(self.record)
+
+    def plot(self, axes: Axes | None = None) -> Figure:
+        return identification_shown.plot(self.record, axes)
+
+
+@dataclass(frozen=True)
+class IdentifiabilityResult(Result[IdentifiabilityRecord]):
+    """How well the unknowns can be known from such data, by the Cramér–Rao lower bound."""
+
+    def __str__(self) -> str:
+        return identifiability_shown.text(self.record)
+
+    def to_frame(self) -> pd.DataFrame:
+        return identifiability_shown.frame(self.record)
+
+    def plot(self, axes: Axes | None = None) -> Figure:
+        return identifiability_shown.plot(self.record, axes)
+
+
+@dataclass(frozen=True)
+class PlanResult(Result[PlanRecord]):
+    """Which speeds, probes or trial unbalance to add, and what each is worth."""
+
+    def __str__(self) -> str:
+        return plan_shown.text(self.record)
+
+    def to_frame(self) -> pd.DataFrame:
+        return plan_shown.frame(self.record)
+
+    def plot(self, axes: Axes | None = None) -> Figure:
+        return plan_shown.plot(self.record, axes)
+
+
+@dataclass(frozen=True)
+class DiagnosisResult(Result[DiagnosisRecord]):
+    """What the model gets wrong, which effect explains it, and what the extended model is worth on left-out data.
+
+    `extended_yaml` is the file of the extended model, empty where the verdict names no effect: `load_problem` takes it.
+    """
+
+    extended_yaml: str = ""
+
+    @property
+    def verdict(self) -> str:
+        """adequate, named, ambiguous, unknown or not observable."""
+        return self.record.verdict
+
+    @property
+    def named(self) -> tuple[str, ...]:
+        """The effects that the verdict names."""
+        return tuple(self.record.named)
+
+    def __str__(self) -> str:
+        return diagnosis_shown.text(self.record)
+
+    def to_frame(self) -> pd.DataFrame:
+        """The effects by how well they explain the data."""
+        return diagnosis_shown.frame(self.record)
+
+    def coefficients(self) -> pd.DataFrame:
+        """Every unknown before and after the extension, with intervals."""
+        return diagnosis_shown.coefficients_frame(self.record)
+
+    def plot(self, axes: Axes | None = None) -> Figure:
+        return diagnosis_shown.plot(self.record, axes)
