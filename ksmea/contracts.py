@@ -14,7 +14,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any, ClassVar, Generic, Self, TypeVar
+from typing import ClassVar, Generic, Self, TypeVar
 
 import numpy as np
 
@@ -23,8 +23,10 @@ from ksmea.channel import Channel
 from ksmea.errors import SettingError
 from ksmea.identification import Identification, Streams
 from ksmea.measurement import Layout, Measurement, Noise
+from ksmea.modes import Campbell, Mode
 from ksmea.objective import Minimum, Objective
 from ksmea.parameters import PHASE_ORIGIN, Parameter, Parameters
+from ksmea.records.hidden import HiddenEffect
 from ksmea.settings import Settings, part_fields
 
 Seen = TypeVar("Seen", bound="Problem")  # the kind of problems that an effect can be added to
@@ -105,12 +107,12 @@ class Problem(ABC):
         x (d,) SI; None: up to its own highest speed. Left out: it does not know its modes."""
         raise self._has_no_modes()
 
-    def modes(self, x: Array, speed: float, n_mode: int | None = None) -> Sequence[Any]:
+    def modes(self, x: Array, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
         """Its damped natural modes at values x (d,) SI and a spin speed (rad/s), the first `n_mode` or all. Left out: it
         does not know them."""
         raise self._has_no_modes()
 
-    def campbell(self, x: Array, speed: Array, n_mode: int = 6) -> Any:
+    def campbell(self, x: Array, speed: Array, n_mode: int = 6) -> Campbell:
         """Natural frequencies and damping ratios of its first modes over spin speeds (n_speed,) rad/s. Left out: it does
         not know them."""
         raise self._has_no_modes()
@@ -142,14 +144,18 @@ class ProblemSettings(Settings):
 @dataclass(frozen=True)
 class MeasurementSource(Settings):
     """What registers under `ksmea.measurements`: where a measurement comes from. The defaults are those of a source that
-    knows no truth, such as real data; `measure`, `kind` and, where it is known, `noise` are all that one has to say."""
+    knows no truth, such as real data; `read` or `measure`, `kind` and, where it is known, `noise` are all that one has to
+    say."""
 
     @property
     @abstractmethod
     def kind(self) -> str:
         """One of `ksmea.measurement.KINDS`."""
 
-    @abstractmethod
+    def read(self) -> Measurement:
+        """The measurement, of a source that holds one whatever the problem is: a file. Left out: it makes its own."""
+        raise SettingError(f"expected a source that holds a measurement, got {type(self).__name__}; give it a problem")
+
     def measure(
         self,
         settings: ProblemSettings,
@@ -158,7 +164,8 @@ class MeasurementSource(Settings):
         hidden: np.random.Generator,
     ) -> Measurement:
         """One measurement of the problem that `settings` build. Only what makes data uses the true values (SI by name)
-        and the generators, of the noise and of effects that are hidden in the data."""
+        and the generators, of the noise and of effects that are hidden in the data. Left out: what it holds (`read`)."""
+        return self.read()
 
     def layout(self, settings: ProblemSettings) -> Layout:
         """Speeds, channels and kind of every measurement, before one is made. Left out: as `measure` returns them."""
@@ -190,9 +197,9 @@ class MeasurementSource(Settings):
         """What is measured, without its noise, (n_speed, n_channel) m. Left out: nobody knows it."""
         return None
 
-    def hidden_effects(self, settings: ProblemSettings, hidden: np.random.Generator) -> list[dict[str, Any]]:
+    def hidden_effects(self, settings: ProblemSettings, hidden: np.random.Generator) -> tuple[HiddenEffect, ...]:
         """What data drawn by `hidden` hide, for records. Left out: nothing that anyone knows of."""
-        return []
+        return ()
 
     def with_hidden(
         self, settings: ProblemSettings, problem: Problem, hidden: np.random.Generator
@@ -213,7 +220,7 @@ class Effect(Settings, Generic[Seen]):
     # that move resonances, or hide them. Left out: yes.
     is_scanned: ClassVar[bool] = True
 
-    def places(self, problem: Seen) -> Sequence[Self]:
+    def locations(self, problem: Seen) -> Sequence[Self]:
         """This effect at each location of the problem where it may sit; empty where it cannot be. Left out: as it is."""
         return (self,)
 

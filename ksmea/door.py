@@ -17,16 +17,18 @@ import numpy as np
 from ksmea import registry
 from ksmea.alignment import aligned
 from ksmea.contracts import Effect, MeasurementSource, Method, Optimizer, Problem, Surrogate
-from ksmea.errors import SettingError
+from ksmea.errors import SettingError, unknown
+from ksmea.extension import extended_yaml
 from ksmea.identification import Streams
 from ksmea.loaded import LoadedProblem
-from ksmea.measurement import Measurement
-from ksmea.records.effects import HiddenEffect
+from ksmea.measurement import Measurement, Noise
+from ksmea.records.hidden import HiddenEffect
 from ksmea.results import DiagnosisResult, IdentifiabilityResult, IdentificationResult, PlanResult
-from ksmea.studies.diagnose import diagnosis
-from ksmea.studies.identifiability import identifiability_study
+from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
+from ksmea.studies.identifiability import IdentifiabilityOptions, identifiability_study
 from ksmea.studies.identify import identification
-from ksmea.studies.plan import planning_study
+from ksmea.studies.plan import PlanOptions, planning_study
+from ksmea.units import MICROMETRE
 
 Seed = int | np.random.Generator
 YAML = (".yaml", ".yml")
@@ -104,13 +106,12 @@ def synthetic_measurement(
     settings = {"relative": relative, "floor": floor, "kind": kind, "hidden": list(hidden), **settings}
     source: MeasurementSource = registry.create("measurement", "synthetic", settings)
     noise, of_hidden = _generator(rng).spawn(2)
-    seed = int(of_hidden.integers(2**63))
-    truth = source.true_values(problem.settings, source.seen(problem.problem))
+    seed = int(of_hidden.integers(2**63))  # what is hidden is drawn for the data, and drawn again to be told
+    truth = source.true_values(problem.settings)
     measurement = source.measure(problem.settings, truth, noise, np.random.default_rng(seed))
-    seen = aligned(problem.problem, measurement)
     found = source.hidden_effects(problem.settings, np.random.default_rng(seed))
-    values = {item.name: truth[item.name] / item.si_per_unit for item in seen.parameters}
-    return SyntheticData(measurement, values, tuple(found))
+    units = {item.name: item.si_per_unit for item in aligned(problem.problem, measurement).parameters}
+    return SyntheticData(measurement, {name: truth[name] / unit for name, unit in units.items()}, tuple(found))
 
 
 Data = Measurement | SyntheticData
@@ -152,7 +153,7 @@ def identify(
             "optimizer": _plugin("optimizer", optimizer or ("lm" if method == "direct" else "de")),
             "samples": samples,
         }
-        method = registry.create_method(method, settings, parts)
+        method = registry.create("method", method, settings, parts)
     elif settings:
         raise SettingError(f"identify: expected the settings inside the method, got {', '.join(settings)} beside it")
     method.validate(seen)
@@ -177,11 +178,112 @@ def identifiability(
     """How well data on the problem's speeds and channels with such noise would tell the unknowns, and how other data would.
 
     `relative` and `floor` (µm) are the noise, `values` where the problem is linearised (published values by default).
-    `settings` are those of `study=identifiability`.
+    `settings` are those of `study=identifiability`: level, variations …
 
     >>> import ksmea
     >>> result = ksmea.identifiability(ksmea.load_problem("three_disk"), relative=0.1, variations=[])
-    >>> result.to_frame().columns[0]
-    'parameter'
+    >>> [f"{item.name} {100 * item.crlb / item.true:.2f} %" for item in result.record.parameters[:2]]
+    ['kxx 0.11 %', 'kyy 0.11 %']
     """
-    raise NotImplementedError  # written with the studies
+    noise = _noise(relative, floor)
+    options = IdentifiabilityOptions(**settings)
+    x = problem.x(values)
+    return IdentifiabilityResult(
+        identifiability_study(problem.problem, x, noise, kind, noise_known=noise_known, options=options)
+    )
+
+
+def plan(
+    problem: LoadedProblem,
+    target: str | None = None,
+    *,
+    relative: float = 0.0,
+    floor: float = 0.0,
+    kind: str = "amplitude",
+    noise_known: bool = True,
+    values: Mapping[str, float] | None = None,
+    **settings: Any,
+) -> PlanResult:
+    """Which speeds, probes or trial unbalance to add so that `target`, or all unknowns together, become known best.
+
+    The arguments are those of `identifiability`; `settings` are those of `study=plan`: add, sensors, band …
+
+    >>> import ksmea
+    >>> result = ksmea.plan(ksmea.load_problem("three_disk"), "cyy", relative=0.1, add=2, sensors=0, trial_phases=[])
+    >>> [family.family for family in result.record.families]
+    ['speeds']
+    """
+    options = PlanOptions(target=target, **settings)
+    noise, x = _noise(relative, floor), problem.x(values)
+    return PlanResult(planning_study(problem.problem, x, noise, kind, noise_known=noise_known, options=options))
+
+
+def diagnose(
+    problem: LoadedProblem,
+    measurement: Data,
+    *,
+    effects: Sequence[str] = (),
+    without: Sequence[str] = (),
+    rng: Seed = 0,
+    **settings: Any,
+) -> DiagnosisResult:
+    """What the model gets wrong about a measurement, which effect explains it, and what the extended model is worth.
+
+    `effects` names those that are tried, all that are registered if none; `without` leaves some out. `settings` are
+    those of `study=diagnose`: level, blocks, starts … A diagnosis takes from a second to half a minute.
+
+    >>> import ksmea
+    >>> rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5, 1.0])
+    >>> data = ksmea.synthetic_measurement(rotor, relative=0.05, floor=0.1, kind="complex", noise_known=False)
+    >>> ksmea.diagnose(rotor, data, effects=["runout", "mass"]).verdict
+    'adequate'
+
+    Raises `SettingError` where problem and measurement do not belong together, or no effect has a location on the problem.
+    """
+    data = _measurement(measurement)
+    seen = aligned(problem.problem, data)
+    options = DiagnosisOptions(**settings)
+    known = list(registry.registered("effect"))
+    for name in (*effects, *without):
+        if name not in known:
+            raise unknown("effect", name, known)
+    chosen: dict[str, Effect] = {
+        name: registry.create("effect", name, {}) for name in effects or known if name not in without
+    }
+    record = diagnosis(seen, data, chosen, _generator(rng), options=options)
+    return DiagnosisResult(record, extended_yaml(problem.name, vars(problem.settings), record))
+
+
+def _kind_of_file(path: Path) -> str:
+    """Whether a YAML file describes a rotor or an extended model, by the keys that it begins its lines with."""
+    try:
+        text = path.expanduser().read_text(encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise SettingError(f"{path}: expected a YAML file that can be read, got {type(error).__name__}") from error
+    keys = {line.partition(":")[0] for line in text.splitlines() if line[:1].isalpha()}
+    return "extended" if {"problem", "effects"} <= keys else "rotor"
+
+
+def _generator(rng: Seed) -> np.random.Generator:
+    return np.random.default_rng(rng)
+
+
+def _noise(relative: float, floor: float) -> Noise:
+    noise = Noise(relative, floor * MICROMETRE)
+    if noise.is_absent:
+        raise SettingError(
+            "noise: expected some, without which every unknown is known exactly, got none; give relative=0.05 or floor=0.1 (µm)"
+        )
+    return noise
+
+
+def _measurement(data: Data) -> Measurement:
+    return data.measurement if isinstance(data, SyntheticData) else data
+
+
+def _problem(problem: LoadedProblem | Problem) -> Problem:
+    return problem.problem if isinstance(problem, LoadedProblem) else problem
+
+
+def _plugin(group: str, chosen: str | Surrogate | Optimizer) -> Any:
+    return registry.create(group, chosen, {}) if isinstance(chosen, str) else chosen

@@ -23,10 +23,16 @@ from ksmea.records.identifiability import IdentifiabilityRecord
 from ksmea.records.identification import IdentificationRecord
 from ksmea.records.plan import PlanRecord
 from ksmea.records.record import Record
-from ksmea.show import diagnosis as diagnosis_shown
-from ksmea.show import identifiability as identifiability_shown
-from ksmea.show import identification as identification_shown
-from ksmea.show import plan as plan_shown
+from ksmea.show import (
+    diagnosis,
+    diagnosis_figure,
+    fit_figure,
+    identifiability,
+    identifiability_figure,
+    identification,
+    plan,
+    plan_figure,
+)
 
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 
@@ -87,13 +93,13 @@ class IdentificationResult(Result[IdentificationRecord]):
         raise unknown("unknown of the identification:", name, [item.name for item in self.record.parameters])
 
     def __str__(self) -> str:
-        return identification_shown.text(self.record)
+        return identification.text(self.record)
 
     def to_frame(self) -> pd.DataFrame:
-        return identification_shown.frame(self.record)
+        return identification.frame(self.record)
 
     def plot(self, axes: Axes | None = None) -> Figure:
-        return identification_shown.plot(self.record, axes)
+        return fit_figure.plot(self.record, axes)
 
 
 @dataclass(frozen=True)
@@ -101,13 +107,13 @@ class IdentifiabilityResult(Result[IdentifiabilityRecord]):
     """How well the unknowns can be known from such data, by the Cramér–Rao lower bound."""
 
     def __str__(self) -> str:
-        return identifiability_shown.text(self.record)
+        return identifiability.text(self.record)
 
     def to_frame(self) -> pd.DataFrame:
-        return identifiability_shown.frame(self.record)
+        return identifiability.frame(self.record)
 
     def plot(self, axes: Axes | None = None) -> Figure:
-        return identifiability_shown.plot(self.record, axes)
+        return identifiability_figure.plot(self.record, axes)
 
 
 @dataclass(frozen=True)
@@ -115,13 +121,13 @@ class PlanResult(Result[PlanRecord]):
     """Which speeds, probes or trial unbalance to add, and what each is worth."""
 
     def __str__(self) -> str:
-        return plan_shown.text(self.record)
+        return plan.text(self.record)
 
     def to_frame(self) -> pd.DataFrame:
-        return plan_shown.frame(self.record)
+        return plan.frame(self.record)
 
     def plot(self, axes: Axes | None = None) -> Figure:
-        return plan_shown.plot(self.record, axes)
+        return plan_figure.plot(self.record, axes)
 
 
 @dataclass(frozen=True)
@@ -144,15 +150,15 @@ class DiagnosisResult(Result[DiagnosisRecord]):
         return tuple(self.record.named)
 
     def __str__(self) -> str:
-        return diagnosis_shown.text(self.record)
+        return diagnosis.text(self.record)
 
     def to_frame(self) -> pd.DataFrame:
         """The effects by how well they explain the data."""
-        return diagnosis_shown.frame(self.record)
+        return diagnosis.frame(self.record)
 
     def coefficients(self) -> pd.DataFrame:
         """Every unknown before and after the extension, with intervals."""
-        return diagnosis_shown.coefficients_frame(self.record)
+        return diagnosis.coefficients_frame(self.record)
 
     def plot(self, axes: Axes | None = None) -> Figure:
-        return diagnosis_shown.plot(self.record, axes)
+        return diagnosis_figure.plot(self.record, axes)

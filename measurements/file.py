@@ -23,7 +23,6 @@ what does not fit is an error that names the line. docs/examples/run_up.csv is s
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -100,13 +99,7 @@ class File(MeasurementSource):
         lines = tuple(f"{self.path} line {line}" for line in run_up.first_lines)
         return Layout(run_up.speed, run_up.channels, self.kind, self.path, phase_known=False, locations=lines)
 
-    def measure(
-        self,
-        settings: ProblemSettings,
-        truth: Mapping[str, float],
-        noise: np.random.Generator,
-        hidden: np.random.Generator,
-    ) -> Measurement:
+    def read(self) -> Measurement:
         """What the file holds."""
         run_up, name = self._run_up, Path(self.path).name
         return Measurement(run_up.speed, run_up.channels, run_up.values, self.noise, name, phase_known=False)

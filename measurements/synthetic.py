@@ -20,6 +20,7 @@ from ksmea.contracts import Effect, MeasurementSource, Problem, ProblemSettings
 from ksmea.errors import SettingError, unknown
 from ksmea.measurement import KINDS, Layout, Measurement, Noise, observe
 from ksmea.parameters import Parameter
+from ksmea.records.hidden import HiddenEffect, TrueValue
 from ksmea.settings import setting
 from ksmea.units import MICROMETRE
 
@@ -135,20 +136,13 @@ class Synthetic(MeasurementSource):
         x = np.concatenate([own, *(each.theta for each in effects)])[None]
         return problem.response(x)[0] if self.route == "reduced" else problem.dense_response(x)[0]
 
-    def hidden_effects(self, settings: ProblemSettings, hidden: np.random.Generator) -> list[dict[str, Any]]:
-        """What data drawn by `hidden` hide, for records: name, location, and parameters in their units."""
+    def hidden_effects(self, settings: ProblemSettings, hidden: np.random.Generator) -> tuple[HiddenEffect, ...]:
+        """What data drawn by `hidden` hide: name, location, and values in their units."""
         problem = self._model(settings)
-        return [
-            {
-                "effect": each.name,
-                "place": str(each.effect),
-                "parameters": [
-                    {"name": parameter.name, "unit": parameter.unit, "value": float(value / parameter.si_per_unit)}
-                    for parameter, value in zip(each.effect.parameters(problem), each.theta)
-                ],
-            }
+        return tuple(
+            HiddenEffect(each.name, str(each.effect), _true_values(each, problem))
             for each in self._hide(problem, hidden)[1]
-        ]
+        )
 
     def with_hidden(
         self, settings: ProblemSettings, problem: Problem, hidden: np.random.Generator
@@ -204,6 +198,14 @@ class Synthetic(MeasurementSource):
             raise SettingError(f"measurement.{error}") from error
 
 
+def _true_values(hidden: Hidden, problem: Problem) -> tuple[TrueValue, ...]:
+    parameters = hidden.effect.parameters(problem)
+    return tuple(
+        TrueValue(item.name, item.unit, float(value / item.si_per_unit))
+        for item, value in zip(parameters, hidden.theta)
+    )
+
+
 def _within(parameter: Parameter, size: float) -> float:
     """A size in the parameter's unit as SI, if it is physical."""
     value = size * parameter.si_per_unit
@@ -218,7 +220,7 @@ def _within(parameter: Parameter, size: float) -> float:
 def _drawn_location(name: str, problem: Problem, rng: np.random.Generator) -> Effect:
     """An effect at one of its locations, each as likely as any other."""
     try:
-        locations = registry.create("effect", name, {}).places(problem)
+        locations = registry.create("effect", name, {}).locations(problem)
     except (SettingError, AttributeError) as error:
         raise SettingError(
             f"measurement.hidden: expected a problem that effects can be added to, got {type(problem).__name__} ({error})"

@@ -17,6 +17,7 @@ from ksmea.contracts import MeasurementSource, Problem
 from ksmea.errors import SettingError
 from ksmea.identifiability import identifiability
 from ksmea.measurement import Measurement
+from ksmea.records.hidden import HiddenEffect
 
 # Where a run's settings keep the hash of the file that a plugin of the group names: another file is another question.
 FINGERPRINTS = {"problem": "fingerprint", "measurement": "measurement_fingerprint"}
@@ -61,7 +62,7 @@ class Setup:
         """What is measured in one run without its noise, (n_speed, n_channel) m, where anyone knows it."""
         return self.source.response(self.plugins["problem"], self.truth, generator(draw.seeds["hidden"]))
 
-    def hidden(self, draw: Draw) -> list[dict[str, Any]]:
+    def hidden(self, draw: Draw) -> tuple[HiddenEffect, ...]:
         """What the data of one run hide, for its record and nothing else."""
         return self.source.hidden_effects(self.plugins["problem"], generator(draw.seeds["hidden"]))
 

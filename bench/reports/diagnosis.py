@@ -12,15 +12,16 @@ from typing import Any, ClassVar
 import numpy as np
 import pandas as pd
 
-from bench.jobs.lines import RESULTS, RunLine
+from bench.jobs.lines import RESULTS, RunLine, ending
 from bench.jobs.records import read_records
 from bench.plan.columns import place_columns, run_columns
 from bench.plan.naming import cell_name
-from bench.plan.plan import Cell, Plan
+from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.tables import csv_text
-from ksmea import registry
-from ksmea.records.diagnosis import DiagnosisRecord, EstimateRecord, HiddenEffectRecord
+from ksmea.extension import extended_yaml
+from ksmea.records.diagnosis import DiagnosisRecord, EstimateRecord
+from ksmea.records.hidden import HiddenEffect
 from ksmea.show.diagnosis import text
 from ksmea.show.diagnosis_figure import ranking_figure, residual_figure
 from ksmea.show.style import png
@@ -38,19 +39,19 @@ class DiagnosisReport(Report):
     study: ClassVar[str] = "diagnose"
 
     def make(self, plan: Plan, output: Path) -> Made:
-        records = read_records(output, RunLine.content)
-        runs = diagnosis_runs(plan, records)
+        lines = read_records(output)
+        runs = diagnosis_runs(plan, lines)
         files: dict[str, bytes] = {
             f"{plan.name}.csv": csv_text(summary(plan, runs)).encode(),
             "runs.csv": csv_text(runs).encode(),
         }
-        done = [run for run in plan.runs if run.key in records and records[run.key]["status"] in RESULTS]
+        done = [run for run in plan.runs if run.key in lines and lines[run.key].has_result]
         if len(plan.runs) != 1 or not done:
             return Made(_summary_text(plan, runs), files, runs, outdated=OF_ONE_RUN)
-        cell, record = plan.cells[done[0].cell], DiagnosisRecord.from_data(records[done[0].key])
+        cell, record = plan.cells[done[0].cell], lines[done[0].key].record(DiagnosisRecord)
         files["diagnosis.json"] = (json.dumps(public(record), indent=1) + "\n").encode()
-        if record.applied and record.is_explained:
-            files["extended.yaml"] = extended_yaml(cell, record).encode()
+        if text_of_extension := extended_yaml(cell.settings["problem"]["name"], cell.settings["problem"], record):
+            files["extended.yaml"] = text_of_extension.encode()
         figures = {"residuals.png": residual_figure, "effects.png": ranking_figure}
         return Made(
             f"{text(record)}\n\nwritten: {', '.join(name for name in files if not name.endswith('.csv'))}",
@@ -66,14 +67,14 @@ def public(record: DiagnosisRecord) -> dict[str, Any]:
     return {name: value for name, value in record.to_data().items() if name not in OF_THE_BENCH}
 
 
-def diagnosis_runs(plan: Plan, records: Mapping[str, Mapping[str, Any]]) -> pd.DataFrame:
+def diagnosis_runs(plan: Plan, lines: Mapping[str, RunLine]) -> pd.DataFrame:
     """A row per planned run: the verdict, what stands behind it, and where something was hidden whether it was found."""
     rows = []
     for run in plan.runs:
-        record = records.get(run.key)
-        row = run_columns(plan, run, record)
-        if record is not None and record["status"] in RESULTS:
-            row |= _row(DiagnosisRecord.from_data(record))
+        line = lines.get(run.key)
+        row = run_columns(plan, run, *ending(line))
+        if line is not None and line.has_result:
+            row |= _row(line.record(DiagnosisRecord))
         rows.append(row)
     return pd.DataFrame(rows)
 
@@ -120,7 +121,7 @@ def _found(record: DiagnosisRecord) -> dict[str, Any]:
     }
 
 
-def _is_located(record: DiagnosisRecord, effect: HiddenEffectRecord) -> bool:
+def _is_located(record: DiagnosisRecord, effect: HiddenEffect) -> bool:
     """Whether the first trial of an effect is at the location where it is hidden."""
     first = next((trial for trial in record.ranking if trial.effect == effect.effect), None)
     return first is not None and first.location == effect.location
@@ -180,13 +181,3 @@ def _summary_text(plan: Plan, runs: pd.DataFrame) -> str:
         for row in frame.to_dict("records")
     ]
     return aligned(["cell", *columns], lines)
-
-
-def extended_yaml(cell: Cell, record: DiagnosisRecord) -> str:
-    """The file of the extended model, with the values that were identified as its reference."""
-    values = {row.name: row.after.value for row in record.coefficients if row.after is not None}
-    effects = [(effect.name, registry.create("effect", effect.name, effect.settings)) for effect in record.applied]
-    problem = cell.settings["problem"]
-    extended: Any = registry.plugin_class("problem", "extended")
-    document: str = extended.document(problem["name"], problem, effects, values, "phase_origin" in values)
-    return document

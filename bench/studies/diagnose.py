@@ -16,42 +16,21 @@ from bench.plan.setup import Setup
 from bench.plan.study import Study
 from ksmea import registry
 from ksmea.contracts import Effect
-from ksmea.diagnosis.fitting import Effort, fit_from_values
+from ksmea.diagnosis.fitting import fit_from_values
 from ksmea.diagnosis.trials import candidates
 from ksmea.errors import SettingError, unknown
 from ksmea.measurement import Measurement
-from ksmea.records.diagnosis import DiagnosisRecord, HiddenEffectRecord
+from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.settings import setting
-from ksmea.studies.diagnose import diagnosis
+from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
 
 
 @dataclass(frozen=True)
-class Diagnose(Study):
+class Diagnose(DiagnosisOptions, Study):
     """What the model gets wrong about the measurement, why, and how well an extension predicts."""
 
-    level: float = setting(
-        0.01,
-        "chance of rejecting a right model; 4000 simulations resolve no smaller one",
-        at_least=0.002,
-        at_most=0.5,
-    )
-    interval_level: float = setting(0.95, "confidence level of intervals", above=0, at_most=0.9999)
     effects: list[str] = setting([], "names of the effects that are fitted; an empty list: all that are registered")
     without: list[str] = setting([], "names of effects that are not fitted")
-    blocks: int = setting(
-        6, "contiguous blocks of speeds that are left out in turn; fewer than 5 cannot support an extension", at_least=2
-    )
-    screening: int = setting(4096, "points of the baseline model's range that are screened", at_least=64)
-    starts: int = setting(12, "fits of the baseline model from the best of them", at_least=1)
-    scan: int = setting(
-        200, "of these points, those that are screened again at values of an effect, most of them the best", at_least=1
-    )
-    scan_values: int = setting(
-        16,
-        "values of an effect with one unknown, within its limits; twice as many for each further unknown",
-        at_least=1,
-    )
-    effect_starts: int = setting(5, "fits of each effect from the best of those", at_least=1)
 
     report: ClassVar[str] = "diagnosis"
     ignores: ClassVar[tuple[str, ...]] = ("samples", "surrogate", "optimizer", "method")
@@ -103,30 +82,17 @@ class Diagnose(Study):
                 measurement,
                 effects,
                 generator(draw.seeds["diagnosis"]),
-                level=self.level,
-                effort=self._effort,
-                n_block=self.blocks,
-                interval_level=self.interval_level,
+                options=self,
                 progress=progress,
             )
             bar.update(max(bar.total - bar.n, 0))
         found = dataclasses.replace(
             found,
-            hidden=tuple(HiddenEffectRecord.from_data(effect) for effect in setup.hidden(draw)),
+            hidden=setup.hidden(draw),
             hidden_deviance_drop=_hidden_deviance_drop(setup, draw, measurement, found),
             seconds=time.perf_counter() - started,
         )
         return {"status": "done", **found.to_data()}
-
-    @property
-    def _effort(self) -> Effort:
-        return Effort(
-            screening=self.screening,
-            starts=self.starts,
-            scan=self.scan,
-            scan_values=self.scan_values,
-            effect_starts=self.effect_starts,
-        )
 
     def _chosen(self) -> dict[str, Effect]:
         known = list(registry.registered("effect"))

@@ -78,7 +78,7 @@ class Identify(Study):
         if self.basin and record.deviance is not None:
             excess = record.deviance - _deviance_near(setup.true_x, problem, measurement)
             record = dataclasses.replace(record, basin_excess=excess)
-        return dataclasses.replace(record, hidden=tuple(setup.hidden(draw))).to_data()
+        return dataclasses.replace(record, hidden=setup.hidden(draw)).to_data()
 
 
 def _deviance_near(x: Array, problem: Problem, measurement: Measurement) -> float:

@@ -55,7 +55,7 @@ def candidates(problem: Problem, effects: Mapping[str, Effect]) -> list[Candidat
     return [
         Candidate(name, located)
         for name, effect in effects.items()
-        for located in effect.places(problem)
+        for located in effect.locations(problem)
         if known.isdisjoint(parameter.name for parameter in located.parameters(problem))
     ]
 

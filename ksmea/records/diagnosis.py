@@ -14,6 +14,7 @@ import numpy as np
 
 from ksmea.diagnosis.elpd import ElpdDifference
 from ksmea.records.diagnosis_upgrade import is_older, renamed
+from ksmea.records.hidden import HiddenEffect
 from ksmea.records.record import Record
 
 Values = tuple[tuple[float | tuple[float, float], ...], ...]  # (n_speed, n_channel), complex as (real, imaginary)
@@ -181,28 +182,6 @@ class CurvesRecord(Record):
 
 
 @dataclass(frozen=True)
-class SizeRecord(Record):
-    """The true value of an unknown of a hidden effect."""
-
-    name: str
-    unit: str
-    value: float
-
-
-@dataclass(frozen=True)
-class HiddenEffectRecord(Record):
-    """An effect that synthetic data hide."""
-
-    effect: str
-    location: str
-    parameters: tuple[SizeRecord, ...]
-
-    @classmethod
-    def upgraded(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
-        return {"location": data.get("place"), **data}
-
-
-@dataclass(frozen=True)
 class DiagnosisRecord(Record):
     """A diagnosis (ksmea.diagnosis.diagnosis.Diagnosis says what its parts mean) as plain data.
 
@@ -226,7 +205,7 @@ class DiagnosisRecord(Record):
     aliases: Mapping[str, str]  # effects that can look like those in `applied`, and what would tell
     effects: tuple[str, ...]  # names of all that were fitted
     curves: CurvesRecord | None = None
-    hidden: tuple[HiddenEffectRecord, ...] = ()
+    hidden: tuple[HiddenEffect, ...] = ()
     hidden_deviance_drop: float | None = None
     seconds: float | None = None
 

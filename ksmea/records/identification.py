@@ -12,6 +12,7 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.parameters import Parameter, Parameters
 from ksmea.records.curves import FitCurves, Matrix, ResponseCurves, matrix
+from ksmea.records.hidden import HiddenEffect
 from ksmea.records.record import Record
 from ksmea.units import TURN
 
@@ -142,7 +143,7 @@ class IdentificationRecord(Record):
     fit: FitCurves | None = None
     curves: ResponseCurves | None = None
     basin_excess: float | None = None  # `deviance` less that of the maximum nearest to the true values
-    hidden: tuple[dict[str, Any], ...] = ()  # effects that synthetic data hide
+    hidden: tuple[HiddenEffect, ...] = ()  # effects that synthetic data hide
 
     @property
     def x(self) -> Array:

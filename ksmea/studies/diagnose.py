@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from ksmea.alignment import require_aligned
 from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import Effect, Problem
 from ksmea.diagnosis.diagnosis import Diagnosis, diagnose
@@ -37,8 +39,46 @@ from ksmea.records.diagnosis import (
     Values,
 )
 from ksmea.records.record import finite
+from ksmea.settings import Settings, setting
 
 AT_LIMIT = 1e-3  # parts of the range within which a value lies on its limit
+
+
+@dataclass(frozen=True)
+class DiagnosisOptions(Settings):
+    """How sure a diagnosis has to be, and how hard it looks."""
+
+    level: float = setting(
+        0.01,
+        "chance of rejecting a right model; 4000 simulations resolve no smaller one",
+        at_least=0.002,
+        at_most=0.5,
+    )
+    interval_level: float = setting(0.95, "confidence level of intervals", above=0, at_most=0.9999)
+    blocks: int = setting(
+        6, "contiguous blocks of speeds that are left out in turn; fewer than 5 cannot support an extension", at_least=2
+    )
+    screening: int = setting(4096, "points of the baseline model's range that are screened", at_least=64)
+    starts: int = setting(12, "fits of the baseline model from the best of them", at_least=1)
+    scan: int = setting(
+        200, "of these points, those that are screened again at values of an effect, most of them the best", at_least=1
+    )
+    scan_values: int = setting(
+        16,
+        "values of an effect with one unknown, within its limits; twice as many for each further unknown",
+        at_least=1,
+    )
+    effect_starts: int = setting(5, "fits of each effect from the best of those", at_least=1)
+
+    @property
+    def effort(self) -> Effort:
+        return Effort(
+            screening=self.screening,
+            starts=self.starts,
+            scan=self.scan,
+            scan_values=self.scan_values,
+            effect_starts=self.effect_starts,
+        )
 
 
 def diagnosis(
@@ -47,30 +87,29 @@ def diagnosis(
     effects: Mapping[str, Effect],
     rng: np.random.Generator,
     *,
-    level: float = 0.01,
-    effort: Effort | None = None,
-    n_block: int = 6,
-    interval_level: float = 0.95,
+    options: DiagnosisOptions | None = None,
     progress: Callable[[], None] = lambda: None,
 ) -> DiagnosisRecord:
-    """The diagnosis of a measurement by a problem and the effects, by name, that may extend it.
+    """The diagnosis of a measurement by a problem and the effects, by name, that may extend it; `progress` is called at
+    each step.
 
-    `level` is the chance of rejecting a right model, `effort` how hard fits are refined, `n_block` the number of blocks of
-    speeds that are left out in turn, `interval_level` the confidence of intervals; `progress` is called at each step.
-    Raises ValueError where none of the effects has a location on the problem.
+    Raises `SettingError` where problem and measurement are not aligned, ValueError where none of the effects has a
+    location on the problem.
     """
+    require_aligned(problem, measurement)
+    options = options or DiagnosisOptions()
     found = diagnose(
         problem,
         measurement,
         effects,
         rng,
-        level=level,
-        effort=effort,
-        n_block=n_block,
-        interval_level=interval_level,
+        level=options.level,
+        effort=options.effort,
+        n_block=options.blocks,
+        interval_level=options.interval_level,
         progress=progress,
     )
-    return diagnosis_record(found, measurement, interval_level)
+    return diagnosis_record(found, measurement, options.interval_level)
 
 
 def diagnosis_record(found: Diagnosis, measurement: Measurement, interval_level: float) -> DiagnosisRecord:

@@ -40,7 +40,7 @@ class ChannelGain(RotorEffect):
     def __str__(self) -> str:
         return f"{self.direction or 'x and y'} {where(self.position)}"
 
-    def places(self, problem: RotorProblem) -> Sequence[ChannelGain]:
+    def locations(self, problem: RotorProblem) -> Sequence[ChannelGain]:
         """Each channel, where there is another to compare it with."""
         channels = dict.fromkeys(problem.channels)
         if len(channels) < 2:

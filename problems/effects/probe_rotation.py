@@ -40,7 +40,7 @@ class ProbeRotation(RotorEffect):
     def __str__(self) -> str:
         return where(self.position)
 
-    def places(self, problem: RotorProblem) -> Sequence[ProbeRotation]:
+    def locations(self, problem: RotorProblem) -> Sequence[ProbeRotation]:
         """Each plane that has both probes."""
         present = {(channel.position, channel.direction) for channel in problem.channels}
         both = [plane for plane in planes(problem) if {(plane, "x"), (plane, "y")} <= present]

@@ -39,7 +39,7 @@ class Runout(RotorEffect):
     def __str__(self) -> str:
         return where(self.position)
 
-    def places(self, problem: RotorProblem) -> Sequence[Runout]:
+    def locations(self, problem: RotorProblem) -> Sequence[Runout]:
         return [dataclasses.replace(self, position=position) for position in planes(problem)]
 
     def placed_on(self, problem: RotorProblem) -> Runout:

@@ -37,7 +37,7 @@ class SpeedDependentDamping(RotorEffect):
         "unbalance": "both change the heights of peaks against each other; a further resonance, a trial weight",
     }
 
-    def places(self, problem: RotorProblem) -> Sequence[SpeedDependentDamping]:
+    def locations(self, problem: RotorProblem) -> Sequence[SpeedDependentDamping]:
         return [self.placed_on(problem)]
 
     def placed_on(self, problem: RotorProblem) -> SpeedDependentDamping:

@@ -39,7 +39,7 @@ class SpeedDependentStiffness(RotorEffect):
         "flexible_pedestal": "a pedestal's mass softens it with speed too; a sensor on the casing",
     }
 
-    def places(self, problem: RotorProblem) -> Sequence[SpeedDependentStiffness]:
+    def locations(self, problem: RotorProblem) -> Sequence[SpeedDependentStiffness]:
         return [self.placed_on(problem)]
 
     def placed_on(self, problem: RotorProblem) -> SpeedDependentStiffness:

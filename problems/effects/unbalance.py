@@ -48,7 +48,7 @@ class FurtherUnbalance(RotorEffect):
     def __str__(self) -> str:
         return "the first free disk" if self.position is None else f"at {self.position:g} m"
 
-    def places(self, problem: RotorProblem) -> Sequence[FurtherUnbalance]:
+    def locations(self, problem: RotorProblem) -> Sequence[FurtherUnbalance]:
         return [dataclasses.replace(self, position=position) for position in free_disks(problem.rotor)]
 
     def placed_on(self, problem: RotorProblem) -> FurtherUnbalance:

@@ -31,11 +31,11 @@ class UnequalBearings(RotorEffect):
         "unbalance": "both change the mix of modes; sensors near both ends, a trial weight on each disk",
     }
 
-    def places(self, problem: RotorProblem) -> Sequence[UnequalBearings]:
+    def locations(self, problem: RotorProblem) -> Sequence[UnequalBearings]:
         return [self] if len(problem.rotor.bearings) > 1 else []
 
     def placed_on(self, problem: RotorProblem) -> UnequalBearings:
-        if not self.places(problem):
+        if not self.locations(problem):
             raise SettingError("unequal bearings: expected at least two bearings, got one; leave this effect out")
         return self
 

@@ -5,12 +5,11 @@ A free motion is Re(q e^{λt}), λ = σ + iω_d; the shaft turns from +x to +y, 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import numpy as np
 import scipy.linalg
 
 from ksmea.arrays import Array, ComplexArray
+from ksmea.modes import Campbell, Mode
 from problems.rotor.assembly import Matrices, assemble
 from problems.rotor.data import Rotor
 from problems.rotor.mesh import DOF_PER_NODE
@@ -20,25 +19,6 @@ OVERDAMPED = (
     1e-7  # |Im λ|/|λ| below which a root is real: rounding splits a double one into as much as √(1e-16) either side
 )
 STRAIGHT = 1e-6  # an orbit's minor axis relative to its major one below which it is a line, not an ellipse
-
-
-@dataclass(frozen=True, eq=False)
-class Mode:
-    """One damped mode at one speed."""
-
-    frequency: float  # damped, rad/s
-    damping_ratio: float
-    whirl: str  # forward, backward, or mixed where nodes differ or move along lines
-    shape: ComplexArray  # (n_node, 4): x, y, φ_x, φ_y, scaled to a largest deflection of 1
-
-
-@dataclass(frozen=True, eq=False)
-class Campbell:
-    """Natural frequencies over spin speed, each row rising; NaN where a speed has fewer oscillating modes."""
-
-    speed: Array  # (n_speed,) rad/s
-    frequency: Array  # (n_speed, n_mode) damped, rad/s
-    damping_ratio: Array  # (n_speed, n_mode); below 0: unstable
 
 
 def natural_modes(rotor: Rotor, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:

@@ -16,11 +16,12 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.errors import SettingError
+from ksmea.modes import Campbell, Mode
 from ksmea.parameters import PHASE_ORIGIN, Parameter, Parameters
 from problems.rotor import dense
 from problems.rotor.critical_speeds import critical_speeds
 from problems.rotor.data import DAMPINGS, STIFFNESSES, Rotor, UnbalancePlane
-from problems.rotor.modes import Campbell, Mode, campbell_diagram, natural_modes
+from problems.rotor.modes import campbell_diagram, natural_modes
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
 from problems.rotor.unknowns import (
     BearingTarget,

@@ -13,6 +13,7 @@ from bench.plan.setup import Setup
 from ksmea import registry
 from ksmea.alignment import aligned
 from ksmea.errors import SettingError
+from ksmea.records.hidden import HiddenEffect
 from measurements.synthetic import Synthetic
 from problems.three_disk import ThreeDisk
 
@@ -40,19 +41,19 @@ def test_the_hidden_stream_has_a_place_of_its_own():
 def test_nothing_hidden_is_the_plain_response_and_takes_no_draw():
     synthetic = Synthetic(kind="complex")
     assert np.array_equal(synthetic.response(PROBLEM, TRUTH, stream()), PLAIN.response(X[None])[0])
-    assert synthetic.parts == [] and synthetic.hidden_effects(PROBLEM, stream()) == []
+    assert synthetic.parts == [] and synthetic.hidden_effects(PROBLEM, stream()) == ()
 
 
 @pytest.mark.parametrize("name", list(registry.registered("effect")))
 def test_each_effect_is_in_the_data_as_the_record_says(name):
     synthetic = Synthetic(kind="complex", hidden=[name])
     [told] = synthetic.hidden_effects(PROBLEM, stream())
-    assert told["effect"] == name and json.loads(json.dumps(told)) == told
-    [place] = [each for each in registry.create("effect", name, {}).places(PLAIN) if str(each) == told["place"]]
+    assert told.effect == name and HiddenEffect.from_data(json.loads(json.dumps(told.to_data()))) == told
+    [place] = [each for each in registry.create("effect", name, {}).locations(PLAIN) if str(each) == told.location]
     extended = place.added_to(PLAIN)
     own = extended.parameters.items[len(X) :]
-    assert [(each["name"], each["unit"]) for each in told["parameters"]] == [(item.name, item.unit) for item in own]
-    theta = [each["value"] * item.si_per_unit for each, item in zip(told["parameters"], own)]
+    assert [(each.name, each.unit) for each in told.parameters] == [(item.name, item.unit) for item in own]
+    theta = [each.value * item.si_per_unit for each, item in zip(told.parameters, own)]
     expected = extended.response(np.concatenate([X, theta])[None])[0]
     found = synthetic.response(PROBLEM, TRUTH, stream())
     assert found == pytest.approx(expected, rel=1e-9)
@@ -65,12 +66,12 @@ def test_place_and_size_are_drawn_by_the_seed_and_given_sizes_stay():
     synthetic = Synthetic(kind="complex", hidden=["runout", "mass"])
     told = [synthetic.hidden_effects(PROBLEM, stream(seed)) for seed in range(20)]
     assert told[3] == synthetic.hidden_effects(PROBLEM, stream(3))
-    assert {each[0]["place"] for each in told} == {"at 0.1 m", "at 0.2 m"}
-    assert len({each[1]["parameters"][0]["value"] for each in told}) == 20
+    assert {each[0].location for each in told} == {"at 0.1 m", "at 0.2 m"}
+    assert len({each[1].parameters[0].value for each in told}) == 20
     given = dataclasses.replace(synthetic, sizes={"runout_y": -4.0, "mass_change": 2.0})
     [runout, mass] = given.hidden_effects(PROBLEM, stream(3))
-    assert runout["parameters"][0] == told[3][0]["parameters"][0] and runout["place"] == told[3][0]["place"]
-    assert runout["parameters"][1]["value"] == pytest.approx(-4) and mass["parameters"][0]["value"] == pytest.approx(2)
+    assert runout.parameters[0] == told[3][0].parameters[0] and runout.location == told[3][0].location
+    assert runout.parameters[1].value == pytest.approx(-4) and mass.parameters[0].value == pytest.approx(2)
 
 
 def test_what_is_hidden_can_be_added_to_the_model_that_fits_for_judging_it():

@@ -32,7 +32,7 @@ def hide():
         rng = np.random.default_rng([seed, 77])
         problem, located, size = fine, None, np.empty(0)
         if name is not None:
-            locations = list(registry.create("effect", name, {}).places(fine))
+            locations = list(registry.create("effect", name, {}).locations(fine))
             located = locations[rng.integers(len(locations))]
             size = located.draw(fine, rng)
             problem = located.added_to(fine)

@@ -78,8 +78,8 @@ def test_what_is_not_in_the_registry_is_unknown_or_a_known_alias(rotor, hide):
 def test_two_effects_at_once_are_named_together(rotor):
     fine = ThreeDisk(mesh=26, sensors=[0.1, 0.2, 0.5]).build().with_phase_origin()
     effects = registered_effects()
-    runout = effects["runout"].places(fine)[1]
-    gain = effects["channel_gain"].places(fine)[-1]
+    runout = effects["runout"].locations(fine)[1]
+    gain = effects["channel_gain"].locations(fine)[-1]
     problem = gain.added_to(runout.added_to(fine))
     x = np.array([*(TRUTH[name] for name in fine.parameters.names), 1e-6, 1e-6, 0.15])
     values = observe(problem.dense_response(x[None])[0], "complex", Noise(0.05, 5e-8), np.random.default_rng(5))
@@ -93,7 +93,7 @@ def test_a_second_effect_that_only_shows_in_its_own_fit_is_named_too(rotor, seed
     """A gain so small that what a runout alone leaves could be noise: as with a first effect, its own fit is significant."""
     fine = ThreeDisk(mesh=26, sensors=[0.1, 0.2, 0.5]).build().with_phase_origin()
     effects = registered_effects()
-    runout, gain = effects["runout"].places(fine)[1], effects["channel_gain"].places(fine)[0]
+    runout, gain = effects["runout"].locations(fine)[1], effects["channel_gain"].locations(fine)[0]
     problem = gain.added_to(runout.added_to(fine))
     x = np.array([*(TRUTH[name] for name in fine.parameters.names), 1e-6, 1e-6, 0.05])
     values = observe(problem.dense_response(x[None])[0], "complex", Noise(0.05, 5e-8), np.random.default_rng(seed))
@@ -167,7 +167,7 @@ def test_data_with_a_noise_of_their_own_are_diagnosed(rotor, hide):
 def test_amplitudes_that_hide_an_effect_are_diagnosed(hide):
     baseline = ThreeDisk(sensors=[0.1, 0.2, 0.5]).build()
     fine = ThreeDisk(mesh=26, sensors=[0.1, 0.2, 0.5]).build()
-    gain = registered_effects()["channel_gain"].places(fine)[3]
+    gain = registered_effects()["channel_gain"].locations(fine)[3]
     x = np.array([*(TRUTH[name] for name in fine.parameters.names), 0.15])
     values = observe(gain.added_to(fine).dense_response(x[None])[0], "amplitude", NOISE, np.random.default_rng(8))
     measurement = Measurement(fine.speed, fine.channels, values, None, "test")
@@ -197,7 +197,7 @@ def test_rivals_count_though_they_would_not_be_significant_alone(rotor, hide):
 def test_a_location_that_is_not_certain_is_said_to_be(rotor):
     """One probe of a pair with an eighth more gain: small enough that another channel's gain comes near."""
     fine = ThreeDisk(mesh=26, sensors=[0.1, 0.2, 0.5]).build().with_phase_origin()
-    unbalance = registered_effects()["unbalance"].places(fine)[0]
+    unbalance = registered_effects()["unbalance"].locations(fine)[0]
     x = np.array([*(TRUTH[name] for name in fine.parameters.names), 8e-6, 0.0])
     values = observe(unbalance.added_to(fine).dense_response(x[None])[0], "complex", NOISE, np.random.default_rng(4))
     measurement = Measurement(fine.speed, fine.channels, values, None, "test")

@@ -39,7 +39,7 @@ def fit_at(problem, x, measurement):
 
 
 def candidate(name, problem, location=0):
-    return Candidate(name, list(registry.create("effect", name, {}).places(problem))[location])
+    return Candidate(name, list(registry.create("effect", name, {}).locations(problem))[location])
 
 
 @pytest.mark.parametrize(("name", "location"), [("runout", 0), ("channel_gain", 1), ("cross_coupling_symmetric", 0)])

@@ -43,7 +43,7 @@ def effect(name, **settings):
     return registry.create("effect", name, settings)
 
 
-PLACED = [(name, place) for name in NAMES for place in effect(name).places(PLAIN)]
+PLACED = [(name, place) for name in NAMES for place in effect(name).locations(PLAIN)]
 every_place = pytest.mark.parametrize("name, place", PLACED, ids=[f"{name} {place}" for name, place in PLACED])
 
 
@@ -172,14 +172,14 @@ PAIRS = list(itertools.combinations(NAMES, 2))
 
 @pytest.mark.parametrize("names", PAIRS, ids=[" ".join(pair) for pair in PAIRS])
 def test_pairs_are_problems_and_their_order_is_none(names):
-    one, other = (effect(name).places(PLAIN)[-1] for name in names)
+    one, other = (effect(name).locations(PLAIN)[-1] for name in names)
     problem, swapped = other.added_to(one.added_to(PLAIN)), one.added_to(other.added_to(PLAIN))
     theta, phi = drawn(one, 1), drawn(other, 2)
     x = with_values(REFERENCE, np.concatenate([theta, phi]))
     response = problem.response(x)
     assert difference(response, problem.dense_response(x)) < 1e-8
     assert difference(swapped.response(with_values(REFERENCE, np.concatenate([phi, theta]))), response) < 1e-9
-    assert len(one.places(problem)) == len(one.places(PLAIN)) and one.parameters(problem) == one.parameters(PLAIN)
+    assert len(one.locations(problem)) == len(one.locations(PLAIN)) and one.parameters(problem) == one.parameters(PLAIN)
 
 
 def test_the_same_unknown_twice_is_refused():
@@ -201,7 +201,7 @@ def test_a_place_off_the_shaft_is_refused(name):
 
 def test_places():
     def found(name, problem=PLAIN):
-        return [str(place) for place in effect(name).places(problem)]
+        return [str(place) for place in effect(name).locations(problem)]
 
     assert found("runout") == ["at 0.1 m", "at 0.2 m", "at 0.5 m"] == found("probe_rotation")
     assert found("unbalance") == ["at 0.2 m", "at 1 m"]
@@ -215,7 +215,7 @@ def test_one_bearing_cannot_be_unequal():
     rotor = dataclasses.replace(PLAIN.rotor, bearings=PLAIN.rotor.bearings[:1])
     unknown = Unknown(Parameter("kxx", "N/m", 1.0, 1e7, 9e7), (BearingTarget(0, "kxx"),))
     lonely = dataclasses.replace(PLAIN, rotor=rotor, unknowns=(unknown,))
-    assert effect("unequal_bearings").places(lonely) == []
+    assert effect("unequal_bearings").locations(lonely) == []
     with pytest.raises(SettingError, match="at least two bearings"):
         effect("unequal_bearings").added_to(lonely)
 
@@ -290,7 +290,7 @@ def test_unequal_bearings_are_two_bearings():
     [("speed_dependent_stiffness", [1.3, 1.3, 1, 1, 1]), ("speed_dependent_damping", [1, 1, 1.3, 1.3, 1])],
 )
 def test_a_law_over_speed_is_full_at_the_highest_speed_and_stays_where_it_is(name, factors):
-    place = effect(name).places(PLAIN)[0]
+    place = effect(name).locations(PLAIN)[0]
     expected = PLAIN.response((REFERENCE * factors)[None])[0]
     assert response(place, [0.3])[-1] == pytest.approx(expected[-1], rel=1e-8)
     part = place.added_to(PLAIN).at(PLAIN.speed[:6], PLAIN.channels)
