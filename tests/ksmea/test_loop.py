@@ -103,7 +103,7 @@ class ExactSurrogate(Surrogate):
 
 
 class ExactPredictor(Predictor):
-    transform = make_transform("auto", amplitude_data=False, n_speed=4, n_channel=1)
+    transform = make_transform("auto", "complex", n_speed=4, n_channel=1)
 
     def __init__(self, surrogate, error):
         self.surrogate, self.error = surrogate, error

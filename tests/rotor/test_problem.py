@@ -111,8 +111,8 @@ def differences(problem, x, step):
 @pytest.mark.parametrize(
     ("problem", "relative_step"),
     # The step is small against the half-width of a resonance (relative 4e-4 in k, half of that in Ω) and large
-    # against rounding: truncation and rounding are then both below 2e-7 of the largest derivative.
-    [(ThreeDisk().build(), 3e-4), (ThreeDisk(mesh=21, sensors=[0.4]).build(), 3e-4), (full_problem(), 1e-3)],
+    # against rounding: truncation and rounding are then both below 4e-7 of the largest derivative.
+    [(ThreeDisk().build(), 3e-4), (ThreeDisk(mesh=21, sensors=[0.4]).build(), 6e-4), (full_problem(), 1e-3)],
     ids=["three_disk", "three_disk_21", "full"],
 )
 def test_sensitivity_against_sixth_order_differences(problem, relative_step):

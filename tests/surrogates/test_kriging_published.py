@@ -1,16 +1,12 @@
 """Kriging against published numbers: the examples of DiceKriging."""
 
-from types import SimpleNamespace
-
 import numpy as np
 
 from surrogates.kriging import Kriging
 
-ONE_CHANNEL = SimpleNamespace(transform=SimpleNamespace(n_channel=1))
-
 
 def fit(settings, u, y):
-    return settings.fit(u, y, ONE_CHANNEL, np.random.default_rng(0))
+    return settings.fit(u, y, np.random.default_rng(0))
 
 
 def branin(u):
