@@ -181,7 +181,7 @@ def identifiability(
     `settings` are those of `study=identifiability`: level, variations …
 
     >>> import ksmea
-    >>> result = ksmea.identifiability(ksmea.load_problem("three_disk"), relative=0.1, variations=[])
+    >>> result = ksmea.cramer_rao(ksmea.load_problem("three_disk"), relative=0.1, variations=[])
     >>> [f"{item.name} {100 * item.crlb / item.true:.2f} %" for item in result.record.parameters[:2]]
     ['kxx 0.11 %', 'kyy 0.11 %']
     """

@@ -29,8 +29,8 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
+from ksmea.cramer_rao import Identifiability
 from ksmea.fisher import UNKNOWABLE, of_unknowns, whitened_sensitivity
-from ksmea.identifiability import Identifiability
 from ksmea.kind import Kind
 from ksmea.measurement import Noise
 from ksmea.model import Model

@@ -14,8 +14,8 @@ from ksmea import registry
 from ksmea.alignment import aligned
 from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import MeasurementSource, Problem
+from ksmea.cramer_rao import identifiability
 from ksmea.errors import SettingError
-from ksmea.identifiability import identifiability
 from ksmea.measurement import Measurement
 from ksmea.records.hidden import HiddenEffect
 

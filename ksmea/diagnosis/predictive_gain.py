@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ksmea.contracts import Problem
-from ksmea.diagnosis.elpd import ElpdDifference
 from ksmea.diagnosis.fitting import Fit
+from ksmea.elpd import ElpdDifference
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import maximise
 from ksmea.measurement import Measurement, Noise

@@ -12,7 +12,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from ksmea.diagnosis.elpd import ElpdDifference
+from ksmea.elpd import ElpdDifference
 from ksmea.records.diagnosis_upgrade import is_older, renamed
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.record import Record
@@ -104,7 +104,7 @@ class CoefficientRecord(Record):
 @dataclass(frozen=True)
 class PredictiveGainRecord(Record):
     """How much better the extended model predicts blocks of speeds that are left out; `is_supported` by the rule of
-    ksmea.diagnosis.elpd."""
+    ksmea.elpd."""
 
     elpd_difference: float  # sum over blocks
     standard_error: float

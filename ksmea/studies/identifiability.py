@@ -1,6 +1,6 @@
 """Identifiability: what data would tell about the unknowns, and what other data would, before anything is measured.
 
-Everything is the Cramér–Rao lower bound (CRLB) at the true values (`ksmea.identifiability`), 1 σ; nothing is random.
+Everything is the Cramér–Rao lower bound (CRLB) at the true values (`ksmea.cramer_rao`), 1 σ; nothing is random.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
+from ksmea.cramer_rao import Identifiability, identifiability
 from ksmea.errors import unknown
-from ksmea.identifiability import Identifiability, identifiability
 from ksmea.measurement import KINDS, Noise
 from ksmea.records.identifiability import (
     DataDescription,

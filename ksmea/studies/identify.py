@@ -14,10 +14,10 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.contracts import Method, Problem
+from ksmea.cramer_rao import identifiability
 from ksmea.diagnosis.fit_quality import fit_quality
 from ksmea.diagnosis.fitting import Fit
 from ksmea.errors import SettingError
-from ksmea.identifiability import identifiability
 from ksmea.identification import Identification, Streams, at_limit
 from ksmea.intervals import Estimate, Interval, estimate
 from ksmea.likelihood import Likelihood

@@ -12,7 +12,7 @@ from bench.plan.setup import Setup
 from bench.reports import identifiability as reporting
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
-from ksmea.identifiability import identifiability
+from ksmea.cramer_rao import identifiability
 from ksmea.measurement import Noise
 from ksmea.records.identifiability import IdentifiabilityRecord
 from ksmea.show.identifiability import COLUMNS, frame, plot, sentences, text

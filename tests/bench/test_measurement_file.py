@@ -12,8 +12,8 @@ import pytest
 from ksmea.alignment import aligned
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
+from ksmea.cramer_rao import identifiability
 from ksmea.errors import SettingError
-from ksmea.identifiability import identifiability
 from ksmea.intervals import estimate
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import nearest_maximum

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from bench.plan.setup import Setup
 from bench.reports.planning import plan_figure
 from ksmea.contracts import Problem
+from ksmea.cramer_rao import identifiability
 from ksmea.errors import SettingError
-from ksmea.identifiability import identifiability
 from ksmea.measurement import Noise
 from ksmea.records.plan import PlanRecord
 from ksmea.show.plan import frame, plot, text

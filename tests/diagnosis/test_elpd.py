@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ksmea.diagnosis.elpd import ElpdDifference
+from ksmea.elpd import ElpdDifference
 
 
 def blocks(*values):

@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
+from ksmea.cramer_rao import identifiability
 from ksmea.errors import SettingError
-from ksmea.identifiability import identifiability
 from ksmea.identification import Identification, Streams, Update
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.misfit import Misfit

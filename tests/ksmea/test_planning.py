@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from ksmea.channel import Channel
-from ksmea.identifiability import identifiability
+from ksmea.cramer_rao import identifiability
 from ksmea.measurement import Noise
 from ksmea.planning import Criterion, choose, crlb, data_rows, information, mean_axis_reduction_pct
 from ksmea.units import GRAM_MILLIMETRE

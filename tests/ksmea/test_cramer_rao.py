@@ -4,8 +4,8 @@ has them."""
 import numpy as np
 import pytest
 
+from ksmea.cramer_rao import Identifiability, identifiability
 from ksmea.fisher import whitened_sensitivity
-from ksmea.identifiability import Identifiability, identifiability
 from ksmea.kind import Kind
 from ksmea.measurement import Noise
 from problems.three_disk import ThreeDisk
