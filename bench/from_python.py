@@ -26,6 +26,7 @@ from bench.plan.plan import Plan, read_plan
 from bench.plan.report import report_named
 from ksmea import registry
 from ksmea.errors import SettingError
+from ksmea.show.style import ShownFigure, figure_of
 
 BAD_INPUT, INTERRUPTED = 2, 130
 # Not `-m bench`: where it runs there may be a folder of that name. The main module is imported first, as it says why.
@@ -68,12 +69,10 @@ class Experiment:
         picture = imread(self.output / f"{self.plan.name}.png")
         if axes is None:
             height, width = picture.shape[:2]
-            axes = Figure(figsize=(width / 130, height / 130), dpi=130).add_axes((0.0, 0.0, 1.0, 1.0))
+            axes = ShownFigure(figsize=(width / 130, height / 130), dpi=130).add_axes((0.0, 0.0, 1.0, 1.0))
         axes.imshow(picture)
         axes.set_axis_off()
-        figure = axes.get_figure(root=True)
-        assert figure is not None
-        return figure
+        return figure_of(axes)
 
     def __str__(self) -> str:
         return report_named(self.plan.report.table).make(self.plan, self.output).text

@@ -24,6 +24,7 @@ from ksmea.loaded import LoadedProblem
 from ksmea.measurement import Measurement, Noise
 from ksmea.records.hidden import HiddenEffect
 from ksmea.results import DiagnosisResult, IdentifiabilityResult, IdentificationResult, PlanResult
+from ksmea.settings import own_fields
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
 from ksmea.studies.identifiability import IdentifiabilityOptions, identifiability_study
 from ksmea.studies.identify import identification
@@ -251,7 +252,8 @@ def diagnose(
         name: registry.create("effect", name, {}) for name in effects or known if name not in without
     }
     record = diagnosis(seen, data, chosen, _generator(rng), options=options)
-    return DiagnosisResult(record, extended_yaml(problem.name, vars(problem.settings), record))
+    own = {field.name: getattr(problem.settings, field.name) for field in own_fields(problem.settings)}
+    return DiagnosisResult(record, extended_yaml(problem.name, own, record))
 
 
 def _kind_of_file(path: Path) -> str:

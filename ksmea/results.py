@@ -23,16 +23,7 @@ from ksmea.records.identifiability import IdentifiabilityRecord
 from ksmea.records.identification import IdentificationRecord
 from ksmea.records.plan import PlanRecord
 from ksmea.records.record import Record
-from ksmea.show import (
-    diagnosis,
-    diagnosis_figure,
-    fit_figure,
-    identifiability,
-    identifiability_figure,
-    identification,
-    plan,
-    plan_figure,
-)
+from ksmea.show import diagnosis, identifiability, identification, plan
 
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 
@@ -99,7 +90,7 @@ class IdentificationResult(Result[IdentificationRecord]):
         return identification.frame(self.record)
 
     def plot(self, axes: Axes | None = None) -> Figure:
-        return fit_figure.plot(self.record, axes)
+        return identification.plot(self.record, axes)
 
 
 @dataclass(frozen=True)
@@ -113,7 +104,7 @@ class IdentifiabilityResult(Result[IdentifiabilityRecord]):
         return identifiability.frame(self.record)
 
     def plot(self, axes: Axes | None = None) -> Figure:
-        return identifiability_figure.plot(self.record, axes)
+        return identifiability.plot(self.record, axes)
 
 
 @dataclass(frozen=True)
@@ -127,7 +118,7 @@ class PlanResult(Result[PlanRecord]):
         return plan.frame(self.record)
 
     def plot(self, axes: Axes | None = None) -> Figure:
-        return plan_figure.plot(self.record, axes)
+        return plan.plot(self.record, axes)
 
 
 @dataclass(frozen=True)
@@ -161,4 +152,4 @@ class DiagnosisResult(Result[DiagnosisRecord]):
         return diagnosis.coefficients_frame(self.record)
 
     def plot(self, axes: Axes | None = None) -> Figure:
-        return diagnosis_figure.plot(self.record, axes)
+        return diagnosis.plot(self.record, axes)

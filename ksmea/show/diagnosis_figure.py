@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, TrialRecord, Values
-from ksmea.show.style import OURS, PAPER, REFERENCE
+from ksmea.show.style import OURS, PAPER, REFERENCE, ShownFigure
 from ksmea.units import MICROMETRE, RPM
 
 BEFORE, AFTER = PAPER, OURS  # colours
@@ -26,7 +26,7 @@ def residual_figure(record: DiagnosisRecord) -> Figure:
             " draw the record of the run, or give axes to draw the ranking of effects"
         )
     channels = curves.channels[:MAX_CHANNELS]
-    figure = Figure(figsize=(max(5.0, 3.1 * len(channels)), 6.4), layout="constrained")
+    figure = ShownFigure(figsize=(max(5.0, 3.1 * len(channels)), 6.4), layout="constrained")
     panels = figure.subplots(3, len(channels), squeeze=False, sharex=True, height_ratios=[2, 1, 1])
     for column, channel in enumerate(channels):
         _draw_channel(panels[:, column], curves, column)
@@ -83,7 +83,7 @@ def _amplitude(values: Values, column: int) -> Array:
 
 def ranking_figure(record: DiagnosisRecord) -> Figure:
     """The ranked effects on a figure of their own."""
-    figure = Figure(figsize=(7.5, 0.3 * len(record.effects) + 1.2), layout="constrained")
+    figure = ShownFigure(figsize=(7.5, 0.3 * len(record.effects) + 1.2), layout="constrained")
     draw_ranking(record, figure.subplots())
     return figure
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from ksmea.arrays import Array
 from ksmea.records.curves import FitCurves, Matrix, as_array
-from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE
+from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE, ShownFigure
 from ksmea.units import MICROMETRE, RPM
 
 MAX_CHANNELS = 6  # columns; the record has all
@@ -26,7 +26,7 @@ def fit_figure(fit: FitCurves, title: str = "") -> Figure:
     with_phase = fit.has_phase
     rows = ["amplitude", *(["phase"] if with_phase else []), *(["residual"] if fit.sd is not None else [])]
     heights = [{"amplitude": 3, "phase": 1.6, "residual": 1.6}[row] for row in rows]
-    figure = Figure(figsize=(max(7.0, 4.3 * n_channel + 0.6), 1.15 * sum(heights) + 1.2), layout="constrained")
+    figure = ShownFigure(figsize=(max(7.0, 4.3 * n_channel + 0.6), 1.15 * sum(heights) + 1.2), layout="constrained")
     panels = figure.subplots(len(rows), n_channel, squeeze=False, sharex=True, sharey="row", height_ratios=heights)
     draw = {"amplitude": draw_amplitude, "phase": _phase, "residual": _residual}
     for index in range(n_channel):

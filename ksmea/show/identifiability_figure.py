@@ -11,7 +11,7 @@ from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
 from ksmea.arrays import Array
 from ksmea.records.identifiability import IdentifiabilityRecord, Variation
-from ksmea.show.style import figure_of
+from ksmea.show.style import ShownFigure, figure_of
 from ksmea.units import RPM
 
 COLOURS = ("#2b6ca3", "#c8501e", "#3a8f4d", "#8a5aa8", "#b08a00", "#555555", "#d16ba5", "#17a2b8")
@@ -37,7 +37,7 @@ def plot(record: IdentifiabilityRecord, axes: Axes | None = None, *, title: str 
         return _one_panel(record, axes)
     columns = min(2, len(panelled))
     n_row = -(-len(panelled) // columns)
-    figure = Figure(figsize=(5.2 * columns + 0.4, 3.5 * n_row + 0.7), layout="constrained")
+    figure = ShownFigure(figsize=(5.2 * columns + 0.4, 3.5 * n_row + 0.7), layout="constrained")
     panels = figure.subplots(n_row, columns, squeeze=False, sharey=True).ravel()
     limits = _axis_limits([entry.crlb_si for entries in panelled.values() for entry in entries], record)
     for panel, (name, entries) in zip(panels, panelled.items()):
@@ -55,7 +55,7 @@ def plot(record: IdentifiabilityRecord, axes: Axes | None = None, *, title: str 
 
 def _one_panel(record: IdentifiabilityRecord, axes: Axes | None) -> Figure:
     """The first variation on given axes, or on those of a new figure; the data as they are where there is none."""
-    figure = Figure(figsize=(5.6, 4.0), layout="constrained") if axes is None else figure_of(axes)
+    figure = ShownFigure(figsize=(5.6, 4.0), layout="constrained") if axes is None else figure_of(axes)
     panel = figure.subplots() if axes is None else axes
     panelled = _panelled(record)
     if panelled:

@@ -11,7 +11,7 @@ from matplotlib.ticker import LogFormatter
 
 from ksmea.arrays import Array
 from ksmea.records.plan import Family, PlanRecord, Unknown, infinite_where_none
-from ksmea.show.style import OURS, PAPER, REFERENCE, figure_of
+from ksmea.show.style import OURS, PAPER, REFERENCE, ShownFigure, figure_of
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, RPM, SI_PER_UNIT
 
 FAMILIES = ("speeds", "probes", "trial run")
@@ -33,7 +33,7 @@ def plot(record: PlanRecord, axes: Axes | None = None) -> Figure:
             _finish(axes, record)
             axes.set_ylabel(_quantity(record), fontsize=9)
         return figure_of(axes)
-    figure = Figure(figsize=(13, 4.1), layout="constrained")
+    figure = ShownFigure(figsize=(13, 4.1), layout="constrained")
     draw_row(figure.subplots(1, len(FAMILIES)), record)
     figure.suptitle("what each candidate gives by itself, the chosen ones marked", fontsize=11)
     return figure

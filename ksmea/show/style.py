@@ -10,7 +10,15 @@ from matplotlib.figure import Figure
 OURS, PAPER, REFERENCE, INTERVAL = "#2b6ca3", "#c8501e", "#444444", "#3a8f4d"
 
 
+class ShownFigure(Figure):
+    """A figure that a notebook shows by itself, whatever its drawing backend."""
+
+    def _repr_png_(self) -> bytes:
+        return png(self)
+
+
 def png(figure: Figure) -> bytes:
+    """A figure as the content of a PNG file."""
     content = io.BytesIO()
     figure.savefig(content, format="png", dpi=130)
     return content.getvalue()

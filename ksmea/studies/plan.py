@@ -299,7 +299,7 @@ def _family(
     has_one_target = len(present.target) == 1
     candidates = Candidates(
         reduction_pct=tuple(present.reduction_pct(rows) for rows in single),
-        criterion_reduction_pct=tuple(present.criterion.gain_pct(before, before + each).tolist()),
+        criterion_reduction_pct=tuple(present.criterion.reduction_pct(before, before + each).tolist()),
         crlb=_listed(np.array([present.crlb_of(rows)[present.target[0]] for rows in single]))
         if has_one_target
         else None,
