@@ -204,7 +204,7 @@ def test_a_setup_measures_and_tells_what_it_hid():
     draw = Draw(component_seeds(0, 4))
     hiding = Setup.of(CHOSEN | {"measurement": {"name": "synthetic", "kind": "complex", "hidden": ["mass"]}})
     plain = Setup.of(CHOSEN | {"measurement": {"name": "synthetic", "kind": "complex"}})
-    assert plain.hidden(draw) == [] and [each["effect"] for each in hiding.hidden(draw)] == ["mass"]
+    assert plain.hidden(draw) == () and [each.effect for each in hiding.hidden(draw)] == ["mass"]
     assert np.array_equal(hiding.measure(draw).values, hiding.true_response(draw))
     assert not np.allclose(plain.measure(draw).values, hiding.measure(draw).values, rtol=1e-6)
     assert hiding.truth == plain.truth and hiding.problem.parameters == plain.problem.parameters
