@@ -63,8 +63,8 @@ def read_measurement(path: str | Path, **settings: Any) -> Measurement:
 
     >>> import ksmea
     >>> measurement = ksmea.read_measurement("docs/examples/run_up.csv")
-    >>> measurement.kind, measurement.values.shape
-    ('complex', (60, 2))
+    >>> str(measurement.kind), measurement.values.shape
+    ('complex', (90, 2))
     """
     source: MeasurementSource = registry.create("measurement", "file", {"path": str(path), **settings})
     return source.read()
@@ -101,7 +101,7 @@ def synthetic_measurement(
     >>> import ksmea
     >>> rotor = ksmea.load_problem("three_disk")
     >>> data = ksmea.synthetic_measurement(rotor, relative=0.05, kind="complex", hidden=["runout"], rng=3)
-    >>> data.measurement.values.shape, [effect.name for effect in data.hidden]
+    >>> data.measurement.values.shape, [each.effect for each in data.hidden]
     ((53, 2), ['runout'])
     """
     settings = {"relative": relative, "floor": floor, "kind": kind, "hidden": list(hidden), **settings}
@@ -182,7 +182,7 @@ def identifiability(
     `settings` are those of `study=identifiability`: level, variations …
 
     >>> import ksmea
-    >>> result = ksmea.cramer_rao(ksmea.load_problem("three_disk"), relative=0.1, variations=[])
+    >>> result = ksmea.identifiability(ksmea.load_problem("three_disk"), relative=0.1, variations=[])
     >>> [f"{item.name} {100 * item.crlb / item.true:.2f} %" for item in result.record.parameters[:2]]
     ['kxx 0.11 %', 'kyy 0.11 %']
     """

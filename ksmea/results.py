@@ -84,7 +84,7 @@ class IdentificationResult(Result[IdentificationRecord]):
         raise unknown("unknown of the identification:", name, [item.name for item in self.record.parameters])
 
     def __str__(self) -> str:
-        return identification.text(self.record)
+        return identification.text(self.record, self.record.data.source if self.record.data else "")
 
     def to_frame(self) -> pd.DataFrame:
         return identification.frame(self.record)
