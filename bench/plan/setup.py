@@ -13,7 +13,7 @@ from bench.plan.plan import generator
 from ksmea import registry
 from ksmea.alignment import aligned
 from ksmea.arrays import Array, ComplexArray
-from ksmea.contracts import MeasurementSource, Problem
+from ksmea.contracts import MeasurementSource, Method, Problem, ProblemSettings
 from ksmea.cramer_rao import identifiability
 from ksmea.errors import SettingError
 from ksmea.measurement import Measurement
@@ -48,6 +48,18 @@ class Setup:
         return cls(plugins, problem, source.true_values(plugins["problem"]))
 
     @property
+    def settings(self) -> ProblemSettings:
+        """What the problem was built from."""
+        settings: ProblemSettings = self.plugins["problem"]
+        return settings
+
+    @property
+    def method(self) -> Method:
+        """How the unknowns are identified, with its surrogate, optimiser and samples."""
+        method: Method = self.plugins["method"]
+        return method
+
+    @property
     def source(self) -> MeasurementSource:
         """Where the measurement comes from."""
         source: MeasurementSource = self.plugins["measurement"]
@@ -56,20 +68,20 @@ class Setup:
     def measure(self, draw: Draw) -> Measurement:
         """The measurement of one run."""
         noise, hidden = generator(draw.seeds["noise"]), generator(draw.seeds["hidden"])
-        return self.source.measure(self.plugins["problem"], self.truth, noise, hidden)
+        return self.source.measure(self.settings, self.truth, noise, hidden)
 
     def true_response(self, draw: Draw) -> ComplexArray | None:
         """What is measured in one run without its noise, (n_speed, n_channel) m, where anyone knows it."""
-        return self.source.response(self.plugins["problem"], self.truth, generator(draw.seeds["hidden"]))
+        return self.source.response(self.settings, self.truth, generator(draw.seeds["hidden"]))
 
     def hidden(self, draw: Draw) -> tuple[HiddenEffect, ...]:
         """What the data of one run hide, for its record and nothing else."""
-        return self.source.hidden_effects(self.plugins["problem"], generator(draw.seeds["hidden"]))
+        return self.source.hidden_effects(self.settings, generator(draw.seeds["hidden"]))
 
     def with_hidden(self, draw: Draw) -> tuple[Problem, Array] | None:
         """The problem with what the data of one run hide, and all true values (d,) SI; None where nothing is hidden. For
         judging what was found, after it was found."""
-        found = self.source.with_hidden(self.plugins["problem"], self.problem, generator(draw.seeds["hidden"]))
+        found = self.source.with_hidden(self.settings, self.problem, generator(draw.seeds["hidden"]))
         return None if found is None else (found[0], np.concatenate([self.true_x, found[1]]))
 
     @property

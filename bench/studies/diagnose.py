@@ -40,7 +40,7 @@ class Diagnose(DiagnosisOptions, Study):
         return list(self._chosen().values())
 
     def validate(self, setup: Setup) -> None:
-        noise = setup.plugins["measurement"].noise
+        noise = setup.source.noise
         if noise is not None and noise.is_absent:
             raise SettingError(
                 "study=diagnose: expected noise, without which any difference is a misfit, got none; say"

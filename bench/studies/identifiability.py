@@ -22,7 +22,7 @@ class IdentifiabilityStudy(IdentifiabilityOptions, Study):
 
     def validate(self, setup: Setup) -> None:
         setup.require_truth("study=identifiability")
-        noise = setup.plugins["measurement"].noise
+        noise = setup.source.noise
         if noise is None or noise.is_absent:
             raise SettingError(
                 "study=identifiability: expected noise, without which everything is known exactly; say"
@@ -30,7 +30,7 @@ class IdentifiabilityStudy(IdentifiabilityOptions, Study):
             )
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
-        measurement = setup.plugins["measurement"]
+        measurement = setup.source
         record = identifiability_study(
             setup.problem,
             setup.true_x,

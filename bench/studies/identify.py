@@ -50,12 +50,11 @@ class Identify(Study):
     report: ClassVar[str] = "summary"
 
     def validate(self, setup: Setup) -> None:
-        plugins = setup.plugins
         if self.basin and not setup.truth:
             raise SettingError(
                 "study.basin: expected true values to compare with, got a measurement without; leave it out"
             )
-        plugins["method"].validate(setup.problem)
+        setup.method.validate(setup.problem)
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
         problem = setup.problem if draw.journal is None else JournaledProblem(setup.problem, Journal(draw.journal))
@@ -63,7 +62,7 @@ class Identify(Study):
         record = identification(
             problem,
             measurement,
-            setup.plugins["method"],
+            setup.method,
             Streams(*(generator(draw.seeds[component]) for component in ("design", "surrogate", "optimizer"))),
             intervals=self.intervals,
             level=self.level,

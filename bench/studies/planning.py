@@ -23,7 +23,7 @@ class Planning(PlanOptions, Study):
     def validate(self, setup: Setup) -> None:
         self.check_problem(setup.problem)
         setup.require_truth("study=plan")
-        measurement = setup.plugins["measurement"]
+        measurement = setup.source
         if measurement.noise is None or measurement.noise.is_absent:
             raise SettingError(
                 "study=plan: expected a measurement with noise, without which every unknown is known exactly, got none;"
@@ -31,7 +31,7 @@ class Planning(PlanOptions, Study):
             )
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
-        measurement = setup.plugins["measurement"]
+        measurement = setup.source
         record = planning_study(
             setup.problem,
             setup.true_x,
