@@ -21,7 +21,7 @@ def test_from_python(tmp_path, monkeypatch, capsys):
     shutil.copy(ROOT / "docs" / "examples" / "rotor.yaml", "my_rotor.yaml")
     shutil.copy(ROOT / "docs" / "examples" / "run_up.csv", "run_up.csv")
     names = {}
-    exec(block("From Python").replace("repetitions=3", "repetitions=1, samples=40"), names)
+    exec(block("From Python").replace("repetitions=3", "repetitions=1, samples=40"), names)  # noqa: S102 – our own lines
     printed = capsys.readouterr().out
     assert "kxx = " in printed and "Verdict: " in printed
     assert Path("found.json").is_file() and Path("found.png").read_bytes()[:4] == b"\x89PNG"
@@ -30,7 +30,7 @@ def test_from_python(tmp_path, monkeypatch, capsys):
 
 def test_bring_a_plugin():
     names = {"__name__": "random_search"}
-    exec(block("Bring a plugin"), names)
+    exec(block("Bring a plugin"), names)  # noqa: S102
     objective = names["Objective"](2, lambda u: u - 0.5)
     found = names["RandomSearch"](points=500).minimize(objective, np.random.default_rng(0))
     assert found.evaluations == 500 and found.value < 0.01
