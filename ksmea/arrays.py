@@ -1,4 +1,4 @@
-"""The two kinds of arrays that numbers travel in."""
+"""The kinds of arrays that numbers and indices travel in."""
 
 from __future__ import annotations
 
@@ -7,3 +7,4 @@ from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
+Indices = NDArray[np.intp]

@@ -14,11 +14,11 @@ from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import ClassVar, Generic, Self, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray
+from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.channel import Channel
 from ksmea.errors import SettingError
 from ksmea.identification import Identification, Streams
@@ -39,9 +39,18 @@ class Problem(ABC):
     Attributes or properties that every problem has: `parameters`, the unknowns; `speed`, (n_speed,) rad/s; `channels`.
     """
 
-    parameters: Parameters
-    speed: Array
-    channels: tuple[Channel, ...]
+    if TYPE_CHECKING:  # read-only; a property would become the default of a dataclass's field of that name
+
+        @property
+        def parameters(self) -> Parameters: ...
+        @property
+        def speed(self) -> Array: ...
+        @property
+        def channels(self) -> tuple[Channel, ...]: ...
+    else:
+        parameters: Parameters
+        speed: Array
+        channels: tuple[Channel, ...]
 
     @abstractmethod
     def response(self, x: Array) -> ComplexArray:
@@ -61,7 +70,7 @@ class Problem(ABC):
         return type(self).sensitivity is not Problem.sensitivity
 
     @property
-    def costly(self) -> Array:
+    def costly(self) -> Indices:
         """Indices of the unknowns each new value of which costs far more than one of the others. Left out: none are."""
         return np.empty(0, dtype=int)
 
@@ -235,6 +244,9 @@ class Effect(Settings, Generic[Seen]):
     @abstractmethod
     def draw(self, problem: Seen, rng: np.random.Generator) -> Array:
         """Values (e,) SI of its unknowns that are plausible and large enough to be noticed, for data that hide it."""
+
+
+AnyEffect = Effect[Any]  # on whatever kind of problems
 
 
 class Predictor(ABC):

@@ -16,7 +16,7 @@ import numpy as np
 
 from ksmea import registry
 from ksmea.alignment import aligned
-from ksmea.contracts import Effect, MeasurementSource, Method, Optimizer, Problem, Surrogate
+from ksmea.contracts import AnyEffect, MeasurementSource, Method, Optimizer, Problem, Surrogate
 from ksmea.errors import SettingError, unknown
 from ksmea.extension import extended_yaml
 from ksmea.identification import Streams
@@ -154,14 +154,16 @@ def identify(
             "optimizer": _plugin("optimizer", optimizer or ("lm" if method == "direct" else "de")),
             "samples": samples,
         }
-        method = registry.create("method", method, settings, parts)
+        chosen: Method = registry.create("method", method, settings, parts)
     elif settings:
         raise SettingError(f"identify: expected the settings inside the method, got {', '.join(settings)} beside it")
-    method.validate(seen)
+    else:
+        chosen = method
+    chosen.validate(seen)
     generator = _generator(rng)
     streams = Streams(*generator.spawn(3))
     record = identification(
-        seen, data, method, streams, intervals=intervals, level=level, details=True, rng=generator.spawn(1)[0]
+        seen, data, chosen, streams, intervals=intervals, level=level, details=True, rng=generator.spawn(1)[0]
     )
     return IdentificationResult(record)
 
@@ -248,11 +250,11 @@ def diagnose(
     for name in (*effects, *without):
         if name not in known:
             raise unknown("effect", name, known)
-    chosen: dict[str, Effect] = {
+    chosen: dict[str, AnyEffect] = {
         name: registry.create("effect", name, {}) for name in effects or known if name not in without
     }
     record = diagnosis(seen, data, chosen, _generator(rng), options=options)
-    own = {field.name: getattr(problem.settings, field.name) for field in own_fields(problem.settings)}
+    own = {field.name: getattr(problem.settings, field.name) for field in own_fields(type(problem.settings))}
     return DiagnosisResult(record, extended_yaml(problem.name, own, record))
 
 

@@ -16,9 +16,10 @@ from typing import BinaryIO
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray
+from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
+from ksmea.parameters import Parameters
 
 # An entry: lengths of question and answer in bytes, their checksum, then both as they lie in memory.
 HEADER = struct.Struct("<QQI")
@@ -85,7 +86,18 @@ class JournaledProblem(Problem):
     def __init__(self, problem: Problem, journal: Journal) -> None:
         self._problem = problem
         self._journal = journal
-        self.parameters, self.speed, self.channels = problem.parameters, problem.speed, problem.channels
+
+    @property
+    def parameters(self) -> Parameters:
+        return self._problem.parameters
+
+    @property
+    def speed(self) -> Array:
+        return self._problem.speed
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        return self._problem.channels
 
     def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
         """The same rotor elsewhere, without the journal, whose answers are for these speeds and channels."""
@@ -96,7 +108,7 @@ class JournaledProblem(Problem):
         return self._problem.has_free_phase
 
     @property
-    def costly(self) -> Array:
+    def costly(self) -> Indices:
         return self._problem.costly
 
     @property

@@ -88,7 +88,8 @@ class LoadedProblem:
         problem = self.problem
         if speed is not None or channels is not None:
             problem = problem.at(self.speed if speed is None else np.asarray(speed, float), channels or self.channels)
-        return problem.response(self.x(values)[None])[0]
+        response: ComplexArray = problem.response(self.x(values)[None])[0]
+        return response
 
     def critical_speeds(self, values: Mapping[str, float] | None = None, *, highest: float | None = None) -> Array:
         """Speeds (rad/s) at which a damped natural frequency equals the speed, up to `highest` (the highest of the

@@ -18,7 +18,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ksmea.alignment import require_aligned
-from ksmea.arrays import Array, ComplexArray
+from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.contracts import Method, Optimizer, Predictor, Problem, Surrogate
 from ksmea.descent import descend
 from ksmea.errors import BudgetSpent, SettingError
@@ -32,7 +32,7 @@ from ksmea.parameters import Parameters
 from ksmea.sampling import latin_hypercube
 from ksmea.settings import part, setting
 from ksmea.stopping import simple_difference, squared_multiple_correlation
-from ksmea.transforms import make_transform
+from ksmea.transforms import Transform, make_transform
 
 
 @dataclass(frozen=True)
@@ -112,7 +112,7 @@ class KSMEA(Method):
             n_speed=len(measurement.speed),
             n_channel=len(measurement.channels),
         )
-        model = Model(problem, transform, self.budget)
+        model = Model(problem, self.budget)
         clock = _Clock(model)
         misfit = Misfit(measurement, self.misfit)
         known = _evaluated(latin_hypercube(self.samples, len(problem.parameters), streams.design), model, misfit)
@@ -123,10 +123,10 @@ class KSMEA(Method):
         stop = ""
         while not stop:
             with clock.measures("surrogate"):
-                predictor = self._fit(predictor, known, model, streams, len(history))
+                predictor = self._fit(predictor, known, model, transform, streams, len(history))
             try:
                 with clock.measures("search"):
-                    objective = self._surrogate_objective(misfit, predictor, model)
+                    objective = self._surrogate_objective(misfit, predictor, transform, len(problem.parameters))
                     u = self._search(objective, streams.optimizer)
                     surrogate_evaluations += objective.evaluations
                     prediction = transform.decode(predictor.predict(u[None]))
@@ -159,13 +159,19 @@ class KSMEA(Method):
         )
 
     def _fit(
-        self, previous: Predictor | None, known: _Samples, model: Model, streams: Streams, updates: int
+        self,
+        previous: Predictor | None,
+        known: _Samples,
+        model: Model,
+        transform: Transform,
+        streams: Streams,
+        updates: int,
     ) -> Predictor:
         """The surrogate of the samples, of which the last is new: a fit, a warm refit or one sample appended."""
         if self.surrogate.is_true_model:
-            return TrueModel(model)
+            return TrueModel(model, transform)
         chosen = known.nearest_to_best(self.nearest)
-        u, y = known.points[chosen], model.transform.encode(known.responses[chosen])
+        u, y = known.points[chosen], transform.encode(known.responses[chosen])
         if previous is None:
             return self.surrogate.fit(u, y, streams.surrogate)
         if updates % self.refit_every and self.nearest is None:
@@ -174,18 +180,18 @@ class KSMEA(Method):
                 return appended
         return self.surrogate.refit(previous, u, y, streams.surrogate)
 
-    def _surrogate_objective(self, misfit: Misfit, predictor: Predictor, model: Model) -> Objective:
+    def _surrogate_objective(self, misfit: Misfit, predictor: Predictor, transform: Transform, d: int) -> Objective:
         """The misfit of the surrogate's response, its own error added to the noise where it tells it."""
         own_error = predictor.leave_one_out() if self.surrogate_error else None
         if own_error is not None:
             measured = misfit.measurement.values[None]
-            misfit = replace(misfit, model_sd=model.transform.spread(own_error, measured)[0])
+            misfit = replace(misfit, model_sd=transform.spread(own_error, measured)[0])
 
-        def predicted(u: Array) -> Array:
-            return model.transform.decode(predictor.predict(u))
+        def predicted(u: Array) -> Array | ComplexArray:
+            return transform.decode(predictor.predict(u))
 
         return Objective(
-            len(model.problem.parameters),
+            d,
             lambda u: misfit.residuals(predicted(u)),
             screening_at=lambda u: misfit.screening(predicted(u)),
             budget=self.surrogate_budget,
@@ -231,7 +237,7 @@ class _Samples:
         index = int(np.argmin(self.misfits))
         return self.points[index], float(self.misfits[index])
 
-    def nearest_to_best(self, count: int | None) -> Array:
+    def nearest_to_best(self, count: int | None) -> Indices:
         """Indices of that many samples nearest to the best one, in their order; of all where there are no more."""
         if count is None or len(self.points) <= count:
             return np.arange(len(self.points))
@@ -254,7 +260,9 @@ def _evaluated(points: Array, model: Model, misfit: Misfit) -> _Samples:
     return _Samples(points, responses, misfit.value(misfit.observed(responses)))
 
 
-def _update(u: Array, predicted: Array, added: _Samples, misfit: Misfit, parameters: Parameters) -> Update:
+def _update(
+    u: Array, predicted: Array | ComplexArray, added: _Samples, misfit: Misfit, parameters: Parameters
+) -> Update:
     """What an updating step found: prediction (1, n_speed, n_channel) and true model at the surrogate's optimum u."""
     modelled = misfit.observed(added.responses)[0]
     return Update(

@@ -20,12 +20,10 @@ class Model:
     """A problem over the unit cube, counting points (`evaluations`), sensitivities (`jacobians`) and `seconds`.
 
     `budget` is the number of points at most: what would exceed it raises `BudgetSpent` and is not evaluated.
-    `transform` makes the real outputs that surrogates model; without surrogates there is none.
     """
 
-    def __init__(self, problem: Problem, transform: Transform | None = None, budget: int | None = None) -> None:
+    def __init__(self, problem: Problem, budget: int | None = None) -> None:
         self.problem = problem
-        self.transform = transform
         self.budget = budget
         self.evaluations = 0
         self.jacobians = 0
@@ -72,22 +70,17 @@ class Model:
         response = self.response(np.concatenate([u[None], differences.points]))
         return response[0], differences.derivative(response[1:])
 
-    def outputs(self, u: Array) -> Array:
-        """(k, d) → real outputs (k, q) as surrogates model them."""
-        if self.transform is None:
-            raise ValueError("model: expected a transform that makes outputs for surrogates, got none; give it one")
-        return self.transform.encode(self.response(u))
-
 
 class TrueModel(Predictor):
     """A predictor without error: each prediction is a counted evaluation of the model."""
 
-    def __init__(self, model: Model) -> None:
+    def __init__(self, model: Model, transform: Transform) -> None:
         self.model = model
+        self.transform = transform
 
     def predict(self, u: Array) -> Array:
-        """Points (k, d) → the model's outputs (k, q)."""
-        return self.model.outputs(u)
+        """Points (k, d) → outputs (k, q) as surrogates model them."""
+        return self.transform.encode(self.model.response(u))
 
 
 def model_objective(model: Model, misfit: Misfit, budget: int | None = None) -> Objective:

@@ -6,7 +6,6 @@ mine = "my_package.mine:Mine"
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
@@ -45,10 +44,11 @@ def plugin_class(group: str, name: str) -> type:
     if name not in points:
         raise unknown(group, name, points)
     try:
-        plugin = points[name].load()
+        plugin: type = points[name].load()
     except (Exception, SystemExit) as error:
         raise SettingError(f"{group}={name}: {points[name].value} cannot be loaded: {_one_line(error)}") from error
-    if not (isinstance(plugin, type) and dataclasses.is_dataclass(plugin) and plugin.__dataclass_params__.frozen):
+    parameters = vars(plugin).get("__dataclass_params__") if isinstance(plugin, type) else None
+    if parameters is None or not parameters.frozen:
         raise SettingError(f"{group}={name}: expected a frozen dataclass at {points[name].value}, got {plugin!r}")
     contract = CONTRACTS[group]
     if not issubclass(plugin, contract):

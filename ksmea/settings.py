@@ -116,7 +116,7 @@ def _check_field(name: str, hint: Any, metadata: Mapping[str, Any], value: Any) 
             raise SettingError(f"{name}: expected a number {expected_range(metadata) or 'that is finite'}, got {entry}")
 
 
-def _in_range(value: float, metadata: Any) -> bool:
+def _in_range(value: numbers.Real, metadata: Any) -> bool:
     above, at_least, at_most = (metadata.get(key) for key in ("above", "at_least", "at_most"))
     return (
         math.isfinite(value)

@@ -16,7 +16,7 @@ import numpy as np
 from ksmea import registry
 from ksmea.alignment import aligned
 from ksmea.arrays import Array, ComplexArray
-from ksmea.contracts import Effect, MeasurementSource, Problem, ProblemSettings
+from ksmea.contracts import AnyEffect, MeasurementSource, Problem, ProblemSettings
 from ksmea.errors import SettingError, unknown
 from ksmea.measurement import KINDS, Layout, Measurement, Noise, observe
 from ksmea.parameters import Parameter
@@ -32,7 +32,7 @@ class Hidden:
     """An effect at its location, and the values (e,) of its unknowns, SI."""
 
     name: str
-    effect: Effect
+    effect: AnyEffect
     theta: Array
 
 
@@ -193,7 +193,8 @@ class Synthetic(MeasurementSource):
         if "mesh" not in {field.name for field in dataclasses.fields(settings)}:
             raise SettingError("measurement.mesh: expected a problem with a mesh, got one without; leave it null")
         try:
-            return dataclasses.replace(settings, mesh=self.mesh)
+            changed: Any = {"mesh": self.mesh}
+            return dataclasses.replace(settings, **changed)
         except SettingError as error:
             raise SettingError(f"measurement.{error}") from error
 
@@ -217,7 +218,7 @@ def _within(parameter: Parameter, size: float) -> float:
     return value
 
 
-def _drawn_location(name: str, problem: Problem, rng: np.random.Generator) -> Effect:
+def _drawn_location(name: str, problem: Problem, rng: np.random.Generator) -> AnyEffect:
     """An effect at one of its locations, each as likely as any other."""
     try:
         locations = registry.create("effect", name, {}).locations(problem)

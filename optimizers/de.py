@@ -7,11 +7,13 @@ the reference paper's optimiser, eqs. (25)–(28) and Table 5, doi 10.1016/j.jsv
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from scipy.optimize import differential_evolution
+from scipy.optimize import Bounds, differential_evolution
 from scipy.stats import qmc
 
+from ksmea.arrays import Array
 from ksmea.contracts import Optimizer
 from ksmea.objective import Minimum, Objective
 from ksmea.settings import setting
@@ -49,11 +51,17 @@ class DE(Optimizer):
 
     def minimize(self, objective: Objective, rng: np.random.Generator) -> Minimum:
         """Evolve a Latin hypercube of points."""
+
+        def misfits(points: Array) -> Array:  # points (d, population)
+            return finite(objective(points.T))
+
+        vectorised: Any = misfits  # for many points at once, which the types of scipy do not foresee
+        strategy: Any = self.strategy  # one of STRATEGIES
         try:
             differential_evolution(
-                lambda points: finite(objective(points.T)),  # points (d, population)
-                bounds=[(0.0, 1.0)] * objective.dim,
-                strategy=self.strategy,
+                vectorised,
+                bounds=Bounds(np.zeros(objective.dim), np.ones(objective.dim)),
+                strategy=strategy,
                 mutation=self.mutation_factor,
                 recombination=self.crossover_rate,
                 maxiter=self.generations,

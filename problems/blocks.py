@@ -55,7 +55,7 @@ class Block:
         at_least: float | None = None,
         at_most: float | None = None,
     ) -> float:
-        value = self.values.get(key)
+        value: Any = self.values.get(key)
         is_number = isinstance(value, (int, float)) and not isinstance(value, bool)
         if (
             not is_number

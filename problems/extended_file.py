@@ -15,7 +15,7 @@ import dataclasses
 import hashlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,7 @@ import numpy as np
 import yaml
 
 from ksmea import registry
-from ksmea.contracts import Effect, Problem, ProblemSettings
+from ksmea.contracts import AnyEffect, Problem, ProblemSettings
 from ksmea.errors import SettingError, unknown
 from ksmea.setting_types import TRUTHS
 from ksmea.settings import Settings, setting
@@ -73,7 +73,7 @@ class ExtendedFile(ProblemSettings):
     def document(
         name: str,
         settings: Mapping[str, Any],
-        effects: Sequence[tuple[str, Effect]],
+        effects: Sequence[tuple[str, AnyEffect]],
         reference: Mapping[str, float],
         phase_origin: bool = False,
     ) -> str:
@@ -106,7 +106,7 @@ class ExtendedFile(ProblemSettings):
         return plugin_of(block, "problem")
 
     @cached_property
-    def _effects(self) -> tuple[Effect, ...]:
+    def _effects(self) -> tuple[AnyEffect, ...]:
         return tuple(plugin_of(block, "effect") for block in self._effect_blocks)
 
     @cached_property
@@ -123,7 +123,7 @@ class ExtendedFile(ProblemSettings):
     def _built(self) -> Problem:
         problem = self._settings.build()
         for block, effect in zip(self._effect_blocks, self._effects):
-            problem = inside(block, "", lambda effect=effect, problem=problem: effect.added_to(problem))
+            problem = inside(block, "", partial(effect.added_to, problem))
         if self._has_phase_origin:
             if not problem.can_leave_phase_open:
                 raise self._document.error("phase_origin", "expected a problem whose phase may begin anywhere")
@@ -149,7 +149,7 @@ class ExtendedFile(ProblemSettings):
 def extended_document(
     name: str,
     settings: Mapping[str, Any],
-    effects: Sequence[tuple[str, Effect]],
+    effects: Sequence[tuple[str, AnyEffect]],
     reference: Mapping[str, float],
     phase_origin: bool = False,
 ) -> str:
@@ -167,7 +167,7 @@ def extended_document(
 
 
 def _further_extended(
-    inner: ExtendedFile, effects: Sequence[tuple[str, Effect]], reference: Mapping[str, float], phase_origin: bool
+    inner: ExtendedFile, effects: Sequence[tuple[str, AnyEffect]], reference: Mapping[str, float], phase_origin: bool
 ) -> str:
     block = inner._document.block("problem")
     plain = {field.name: getattr(inner._settings, field.name) for field in dataclasses.fields(inner._settings)}
@@ -179,7 +179,7 @@ def _further_extended(
     )
 
 
-def _described(name: str, effect: Effect) -> dict[str, Any]:
+def _described(name: str, effect: AnyEffect) -> dict[str, Any]:
     """An effect as its name and those of its settings that are not the default."""
     plain = registry.create("effect", name, {})
     fields = [field.name for field in dataclasses.fields(effect)]
@@ -188,7 +188,7 @@ def _described(name: str, effect: Effect) -> dict[str, Any]:
 
 
 def _dumped(problem: Mapping[str, Any], effects: Sequence[Any], reference: Mapping[str, float], origin: bool) -> str:
-    document = {
+    document: dict[str, Any] = {
         "problem": problem,
         "effects": effects,
         "reference": {name: float(value) for name, value in reference.items()},

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import typing
+from functools import partial
 from typing import Any
 
 from ksmea import registry
@@ -26,5 +27,5 @@ def plugin_of(block: Block, group: str) -> Any:
             continue
         if key not in known:
             raise block.error("", unknown(f"setting of {group}={name}:", str(key), known))
-        settings[key] = inside(block, key, lambda value=value, key=key: read_as(value, hints[key]))
+        settings[key] = inside(block, key, partial(read_as, value, hints[key]))
     return inside(block, "", lambda: registry.create(group, name, settings))

@@ -58,7 +58,7 @@ class StrictLoader(yaml.SafeLoader):
 
     yaml_implicit_resolvers: dict = {}  # noqa: RUF012 – PyYAML's own way to say which plain words are no texts
 
-    def construct_mapping(self, node: yaml.Node, deep: bool = False) -> dict:
+    def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
         if isinstance(node, yaml.MappingNode):
             seen = set()
             for key in (key for key, _ in node.value if isinstance(key, yaml.ScalarNode)):
@@ -70,6 +70,14 @@ class StrictLoader(yaml.SafeLoader):
         return super().construct_mapping(node, deep)
 
 
+def _whole(loader: Any, node: Any) -> int:
+    return int(loader.construct_scalar(node))
+
+
+def _decimal(loader: Any, node: Any) -> float:
+    return float(loader.construct_scalar(node))
+
+
 INTEGER, FLOAT, NULL, MERGE = (f"tag:yaml.org,2002:{name}" for name in ("int", "float", "null", "merge"))
 NUMBER_STARTS = list("+-.0123456789")
 StrictLoader.add_implicit_resolver(INTEGER, re.compile(r"[-+]?[0-9]+$"), NUMBER_STARTS)
@@ -78,8 +86,8 @@ StrictLoader.add_implicit_resolver(
 )
 StrictLoader.add_implicit_resolver(NULL, re.compile(r"(~|null)?$"), ["", "~", "n"])
 StrictLoader.add_implicit_resolver(MERGE, re.compile(r"<<$"), ["<"])
-StrictLoader.add_constructor(INTEGER, lambda loader, node: int(loader.construct_scalar(node)))
-StrictLoader.add_constructor(FLOAT, lambda loader, node: float(loader.construct_scalar(node)))
+StrictLoader.add_constructor(INTEGER, _whole)
+StrictLoader.add_constructor(FLOAT, _decimal)
 
 
 def _one_line(message: object) -> str:

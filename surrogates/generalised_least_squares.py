@@ -32,13 +32,14 @@ class GeneralisedLeastSquares:
     @cached_property
     def orthogonal_and_triangle(self) -> tuple[Array, Array]:
         """Q (n, p) and G (p, p)."""
-        return np.linalg.qr(self.whitened_trend)
+        orthogonal, triangle = np.linalg.qr(self.whitened_trend)
+        return orthogonal.astype(float, copy=False), triangle.astype(float, copy=False)
 
     @cached_property
     def coefficients(self) -> Array:
         """β (p, q)."""
         orthogonal, triangle = self.orthogonal_and_triangle
-        return np.linalg.solve(triangle, orthogonal.T @ self.whitened_outputs)
+        return np.linalg.solve(triangle, orthogonal.T @ self.whitened_outputs).astype(float, copy=False)
 
     @cached_property
     def whitened_residuals(self) -> Array:

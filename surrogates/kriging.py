@@ -122,7 +122,7 @@ class Kriging(Surrogate):
             objective = ThetaObjective(
                 self.objective, CORRELATIONS[self.correlation], squared, terms, standardised[:, outputs], self.nugget
             )
-            theta = self._fixed_theta(d) if self.theta is not None else estimate_theta(number, objective)
+            theta = self._fixed_theta(self.theta, d) if self.theta is not None else estimate_theta(number, objective)
             groups.append(OutputGroup(outputs, theta, objective.estimate(theta)))
         return KrigingPredictor(u, y, CORRELATIONS[self.correlation], trend, groups, mean, spread, n_repeated)
 
@@ -135,16 +135,16 @@ class Kriging(Surrogate):
             n_group = min(self.groups or X_AND_Y, q)
         return [slice(group, None, n_group) for group in range(n_group)]
 
-    def _fixed_theta(self, d: int) -> Array:
-        if len(self.theta) not in (1, d):
-            raise SettingError(f"theta: expected 1 or {d} values for {d} parameters, got {len(self.theta)}")
-        return np.broadcast_to(np.array(self.theta, dtype=float), (d,))
+    def _fixed_theta(self, theta: Sequence[float], d: int) -> Array:
+        if len(theta) not in (1, d):
+            raise SettingError(f"theta: expected 1 or {d} values for {d} parameters, got {len(theta)}")
+        return np.broadcast_to(np.array(theta, dtype=float), (d,))
 
     def _estimated_theta(self, objective: ThetaObjective, rng: np.random.Generator) -> Array:
         limits = self.theta_lower, self.theta_upper
         d = len(objective.squared)
         starts = isotropic_minima(objective, *limits, self.theta_ladder)
-        starts += [np.exp(rng.uniform(*np.log(limits), size=d)) for _ in range(self.restarts)]
+        starts += [np.exp(rng.uniform(np.log(limits[0]), np.log(limits[1]), size=d)) for _ in range(self.restarts)]
         return search_theta(objective, starts, *limits)
 
 

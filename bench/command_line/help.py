@@ -9,7 +9,7 @@ from collections.abc import Sequence
 
 from bench.storage.places import CONF
 from ksmea import registry
-from ksmea.contracts import Effect
+from ksmea.contracts import AnyEffect
 from ksmea.errors import SettingError, unknown
 from ksmea.parameters import Parameter
 from ksmea.settings import expected_range, own_fields
@@ -77,7 +77,7 @@ def _effect_lines(name: str) -> list[str]:
     return lines + [f"  | {line}".rstrip() for line in physics.splitlines()]
 
 
-def _parameters_of_example(effect: Effect) -> Sequence[Parameter]:
+def _parameters_of_example(effect: AnyEffect) -> Sequence[Parameter]:
     """Its unknowns on a problem that everyone has; none where it does not fit that."""
     try:
         return effect.parameters(registry.create("problem", EXAMPLE, {}).build())
@@ -87,13 +87,9 @@ def _parameters_of_example(effect: Effect) -> Sequence[Parameter]:
 
 def _default(field: dataclasses.Field) -> str:
     default = field.default_factory() if field.default_factory is not dataclasses.MISSING else field.default
-    return (
-        {None: "null", True: "true", False: "false"}.get(default, str(default)) if _is_plain(default) else str(default)
-    )
-
-
-def _is_plain(value: object) -> bool:
-    return value is None or isinstance(value, bool)
+    if default is None:
+        return "null"
+    return str(default).lower() if isinstance(default, bool) else str(default)
 
 
 def _remarks(field: dataclasses.Field) -> str:

@@ -27,7 +27,9 @@ def parse(arguments: list[str]) -> tuple[Choice, ...]:
     for override in OverridesParser.create().parse_overrides(arguments):
         key = override.get_key_element().lstrip("+~")
         if override.is_sweep_override() and not override.is_discrete_sweep():
-            raise SettingError(f"{key}: expected a value or a list a,b,c, got {override.input_line.partition('=')[2]}")
+            raise SettingError(
+                f"{key}: expected a value or a list a,b,c, got {str(override.input_line).partition('=')[2]}"
+            )
         choices[key] = Choice(key, _values(override), override)
     return tuple(choices.values())
 

@@ -85,7 +85,7 @@ def run_tasks(
             _wait(busy)
             for worker in busy:
                 outcome = _outcome(worker, limits)
-                if outcome is not None:
+                if outcome is not None and worker.task is not None:
                     yield worker.task, outcome
                     worker.task = None
             # A busy worker stays even if it has died by now: its task must first be told what became of it.

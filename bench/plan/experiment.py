@@ -76,7 +76,7 @@ class Experiment:
         composer = _Composer(loader, master, fixed)
         config = composer.composed({})
         _check_whole(config)
-        grid = OmegaConf.to_container(config.grid)
+        grid: Any = OmegaConf.to_container(config.grid)
         for block in grid:
             _check_axes(block)
         points = grid_points(grid, swept, {choice.key for choice in fixed})
@@ -174,7 +174,7 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) ->
     for key, least in (("samples", 1), ("seed", 0)):
         if config[key] < least:
             raise SettingError(f"{key}: expected at least {least}, got {config[key]}")
-    settings = {group: OmegaConf.to_container(config[group], resolve=True) for group in registry.GROUPS}
+    settings: dict[str, Any] = {group: OmegaConf.to_container(config[group], resolve=True) for group in registry.GROUPS}
     settings["samples"] = config.samples
     setup = Setup.of(settings)
     plugins = setup.plugins
@@ -209,7 +209,8 @@ def _table(asked: str | None, cells: Sequence[Cell]) -> str:
     studies = sorted({cell.settings["study"]["name"] for cell in cells})
     if len(studies) > 1:
         raise SettingError(f"study: expected one for the whole experiment, got {', '.join(studies)}; give one")
-    table = asked or registry.plugin_class("study", studies[0]).report
+    study: Any = registry.plugin_class("study", studies[0])
+    table: str = asked or study.report
     if report_named(table).study != studies[0]:
         fitting = [name for name in registry.registered("report") if report_named(name).study == studies[0]]
         raise SettingError(f"table: expected one of {', '.join(fitting)} for study={studies[0]}, got {table}")

@@ -98,8 +98,8 @@ def _imported_names(tree: ast.Module, module: str, is_package: bool) -> Iterator
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
-            base = module.split(".")[: len(module.split(".")) - node.level + is_package] if node.level else []
-            base = ".".join([*base, *([node.module] if node.module else [])])
+            above = module.split(".")[: len(module.split(".")) - node.level + is_package] if node.level else []
+            base = ".".join([*above, *([node.module] if node.module else [])])
             yield base
             yield from (f"{base}.{alias.name}" for alias in node.names)
 

@@ -16,7 +16,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import MeasurementSource, Method, Problem, ProblemSettings
 from ksmea.cramer_rao import identifiability
 from ksmea.errors import SettingError
-from ksmea.measurement import Measurement
+from ksmea.measurement import Measurement, Noise
 from ksmea.records.hidden import HiddenEffect
 
 # Where a run's settings keep the hash of the file that a plugin of the group names: another file is another question.
@@ -97,6 +97,16 @@ class Setup:
                 f"{who}: expected a measurement with true values, at which the CRLB is taken, got none of"
                 f" {', '.join(missing)}; use measurement=synthetic, with measurement.truth where nothing is published"
             )
+
+    def require_noise(self, who: str) -> Noise:
+        """The noise of the measurement; `SettingError` where there is none."""
+        noise = self.source.noise
+        if noise is None or noise.is_absent:
+            raise SettingError(
+                f"{who}: expected a measurement with noise, without which every unknown is known exactly, got none; give"
+                " measurement.relative=0.1 or measurement.floor=0.5 (µm)"
+            )
+        return noise
 
     def crlb(self) -> list[float | None]:
         """Cramér–Rao lower bound (CRLB) of each unknown, SI, as the measurement's noise has it; None where there is none,

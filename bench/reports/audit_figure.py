@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
@@ -16,7 +18,10 @@ READINGS = {  # colour by how speeds and damping are read
     ("rpm", "kN s/mm"): "#d9a400",
     ("rpm", "assumed"): "#c8501e",
 }
-STYLES = {"amplitude": (2.6, "-"), "complex": (1.4, (0, (2, 1)))}  # width and dashes by the kind of data
+STYLES: dict[str, tuple[float, Any]] = {
+    "amplitude": (2.6, "-"),
+    "complex": (1.4, (0, (2, 1))),
+}  # width and dashes by the kind of data
 LOWEST, HIGHEST = 0.03, 3e4  # %, of the axis; what lies beyond stands at its edge as an arrow
 HALF_WIDTH = 0.38  # of a CRLB's line
 

@@ -33,8 +33,8 @@ def updates_figure(plan: Plan, histories: Mapping[str, Sequence[UpdateRecord]]) 
             for history in runs:
                 steps = np.arange(1, len(history) + 1)
                 panel.plot(steps, [update.x[index] / scale for update in history], color=OURS, alpha=0.35, linewidth=1)
-            if facts[index].truth is not None:
-                panel.axhline(facts[index].truth / scale, color=REFERENCE, linestyle=":")
+            if (truth := facts[index].truth) is not None:
+                panel.axhline(truth / scale, color=REFERENCE, linestyle=":")
             panel.set_ylabel(f"{facts[index].name} ({facts[index].unit})", fontsize=8)
         for history in runs:
             misfits = as_array([update.misfit for update in history])

@@ -15,7 +15,7 @@ from bench.plan.plan import generator
 from bench.plan.setup import Setup
 from bench.plan.study import Study
 from ksmea import registry
-from ksmea.contracts import Effect
+from ksmea.contracts import AnyEffect
 from ksmea.diagnosis.fitting import fit_from_values
 from ksmea.diagnosis.trials import candidates
 from ksmea.errors import SettingError, unknown
@@ -36,7 +36,7 @@ class Diagnose(DiagnosisOptions, Study):
     ignores: ClassVar[tuple[str, ...]] = ("samples", "surrogate", "optimizer", "method")
 
     @property
-    def parts(self) -> list[Effect]:
+    def parts(self) -> list[AnyEffect]:
         return list(self._chosen().values())
 
     def validate(self, setup: Setup) -> None:
@@ -94,7 +94,7 @@ class Diagnose(DiagnosisOptions, Study):
         )
         return {"status": "done", **found.to_data()}
 
-    def _chosen(self) -> dict[str, Effect]:
+    def _chosen(self) -> dict[str, AnyEffect]:
         known = list(registry.registered("effect"))
         for name in (*self.effects, *self.without):
             if name not in known:

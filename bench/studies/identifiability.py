@@ -8,7 +8,6 @@ from typing import Any, ClassVar
 from bench.plan.draw import Draw
 from bench.plan.setup import Setup
 from bench.plan.study import Study
-from ksmea.errors import SettingError
 from ksmea.studies.identifiability import IdentifiabilityOptions, identifiability_study
 
 
@@ -22,19 +21,14 @@ class IdentifiabilityStudy(IdentifiabilityOptions, Study):
 
     def validate(self, setup: Setup) -> None:
         setup.require_truth("study=identifiability")
-        noise = setup.source.noise
-        if noise is None or noise.is_absent:
-            raise SettingError(
-                "study=identifiability: expected noise, without which everything is known exactly; say"
-                " measurement.relative=0.1 or measurement.floor=0.5 (µm)"
-            )
+        setup.require_noise("study=identifiability")
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
         measurement = setup.source
         record = identifiability_study(
             setup.problem,
             setup.true_x,
-            measurement.noise,
+            setup.require_noise("study=identifiability"),
             measurement.kind,
             noise_known=measurement.noise_known,
             options=self,

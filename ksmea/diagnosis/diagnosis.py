@@ -24,7 +24,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.contracts import Effect, Problem
+from ksmea.contracts import AnyEffect, Problem
 from ksmea.diagnosis.fit_quality import FitQuality, fit_quality
 from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_baseline
 from ksmea.diagnosis.observability import Detectable, Split, best_split, collinearity, smallest_detectable
@@ -74,7 +74,7 @@ class Diagnosis:
 def diagnose(
     problem: Problem,
     measurement: Measurement,
-    effects: Mapping[str, Effect],
+    effects: Mapping[str, AnyEffect],
     rng: np.random.Generator,
     *,
     level: float = 0.01,

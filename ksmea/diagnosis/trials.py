@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
-from ksmea.contracts import Effect, Problem
+from ksmea.contracts import AnyEffect, Problem
 from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_from, fit_from_scan, fit_nearby
 from ksmea.measurement import Measurement
 
@@ -18,7 +18,7 @@ class Candidate:
     """A registered effect at one location."""
 
     name: str
-    effect: Effect
+    effect: AnyEffect
 
 
 @dataclass(frozen=True)
@@ -49,7 +49,7 @@ class Trial:
         return len(self.candidate.effect.parameters(self.fit.problem))
 
 
-def candidates(problem: Problem, effects: Mapping[str, Effect]) -> list[Candidate]:
+def candidates(problem: Problem, effects: Mapping[str, AnyEffect]) -> list[Candidate]:
     """Every effect at every location that the problem offers, but for those that the problem has already."""
     known = set(problem.parameters.names)
     return [

@@ -11,7 +11,7 @@ import numpy as np
 
 from ksmea.alignment import require_aligned
 from ksmea.arrays import Array, ComplexArray
-from ksmea.contracts import Effect, Problem
+from ksmea.contracts import AnyEffect, Problem
 from ksmea.diagnosis.diagnosis import Diagnosis, diagnose
 from ksmea.diagnosis.fit_quality import FitQuality, whirl_parts
 from ksmea.diagnosis.fitting import Effort, Fit
@@ -84,7 +84,7 @@ class DiagnosisOptions(Settings):
 def diagnosis(
     problem: Problem,
     measurement: Measurement,
-    effects: Mapping[str, Effect],
+    effects: Mapping[str, AnyEffect],
     rng: np.random.Generator,
     *,
     options: DiagnosisOptions | None = None,

@@ -51,7 +51,8 @@ class SpeedDependentDamping(RotorEffect):
         return np.array([drawn(rng, *NOTICED)])
 
     def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
+        full_speed = np.max(speed) if self.full_speed is None else self.full_speed
         changed = impedance.copy()
         for axis in (0, 1):
-            changed.imag[:, axis, axis] *= 1 + column(theta[:, 0]) * speed / self.full_speed
+            changed.imag[:, axis, axis] *= 1 + column(theta[:, 0]) * speed / full_speed
         return changed

@@ -53,7 +53,8 @@ class SpeedDependentStiffness(RotorEffect):
         return np.array([drawn_either_side(rng, *NOTICED)])
 
     def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
+        full_speed = np.max(speed) if self.full_speed is None else self.full_speed
         changed = impedance.copy()
         for axis in (0, 1):
-            changed.real[:, axis, axis] *= 1 + column(theta[:, 0]) * speed / self.full_speed
+            changed.real[:, axis, axis] *= 1 + column(theta[:, 0]) * speed / full_speed
         return changed

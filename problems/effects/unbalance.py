@@ -70,6 +70,8 @@ class FurtherUnbalance(RotorEffect):
         return unbalance_scale(problem) * drawn_vector(rng, *NOTICED)
 
     def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
+        if self.position is None:
+            raise SettingError("position: expected the place of the unbalance, got none; add the effect to a problem")
         plane = UnbalancePlane(self.position)
         return force_per_unbalance(dataclasses.replace(rotor, unbalance=(plane,)), speed)
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.arrays import Array
+from ksmea.arrays import Array, Indices
 from problems.rotor import shaft
 from problems.rotor.data import Rotor
 from problems.rotor.disk import disk_gyroscopic, disk_mass
@@ -75,7 +75,7 @@ def displacement_row(rotor: Rotor, position: float, direction: str) -> Array:
     return row
 
 
-def node_dof(node: int) -> Array:
+def node_dof(node: int) -> Indices:
     return DOF_PER_NODE * node + np.arange(DOF_PER_NODE)
 
 

@@ -45,12 +45,14 @@ def _crossings(matrices: Matrices, scanned: Array) -> Array:
     """Where a natural frequency equals the spin speed, rising, rad/s, from all eigenvalues."""
     table = np.array([_excess(matrices, speed) for speed in scanned])  # (n_scan, n_dof)
     intervals, curves = np.nonzero(np.sign(table[:-1]) * np.sign(table[1:]) < 0)
-    crossings = [
-        scipy.optimize.brentq(
-            lambda speed, curve=curve: _excess(matrices, speed)[curve], *scanned[interval : interval + 2], rtol=1e-10
-        )
-        for interval, curve in zip(intervals, curves)
-    ]
+    crossings = []
+    for interval, curve in zip(intervals, curves):
+
+        def excess(speed: float, curve: int = int(curve)) -> float:
+            return float(_excess(matrices, speed)[curve])
+
+        low, high = float(scanned[interval]), float(scanned[interval + 1])
+        crossings.append(scipy.optimize.brentq(excess, low, high, rtol=1e-10))
     return np.sort(np.array(crossings))
 
 

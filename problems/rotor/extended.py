@@ -15,7 +15,7 @@ from functools import cached_property
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray
+from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.differences import central_differences
@@ -115,18 +115,21 @@ class ExtendedProblem(Problem):
         """`response` by the dense route, the whole rotor per set and speed: slow, for comparison and for making data."""
         return np.concatenate([self._dense(row[None]) for row in checked_sets(x, self.parameters)])
 
+    @cached_property
+    def _columns(self) -> list[Indices]:
+        """Where the unknowns of the rotor itself lie, then those of each effect."""
+        counts = [len(self.base.parameters), *(len(effect.parameters(self.base)) for effect in self.effects)]
+        return np.split(np.arange(sum(counts)), np.cumsum(counts)[:-1])
+
     def _parts(self, x: Array) -> tuple[Array, list[Array]]:
         """The values (n, …) of the rotor's own unknowns, and those of each effect."""
-        counts = [len(self.base.parameters), *(len(effect.parameters(self.base)) for effect in self.effects)]
-        own, *of_effects = np.split(x, np.cumsum(counts)[:-1], axis=1)
+        own, *of_effects = (x[:, columns] for columns in self._columns)
         return own, of_effects
 
     @cached_property
-    def costly(self) -> Array:
+    def costly(self) -> Indices:
         """Indices of the unknowns that change the rotor itself."""
-        indices = np.arange(len(self.parameters))[None]
-        of_effects = self._parts(indices)[1]
-        changing = [part[0] for effect, part in zip(self.effects, of_effects) if effect.changes_rotor]
+        changing = [columns for effect, columns in zip(self.effects, self._columns[1:]) if effect.changes_rotor]
         return np.concatenate(changing) if changing else np.empty(0, dtype=int)
 
     @cached_property

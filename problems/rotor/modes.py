@@ -24,7 +24,7 @@ STRAIGHT = 1e-6  # an orbit's minor axis relative to its major one below which i
 def natural_modes(rotor: Rotor, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
     """The oscillating modes at a spin speed (rad/s) by rising frequency, the first `n_mode` or all."""
     matrices = assemble(rotor)
-    eigenvalues, vectors = scipy.linalg.eig(state_matrix(matrices, speed))
+    eigenvalues, vectors = map(np.asarray, scipy.linalg.eig(state_matrix(matrices, speed)))
     oscillating = np.flatnonzero(eigenvalues.imag > OVERDAMPED * np.abs(eigenvalues))
     order = oscillating[np.argsort(eigenvalues[oscillating].imag)][:n_mode]
     n_dof = len(matrices.mass)
@@ -45,7 +45,7 @@ def campbell_diagram(rotor: Rotor, speed: Array, n_mode: int) -> Campbell:
     matrices = assemble(rotor)
     frequency, damping_ratio = np.full((2, len(speed), n_mode), np.nan)
     for index, spin in enumerate(speed):
-        eigenvalues = scipy.linalg.eigvals(state_matrix(matrices, float(spin)))
+        eigenvalues: ComplexArray = np.asarray(scipy.linalg.eigvals(state_matrix(matrices, float(spin))), dtype=complex)
         oscillating = eigenvalues[eigenvalues.imag > OVERDAMPED * np.abs(eigenvalues)]
         lowest = oscillating[np.argsort(oscillating.imag)][:n_mode]
         frequency[index, : len(lowest)] = lowest.imag

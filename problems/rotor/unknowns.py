@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.arrays import Array
+from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError, unknown
 from ksmea.parameters import Parameter
 from problems.rotor.data import COEFFICIENTS, Rotor
@@ -67,7 +67,7 @@ class Inputs:
     unbalance: Array  # (n, n_plane, 2): magnitude in kg m, phase in rad
 
     @property
-    def complex_unbalance(self) -> Array:  # (n, n_plane) kg m
+    def complex_unbalance(self) -> ComplexArray:  # (n, n_plane) kg m
         return self.unbalance[..., 0] * np.exp(1j * self.unbalance[..., 1])
 
 

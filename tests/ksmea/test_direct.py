@@ -11,7 +11,6 @@ from ksmea.identification import Streams
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.misfit import Misfit
 from ksmea.model import Model, model_objective
-from ksmea.transforms import make_transform
 from optimizers.de import DE
 from optimizers.ga import GA
 from optimizers.lm import LM
@@ -65,8 +64,7 @@ def identified(optimizer, problem, measurement, seed=0, **settings):
 def misfit_from_the_truth(problem, measurement):
     """What least squares reaches from the true values, which no method knows."""
     misfit = Misfit(measurement, "likelihood")
-    transform = make_transform("none", measurement.kind, n_speed=53, n_channel=2)
-    objective = model_objective(Model(problem, transform), misfit)
+    objective = model_objective(Model(problem), misfit)
     descend(objective, problem.parameters.to_cube(TRUTH), max_iterations=200)
     return objective.result().value - misfit.offset
 
