@@ -98,6 +98,15 @@ class Setup:
                 f" {', '.join(missing)}; use measurement=synthetic, with measurement.truth where nothing is published"
             )
 
+    def require_truth_and_noise(self, who: str) -> None:
+        """Raise `SettingError` where an unknown has no true value, or where the measurement has no noise."""
+        self.require_truth(who)
+        if self.source.noise is None or self.source.noise.is_absent:
+            raise SettingError(
+                f"{who}: expected a measurement with noise, without which every unknown is known exactly, got none; give"
+                " measurement.relative=0.1 or measurement.floor=0.5 (µm)"
+            )
+
     def crlb(self) -> list[float | None]:
         """Cramér–Rao lower bound (CRLB) of each unknown, SI, as the measurement's noise has it; None where there is none,
         or no true value to take it at."""

@@ -1,4 +1,4 @@
-"""The study `identifiability`: what these data would tell about the unknowns, and what other data would."""
+"""The study `identifiability`: how well these data would determine the unknowns, and how well other data would."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from typing import Any, ClassVar
 from bench.plan.draw import Draw
 from bench.plan.setup import Setup
 from bench.plan.study import Study
-from ksmea.errors import SettingError
 from ksmea.studies.identifiability import IdentifiabilityOptions, identifiability_study
 
 
@@ -21,13 +20,7 @@ class IdentifiabilityStudy(IdentifiabilityOptions, Study):
     ignores: ClassVar[tuple[str, ...]] = ("samples", "surrogate", "optimizer", "method")
 
     def validate(self, setup: Setup) -> None:
-        setup.require_truth("study=identifiability")
-        noise = setup.source.noise
-        if noise is None or noise.is_absent:
-            raise SettingError(
-                "study=identifiability: expected noise, without which everything is known exactly; say"
-                " measurement.relative=0.1 or measurement.floor=0.5 (µm)"
-            )
+        setup.require_truth_and_noise("study=identifiability")
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
         measurement = setup.source

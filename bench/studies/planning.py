@@ -8,7 +8,6 @@ from typing import Any, ClassVar
 from bench.plan.draw import Draw
 from bench.plan.setup import Setup
 from bench.plan.study import Study
-from ksmea.errors import SettingError
 from ksmea.studies.plan import PlanOptions, planning_study
 
 
@@ -22,13 +21,7 @@ class Planning(PlanOptions, Study):
 
     def validate(self, setup: Setup) -> None:
         self.check_problem(setup.problem)
-        setup.require_truth("study=plan")
-        measurement = setup.source
-        if measurement.noise is None or measurement.noise.is_absent:
-            raise SettingError(
-                "study=plan: expected a measurement with noise, without which every unknown is known exactly, got none;"
-                " give measurement.relative or measurement.floor"
-            )
+        setup.require_truth_and_noise("study=plan")
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
         measurement = setup.source
