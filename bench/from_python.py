@@ -45,7 +45,7 @@ class Experiment:
 
     @property
     def runs(self) -> pd.DataFrame:
-        """A row per planned run, whatever became of it."""
+        """A row per planned run, failed and missing ones too."""
         return pd.read_csv(self.output / "runs.csv", dtype={"key": str})
 
     @property

@@ -1,4 +1,4 @@
-"""The contracts between the framework and what is plugged into it; small enough to read at one sitting.
+"""The contracts between the framework and plugins.
 
 A plugin is one file: a frozen dataclass whose fields are its settings, which subclasses one of the classes here, and
 one entry point. `ksmea.registry` refuses what registers without. What is not abstract may be left out: its docstring

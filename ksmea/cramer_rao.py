@@ -1,4 +1,4 @@
-"""What data can tell about the unknowns before they are measured: the Cramér–Rao lower bound (CRLB), from the Fisher
+"""How well data determine the unknowns, before they are measured: the Cramér–Rao lower bound (CRLB), from the Fisher
 information (`ksmea.fisher`).
 
 The covariance of an unbiased estimate is no smaller than the inverse of the information (S. M. Kay, Fundamentals of

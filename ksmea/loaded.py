@@ -1,4 +1,4 @@
-"""A problem together with the settings that it was built from: what people hold in Python.
+"""A problem together with the settings that it was built from: what `ksmea.load_problem` returns.
 
 Arrays are SI (rad/s, m). Values of unknowns go by name, in the units that the unknowns have (`parameters`), as on the
 command line; a name that is left out has its published value.
@@ -56,7 +56,7 @@ class LoadedProblem:
 
     @property
     def reference(self) -> dict[str, float]:
-        """Published values by name, in the units of the unknowns; none of what nobody knows."""
+        """Published values by name, in the units of the unknowns; none where nothing is published."""
         units = {item.name: item.si_per_unit for item in self.parameters}
         return {name: value / units[name] for name, value in self.settings.reference().items() if name in units}
 

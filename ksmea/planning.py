@@ -86,7 +86,7 @@ def information(rows: Array) -> Array:
 
 
 def crlb(rows: Array, n_unknown: int) -> Array:
-    """CRLB (n_unknown,), 1 σ, of data rows (m, k), without any prior; infinite where the data do not tell."""
+    """CRLB (n_unknown,), 1 σ, of data rows (m, k), without any prior; infinite where not identifiable."""
     return Identifiability(np.ones(n_unknown), of_unknowns(rows, n_unknown)).crlb
 
 
@@ -151,7 +151,7 @@ def _exchanged(
 
 
 def _sum(candidates: Array, indices: Iterable[int]) -> Array:
-    """Always in the same order, so that a set has one value whatever way it was come by."""
+    """Always in the same order, so that a set has one value, however it was reached."""
     return np.asarray(np.sum(candidates[sorted(indices)], axis=0))
 
 

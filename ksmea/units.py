@@ -1,4 +1,4 @@
-"""Units: everything inside is SI, and what people write and read is converted here, once, at the edge."""
+"""Units: inside everything is SI; input and output are converted here and nowhere else."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Checked reading of a document of mappings and lists; every error names the location in the file.
 
-Entries of a list are counted from 1, as people count the disks on a shaft.
+Entries of a list are counted from 1, as the disks on a shaft are.
 """
 
 from __future__ import annotations

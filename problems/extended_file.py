@@ -36,7 +36,7 @@ NESTED = "extended"  # the name that this problem is registered under
 
 @dataclass(frozen=True)
 class ExtendedFile(ProblemSettings):
-    """A problem extended by effects that its plain model lacks, described in a YAML file, as a diagnosis writes it.
+    """A problem extended by effects that its baseline model lacks, described in a YAML file, as a diagnosis writes it.
 
     The file is read once, when it is first needed; a relative path starts at the working directory.
     """
@@ -58,7 +58,7 @@ class ExtendedFile(ProblemSettings):
         return self._built
 
     def reference(self) -> dict[str, float]:
-        """Values of the file, else those of the plain problem, else 0 for what effects and the phase origin add, SI."""
+        """Values of the file, else those of the baseline problem, else 0 for what effects and the phase origin add, SI."""
         units = {parameter.name: parameter.si_per_unit for parameter in self._built.parameters}
         own = self._settings.build().parameters.names
         given = {name: value * units[name] for name, value in self._given.items()}
@@ -97,10 +97,12 @@ class ExtendedFile(ProblemSettings):
 
     @cached_property
     def _settings(self) -> ProblemSettings:
-        """Settings of the plain problem."""
+        """Settings of the baseline problem."""
         block = self._document.block("problem")
         if block.values.get(NAME) == NESTED:
-            raise block.error(NAME, "expected a plain problem, got an extended one; list all effects in one file")
+            raise block.error(
+                NAME, "expected a problem without effects, got an extended one; list all effects in one file"
+            )
         if self.mesh is not None:
             block = dataclasses.replace(block, values={**block.values, "mesh": self.mesh})
         return plugin_of(block, "problem")
@@ -170,20 +172,20 @@ def _further_extended(
     inner: ExtendedFile, effects: Sequence[tuple[str, AnyEffect]], reference: Mapping[str, float], phase_origin: bool
 ) -> str:
     block = inner._document.block("problem")
-    plain = {field.name: getattr(inner._settings, field.name) for field in dataclasses.fields(inner._settings)}
+    settings = {field.name: getattr(inner._settings, field.name) for field in dataclasses.fields(inner._settings)}
     names = [block.values[NAME] for block in inner._effect_blocks]
     before = list(zip(names, inner._effects))
     values = {**inner._given, **reference}
     return extended_document(
-        block.values[NAME], plain, [*before, *effects], values, phase_origin or inner._has_phase_origin
+        block.values[NAME], settings, [*before, *effects], values, phase_origin or inner._has_phase_origin
     )
 
 
 def _described(name: str, effect: AnyEffect) -> dict[str, Any]:
     """An effect as its name and those of its settings that are not the default."""
-    plain = registry.create("effect", name, {})
+    default = registry.create("effect", name, {})
     fields = [field.name for field in dataclasses.fields(effect)]
-    differing = {key: getattr(effect, key) for key in fields if getattr(effect, key) != getattr(plain, key)}
+    differing = {key: getattr(effect, key) for key in fields if getattr(effect, key) != getattr(default, key)}
     return {NAME: name, **differing}
 
 

@@ -1,4 +1,4 @@
-"""Limits of unknowns as people write them, in engineering units, made into parameters."""
+"""Search limits of unknowns, given in engineering units, made into parameters."""
 
 from __future__ import annotations
 

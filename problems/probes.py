@@ -1,4 +1,4 @@
-"""Probes as people list them, positions and directions, made into channels."""
+"""Probes, given as positions and directions, made into channels."""
 
 from __future__ import annotations
 

@@ -1,6 +1,6 @@
 """Correlation functions R(θ, u, v), products over the coordinates of a function of θ_k (u_k − v_k)².
 
-θ_k is an inverse squared length in the unit cube for both of them, so that bounds of θ mean the same for either.
+θ_k is an inverse squared length in the unit cube for both of them, so that limits of θ mean the same for either.
 """
 
 from __future__ import annotations

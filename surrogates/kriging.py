@@ -3,7 +3,7 @@
 What the paper leaves open is a setting here: the trend, the correlation, which outputs share θ and what θ minimises.
 The defaults are what converged best on the three-disk rotor, whose peaks are sharp (damping ratio about 4e-4):
 logarithmic outputs, a linear trend, one θ for all of them and DACE's Σσ². From 40 samples without noise that finds all
-five unknowns within 0.1 % in 7 to 12 updates; a quadratic trend, which 40 samples can hardly tell, and the mean ln σ²,
+five unknowns within 0.1 % in 7 to 12 updates; a quadratic trend, which 40 samples hardly determine, and the mean ln σ²,
 which easy outputs far from resonance rule, needed more or did not get there.
 """
 

@@ -90,7 +90,7 @@ def isotropic_minima(objective: ThetaObjective, lower: float, upper: float, n_st
 
 
 def search_theta(objective: ThetaObjective, starts: Sequence[Array], lower: float, upper: float) -> Array:
-    """The best θ (d,) of L-BFGS-B searches in ln θ from each of the starts (d,), within bounds common to all directions."""
+    """The best θ (d,) of L-BFGS-B searches in ln θ from each of the starts (d,), within limits common to all directions."""
     bounds = [(np.log(lower), np.log(upper))] * len(objective.squared)
     searches = [
         # A step of 1e-6 in the objective is 1e-4 in the log-likelihood of an output with 200 samples.

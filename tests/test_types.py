@@ -23,7 +23,7 @@ found.intervalls
 
 def checked(*options: str) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "mypy", "--config-file", "pyproject.toml", *options]
-    return subprocess.run(command, capture_output=True, text=True, cwd=ROOT)
+    return subprocess.run(command, check=False, capture_output=True, text=True, cwd=ROOT)
 
 
 def test_the_types_hold():

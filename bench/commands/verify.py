@@ -38,7 +38,7 @@ from ksmea import registry
 from ksmea.errors import SettingError, unknown
 from ksmea.records.identification import IdentificationRecord
 
-# Tolerance of Cramér–Rao bounds that other libraries or processors compute near directions that nothing tells.
+# Tolerance of CRLBs that other libraries or processors compute near directions that the data do not determine.
 ELSEWHERE = 0.01
 DEFAULTS = {"repetitions": None, "workers": None, "tolerance": 1e-6}
 

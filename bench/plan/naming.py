@@ -22,7 +22,7 @@ def _differ(axis: str) -> Any:
 
 
 def place_text(value: Any) -> str:
-    """A setting as people read it."""
+    """A setting's value as tables and figures print it."""
     return "–" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
 
 

@@ -27,9 +27,8 @@ SEED_PLACES = {"noise": 1, "design": 2, "surrogate": 3, "optimizer": 4, "hidden"
 
 @dataclass(frozen=True)
 class ParameterFacts:
-    """What tables need to know of an unknown, SI: its true value (None: nobody knows it), and the Cramér–Rao bound, the
-    smallest standard deviation that an unbiased estimate from data with this noise can have (None: without noise or truth,
-    or infinite)."""
+    """What tables need to know of an unknown, SI: its true value (None: not known) and its CRLB for data with this
+    noise (None: without noise or true values, or infinite)."""
 
     name: str
     unit: str

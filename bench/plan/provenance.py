@@ -52,7 +52,7 @@ def used_modules(settings: Mapping[str, Any]) -> dict[str, str]:
 
 
 def modules_of_parts(plugins: Iterable[Settings]) -> list[str]:
-    """Modules of the plugins that plugins are made of: an extended problem's plain one, its effects."""
+    """Modules of the plugins that plugins are made of: an extended problem's baseline problem, its effects."""
     return sorted({type(part).__module__ for plugin in plugins for part in plugin.parts})
 
 

@@ -1,4 +1,4 @@
-"""How good estimates and intervals are over many noise draws: spread against the Cramér–Rao bound, coverage, and how
+"""How good estimates and intervals are over many noise draws: spread against the CRLB, coverage, and how
 often a method ends in the basin of the likelihood where the truth lies."""
 
 from __future__ import annotations
@@ -43,7 +43,7 @@ class CalibrationReport(Report):
 
 
 def calibration_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
-    """A row per cell and parameter. Errors are in units of the Cramér–Rao bound: bias, standard deviation, a robust one
+    """A row per cell and parameter. Errors are in units of the CRLB: bias, standard deviation, a robust one
     from the quartiles (`spread`), and the standard deviation over the runs in the right basin; `covered_pct` counts all
     runs, an open side holding everything."""
     rows = []
@@ -71,7 +71,7 @@ def calibration_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
 
 def basin_shares(results: pd.DataFrame) -> dict[str, float]:
     """Per cent of the runs whose nearest maximum of the likelihood is the truth's own; another and lower one; another and
-    higher one, where the data themselves speak for other values."""
+    higher one, where the noise makes other values more likely."""
     if "basin_excess" not in results or results["basin_excess"].isna().all():
         return {"right_basin_pct": np.nan, "wrong_basin_pct": np.nan, "higher_elsewhere_pct": np.nan}
     excess = results["basin_excess"].dropna()
@@ -120,7 +120,7 @@ def _intervals(results: pd.DataFrame, facts: ParameterFacts, level: float) -> di
 
 
 def _text(plan: Plan, frame: pd.DataFrame) -> str:
-    """The table as people read it."""
+    """The table in the form it is printed in."""
     axes = telling_axes(plan)
     columns = {
         "CRLB %": "crlb_pct",
@@ -195,7 +195,7 @@ def calibration_figure(plan: Plan, frame: pd.DataFrame, runs: pd.DataFrame) -> F
     for panel in panels.ravel():
         panel.tick_params(axis="x", labelsize=8)
         panel.grid(axis="x", alpha=0.25)
-    panels[0, 0].set_title("error / Cramér–Rao bound (dotted: 95 %)", fontsize=9)
+    panels[0, 0].set_title("error / CRLB (dotted: 95 %)", fontsize=9)
     panels[0, 1].set_title("intervals that hold the truth (%)", fontsize=9)
     figure.suptitle(f"{plan.name}: {int(runs.groupby('cell').size().max())} noise draws", fontsize=11)
     return figure

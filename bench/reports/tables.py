@@ -21,7 +21,7 @@ EXACT = {"exact": "%", "updates_to_exact": ""}  # where exactness is asked for
 def summary_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     """Tidy table: a row per parameter (then updates, evaluations, time) and cell; median, quartiles, failures.
 
-    `error_pct_median` is the median of the absolute errors, `crlb_pct` the Cramér–Rao bound, at the identified values
+    `error_pct_median` is the median of the absolute errors, `crlb_pct` the CRLB, at the identified values
     where nobody knows the true ones: there is no error then. `low` and `high` are the
     medians of the intervals' ends, empty where that side is open in most of them, and `covered_pct` says how many of the
     intervals hold the reference. For `exact`, a share of the runs, the median is their mean.
@@ -125,7 +125,7 @@ def csv_text(frame: pd.DataFrame) -> str:
 
 
 def as_text(plan: Plan, summary: pd.DataFrame) -> str:
-    """The table as people read it: a line per parameter and cell, ours beside the paper's."""
+    """The table in the form it is printed in: a line per parameter and cell, ours beside the paper's."""
     axes = telling_axes(plan)
     has_paper = plan.report.paper is not None
     has_crlb, has_interval = summary["crlb_pct"].notna().any(), has_intervals(summary)

@@ -1,4 +1,4 @@
-"""One process at a time: a lock on a file, which the system releases whatever becomes of the process."""
+"""One process at a time: a lock on a file, which the system releases when the process ends, however it ends."""
 
 from __future__ import annotations
 

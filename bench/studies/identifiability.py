@@ -1,4 +1,4 @@
-"""The study `identifiability`: what these data would tell about the unknowns, and what other data would."""
+"""The study `identifiability`: how well these data would determine the unknowns, and how well other data would."""
 
 from __future__ import annotations
 

@@ -43,7 +43,7 @@ class Identify(Study):
     )
     details: bool = setting(
         False,
-        "keep what a report on one identification shows: data and fit over speed, Cramér–Rao bounds and correlations at the"
+        "keep what a report on one identification shows: data and fit over speed, CRLBs and correlations at the"
         " identified values",
     )
 

@@ -1,4 +1,4 @@
-"""What data could tell of effects: the smallest detectable size, how collinear two effects are, and which further
+"""Which effects data could show: the smallest detectable size, how collinear two effects are, and which further
 measurement would tell them apart. All from sensitivities in units of the noise, those of the model's own unknowns and of
 the noise level projected out: what is left of an effect when everything else is fitted along."""
 

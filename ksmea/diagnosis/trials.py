@@ -1,4 +1,4 @@
-"""Trials: one effect at one location, fitted jointly with all unknowns, and what the data say for it."""
+"""Trials: one effect at one location, fitted jointly with all unknowns, and the evidence for it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The record of what data tell about the unknowns before anything is measured: Cramér–Rao lower bounds (CRLB), 1 σ."""
+"""The record of how well data would determine the unknowns before anything is measured: Cramér–Rao lower bounds (CRLB), 1 σ."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ Value = int | float | str | tuple[float, float]
 
 @dataclass(frozen=True)
 class Unknown:
-    """An unknown and how well the data tell it. All values are SI; divided by `si_per_unit` they are in `unit`."""
+    """An unknown and how well the data determine it. All values are SI; divided by `si_per_unit` they are in `unit`."""
 
     name: str
     unit: str
@@ -25,11 +25,11 @@ class Unknown:
     true: float  # value at which everything is linearised
     lower: float  # limits of the search
     upper: float
-    crlb: float | None  # smallest standard deviation of an unbiased estimate; None where the data do not tell it
+    crlb: float | None  # smallest standard deviation of an unbiased estimate; None where not identifiable
 
     @property
     def crlb_si(self) -> float:
-        """The CRLB, infinite where the data do not tell the unknown."""
+        """The CRLB, infinite where the unknown is not identifiable."""
         return np.inf if self.crlb is None else self.crlb
 
     @property
@@ -58,12 +58,12 @@ class Direction:
     """A joint change of the unknowns, relative to their values (to the range of the search for a value of 0)."""
 
     change: tuple[float, ...]  # unit vector (d,)
-    crlb: float | None  # of the relative change in that direction; None where the data do not tell it
+    crlb: float | None  # of the relative change in that direction; None where not identifiable
 
 
 @dataclass(frozen=True)
 class Variation:
-    """What other data would tell: one thing changed, all else as it is."""
+    """How well other data would determine the unknowns: one thing changed, all else as it is."""
 
     variation: str  # 'speeds', 'band', 'position', 'noise' or 'kind'
     value: Value
@@ -71,7 +71,7 @@ class Variation:
 
     @property
     def crlb_si(self) -> Array:
-        """(d,) SI, infinite where the data do not tell the unknown."""
+        """(d,) SI, infinite where the unknown is not identifiable."""
         return np.array([np.inf if value is None else value for value in self.crlb])
 
 
@@ -84,8 +84,8 @@ class IdentifiabilityRecord(Record):
     sigmas: float
     data: DataDescription
     parameters: tuple[Unknown, ...]
-    correlation: tuple[tuple[float | None, ...], ...]  # (d, d) of the estimates; None where nothing is told
-    worst_direction: Direction  # the joint change that the data tell least of
+    correlation: tuple[tuple[float | None, ...], ...]  # (d, d) of the estimates; None where not identifiable
+    worst_direction: Direction  # the joint change that the data constrain least
     variations: tuple[Variation, ...] = ()
 
     @property
@@ -94,7 +94,7 @@ class IdentifiabilityRecord(Record):
 
     @property
     def crlb_si(self) -> Array:
-        """CRLBs (d,) of the data as they are, SI, infinite where an unknown is not told."""
+        """CRLBs (d,) of the data as they are, SI, infinite where not identifiable."""
         return np.array([parameter.crlb_si for parameter in self.parameters])
 
     @classmethod

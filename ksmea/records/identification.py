@@ -28,13 +28,13 @@ class ParameterRecord:
     unit: str
     si_per_unit: float
     identified: float  # by the method
-    at_limit: bool  # whether it lies at a limit of its search, within a thousandth of the range
+    at_limit: bool  # whether it lies at a search limit, within a thousandth of the range
     true: float | None = None  # None where nobody knows it
     low: float | None = None  # ends of the interval; None where that side is open
     high: float | None = None
     kind: str | None = None  # of the interval (`ksmea.intervals.Interval`); None where there is none
     most_likely: float | None = None  # at the maximum of the likelihood nearest to what was identified
-    crlb: float | None = None  # Cramér–Rao bound (1 σ) at the identified values; None where infinite or not computed
+    crlb: float | None = None  # CRLB (1 σ) at the identified values; None where infinite or not computed
 
     def in_unit(self, value: float | None) -> float:
         """One of its values in its unit; not a number where there is none."""

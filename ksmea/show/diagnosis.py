@@ -1,4 +1,4 @@
-"""A diagnosis as people read it: in sentences, as tables and as figures."""
+"""A diagnosis as sentences, tables and figures."""
 
 from __future__ import annotations
 

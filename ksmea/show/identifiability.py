@@ -1,4 +1,4 @@
-"""What data would tell about the unknowns, in sentences, and a table of how other data would change it."""
+"""How well data would determine the unknowns, in sentences, and a table of how other data would change that."""
 
 from __future__ import annotations
 
@@ -16,7 +16,10 @@ from ksmea.units import MICROMETRE, RPM
 
 __all__ = ["COLUMNS", "frame", "plot", "text"]
 
-KNOWN_PCT, TOLD_PCT = 20.0, 100.0  # half-widths up to which an unknown counts as known, and as told at all
+KNOWN_PCT, IDENTIFIABLE_PCT = (
+    20.0,
+    100.0,
+)  # half-widths up to which an unknown counts as known, and as identifiable at all
 PART = 0.1  # smaller parts of a direction are not mentioned
 FAR = 1e4  # %; larger half-widths are not printed: they say no more, and rounding is in them
 COLUMNS = ("variation", "value", "parameter", "unit", "true", "crlb", "crlb_pct", "level", "half_width_pct")
@@ -47,7 +50,7 @@ def frame(record: IdentifiabilityRecord) -> pd.DataFrame:
 
 
 def sentences(record: IdentifiabilityRecord) -> Iterator[str]:
-    """What the data are, which unknowns they tell how well, and which they do not."""
+    """What the data are, how well they determine each unknown, and which are not identifiable."""
     yield f"With {_data_text(record.data)}"
     classes: dict[str, list[str]] = {}
     for parameter in record.parameters:
@@ -55,14 +58,20 @@ def sentences(record: IdentifiabilityRecord) -> Iterator[str]:
         # a value of 0 has no per cent: it is measured by the limits of its search
         range_pct = 100 * half_width / (parameter.upper - parameter.lower)
         measure = record.sigmas * parameter.crlb_pct if parameter.true else range_pct
-        is_known = "you will know" if measure <= KNOWN_PCT else "only roughly" if measure <= TOLD_PCT else "not told"
+        is_known = (
+            "you will know"
+            if measure <= KNOWN_PCT
+            else "only roughly"
+            if measure <= IDENTIFIABLE_PCT
+            else "not identifiable"
+        )
         classes.setdefault(is_known, []).append(_known_text(parameter, half_width, record.sigmas * parameter.crlb_pct))
     if "you will know" in classes:
         yield f"you will know ({100 * record.level:g} %): {', '.join(classes['you will know'])}"
     if "only roughly" in classes:
         yield f"you will know only roughly: {', '.join(classes['only roughly'])}"
-    if "not told" in classes:
-        yield f"cannot be told: {', '.join(classes['not told'])}"
+    if "not identifiable" in classes:
+        yield f"not identifiable: {', '.join(classes['not identifiable'])}"
     pairs = alike_text(record.correlation, record.names)
     yield f"hard to tell apart (correlation beyond ± {ALIKE}): {pairs}"
     yield _worst_text(record)
@@ -74,7 +83,7 @@ def sentences(record: IdentifiabilityRecord) -> Iterator[str]:
 
 
 def _cases(record: IdentifiabilityRecord) -> Iterator[tuple[str, str, Array]]:
-    """Variation, value in words and CRLBs (d,), SI, infinite where nothing is told: the present data first."""
+    """Variation, value in words and CRLBs (d,), SI, infinite where not identifiable: the present data first."""
     yield "present", "", record.crlb_si
     for entry in record.variations:
         yield entry.variation, _value_text(entry.variation, entry.value), entry.crlb_si
@@ -110,7 +119,7 @@ def _known_text(parameter: Unknown, half_width: float, half_width_pct: float) ->
 
 
 def _worst_text(record: IdentifiabilityRecord) -> str:
-    """The direction of relative change that the data tell least, its largest part positive."""
+    """The direction of relative change that the data constrain least, its largest part positive."""
     change = np.array(record.worst_direction.change)
     change = change * np.sign(change[np.argmax(np.abs(change))])
     order = [index for index in np.argsort(-np.abs(change)) if abs(change[index]) >= PART]
@@ -118,7 +127,7 @@ def _worst_text(record: IdentifiabilityRecord) -> str:
     crlb = record.worst_direction.crlb
     width = np.inf if crlb is None else 100 * record.sigmas * crlb
     known = "not at all" if width > 1000 else f"to ± {_pct_text(width)} %"
-    return f"told least: a joint relative change of {' '.join(parts)}, known {known}"
+    return f"least constrained: a joint relative change of {' '.join(parts)}, known {known}"
 
 
 def _variations_text(record: IdentifiabilityRecord) -> str:

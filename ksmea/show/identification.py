@@ -1,4 +1,4 @@
-"""An identification as people read it: sentences, a table, and a figure of data, fit and residuals over speed."""
+"""An identification as sentences, a table, and a figure of data, fit and residuals over speed."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ COLUMNS = ("parameter", "unit", "value", "low", "high", "kind", "crlb", "at_limi
 
 
 def text(record: IdentificationRecord, title: str = "") -> str:
-    """Values with intervals, what the data cannot tell, the noise, and how well the fit explains the data; a line each,
+    """Values with intervals, what the data do not determine, the noise, and how well the fit explains the data; a line each,
     below a title and the data."""
     return "\n".join(_lines(record, title))
 
@@ -108,7 +108,7 @@ def _value_text(record: IdentificationRecord, parameter: ParameterRecord) -> str
         most_likely = parameter.in_unit(parameter.most_likely)
         if abs(most_likely - value) > SLIGHT * (high - low):
             said += f", most likely {_number(most_likely, digits)}"
-    return said + ("; best fit at a limit of its search (problem.bounds)" if parameter.at_limit else "")
+    return said + ("; best fit at a limit of its search (problem.limits)" if parameter.at_limit else "")
 
 
 def _decimals(value: float, low: float, high: float) -> int:

@@ -1,4 +1,4 @@
-"""Plans of measurements in plain sentences, with the CRLB of each unknown before and after, and as tidy tables."""
+"""Plans of measurements in sentences, with the CRLB of each unknown before and after, and as tidy tables."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def text(record: PlanRecord, title: str = "") -> str:
     lines += [_opening(record), *(f"- {_sentence(record, family)}" for family in record.families)]
     lines += ["", _table(record), ""]
     lines += [f"note: {remark}" for remark in [*record.remarks, *_outside(record)]]
-    lines.append("note: this holds near the values above; CRLBs are 1 σ of an estimate that uses all the data tell")
+    lines.append("note: this holds near the values above; CRLBs are 1 σ of an estimate that uses all the data")
     return "\n".join(lines)
 
 
@@ -81,10 +81,10 @@ def _rows(record: PlanRecord) -> Iterator[dict[str, Any]]:
 def _opening(record: PlanRecord) -> str:
     unknown, target = record.unknown_with(record.crlb), record.target_unknown
     if target is None:
-        untold = f"; the present data do not tell {', '.join(unknown)}" if unknown else ""
+        untold = f"; the present data do not determine {', '.join(unknown)}" if unknown else ""
         return f"To know all unknowns better together{untold}:"
     if target.name in unknown:
-        return f"To know {target.name}, which the present data do not tell:"
+        return f"To know {target.name}, which the present data do not determine:"
     return f"To know {target.name} better, its CRLB being {_of_target(record, record.crlb)} now:"
 
 
@@ -120,7 +120,7 @@ def _joint_effect(
     of_what = "" if brief else "mean half axis of their confidence region "
     axis = [] if reduction is None else [f"{of_what}{_change(reduction)}"]
     known = [f"{', '.join(told)} become{'s' * (len(told) == 1)} known"] if told else []
-    return ", ".join([*known, *axis]) or "more is told, but too little"
+    return ", ".join([*known, *axis]) or "CRLBs fall, but not far enough"
 
 
 def _what(steps: Sequence[Step]) -> str:

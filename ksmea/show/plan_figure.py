@@ -71,7 +71,7 @@ def _counts_prior(record: PlanRecord) -> bool:
 def _quantity(record: PlanRecord) -> str:
     target = record.target_unknown
     if target is None:
-        return f"fall of the mean half axis{', with prior' if _counts_prior(record) else ''} (%)"
+        return f"reduction of the mean half axis{', with prior' if _counts_prior(record) else ''} (%)"
     if not _is_unknown(record):
         return f"reduction of the CRLB of {target.name} (%)"
     return f"CRLB of {target.name} with one ({target.unit if is_without_size(target) else '%'})"

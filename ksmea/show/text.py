@@ -1,4 +1,4 @@
-"""Numbers and columns as people read them."""
+"""Numbers and columns as text."""
 
 from __future__ import annotations
 

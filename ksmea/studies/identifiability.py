@@ -1,4 +1,4 @@
-"""Identifiability: what data would tell about the unknowns, and what other data would, before anything is measured.
+"""Identifiability: how well data would determine the unknowns, and how well other data would, before any is measured.
 
 Everything is the Cramér–Rao lower bound (CRLB) at the true values (`ksmea.cramer_rao`), 1 σ; nothing is random.
 """
@@ -114,7 +114,7 @@ def identifiability_study(
 
 
 def identifiability_of(data: Data, x: Array) -> Identifiability:
-    """What the data tell of the unknowns at x (d,), SI."""
+    """How well the data determine the unknowns at x (d,), SI."""
     return identifiability(data.problem, x, data.noise, data.kind, noise_known=data.noise_known)
 
 

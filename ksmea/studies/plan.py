@@ -155,7 +155,7 @@ def planning_study(
 
 @dataclass(frozen=True)
 class _Present:
-    """The present data and what they tell; `rows_of` gives the data rows of any problem."""
+    """The present data and their information; `rows_of` gives the data rows of any problem."""
 
     problem: Problem
     x: Array  # (d,) SI
@@ -294,7 +294,7 @@ def _family(
                 **vars(additions[chosen[n_chosen - 1]]),
             )
         )
-    reduced = np.linalg.qr(present.rows, mode="r")  # tells the same in k rows
+    reduced = np.linalg.qr(present.rows, mode="r")  # the same information in k rows
     single = [np.concatenate([reduced, block]) for block in blocks]
     has_one_target = len(present.target) == 1
     candidates = Candidates(

@@ -1,7 +1,7 @@
 """Gain of one channel other than assumed: y_j (1 + g), real and the same at all speeds.
 
 A probe's scale factor depends on the shaft's material and the cable's length; API 670 lets an eddy-current probe err by
-5 %. A gain that all channels have in common cannot be told from the size of the unbalance, and one of all x channels
+5 %. A gain that all channels have in common cannot be told apart from the size of the unbalance, and one of all x channels
 looks like anisotropic bearings: only calibration separates these.
 """
 

@@ -256,9 +256,9 @@ def test_sentences_of_a_record():
         "With 1 speed of 600 rpm, 1 channel (x at 0 m), complex values and 0.5 µm noise of unknown level",
         "you will know (95 %): a to ± 0.2 MN/m (± 2 %)",
         "you will know only roughly: b to ± 4 MN/m (± 40 %)",
-        "cannot be told: c to ± 12 MN/m (± 120 %), d (± more than 1000 %)",
+        "not identifiable: c to ± 12 MN/m (± 120 %), d (± more than 1000 %)",
         "hard to tell apart (correlation beyond ± 0.95): a and b (+0.960), b and c (-0.990)",
-        "told least: a joint relative change of +0.80 d +0.60 b, known to ± 50 %",
+        "least constrained: a joint relative change of +0.80 d +0.60 b, known to ± 50 %",
     ]
 
 

@@ -280,7 +280,7 @@ def test_a_huge_file_is_not_even_read(tmp_path, monkeypatch):
 
 
 def test_known_noise_that_is_the_same_everywhere_is_that_of_one_floor():
-    """In whatever sees noise: misfit, likelihood, intervals, bounds."""
+    """In whatever sees noise: misfit, likelihood, intervals, CRLBs."""
     problem = ThreeDisk().build()
     x = np.array([ThreeDisk().reference()[name] for name in problem.parameters.names])
     u = problem.parameters.to_cube(x)

@@ -139,7 +139,7 @@ def test_a_rotor_from_a_file_with_unknown_noise(plan):
 def test_what_the_data_do_not_tell_at_all(plan):
     """The RK-4 rig with two disks: amplitudes tell no absolute phase, whatever is added but a known unbalance."""
     ended = plan("problem=rk4_two_disk", "problem.n_speed=25", "study.target=phase1", "study.trial_sites=[0.16, 0.4]")
-    assert "To know phase1, which the present data do not tell:" in ended.out
+    assert "To know phase1, which the present data do not determine:" in ended.out
     assert "the best 10 speeds leave it unknown" in ended.out
     assert "it becomes known to" in ended.out
     rows = ended.table("plan").query("parameter == 'phase1'").set_index("family")

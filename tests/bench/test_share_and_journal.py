@@ -207,7 +207,7 @@ def test_a_run_whose_worker_is_killed_goes_on_where_it_was(search, enter_with_sl
     assert not journal.exists()
     # Every attempt makes its data anew, one evaluation at the true values; of the search nothing is computed twice but
     # those points that were asked for together with the one where it was killed.
-    # The bound that tables state, a response and a sensitivity at the true values, is left out with a journal.
+    # The CRLB that tables state, a response and a sensitivity at the true values, is left out with a journal.
     bound = Counter(list(of_undisturbed)[:2])
     data = Counter(list(of_undisturbed)[:1])
     twice = of_killed + of_finished - (of_undisturbed - bound) - data

@@ -106,7 +106,7 @@ def test_a_second_effect_that_only_shows_in_its_own_fit_is_named_too(rotor, seed
 
 def test_an_effect_that_explains_the_data_as_well_is_reported_however_many_unknowns_it_has(rotor, hide):
     """What a small slope of the stiffness does a pedestal can do, but has three unknowns for it: BIC would leave it out,
-    and the data do not speak against it."""
+    and the data hold no evidence against it."""
     measurement, _, _ = hide("speed_dependent_stiffness", 9)
     found = diagnosed(rotor, measurement, few("speed_dependent_stiffness", "flexible_pedestal", "runout"))
     slope, pedestal = (

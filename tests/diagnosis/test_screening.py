@@ -1,4 +1,4 @@
-"""Where fits start: values of effects all over their bounds, and clouds that close in on the best points."""
+"""Where fits start: values of effects all over their limits, and clouds that close in on the best points."""
 
 import numpy as np
 import pytest

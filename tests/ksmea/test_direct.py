@@ -76,7 +76,7 @@ def test_least_squares_finds_the_global_minimum_from_honest_starts(rotor, seed):
     # both descents end where the misfit changes by less than 1e-12 of the sum of squares, which is about 1e4
     assert found.misfit <= misfit_from_the_truth(rotor, measurement) + 1e-6
     assert found.stop == "optimizer" and not found.was_cut_short
-    # five times the Cramér–Rao bound for 10 % amplitude noise and 53 speeds: 0.11, 0.11, 8.6, 21.5 and 0.99 %
+    # five times the CRLB for 10 % amplitude noise and 53 speeds: 0.11, 0.11, 8.6, 21.5 and 0.99 %
     assert np.all(np.abs(found.x / TRUTH - 1) < 5 * np.array([0.0011, 0.0011, 0.086, 0.215, 0.0099]))
 
 

@@ -65,7 +65,7 @@ def test_a_mean_with_unknown_noise_has_student_s_interval():
     found, _ = estimated(constant(12, 400, 600), y, None, [490.0])
     half = stats.t.ppf(0.975, 11) * y.std(ddof=1) / np.sqrt(12)
     interval = found.intervals[0]
-    # the profile is sought to 1 % of the half-width, and a parabola accepted within 5 %
+    # the profile is solved to 1 % of the half-width, and a parabola accepted within 5 %
     assert (interval.low - y.mean(), interval.high - y.mean()) == pytest.approx((-half, half), rel=0.06)
     assert found.noise.sd(500.0) == pytest.approx(y.std(ddof=1), rel=0.01)
 
@@ -103,7 +103,7 @@ def test_a_curved_valley_with_steep_walls_is_followed():
     found, _ = estimated(problem, y, Noise(0.0, sd[:, None]), [4.0, 2.55])
     product, mean, half = found.x[0] * found.x[1], y[20:].mean(), stats.norm.ppf(0.975) * 4.0 / np.sqrt(20)
     first, second = found.intervals
-    # to 1 % of the interval: roots are sought to 0.3 % of the parabola's half-width
+    # to 1 % of the interval: roots are found to 0.3 % of the parabola's half-width
     assert (first.low, first.high) == pytest.approx((mean - half, mean + half), abs=0.02 * half)
     assert (second.low, second.high) == pytest.approx((product / (mean + half), product / (mean - half)), rel=0.005)
 
@@ -172,7 +172,7 @@ def test_a_maximum_on_the_upper_bound_has_a_lower_limit():
 
 
 @pytest.mark.parametrize("budget", [4, 13, 16, 25, 28, 60])
-def test_a_budget_that_ends_within_a_climb_keeps_what_was_reached(budget):
+def test_a_budget_that_ends_within_a_maximisation_keeps_what_was_reached(budget):
     problem = constant(25, 0, 10)
     measurement = Measurement(problem.speed, problem.channels, (5 + draws(25, 0.5))[:, None], None, "test")
     model = Model(problem, budget=budget)

@@ -7,11 +7,10 @@ import pytest
 
 from ksmea.contracts import Problem
 from ksmea.likelihood import Likelihood
-from ksmea.measurement import Measurement, Noise, observe
+from ksmea.measurement import Noise
 from ksmea.model import Model
+from likelihood_cases import CASES, NOISE, likelihood_of, measured
 from problems.three_disk import ThreeDisk
-
-NOISE = Noise(0.1, 1e-7)
 
 
 @pytest.fixture(scope="module")
@@ -24,26 +23,11 @@ def truth(rotor):
     return rotor.parameters.to_cube(np.array(list(ThreeDisk().reference().values())))
 
 
-def measured(problem, u, kind, noise=NOISE, *, told=True, seed=0):
-    response = problem.response(problem.parameters.to_si(u)[None])[0]
-    values = observe(response, kind, noise, np.random.default_rng(seed))
-    return Measurement(problem.speed, problem.channels, values, noise if told else None, "test")
-
-
-def likelihood_of(problem, u, kind, **keys):
-    return Likelihood(Model(problem), measured(problem, u, kind, **keys))
-
-
-CASES = pytest.mark.parametrize(
-    ("kind", "told"), [(kind, told) for kind in ("amplitude", "complex") for told in (True, False)]
-)
-
-
 @CASES
-def test_the_gradient_is_that_of_the_deviance(rotor, truth, kind, told):
-    likelihood = likelihood_of(rotor, truth, kind, told=told)
+def test_the_gradient_is_that_of_the_deviance(rotor, truth, kind, noise_known):
+    likelihood = likelihood_of(rotor, truth, kind, noise_known=noise_known)
     theta = likelihood.start(truth + 1e-3)
-    if not told:
+    if not noise_known:
         theta[-2:] = np.log([0.07, 2e-7])  # away from the optimum of the noise
     step = 1e-6
     by_differences = [
@@ -60,7 +44,7 @@ def test_the_information_is_the_covariance_of_half_the_gradient(rotor, truth, ki
     noise = Noise(0.1, 1e-8)  # a tenth of the smallest amplitude: none is folded at zero
     scores, information = [], None
     for seed in range(2000):
-        likelihood = likelihood_of(rotor, truth, kind, noise=noise, told=False, seed=seed)
+        likelihood = likelihood_of(rotor, truth, kind, noise=noise, noise_known=False, seed=seed)
         point = likelihood.at(np.concatenate([truth, np.log([noise.relative, noise.floor])]))
         scores.append(point.gradient / 2)
         information = point.information
@@ -97,7 +81,7 @@ def test_scaling_of_all_lengths_changes_nothing(rotor, truth):
 
 def test_the_curvature_of_a_mean_along_a_step_is_its_second_derivative(rotor, truth):
     """Against second differences of the response itself; the noise does not bend."""
-    likelihood = likelihood_of(rotor, truth, "complex", told=False)
+    likelihood = likelihood_of(rotor, truth, "complex", noise_known=False)
     theta = likelihood.start(truth)
     point = likelihood.at(theta)
     step = np.concatenate([[1e-3, -5e-4, 1e-2, 2e-2, 1e-2], [0.1, -0.2]])  # where differences are small, and no noise

@@ -8,12 +8,11 @@ from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import best_maxima, maximise, nearest_maximum, with_best_noise
-from ksmea.measurement import Measurement, Noise, observe
+from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
 from ksmea.parameters import Parameter, Parameters
+from likelihood_cases import CASES, likelihood_of, measured
 from problems.three_disk import ThreeDisk
-
-NOISE = Noise(0.1, 1e-7)
 
 
 @pytest.fixture(scope="module")
@@ -26,24 +25,9 @@ def truth(rotor):
     return rotor.parameters.to_cube(np.array(list(ThreeDisk().reference().values())))
 
 
-def measured(problem, u, kind, noise=NOISE, *, told=True, seed=0):
-    response = problem.response(problem.parameters.to_si(u)[None])[0]
-    values = observe(response, kind, noise, np.random.default_rng(seed))
-    return Measurement(problem.speed, problem.channels, values, noise if told else None, "test")
-
-
-def likelihood_of(problem, u, kind, **keys):
-    return Likelihood(Model(problem), measured(problem, u, kind, **keys))
-
-
-CASES = pytest.mark.parametrize(
-    ("kind", "told"), [(kind, told) for kind in ("amplitude", "complex") for told in (True, False)]
-)
-
-
 @CASES
-def test_the_maximum_is_that_of_a_general_optimiser(rotor, truth, kind, told):
-    likelihood = likelihood_of(rotor, truth, kind, told=told, seed=3)
+def test_the_maximum_is_that_of_a_general_optimiser(rotor, truth, kind, noise_known):
+    likelihood = likelihood_of(rotor, truth, kind, noise_known=noise_known, seed=3)
     start = likelihood.start(truth)
     found = maximise(likelihood, start)
     scale = 1 / np.sqrt(np.diag(likelihood.at(start).information))
@@ -79,7 +63,7 @@ def test_a_maximum_on_a_search_limit_is_reached(rotor, truth):
 @pytest.mark.parametrize("noise", [Noise(0.1, 0.0), Noise(0.0, 3e-6), Noise(0.05, 1e-6)])
 def test_unknown_noise_is_estimated(truth, noise):
     problem = ThreeDisk(n_speed=200).build()
-    likelihood = likelihood_of(problem, truth, "complex", noise=noise, told=False)
+    likelihood = likelihood_of(problem, truth, "complex", noise=noise, noise_known=False)
     found = likelihood.noise(maximise(likelihood, likelihood.start(truth)).theta)
     # 400 complex data: a standard deviation is known to 1/√800 = 3.5 %, each of two parts to a few times that
     amplitude = np.abs(problem.response(problem.parameters.to_si(truth)[None])[0])
@@ -150,7 +134,7 @@ def test_the_nearest_maximum_is_that_of_the_start_s_own_valley():
 
 
 def test_the_noise_at_the_nearest_maximum_is_the_best_of_its_own_grid():
-    """A constant response: how much of its noise is relative cannot be told, their sum is the rms residual."""
+    """A constant response: how much of its noise is relative cannot be estimated, their sum is the rms residual."""
     likelihood = of_wave(None)
     found = nearest_maximum(likelihood, np.array([1.0 / 30]))
     values = likelihood.measurement.values
@@ -160,7 +144,7 @@ def test_the_noise_at_the_nearest_maximum_is_the_best_of_its_own_grid():
 
 @pytest.mark.parametrize("seed", range(3))
 def test_no_other_start_of_the_noise_leads_higher(rotor, truth, seed):
-    likelihood = likelihood_of(rotor, truth, "complex", noise=Noise(0.05, 1e-6), told=False, seed=seed)
+    likelihood = likelihood_of(rotor, truth, "complex", noise=Noise(0.05, 1e-6), noise_known=False, seed=seed)
     first = maximise(likelihood, likelihood.start(truth))
     best = with_best_noise(likelihood, first)
     assert best.deviance <= first.deviance

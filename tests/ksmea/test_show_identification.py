@@ -68,7 +68,7 @@ def test_a_record_without_details_has_a_title_and_values(synthetic):
         ({"kind": "lower limit", "high": None}, "kxx: at least 49.0 MN/m (95 %; best fit 50.0 MN/m)"),
         (
             {"kind": "profile", "high": 51e6, "at_limit": True},
-            "kxx = 50.0 MN/m, 95 % interval [49.0, 51.0]; best fit at a limit of its search (problem.bounds)",
+            "kxx = 50.0 MN/m, 95 % interval [49.0, 51.0]; best fit at a limit of its search (problem.limits)",
         ),
     ],
 )

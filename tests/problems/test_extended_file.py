@@ -127,7 +127,7 @@ def test_a_file_that_the_problem_names_is_found_from_anywhere(write, tmp_path, m
     "old, new, message",
     [
         ("three_disk", "three_disc", "problem.name: unknown problem 'three_disc'; did you mean 'three_disk'?"),
-        ("three_disk", "extended", "problem.name: expected a plain problem, got an extended one"),
+        ("three_disk", "extended", "problem.name: expected a problem without effects, got an extended one"),
         ("mesh: 13", "mesch: 13", "problem: unknown setting of problem=three_disk: 'mesch'; did you mean 'mesh'?"),
         ("mesh: 13", "mesh: many", "problem.mesh: expected a whole number, got 'many'"),
         ("mesh: 13", "mesh: 13.5", "problem.mesh: expected a whole number, got 13.5"),
