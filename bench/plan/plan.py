@@ -23,6 +23,7 @@ PLAN_FILE = "plan.jsonl"
 # Place of each component in the seed sequence [seed, repetition, place]. A component that several methods share
 # draws the same numbers for all of them, so that they are compared in pairs; a place is never given to another.
 SEED_PLACES = {"noise": 1, "design": 2, "surrogate": 3, "optimizer": 4, "hidden": 5, "diagnosis": 6}
+GLOBAL_PLACE = 7  # of generators that a process shares; no part of a question, which has seed and repetition already
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,12 @@ class Plan:
 
 def component_seeds(seed: int, repetition: int) -> dict[str, list[int]]:
     return {component: [seed, repetition, place] for component, place in SEED_PLACES.items()}
+
+
+def global_entropy(seeds: Mapping[str, list[int]]) -> list[int]:
+    """Entropy for generators that a process shares, of a run with these seeds: its seed and repetition at their place."""
+    seed_and_repetition = next(iter(seeds.values()), [0, 0, 0])[:2]
+    return [*seed_and_repetition, GLOBAL_PLACE]
 
 
 def generator(entropy: list[int]) -> np.random.Generator:
