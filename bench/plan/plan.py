@@ -112,13 +112,17 @@ def generator(entropy: list[int]) -> np.random.Generator:
 def all_runs(cells: tuple[Cell, ...], repetitions: int, versions: Mapping[str, str]) -> tuple[Run, ...]:
     """Repetition by repetition, so that a stopped experiment has seen every cell about equally often."""
     settings = [_hash(cell.settings) for cell in cells]
-    computing = [_hash([cell.code, versions]) for cell in cells]
     runs = []
     for repetition in range(repetitions):
         for index, cell in enumerate(cells):
             question = _hash([settings[index], component_seeds(cell.seed, repetition)])
-            runs.append(Run(_hash([question, computing[index]]), question, index, repetition))
+            runs.append(Run(key_of(question, cell.code, versions), question, index, repetition))
     return tuple(runs)
+
+
+def key_of(question: str, code: str, versions: Mapping[str, str]) -> str:
+    """The key of a question that is answered by code of this digest and these versions of libraries."""
+    return _hash([question, _hash([code, versions])])
 
 
 def _hash(content: Any) -> str:
