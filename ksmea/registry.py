@@ -7,7 +7,7 @@ mine = "my_package.mine:Mine"
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
@@ -104,3 +104,15 @@ def create(group: str, name: str, settings: Mapping[str, Any], parts: Mapping[st
         return plugin(**chosen, **settings)
     except SettingError as error:
         raise SettingError(f"{group}={name}: {error}") from error
+
+
+def create_all(group: str, names: Iterable[str]) -> tuple[dict[str, Any], dict[str, str]]:
+    """Plugins of these names with their default settings, and why there is none of a name that cannot be made: one broken
+    package takes nothing away from the others."""
+    made, left_out = {}, {}
+    for name in names:
+        try:
+            made[name] = create(group, name, {})
+        except SettingError as error:
+            left_out[name] = str(error)
+    return made, left_out
