@@ -49,7 +49,7 @@ def _keys_now(plan: Plan) -> dict[Run, str]:
     """The key that each run has by the code and libraries that are installed now; as it was planned, where a plugin is not
     here that would tell."""
     versions = library_versions()
-    codes = []
+    codes: list[tuple[str, Mapping[str, str]]] = []
     for cell in plan.cells:
         try:
             codes.append((code_digest(used_modules(cell.settings)), versions))

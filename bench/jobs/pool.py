@@ -174,7 +174,7 @@ def _outcome(worker: _Worker[Task], limits: Limits) -> dict[str, Any] | None:
     was_alive = worker.process.is_alive()  # asked first: what a dead worker has sent is in the pipe by now
     try:
         while worker.connection.poll():
-            message = worker.connection.recv()
+            message: _Message = worker.connection.recv()
             if (message.task, message.process) != (worker.number, worker.process.pid):
                 continue
             if message.content is not BEGINS:
