@@ -29,13 +29,18 @@ class Direct(Method):
     optimizer: Optimizer = part("what searches the true model")
     misfit: str = setting("likelihood", "form of the misfit", choices=FORMS)
     budget: int | None = setting(None, "true-model evaluations at most; null: what the optimiser asks for", at_least=1)
+    jacobian_cost: int = setting(
+        0,
+        "evaluations that one Jacobian counts as in the budget; 0: it is counted apart, and costs nothing",
+        at_least=0,
+    )
 
     def validate(self, problem: Problem) -> None:
         self.optimizer.check_dimension(len(problem.parameters))
 
     def identify(self, problem: Problem, measurement: Measurement, streams: Streams) -> Identification:
         started = time.perf_counter()
-        model = Model(problem, budget=self.budget)
+        model = Model(problem, budget=self.budget, jacobian_cost=self.jacobian_cost)
         misfit = Misfit(measurement, self.misfit)
         objective = model_objective(model, misfit, self.budget)
         with suppress(BudgetSpent):

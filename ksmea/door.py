@@ -250,10 +250,9 @@ def diagnose(
     for name in (*effects, *without):
         if name not in known:
             raise unknown("effect", name, known)
-    chosen: dict[str, AnyEffect] = {
-        name: registry.create("effect", name, {}) for name in effects or known if name not in without
-    }
-    record = diagnosis(seen, data, chosen, _generator(rng), options=options)
+    asked: dict[str, AnyEffect] = {name: registry.create("effect", name, {}) for name in effects if name not in without}
+    every, left_out = registry.create_all("effect", () if effects else (name for name in known if name not in without))
+    record = diagnosis(seen, data, asked or every, _generator(rng), options=options, left_out=left_out)
     own = {field.name: getattr(problem.settings, field.name) for field in own_fields(type(problem.settings))}
     return DiagnosisResult(record, extended_yaml(problem.name, own, record))
 

@@ -63,6 +63,11 @@ class KSMEA(Method):
         50, "updating steps at most; 50 is the most the paper reports", source="Table 8", at_least=1
     )
     budget: int | None = setting(None, "true-model evaluations at most, initial samples included", at_least=1)
+    jacobian_cost: int = setting(
+        0,
+        "evaluations that one Jacobian counts as in the budget; 0: it is counted apart, and costs nothing",
+        at_least=0,
+    )
     surrogate_budget: int | None = setting(
         None, "surrogate evaluations at most per updating step; null: what the optimiser asks for", at_least=1
     )
@@ -112,7 +117,7 @@ class KSMEA(Method):
             n_speed=len(measurement.speed),
             n_channel=len(measurement.channels),
         )
-        model = Model(problem, self.budget)
+        model = Model(problem, self.budget, self.jacobian_cost)
         clock = _Clock(model)
         misfit = Misfit(measurement, self.misfit)
         known = _evaluated(latin_hypercube(self.samples, len(problem.parameters), streams.design), model, misfit)

@@ -19,12 +19,14 @@ from ksmea.transforms import Transform
 class Model:
     """A problem over the unit cube, counting points (`evaluations`), sensitivities (`jacobians`) and `seconds`.
 
-    `budget` is the number of points at most: what would exceed it raises `BudgetSpent` and is not evaluated.
+    `budget` is the number of points at most: what would exceed it raises `BudgetSpent` and is not evaluated. In it a
+    sensitivity counts as `jacobian_cost` points; 0: it is counted, and costs nothing.
     """
 
-    def __init__(self, problem: Problem, budget: int | None = None) -> None:
+    def __init__(self, problem: Problem, budget: int | None = None, jacobian_cost: int = 0) -> None:
         self.problem = problem
         self.budget = budget
+        self.jacobian_cost = jacobian_cost
         self.evaluations = 0
         self.jacobians = 0
         self.seconds = 0.0
@@ -32,7 +34,8 @@ class Model:
     @property
     def left(self) -> int | None:
         """Points that the budget leaves; None without one."""
-        return None if self.budget is None else self.budget - self.evaluations
+        spent = self.evaluations + self.jacobian_cost * self.jacobians
+        return None if self.budget is None else self.budget - spent
 
     @property
     def is_spent(self) -> bool:
@@ -40,8 +43,7 @@ class Model:
 
     def response(self, u: Array) -> ComplexArray:
         """(k, d) in the unit cube → complex response (k, n_speed, n_channel), m."""
-        if self.left is not None and len(u) > self.left:
-            raise BudgetSpent(f"the budget of {self.budget} evaluations of the true model is spent")
+        self._require(len(u))
         started = time.perf_counter()
         response = self.problem.response(self.problem.parameters.to_si(u))
         self.seconds += time.perf_counter() - started
@@ -56,6 +58,7 @@ class Model:
         """
         if not self.problem.has_sensitivity:
             return self._differences(u)
+        self._require(self.jacobian_cost)
         started = time.perf_counter()
         parameters = self.problem.parameters
         x = parameters.to_si(u)
@@ -64,6 +67,11 @@ class Model:
         self.seconds += time.perf_counter() - started
         self.jacobians += 1
         return response, sensitivity
+
+    def _require(self, n_point: int) -> None:
+        """Raise `BudgetSpent` where the budget leaves fewer points."""
+        if self.left is not None and n_point and n_point > self.left:
+            raise BudgetSpent(f"the budget of {self.budget} evaluations of the true model is spent")
 
     def _differences(self, u: Array) -> tuple[ComplexArray, ComplexArray]:
         differences = cube_differences(u)
@@ -103,4 +111,5 @@ def model_objective(model: Model, misfit: Misfit, budget: int | None = None) -> 
         jacobian_at=jacobian if model.problem.has_sensitivity else None,
         screening_at=screening,
         budget=budget,
+        jacobian_cost=model.jacobian_cost,
     )

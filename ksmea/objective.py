@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import NoReturn
 
 import numpy as np
 
@@ -27,8 +28,9 @@ class Objective:
 
     `residuals_at` (k, d) → (k, m) gives residuals whose sum of squares is the misfit, `jacobian_at` (d,) → (m, d)
     their derivatives and `screening_at` (k, d) → (k,) a robust misfit without narrow valleys, for choosing starts.
-    Points are counted wherever they are evaluated, Jacobians apart. The last batch is cut to what the budget
-    leaves; asking for more raises `BudgetSpent` after the cut batch has been evaluated and remembered.
+    Points are counted wherever they are evaluated, Jacobians apart; in the budget a Jacobian counts as `jacobian_cost`
+    points. The last batch is cut to what the budget leaves; asking for more raises `BudgetSpent` after the cut batch has
+    been evaluated and remembered.
 
     >>> sphere = Objective(2, lambda u: u - 0.5, budget=3)
     >>> sphere(np.array([[0.5, 0.5], [0.0, 0.0]]))
@@ -45,9 +47,11 @@ class Objective:
         jacobian_at: Callable[[Array], Array] | None = None,
         screening_at: Callable[[Array], Array] | None = None,
         budget: int | None = None,
+        jacobian_cost: int = 0,
     ) -> None:
         self.dim = dim
         self.budget = budget
+        self.jacobian_cost = jacobian_cost
         self.evaluations = 0
         self.jacobians = 0
         self.was_refused = False  # whether more was asked for than the budget holds
@@ -71,6 +75,8 @@ class Objective:
         """Derivatives of the residuals at one point (d,) → (m, d); central differences where none are given."""
         u = self._checked(u)[0]
         if self._jacobian_at is not None:
+            if self.budget is not None and self.jacobian_cost > self._left(self.budget):
+                self._refuse()
             self.jacobians += 1
             return self._jacobian_at(u)
         return self._differences(u)
@@ -96,15 +102,22 @@ class Objective:
     def _within_budget(self, u: Array, evaluate: Callable[[Array], Array]) -> Array:
         if len(u) == 0:
             return np.empty((0,))
-        left = len(u) if self.budget is None else min(len(u), self.budget - self.evaluations)
+        left = len(u) if self.budget is None else min(len(u), self._left(self.budget))
         values = np.empty(0)
         if left > 0:
             self.evaluations += left
             values = evaluate(u[:left])
         if left < len(u):
-            self.was_refused = True
-            raise BudgetSpent(f"the budget of {self.budget} evaluations is spent")
+            self._refuse()
         return values
+
+    def _left(self, budget: int) -> int:
+        """Points that a budget leaves."""
+        return budget - self.evaluations - self.jacobian_cost * self.jacobians
+
+    def _refuse(self) -> NoReturn:
+        self.was_refused = True
+        raise BudgetSpent(f"the budget of {self.budget} evaluations is spent")
 
     def _values(self, u: Array) -> Array:
         values = _finite_or_inf(np.sum(self._residuals_at(u) ** 2, axis=1))

@@ -6,7 +6,7 @@ mine = "my_package.mine:Mine"
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from importlib.metadata import EntryPoint, entry_points
 from typing import Any
@@ -29,13 +29,29 @@ FURTHER = {  # not parts of a run: chosen inside the settings of others, or made
 }
 
 
+class _SharedName(EntryPoint):
+    """A name that several packages register: it is refused where it is chosen, none of them stands in for another."""
+
+    def __init__(self, points: Sequence[EntryPoint]) -> None:
+        super().__init__(points[0].name, points[0].value, points[0].group)
+        packages = (f"{point.dist.name if point.dist else '?'} ({point.value})" for point in points)
+        vars(self).update(packages=" and ".join(packages))
+
+    @property
+    def refusal(self) -> str:
+        return (
+            f"expected one package that registers this name, got {vars(self)['packages']}; rename it in one of them or"
+            " uninstall that one"
+        )
+
+
 @cache
 def registered(group: str) -> dict[str, EntryPoint]:
     """Entry points of a group ('optimizer', …) by name, in alphabetical order."""
-    return {
-        point.name: point
-        for point in sorted(entry_points(group=(GROUPS | FURTHER)[group]), key=lambda point: point.name)
-    }
+    by_name: dict[str, list[EntryPoint]] = {}
+    for point in sorted(entry_points(group=(GROUPS | FURTHER)[group]), key=lambda point: point.name):
+        by_name.setdefault(point.name, []).append(point)
+    return {name: points[0] if len(points) == 1 else _SharedName(points) for name, points in by_name.items()}
 
 
 def plugin_class(group: str, name: str) -> type:
@@ -43,8 +59,11 @@ def plugin_class(group: str, name: str) -> type:
     points = registered(group)
     if name not in points:
         raise unknown(group, name, points)
+    point = points[name]
+    if isinstance(point, _SharedName):
+        raise SettingError(f"{group}={name}: {point.refusal}")
     try:
-        plugin: type = points[name].load()
+        plugin: type = point.load()
     except (Exception, SystemExit) as error:
         raise SettingError(f"{group}={name}: {points[name].value} cannot be loaded: {_one_line(error)}") from error
     parameters = vars(plugin).get("__dataclass_params__") if isinstance(plugin, type) else None
@@ -85,3 +104,15 @@ def create(group: str, name: str, settings: Mapping[str, Any], parts: Mapping[st
         return plugin(**chosen, **settings)
     except SettingError as error:
         raise SettingError(f"{group}={name}: {error}") from error
+
+
+def create_all(group: str, names: Iterable[str]) -> tuple[dict[str, Any], dict[str, str]]:
+    """Plugins of these names with their default settings, and why there is none of a name that cannot be made: one broken
+    package takes nothing away from the others."""
+    made, left_out = {}, {}
+    for name in names:
+        try:
+            made[name] = create(group, name, {})
+        except SettingError as error:
+            left_out[name] = str(error)
+    return made, left_out

@@ -12,6 +12,7 @@ import numbers
 import typing
 from abc import ABC
 from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -75,6 +76,11 @@ class Settings(ABC):  # noqa: B024 – the contracts that derive from it have ab
         """Hash of the content of a file that the settings name but do not hold: a changed file is another question.
         Left out: '', they name none."""
         return ""
+
+    def seeded(self, seed: int) -> AbstractContextManager[None]:
+        """Seed the generators that a library of its own shares among all (torch, …) for a block, and restore them. Left
+        out: there are none but those of `random` and `numpy.random`, which are always seeded."""
+        return nullcontext()
 
     @property
     def parts(self) -> Sequence[Settings]:

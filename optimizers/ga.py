@@ -16,9 +16,9 @@ from deap import algorithms, base, tools
 from ksmea.arrays import Array
 from ksmea.contracts import Optimizer
 from ksmea.errors import SettingError
+from ksmea.global_generators import global_generators
 from ksmea.objective import Minimum, Objective
 from ksmea.settings import setting
-from optimizers.isolation import global_generators
 
 CROSSOVERS = {"one_point": tools.cxOnePoint, "two_point": tools.cxTwoPoint}
 

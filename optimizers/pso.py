@@ -12,9 +12,10 @@ import numpy as np
 from scipy.stats import qmc
 
 from ksmea.contracts import Optimizer
+from ksmea.global_generators import global_generators
 from ksmea.objective import Minimum, Objective
 from ksmea.settings import setting
-from optimizers.isolation import finite, global_generators, logging_unconfigured
+from optimizers.isolation import finite, logging_unconfigured
 
 with logging_unconfigured():
     from pyswarms.single import GlobalBestPSO

@@ -9,6 +9,7 @@ from typing import Any
 from bench.commands.folders import folders
 from bench.jobs.lines import SCHEMA, Ended, SessionLine
 from bench.jobs.records import read_lines, read_records
+from bench.plan.outside import is_distribution, is_file
 from bench.plan.plan import PLAN_FILE, Plan, Run, read_plan
 from bench.plan.provenance import code_digest, library_versions, used_modules
 from ksmea.errors import SettingError
@@ -79,7 +80,7 @@ def _why_stale(plan: Plan, run: Run, folder: Path) -> list[str]:
     session = sessions.get(answered_in, SessionLine(schema=SCHEMA, session=""))
     used = used_modules(plan.cells[run.cell].settings)
     changed = _differences(session.versions, plan.versions)
-    changed += _differences({name: session.modules.get(name) for name in used}, plan.modules, names_only=True)
+    changed += _code_differences(session.modules, plan.modules, used)
     reason = "; ".join(changed) or "the set of modules that it uses"
     return [f"stale: answered on {session.began} at commit {session.commit}; changed since: {reason}"]
 
@@ -88,7 +89,7 @@ def _what_changed_since_the_plan(plan: Plan, settings: Mapping[str, Any], code: 
     used = used_modules(settings)
     changed = _differences(plan.versions, library_versions())
     if code_digest(used) != code:
-        changed += _differences({name: plan.modules.get(name) for name in used}, used, names_only=True)
+        changed += _code_differences(plan.modules, used, used)
     return (
         [f"since it was planned these have changed, the next call plans it anew: {'; '.join(changed)}"]
         if changed
@@ -96,10 +97,18 @@ def _what_changed_since_the_plan(plan: Plan, settings: Mapping[str, Any], code: 
     )
 
 
-def _differences(before: Mapping[str, Any], after: Mapping[str, Any], names_only: bool = False) -> list[str]:
+def _code_differences(before: Mapping[str, str], after: Mapping[str, str], used: Mapping[str, str]) -> list[str]:
+    """Modules, files and distributions of a run that differ, and files from outside that are no longer there."""
+    tops = {name.partition("/")[0] for name in used if is_file(name)}
+    gone = [name for name in before if is_file(name) and name not in after and name.partition("/")[0] in tops]
+    changed = []
+    for name in dict.fromkeys([*used, *gone]):
+        if before.get(name) != after.get(name):
+            told = f" {before.get(name)} → {after.get(name)}" if is_distribution(name) else ""
+            changed.append(name + told)
+    return changed
+
+
+def _differences(before: Mapping[str, Any], after: Mapping[str, Any]) -> list[str]:
     """Entries of `before` that `after` has otherwise."""
-    return [
-        name if names_only else f"{name} {value} → {after.get(name)}"
-        for name, value in before.items()
-        if value != after.get(name)
-    ]
+    return [f"{name} {value} → {after.get(name)}" for name, value in before.items() if value != after.get(name)]

@@ -9,7 +9,9 @@ from pathlib import Path
 from bench.commands.folders import folders
 from bench.jobs.lines import RESULTS, RunLine, Started
 from bench.jobs.records import read_records, running_sessions
-from bench.plan.plan import Run, read_plan
+from bench.plan.plan import Plan, Run, key_of, read_plan
+from bench.plan.provenance import code_digest, library_versions, used_modules
+from ksmea.errors import SettingError
 
 
 def status(words: list[str]) -> int:
@@ -27,7 +29,8 @@ def _status(output: Path) -> int:
 
     records = read_records(output, state_and_question)
     answered = {question for state, question in records.values() if state in RESULTS}
-    counts = Counter(_state(run, records, answered) for run in plan.runs)
+    keys = _keys_now(plan)
+    counts = Counter(_state(run, keys, records, answered) for run in plan.runs)
     n_done = sum(counts[state] for state in RESULTS)
     n_failed = sum(count for state, count in counts.items() if state not in (*RESULTS, "running", "stale", "missing"))
     print(f"{plan.name} in {output}")
@@ -42,10 +45,25 @@ def _status(output: Path) -> int:
     return 0 if n_done == len(plan.runs) else 1
 
 
-def _state(run: Run, records: Mapping[str, tuple[str, str]], answered: set[str]) -> str:
-    if run.key in records:
-        return records[run.key][0]
-    return "stale" if run.question in answered else "missing"
+def _keys_now(plan: Plan) -> dict[Run, str]:
+    """The key that each run has by the code and libraries that are installed now; as it was planned, where a plugin is not
+    here that would tell."""
+    versions = library_versions()
+    codes: list[tuple[str, Mapping[str, str]]] = []
+    for cell in plan.cells:
+        try:
+            codes.append((code_digest(used_modules(cell.settings)), versions))
+        except SettingError:
+            codes.append((cell.code, plan.versions))
+    return {run: key_of(run.question, *codes[run.cell]) for run in plan.runs}
+
+
+def _state(run: Run, keys: Mapping[Run, str], records: Mapping[str, tuple[str, str]], answered: set[str]) -> str:
+    """A result is stale once its run has another key, by what was planned or by what is installed."""
+    state = records[run.key][0] if run.key in records else None
+    if state in RESULTS:
+        return state if keys[run] == run.key else "stale"
+    return state or ("stale" if run.question in answered else "missing")
 
 
 def _reasons(counts: Counter[str], label: str) -> str:

@@ -5,12 +5,15 @@ from __future__ import annotations
 import time
 import traceback
 from collections.abc import Mapping
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
 from bench.jobs.lines import FailedRun
 from bench.plan.draw import Draw
+from bench.plan.plan import generator, global_entropy
 from bench.plan.setup import Setup
+from ksmea.global_generators import global_generators
 
 
 def execute(
@@ -23,12 +26,19 @@ def execute(
     """The record of a run; an error inside it is a record too, with its traceback.
 
     `with_curves` adds the response curves that figures are made of, `with_progress` lets it show its own. With a
-    journal, model evaluations that an earlier attempt finished are replayed from it.
+    journal, model evaluations that an earlier attempt finished are replayed from it. Generators that the process shares are
+    seeded by the run and restored after it, so that a plugin that draws from them depends on nothing that ran before.
     """
     started = time.perf_counter()
     try:
-        setup = Setup.of(settings)
-        record = setup.plugins["study"].run(setup, Draw(seeds, journal, with_curves, with_progress))
+        with ExitStack() as seeded:
+            shared = generator(global_entropy(seeds))
+            seeded.enter_context(global_generators(shared))
+            setup = Setup.of(settings)
+            for plugin in filter(None, setup.plugins.values()):
+                for each in (plugin, *plugin.parts):
+                    seeded.enter_context(each.seeded(int(shared.integers(2**32))))
+            record = setup.plugins["study"].run(setup, Draw(seeds, journal, with_curves, with_progress))
     except (Exception, SystemExit) as error:  # a plugin that calls sys.exit costs its own run only
         record = FailedRun("error", f"{type(error).__name__}: {error}", traceback.format_exc()).to_data()
     return {**record, "elapsed": time.perf_counter() - started}

@@ -7,6 +7,7 @@ locked, and so that it is always known which task died with it. Deadlines follow
 from __future__ import annotations
 
 import multiprocessing
+import os
 import resource
 import signal
 import time
@@ -39,6 +40,16 @@ BEGINS = None  # what a worker says before it begins a task
 
 
 @dataclass(frozen=True)
+class _Message:
+    """What a worker says, `BEGINS` or a result, with the number of the task that it is about and the process that says
+    it: a run may fork, and what its children say is no result of the run."""
+
+    task: int
+    process: int
+    content: dict[str, Any] | None
+
+
+@dataclass(frozen=True)
 class Limits:
     """Of one task: seconds, and bytes of address space of its process; None for no limit."""
 
@@ -51,6 +62,7 @@ class _Worker(Generic[Task]):
     process: BaseProcess
     connection: Connection
     task: Task | None = None
+    number: int = 0  # of the tasks that it was given, that of the last one
     deadline: float | None = None
 
     def is_busy(self) -> bool:
@@ -117,9 +129,10 @@ def _hand_out(
         task, arguments = following
         on_start(task)
         idle.task = task
+        idle.number += 1
         idle.deadline = None
         try:
-            idle.connection.send(arguments)
+            idle.connection.send((idle.number, arguments))
         except OSError:
             pass  # it has died in the meantime: the pipe says so below
 
@@ -161,9 +174,11 @@ def _outcome(worker: _Worker[Task], limits: Limits) -> dict[str, Any] | None:
     was_alive = worker.process.is_alive()  # asked first: what a dead worker has sent is in the pipe by now
     try:
         while worker.connection.poll():
-            message = worker.connection.recv()
-            if message is not BEGINS:
-                return message
+            message: _Message = worker.connection.recv()
+            if (message.task, message.process) != (worker.number, worker.process.pid):
+                continue
+            if message.content is not BEGINS:
+                return message.content
             worker.deadline = None if limits.seconds is None else time.monotonic() + limits.seconds
     except (EOFError, OSError):
         worker.process.join()
@@ -196,13 +211,17 @@ def _serve(connection: Connection, function: Callable[..., dict[str, Any]], memo
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent alone decides
     if memory is not None:
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
+    own = os.getpid()
     while True:
         try:
-            arguments = connection.recv()
+            number, arguments = connection.recv()
         except (EOFError, OSError):
             return
         try:
-            connection.send(BEGINS)
-            connection.send(function(*arguments))
+            connection.send(_Message(number, os.getpid(), BEGINS))
+            result = function(*arguments)
+            if os.getpid() != own:
+                os._exit(0)  # a child that the run has forked and forgotten: it must not take the next task either
+            connection.send(_Message(number, os.getpid(), result))
         except OSError:
             return

@@ -23,6 +23,7 @@ PLAN_FILE = "plan.jsonl"
 # Place of each component in the seed sequence [seed, repetition, place]. A component that several methods share
 # draws the same numbers for all of them, so that they are compared in pairs; a place is never given to another.
 SEED_PLACES = {"noise": 1, "design": 2, "surrogate": 3, "optimizer": 4, "hidden": 5, "diagnosis": 6}
+GLOBAL_PLACE = 7  # of generators that a process shares; no part of a question, which has seed and repetition already
 
 
 @dataclass(frozen=True)
@@ -97,6 +98,12 @@ def component_seeds(seed: int, repetition: int) -> dict[str, list[int]]:
     return {component: [seed, repetition, place] for component, place in SEED_PLACES.items()}
 
 
+def global_entropy(seeds: Mapping[str, list[int]]) -> list[int]:
+    """Entropy for generators that a process shares, of a run with these seeds: its seed and repetition at their place."""
+    seed_and_repetition = next(iter(seeds.values()), [0, 0, 0])[:2]
+    return [*seed_and_repetition, GLOBAL_PLACE]
+
+
 def generator(entropy: list[int]) -> np.random.Generator:
     return np.random.default_rng(np.random.SeedSequence(entropy))
 
@@ -104,13 +111,17 @@ def generator(entropy: list[int]) -> np.random.Generator:
 def all_runs(cells: tuple[Cell, ...], repetitions: int, versions: Mapping[str, str]) -> tuple[Run, ...]:
     """Repetition by repetition, so that a stopped experiment has seen every cell about equally often."""
     settings = [_hash(cell.settings) for cell in cells]
-    computing = [_hash([cell.code, versions]) for cell in cells]
     runs = []
     for repetition in range(repetitions):
         for index, cell in enumerate(cells):
             question = _hash([settings[index], component_seeds(cell.seed, repetition)])
-            runs.append(Run(_hash([question, computing[index]]), question, index, repetition))
+            runs.append(Run(key_of(question, cell.code, versions), question, index, repetition))
     return tuple(runs)
+
+
+def key_of(question: str, code: str, versions: Mapping[str, str]) -> str:
+    """The key of a question that is answered by code of this digest and these versions of libraries."""
+    return _hash([question, _hash([code, versions])])
 
 
 def _hash(content: Any) -> str:

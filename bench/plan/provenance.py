@@ -16,26 +16,31 @@ from typing import Any
 
 from threadpoolctl import threadpool_info
 
+from bench.plan.outside import NUMERICAL, OURS, outside_code
 from bench.storage.places import ROOT
 from ksmea import registry
 from ksmea.settings import Settings
 
-OURS = ("bench", "ksmea", "measurements", "optimizers", "problems", "surrogates")
 SHOWN = "ksmea.show"  # texts, tables and figures of results: nothing in it is computed with
 ENTRANCE = "bench.jobs.execute"  # where a run begins
 PARTS = "parts"  # where a run's settings keep the modules of plugins that its own are made of
-NUMERICAL = ("numpy", "scipy", "scikit-learn", "pyswarms", "deap")
 
 
 def used_modules(settings: Mapping[str, Any]) -> dict[str, str]:
     """Digest by name of every module that a run with these settings executes: its plugins, and all that they and the
-    run itself import, of this project and of the packages that the plugins come from."""
+    run itself import, of this project and of the packages that the plugins come from; with these, what else they bring along
+    from outside (`bench.plan.outside`)."""
     plugins = [
         registry.plugin_class(group, settings[group]["name"]).__module__
         for group in registry.GROUPS
         if settings.get(group) is not None
     ]
     plugins += settings.get(PARTS, ())
+    return dict(_used_modules(tuple(plugins)))
+
+
+@cache
+def _used_modules(plugins: tuple[str, ...]) -> dict[str, str]:
     packages = frozenset([*OURS, *(name.partition(".")[0] for name in plugins)])
     found: dict[str, str] = {}
     pending = [ENTRANCE, *plugins]
@@ -48,7 +53,7 @@ def used_modules(settings: Mapping[str, Any]) -> dict[str, str]:
                 for module in _imports(source, name)
                 if module.partition(".")[0] in packages and not (module + ".").startswith(SHOWN + ".")
             )
-    return dict(sorted(found.items()))
+    return dict(sorted(found.items())) | outside_code(plugins)
 
 
 def modules_of_parts(plugins: Iterable[Settings]) -> list[str]:

@@ -17,7 +17,7 @@ from bench.plan.study import Study
 from ksmea import registry
 from ksmea.contracts import AnyEffect
 from ksmea.diagnosis.fitting import fit_from_values
-from ksmea.diagnosis.trials import candidates
+from ksmea.diagnosis.trials import candidates, candidates_and_left_out
 from ksmea.errors import SettingError, unknown
 from ksmea.measurement import Measurement
 from ksmea.records.diagnosis import DiagnosisRecord
@@ -37,7 +37,7 @@ class Diagnose(DiagnosisOptions, Study):
 
     @property
     def parts(self) -> list[AnyEffect]:
-        return list(self._chosen().values())
+        return list(self._chosen()[0].values())
 
     def validate(self, setup: Setup) -> None:
         noise = setup.source.noise
@@ -46,13 +46,13 @@ class Diagnose(DiagnosisOptions, Study):
                 "study=diagnose: expected noise, without which any difference is a misfit, got none; say"
                 " measurement.relative=0.05 or measurement.floor=0.1 (µm)"
             )
-        try:
-            found = candidates(setup.problem, self._chosen())
-        except AttributeError as error:
-            kind = type(setup.problem).__name__
+        found, left_out = candidates_and_left_out(setup.problem, self._chosen()[0])
+        if not found and left_out:
+            kind, reasons = type(setup.problem).__name__, "; ".join(f"{name} {why}" for name, why in left_out.items())
             raise SettingError(
-                f"study=diagnose: expected a problem that effects can be added to, got {kind}"
-            ) from error
+                f"study=diagnose: expected a problem that effects can be added to, got {kind}: {reasons}; take one that is"
+                " made of a rotor, or other effects"
+            )
         if not found:
             raise SettingError(
                 "study.effects: expected effects that this problem has a location for and does not have already, got none"
@@ -67,7 +67,7 @@ class Diagnose(DiagnosisOptions, Study):
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
         started = time.perf_counter()
         measurement = setup.measure(draw)
-        effects = self._chosen()
+        effects, left_out = self._chosen()
         tqdm.set_lock(threading.RLock())  # a lock between processes would outlive this worker
         n_candidate = len(candidates(setup.problem, effects))
         steps = 1 + 3 * n_candidate + self.blocks  # candidates are fitted, refined, and fitted as second effects
@@ -83,6 +83,7 @@ class Diagnose(DiagnosisOptions, Study):
                 effects,
                 generator(draw.seeds["diagnosis"]),
                 options=self,
+                left_out=left_out,
                 progress=progress,
             )
             bar.update(max(bar.total - bar.n, 0))
@@ -94,12 +95,15 @@ class Diagnose(DiagnosisOptions, Study):
         )
         return {"status": "done", **found.to_data()}
 
-    def _chosen(self) -> dict[str, AnyEffect]:
+    def _chosen(self) -> tuple[dict[str, AnyEffect], dict[str, str]]:
+        """The effects that are fitted, by name, and why others are left out: not one that is asked for by name."""
         known = list(registry.registered("effect"))
         for name in (*self.effects, *self.without):
             if name not in known:
                 raise unknown("effect", name, known)
-        return {name: registry.create("effect", name, {}) for name in self.effects or known if name not in self.without}
+        if self.effects:
+            return {name: registry.create("effect", name, {}) for name in self.effects if name not in self.without}, {}
+        return registry.create_all("effect", [name for name in known if name not in self.without])
 
 
 def _hidden_deviance_drop(setup: Setup, draw: Draw, measurement: Measurement, found: DiagnosisRecord) -> float | None:

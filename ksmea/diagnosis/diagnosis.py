@@ -20,7 +20,7 @@ p-values are corrected for their number.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -29,7 +29,7 @@ from ksmea.diagnosis.fit_quality import FitQuality, fit_quality
 from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_baseline
 from ksmea.diagnosis.observability import Detectable, Split, best_split, collinearity, smallest_detectable
 from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
-from ksmea.diagnosis.trials import Candidate, Trial, best_by_name, candidates, fitted, refined
+from ksmea.diagnosis.trials import Candidate, Trial, best_by_name, candidates_and_left_out, fitted, refined
 from ksmea.intervals import Estimate, estimate
 from ksmea.maximisation import maximise, with_best_noise
 from ksmea.measurement import Measurement
@@ -69,6 +69,7 @@ class Diagnosis:
     # by effect: its most promising location, and its unknowns there
     detectable: Mapping[str, tuple[str, tuple[Detectable, ...]]]
     level: float
+    left_out: Mapping[str, str] = field(default_factory=dict)  # effects that do not fit the problem, and why
 
 
 def diagnose(
@@ -86,7 +87,7 @@ def diagnose(
     """The diagnosis of a measurement by a problem and the effects that are known. `progress` is called at each step."""
     effort = effort or Effort()
     half = level / 2
-    found = candidates(problem, effects)
+    found, left_out = candidates_and_left_out(problem, effects)
     if not found:
         raise ValueError("diagnosis: expected effects that the problem has a location for, got none")
     baseline, quality, trials = _ranked_trials(problem, measurement, found, half, rng, effort, progress)
@@ -130,6 +131,7 @@ def diagnose(
         collinearity=collinearities,
         detectable=detectable,
         level=level,
+        left_out=left_out,
     )
 
 

@@ -50,14 +50,35 @@ class Trial:
 
 
 def candidates(problem: Problem, effects: Mapping[str, AnyEffect]) -> list[Candidate]:
-    """Every effect at every location that the problem offers, but for those that the problem has already."""
+    """Every effect at every location that the problem offers, but for those that the problem has already and those that do
+    not fit it."""
+    return candidates_and_left_out(problem, effects)[0]
+
+
+def candidates_and_left_out(
+    problem: Problem, effects: Mapping[str, AnyEffect]
+) -> tuple[list[Candidate], Mapping[str, str]]:
+    """The candidates, and why an effect is not among them that raises on this problem, by its name: one that fits other
+    problems must not take the diagnosis of this one away."""
+    found: list[Candidate] = []
+    left_out = {}
+    for name, effect in effects.items():
+        try:
+            found += _located(name, effect, problem)
+        except Exception as error:  # whatever an effect for other problems does with it
+            left_out[name] = " ".join(f"does not fit this problem: {type(error).__name__}: {error}".split())
+    return found, left_out
+
+
+def _located(name: str, effect: AnyEffect, problem: Problem) -> list[Candidate]:
+    """One effect at every location, each tried by adding it to the problem."""
     known = set(problem.parameters.names)
-    return [
-        Candidate(name, located)
-        for name, effect in effects.items()
-        for located in effect.locations(problem)
-        if known.isdisjoint(parameter.name for parameter in located.parameters(problem))
-    ]
+    found = []
+    for located in effect.locations(problem):
+        if known.isdisjoint(parameter.name for parameter in located.parameters(problem)):
+            located.added_to(problem)
+            found.append(Candidate(name, located))
+    return found
 
 
 def trial_of(candidate: Candidate, fit: Fit, without: Fit, n_candidate: int) -> Trial:

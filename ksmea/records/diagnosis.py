@@ -7,7 +7,7 @@ model, `after` the model extended by the effects in `applied`; None where there 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any, Self
 
 import numpy as np
@@ -208,6 +208,7 @@ class DiagnosisRecord(Record):
     hidden: tuple[HiddenEffect, ...] = ()
     hidden_deviance_drop: float | None = None
     seconds: float | None = None
+    left_out: Mapping[str, str] = field(default_factory=dict)  # effects that were not fitted, and why
 
     @classmethod
     def upgraded(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:

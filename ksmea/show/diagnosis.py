@@ -19,7 +19,7 @@ MAX_RANKED = 6  # effects that the text lists
 
 def text(record: DiagnosisRecord) -> str:
     """The diagnosis as an engineer would say it."""
-    blocks = [_what_is_wrong(record), _cause(record), _predictive_gain(record), _detectable(record)]
+    blocks = [_what_is_wrong(record), _cause(record), _predictive_gain(record), _detectable(record), _left_out(record)]
     return "\n\n".join(block for block in blocks if block)
 
 
@@ -202,3 +202,7 @@ def _detectable(record: DiagnosisRecord) -> str:
             lines.append([name, part.location, part.parameter, size, remark])
     head = "What would have been found in nine of ten cases, had it been there:"
     return f"{head}\n{aligned(['effect', 'location', 'unknown', 'from', ''], lines)}"
+
+
+def _left_out(record: DiagnosisRecord) -> str:
+    return "\n".join(f"Effect {name} was left out: {why}" for name, why in record.left_out.items())

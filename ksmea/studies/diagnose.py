@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -88,10 +89,11 @@ def diagnosis(
     rng: np.random.Generator,
     *,
     options: DiagnosisOptions | None = None,
+    left_out: Mapping[str, str] = MappingProxyType({}),
     progress: Callable[[], None] = lambda: None,
 ) -> DiagnosisRecord:
     """The diagnosis of a measurement by a problem and the effects, by name, that may extend it; `progress` is called at
-    each step.
+    each step. The record names effects that do not fit the problem beside those that were left out before, and why.
 
     Raises `SettingError` where problem and measurement are not aligned, ValueError where none of the effects has a
     location on the problem.
@@ -109,7 +111,8 @@ def diagnosis(
         interval_level=options.interval_level,
         progress=progress,
     )
-    return diagnosis_record(found, measurement, options.interval_level)
+    record = diagnosis_record(found, measurement, options.interval_level)
+    return dataclasses.replace(record, left_out={**left_out, **record.left_out})
 
 
 def diagnosis_record(found: Diagnosis, measurement: Measurement, interval_level: float) -> DiagnosisRecord:
@@ -135,6 +138,7 @@ def diagnosis_record(found: Diagnosis, measurement: Measurement, interval_level:
         aliases={name: text for candidate in found.applied for name, text in candidate.effect.aliases.items()},
         effects=tuple(dict.fromkeys(trial.name for trial in found.trials)),
         curves=_curves(found, measurement),
+        left_out=dict(found.left_out),
     )
 
 

@@ -9,7 +9,8 @@ import pytest
 from bench.commands import explain as commands
 from bench.jobs.lines import SCHEMA
 from bench.jobs.records import RecordWriter
-from bench.plan.plan import read_plan, write_plan
+from bench.plan.plan import all_runs, read_plan, write_plan
+from bench.plan.provenance import code_digest, library_versions, used_modules
 
 STATES = ["done", "budget", "error", "timeout", None, "stale", "missing", "missing"]  # None: started and no more
 TRACEBACK = "Traceback (most recent call last):\n  File \"mine.py\", line 3\nKeyError: 'no such thing'"
@@ -18,6 +19,25 @@ TRACEBACK = "Traceback (most recent call last):\n  File \"mine.py\", line 3\nKey
 @pytest.fixture
 def folder(tmp_path):
     return tmp_path / "results" / "table3"
+
+
+@pytest.fixture
+def plan(plan):
+    """The plan made by hand, of the code and the libraries that are here."""
+    versions = library_versions()
+    cells = tuple(dataclasses.replace(cell, code=code_digest(used_modules(cell.settings))) for cell in plan.cells)
+    return dataclasses.replace(plan, cells=cells, versions=versions, runs=all_runs(cells, 4, versions))
+
+
+def test_status_knows_results_of_code_that_is_no_longer_installed(plan, folder, enter):
+    cells = tuple(dataclasses.replace(cell, code="0lder") for cell in plan.cells)
+    older = dataclasses.replace(plan, cells=cells, runs=all_runs(cells, 4, plan.versions))
+    write_plan(older, folder)
+    with RecordWriter(folder, 0, older) as writer:
+        for run in older.runs[:5]:
+            writer.result(run, {"status": "done"})
+    ended = enter("status", "table3")
+    assert counts_of(ended) == {"planned": 8, "done": 0, "failed": 0, "stale": 5, "missing": 3} and ended.code == 1
 
 
 @pytest.fixture

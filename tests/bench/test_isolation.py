@@ -1,10 +1,15 @@
 """Plugins of other people: found by their entry point alone, and harmful to nothing but their own runs."""
 
 import json
+import random
 
+import numpy as np
+import pandas as pd
 import pytest
 from hydra.core.config_store import ConfigStore
 
+from bench.jobs.execute import execute
+from bench.plan.plan import SEED_PLACES, component_seeds, global_entropy
 from ksmea import registry
 
 NAMES = ("mine", "broken", "exiting", "undeclared")
@@ -18,6 +23,7 @@ undeclared = mine_search:Plain
 """
 MINE = '''
 import os
+import random
 import signal
 import sys
 import time
@@ -36,7 +42,7 @@ class Mine(Optimizer):
     my_setting: int = setting(10, "points drawn at random", at_least=1)
     behaviour: str = setting("good", "what it does instead", choices=(
         "good", "raises", "asks to exit", "exits", "kills itself", "crashes", "hangs", "asks at NaN", "asks nothing",
-        "returns NaN"))
+        "returns NaN", "draws globally"))
 
     def minimize(self, objective, rng):
         if self.behaviour == "raises":
@@ -53,6 +59,9 @@ class Mine(Optimizer):
             time.sleep(600)
         if self.behaviour == "asks at NaN":
             objective(np.full((3, objective.dim), np.nan))
+        if self.behaviour == "draws globally":
+            objective(np.random.random((self.my_setting, objective.dim)) * random.random())
+            return objective.result()
         if self.behaviour in ("asks at NaN", "asks nothing"):
             return objective.result()
         objective(rng.random((self.my_setting, objective.dim)))
@@ -91,6 +100,25 @@ def test_it_runs_with_its_settings(with_mine):
     assert (ended.code, ended.err) == (0, "")
     assert ended.runs()["model_evaluations"].tolist() == [3, 3]
     assert ended.cells()[0]["settings"]["optimizer"] == {"name": "mine", "my_setting": 3, "behaviour": "good"}
+
+
+def test_what_draws_from_global_generators_draws_anew_in_each_run_whatever_the_workers(with_mine, tmp_path):
+    words = ["optimizer=mine", "optimizer.behaviour=draws globally", "method=direct", "repetitions=3", "seed=4"]
+    words += ["measurement.relative=0", "measurement.floor=0"]  # the same data in all repetitions
+    found = []
+    for n in (1, 3):
+        assert with_mine(*words, f"workers={n}", f"output=results/workers{n}").code == 0
+        runs = pd.read_csv(tmp_path / "results" / f"workers{n}" / "runs.csv").sort_values("repetition")
+        found.append(runs["kxx"].tolist())
+    assert found[0] == found[1] and len(set(found[0])) == 3
+
+
+def test_a_run_draws_no_numbers_of_the_global_generators_around_it():
+    settings = {"study": {"name": "nothing"}}
+    before = random.getstate(), np.random.get_state()[1].tolist()
+    execute(settings, component_seeds(0, 1))
+    assert (random.getstate(), np.random.get_state()[1].tolist()) == before
+    assert global_entropy(component_seeds(2, 1)) == [2, 1, 7] and 7 not in SEED_PLACES.values()
 
 
 @pytest.fixture

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from bench.jobs.pool import Limits, run_tasks
+from bench.jobs.pool import CONTEXT, Limits, _Message, _new_worker, _outcome, _stop, run_tasks
 
 
 def behave(how):
@@ -26,6 +26,11 @@ def behave(how):
             bytearray(8 * 2**30)
         except MemoryError:
             return {"status": "error", "error": "MemoryError"}
+    if how == "fork" and os.fork() == 0:
+        time.sleep(0.3)  # it goes on where the run began, and ends when the next one is under way
+        how = "forked"
+    if how == "slow":
+        time.sleep(0.8)
     return {"status": "done", "pid": os.getpid(), "how": how}
 
 
@@ -76,6 +81,23 @@ class TestPool:
         done = outcomes(["allocate", "a"], limits=Limits(memory=4 * 2**30))
         assert done[0]["error"] == "MemoryError"
         assert done[1]["status"] == "done"
+
+    def test_what_a_forked_child_says_is_no_result(self):
+        kinds = ["fork", "slow", "fork", "slow", "a", "b"]
+        done = outcomes(kinds, workers=1)
+        assert [done[index]["how"] for index in range(6)] == kinds
+        assert len({record["pid"] for record in done.values()}) == 1
+
+    def test_a_message_of_another_task_or_process_is_passed_over(self):
+        worker = _new_worker(behave, NONE)
+        ours, theirs = CONTEXT.Pipe()
+        worker.connection, worker.task, worker.number = ours, "the task", 2
+        for task, process in ((1, worker.process.pid), (2, os.getpid())):
+            theirs.send(_Message(task, process, {"status": "done"}))
+        assert _outcome(worker, NONE) is None
+        theirs.send(_Message(2, worker.process.pid, {"status": "done"}))
+        assert _outcome(worker, NONE) == {"status": "done"}
+        _stop(worker)
 
     def test_the_clock_of_a_task_is_monotonic(self, monkeypatch):
         monkeypatch.setattr(time, "time", lambda: 0.0)  # a wall clock set back half a century

@@ -5,11 +5,16 @@ import dataclasses
 import numpy as np
 import pytest
 
+from bench.studies.diagnose import Diagnose
+from ksmea import registry
 from ksmea.channel import Channel
 from ksmea.diagnosis.diagnosis import diagnose
 from ksmea.diagnosis.fit_quality import fit_quality
 from ksmea.diagnosis.trials import Candidate, candidates
+from ksmea.errors import SettingError
 from ksmea.measurement import Measurement, Noise, observe
+from ksmea.studies.diagnose import diagnosis
+from problems.effects.runout import Runout
 from problems.three_disk import ThreeDisk
 from tests.diagnosis.conftest import NOISE, TRUTH, registered_effects
 
@@ -209,3 +214,41 @@ def test_a_location_that_is_not_certain_is_said_to_be(rotor):
 def test_nothing_to_fit_is_refused(rotor, hide):
     with pytest.raises(ValueError, match="expected effects"):
         diagnose(rotor, hide(None, 0)[0], {}, np.random.default_rng(0))
+
+
+class Unfitting(Runout):
+    """An effect for problems of another kind."""
+
+    def added_to(self, problem):
+        return problem.no_such_thing
+
+
+def test_an_effect_that_does_not_fit_the_problem_is_left_out_and_named(rotor, hide):
+    measurement, _, _ = hide(None, 0)
+    effects = {"mine": Unfitting(), **few("runout")}
+    one, other = diagnosed(rotor, measurement, effects), diagnosed(rotor, measurement, few("runout"))
+    assert list(one.left_out) == ["mine"] and other.left_out == {}
+    assert one.left_out["mine"].startswith("does not fit this problem: AttributeError: ")
+    assert [trial.deviance_drop for trial in one.trials] == [trial.deviance_drop for trial in other.trials]
+
+
+def test_an_effect_that_cannot_be_loaded_is_left_out_and_named(rotor, hide, tmp_path, monkeypatch):
+    (tmp_path / "broken_effect.py").write_text("import a_module_that_nobody_has\n")
+    information = tmp_path / "broken_effect-1.0.dist-info"
+    information.mkdir()
+    (information / "METADATA").write_text("Metadata-Version: 2.1\nName: broken-effect\nVersion: 1.0\n")
+    (information / "entry_points.txt").write_text("[ksmea.effects]\naaa_broken = broken_effect:Broken\n")
+    registry.registered.cache_clear()
+    with monkeypatch.context() as patched:
+        patched.syspath_prepend(tmp_path)
+        made, left_out = registry.create_all("effect", registry.registered("effect"))
+        n_part = len(Diagnose().parts)
+        with pytest.raises(SettingError, match="cannot be loaded"):
+            _ = Diagnose(effects=["aaa_broken"]).parts
+    registry.registered.cache_clear()
+    assert "runout" in made and n_part == len(made)
+    assert list(left_out) == ["aaa_broken"]
+    record = diagnosis(rotor, hide(None, 0)[0], few("runout"), np.random.default_rng(0), left_out=left_out)
+    assert record.left_out["aaa_broken"].startswith(
+        "effect=aaa_broken: broken_effect:Broken cannot be loaded: ModuleNot"
+    )

@@ -46,6 +46,13 @@ def test_the_text_says_whether_left_out_data_support_the_extension():
     assert "is not supported by left-out data: it predicts 3 of 6 blocks" in found and "-1 in the median block" in found
 
 
+def test_effects_that_were_left_out_are_named_with_the_reason():
+    assert "left out" not in text(RECORD)
+    record = changed(left_out={"mine": "does not fit this problem: KeyError: 3"})
+    assert text(record).endswith("Effect mine was left out: does not fit this problem: KeyError: 3")
+    assert DiagnosisRecord.from_data(record.to_data()).left_out == record.left_out and RECORD.left_out == {}
+
+
 def test_verdicts_without_a_cause():
     after = dataclasses.replace(RECORD.lack_of_fit, after=None)
     nothing = {"named": (), "ambiguity_group": (), "applied": (), "predictive_gain": None, "lack_of_fit": after}

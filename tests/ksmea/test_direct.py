@@ -109,6 +109,29 @@ def test_the_budget_is_used_exactly(rotor, optimizer, budget):
     assert np.isfinite(found.misfit)
 
 
+@pytest.mark.parametrize("cost", [0, 1, 7])
+def test_jacobians_count_in_the_budget_at_their_price(rotor, cost):
+    found = identified(LM(), rotor, measured(rotor, 0), budget=420, jacobian_cost=cost)
+    spent = found.model_evaluations + cost * found.model_jacobians
+    assert found.model_jacobians > 0 and spent <= 420
+    if cost == 7:
+        assert found.stop == "budget" and spent > 420 - 7
+    if cost == 0:
+        plain = identified(LM(), rotor, measured(rotor, 0), budget=420)
+        assert np.array_equal(found.x, plain.x) and found.model_evaluations == plain.model_evaluations
+
+
+def test_a_model_refuses_a_jacobian_that_its_budget_does_not_pay(rotor):
+    model = Model(rotor, budget=10, jacobian_cost=4)
+    u = np.full(5, 0.5)
+    for left in (6, 2):
+        model.linearise(u)
+        assert model.left == left
+    with pytest.raises(BudgetSpent):
+        model.linearise(u)
+    assert (model.jacobians, model.evaluations) == (2, 0)
+
+
 def test_an_optimizer_that_ends_at_its_budget_was_not_cut_short(rotor):
     found = identified(DE(population=20, generations=2), rotor, measured(rotor, 0), budget=60)
     assert (found.stop, found.model_evaluations) == ("optimizer", 60)

@@ -144,3 +144,24 @@ def test_a_method_is_made_of_the_parts_that_it_has():
     assert refusal(registry.create, "method", "direct", {"optimizer": DE()}).startswith(
         "unknown setting of method=direct"
     )
+
+
+@pytest.mark.parametrize("name", ["de", "mine"])
+def test_a_name_that_two_packages_register_is_refused_with_both(name, tmp_path, monkeypatch):
+    """Also a name of this project, which nothing from outside may take."""
+    packages = ["one"] if name == "de" else ["one", "two"]
+    for package in packages:
+        information = tmp_path / f"{package}_tools-1.0.dist-info"
+        information.mkdir()
+        (information / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}-tools\nVersion: 1.0\n")
+        (information / "entry_points.txt").write_text(f"[ksmea.optimizers]\n{name} = optimizers.pso:PSO\n")
+    monkeypatch.syspath_prepend(tmp_path)
+    registry.registered.cache_clear()
+    try:
+        text = refusal(registry.create, "optimizer", name, {})
+        assert registry.create("optimizer", "ga", {}) is not None
+    finally:
+        registry.registered.cache_clear()
+    assert text.startswith(f"optimizer={name}: expected one package that registers this name, got ")
+    assert all(f"{package}-tools (optimizers.pso:PSO)" in text for package in packages)
+    assert ("ksmea-bench (optimizers.de:DE)" in text) is (name == "de")

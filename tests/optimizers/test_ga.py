@@ -7,9 +7,9 @@ import pytest
 from deap import algorithms
 
 from ksmea.errors import SettingError
+from ksmea.global_generators import global_generators
 from ksmea.objective import Objective
 from optimizers.ga import GA, Chromosome, decode
-from optimizers.isolation import global_generators
 
 LOWEST = np.array([0.31, 0.62, 0.17, 0.74, 0.45])
 

@@ -6,7 +6,8 @@ import random
 import numpy as np
 import pytest
 
-from optimizers.isolation import LARGEST_MISFIT, finite, global_generators, logging_unconfigured
+from ksmea.global_generators import global_generators
+from optimizers.isolation import LARGEST_MISFIT, finite, logging_unconfigured
 
 
 def draws(seed):

@@ -1,0 +1,181 @@
+"""Code from outside the project that a run computes by: the packages of its plugins, and what these pull in.
+
+A plugin's distribution counts with the content of all its files, data too, since nobody sees from outside which of them a
+result depends on. Of what it requires, or imports without saying so, name and version count; where a version says nothing – an
+editable install, a folder on the path – the content of the files does. The numerical libraries stand in every key already.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import importlib.util
+import json
+import sys
+from collections.abc import Iterable, Iterator, Mapping
+from functools import cache
+from importlib.metadata import Distribution, PackageNotFoundError, distribution, entry_points, packages_distributions
+from pathlib import Path, PurePosixPath
+
+from packaging.requirements import Requirement
+from packaging.utils import canonicalize_name
+
+from ksmea import registry
+
+PROJECT = "ksmea-bench"
+OURS = ("bench", "ksmea", "measurements", "optimizers", "problems", "surrogates")
+NUMERICAL = ("numpy", "scipy", "scikit-learn", "pyswarms", "deap")
+IN_EVERY_KEY = frozenset([PROJECT, *NUMERICAL])
+LEFT_OUT = (".pyc", ".pyo", ".pth")  # what Python itself writes, and where an installer says that files lie elsewhere
+DISTRIBUTION, FILE = "distribution ", "file "  # how names of versions and of hashes begin
+IMPORTERS = ("import_module", "__import__")
+
+
+def outside_code(modules: Iterable[str]) -> dict[str, str]:
+    """Versions of distributions and hashes of files, by name, that the plugins in these modules bring along; empty for
+    plugins of the project."""
+    packages = frozenset(module.partition(".")[0] for module in modules) - {*OURS}
+    return dict(_outside_code(packages)) if packages else {}
+
+
+def is_distribution(name: str) -> bool:
+    """Whether a name of `outside_code` is that of a distribution, whose version it has."""
+    return name.startswith(DISTRIBUTION)
+
+
+def is_file(name: str) -> bool:
+    return name.startswith(FILE)
+
+
+@cache
+def _outside_code(packages: frozenset[str]) -> dict[str, str]:
+    found: dict[str, str] = {}
+    done: set[str] = set()
+    pending = [(package, True) for package in sorted(packages)]
+    while pending:
+        package, is_plugin = pending.pop()
+        if package in done or package in OURS or package in sys.stdlib_module_names:
+            continue
+        done.add(package)
+        owner = _owner(package)
+        if owner is not None and _name(owner) in IN_EVERY_KEY:
+            continue
+        files: dict[str, Path] = {}
+        for each in [] if owner is None else [owner, *_required(owner)]:
+            found[DISTRIBUTION + _name(each)] = each.version
+            if (is_plugin and each is owner) or not _installed_files(each):
+                files |= _files(each, package if each is owner else None)
+        if owner is None:
+            files = _folder(package)
+        for name, path in files.items():
+            found[FILE + name] = hashlib.sha256(path.read_bytes()).hexdigest()[:12]
+        pending += [(name, False) for path in files.values() if path.suffix == ".py" for name in _imported(path)]
+    return dict(sorted(found.items()))
+
+
+@cache
+def _owner(package: str) -> Distribution | None:
+    """The distribution that a top-level package belongs to, by its plugins or by its files."""
+    for group in (registry.GROUPS | registry.FURTHER).values():
+        for point in entry_points(group=group):
+            if point.dist is not None and point.module.partition(".")[0] == package:
+                return point.dist
+    names = _distributions_of_packages().get(package)
+    return distribution(names[0]) if names else None
+
+
+@cache
+def _distributions_of_packages() -> Mapping[str, list[str]]:
+    return packages_distributions()
+
+
+def _name(owner: Distribution) -> str:
+    return canonicalize_name(owner.name)
+
+
+def _required(owner: Distribution) -> list[Distribution]:
+    """What a distribution requires, and what that does, but for the numerical libraries and the project."""
+    found: dict[str, Distribution] = {}
+    pending = [owner]
+    while pending:
+        for text in pending.pop().requires or ():
+            requirement = Requirement(text)
+            name = canonicalize_name(requirement.name)
+            if name in found or name in IN_EVERY_KEY or name == _name(owner):
+                continue
+            if requirement.marker is not None and not requirement.marker.evaluate({"extra": ""}):
+                continue
+            try:
+                found[name] = distribution(name)
+            except PackageNotFoundError:
+                continue  # nothing that is not there is computed with
+            pending.append(found[name])
+    return list(found.values())
+
+
+def _files(owner: Distribution, package: str | None) -> dict[str, Path]:
+    """Files of a distribution by name: as its record has them, else those in the folders of its packages."""
+    if recorded := _installed_files(owner):
+        return recorded
+    packages = (owner.read_text("top_level.txt") or "").split()
+    packages += [point.module.partition(".")[0] for point in owner.entry_points]
+    packages += [package] if package is not None else []
+    return {name: path for each in dict.fromkeys(packages) if each not in OURS for name, path in _folder(each).items()}
+
+
+def _installed_files(owner: Distribution) -> dict[str, Path]:
+    """Files that an installer has copied, by name; empty where they lie in a source tree."""
+    if owner.read_text("RECORD") is None or json.loads(owner.read_text("direct_url.json") or "{}").get(
+        "dir_info", {}
+    ).get("editable"):
+        return {}
+    found = {}
+    for path in owner.files or ():
+        top = path.parts[0]
+        if top.endswith(".dist-info") or top in ("..", "/") or _is_left_out(path):
+            continue
+        place = Path(str(owner.locate_file(path)))
+        if place.is_file():
+            found[str(path)] = place
+    return found
+
+
+def _folder(package: str) -> dict[str, Path]:
+    """All files below a top-level package's folder by name, or the one file that it is."""
+    try:
+        spec = importlib.util.find_spec(package)
+    except (ImportError, ValueError):
+        return {}
+    if spec is None:
+        return {}
+    if spec.submodule_search_locations is None:
+        return {Path(spec.origin).name: Path(spec.origin)} if spec.origin and Path(spec.origin).is_file() else {}
+    found = {}
+    for folder in spec.submodule_search_locations:
+        for path in sorted(Path(folder).rglob("*")):
+            name = PurePosixPath(package, path.relative_to(folder).as_posix())
+            if path.is_file() and not _is_left_out(name):
+                found[str(name)] = path
+    return found
+
+
+def _is_left_out(path: PurePosixPath) -> bool:
+    return path.suffix in LEFT_OUT or "__pycache__" in path.parts
+
+
+def _imported(source: Path) -> Iterator[str]:
+    """Top-level packages that a file imports, also by a name that it spells out."""
+    try:
+        tree = ast.parse(source.read_text(encoding="utf-8"))
+    except (SyntaxError, ValueError):
+        return
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name.partition(".")[0] for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and not node.level and node.module:
+            yield node.module.partition(".")[0]
+        elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
+            called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+            name = node.args[0].value
+            if called in IMPORTERS and isinstance(name, str) and not name.startswith("."):
+                yield name.partition(".")[0]
