@@ -10,6 +10,7 @@ from bench.commands.folders import folders
 from bench.jobs.lines import RESULTS, RunLine, Started
 from bench.jobs.records import read_records, running_sessions
 from bench.plan.plan import Run, read_plan
+from ksmea.errors import visible
 
 
 def status(words: list[str]) -> int:
@@ -30,7 +31,7 @@ def _status(output: Path) -> int:
     counts = Counter(_state(run, records, answered) for run in plan.runs)
     n_done = sum(counts[state] for state in RESULTS)
     n_failed = sum(count for state, count in counts.items() if state not in (*RESULTS, "running", "stale", "missing"))
-    print(f"{plan.name} in {output}")
+    print(visible(f"{plan.name} in {output}"))
     counted = {"planned": len(plan.runs), "done": n_done, "running": counts["running"], "failed": n_failed}
     for label, count in counted.items():
         if label == "running" and not count:

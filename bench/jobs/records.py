@@ -12,6 +12,7 @@ from typing import Any, BinaryIO, Self, TypeVar, overload
 from bench.jobs.lines import RESULTS, SCHEMA, Ended, Line, RunLine, SessionLine, Started, line_text, read_line
 from bench.plan.plan import Plan, Run
 from bench.storage.locks import exclusive, is_held
+from ksmea.regular_files import open_regular
 
 __all__ = ["RESULTS", "RecordWriter", "RunLine", "finished_keys", "read_lines", "read_records", "running_sessions"]
 
@@ -34,7 +35,7 @@ class RecordWriter:
         with ExitStack() as held:
             held.enter_context(exclusive(self._path.with_suffix(".lock")))
             torn = _ends_within_a_line(self._path)
-            self._file = held.enter_context(self._path.open("ab"))
+            self._file = held.enter_context(open_regular(self._path, "ab"))
             if torn:  # what a killed writer left unfinished gets a line of its own, that no reader accepts
                 self._file.write(b"\n")
             self._held = held.pop_all()
@@ -82,11 +83,14 @@ class RecordWriter:
 
 
 def _ends_within_a_line(path: Path) -> bool:
-    if not path.exists() or path.stat().st_size == 0:
+    try:
+        with open_regular(path) as file:
+            if not file.seek(0, os.SEEK_END):
+                return False
+            file.seek(-1, os.SEEK_END)
+            return file.read(1) != b"\n"
+    except FileNotFoundError:
         return False
-    with path.open("rb") as file:
-        file.seek(-1, os.SEEK_END)
-        return file.read(1) != b"\n"
 
 
 def finished_keys(output: Path) -> set[str]:
@@ -136,7 +140,7 @@ def read_lines(output: Path) -> Iterator[Line]:
 
 
 def _lines_of(path: Path) -> Iterator[Line]:
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         for text in file:
             line = read_line(text, path)
             if line is not None:

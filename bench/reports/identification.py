@@ -70,7 +70,7 @@ def _figures(plan: Plan, shown: Mapping[Run, IdentificationRecord]) -> dict[str,
 
 def _title(plan: Plan, run: Run, record: IdentificationRecord) -> str:
     """For example 'three_disk, run.csv', and what tells the run from the others."""
-    parts = [plan.cells[run.cell].settings["problem"]["name"]]
+    parts = [plan.cells[run.cell].chosen("problem")]
     parts += [] if record.data is None else [record.data.source]
     parts += [cell_name(plan, plan.cells[run.cell])] if len(plan.cells) > 1 else []
     parts += [f"repetition {run.repetition}"] if any(other.repetition for other in plan.runs) else []

@@ -62,7 +62,7 @@ def test_too_many_of_a_thing_are_refused_before_anything_is_built(tmp_path):
 
 def test_many_probes_at_many_speeds_are_refused():
     check_ports(13, 6000, n_bearing=2, n_plane=1, n_probe=600)
-    with pytest.raises(SettingError, match="speeds: expected at most 995 with 4000 probes, 2 bearings, 1 planes"):
+    with pytest.raises(SettingError, match="speeds: expected at most 999 with 4000 probes, 2 bearings, 1 planes"):
         check_ports(13, 6000, n_bearing=2, n_plane=1, n_probe=4000)
 
 
