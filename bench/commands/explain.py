@@ -46,7 +46,7 @@ def _explanation(plan: Plan, run: Run, folder: Path) -> str:
     for part, settings in cell.settings.items():
         lines.append(f"  {part}: {_in_words(settings)}")
     attempts = [line.status for line in read_lines(folder) if isinstance(line, Ended) and line.key == run.key]
-    last = read_records(folder, lambda line: line if line.key == run.key else None).get(run.key)
+    last = read_records(folder, lambda line: line if line.key == run.key else None, plan).get(run.key)
     if last is None:
         lines += _why_stale(plan, run, folder) or ["missing: no attempt was made"]
     else:

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from bench.commands.folders import folders
-from bench.jobs.lines import RESULTS, RunLine, Started
+from bench.jobs.lines import RESULTS, UNREADABLE, RunLine, Started
 from bench.jobs.records import read_records, running_sessions
 from bench.plan.plan import Run, read_plan
 from ksmea.errors import visible
@@ -26,7 +26,7 @@ def _status(output: Path) -> int:
         is_running = isinstance(line, Started) and line.session in running
         return "running" if is_running else line.status, line.question
 
-    records = read_records(output, state_and_question)
+    records = read_records(output, state_and_question, plan)
     answered = {question for state, question in records.values() if state in RESULTS}
     counts = Counter(_state(run, records, answered) for run in plan.runs)
     n_done = sum(counts[state] for state in RESULTS)
@@ -50,5 +50,5 @@ def _state(run: Run, records: Mapping[str, tuple[str, str]], answered: set[str])
 
 
 def _reasons(counts: Counter[str], label: str) -> str:
-    shown = {"done": ("budget",), "failed": ("error", "timeout", "killed")}.get(label, ())
+    shown = {"done": ("budget",), "failed": ("error", "timeout", "killed", UNREADABLE)}.get(label, ())
     return ", ".join(f"{counts[state]} {state}" for state in shown if counts[state])

@@ -12,6 +12,8 @@ from typing import Any, BinaryIO, Self, TypeVar, overload
 from bench.jobs.lines import RESULTS, SCHEMA, Ended, Line, RunLine, SessionLine, Started, line_text, read_line
 from bench.plan.plan import Plan, Run
 from bench.storage.locks import exclusive, is_held
+from ksmea import registry
+from ksmea.records.record import Record
 from ksmea.regular_files import open_regular
 
 __all__ = ["RESULTS", "RecordWriter", "RunLine", "finished_keys", "read_lines", "read_records", "running_sessions"]
@@ -93,9 +95,20 @@ def _ends_within_a_line(path: Path) -> bool:
         return False
 
 
-def finished_keys(output: Path) -> set[str]:
-    """Keys of all runs that have a result."""
-    return {key for key, has_result in read_records(output, lambda line: line.has_result).items() if has_result}
+def finished_keys(output: Path, plan: Plan | None = None) -> set[str]:
+    """Keys of all runs that have a result; with a plan, one that its study can read."""
+    found = read_records(output, lambda line: line.has_result, plan)
+    return {key for key, has_result in found.items() if has_result}
+
+
+def record_kinds(plan: Plan) -> dict[str, type[Record]]:
+    """What kind of record the study of each planned run finds, by the run's key."""
+    of_cell = []
+    for cell in plan.cells:
+        named = cell.settings.get("study") is not None  # plans older than studies name none
+        study = registry.plugin_class("study", cell.chosen("study")) if named else None
+        of_cell.append(getattr(study, "record", Record))
+    return {run.key: of_cell[run.cell] for run in plan.runs}
 
 
 def running_sessions(output: Path) -> set[str]:
@@ -109,24 +122,30 @@ def running_sessions(output: Path) -> set[str]:
 
 
 @overload
-def read_records(output: Path) -> dict[str, RunLine]: ...
+def read_records(output: Path, *, plan: Plan | None = None) -> dict[str, RunLine]: ...
 
 
 @overload
-def read_records(output: Path, keep: Callable[[RunLine], Kept]) -> dict[str, Kept]: ...
+def read_records(output: Path, keep: Callable[[RunLine], Kept], plan: Plan | None = None) -> dict[str, Kept]: ...
 
 
-def read_records(output: Path, keep: Callable[[RunLine], Any] = lambda line: line) -> dict[str, Any]:
+def read_records(
+    output: Path, keep: Callable[[RunLine], Any] = lambda line: line, plan: Plan | None = None
+) -> dict[str, Any]:
     """The last word on each key, as `keep` has it of the line: how the run ended, or that it was killed where it was
     started and no more. A result is never replaced by a later failure.
 
-    `keep` picks what is needed while the file is read: a hundred thousand whole records would fill the memory.
+    With a plan, a result of one of its runs whose record its study cannot read is none, and is done again. `keep` picks what is
+    needed while the file is read: a hundred thousand whole records would fill the memory.
     """
+    kinds = {} if plan is None else record_kinds(plan)
     with_result: set[str] = set()
     kept: dict[str, Any] = {}
     for line in read_lines(output):
         if isinstance(line, SessionLine) or line.key in with_result:
             continue
+        if line.has_result and line.key in kinds:
+            line = line.checked(kinds[line.key])
         if line.has_result:
             with_result.add(line.key)
         kept[line.key] = keep(line)

@@ -158,7 +158,7 @@ def read_plan(output: Path) -> Plan:
             return plan_from_lines(json.loads(line.decode()) for line in file)
     except SettingError:  # no regular file
         raise
-    except (ValueError, KeyError, TypeError, RecursionError) as error:
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
         reason = shortened(f"{type(error).__name__}: {error}", LONGEST_REASON)
         raise SettingError(
             f"{path}: expected a plan of schema {SCHEMA}, could not read it ({reason});"

@@ -74,7 +74,7 @@ def collect_all(output: Path, parts: Sequence[Path]) -> None:
         if plan.report.table == "summary":
             frame = pd.read_csv(part / f"{plan.name}.csv")
             frames.append(frame.assign(table=plan.name))
-            true_responses[plan.name] = curves_by_cell(plan, read_records(part, for_figures))
+            true_responses[plan.name] = curves_by_cell(plan, read_records(part, for_figures, plan))
     if not frames:
         return
     table = pd.concat(frames, ignore_index=True)

@@ -39,7 +39,7 @@ class DiagnosisReport(Report):
     study: ClassVar[str] = "diagnose"
 
     def make(self, plan: Plan, output: Path) -> Made:
-        lines = read_records(output)
+        lines = read_records(output, plan=plan)
         runs = diagnosis_runs(plan, lines)
         files: dict[str, bytes] = {
             f"{plan.name}.csv": csv_text(summary(plan, runs)).encode(),

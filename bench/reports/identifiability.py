@@ -27,7 +27,7 @@ class IdentifiabilityReport(Report):
     study: ClassVar[str] = "identifiability"
 
     def make(self, plan: Plan, output: Path) -> Made:
-        lines = run_lines(output)
+        lines = run_lines(plan, output)
         runs = plain_runs(plan, lines)
         found = first_results(plan, lines, IdentifiabilityRecord)
         sections = [

@@ -29,7 +29,7 @@ class IdentificationReport(Report):
     study: ClassVar[str] = "identify"
 
     def make(self, plan: Plan, output: Path) -> Made:
-        records = read_records(output, _record)
+        records = read_records(output, _record, plan)
         runs = runs_frame(plan, output)
         found = {run: record for run in plan.runs if (record := records.get(run.key)) is not None}
         shown = dict(list(found.items())[:MAX_BLOCKS])

@@ -9,6 +9,8 @@ from bench.plan.draw import Draw
 from bench.plan.setup import Setup
 from bench.plan.study import Study
 from ksmea.errors import SettingError
+from ksmea.records.plan import PlanRecord
+from ksmea.records.record import Record
 from ksmea.studies.plan import PlanOptions, planning_study
 
 
@@ -17,6 +19,7 @@ class Planning(PlanOptions, Study):
     """Speeds, probes or a trial unbalance to add, chosen so that one unknown (c-optimal) or all of them (D-optimal) become
     known best; beside it what the same amount of data gives without a plan."""
 
+    record: ClassVar[type[Record]] = PlanRecord
     report: ClassVar[str] = "plan"
     ignores: ClassVar[tuple[str, ...]] = ("samples", "surrogate", "optimizer", "method")
 
