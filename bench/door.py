@@ -20,7 +20,7 @@ from bench.jobs.deal import job_of
 from bench.jobs.work import work
 from bench.storage.places import CONF
 from ksmea import registry
-from ksmea.errors import SettingError, unknown
+from ksmea.errors import SettingError, unknown, visible
 
 FAILED, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 1, 2, 130, 141
 DISK_TROUBLE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
@@ -116,5 +116,5 @@ def _cannot_write(error: OSError, refuse: Callable[[str], None]) -> int:
 def _refused(line: str, refuse: Callable[[str], None]) -> int:
     if os.environ.get("BENCH_TRACEBACK"):
         traceback.print_exc()
-    refuse(line)
+    refuse(visible(line))
     return BAD_INPUT

@@ -25,7 +25,7 @@ from bench.jobs.records import RESULTS
 from bench.plan.plan import Plan, read_plan
 from bench.plan.report import report_named
 from ksmea import registry
-from ksmea.errors import SettingError
+from ksmea.errors import SettingError, visible_lines
 from ksmea.show.style import ShownFigure, figure_of
 
 BAD_INPUT, INTERRUPTED = 2, 130
@@ -75,7 +75,7 @@ class Experiment:
         return figure_of(axes)
 
     def __str__(self) -> str:
-        return report_named(self.plan.report.table).make(self.plan, self.output).text
+        return visible_lines(report_named(self.plan.report.table).make(self.plan, self.output).text)
 
     def _repr_html_(self) -> str:
         return f"{self.to_frame().to_html(index=False, float_format='%.4g')}<pre>{escape(str(self))}</pre>"

@@ -3,14 +3,24 @@
 from __future__ import annotations
 
 import difflib
+import unicodedata
 from collections.abc import Iterable
 from typing import Any
 
 LONGEST_QUOTE = 40  # characters of a wrong value that an error repeats
+LONGEST_NAME = 200  # of a name that nobody knows, which may be a path
+MOST_NAMES = 60  # known ones that an error lists; a file may define any number
+UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")  # Unicode's categories of what moves a cursor, turns text round or ends a line
 
 
 class SettingError(ValueError):
-    """A setting, name or file that cannot be used: one line saying what was expected, what came and what to try."""
+    """A setting, name or file that cannot be used: one line saying what was expected, what came and what to try.
+
+    Whatever it quotes, the message is one line of visible characters.
+    """
+
+    def __init__(self, message: object = "") -> None:
+        super().__init__(visible(str(message)))
 
 
 class BudgetSpent(Exception):
@@ -27,9 +37,12 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> SettingError:
     "unknown optimizer 'dee'; did you mean 'de'? known: de, pso"
     """
     names = sorted(known)
+    name = shortened(name, LONGEST_NAME)
     close = difflib.get_close_matches(name, names, n=1, cutoff=0.4)
-    hint = f"did you mean '{close[0]}'? " if close else ""
-    return SettingError(f"unknown {kind} '{name}'; {hint}known: {', '.join(names) or 'none'}")
+    hint = f"did you mean '{shortened(close[0])}'? " if close else ""
+    listed = [shortened(each, LONGEST_NAME) for each in names[:MOST_NAMES]]
+    more = [f"{len(names) - len(listed)} more"] if len(names) > len(listed) else []
+    return SettingError(f"unknown {kind} '{name}'; {hint}known: {', '.join([*listed, *more]) or 'none'}")
 
 
 def described(value: Any) -> str:
@@ -46,7 +59,27 @@ def described(value: Any) -> str:
     return shortened(repr(value))
 
 
-def shortened(text: str) -> str:
-    """A text on one line, cut to what an error quotes."""
-    line = " ".join(text.split())
-    return line if len(line) <= LONGEST_QUOTE else line[:LONGEST_QUOTE] + "…"
+def shortened(text: str, longest: int = LONGEST_QUOTE) -> str:
+    """A text on one line of visible characters, cut to what an error quotes."""
+    line = visible(" ".join(text[: 20 * longest].split()))
+    return line if len(line) <= longest else line[:longest] + "…"
+
+
+def visible(text: str, kept: str = "") -> str:
+    """A text of a file, a record or a plan as a terminal may show it: what controls the terminal or cannot be seen stands as
+    its escape, but for `kept`.
+
+    >>> visible("red: \x1b[31m, next\nline")
+    'red: \\x1b[31m, next\\nline'
+    """
+    if text.isascii() and text.isprintable():
+        return text
+    return "".join(
+        sign.encode("unicode_escape").decode() if unicodedata.category(sign) in UNSEEN and sign not in kept else sign
+        for sign in text
+    )
+
+
+def visible_lines(text: str) -> str:
+    """The same of several lines, which stay lines."""
+    return visible(text, kept="\n")

@@ -20,6 +20,7 @@ from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.parameters import Parameters
+from ksmea.regular_files import open_regular
 
 # An entry: lengths of question and answer in bytes, their checksum, then both as they lie in memory.
 HEADER = struct.Struct("<QQI")
@@ -32,7 +33,7 @@ class Journal:
         path.parent.mkdir(parents=True, exist_ok=True)
         self._past = _entries(path)
         self._replayed = 0
-        self._file: BinaryIO = path.open("r+b" if path.exists() else "w+b")
+        self._file: BinaryIO = open_regular(path, "w+b")
         self._end = 0
 
     def answer(self, kind: str, question: Array) -> ComplexArray | None:
@@ -66,7 +67,11 @@ def _asked(kind: str, question: Array) -> bytes:
 
 def _entries(path: Path) -> list[tuple[bytes, bytes]]:
     """The whole entries of a journal; a torn or damaged one ends it."""
-    content = path.read_bytes() if path.exists() else b""
+    try:
+        with open_regular(path) as file:
+            content = file.read()
+    except FileNotFoundError:
+        content = b""
     entries: list[tuple[bytes, bytes]] = []
     start = 0
     while start + HEADER.size <= len(content):

@@ -14,6 +14,21 @@ from ksmea.errors import SettingError, described, shortened, unknown
 from ksmea.settings import expected_range
 from ksmea.units import SI_PER_UNIT, Unit
 
+# What a quantity of each kind may be, SI: no rotor comes near these sizes, and formulas neither overflow nor lose them.
+# Smaller than the first is 0 or a slip, larger than the second a slip or another unit.
+PLAUSIBLE = {
+    "length": (1e-9, 1e4),  # m
+    "modulus": (1e3, 1e15),  # Pa
+    "density": (1e-3, 1e6),  # kg/m³
+    "mass": (1e-12, 1e9),  # kg
+    "inertia": (1e-18, 1e12),  # kg m²
+    "stiffness": (1e-9, 1e18),  # N/m
+    "damping": (1e-12, 1e15),  # N s/m
+    "unbalance": (1e-18, 1e6),  # kg m
+    "angle": (1e-15, 1e6),  # rad
+    "speed": (1e-6, 1e6),  # rad/s
+}
+
 
 @dataclass(frozen=True)
 class Block:
@@ -107,7 +122,7 @@ class Block:
         return Block(self.file, self._path(key), value)
 
     def _path(self, key: str) -> str:
-        return ".".join(part for part in (self.path, key) if part)
+        return ".".join(part for part in (self.path, shortened(key)) if part)
 
 
 @dataclass(frozen=True)
@@ -133,7 +148,20 @@ class Units:
     def quantity(self, block: Block, key: str, kind: str, **limits: float) -> float:
         """A number of the file in SI; the limits are in the file's unit."""
         unit = self.unit(kind)
-        return block.number(key, unit.name, **limits) * unit.si
+        value = block.number(key, unit.name, **limits)
+        self.check_plausible(block, key, kind, value)
+        return value * unit.si
+
+    def check_plausible(self, block: Block, key: str, kind: str, value: float) -> None:
+        """Raise `SettingError` where a value in the file's unit is of no rotor's size."""
+        unit = self.unit(kind)
+        smallest, largest = (limit / unit.si for limit in PLAUSIBLE[kind])
+        if value and not smallest <= abs(value) <= largest:
+            raise block.error(
+                key,
+                f"expected a {kind} between {smallest:.3g} and {largest:.3g} {unit.name} in size, got {value:g};"
+                " check it and its unit",
+            )
 
 
 def inside(block: Block, key: str, make: Callable[[], Any]) -> Any:

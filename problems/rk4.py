@@ -35,6 +35,7 @@ from problems.ring import weighed_ring
 from problems.rotor.data import Bearing, Material, Rotor, UnbalancePlane
 from problems.rotor.problem import RotorProblem
 from problems.rotor.unknowns import BearingTarget, Target, UnbalanceTarget, Unknown
+from problems.size import check_size
 from problems.uniform_shaft import uniform_shaft
 
 PAPER = "Han, Guo & Gao 2013"
@@ -119,6 +120,7 @@ class RK4(ProblemSettings):
     )
 
     def check(self) -> None:
+        check_size(self.mesh or 1, self.n_speed)
         check_band(self.speed_from, self.speed_to, self.n_speed)
         check_probes(self.sensors, self.directions)
         length = sum(LAYOUTS[self.layout])

@@ -40,6 +40,7 @@ from problems.ring import weighed_ring
 from problems.rotor.data import Bearing, Material, Rotor, UnbalancePlane
 from problems.rotor.problem import RotorProblem
 from problems.rotor.unknowns import BearingTarget, Target, UnbalanceTarget, Unknown
+from problems.size import check_size
 from problems.uniform_shaft import uniform_shaft
 
 OWNERS = "M-Nouioua/rk4-rotor-unbalance-estimation"
@@ -163,6 +164,7 @@ class RK4TwoDisk(ProblemSettings):
     )
 
     def check(self) -> None:
+        check_size(self.mesh, self.n_speed)
         check_band(self.speed_from, self.speed_to, self.n_speed)
         check_probes(self._sensors(), self.directions)
         self._parameters()

@@ -29,8 +29,9 @@ from problems.rotor.data import (
 from problems.rotor.mesh import share_elements
 from problems.rotor.problem import RotorProblem
 from problems.rotor.unknowns import UNBALANCE_PARTS, BearingTarget, Target, UnbalanceTarget, Unknown
+from problems.size import MAX_ELEMENTS, MAX_SPEEDS, MAX_SUPPORTS, MAX_THINGS, check_ports, check_size
 
-MAX_ELEMENTS, MAX_SPEEDS = 1000, 100_000  # far beyond any use; a slip of the pen must not fill the memory
+THINNEST_WALL = 1e-6  # of the outer diameter; differences of squares lose thinner ones
 CROSS_COEFFICIENTS = ("kxy", "kyx", "cxy", "cyx")  # optional: none unless given
 PARTS = {"bearing": COEFFICIENTS, "unbalance": UNBALANCE_PARTS}  # what a target may set of which thing
 KIND_OF_PART = {
@@ -56,9 +57,13 @@ def read_description(document: Block, mesh: int | None) -> RotorDescription:
     document.check_keys(
         ("units", "materials", "shaft", "bearings", "unbalance", "speeds", "probes", "unknowns"), ["disks"]
     )
+    _check_counts(document)
     units = Units.of(document.block("units"))
     materials = _materials(document.block("materials"), units)
     segments = _shaft(document.blocks("shaft"), units, materials, mesh)
+    speed = _speeds(document, units)
+    n_element = sum(segment.n_element for segment in segments)
+    inside(document, "", lambda: check_size(n_element, len(speed)))
     shaft = inside(document, "shaft", lambda: Rotor(segments))
     disks = [_disk(block, units, materials, shaft) for block in _optional_blocks(document, "disks")]
     bearings, planes = document.blocks("bearings"), document.blocks("unbalance")
@@ -70,9 +75,21 @@ def read_description(document: Block, mesh: int | None) -> RotorDescription:
         tuple(_bearing(block, units, shaft, index, owners) for index, block in enumerate(bearings)),
         tuple(_plane(block, units, shaft, index, owners) for index, block in enumerate(planes)),
     )
-    speed, channels = _speeds(document, units), _channels(document.blocks("probes"), units, shaft)
+    channels = _channels(document.blocks("probes"), units, shaft)
+    counts = {"n_bearing": len(bearings), "n_plane": len(planes), "n_probe": len(channels)}
+    inside(document, "", lambda: check_ports(n_element, len(speed), **counts))
     problem = inside(document, "", lambda: RotorProblem(rotor, unknowns, speed, channels))
     return RotorDescription(problem, reference)
+
+
+def _check_counts(document: Block) -> None:
+    """Raise `SettingError` where there is more of something than any rotor has, before anything is made of it."""
+    limits = dict.fromkeys(("disks", "probes", "unknowns", "materials"), MAX_THINGS)
+    limits |= dict.fromkeys(("bearings", "unbalance"), MAX_SUPPORTS)
+    for key, most in {**limits, "shaft": MAX_ELEMENTS, "speeds": MAX_SPEEDS}.items():
+        value = document.values.get(key)
+        if isinstance(value, (list, dict)) and len(value) > most:
+            raise document.error(key, f"expected at most {most} entries, got {len(value)}; take fewer")
 
 
 def _optional_blocks(document: Block, key: str) -> list[Block]:
@@ -112,7 +129,7 @@ def _radii(block: Block, units: Units) -> tuple[float, float]:
     """Outer and inner radius, m."""
     outer = units.quantity(block, "outer_diameter", "length", above=0)
     inner = units.quantity(block, "inner_diameter", "length", at_least=0) if "inner_diameter" in block.values else 0.0
-    if inner >= outer:
+    if inner > outer * (1 - THINNEST_WALL):
         sizes = [described(block.values[key]) for key in ("outer_diameter", "inner_diameter")]
         raise block.error("inner_diameter", f"expected less than the outer_diameter, {sizes[0]}, got {sizes[1]}")
     return outer / 2, inner / 2
@@ -194,6 +211,8 @@ def _speeds(document: Block, units: Units) -> Array:
             document.file, document.path, {f"speeds[{n}]": entry for n, entry in enumerate(entries, start=1)}
         )
         speeds = [listed.number(key, unit.name, above=0) for key in listed.values]
+        for key, speed in zip(listed.values, speeds):
+            units.check_plausible(listed, key, "speed", speed)
         for key, before, speed in zip(list(listed.values)[1:], speeds, speeds[1:]):
             if speed <= before:
                 raise document.error(key, f"expected speeds that rise, got {speed:g} after {before:g}")
@@ -202,6 +221,8 @@ def _speeds(document: Block, units: Units) -> Array:
     block.check_keys(("from", "to", "number"))
     first, n_speed = block.number("from", unit.name, above=0), block.whole("number", MAX_SPEEDS)
     last = block.number("to", unit.name, **({"above": first} if n_speed > 1 else {"at_least": first}))
+    for key, speed in (("from", first), ("to", last)):
+        units.check_plausible(block, key, "speed", speed)
     return unit.si * np.linspace(first, last, n_speed)
 
 
@@ -236,6 +257,8 @@ def _unknowns(
         unit = units.unit(kind)
         lower = block.number("lower", unit.name, **({"at_least": 0} if kind == "unbalance" else {}))
         upper = block.number("upper", unit.name, above=lower)
+        for key, limit in (("lower", lower), ("upper", upper)):
+            units.check_plausible(block, key, kind, limit)
         unknowns.append(Unknown(Parameter(name, unit.name, unit.si, lower * unit.si, upper * unit.si), targets))
         if "reference" in block.values:
             reference[name] = units.quantity(block, "reference", kind, at_least=lower, at_most=upper)

@@ -14,7 +14,8 @@ from ksmea.errors import SettingError
 from ksmea.settings import setting
 from problems.blocks import Block
 from problems.rotor.problem import RotorProblem
-from problems.rotor_document import MAX_ELEMENTS, RotorDescription, read_description
+from problems.rotor_document import RotorDescription, read_description
+from problems.size import MAX_ELEMENTS
 from problems.strict_yaml import parse, read_bytes
 
 

@@ -12,9 +12,11 @@ from typing import Any
 
 import yaml
 
-from ksmea.errors import SettingError
+from ksmea.errors import SettingError, shortened
 
-LARGEST = 10**6  # bytes; a rotor with a thousand disks needs a tenth of it
+LARGEST = 2 * 10**5  # bytes; a rotor with a thousand disks needs half of it, and a second or two to be read
+LONGEST_MESSAGE = 200  # characters of PyYAML's own words
+DEEPEST = 20  # lists and mappings within each other; a rotor has four
 
 
 def read_bytes(path: str) -> bytes:
@@ -47,7 +49,8 @@ def parse(content: bytes, path: str) -> Any:
     except yaml.MarkedYAMLError as error:
         where = f" line {error.problem_mark.line + 1}" if error.problem_mark else ""
         raise SettingError(f"{path}{where}: expected YAML, got {_one_line(error.problem)}") from error
-    except (yaml.YAMLError, ValueError) as error:  # ValueError: an explicit tag that does not fit its value
+    except (yaml.YAMLError, ValueError, TypeError, OverflowError, AttributeError, LookupError) as error:
+        # but for the first: an explicit tag (!!int, !!timestamp) that does not fit its value
         raise SettingError(f"{path}: expected YAML, got {_one_line(error)}") from error
     except RecursionError as error:
         raise SettingError(f"{path}: expected a rotor's description, got lists nested too deeply") from error
@@ -57,6 +60,35 @@ class StrictLoader(yaml.SafeLoader):
     """PyYAML's safe loader without the surprises named above."""
 
     yaml_implicit_resolvers: dict = {}  # noqa: RUF012 – PyYAML's own way to say which plain words are no texts
+    depth = 0  # of the node that is being read
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        if self.depth >= DEEPEST:
+            raise yaml.composer.ComposerError(
+                None,
+                None,
+                f"lists nested too deeply, more than {DEEPEST} within each other",
+                self.peek_event().start_mark,
+            )
+        self.depth += 1
+        node = super().compose_node(parent, index)
+        self.depth -= 1
+        return node
+
+    def flatten_mapping(self, node: yaml.MappingNode) -> None:
+        """Keys of the mapping itself come before merged ones. Of a key that two merges bring, one would win: an error."""
+        own = [pair for pair in node.value if pair[0].tag != MERGE]
+        super().flatten_mapping(node)
+        given = {key.value for key, _ in own if isinstance(key, yaml.ScalarNode)}
+        merged: list[tuple[yaml.ScalarNode, yaml.Node]] = []
+        for key, value in node.value[: len(node.value) - len(own)]:  # PyYAML puts merged ones first
+            if not isinstance(key, yaml.ScalarNode) or key.value in given:
+                continue
+            if key.value in (other.value for other, _ in merged):
+                problem = f"the key '{shortened(key.value)}' from two merges (<<); merge one mapping alone"
+                raise yaml.constructor.ConstructorError(None, None, problem, key.start_mark)
+            merged.append((key, value))
+        node.value = merged + own
 
     def construct_mapping(self, node: Any, deep: bool = False) -> dict[Any, Any]:
         if isinstance(node, yaml.MappingNode):
@@ -64,7 +96,7 @@ class StrictLoader(yaml.SafeLoader):
             for key in (key for key, _ in node.value if isinstance(key, yaml.ScalarNode)):
                 if key.value in seen:
                     raise yaml.constructor.ConstructorError(
-                        None, None, f"the key '{key.value}' a second time", key.start_mark
+                        None, None, f"the key '{shortened(key.value)}' a second time", key.start_mark
                     )
                 seen.add(key.value)
         return super().construct_mapping(node, deep)
@@ -91,4 +123,4 @@ StrictLoader.add_constructor(FLOAT, _decimal)
 
 
 def _one_line(message: object) -> str:
-    return " ".join(str(message).split())
+    return shortened(str(message), LONGEST_MESSAGE)

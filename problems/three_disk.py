@@ -21,6 +21,7 @@ from problems.rotor.data import Bearing, Disk, Material, Rotor, ShaftSegment, Un
 from problems.rotor.mesh import share_elements
 from problems.rotor.problem import RotorProblem
 from problems.rotor.unknowns import BearingTarget, Target, UnbalanceTarget, Unknown
+from problems.size import check_size
 
 PAPER = "Han, Guo & Gao 2013"
 RAD_PER_S_PER_READING = {"rad_s": 1.0, "rpm": RPM}
@@ -79,6 +80,7 @@ class ThreeDisk(ProblemSettings):
     )
 
     def check(self) -> None:
+        check_size(self.mesh, self.n_speed)
         share_elements(self.mesh, SEGMENT_LENGTHS)
         check_band(self.speed_from, self.speed_to, self.n_speed)
         check_probes(self.sensors, self.directions)

@@ -12,7 +12,7 @@ from bench.jobs.records import read_lines, read_records
 from bench.plan.outside import is_distribution, is_file
 from bench.plan.plan import PLAN_FILE, Plan, Run, read_plan
 from bench.plan.provenance import code_digest, library_versions, used_modules
-from ksmea.errors import SettingError
+from ksmea.errors import SettingError, shortened, visible_lines
 
 
 def explain(words: list[str]) -> int:
@@ -32,10 +32,12 @@ def explain(words: list[str]) -> int:
             continue  # the plan of another experiment, which nobody asked for
         for run in plan.runs:
             if run.key.startswith(key):
-                print(_explanation(plan, run, folder))
+                print(visible_lines(_explanation(plan, run, folder)))
                 return 0
     looked = ", ".join(map(str, searched)) or "results/*"
-    raise SettingError(f"explain: expected the key of a planned run, found no {key!r} in {looked}; runs.csv lists them")
+    raise SettingError(
+        f"explain: expected the key of a planned run, found no {shortened(repr(key))} in {looked}; runs.csv lists them"
+    )
 
 
 def _explanation(plan: Plan, run: Run, folder: Path) -> str:
@@ -45,7 +47,7 @@ def _explanation(plan: Plan, run: Run, folder: Path) -> str:
     for part, settings in cell.settings.items():
         lines.append(f"  {part}: {_in_words(settings)}")
     attempts = [line.status for line in read_lines(folder) if isinstance(line, Ended) and line.key == run.key]
-    last = read_records(folder, lambda line: line if line.key == run.key else None).get(run.key)
+    last = read_records(folder, lambda line: line if line.key == run.key else None, plan).get(run.key)
     if last is None:
         lines += _why_stale(plan, run, folder) or ["missing: no attempt was made"]
     else:
@@ -63,7 +65,9 @@ def _explanation(plan: Plan, run: Run, folder: Path) -> str:
 def _in_words(settings: Any) -> str:
     if not isinstance(settings, Mapping):
         return "makes no difference" if settings is None else str(settings)
-    return ", ".join([str(settings["name"]), *(f"{key}={value}" for key, value in settings.items() if key != "name")])
+    return ", ".join(
+        [str(settings.get("name", "?")), *(f"{key}={value}" for key, value in settings.items() if key != "name")]
+    )
 
 
 def _why_stale(plan: Plan, run: Run, folder: Path) -> list[str]:

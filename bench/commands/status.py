@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from bench.commands.folders import folders
-from bench.jobs.lines import RESULTS, RunLine, Started
+from bench.jobs.lines import RESULTS, UNREADABLE, RunLine, Started
 from bench.jobs.records import read_records, running_sessions
 from bench.plan.plan import Plan, Run, key_of, read_plan
 from bench.plan.provenance import code_digest, library_versions, used_modules
-from ksmea.errors import SettingError
+from ksmea.errors import SettingError, visible
 
 
 def status(words: list[str]) -> int:
@@ -27,13 +27,13 @@ def _status(output: Path) -> int:
         is_running = isinstance(line, Started) and line.session in running
         return "running" if is_running else line.status, line.question
 
-    records = read_records(output, state_and_question)
+    records = read_records(output, state_and_question, plan)
     answered = {question for state, question in records.values() if state in RESULTS}
     keys = _keys_now(plan)
     counts = Counter(_state(run, keys, records, answered) for run in plan.runs)
     n_done = sum(counts[state] for state in RESULTS)
     n_failed = sum(count for state, count in counts.items() if state not in (*RESULTS, "running", "stale", "missing"))
-    print(f"{plan.name} in {output}")
+    print(visible(f"{plan.name} in {output}"))
     counted = {"planned": len(plan.runs), "done": n_done, "running": counts["running"], "failed": n_failed}
     for label, count in counted.items():
         if label == "running" and not count:
@@ -67,5 +67,5 @@ def _state(run: Run, keys: Mapping[Run, str], records: Mapping[str, tuple[str, s
 
 
 def _reasons(counts: Counter[str], label: str) -> str:
-    shown = {"done": ("budget",), "failed": ("error", "timeout", "killed")}.get(label, ())
+    shown = {"done": ("budget",), "failed": ("error", "timeout", "killed", UNREADABLE)}.get(label, ())
     return ", ".join(f"{counts[state]} {state}" for state in shown if counts[state])

@@ -16,7 +16,7 @@ from bench.plan.plan import write_plan
 def dealt(experiment: Experiment) -> list[list[str]]:
     """Write the plan; the overrides of each job that has work left."""
     write_plan(experiment.plan, experiment.output)
-    finished = finished_keys(experiment.output)
+    finished = finished_keys(experiment.output, experiment.plan)
     return [
         [override("output", str(experiment.output)), override("batch", batch), *experiment.working]
         for batch in range(experiment.batches)

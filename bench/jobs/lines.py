@@ -18,6 +18,7 @@ from ksmea.errors import SettingError
 from ksmea.records.record import Record
 
 SCHEMA = 3
+UNREADABLE = "unreadable"  # status of a result whose record is none of the study that was asked for
 RESULTS = ("done", "budget")  # statuses that are results; all others are failures
 IDENTITY = ("schema", "event", "key", "question", "session")  # of a line, not of what stands in it
 
@@ -50,6 +51,7 @@ class RunLine(msgspec.Struct, frozen=True, kw_only=True, tag_field="event"):
     elapsed: float | None = None  # s
     taken_from: str = ""  # the folder of another experiment, which did this run
     raw: bytes = b""  # the line as it stands in its file
+    body: Any = None  # its record, where it was read before
 
     @property
     def has_result(self) -> bool:
@@ -57,7 +59,20 @@ class RunLine(msgspec.Struct, frozen=True, kw_only=True, tag_field="event"):
 
     def record(self, kind: type[AnyRecord]) -> AnyRecord:
         """The record of the run's study; `SettingError` where the line holds another one."""
-        return kind.from_data(_loaded(self.raw))
+        if type(self.body) is kind:
+            return self.body
+        try:
+            data = _loaded(self.raw)
+        except (ValueError, RecursionError) as error:
+            raise SettingError(f"{kind.__name__}: expected JSON, could not read it: {error}") from error
+        return kind.from_data(data)
+
+    def checked(self, kind: type[Record]) -> RunLine:
+        """This line with its record read, or as one without a result where the record cannot be."""
+        try:
+            return msgspec.structs.replace(self, body=self.record(kind))
+        except SettingError as error:
+            return msgspec.structs.replace(self, status=UNREADABLE, error=str(error))
 
     def content(self) -> dict[str, Any]:
         """Status, error and the study's record as JSON data, without what identifies the line."""
@@ -99,7 +114,8 @@ def ending(line: RunLine | None) -> tuple[str, str]:
 def line_text(line: Line, content: Mapping[str, Any] | None = None) -> bytes:
     """A line as its file has it; `content` stands in the place of status and error. What is not finite becomes null."""
     data: dict[str, Any] = msgspec.to_builtins(line)
-    data.pop("raw", None)
+    for name in ("raw", "body"):
+        data.pop(name, None)
     if content is not None:
         data = {**{name: data[name] for name in IDENTITY}, **content}
     return msgspec.json.format(_encoder.encode(data), indent=0) + b"\n"
@@ -109,25 +125,25 @@ def read_line(text: bytes, path: Path) -> Line | None:
     """The line of a file that a text is, None where it is no whole one; `SettingError` where a newer version wrote it."""
     try:
         line = _decoder.decode(text)
-    except msgspec.MsgspecError:
+    except (msgspec.MsgspecError, RecursionError, ValueError):
         line = _read_slowly(text, path)
     if line is None:
         return None
     _check_schema(line.schema, path)
-    return line if isinstance(line, SessionLine) else msgspec.structs.replace(line, raw=text)
+    return line if isinstance(line, SessionLine) else msgspec.structs.replace(line, raw=text, body=None)
 
 
 def _read_slowly(text: bytes, path: Path) -> Line | None:
     """A line that holds a NaN, as a curve may in older files, or is of a newer schema."""
     try:
         data = json.loads(text)
-    except ValueError:
+    except (ValueError, RecursionError):
         return None
     if isinstance(data, dict) and data.get("event") in EVENTS and isinstance(data.get("schema"), int):
         _check_schema(data["schema"], path)
     try:
         line: Line = msgspec.convert(data, Line)
-    except msgspec.ValidationError:
+    except (msgspec.ValidationError, ValueError, OverflowError):
         return None
     return line
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import io
 import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+
+from ksmea.errors import visible_lines
+from ksmea.regular_files import open_regular
 
 
 @contextmanager
@@ -14,11 +18,25 @@ def experiment_log(output: Path, name: str, batch: int) -> Iterator[logging.Logg
     logger = logging.getLogger(f"bench.{name}.{batch}")
     logger.setLevel(logging.INFO)
     logger.propagate = False
-    handler = logging.FileHandler(output / f"{name}.log", mode="a", encoding="utf-8")
-    handler.setFormatter(logging.Formatter(f"%(asctime)s batch {batch}: %(message)s"))
+    handler = _OwnFile(output / f"{name}.log", mode="a", encoding="utf-8")
+    handler.setFormatter(_Visible(f"%(asctime)s batch {batch}: %(message)s"))
     logger.addHandler(handler)
     try:
         yield logger
     finally:
         logger.removeHandler(handler)
         handler.close()
+
+
+class _OwnFile(logging.FileHandler):
+    """A handler that appends to a regular file alone."""
+
+    def _open(self) -> io.TextIOWrapper:
+        return io.TextIOWrapper(open_regular(Path(self.baseFilename), "ab"), encoding="utf-8", write_through=True)
+
+
+class _Visible(logging.Formatter):
+    """Lines as a terminal may show them."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        return visible_lines(super().format(record))

@@ -12,6 +12,9 @@ from typing import Any, BinaryIO, Self, TypeVar, overload
 from bench.jobs.lines import RESULTS, SCHEMA, Ended, Line, RunLine, SessionLine, Started, line_text, read_line
 from bench.plan.plan import Plan, Run
 from bench.storage.locks import exclusive, is_held
+from ksmea import registry
+from ksmea.records.record import Record
+from ksmea.regular_files import open_regular
 
 __all__ = ["RESULTS", "RecordWriter", "RunLine", "finished_keys", "read_lines", "read_records", "running_sessions"]
 
@@ -34,7 +37,7 @@ class RecordWriter:
         with ExitStack() as held:
             held.enter_context(exclusive(self._path.with_suffix(".lock")))
             torn = _ends_within_a_line(self._path)
-            self._file = held.enter_context(self._path.open("ab"))
+            self._file = held.enter_context(open_regular(self._path, "ab"))
             if torn:  # what a killed writer left unfinished gets a line of its own, that no reader accepts
                 self._file.write(b"\n")
             self._held = held.pop_all()
@@ -82,16 +85,30 @@ class RecordWriter:
 
 
 def _ends_within_a_line(path: Path) -> bool:
-    if not path.exists() or path.stat().st_size == 0:
+    try:
+        with open_regular(path) as file:
+            if not file.seek(0, os.SEEK_END):
+                return False
+            file.seek(-1, os.SEEK_END)
+            return file.read(1) != b"\n"
+    except FileNotFoundError:
         return False
-    with path.open("rb") as file:
-        file.seek(-1, os.SEEK_END)
-        return file.read(1) != b"\n"
 
 
-def finished_keys(output: Path) -> set[str]:
-    """Keys of all runs that have a result."""
-    return {key for key, has_result in read_records(output, lambda line: line.has_result).items() if has_result}
+def finished_keys(output: Path, plan: Plan | None = None) -> set[str]:
+    """Keys of all runs that have a result; with a plan, one that its study can read."""
+    found = read_records(output, lambda line: line.has_result, plan)
+    return {key for key, has_result in found.items() if has_result}
+
+
+def record_kinds(plan: Plan) -> dict[str, type[Record]]:
+    """What kind of record the study of each planned run finds, by the run's key."""
+    of_cell = []
+    for cell in plan.cells:
+        named = cell.settings.get("study") is not None  # plans older than studies name none
+        study = registry.plugin_class("study", cell.chosen("study")) if named else None
+        of_cell.append(getattr(study, "record", Record))
+    return {run.key: of_cell[run.cell] for run in plan.runs}
 
 
 def running_sessions(output: Path) -> set[str]:
@@ -105,27 +122,32 @@ def running_sessions(output: Path) -> set[str]:
 
 
 @overload
-def read_records(output: Path) -> dict[str, RunLine]: ...
+def read_records(output: Path, *, plan: Plan | None = None) -> dict[str, RunLine]: ...
 
 
 @overload
-def read_records(output: Path, keep: Callable[[RunLine], Kept]) -> dict[str, Kept]: ...
+def read_records(output: Path, keep: Callable[[RunLine], Kept], plan: Plan | None = None) -> dict[str, Kept]: ...
 
 
-def read_records(output: Path, keep: Callable[[RunLine], Any] = lambda line: line) -> dict[str, Any]:
+def read_records(
+    output: Path, keep: Callable[[RunLine], Any] = lambda line: line, plan: Plan | None = None
+) -> dict[str, Any]:
     """The last word on each key, as `keep` has it of the line: how the run ended, or that it was killed where it was
     started and no more. A result is never replaced by a later failure.
 
-    `keep` picks what is needed while the file is read: a hundred thousand whole records would fill the memory.
+    With a plan, a result of one of its runs whose record its study cannot read is none, and is done again. `keep` picks what is
+    needed while the file is read: a hundred thousand whole records would fill the memory.
     """
+    kinds = {} if plan is None else record_kinds(plan)
     with_result: set[str] = set()
     kept: dict[str, Any] = {}
     for line in read_lines(output):
         if isinstance(line, SessionLine) or line.key in with_result:
             continue
-        if line.has_result:
+        known = line.checked(kinds[line.key]) if line.has_result and line.key in kinds else line
+        if known.has_result:
             with_result.add(line.key)
-        kept[line.key] = keep(line)
+        kept[line.key] = keep(known)
     return kept
 
 
@@ -136,7 +158,7 @@ def read_lines(output: Path) -> Iterator[Line]:
 
 
 def _lines_of(path: Path) -> Iterator[Line]:
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         for text in file:
             line = read_line(text, path)
             if line is not None:

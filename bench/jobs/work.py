@@ -43,11 +43,11 @@ class Job:
 def work(job: Job) -> None:
     """Do what `plan[batch::batches]` still lacks, one record per run."""
     plan = read_plan(job.output)
-    todo = unfinished(plan.runs[job.batch :: job.batches], finished_keys(job.output))
+    todo = unfinished(plan.runs[job.batch :: job.batches], finished_keys(job.output, plan))
     if not todo:
         return
     with RecordWriter(job.output, job.batch, plan) as writer, experiment_log(job.output, plan.name, job.batch) as log:
-        todo = _take_over(todo, job.share, writer)
+        todo = _take_over(todo, job.share, writer, plan)
         n_worker = min(job.workers or available_cores(), len(todo))
         log.info("%d runs to do with %d workers, commit %s", len(todo), n_worker, plan.commit)
         # disable=None: silent where there is no terminal
@@ -86,7 +86,7 @@ def _journal(run: Run, job: Job) -> Path:
     return job.output / JOURNALS / f"{run.key}.journal"
 
 
-def _take_over(todo: list[Run], share: tuple[Path, ...], writer: RecordWriter) -> list[Run]:
+def _take_over(todo: list[Run], share: tuple[Path, ...], writer: RecordWriter, plan: Plan) -> list[Run]:
     """Copy results of the same key from other experiments' folders; the runs that remain to be done."""
     wanted = {run.key: run for run in todo}
     for folder in share:
@@ -94,7 +94,7 @@ def _take_over(todo: list[Run], share: tuple[Path, ...], writer: RecordWriter) -
         def wanted_line(line: RunLine) -> RunLine | None:
             return line if line.key in wanted and line.has_result else None
 
-        for key, line in read_records(folder, wanted_line).items():
+        for key, line in read_records(folder, wanted_line, plan).items():
             if line is not None:
                 writer.result(wanted.pop(key), {**line.content(), "taken_from": str(folder)})
     return list(wanted.values())

@@ -14,7 +14,7 @@ def telling_axes(plan: Plan) -> tuple[str, ...]:
         for cell in plan.cells:
             groups.setdefault(cell.place.get("label"), []).append(cell)
         return ("label", *(axis for axis in plan.axes if axis != "label" and any(map(_differ(axis), groups.values()))))
-    return tuple(axis for axis in plan.axes if _differ(axis)(plan.cells)) or ("samples",)
+    return tuple(axis for axis in plan.axes if _differ(axis)(plan.cells)) or tuple({"samples"} & set(plan.axes))
 
 
 def _differ(axis: str) -> Any:

@@ -7,18 +7,25 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
+import re
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 
 from bench.storage.files import replace_file
-from ksmea.errors import SettingError
+from ksmea import registry
+from ksmea.errors import SettingError, shortened, visible
+from ksmea.regular_files import open_regular
 
 SCHEMA = 2
 PLAN_FILE = "plan.jsonl"
+KEY = re.compile(r"[A-Za-z0-9_-]{1,64}")  # of a run: files are named by it
+LONGEST_REASON = 200  # characters
 
 # Place of each component in the seed sequence [seed, repetition, place]. A component that several methods share
 # draws the same numbers for all of them, so that they are compared in pairs; a place is never given to another.
@@ -50,6 +57,13 @@ class Cell:
     seed: int
     parameters: tuple[ParameterFacts, ...]
     code: str
+
+    def chosen(self, group: str) -> str:
+        """The name of the plugin that the settings choose in a group; `SettingError` where they choose none."""
+        settings = self.settings.get(group)
+        if settings is None:
+            raise SettingError(f"plan: expected cells with a {group}, got none; give the experiment's command again")
+        return str(settings["name"])
 
 
 @dataclass(frozen=True)
@@ -145,40 +159,74 @@ def plan_lines(plan: Plan) -> Iterator[dict[str, Any]]:
 
 def read_plan(output: Path) -> Plan:
     path = output / PLAN_FILE
-    if not path.is_file():
+    if not path.exists():
         raise SettingError(
             f"{output}: expected the results of an experiment, found no {PLAN_FILE}; run the experiment first"
         )
     try:
-        with path.open(encoding="utf-8") as file:
-            return plan_from_lines(map(json.loads, file))
-    except (ValueError, KeyError, TypeError) as error:
+        with open_regular(path) as file:
+            return plan_from_lines(json.loads(line.decode()) for line in file)
+    except SettingError:  # no regular file
+        raise
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError) as error:
+        reason = shortened(f"{type(error).__name__}: {error}", LONGEST_REASON)
         raise SettingError(
-            f"{path}: expected a plan of schema {SCHEMA}, could not read it ({type(error).__name__}: {error});"
+            f"{path}: expected a plan of schema {SCHEMA}, could not read it ({reason});"
             " give the experiment's command again, it writes the plan anew and keeps the records"
         ) from error
 
 
 def plan_from_lines(lines: Iterable[dict[str, Any]]) -> Plan:
-    """The plan that `plan_lines` has written, with as many of its runs as there are lines of."""
+    """The plan that `plan_lines` has written, with as many of its runs as there are lines of. `ValueError` where a field is
+    missing, has another type, or does not fit the others."""
     kinds: dict[str, list[dict[str, Any]]] = {"plan": [], "cell": [], "run": []}
     for line in lines:
         kinds[line.pop("line")].append(line)
     (head,), cells, runs = kinds["plan"], kinds["cell"], kinds["run"]
     if head.pop("schema") != SCHEMA:
         raise ValueError("the schema is another")
-    return Plan(
-        **{
-            **head,
-            "axes": tuple(head["axes"]),
-            "command": tuple(head["command"]),
-            "report": ReportSettings(**{**head["report"], "figures": tuple(head["report"]["figures"])}),
-        },
-        cells=tuple(Cell(**{**cell, "parameters": tuple(map(_facts, cell["parameters"]))}) for cell in cells),
-        runs=tuple(Run(**run) for run in runs),
-    )
+    cells = [{**cell, "parameters": [_facts(facts) for facts in cell["parameters"]]} for cell in cells]
+    plan = msgspec.convert({**head, "cells": cells, "runs": runs}, Plan)
+    _check_names(plan)
+    for number, cell in enumerate(plan.cells):
+        _check_cell(cell, f"cell {number}")
+    for run in plan.runs:
+        if not (0 <= run.cell < len(plan.cells) and run.repetition >= 0 and KEY.fullmatch(run.key)):
+            raise ValueError(f"a run is of no cell, or has no key that can name a file: {run.key}")
+    return plan
 
 
-def _facts(line: Mapping[str, Any]) -> ParameterFacts:
+def _check_names(plan: Plan) -> None:
+    """Names are those of files in the experiment's folder."""
+    name = plan.name
+    if name in ("", ".", "..") or Path(name).name != name or visible(name) != name or len(name) > 200:
+        raise ValueError(f"the name is none of a file: {name}")
+    if len(set(plan.axes)) < len(plan.axes):
+        raise ValueError("an axis stands twice")
+
+
+def _check_cell(cell: Cell, where: str) -> None:
+    for group in registry.GROUPS:
+        settings = cell.settings.get(group)
+        if settings is not None and not (isinstance(settings, dict) and isinstance(settings.get("name"), str)):
+            raise ValueError(f"{where}: {group} is no mapping with a name")
+    level = (cell.settings.get("study") or {}).get("level", 0.95)
+    if isinstance(level, bool) or not isinstance(level, (int, float)) or not 0 < level < 1:
+        raise ValueError(f"{where}: the level of its intervals is not between 0 and 1")
+    for axis in ("label", "samples"):
+        if isinstance(cell.place.get(axis), (list, dict)):
+            raise ValueError(f"{where}: {axis} is not one value")  # noqa: TRY004 – one class for all of a plan
+    if cell.seed < 0:
+        raise ValueError(f"{where}: the seed is below 0")
+    names = [facts.name for facts in cell.parameters]
+    if len(set(names)) < len(names) or not all(names):
+        raise ValueError(f"{where}: its parameters have no names of their own")
+    for facts in cell.parameters:
+        known = [value for value in (facts.si_per_unit, facts.truth, facts.crlb) if value is not None]
+        if not all(map(math.isfinite, known)) or facts.si_per_unit <= 0:
+            raise ValueError(f"{where}: a number of {facts.name} is not finite, or its unit is not above 0")
+
+
+def _facts(line: Mapping[str, Any]) -> dict[str, Any]:
     """Facts of an unknown as a plan of any version has them: `crlb` was `bound`."""
-    return ParameterFacts(**{"crlb" if name == "bound" else name: value for name, value in line.items()})
+    return {"crlb" if name == "bound" else name: value for name, value in line.items()}

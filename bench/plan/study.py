@@ -8,14 +8,16 @@ from typing import Any, ClassVar
 
 from bench.plan.draw import Draw
 from bench.plan.setup import Setup
+from ksmea.records.record import Record
 from ksmea.settings import Settings
 
 
 @dataclass(frozen=True)
 class Study(Settings):
-    """Settings of a study. `report` names the kind of table that is made of its records (`bench.reports`),
-    `ignores` the parts of a run that make no difference to it; left out: all parts do."""
+    """Settings of a study. `record` is what it finds; left out: nothing is known of it. `report` names the kind of table that
+    is made of its records (`bench.reports`), `ignores` the parts of a run that make no difference to it; left out: all parts do."""
 
+    record: ClassVar[type[Record]] = Record
     report: ClassVar[str]
     ignores: ClassVar[tuple[str, ...]] = ()
 

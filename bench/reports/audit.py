@@ -59,7 +59,7 @@ class AuditReport(Report):
                     f"table=audit: expected cells with label={'|'.join(AUDITED)}, got {cell.place.get('label')};"
                     " run +experiment=audit"
                 )
-        lines = run_lines(output)
+        lines = run_lines(plan, output)
         runs = plain_runs(plan, lines)
         frame = audit_frame(plan, first_results(plan, lines, IdentifiabilityRecord))
         return Made(

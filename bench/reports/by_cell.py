@@ -18,9 +18,9 @@ AnyRecord = TypeVar("AnyRecord", bound=Record)
 Lines = Mapping[str, RunLine]  # what became of each run, by its key
 
 
-def run_lines(output: Path) -> Lines:
+def run_lines(plan: Plan, output: Path) -> Lines:
     """The last word on each run in the folder of an experiment."""
-    return read_records(output)
+    return read_records(output, plan=plan)
 
 
 def plain_runs(plan: Plan, lines: Lines) -> pd.DataFrame:

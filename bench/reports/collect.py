@@ -16,9 +16,12 @@ from bench.plan.report import report_named
 from bench.reports.history_figures import mesh_figure
 from bench.reports.summary import curves_by_cell, for_figures
 from bench.reports.tables import csv_text
-from bench.storage.files import replace_file
+from bench.storage.files import remove_partial, replace_file
+from ksmea.errors import shortened, visible, visible_lines
+from ksmea.regular_files import open_regular
 from ksmea.show.style import png
 
+LONGEST_REASON = 500  # characters of why a run failed
 DRAWN = ".drawn"  # holds a digest of what the figures beside it were drawn from
 
 
@@ -28,6 +31,7 @@ def collect(output: Path, redraw: bool = True) -> int:
     Without `redraw`, figures that were drawn from the same tables by the same code are left as they are.
     """
     plan = read_plan(output)
+    remove_partial(output)
     made = report_named(plan.report.table).make(plan, output)
     files = dict(made.files)
     drawn_from = _digest(made.files, plan.commit)
@@ -39,10 +43,10 @@ def collect(output: Path, redraw: bool = True) -> int:
     for name, content in files.items():
         replace_file(output / name, content)
     replace_file(output / DRAWN, drawn_from)
-    print(made.text)
+    print(visible_lines(made.text))
     there = sorted(path.name for pattern in ("*.csv", "*.png") for path in output.glob(pattern))
     counted = [_count_line(plan, made.runs)] if len(plan.runs) else []
-    print("\n" + "\n".join([*counted, f"in {output}: {', '.join(there)}"]))
+    print(visible_lines("\n" + "\n".join([*counted, f"in {output}: {', '.join(map(visible, there))}"])))
     return 0 if made.runs["status"].isin(RESULTS).all() else 1
 
 
@@ -56,7 +60,10 @@ def _digest(files: Mapping[str, bytes], commit: str) -> bytes:
 def _is_drawn(output: Path, drawn_from: bytes) -> bool:
     """Whether the figures are there, and were drawn from this."""
     mark = output / DRAWN
-    return any(output.glob("*.png")) and mark.is_file() and mark.read_bytes() == drawn_from
+    if not mark.exists() or not any(output.glob("*.png")):
+        return False
+    with open_regular(mark) as file:
+        return file.read() == drawn_from
 
 
 def collect_all(output: Path, parts: Sequence[Path]) -> None:
@@ -67,7 +74,7 @@ def collect_all(output: Path, parts: Sequence[Path]) -> None:
         if plan.report.table == "summary":
             frame = pd.read_csv(part / f"{plan.name}.csv")
             frames.append(frame.assign(table=plan.name))
-            true_responses[plan.name] = curves_by_cell(plan, read_records(part, for_figures))
+            true_responses[plan.name] = curves_by_cell(plan, read_records(part, for_figures, plan))
     if not frames:
         return
     table = pd.concat(frames, ignore_index=True)
@@ -78,7 +85,7 @@ def collect_all(output: Path, parts: Sequence[Path]) -> None:
         files["mesh.png"] = png(mesh_figure(*meshes))
     for name, content in files.items():
         replace_file(output / name, content)
-    print(f"\nwritten to {output}: {', '.join(files)}")
+    print(visible_lines(f"\nwritten to {output}: {', '.join(files)}"))
 
 
 def _count_line(plan: Plan, runs: pd.DataFrame) -> str:
@@ -86,5 +93,5 @@ def _count_line(plan: Plan, runs: pd.DataFrame) -> str:
     if failed.empty:
         return f"all {len(runs)} runs of {plan.name} have a result"
     reasons = Counter(f"{row.status}: {row.error}" if row.error else row.status for row in failed.itertuples())
-    shown = "; ".join(f"{count} × {' '.join(reason.split())}" for reason, count in reasons.most_common(3))
+    shown = "; ".join(f"{count} × {shortened(reason, LONGEST_REASON)}" for reason, count in reasons.most_common(3))
     return f"{len(failed)} of {len(runs)} failed ({shown})"

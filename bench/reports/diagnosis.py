@@ -39,7 +39,7 @@ class DiagnosisReport(Report):
     study: ClassVar[str] = "diagnose"
 
     def make(self, plan: Plan, output: Path) -> Made:
-        lines = read_records(output)
+        lines = read_records(output, plan=plan)
         runs = diagnosis_runs(plan, lines)
         files: dict[str, bytes] = {
             f"{plan.name}.csv": csv_text(summary(plan, runs)).encode(),
@@ -50,7 +50,7 @@ class DiagnosisReport(Report):
             return Made(_summary_text(plan, runs), files, runs, outdated=OF_ONE_RUN)
         cell, record = plan.cells[done[0].cell], lines[done[0].key].record(DiagnosisRecord)
         files["diagnosis.json"] = (json.dumps(public(record), indent=1) + "\n").encode()
-        if text_of_extension := extended_yaml(cell.settings["problem"]["name"], cell.settings["problem"], record):
+        if text_of_extension := extended_yaml(cell.chosen("problem"), cell.settings["problem"], record):
             files["extended.yaml"] = text_of_extension.encode()
         figures = {"residuals.png": residual_figure, "effects.png": ranking_figure}
         return Made(

@@ -27,7 +27,7 @@ class IdentifiabilityReport(Report):
     study: ClassVar[str] = "identifiability"
 
     def make(self, plan: Plan, output: Path) -> Made:
-        lines = run_lines(output)
+        lines = run_lines(plan, output)
         runs = plain_runs(plan, lines)
         found = first_results(plan, lines, IdentifiabilityRecord)
         sections = [
@@ -61,5 +61,5 @@ def _figures(plan: Plan, found: Mapping[int, IdentifiabilityRecord]) -> dict[str
 
 
 def _title(plan: Plan, cell: int) -> str:
-    problem = plan.cells[cell].settings["problem"]["name"]
+    problem = plan.cells[cell].chosen("problem")
     return problem if len(plan.cells) == 1 else f"{problem}: {cell_name(plan, plan.cells[cell])}"

@@ -29,7 +29,7 @@ class IdentificationReport(Report):
     study: ClassVar[str] = "identify"
 
     def make(self, plan: Plan, output: Path) -> Made:
-        records = read_records(output, _record)
+        records = read_records(output, _record, plan)
         runs = runs_frame(plan, output)
         found = {run: record for run in plan.runs if (record := records.get(run.key)) is not None}
         shown = dict(list(found.items())[:MAX_BLOCKS])
@@ -70,7 +70,7 @@ def _figures(plan: Plan, shown: Mapping[Run, IdentificationRecord]) -> dict[str,
 
 def _title(plan: Plan, run: Run, record: IdentificationRecord) -> str:
     """For example 'three_disk, run.csv', and what tells the run from the others."""
-    parts = [plan.cells[run.cell].settings["problem"]["name"]]
+    parts = [plan.cells[run.cell].chosen("problem")]
     parts += [] if record.data is None else [record.data.source]
     parts += [cell_name(plan, plan.cells[run.cell])] if len(plan.cells) > 1 else []
     parts += [f"repetition {run.repetition}"] if any(other.repetition for other in plan.runs) else []

@@ -29,7 +29,7 @@ class PlanReport(Report):
     study: ClassVar[str] = "plan"
 
     def make(self, plan: Plan, output: Path) -> Made:
-        lines = run_lines(output)
+        lines = run_lines(plan, output)
         runs = pd.DataFrame([_run_row(plan, run, lines.get(run.key)) for run in plan.runs])
         found = first_results(plan, lines, PlanRecord)
         sections = [text(record, _title(plan, cell, ":")) for cell, record in found.items()]

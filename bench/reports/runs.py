@@ -19,7 +19,7 @@ from ksmea.records.identification import IdentificationRecord, IntervalEffort, P
 
 def runs_frame(plan: Plan, output: Path) -> pd.DataFrame:
     """A row for every planned run, in the order of the plan; values in the units of the parameters."""
-    rows = read_records(output, lambda line: _line_row(line, plan.report.exact))
+    rows = read_records(output, lambda line: _line_row(line, plan.report.exact), plan)
     not_run = {"status": "not run", "error": ""}
     return pd.DataFrame([_place_row(plan, run) | rows.get(run.key, not_run) for run in plan.runs])
 

@@ -35,7 +35,7 @@ class SettingsReport(Report):
 def settings_frame(plan: Plan) -> pd.DataFrame:
     """Table 5: the settings of each optimiser as printed and as they are here."""
     printed = pd.read_csv(PAPER / "table5.csv")
-    here = {cell.settings["optimizer"]["name"].upper(): cell.settings["optimizer"] for cell in plan.cells}
+    here = {cell.chosen("optimizer").upper(): cell.settings["optimizer"] for cell in plan.cells}
     rows = []
     for row in printed.itertuples(index=False):
         name = OUR_NAMES.get(row.setting, row.setting)

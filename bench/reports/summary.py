@@ -43,7 +43,7 @@ def _further_files(plan: Plan, runs: pd.DataFrame, output: Path) -> dict[str, by
     files: dict[str, bytes] = {}
     if {"updates", "response"} & set(plan.report.figures):
         shown = {run.key for run in plan.runs if run.repetition < MAX_LINES}
-        kept = read_records(output, lambda line: for_figures(line) if line.key in shown else ForFigures())
+        kept = read_records(output, lambda line: for_figures(line) if line.key in shown else ForFigures(), plan)
         if "updates" in plan.report.figures and any(part.history for part in kept.values()):
             histories = {key: part.history for key, part in kept.items()}
             files[f"{plan.name}_updates.png"] = png(updates_figure(plan, histories))

@@ -12,6 +12,7 @@ from bench.plan.columns import place_columns
 from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import Cell, ParameterFacts, Plan
 from bench.storage.places import PAPER
+from ksmea.errors import SettingError, unknown
 from ksmea.show.text import aligned, number
 
 EFFORT = {"updates": "", "model_evaluations": "", "time": "s"}  # rows of a table below the parameters, and their units
@@ -102,7 +103,12 @@ def _printed_values(paper: str | None) -> dict[tuple[str, Any], tuple[float, flo
     """The paper's value and printed error by parameter and column: a number of samples, or a method."""
     if paper is None:
         return {}
+    known = [path.stem for path in PAPER.glob("table*.csv")]
+    if paper not in known:
+        raise unknown("table of the paper", paper, known)
     table = pd.read_csv(PAPER / f"{paper}.csv")
+    if "error_pct_printed" not in table:
+        raise SettingError(f"paper={paper}: expected a table of identified values, got another; choose table3")
     column = "method" if "method" in table else "samples"
     return {
         (row["parameter"], row[column]): (row["identified"], row["error_pct_printed"]) for _, row in table.iterrows()
@@ -111,7 +117,7 @@ def _printed_values(paper: str | None) -> dict[tuple[str, Any], tuple[float, flo
 
 def _printed_column(plan: Plan, cell: Cell) -> Any:
     """The column of the paper's table that a cell stands beside: its label where it has one of the table's."""
-    return cell.place.get("label") if plan.report.paper == "table6" else cell.place["samples"]
+    return cell.place.get("label") if plan.report.paper == "table6" else cell.place.get("samples")
 
 
 def slips(paper: str | None) -> pd.DataFrame:

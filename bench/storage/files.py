@@ -3,17 +3,42 @@
 from __future__ import annotations
 
 import os
+import re
 from pathlib import Path
+
+from ksmea.regular_files import open_regular
+
+PARTIAL = re.compile(r"\.(.+\.(csv|png|json|jsonl|yaml)|\.drawn)\.([1-9][0-9]{0,9})")  # .NAME.PID
 
 
 def replace_file(path: Path, content: bytes) -> None:
-    """Write a file atomically: after a crash it is the old one or the new one."""
+    """Write a file in one move: whatever happens in between, the old one or the new one is there. A link of its name is
+    replaced, and what it points to stays as it is."""
     partial = path.with_name(f".{path.name}.{os.getpid()}")
+    partial.unlink(missing_ok=True)  # of an earlier process with this number
     try:
-        with partial.open("wb") as file:
+        with open_regular(partial, "xb") as file:
             file.write(content)
             file.flush()
             os.fsync(file.fileno())
         os.replace(partial, path)
     finally:
         partial.unlink(missing_ok=True)
+
+
+def remove_partial(folder: Path) -> None:
+    """Remove what processes that are gone left unfinished in a folder."""
+    for path in folder.glob(".*"):
+        found = PARTIAL.fullmatch(path.name)
+        if found and path.is_file() and not path.is_symlink() and not _is_running(int(found[3])):
+            path.unlink(missing_ok=True)
+
+
+def _is_running(process: int) -> bool:
+    try:
+        os.kill(process, 0)
+    except (ProcessLookupError, OverflowError):
+        return False
+    except PermissionError:  # another user's
+        return True
+    return True

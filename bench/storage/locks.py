@@ -10,12 +10,13 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from ksmea.errors import SettingError
+from ksmea.regular_files import descriptor_of_regular, open_regular
 
 
 def is_held(path: Path) -> bool:
     """Whether a process holds the lock file now."""
     try:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except FileNotFoundError:
         return False
@@ -31,7 +32,7 @@ def exclusive(path: Path) -> Iterator[None]:
     On a file system without locks (some network file systems) nothing is held, and nobody is refused.
     """
     path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+    descriptor = descriptor_of_regular(path, os.O_RDWR | os.O_CREAT)
     try:
         fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
     except OSError as error:

@@ -21,6 +21,7 @@ from ksmea.diagnosis.trials import candidates, candidates_and_left_out
 from ksmea.errors import SettingError, unknown
 from ksmea.measurement import Measurement
 from ksmea.records.diagnosis import DiagnosisRecord
+from ksmea.records.record import Record
 from ksmea.settings import setting
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
 
@@ -32,6 +33,7 @@ class Diagnose(DiagnosisOptions, Study):
     effects: list[str] = setting([], "names of the effects that are fitted; an empty list: all that are registered")
     without: list[str] = setting([], "names of effects that are not fitted")
 
+    record: ClassVar[type[Record]] = DiagnosisRecord
     report: ClassVar[str] = "diagnosis"
     ignores: ClassVar[tuple[str, ...]] = ("samples", "surrogate", "optimizer", "method")
 

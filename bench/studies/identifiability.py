@@ -8,6 +8,8 @@ from typing import Any, ClassVar
 from bench.plan.draw import Draw
 from bench.plan.setup import Setup
 from bench.plan.study import Study
+from ksmea.records.identifiability import IdentifiabilityRecord
+from ksmea.records.record import Record
 from ksmea.studies.identifiability import IdentifiabilityOptions, identifiability_study
 
 
@@ -16,6 +18,7 @@ class IdentifiabilityStudy(IdentifiabilityOptions, Study):
     """How well the unknowns can be known from such data, by the Cramér–Rao lower bound, and how other data would change
     that."""
 
+    record: ClassVar[type[Record]] = IdentifiabilityRecord
     report: ClassVar[str] = "identifiability"
     ignores: ClassVar[tuple[str, ...]] = ("samples", "surrogate", "optimizer", "method")
 

@@ -19,6 +19,8 @@ from ksmea.likelihood import Likelihood
 from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement
 from ksmea.model import Model
+from ksmea.records.identification import IdentificationRecord
+from ksmea.records.record import Record
 from ksmea.settings import setting
 from ksmea.studies.identify import INTERVALS, identification
 
@@ -47,6 +49,7 @@ class Identify(Study):
         " identified values",
     )
 
+    record: ClassVar[type[Record]] = IdentificationRecord
     report: ClassVar[str] = "summary"
 
     def validate(self, setup: Setup) -> None:

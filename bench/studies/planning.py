@@ -8,6 +8,8 @@ from typing import Any, ClassVar
 from bench.plan.draw import Draw
 from bench.plan.setup import Setup
 from bench.plan.study import Study
+from ksmea.records.plan import PlanRecord
+from ksmea.records.record import Record
 from ksmea.studies.plan import PlanOptions, planning_study
 
 
@@ -16,6 +18,7 @@ class Planning(PlanOptions, Study):
     """Speeds, probes or a trial unbalance to add, chosen so that one unknown (c-optimal) or all of them (D-optimal) become
     known best; beside it what the same amount of data gives without a plan."""
 
+    record: ClassVar[type[Record]] = PlanRecord
     report: ClassVar[str] = "plan"
     ignores: ClassVar[tuple[str, ...]] = ("samples", "surrogate", "optimizer", "method")
 

@@ -8,6 +8,7 @@ from typing import Any, Self
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
+from ksmea.errors import SettingError
 
 DIGITS = 8  # a figure of differences needs no more, and records stay small
 
@@ -36,6 +37,14 @@ class FineCurve:
     phase: Matrix | None = None
 
 
+def check_shape(name: str, matrix: Matrix | None, n_row: int, n_column: int) -> None:
+    """Raise `SettingError` where a matrix of a record has another shape; one without any number may have any."""
+    if matrix is None or not any(value is not None and np.isfinite(value) for line in matrix for value in line):
+        return
+    if len(matrix) != n_row or any(len(line) != n_column for line in matrix):
+        raise SettingError(f"{name}: expected {n_row} rows of {n_column} numbers, got another shape")
+
+
 @dataclass(frozen=True)
 class FitCurves:
     """Data and fitted response over speed (rad/s); `sd` (m) is the standard deviation of the noise at the fit,
@@ -52,6 +61,18 @@ class FitCurves:
     def has_phase(self) -> bool:
         return self.measured.phase is not None
 
+    def check(self) -> None:
+        """Raise `SettingError` where curves are not as long as their speeds, or not of each channel."""
+        n_speed, n_channel = len(self.speed), len(self.channels)
+        for polar in (self.measured, self.fitted):
+            check_shape("fit.amplitude", polar.amplitude, n_speed, n_channel)
+            check_shape("fit.phase", polar.phase, n_speed, n_channel)
+        check_shape("fit.sd", self.sd, n_speed, n_channel)
+        check_shape("fit.fine.amplitude", self.fine.amplitude, len(self.fine.speed), n_channel)
+        check_shape("fit.fine.phase", self.fine.phase, len(self.fine.speed), n_channel)
+        if not n_speed * n_channel or (self.fitted.phase is None) != (self.measured.phase is None):
+            raise SettingError("fit: expected curves of data and fit alike, got none or phases of one alone")
+
 
 @dataclass(frozen=True)
 class ResponseCurves:
@@ -66,6 +87,11 @@ class ResponseCurves:
     predicted: Matrix | None = None
     modelled: Matrix | None = None
     true: Matrix | None = None
+
+    def check(self) -> None:
+        """Raise `SettingError` where curves are not as long as their speeds, or not of each channel."""
+        for name in ("measured", "identified", "predicted", "modelled", "true"):
+            check_shape(f"curves.{name}", getattr(self, name), len(self.speed), len(self.channels))
 
 
 def row(values: Array) -> Row:

@@ -10,8 +10,9 @@ from typing import Any, Self
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
+from ksmea.errors import SettingError
 from ksmea.parameters import Parameter, Parameters
-from ksmea.records.curves import FitCurves, Matrix, ResponseCurves, matrix
+from ksmea.records.curves import FitCurves, Matrix, ResponseCurves, check_shape, matrix
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.record import Record
 from ksmea.units import TURN
@@ -144,6 +145,20 @@ class IdentificationRecord(Record):
     curves: ResponseCurves | None = None
     basin_excess: float | None = None  # `deviance` less that of the maximum nearest to the true values
     hidden: tuple[HiddenEffect, ...] = ()  # effects that synthetic data hide
+
+    def check(self) -> None:
+        """Raise `SettingError` where values, updates, correlations or curves do not belong to the parameters."""
+        names = [parameter.name for parameter in self.parameters]
+        if not names or len(set(names)) < len(names) or not set(names).isdisjoint(("status", "error", "cell", "key")):
+            raise SettingError("parameters: expected one or more, each with a name of its own, got others")
+        if not all(np.isfinite(part.si_per_unit) and part.si_per_unit > 0 for part in self.parameters):
+            raise SettingError("parameters: expected units above 0, got another")
+        if any(len(update.x) != len(names) for update in self.history):
+            raise SettingError("history: expected a value for each parameter, got another number of them")
+        check_shape("correlation", self.correlation, len(names), len(names))
+        for curves in (self.fit, self.curves):
+            if curves is not None:
+                curves.check()
 
     @property
     def x(self) -> Array:

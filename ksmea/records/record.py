@@ -25,9 +25,20 @@ class Record:
     def from_data(cls, data: Mapping[str, Any]) -> Self:
         """The record that JSON data hold; what belongs to other things (a run's key, its session) is passed over."""
         try:
-            return msgspec.convert(cls.upgraded(data), cls)
-        except msgspec.ValidationError as error:
+            record = msgspec.convert(cls.upgraded(data), cls)
+        except (
+            ValueError,
+            TypeError,
+            LookupError,
+            AttributeError,
+            RecursionError,
+        ) as error:  # the latter of `upgraded`
             raise SettingError(f"{cls.__name__}: expected its fields, could not read them: {error}") from error
+        record.check()
+        return record
+
+    def check(self) -> None:
+        """Raise `SettingError` where fields that were read do not fit each other. Left out: they always do."""
 
     def to_data(self) -> dict[str, Any]:
         """JSON data: mappings, lists, numbers, texts and None."""

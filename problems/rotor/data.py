@@ -19,6 +19,7 @@ STIFFNESSES = ("kxx", "kxy", "kyx", "kyy")  # the 2 × 2 matrix of a bearing, ro
 DAMPINGS = ("cxx", "cxy", "cyx", "cyy")
 COEFFICIENTS = STIFFNESSES + DAMPINGS
 
+LARGEST = 1e30  # SI, of any number here, and its reciprocal the smallest: fourth powers neither overflow nor vanish
 SAME_PLACE = 1e-9  # of the shaft's length: positions closer than this are one (rounding of summed lengths)
 
 
@@ -119,7 +120,7 @@ class Bearing:
 
     def __post_init__(self) -> None:
         for name in COEFFICIENTS:
-            if not math.isfinite(getattr(self, name)):
+            if not abs(getattr(self, name)) <= LARGEST:
                 raise SettingError(
                     f"{name} of the bearing at {self.position:g} m: expected a number, got {getattr(self, name)}"
                 )
@@ -143,7 +144,7 @@ class UnbalancePlane:
 
     def __post_init__(self) -> None:
         _require_not_negative("magnitude of an unbalance", self.magnitude, "kg m")
-        if not math.isfinite(self.phase):
+        if not abs(self.phase) <= LARGEST:
             raise SettingError(f"phase of an unbalance: expected an angle in rad, got {self.phase}")
 
 
@@ -207,17 +208,17 @@ class Rotor:
 
 
 def _require_positive(what: str, value: float, unit: str) -> None:
-    if not (math.isfinite(value) and value > 0):
+    if not 1 / LARGEST <= value <= LARGEST:
         raise SettingError(f"{what}: expected a number above 0 {unit}, got {value}")
 
 
 def _require_not_negative(what: str, value: float, unit: str) -> None:
-    if not (math.isfinite(value) and value >= 0):
+    if not 0 <= value <= LARGEST:
         raise SettingError(f"{what}: expected a number of at least 0 {unit}, got {value}")
 
 
 def _require_ring(what: str, inner_radius: float, outer_radius: float) -> None:
-    if not (math.isfinite(outer_radius) and 0 <= inner_radius < outer_radius):
+    if not (1 / LARGEST <= outer_radius <= LARGEST and 0 <= inner_radius < outer_radius):
         raise SettingError(
             f"radii of a {what}: expected 0 <= inner < outer (m), got inner {inner_radius} and outer {outer_radius}"
         )
