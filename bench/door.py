@@ -14,7 +14,8 @@ from omegaconf import DictConfig
 from bench.command_line.config import register_schemas
 from bench.command_line.help import help_text
 from bench.command_line.messages import USER_ERRORS, one_line
-from bench.command_line.overrides import parse
+from bench.command_line.offered import require_offered
+from bench.command_line.overrides import for_some_plugins, parse
 from bench.commands.results import COMMANDS
 from bench.jobs.deal import job_of
 from bench.jobs.work import work
@@ -78,6 +79,8 @@ def _experiment(words: list[str]) -> int:
     register_schemas()
     options = [word for word in words if word.startswith("-") or "=" not in word]  # argparse wants them side by side
     settings = [word for word in words if word not in options]
+    if not any(word.startswith("-") for word in words):
+        settings = for_some_plugins(settings, registry.GROUPS)
     sys.argv[1:] = [*options, *(f"+{word}" if word.startswith("experiment=") else word for word in settings)]
     if not any(word.startswith("-") for word in words):
         sys.argv.append("--multirun")  # conf/config.yaml says so too, but Hydra forgets it where composing fails
@@ -89,11 +92,14 @@ def _experiment(words: list[str]) -> int:
 
 
 def _check_names(words: list[str]) -> None:
-    """Every choice of a plugin is a name; Hydra itself fails on a number or null there, and merges a list."""
+    """Every choice of a plugin is a name; Hydra itself fails on a number or null there, and merges a list. It knows no
+    setting of a plugin that has one which it cannot offer."""
     for choice in parse([word for word in words if "=" in word and not word.startswith("-")]):
         for name in choice.values:
             if choice.key in registry.GROUPS and not isinstance(name, str):
                 raise unknown(choice.key, str(name), registry.registered(choice.key))
+            if choice.key in registry.GROUPS and name in registry.registered(choice.key):
+                require_offered(choice.key, name)
 
 
 @hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")

@@ -15,6 +15,7 @@ from ksmea.arrays import Array
 from ksmea.channel import Channel
 from ksmea.errors import described, unknown
 from ksmea.parameters import Parameter
+from ksmea.units import GIGAPASCAL
 from problems.blocks import Block, Units, inside
 from problems.rotor.data import (
     COEFFICIENTS,
@@ -32,6 +33,8 @@ from problems.rotor.unknowns import UNBALANCE_PARTS, BearingTarget, Target, Unba
 from problems.size import MAX_ELEMENTS, MAX_SPEEDS, MAX_SUPPORTS, MAX_THINGS, check_ports, check_size
 
 THINNEST_WALL = 1e-6  # of the outer diameter; differences of squares lose thinner ones
+LONGEST_SHAFT = 50.0  # m; more, and moduli beyond those of soft plastics and of diamond, are slips in a unit
+LEAST_MODULUS, LARGEST_MODULUS = 1 * GIGAPASCAL, 1500 * GIGAPASCAL
 CROSS_COEFFICIENTS = ("kxy", "kyx", "cxy", "cyx")  # optional: none unless given
 PARTS = {"bearing": COEFFICIENTS, "unbalance": UNBALANCE_PARTS}  # what a target may set of which thing
 KIND_OF_PART = {
@@ -106,6 +109,12 @@ def _materials(block: Block, units: Units) -> dict[str, Material]:
 def _material(block: Block, units: Units) -> Material:
     block.check_keys(("young_modulus", "density", "poisson_ratio"))
     modulus = units.quantity(block, "young_modulus", "modulus", above=0)
+    if not LEAST_MODULUS <= modulus <= LARGEST_MODULUS:
+        raise block.error(
+            "young_modulus",
+            f"expected {LEAST_MODULUS / GIGAPASCAL:g} to {LARGEST_MODULUS / GIGAPASCAL:g} GPa, got {modulus / GIGAPASCAL:g}"
+            " GPa, which is implausible (steel has 210); check units.modulus",
+        )
     density = units.quantity(block, "density", "density", above=0)
     return Material(modulus, density, block.number("poisson_ratio", above=-1, at_most=0.5))
 
@@ -117,6 +126,12 @@ def _shaft(
         block.check_keys(("length", "outer_diameter", "material", "elements"), ["inner_diameter"])
     lengths = [units.quantity(block, "length", "length", above=0) for block in blocks]
     given = [block.whole("elements", MAX_ELEMENTS) for block in blocks]
+    if sum(lengths) > LONGEST_SHAFT:
+        raise blocks[0].error(
+            "length",
+            f"expected segments of at most {LONGEST_SHAFT:g} m together, got {sum(lengths):g} m, which is implausible; check"
+            " units.length",
+        )
     counts = given if mesh is None else share_elements(mesh, lengths)
     return tuple(
         ShaftSegment(length, outer, material=_material_of(block, materials), n_element=count, inner_radius=inner)

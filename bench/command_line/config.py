@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 import typing
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 from hydra.core.config_store import ConfigStore
 from omegaconf import MISSING, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from bench.command_line.offered import copied, require_offered
 from ksmea import registry
 from ksmea.errors import SettingError
 from ksmea.settings import own_fields
@@ -47,8 +50,15 @@ class BenchConfig:
     study: Any = MISSING
 
 
+def of_file(measurement: Any) -> str:
+    """What a measured file adds to the name of a folder: '_run_up' of runs/run_up.csv; '' where there is none."""
+    path = (measurement or {}).get("path")
+    return f"_{re.sub(r'[^A-Za-z0-9.-]+', '_', Path(path).stem)}" if path else ""
+
+
 def register_schemas() -> None:
-    """Give Hydra the schema of the bench and of every plugin under its group and name."""
+    """Give Hydra the schema of the bench and of every plugin under its group and name, and the conf's ${of_file:…}."""
+    OmegaConf.register_new_resolver("of_file", of_file, replace=True)
     store = ConfigStore.instance()
     store.store(name="bench_schema", node=BenchConfig)
     for group in registry.GROUPS:
@@ -59,6 +69,7 @@ def register_schemas() -> None:
 def _node(group: str, name: str) -> Any:
     """The schema of a plugin; its bare name where it is broken, so that it is refused only where it is chosen."""
     try:
+        require_offered(group, name)
         return _typed_node(group, name)
     except (SettingError, OmegaConfBaseException):
         return {"name": name}
@@ -68,17 +79,10 @@ def _typed_node(group: str, name: str) -> Any:
     """A plugin's own settings with their types, and its name so that a composed configuration says what was chosen."""
     plugin = registry.plugin_class(group, name)
     hints = typing.get_type_hints(plugin)
-    settings = [(each.name, hints[each.name], _copied(each)) for each in own_fields(plugin)]
+    settings = [(each.name, hints[each.name], copied(each)) for each in own_fields(plugin)]
     named = dataclasses.make_dataclass("Named" + plugin.__name__, [*settings, ("name", str, name)])
     node = OmegaConf.structured(named)
     for setting in own_fields(plugin):
         if node[setting.name] == {}:  # names that the plugin alone knows
             OmegaConf.set_struct(node[setting.name], False)
     return node
-
-
-def _copied(setting: dataclasses.Field[Any]) -> Any:
-    """A field with the same default, for another dataclass."""
-    if setting.default_factory is not dataclasses.MISSING:
-        return field(default_factory=setting.default_factory)
-    return field(default=setting.default)

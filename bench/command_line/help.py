@@ -7,6 +7,7 @@ import inspect
 import textwrap
 from collections.abc import Sequence
 
+from bench.command_line.offered import require_offered
 from bench.storage.places import CONF
 from ksmea import registry
 from ksmea.contracts import AnyEffect
@@ -62,7 +63,16 @@ def _plugin_text(group: str, name: str) -> str:
     lines = [f"{group}={name}: {' '.join(summary.split())}"]
     for field in own_fields(settings):
         lines.append(f"  {group}.{field.name}={_default(field)}  {_remarks(field)}")
-    return "\n".join(lines + (_effect_lines(name) if group == EFFECT else []))
+    return "\n".join([*lines, *(_effect_lines(name) if group == EFFECT else _why_not_offered(group, name))])
+
+
+def _why_not_offered(group: str, name: str) -> list[str]:
+    """Why a plugin cannot be chosen on the command line; nothing where it can."""
+    try:
+        require_offered(group, name)
+    except SettingError as error:
+        return [f"  cannot be chosen: {error}"]
+    return []
 
 
 def _effect_lines(name: str) -> list[str]:
@@ -86,6 +96,8 @@ def _parameters_of_example(effect: AnyEffect) -> Sequence[Parameter]:
 
 
 def _default(field: dataclasses.Field) -> str:
+    if field.default is dataclasses.MISSING and field.default_factory is dataclasses.MISSING:
+        return "?"
     default = field.default_factory() if field.default_factory is not dataclasses.MISSING else field.default
     if default is None:
         return "null"

@@ -41,7 +41,7 @@ def one_line(error: BaseException) -> str:
             return _unknown_setting(cause)
     text = str(error)
     if found := re.search(r"Could not override '([^']+)'", text):  # a group, or a path below one, that does not exist
-        return _unknown_key(found[1], GROUPS)
+        return unknown_key(found[1], GROUPS)
     return " ".join(text.split())
 
 
@@ -72,10 +72,11 @@ def _unknown_setting(error: ConfigAttributeError | ConfigKeyError) -> str:
     key = str(error.full_key or error.key)
     parent = error.parent_node
     names = [str(name) for name in parent] if isinstance(parent, Container) and OmegaConf.is_dict(parent) else []
-    return _unknown_key(key, [name for name in names if name not in ("name", "hydra")])
+    return unknown_key(key, [name for name in names if name not in ("name", "hydra")])
 
 
-def _unknown_key(key: str, names: Iterable[str]) -> str:
+def unknown_key(key: str, names: Iterable[str]) -> str:
+    """The line for a setting that is none of `names`, the nearest of them first."""
     parent, _, name = key.rpartition(".")
     known = sorted(names)
     close = difflib.get_close_matches(name, known, n=1, cutoff=0.4)

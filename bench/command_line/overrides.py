@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -11,6 +12,8 @@ from hydra.core.override_parser.types import Override, OverrideType, Quote, Quot
 
 from ksmea.errors import SettingError
 
+ALONE = "choice("  # begins the sweep of one value
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -19,6 +22,11 @@ class Choice:
     key: str
     values: tuple[Any, ...]
     override: Override
+
+    @property
+    def word(self) -> str:
+        """It as one word of the command line, by itself."""
+        return as_given(str(self.override.input_line))
 
 
 def parse(arguments: list[str]) -> tuple[Choice, ...]:
@@ -32,6 +40,31 @@ def parse(arguments: list[str]) -> tuple[Choice, ...]:
             )
         choices[key] = Choice(key, _values(override), override)
     return tuple(choices.values())
+
+
+def for_some_plugins(words: list[str], groups: Iterable[str]) -> list[str]:
+    """The words with settings of a group of plugins of which several may be chosen as sweeps of one value, which Hydra
+    leaves to the sweeper: it would refuse those that the first plugin has not.
+
+    >>> for_some_plugins(["optimizer=pso,lm", "optimizer.screening=500"], ["optimizer"])
+    ['optimizer=pso,lm', 'optimizer.screening=choice(500)']
+    """
+    number = {choice.key: len(choice.values) for choice in parse(words)}
+    is_varied = "experiment" in number or "grid" in number
+    varied = {group for group in groups if number.get(group, 2 if is_varied else 1) > 1}
+    return [_left_to_the_sweeper(word) if word.partition(".")[0] in varied else word for word in words]
+
+
+def _left_to_the_sweeper(word: str) -> str:
+    key, _, value = word.partition("=")
+    (choice,) = parse([word])
+    return word if choice.override.is_sweep_override() or not value else f"{key}={ALONE}{value})"
+
+
+def as_given(word: str) -> str:
+    """A word as it was typed, before `for_some_plugins`."""
+    key, _, value = word.partition("=")
+    return f"{key}={value[len(ALONE) : -1]}" if value.startswith(ALONE) and value.endswith(")") else word
 
 
 def _values(override: Override) -> tuple[Any, ...]:

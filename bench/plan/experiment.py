@@ -1,4 +1,4 @@
-"""From a composed configuration to a plan: one configuration per choice of plugins, typed updates for plain values."""
+"""From the configurations of an experiment to its plan: cells with checked settings, runs with keys and seeds."""
 
 from __future__ import annotations
 
@@ -9,11 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from hydra.core.config_loader import ConfigLoader
-from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
 from bench.command_line.config import BenchConfig
-from bench.command_line.overrides import Choice, grid_points, override, parse
+from bench.command_line.overrides import Choice, as_given, grid_points, override, parse
+from bench.plan.composer import Composer
+from bench.plan.folder import require_own_folder
 from bench.plan.plan import Cell, ParameterFacts, Plan, ReportSettings, all_runs
 from bench.plan.provenance import (
     PARTS,
@@ -50,7 +51,7 @@ class Experiment:
     @classmethod
     def compose_all(cls, loader: ConfigLoader, master: DictConfig, arguments: list[str]) -> list[Experiment]:
         """The experiment of a command line, or all that it includes, each in a folder below its own."""
-        config = _Composer(loader, master, _fixed(parse(arguments))).composed({})
+        config = Composer(loader, master, _fixed(parse(arguments)), {}).outline
         if not config.includes:
             return [cls.compose(loader, master, arguments)]
         output = Path(config.output).absolute()
@@ -73,8 +74,8 @@ class Experiment:
         fixed = _fixed(choices)
         swept = {choice.key: choice.values for choice in choices if len(choice.values) > 1}
         _check_axes(swept)
-        composer = _Composer(loader, master, fixed)
-        config = composer.composed({})
+        composer = Composer(loader, master, fixed, swept)
+        config = composer.whole
         _check_whole(config)
         grid: Any = OmegaConf.to_container(config.grid)
         for block in grid:
@@ -87,7 +88,7 @@ class Experiment:
             name=config.name,
             report=ReportSettings(_table(config.table, cells), config.paper, tuple(config.figures), config.exact),
             axes=_axes(points),
-            command=tuple(arguments),
+            command=tuple(map(as_given, arguments)),
             commit=commit(),
             versions=versions,
             platform=platform_name(),
@@ -97,42 +98,14 @@ class Experiment:
         )
         whole = {key: config[key] for key in WORKING} | {"share": [*config.share, *share]}
         working = tuple(override(key, value) for key, value in whole.items())
-        return cls(plan, Path(config.output).absolute(), config.batches, working)
+        output = Path(config.output).absolute()
+        require_own_folder(plan, output)
+        return cls(plan, output, config.batches, working)
 
 
 def _fixed(choices: Iterable[Choice]) -> list[Choice]:
     """What the command line gives one value; the others are swept."""
     return [choice for choice in choices if len(choice.values) <= 1]
-
-
-class _Composer:
-    """Configurations at the points of a grid: composed once per choice of groups, then updated."""
-
-    def __init__(self, loader: ConfigLoader, master: DictConfig, fixed: Iterable[Choice]) -> None:
-        self._loader = loader
-        self._master = master
-        # Hydra hands the sweeper no overrides of its own, without this one experiments of other folders are not found.
-        searched = [word for word in master.hydra.overrides.hydra if word.startswith("hydra.searchpath=")]
-        self._fixed = [*searched, *(choice.override.input_line for choice in fixed)]
-        self._composed: dict[tuple[str, ...], DictConfig] = {}
-
-    def at(self, point: dict[str, Any]) -> DictConfig:
-        groups = {key: value for key, value in point.items() if key in registry.GROUPS}
-        config = self.composed(groups).copy()
-        for key, value in point.items():
-            if key not in groups:
-                OmegaConf.update(config, key, value, merge=True)
-        return config
-
-    def composed(self, groups: dict[str, str]) -> DictConfig:
-        overrides = tuple(f"{group}={name}" for group, name in groups.items())
-        if overrides not in self._composed:
-            self._composed[overrides] = self._loader.load_configuration(
-                config_name=self._master.hydra.job.config_name,
-                overrides=[*self._fixed, *overrides],
-                run_mode=RunMode.RUN,
-            )
-        return self._composed[overrides]
 
 
 def _check_axes(keys: Iterable[str]) -> None:

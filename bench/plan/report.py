@@ -15,8 +15,10 @@ from ksmea import registry
 from ksmea.errors import SettingError
 from ksmea.settings import Settings
 
+Drawing = bytes | Callable[[], bytes]  # the content of a file, or what makes it when it is written
 
-def _no_figures() -> dict[str, bytes]:
+
+def _no_figures() -> dict[str, Drawing]:
     return {}
 
 
@@ -24,14 +26,15 @@ def _no_figures() -> dict[str, bytes]:
 class Made:
     """`text` is printed, `files` are written by name, `runs` has a row per planned run with its `status` and `error`.
 
-    `figures` makes further files; it is not asked where they are there already and were made of the same `files`.
+    `figures` makes further files, after `files` are written; it is not asked where they are there already and were made
+    of the same `files`. Content that is a function is asked for alone: where that fails, only its file is missing.
     `outdated` names files that an earlier call may have written and that would now say what is not so.
     """
 
     text: str
     files: Mapping[str, bytes]
     runs: pd.DataFrame
-    figures: Callable[[], Mapping[str, bytes]] = _no_figures
+    figures: Callable[[], Mapping[str, Drawing]] = _no_figures
     outdated: tuple[str, ...] = ()
 
 
@@ -53,5 +56,10 @@ def report_named(name: str) -> Report:
     if not isinstance(report, Report):
         raise SettingError(
             f"table={name}: expected a subclass of bench.plan.report.Report, got {type(report).__name__}; make it one"
+        )
+    if not isinstance(getattr(report, "study", None), str):
+        raise SettingError(
+            f"table={name}: expected {type(report).__name__} to name the study whose records it is made of, got none; add"
+            " study: ClassVar[str]"
         )
     return report

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import sys
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
@@ -12,7 +13,7 @@ import pandas as pd
 from bench.jobs.lines import RESULTS
 from bench.jobs.records import read_records
 from bench.plan.plan import Plan, read_plan
-from bench.plan.report import report_named
+from bench.plan.report import Drawing, report_named
 from bench.reports.history_figures import mesh_figure
 from bench.reports.summary import curves_by_cell, for_figures
 from bench.reports.tables import csv_text
@@ -33,21 +34,46 @@ def collect(output: Path, redraw: bool = True) -> int:
     plan = read_plan(output)
     remove_partial(output)
     made = report_named(plan.report.table).make(plan, output)
-    files = dict(made.files)
-    drawn_from = _digest(made.files, plan.commit)
-    if redraw or not _is_drawn(output, drawn_from):
-        files |= made.figures()
-        (output / DRAWN).unlink(missing_ok=True)
     for name in made.outdated:
         (output / name).unlink(missing_ok=True)
-    for name, content in files.items():
+    for name, content in made.files.items():
         replace_file(output / name, content)
-    replace_file(output / DRAWN, drawn_from)
+    drawn_from = _digest(made.files, plan.commit)
+    if redraw or not _is_drawn(output, drawn_from):
+        (output / DRAWN).unlink(missing_ok=True)
+        if _draw(made.figures, output):
+            replace_file(output / DRAWN, drawn_from)
     print(visible_lines(made.text))
     there = sorted(path.name for pattern in ("*.csv", "*.png") for path in output.glob(pattern))
     counted = [_count_line(plan, made.runs)] if len(plan.runs) else []
     print(visible_lines("\n" + "\n".join([*counted, f"in {output}: {', '.join(map(visible, there))}"])))
     return 0 if made.runs["status"].isin(RESULTS).all() else 1
+
+
+def _draw(figures: Callable[[], Mapping[str, Drawing]], output: Path) -> bool:
+    """Write figures one by one; one that cannot be drawn is told in a line and costs no other, nor any table. Whether all
+    were."""
+    try:
+        drawings = figures()
+    except Exception as error:  # whatever a report of other people raises
+        _tell_not_drawn("figures", error)
+        return False
+    failed = False
+    for name, drawing in drawings.items():
+        try:
+            content = drawing if isinstance(drawing, bytes) else drawing()
+        except Exception as error:
+            _tell_not_drawn(name, error)
+            (output / name).unlink(missing_ok=True)  # one of other tables
+            failed = True
+        else:
+            replace_file(output / name, content)
+    return not failed
+
+
+def _tell_not_drawn(what: str, error: Exception) -> None:
+    reason = " ".join(f"{type(error).__name__}: {error}".split())
+    print(f"{what}: cannot be drawn ({reason}); the tables are written", file=sys.stderr)
 
 
 def _digest(files: Mapping[str, bytes], commit: str) -> bytes:
@@ -79,13 +105,11 @@ def collect_all(output: Path, parts: Sequence[Path]) -> None:
         return
     table = pd.concat(frames, ignore_index=True)
     table.insert(0, "table", table.pop("table"))
-    files = {f"{output.name}.csv": csv_text(table).encode()}
+    replace_file(output / f"{output.name}.csv", csv_text(table).encode())
     meshes = [curves[min(curves)] for name in ("table3", "table4") if (curves := true_responses.get(name))]
-    if len(meshes) == 2:
-        files["mesh.png"] = png(mesh_figure(*meshes))
-    for name, content in files.items():
-        replace_file(output / name, content)
-    print(visible_lines(f"\nwritten to {output}: {', '.join(files)}"))
+    has_meshes = len(meshes) == 2 and _draw(lambda: {"mesh.png": lambda: png(mesh_figure(*meshes))}, output)
+    written = [f"{output.name}.csv", *(["mesh.png"] if has_meshes else [])]
+    print(visible_lines(f"\nwritten to {output}: {', '.join(written)}"))
 
 
 def _count_line(plan: Plan, runs: pd.DataFrame) -> str:

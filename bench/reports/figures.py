@@ -10,21 +10,23 @@ from matplotlib.figure import Figure
 from bench.jobs.lines import RESULTS
 from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import Plan
-from bench.reports.tables import has_intervals
+from bench.reports.tables import EFFORT, EXACT, has_intervals
 from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE
 
 MAX_LABELS = 12  # more cells than this are numbered, not named
 
 
 def summary_figure(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> Figure:
-    """A panel per parameter (and updates, evaluations, time): box plots over the repetitions, the paper's values."""
-    names = list(dict.fromkeys(summary["parameter"]))
+    """A panel per parameter (and updates, evaluations, time): box plots over the repetitions, the paper's values. Cells
+    whose problem has not the parameter, or has it in another unit, are no part of its panel."""
+    names = list(dict.fromkeys(zip(summary["parameter"], summary["unit"])))
     columns = min(4, len(names))
     n_row = -(-len(names) // columns)
     figure = Figure(figsize=(3.4 * columns, 2.9 * n_row), layout="constrained")
     panels = figure.subplots(n_row, columns, squeeze=False).ravel()
-    for panel, name in zip(panels, names):
-        _panel(panel, plan, runs, summary[summary["parameter"] == name])
+    for panel, (name, unit) in zip(panels, names):
+        rows = summary[(summary["parameter"] == name) & (summary["unit"] == unit)]
+        _panel(panel, plan, runs, rows, cells_with(plan, name, unit))
     for panel in panels[len(names) :]:
         panel.set_axis_off()
     handles, labels = panels[0].get_legend_handles_labels()
@@ -36,13 +38,24 @@ def summary_figure(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> Fig
     return figure
 
 
-def _panel(panel: Axes, plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame) -> None:
+def cells_with(plan: Plan, name: str, unit: str) -> list[int]:
+    """The cells that a table has a row of this name and unit for: all, of a row that is no parameter."""
+    if name in EFFORT | EXACT:
+        return list(range(len(plan.cells)))
+    return [
+        index
+        for index, cell in enumerate(plan.cells)
+        if any((facts.name, facts.unit) == (name, unit) for facts in cell.parameters)
+    ]
+
+
+def _panel(panel: Axes, plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame, cells: list[int]) -> None:
     name, unit = rows["parameter"].iloc[0], rows["unit"].iloc[0]
     results = runs[runs["status"].isin(RESULTS)]
     positions = np.arange(1, len(rows) + 1)
     values = [
         results.loc[results["cell"] == cell, name].dropna().to_numpy(float) if name in results else np.array([])
-        for cell in runs["cell"].unique()
+        for cell in cells
     ]
     panel.boxplot(
         values,
@@ -56,7 +69,7 @@ def _panel(panel: Axes, plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame) -> N
     )
     panel.plot([], [], color=OURS, linewidth=2, label="this bench")
     if has_intervals(rows):
-        _draw_intervals(panel, positions, rows, results)
+        _draw_intervals(panel, positions, rows, results[results["cell"].isin(cells)])
     if rows["reference"].notna().any():
         panel.hlines(
             rows["reference"], positions - 0.45, positions + 0.45, color=REFERENCE, linestyle=":", label="reference"
@@ -66,7 +79,7 @@ def _panel(panel: Axes, plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame) -> N
         if name == "time":
             panel.set_yscale("log")
     panel.set_title(f"{name} ({unit})" if unit else name.replace("_", " "), fontsize=10)
-    labels = _labels(plan, len(rows))
+    labels = _labels(plan, cells)
     panel.set_xticks(positions, labels, fontsize=8, rotation=0 if max(map(len, labels)) < 6 else 60)
     panel.set_xlabel(" / ".join(telling_axes(plan)), fontsize=8)
     panel.tick_params(axis="y", labelsize=8)
@@ -82,7 +95,8 @@ def _draw_intervals(panel: Axes, positions: np.ndarray, rows: pd.DataFrame, resu
         panel.plot((positions + 0.4)[is_open], ends[is_open], marker, color=INTERVAL, markersize=4)
 
 
-def _labels(plan: Plan, n_row: int) -> list[str]:
-    if n_row > MAX_LABELS:
-        return [str(index + 1) if index % 5 == 0 else "" for index in range(n_row)]
-    return [" / ".join(place_text(cell.place.get(axis)) for axis in telling_axes(plan)) for cell in plan.cells]
+def _labels(plan: Plan, cells: list[int]) -> list[str]:
+    if len(cells) > MAX_LABELS:
+        return [str(cell + 1) if position % 5 == 0 else "" for position, cell in enumerate(cells)]
+    axes = telling_axes(plan)
+    return [" / ".join(place_text(plan.cells[cell].place.get(axis)) for axis in axes) for cell in cells]

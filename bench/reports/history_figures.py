@@ -22,13 +22,15 @@ MAX_LINES = 40  # repetitions in one panel; more would be a blot
 def updates_figure(plan: Plan, histories: Mapping[str, Sequence[UpdateRecord]]) -> Figure:
     """Stiffnesses and misfit against the updating step, a row per cell and a line per repetition, as in Fig. 3."""
     cells = list(range(len(plan.cells)))[:MAX_ROWS]
-    names = [parameter.name for parameter in plan.cells[0].parameters][:2]
-    figure = Figure(figsize=(3.8 * (len(names) + 1), 2.3 * len(cells) + 0.6), layout="constrained")
-    panels = figure.subplots(len(cells), len(names) + 1, squeeze=False)
+    n_shown = max(min(2, len(plan.cells[cell].parameters)) for cell in cells)
+    figure = Figure(figsize=(3.8 * (n_shown + 1), 2.3 * len(cells) + 0.6), layout="constrained")
+    panels = figure.subplots(len(cells), n_shown + 1, squeeze=False)
     for row, cell in zip(panels, cells):
         runs = [histories.get(run.key, []) for run in plan.runs if run.cell == cell and run.repetition < MAX_LINES]
         facts = plan.cells[cell].parameters
-        for index, panel in enumerate(row[:-1]):
+        for panel in row[len(facts) : -1]:
+            panel.set_axis_off()
+        for index, panel in enumerate(row[: min(len(facts), n_shown)]):
             scale = facts[index].si_per_unit
             for history in runs:
                 steps = np.arange(1, len(history) + 1)

@@ -12,7 +12,7 @@ import pandas as pd
 from bench.jobs.lines import RESULTS, RunLine
 from bench.jobs.records import read_records
 from bench.plan.plan import Plan
-from bench.plan.report import Made, Report
+from bench.plan.report import Drawing, Made, Report
 from bench.reports.cost import cost_figure, cost_frame
 from bench.reports.figures import summary_figure
 from bench.reports.history_figures import MAX_LINES, response_figure, updates_figure
@@ -34,25 +34,25 @@ class SummaryReport(Report):
             f"{as_text(plan, summary)}\n{slips_text(slips(plan.report.paper))}",
             {f"{plan.name}.csv": csv_text(summary).encode(), "runs.csv": csv_text(runs).encode()},
             runs,
-            lambda: {f"{plan.name}.png": png(summary_figure(plan, runs, summary))} | _further_files(plan, runs, output),
+            lambda: _figures(plan, runs, summary, output),
         )
 
 
-def _further_files(plan: Plan, runs: pd.DataFrame, output: Path) -> dict[str, bytes]:
-    """The figures that the experiment asks for, by file name; those that no record can make yet are left out."""
-    files: dict[str, bytes] = {}
+def _figures(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, output: Path) -> dict[str, Drawing]:
+    """The figure of the table and those that the experiment asks for, by file name; those that no record can make yet are
+    left out."""
+    files: dict[str, Drawing] = {f"{plan.name}.png": lambda: png(summary_figure(plan, runs, summary))}
     if {"updates", "response"} & set(plan.report.figures):
         shown = {run.key for run in plan.runs if run.repetition < MAX_LINES}
         kept = read_records(output, lambda line: for_figures(line) if line.key in shown else ForFigures(), plan)
         if "updates" in plan.report.figures and any(part.history for part in kept.values()):
             histories = {key: part.history for key, part in kept.items()}
-            files[f"{plan.name}_updates.png"] = png(updates_figure(plan, histories))
+            files[f"{plan.name}_updates.png"] = lambda: png(updates_figure(plan, histories))
         if "response" in plan.report.figures and (curves := curves_by_cell(plan, kept)):
-            files[f"{plan.name}_response.png"] = png(response_figure(plan, curves))
+            files[f"{plan.name}_response.png"] = lambda: png(response_figure(plan, curves))
     if "cost" in plan.report.figures and runs["status"].isin(RESULTS).any():
-        cost = cost_frame(plan, runs)
-        files[f"{plan.name}_cost.csv"] = csv_text(cost).encode()
-        files[f"{plan.name}_cost.png"] = png(cost_figure(cost))
+        files[f"{plan.name}_cost.csv"] = lambda: csv_text(cost_frame(plan, runs)).encode()
+        files[f"{plan.name}_cost.png"] = lambda: png(cost_figure(cost_frame(plan, runs)))
     return files
 
 

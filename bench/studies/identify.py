@@ -22,6 +22,7 @@ from ksmea.model import Model
 from ksmea.records.identification import IdentificationRecord
 from ksmea.records.record import Record
 from ksmea.settings import setting
+from ksmea.studies.enough_data import require_enough
 from ksmea.studies.identify import INTERVALS, identification
 
 
@@ -57,6 +58,8 @@ class Identify(Study):
             raise SettingError(
                 "study.basin: expected true values to compare with, got a measurement without; leave it out"
             )
+        with_noise = self.intervals != "none" and not setup.source.noise_known
+        require_enough(setup.source.layout(setup.settings), len(setup.problem.parameters), with_noise=with_noise)
         setup.method.validate(setup.problem)
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:

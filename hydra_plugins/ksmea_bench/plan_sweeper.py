@@ -11,7 +11,7 @@ from hydra.core.plugins import Plugins
 from hydra.core.utils import JobStatus
 from hydra.plugins.sweeper import Sweeper
 from hydra.types import HydraContext, TaskFunction
-from omegaconf import DictConfig
+from omegaconf import DictConfig, flag_override
 
 from bench.jobs.deal import dealt
 from bench.plan.experiment import Experiment
@@ -46,6 +46,8 @@ class PlanSweeper(Sweeper):
             jobs = dealt(experiment)
             try:
                 if jobs:
+                    with flag_override(self.config, ["readonly", "struct"], False):
+                        self.config.hydra.sweep.dir = str(experiment.output)  # or the launcher makes another folder
                     for job in self.launcher.launch(jobs, initial_job_idx=0):
                         if job.status == JobStatus.FAILED:
                             raise job._return_value  # as `return_value` does, without its remark on stderr

@@ -117,6 +117,7 @@ class DataDescription:
     speed_to: float
     channels: tuple[str, ...]
     remarks: tuple[str, ...] = ()
+    too_few_to_test: bool = False  # the fit: a model with so many unknowns follows whatever was measured
 
 
 @dataclass(frozen=True)

@@ -77,6 +77,8 @@ def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:
     yield f"hard to tell apart (correlation beyond ± {ALIKE}): {_alike_text(record)}"
     if record.lack_of_fit is not None:
         yield verdict(record.lack_of_fit)
+    elif record.data is not None and record.data.too_few_to_test:
+        yield "too few data to test the fit: with less than two per unknown it follows whatever was measured"
 
 
 def _data_text(data: DataDescription) -> str:

@@ -38,6 +38,8 @@ from ksmea.records.identification import (
     UpdateRecord,
 )
 from ksmea.records.record import finite
+from ksmea.studies.enough_data import can_be_tested, require_enough
+from ksmea.studies.slips import slips
 from ksmea.units import TURN
 
 INTERVALS = ("profile", "information", "none")
@@ -67,7 +69,7 @@ def identification(
     `details` adds what a report on one identification shows: the data in words with `remarks`, data and fit over speed,
     and a test of the fit by simulations that draw from `rng`. `curves` adds the amplitudes that figures compare.
 
-    Raises `SettingError` for settings that cannot be, `ArithmeticError` where what was identified is not finite.
+    Raises `SettingError` for settings that cannot be and for fewer data than unknowns, `ArithmeticError` where what was identified is not finite.
     """
     if intervals not in INTERVALS:
         raise SettingError(f"intervals: expected {' | '.join(INTERVALS)}, got {intervals!r}")
@@ -75,16 +77,19 @@ def identification(
         raise SettingError(
             "details: expected a generator for the simulations of the lack-of-fit test, got none; give rng"
         )
+    n_unknown, with_noise = len(problem.parameters), measurement.noise is None and intervals != "none"
+    require_enough(measurement.layout, n_unknown, with_noise=with_noise)
+    testable = can_be_tested(measurement.layout, n_unknown, with_noise=with_noise)
     found = _within_a_turn(problem.parameters, method.identify(problem, measurement, streams))
     record = _method_record(problem, measurement, found)
     noise = measurement.noise
     if intervals != "none" and (noise is None or measurement.has_noise):
-        tested_by = rng if details else None
+        tested_by = rng if details and testable else None
         record, noise = _with_intervals(record, problem, measurement, level, intervals == "profile", tested_by)
     if crlb and noise is not None and not noise.is_absent:
         record = _with_crlb(record, problem, measurement, noise)
     if details:
-        data = _description(measurement, remarks)
+        data = _description(measurement, (*remarks, *slips(problem, found.x, measurement)), testable=testable)
         record = dataclasses.replace(record, data=data, fit=fit_curves(problem, measurement, found.x, noise))
     if curves:
         record = dataclasses.replace(record, curves=response_curves(problem, measurement, found))
@@ -215,7 +220,7 @@ def _with_crlb(
     )
 
 
-def _description(measurement: Measurement, remarks: Sequence[str]) -> DataDescription:
+def _description(measurement: Measurement, remarks: Sequence[str], *, testable: bool) -> DataDescription:
     return DataDescription(
         source=measurement.source,
         kind=measurement.kind,
@@ -224,6 +229,7 @@ def _description(measurement: Measurement, remarks: Sequence[str]) -> DataDescri
         speed_to=float(np.max(measurement.speed)),
         channels=tuple(str(channel) for channel in measurement.channels),
         remarks=tuple(remarks),
+        too_few_to_test=not testable,
     )
 
 

@@ -135,6 +135,6 @@ def test_a_real_sweep_through_a_critical_speed_is_no_steady_response(enter, tmp_
     (tmp_path / "rk4.csv").write_text("\n".join([header, *map(",".join, rows)]))
     few = "study.effects=[runout,cross_coupling_symmetric,speed_dependent_damping]"
     words = ["problem=rk4_two_disk", "measurement=file", "measurement.path=rk4.csv", few]
-    ended = enter("+experiment=diagnose", *words, output="results/diagnose")
+    ended = enter("+experiment=diagnose", *words, output="results/diagnose_rk4")
     assert ended.code == 0, ended.err
     assert diagnosis(ended)["verdict"] == "unknown" and diagnosis(ended)["named"] == []

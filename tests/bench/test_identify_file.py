@@ -90,7 +90,7 @@ def example(shell, tmp_path_factory):
     """The identification of the example, as the documentation gives the command."""
     cwd = tmp_path_factory.mktemp("example")
     words = ["problem=three_disk", "measurement=file", f"measurement.path={EXAMPLE}"]
-    return shell("+experiment=identify", *words, cwd=cwd, output="results/identify")
+    return shell("+experiment=identify", *words, cwd=cwd, output="results/identify_run_up")
 
 
 def test_the_truth_lies_in_the_intervals(example):
@@ -144,7 +144,7 @@ def identified(enter, tmp_path):
 
     def call(measurement, *words):
         (tmp_path / "run.csv").write_text(as_csv(measurement))
-        ended = enter(*IDENTIFY, "measurement.path=run.csv", *words, output="results/identify")
+        ended = enter(*IDENTIFY, "measurement.path=run.csv", *words, output="results/identify_run")
         assert ended.code == 0, ended.err + ended.out
         return ended
 
@@ -188,10 +188,10 @@ def test_a_changed_file_is_another_question(enter, tmp_path):
     measurement, _ = run_up(n_speed=20)
     cheap = [*IDENTIFY, "measurement.path=run.csv", "optimizer.screening=100", "optimizer.starts=1"]
     (tmp_path / "run.csv").write_text(as_csv(measurement))
-    first = set(enter(*cheap, output="results/identify").runs()["key"])
-    assert len(enter(*cheap, output="results/identify").events()) == 1  # nothing is done again
+    first = set(enter(*cheap, output="results/identify_run").runs()["key"])
+    assert len(enter(*cheap, output="results/identify_run").events()) == 1  # nothing is done again
     (tmp_path / "run.csv").write_text(as_csv(measurement, ["a remark"]))
-    changed = enter(*cheap, output="results/identify")
+    changed = enter(*cheap, output="results/identify_run")
     assert changed.code == 0 and len(changed.events()) == 2 and first.isdisjoint(changed.runs()["key"])
     assert "measurement_fingerprint" in changed.cells()[0]["settings"]
 
@@ -210,7 +210,7 @@ def test_several_runs_have_a_block_each(enter, tmp_path):
     measurement, _ = run_up(n_speed=20)
     (tmp_path / "run.csv").write_text(as_csv(measurement))
     words = ["optimizer.screening=100", "optimizer.starts=1", "problem.mesh=13,21", "repetitions=3"]
-    ended = enter(*IDENTIFY, "measurement.path=run.csv", *words, output="results/identify")
+    ended = enter(*IDENTIFY, "measurement.path=run.csv", *words, output="results/identify_run")
     assert ended.code == 0, ended.err
     assert "three_disk, run.csv, problem.mesh 13, repetition 0: 20 speeds" in ended.out
     assert "and 2 more in identify.csv" in ended.out
@@ -233,7 +233,7 @@ def test_without_noise_there_are_values_alone(enter):
 def test_a_run_that_fails_says_so(enter, tmp_path):
     measurement, _ = run_up(n_speed=20)
     (tmp_path / "run.csv").write_text(as_csv(measurement))
-    ended = enter(*IDENTIFY, "measurement.path=run.csv", "timeout=0.001", output="results/identify")
+    ended = enter(*IDENTIFY, "measurement.path=run.csv", "timeout=0.001", output="results/identify_run")
     assert ended.code == 1 and "nothing was identified" in ended.out and "1 of 1 failed" in ended.out
 
 
@@ -284,7 +284,7 @@ def test_the_public_run_up_of_an_rk4_rig_is_read_and_fitted(enter, tmp_path):
         rows = [[row["rpm"], "0.12", "x", row["amp_1x_um_0pk"], row["phase_1x_deg"]] for row in csv.DictReader(file)]
     header = "speed_rpm,position_m,direction,amplitude_um_0pk,phase_lead_deg"
     (tmp_path / "rk4.csv").write_text("\n".join([header, *map(",".join, rows)]))
-    ended = enter(*IDENTIFY, "problem=rk4_two_disk", "measurement.path=rk4.csv", output="results/identify")
+    ended = enter(*IDENTIFY, "problem=rk4_two_disk", "measurement.path=rk4.csv", output="results/identify_rk4")
     assert ended.code == 0, ended.err
     table = table_of(ended)
     assert list(table.index) == ["kxx", "kyy", "cxx", "cyy", "u1", "phase1", "u2", "phase2"]

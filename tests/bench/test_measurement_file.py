@@ -202,7 +202,7 @@ BAD = {  # content, what the one line has to contain
 def test_a_file_that_does_not_fit_is_one_clear_line(case, enter, tmp_path):
     content, expected = BAD[case]
     (tmp_path / "run.csv").write_bytes(content if isinstance(content, bytes) else content.encode())
-    ended = enter("+experiment=identify", "measurement.path=run.csv", output="results/identify")
+    ended = enter("+experiment=identify", "measurement.path=run.csv", output="results/identify_run")
     assert ended.code == 2 and ended.out == ""
     (line,) = ended.err.splitlines()
     assert line.startswith("error: ") and "run.csv" in line and expected in line

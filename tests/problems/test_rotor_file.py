@@ -285,3 +285,22 @@ def test_random_damage_never_escapes(write):
             RotorFile(file=name)
         except SettingError as error:
             assert "\n" not in str(error)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "expected"),
+    [
+        (
+            "young_modulus: 210",
+            "young_modulus: 210000",
+            "materials.steel.young_modulus: expected 1 to 1500 GPa, got 210000 GPa",
+        ),
+        ("young_modulus: 210", "young_modulus: 0.21", "expected 1 to 1500 GPa, got 0.21 GPa, which is implausible"),
+        ("{length: mm,", "{length: m,", "shaft[1].length: expected segments of at most 50 m together, got 500 m"),
+    ],
+)
+def test_a_size_that_no_rotor_has_names_the_unit_to_check(old, new, expected, tmp_path):
+    (tmp_path / "rotor.yaml").write_text(SMALL.replace(old, new))
+    with pytest.raises(SettingError) as error:
+        RotorFile(file=str(tmp_path / "rotor.yaml"))
+    assert expected in str(error.value) and "check units." in str(error.value) and "\n" not in str(error.value)

@@ -1,0 +1,118 @@
+"""Configurations at the points of a grid: Hydra composes once per choice of plugins, plain values are typed updates.
+
+A setting that the command line gives with a list of plugins goes to those that have it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from functools import cached_property
+from typing import Any
+
+from hydra.core.config_loader import ConfigLoader
+from hydra.core.override_parser.types import OverrideType
+from hydra.types import RunMode
+from omegaconf import DictConfig, OmegaConf
+
+from bench.command_line.messages import unknown_key
+from bench.command_line.offered import require_offered
+from bench.command_line.overrides import Choice
+from ksmea import registry
+from ksmea.errors import SettingError
+from ksmea.settings import own_fields
+
+
+class Composer:
+    """Configurations of one experiment. `fixed` is what the command line gives one value, `swept` what it gives several."""
+
+    def __init__(
+        self,
+        loader: ConfigLoader,
+        master: DictConfig,
+        fixed: Iterable[Choice],
+        swept: Mapping[str, Sequence[Any]],
+    ) -> None:
+        self._loader = loader
+        self._master = master
+        # Hydra hands the sweeper no overrides of its own, without this one experiments of other folders are not found.
+        self._searched = [word for word in master.hydra.overrides.hydra if word.startswith("hydra.searchpath=")]
+        self._fixed = tuple(fixed)
+        self._swept = swept
+        self._composed: dict[tuple[str, ...], DictConfig] = {}
+
+    @cached_property
+    def outline(self) -> DictConfig:
+        """The experiment without the settings that the command line gives plugins: what it includes, its grid and the
+        plugins where the grid names none."""
+        return self._load(choice.word for choice in self._fixed if not _of_plugin(choice))
+
+    @cached_property
+    def whole(self) -> DictConfig:
+        """The experiment with all settings of those plugins."""
+        return self.at({})
+
+    def at(self, point: Mapping[str, Any]) -> DictConfig:
+        """The configuration at one point: {setting or group: value}."""
+        groups = {key: value for key, value in point.items() if key in registry.GROUPS}
+        overrides = (
+            *(choice.word for choice in self._fixed if self._concerns(choice, groups)),
+            *(f"{group}={name}" for group, name in groups.items()),
+        )
+        if overrides not in self._composed:
+            self._composed[overrides] = self._load(overrides)
+            for group in registry.GROUPS:
+                require_offered(group, self._composed[overrides][group].name)
+        config = self._composed[overrides].copy()
+        for key, value in point.items():
+            if key not in groups:
+                OmegaConf.update(config, key, value, merge=True)
+        return config
+
+    def _load(self, overrides: Iterable[str]) -> DictConfig:
+        return self._loader.load_configuration(
+            config_name=self._master.hydra.job.config_name,
+            overrides=[*self._searched, *overrides],
+            run_mode=RunMode.RUN,
+        )
+
+    def _concerns(self, choice: Choice, groups: Mapping[str, str]) -> bool:
+        """Whether a fixed setting is one of the plugins chosen at a point; of a group without alternatives it always is."""
+        if not _of_plugin(choice):
+            return True
+        group, setting = choice.key.split(".")[:2]
+        names = self._alternatives[group]
+        chosen = groups.get(group, self.outline[group].name)
+        require_offered(group, chosen)
+        if len(names) == 1:
+            return True
+        known = {name: _settings(group, name) for name in names}
+        if not any(setting in settings for settings in known.values()):
+            raise SettingError(
+                unknown_key(f"{group}.{setting}", {each for settings in known.values() for each in settings})
+            )
+        return setting in known.get(chosen, ())
+
+    @cached_property
+    def _alternatives(self) -> Mapping[str, list[str]]:
+        """Names of the plugins that the experiment's points choose from, by group."""
+        return {group: list(dict.fromkeys(self._names(group))) for group in registry.GROUPS}
+
+    def _names(self, group: str) -> Iterable[str]:
+        if group in self._swept:
+            yield from self._swept[group]
+            return
+        is_fixed = any(choice.key == group for choice in self._fixed)  # and has left the grid
+        blocks: Any = [{}] if is_fixed else OmegaConf.to_container(self.outline.grid) or [{}]
+        for block in blocks:
+            names = block.get(group, self.outline[group].name)
+            yield from names if isinstance(names, list) else [names]
+
+
+def _of_plugin(choice: Choice) -> bool:
+    """Whether it sets a setting of a plugin; one that is added (+) or deleted (~) goes through as it is."""
+    group, _, setting = choice.key.partition(".")
+    return group in registry.GROUPS and bool(setting) and choice.override.type == OverrideType.CHANGE
+
+
+def _settings(group: str, name: str) -> list[str]:
+    return [field.name for field in own_fields(registry.plugin_class(group, name))]

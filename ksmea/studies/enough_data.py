@@ -1,0 +1,45 @@
+"""Whether data are enough for what is asked of them: real numbers measured, counted against unknowns."""
+
+from __future__ import annotations
+
+from ksmea.errors import SettingError
+from ksmea.kind import Kind
+from ksmea.measurement import Layout
+
+N_NOISE = 2  # unknowns of a noise that is estimated along: its relative part and its floor
+TO_TEST = 2  # real data per unknown below which the fit is not tested: it follows whatever was measured
+
+
+def n_real(layout: Layout) -> int:
+    """Real numbers that were measured: one of an amplitude, two of an amplitude and its phase."""
+    return len(layout.speed) * len(layout.channels) * Kind(layout.kind).dimensions
+
+
+def n_sought(n_unknown: int, *, with_noise: bool) -> int:
+    """How many numbers are sought, those of the noise among them where it is estimated."""
+    return n_unknown + (N_NOISE if with_noise else 0)
+
+
+def require_enough(layout: Layout, n_unknown: int, *, with_noise: bool) -> None:
+    """Raise `SettingError` for fewer real data than numbers sought: infinitely many answers fit them."""
+    found, needed = n_real(layout), n_sought(n_unknown, with_noise=with_noise)
+    if found >= needed:
+        return
+    n_speed, n_channel = len(layout.speed), len(layout.channels)
+    said = f"{n_speed} speed{_s(n_speed)} × {n_channel} channel{_s(n_channel)}"
+    said += " × amplitude and phase" if Kind(layout.kind) is Kind.COMPLEX else ""
+    noise = f" and {N_NOISE} of the noise" if with_noise else ""
+    remedy = ", or state the noise (sigma_um)" if with_noise else ""
+    raise SettingError(
+        f"{layout.source}: expected at least {needed} data for {n_unknown} unknown{_s(n_unknown)}{noise}, got {found}"
+        f" ({said}); measure more speeds or channels{remedy}"
+    )
+
+
+def can_be_tested(layout: Layout, n_unknown: int, *, with_noise: bool) -> bool:
+    """Whether data are many enough that a wrong model would show in what the fit leaves."""
+    return n_real(layout) >= TO_TEST * n_sought(n_unknown, with_noise=with_noise)
+
+
+def _s(count: int) -> str:
+    return "" if count == 1 else "s"
