@@ -66,7 +66,7 @@ def shortened(text: str, longest: int = LONGEST_QUOTE) -> str:
 
 
 def visible(text: str, kept: str = "") -> str:
-    """A text of a file, a record or a plan as a terminal may show it: what controls the terminal or cannot be seen stands as
+    r"""A text of a file, a record or a plan as a terminal may show it: what controls the terminal or cannot be seen stands as
     its escape, but for `kept`.
 
     >>> visible("red: \x1b[31m, next\nline")

@@ -20,7 +20,7 @@ from bench.reports.history_figures import mesh_figure, response_figure, updates_
 from bench.reports.runs import runs_frame
 from bench.reports.tables import summary_frame
 from ksmea.records.curves import ResponseCurves
-from ksmea.records.identification import IdentificationRecord, Seconds, UpdateRecord
+from ksmea.records.identification import IdentificationRecord, ParameterRecord, Seconds, UpdateRecord
 from ksmea.show.style import png
 from problems.three_disk import ThreeDisk
 
@@ -211,7 +211,8 @@ def leave_results(folder, plan, curves):
     with RecordWriter(folder, 0, plan) as writer:
         if curves is not None:
             counts = {"updates": 0, "model_evaluations": 1, "model_jacobians": 0, "surrogate_evaluations": 0}
-            record = IdentificationRecord("done", "smc", (), 1.0, **counts, seconds=Seconds(), curves=curves)
+            identified = ParameterRecord("kxx", "MN/m", 1e6, identified=5e7, at_limit=False)
+            record = IdentificationRecord("done", "smc", (identified,), 1.0, **counts, seconds=Seconds(), curves=curves)
             writer.result(plan.runs[0], record.to_data())
 
 
