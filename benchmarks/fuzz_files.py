@@ -34,6 +34,8 @@ from typing import Any
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")  # before numpy: trials are forks
 
+from unittest.mock import patch
+
 from bench import door
 from bench.reports import summary
 from ksmea.contracts import Problem
@@ -210,10 +212,10 @@ def try_run_up(content: bytes, folder: Path) -> None:
 
 def try_results(folder: Path) -> None:
     """`status`, `explain` and `collect` of a folder; figures are not drawn, which is most of the time of them."""
-    summary.png = lambda figure: b""  # type: ignore[assignment]
-    refused = []
-    for words in (["status"], ["explain", ""], ["collect"]):
-        door.run([*words, str(folder)], refused.append)
+    refused: list[str] = []
+    with patch.object(summary, "png", lambda figure: b""):
+        for words in (["status"], ["explain", ""], ["collect"]):
+            door.run([*words, str(folder)], refused.append)
     if refused:
         raise SettingError("\n".join(refused[:1]))
 
