@@ -58,8 +58,8 @@ def for_some_plugins(words: list[str], groups: Iterable[str]) -> list[str]:
 def _left_to_the_sweeper(word: str) -> str:
     key, _, value = word.partition("=")
     (choice,) = parse([word])
-    alone = choice.override.is_sweep_override() or choice.values in ((), (None,))  # Hydra has no sweep of null
-    return word if alone or not value else f"{key}={ALONE}{value})"
+    stays = choice.override.is_sweep_override() or choice.values in ((), (None,))  # Hydra has no sweep of null
+    return word if stays or not value else f"{key}={ALONE}{value})"
 
 
 def as_given(word: str) -> str:

@@ -1,9 +1,8 @@
 """Measurements that do not belong to the problem, from the command line: one line, and no result."""
 
 import pytest
-from hydra.core.config_store import ConfigStore
 
-from ksmea import registry
+from outside_package import outside_package
 
 METADATA = "Metadata-Version: 2.1\nName: rigs\nVersion: 1.0\n"
 ENTRY_POINTS = "[ksmea.measurements]\nrig = rigs:Rig\n"
@@ -46,16 +45,14 @@ DIRECT = ["method=direct", "optimizer.generations=2", "measurement=rig", "repeti
 def enter_with_rig(enter, tmp_path_factory, monkeypatch):
     """The bench inside this process with the measurement source of someone else, which is forgotten afterwards."""
     folder = tmp_path_factory.mktemp("packages")
-    (folder / "rigs.py").write_text(RIG)
-    information = folder / "rigs-1.0.dist-info"
-    information.mkdir()
-    (information / "METADATA").write_text(METADATA)
-    (information / "entry_points.txt").write_text(ENTRY_POINTS)
-    monkeypatch.syspath_prepend(folder)
-    registry.registered.cache_clear()
-    yield enter
-    registry.registered.cache_clear()
-    ConfigStore.instance().repo.get("measurement", {}).pop("rig.yaml", None)
+    information = "rigs-1.0.dist-info"
+    files = {
+        "rigs.py": RIG,
+        f"{information}/METADATA": METADATA,
+        f"{information}/entry_points.txt": ENTRY_POINTS,
+    }
+    with outside_package(folder, monkeypatch, files, "measurement", "rig"):
+        yield enter
 
 
 @pytest.mark.parametrize("words", [[], ["measurement.off_by=25", "measurement.says=false"]])

@@ -4,9 +4,8 @@ import json
 from collections import Counter
 
 import pytest
-from hydra.core.config_store import ConfigStore
 
-from ksmea import registry
+from outside_package import outside_package
 
 
 def rewrite_results(ended, key, **changes):
@@ -153,16 +152,14 @@ class Slow(ProblemSettings):
 def enter_with_slow(enter, tmp_path_factory, monkeypatch):
     """The bench inside this process with the problem of someone else, which is forgotten afterwards."""
     folder = tmp_path_factory.mktemp("packages")
-    (folder / "slow_rotor.py").write_text(SLOW)
-    information = folder / "slow-1.0.dist-info"
-    information.mkdir()
-    (information / "METADATA").write_text(METADATA)
-    (information / "entry_points.txt").write_text(ENTRY_POINTS)
-    monkeypatch.syspath_prepend(folder)
-    registry.registered.cache_clear()
-    yield enter
-    registry.registered.cache_clear()
-    ConfigStore.instance().repo.get("problem", {}).pop("slow.yaml", None)
+    information = "slow-1.0.dist-info"
+    files = {
+        "slow_rotor.py": SLOW,
+        f"{information}/METADATA": METADATA,
+        f"{information}/entry_points.txt": ENTRY_POINTS,
+    }
+    with outside_package(folder, monkeypatch, files, "problem", "slow"):
+        yield enter
 
 
 POPULATION = ["method=direct", "optimizer.generations=4", "optimizer.population=10"]
