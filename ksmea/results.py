@@ -80,7 +80,7 @@ class IdentificationResult(Result[IdentificationRecord]):
         for item in self.record.parameters:
             if item.name == name:
                 low, high = (None if end is None else end / item.si_per_unit for end in (item.low, item.high))
-                return Value(name, item.unit, item.identified / item.si_per_unit, low, high)
+                return Value(name, item.unit, item.value / item.si_per_unit, low, high)
         raise unknown("unknown of the identification:", name, [item.name for item in self.record.parameters])
 
     def __str__(self) -> str:

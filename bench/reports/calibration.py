@@ -62,6 +62,7 @@ def calibration_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
                     **_errors(results, facts),
                     **_intervals(results, facts, _level(cell)),
                     **shares,
+                    "ended_short_pct": _ended_short_pct(results),
                     "runs": len(results),
                     "failed": len(mine) - len(results),
                 }
@@ -80,6 +81,11 @@ def basin_shares(results: pd.DataFrame) -> dict[str, float]:
         "wrong_basin_pct": 100 * (excess > SAME_MAXIMUM).mean(),
         "higher_elsewhere_pct": 100 * (excess < -SAME_MAXIMUM).mean(),
     }
+
+
+def _ended_short_pct(results: pd.DataFrame) -> float:
+    """Per cent of the runs in which the method stopped elsewhere than at the maximum that its interval belongs to."""
+    return 100 * results["ended_short"].dropna().astype(float).mean() if "ended_short" in results else np.nan
 
 
 def _errors(results: pd.DataFrame, facts: ParameterFacts) -> dict[str, float]:
@@ -157,7 +163,7 @@ def _basin_lines(plan: Plan, frame: pd.DataFrame) -> list[str]:
     names = [cell_name(plan, cell) for cell in plan.cells]
     return ["", "ends in the basin of the likelihood that the truth lies in:"] + [
         f"  {name:<{max(map(len, names))}}  {row.right_basin_pct:5.1f} %;  another, less likely {row.wrong_basin_pct:5.1f} %;"
-        f"  another, more likely {row.higher_elsewhere_pct:5.1f} %"
+        f"  another, more likely {row.higher_elsewhere_pct:5.1f} %;  search ended short {row.ended_short_pct:5.1f} %"
         for name, row in zip(names, first.itertuples())
     ]
 

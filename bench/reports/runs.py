@@ -67,6 +67,7 @@ def _result_row(record: IdentificationRecord, exact: float | None) -> dict[str, 
     }
     if record.intervals is not None:
         row |= _interval_effort(record.intervals)
+        row |= {"search_excess": record.search_excess, "ended_short": record.ended_short}
     if record.basin_excess is not None:
         row["basin_excess"] = record.basin_excess
     if exact is not None and all(parameter.true for parameter in record.parameters):
@@ -75,10 +76,11 @@ def _result_row(record: IdentificationRecord, exact: float | None) -> dict[str, 
 
 
 def _interval_columns(parameter: ParameterRecord, kind: str) -> dict[str, Any]:
-    """Ends of an interval in the parameter's unit, empty where open, its kind, and whether it holds the true value, empty
-    where nobody knows that."""
+    """The most likely value and the ends of the interval around it in the parameter's unit, empty where open, its kind, and
+    whether it holds the true value, empty where nobody knows that."""
     name = parameter.name
     return {
+        sys.intern(f"{name}_most_likely"): parameter.in_unit(parameter.most_likely),
         sys.intern(f"{name}_low"): parameter.in_unit(parameter.low),
         sys.intern(f"{name}_high"): parameter.in_unit(parameter.high),
         sys.intern(f"{name}_interval"): sys.intern(kind),

@@ -23,9 +23,10 @@ def summary_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     """Tidy table: a row per parameter (then updates, evaluations, time) and cell; median, quartiles, failures.
 
     `error_pct_median` is the median of the absolute errors, `crlb_pct` the CRLB, at the identified values
-    where nobody knows the true ones: there is no error then. `low` and `high` are the
-    medians of the intervals' ends, empty where that side is open in most of them, and `covered_pct` says how many of the
-    intervals hold the reference. For `exact`, a share of the runs, the median is their mean.
+    where nobody knows the true ones: there is no error then. `most_likely`, `low` and `high` are medians of the maximum of
+    the likelihood and of the ends of the interval around it, empty where that side is open in most of them; `covered_pct`
+    says how many of the intervals hold the reference, `ended_short_pct` how many searches stopped elsewhere than at that
+    maximum. For `exact`, a share of the runs, the median is their mean.
     """
     printed = _printed_values(plan.report.paper)
     rows = [
@@ -86,16 +87,19 @@ def _crlb_pct(facts: ParameterFacts | None, results: pd.DataFrame) -> float:
 
 
 def _interval_summary(results: pd.DataFrame, name: str) -> dict[str, float]:
-    """Medians of the ends of the intervals; not a number where that side is open in most of them."""
+    """Medians of the most likely values and of the ends of their intervals; not a number where that side is open in most
+    of them."""
     if f"{name}_interval" not in results:
-        return {"low": np.nan, "high": np.nan, "covered_pct": np.nan}
+        return dict.fromkeys(("most_likely", "low", "high", "covered_pct", "ended_short_pct"), np.nan)
     low = results[f"{name}_low"].fillna(-np.inf).median()
     high = results[f"{name}_high"].fillna(np.inf).median()
     covered = results[f"{name}_covered"].dropna().astype(float)
     return {
+        "most_likely": results[f"{name}_most_likely"].median(),
         "low": low if np.isfinite(low) else np.nan,
         "high": high if np.isfinite(high) else np.nan,
         "covered_pct": 100 * covered.mean() if len(covered) else np.nan,
+        "ended_short_pct": 100 * results["ended_short"].dropna().astype(float).mean(),
     }
 
 
@@ -137,7 +141,7 @@ def as_text(plan: Plan, summary: pd.DataFrame) -> str:
     has_crlb, has_interval = summary["crlb_pct"].notna().any(), has_intervals(summary)
     head = ["parameter", "unit", "reference", *axes, "median", "[q1, q3]", "error %"]
     head += ["CRLB %"] if has_crlb else []
-    head += [f"{_level_pct(plan)} % interval", "covers %"] if has_interval else []
+    head += ["most likely", f"{_level_pct(plan)} % interval", "covers %"] if has_interval else []
     head += ["paper", "paper error %"] if has_paper else []
     head += ["runs", "failed"]
     lines = []
@@ -156,11 +160,25 @@ def as_text(plan: Plan, summary: pd.DataFrame) -> str:
         if has_crlb:
             line.append(number(row["crlb_pct"], 3))
         if has_interval:
-            line += [_interval_text(row), number(row["covered_pct"], 3)]
+            line += [number(row["most_likely"]), _interval_text(row), number(row["covered_pct"], 3)]
         if has_paper:
             line += [number(row["paper"]), number(row["paper_error_pct"])]
         lines.append([*line, str(row["runs"]), str(row["failed"])])
-    return aligned(head, lines)
+    return "\n".join([aligned(head, lines), *_search_lines(plan, summary)])
+
+
+def _search_lines(plan: Plan, summary: pd.DataFrame) -> list[str]:
+    """In how many runs of each cell the method stopped elsewhere than at the maximum that the intervals belong to."""
+    told = summary.dropna(subset="ended_short_pct").drop_duplicates(list(plan.axes) or None)
+    if not (told["ended_short_pct"] > 0).any():
+        return []
+    shares = "; ".join(f"{row['ended_short_pct']:.0f} % of the runs{_of_cell(plan, row)}" for _, row in told.iterrows())
+    return [f"search ended short of the maximum that most likely values and intervals belong to: {shares}"]
+
+
+def _of_cell(plan: Plan, row: pd.Series) -> str:
+    parts = [f"{axis}={place_text(None if pd.isna(row[axis]) else row[axis])}" for axis in telling_axes(plan)]
+    return f" ({', '.join(parts)})" if parts else ""
 
 
 def has_intervals(summary: pd.DataFrame) -> bool:

@@ -26,11 +26,11 @@ import numpy as np
 
 from ksmea.contracts import AnyEffect, Problem
 from ksmea.diagnosis.fit_quality import FitQuality, fit_quality
-from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_baseline
+from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_baseline, polished, settled
 from ksmea.diagnosis.observability import Detectable, Split, best_split, collinearity, smallest_detectable
 from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
 from ksmea.diagnosis.trials import Candidate, Trial, best_by_name, candidates_and_left_out, fitted, refined
-from ksmea.intervals import Estimate, estimate
+from ksmea.intervals import Estimate
 from ksmea.maximisation import maximise, with_best_noise
 from ksmea.measurement import Measurement
 
@@ -90,7 +90,14 @@ def diagnose(
     found, left_out = candidates_and_left_out(problem, effects)
     if not found:
         raise ValueError("diagnosis: expected effects that the problem has a location for, got none")
-    baseline, quality, trials = _ranked_trials(problem, measurement, found, half, rng, effort, progress)
+    baseline = fit_baseline(problem, measurement, rng, effort)
+    progress()
+    baseline, quality, trials = _ranked_trials(baseline, found, half, rng, effort, progress)
+    baseline_fit, baseline_estimate = settled(baseline.best, interval_level)
+    if baseline_fit.deviance < baseline.best.deviance - MOVED:
+        moved = BaselineFits(baseline_fit, (baseline.best, *baseline.others), baseline.screened)
+        baseline, quality, trials = _ranked_trials(moved, found, half, rng, effort, progress)
+        baseline_fit, baseline_estimate = settled(baseline.best, interval_level)
     significant = _significant(trials, half)
     lead = significant[0] if significant else None
     collinearities = {} if lead is None else _collinearities(lead, trials)
@@ -101,13 +108,12 @@ def diagnose(
     )
     best = best_estimate = best_quality = None
     if explained is not None:
-        best, best_quality = explained.fit, explained.quality
-        best_estimate = estimate(best.likelihood, best.point, level=interval_level)
-        if best_estimate.deviance < best.deviance - MOVED:
-            best = Fit(best.problem, best.likelihood, best_estimate.point)
+        best, best_estimate = settled(explained.fit, interval_level)
+        best_quality = explained.quality
+        if best.deviance < explained.fit.deviance - MOVED:
             best_quality = fit_quality(best, rng)
     detectable = {
-        name: (trial.location, tuple(smallest_detectable(baseline.best, trial.candidate, half / len(found))))
+        name: (trial.location, tuple(smallest_detectable(baseline_fit, trial.candidate, half / len(found))))
         for name, trial in best_by_name(trials).items()
     }
     verdict = _verdict(quality.p < half, best_quality, explained, half, detectable)
@@ -118,15 +124,15 @@ def diagnose(
         named=named,
         ambiguity_group=named if accepted is None else tuple(dict.fromkeys([*named, *accepted.rivals])),
         locations=() if accepted is None else accepted.locations,
-        baseline=baseline.best,
-        baseline_estimate=estimate(baseline.best.likelihood, baseline.best.point, level=interval_level, check=False),
+        baseline=baseline_fit,
+        baseline_estimate=baseline_estimate,
         baseline_quality=quality,
         trials=tuple(trials),
         best=best,
         applied=() if explained is None else explained.applied,
         best_estimate=best_estimate,
         best_quality=best_quality,
-        predictive_gain=None if best is None else predictive_gain(baseline.best, best, n_block, progress),
+        predictive_gain=None if best is None else predictive_gain(baseline_fit, best, n_block, progress),
         split=_split(explained) if verdict == "ambiguous" else None,
         collinearity=collinearities,
         detectable=detectable,
@@ -136,8 +142,7 @@ def diagnose(
 
 
 def _ranked_trials(
-    problem: Problem,
-    measurement: Measurement,
+    baseline: BaselineFits,
     found: Sequence[Candidate],
     level: float,
     rng: np.random.Generator,
@@ -145,8 +150,7 @@ def _ranked_trials(
     progress: Callable[[], None],
 ) -> tuple[BaselineFits, FitQuality, list[Trial]]:
     """The baseline model's fits, their quality, and every candidate fitted; refined if there is evidence of anything."""
-    baseline = fit_baseline(problem, measurement, rng, effort)
-    progress()
+    problem, measurement = baseline.best.problem, baseline.best.likelihood.measurement
     quality = fit_quality(baseline.best, rng)
     trials = fitted(problem, measurement, baseline.best, found, progress)
     if quality.p >= level and not _significant(trials, level):
@@ -205,14 +209,14 @@ def _explained(
 ) -> _Explained:
     """The best pair of effects if the second one is significant beside the first, or if the best effect alone does not
     leave noise behind and the pair does; else the best effect."""
-    fit = _polished(lead.fit)
+    fit = polished(lead.fit)
     quality = fit_quality(fit, rng)
     alone = _Explained(fit, quality, (lead,), _rivals(lead, trials, collinearities), _locations(lead, trials))
     leaves_noise = quality.p >= level
     firsts = [lead] if leaves_noise else list(best_by_name(significant).values())[:MAX_PAIRED]
     pairs = _pairs(firsts, trials, measurement, level, progress)
     for pair in [pair for pair in pairs if pair.delta_bic > lead.delta_bic + NEAR][:MAX_PAIRED]:
-        fit = _polished(pair.second.fit)
+        fit = polished(pair.second.fit)
         quality = fit_quality(fit, rng)
         if quality.p >= level:
             rivals = {
@@ -277,12 +281,6 @@ def _pairs(
             if second.p < level:
                 pairs.append(_Pair(first, second))
     return sorted(pairs, key=lambda pair: -pair.delta_bic)
-
-
-def _polished(fit: Fit) -> Fit:
-    """The same fit, converged, with the best noise."""
-    point = maximise(fit.likelihood, fit.point.theta)
-    return Fit(fit.problem, fit.likelihood, with_best_noise(fit.likelihood, point))
 
 
 def _verdict(

@@ -14,6 +14,7 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import Problem
 from ksmea.diagnosis.screening import scanned, screened
+from ksmea.intervals import Estimate, estimate
 from ksmea.likelihood import Likelihood, Point
 from ksmea.maximisation import best_maxima, maximise, nearest_maximum, with_best_noise
 from ksmea.measurement import Measurement, Noise
@@ -77,16 +78,37 @@ class BaselineFits:
     screened: Screened
 
 
-def fit_baseline(problem: Problem, measurement: Measurement, rng: np.random.Generator, effort: Effort) -> BaselineFits:
-    """The baseline model fitted from the best points of a screening of its whole box."""
+def fit_baseline(
+    problem: Problem,
+    measurement: Measurement,
+    rng: np.random.Generator,
+    effort: Effort,
+    likelihood: Likelihood | None = None,
+) -> BaselineFits:
+    """The baseline model fitted from the best points of a screening of its whole box; a likelihood of the two may be given
+    to count its evaluations."""
     n = 2 ** (effort.screening - 1).bit_length()
     found = screened(problem, measurement, sobol(n, len(problem.parameters), rng))
-    likelihood = Likelihood(Model(problem), measurement)
+    likelihood = likelihood or Likelihood(Model(problem), measurement)
     starts = [likelihood.start(u) for u in found.apart(effort.starts, START_DISTANCE).points]
     maxima = [with_best_noise(likelihood, point) for point in _maxima(likelihood, starts, effort)]
     maxima.sort(key=lambda point: point.deviance)
     fits = [Fit(problem, likelihood, point) for point in maxima]
     return BaselineFits(fits[0], tuple(fits[1:]), found)
+
+
+def polished(fit: Fit) -> Fit:
+    """The same fit, converged, with the best noise."""
+    point = maximise(fit.likelihood, fit.point.theta)
+    return Fit(fit.problem, fit.likelihood, with_best_noise(fit.likelihood, point))
+
+
+def settled(fit: Fit, level: float) -> tuple[Fit, Estimate]:
+    """A polished fit with intervals of confidence `level`: both belong to the highest maximum that profiles around it
+    meet."""
+    fit = polished(fit)
+    estimated = estimate(fit.likelihood, fit.point, level=level)
+    return Fit(fit.problem, fit.likelihood, estimated.point), estimated
 
 
 def fit_nearby(problem: Problem, measurement: Measurement, baseline: Fit) -> Fit:

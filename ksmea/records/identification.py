@@ -19,27 +19,45 @@ from ksmea.units import TURN
 
 # Fields of a parameter that had other names in records before schema 3.
 RENAMED = {"at_bound": "at_limit", "bound": "crlb", "interval": "kind", "likely": "most_likely"}
+SHORT = 0.1  # parts of an interval's width between a method's value and the maximum, above which its search ended short
 
 
 @dataclass(frozen=True)
 class ParameterRecord:
-    """One unknown. All values are SI; divided by `si_per_unit` they are in `unit`, which people read."""
+    """One unknown. All values are SI; divided by `si_per_unit` they are in `unit`, which people read.
+
+    `identified` is where the method's search ended. The interval, the noise and `most_likely` belong to a maximum of the
+    likelihood, which may lie elsewhere; `value` is what is reported beside an interval.
+    """
 
     name: str
     unit: str
     si_per_unit: float
     identified: float  # by the method
-    at_limit: bool  # whether it lies at a search limit, within a thousandth of the range
+    at_limit: bool  # whether `value` lies at a search limit, within a thousandth of the range
     true: float | None = None  # None where nobody knows it
     low: float | None = None  # ends of the interval; None where that side is open
     high: float | None = None
     kind: str | None = None  # of the interval (`ksmea.intervals.Interval`); None where there is none
-    most_likely: float | None = None  # at the maximum of the likelihood nearest to what was identified
-    crlb: float | None = None  # CRLB (1 σ) at the identified values; None where infinite or not computed
+    most_likely: float | None = None  # at the maximum of the likelihood that the interval belongs to
+    crlb: float | None = None  # CRLB (1 σ) at the reported values; None where infinite or not computed
 
     def in_unit(self, value: float | None) -> float:
         """One of its values in its unit; not a number where there is none."""
         return np.nan if value is None else value / self.si_per_unit
+
+    @property
+    def value(self) -> float:
+        """The most likely value where it is known, else the method's."""
+        return self.identified if self.most_likely is None else self.most_likely
+
+    @property
+    def ended_short(self) -> bool:
+        """Whether the method's value is not the one that the interval belongs to."""
+        if self.most_likely is None or (self.low is None and self.high is None):
+            return False
+        ends = [abs(end - self.most_likely) for end in (self.low, self.high) if end is not None]
+        return abs(self.identified - self.most_likely) > SHORT * 2 * float(np.mean(ends))
 
     @property
     def error_pct(self) -> float | None:
@@ -138,7 +156,8 @@ class IdentificationRecord(Record):
     notes: dict[str, float | None] = field(default_factory=dict)  # of the surrogate
     intervals: IntervalEffort | None = None  # None where none were asked for or none could be made
     interval_error: str | None = None  # why none could be made
-    deviance: float | None = None  # −2 ln L at the maximum of the likelihood nearest to what was identified
+    deviance: float | None = None  # −2 ln L at the maximum of the likelihood that the intervals belong to
+    search_excess: float | None = None  # what it is higher where the method's search ended, at the same noise
     lack_of_fit: LackOfFit | None = None
     correlation: Matrix | None = None  # of the estimates, (d, d); None where the data cannot tell
     data: DataDescription | None = None
@@ -163,8 +182,18 @@ class IdentificationRecord(Record):
 
     @property
     def x(self) -> Array:
-        """Identified values (d,) SI."""
+        """What the method found (d,) SI."""
         return np.array([parameter.identified for parameter in self.parameters])
+
+    @property
+    def values(self) -> Array:
+        """What is reported (d,) SI: the most likely values where they are known, else the method's."""
+        return np.array([parameter.value for parameter in self.parameters])
+
+    @property
+    def ended_short(self) -> bool:
+        """Whether the method stopped elsewhere than at the maximum that intervals and noise belong to."""
+        return any(parameter.ended_short for parameter in self.parameters)
 
     def with_truth(
         self, parameters: Parameters, truth: Mapping[str, float], response: ComplexArray | None = None

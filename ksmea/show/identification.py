@@ -14,10 +14,11 @@ from ksmea.records.curves import FitCurves, as_array
 from ksmea.records.identification import DataDescription, IdentificationRecord, LackOfFit, ParameterRecord
 from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.fit_figure import draw_amplitude, fit_figure
+from ksmea.show.text import number
 from ksmea.units import MICROMETRE, RPM
 
 SLIGHT = 0.1  # parts of the noise below this part of the whole everywhere are not mentioned
-COLUMNS = ("parameter", "unit", "value", "low", "high", "kind", "crlb", "at_limit")
+COLUMNS = ("parameter", "unit", "value", "low", "high", "kind", "crlb", "at_limit", "search_end")
 
 
 def text(record: IdentificationRecord, title: str = "") -> str:
@@ -28,12 +29,12 @@ def text(record: IdentificationRecord, title: str = "") -> str:
 
 def frame(record: IdentificationRecord) -> pd.DataFrame:
     """A row per parameter, in its unit: `low` and `high` are empty where the data leave that side open, `kind` says how
-    the interval was made, `crlb` is the Cramér–Rao bound (1 σ) at the identified values."""
+    the interval was made, `crlb` is the Cramér–Rao bound (1 σ) at the values, `search_end` where the method stopped."""
     rows = [
         (
             *(part.name, part.unit),
-            *(part.in_unit(value) for value in (part.identified, part.low, part.high)),
-            *(part.kind, part.in_unit(part.crlb), part.at_limit),
+            *(part.in_unit(value) for value in (part.value, part.low, part.high)),
+            *(part.kind, part.in_unit(part.crlb), part.at_limit, part.in_unit(part.identified)),
         )
         for part in record.parameters
     ]
@@ -71,6 +72,8 @@ def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:
         yield from (f"  note: {remark}" for remark in record.data.remarks)
     for parameter in record.parameters:
         yield f"  {_value_text(record, parameter)}"
+    if record.ended_short:
+        yield _search_text(record)
     if record.interval_error is not None:
         yield f"no intervals: {record.interval_error}"
     yield from _noise_text(record)
@@ -93,7 +96,7 @@ def _data_text(data: DataDescription) -> str:
 def _value_text(record: IdentificationRecord, parameter: ParameterRecord) -> str:
     """For example 'kxx = 50.03 MN/m, 95 % interval [49.92, 50.14]'."""
     name, unit = parameter.name.replace("_", " "), parameter.unit
-    value, low, high = (parameter.in_unit(end) for end in (parameter.identified, parameter.low, parameter.high))
+    value, low, high = (parameter.in_unit(end) for end in (parameter.value, parameter.low, parameter.high))
     digits = _decimals(value, low, high)
     level = f"{100 * (0.95 if record.intervals is None else record.intervals.level):g} %"
     best = f"{_number(value, digits)} {unit}"
@@ -107,10 +110,19 @@ def _value_text(record: IdentificationRecord, parameter: ParameterRecord) -> str
         said = f"{name}: at least {_number(low, digits)} {unit} ({level}; best fit {best})"
     else:
         said = f"{name} = {best}, {level} interval [{_number(low, digits)}, {_number(high, digits)}]"
-        most_likely = parameter.in_unit(parameter.most_likely)
-        if abs(most_likely - value) > SLIGHT * (high - low):
-            said += f", most likely {_number(most_likely, digits)}"
     return said + ("; best fit at a limit of its search (problem.limits)" if parameter.at_limit else "")
+
+
+def _search_text(record: IdentificationRecord) -> str:
+    """Where the method stopped, for the unknowns of which that is not the value above."""
+    ends = ", ".join(
+        f"{part.name.replace('_', ' ')} = {_number(part.in_unit(part.identified), digits)} {part.unit}"
+        for part in record.parameters
+        if part.ended_short
+        for digits in [_decimals(*(part.in_unit(value) for value in (part.identified, part.low, part.high)))]
+    )
+    higher = "" if record.search_excess is None else f", where the deviance is {number(record.search_excess, 3)} higher"
+    return f"search ended short: the method stopped at {ends}{higher}; the values above are at the maximum of the likelihood"
 
 
 def _decimals(value: float, low: float, high: float) -> int:

@@ -124,7 +124,7 @@ def diagnosis_record(found: Diagnosis, measurement: Measurement, interval_level:
         ambiguity_group=found.ambiguity_group,
         locations=found.locations,
         applied=tuple(_effect(candidate) for candidate in found.applied),
-        ranking=tuple(_trial(trial, interval_level) for trial in found.trials),
+        ranking=tuple(_trial(trial, found, interval_level) for trial in found.trials),
         lack_of_fit=_lack_of_fit(found, measurement),
         noise=_noise(found, measurement),
         coefficients=_coefficients(found),
@@ -147,8 +147,12 @@ def _effect(candidate: Candidate) -> EffectRecord:
     return EffectRecord(candidate.name, str(effect), dataclasses.asdict(effect))
 
 
-def _trial(trial: Trial, level: float) -> TrialRecord:
-    estimated = estimate(trial.fit.likelihood, trial.fit.point, level=level, check=False)
+def _trial(trial: Trial, found: Diagnosis, level: float) -> TrialRecord:
+    """A trial with its sizes; where the verdict speaks of this effect alone, those of the extended fit."""
+    if found.best_estimate is not None and found.applied == (trial.candidate,):
+        estimated = found.best_estimate
+    else:
+        estimated = estimate(trial.fit.likelihood, trial.fit.point, level=level, check=False)
     own = range(trial.fit.likelihood.d - trial.n_unknown, trial.fit.likelihood.d)
     return TrialRecord(
         effect=trial.name,
@@ -228,8 +232,8 @@ def _noise(found: Diagnosis, measurement: Measurement) -> NoiseRecord:
     return NoiseRecord(
         known=noise is not None,
         by_datum=noise is not None and np.ndim(noise.floor) > 0,
-        before=_noise_level(found.baseline.noise),
-        after=None if found.best is None else _noise_level(found.best.noise),
+        before=_noise_level(found.baseline_estimate.noise),
+        after=None if found.best_estimate is None else _noise_level(found.best_estimate.noise),
     )
 
 

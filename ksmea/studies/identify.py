@@ -1,7 +1,8 @@
 """Identification: the values that a method finds from one measurement, with an interval beside each.
 
-The intervals belong to the maximum of the true model's likelihood nearest to what the method found. They take
-evaluations and Jacobians of the true model, which are counted apart from the method's.
+Intervals, noise and most likely values belong to one maximum of the true model's likelihood: the one nearest to what the
+method found, or with details a higher one that a search of the whole box meets. The record says where the method ended
+besides. All that takes evaluations and Jacobians of the true model, which are counted apart from the method's.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from ksmea.arrays import Array
 from ksmea.contracts import Method, Problem
 from ksmea.cramer_rao import identifiability
 from ksmea.diagnosis.fit_quality import fit_quality
-from ksmea.diagnosis.fitting import Fit
+from ksmea.diagnosis.fitting import Effort, Fit, fit_baseline, polished
 from ksmea.errors import SettingError
 from ksmea.identification import Identification, Streams, at_limit
 from ksmea.intervals import Estimate, Interval, estimate
@@ -44,6 +45,7 @@ from ksmea.units import TURN
 
 INTERVALS = ("profile", "information", "none")
 LACK_OF_FIT_LEVEL = 0.01  # chance of rejecting a right model
+LOWER = 0.01  # a deviance this far below that of the maximum nearest to the method's values is another maximum
 N_FINE = 1000  # speeds that a fitted curve is drawn at, besides those measured
 
 
@@ -65,9 +67,10 @@ def identification(
 
     `intervals`: 'profile' (from the information, checked and where needed replaced by the profile likelihood: some ten
     Jacobians an unknown), 'information' (unchecked: a few in all) or 'none'; `level` is their confidence. Where they
-    cannot be computed the record says why. `crlb` adds Cramér–Rao bounds and correlations at the identified values.
+    cannot be computed the record says why. `crlb` adds Cramér–Rao bounds and correlations at the reported values.
     `details` adds what a report on one identification shows: the data in words with `remarks`, data and fit over speed,
-    and a test of the fit by simulations that draw from `rng`. `curves` adds the amplitudes that figures compare.
+    and a test of the fit by simulations; the whole box is searched for a higher maximum too. Both draw from `rng`. `curves`
+    adds the amplitudes that figures compare.
 
     Raises `SettingError` for settings that cannot be and for fewer data than unknowns, `ArithmeticError` where what was identified is not finite.
     """
@@ -84,13 +87,21 @@ def identification(
     record = _method_record(problem, measurement, found)
     noise = measurement.noise
     if intervals != "none" and (noise is None or measurement.has_noise):
-        tested_by = rng if details and testable else None
-        record, noise = _with_intervals(record, problem, measurement, level, intervals == "profile", tested_by)
+        record, noise = _with_intervals(
+            record,
+            problem,
+            measurement,
+            level,
+            check=intervals == "profile",
+            rng=rng if details else None,
+            test=testable,
+        )
     if crlb and noise is not None and not noise.is_absent:
         record = _with_crlb(record, problem, measurement, noise)
     if details:
-        data = _description(measurement, (*remarks, *slips(problem, found.x, measurement)), testable=testable)
-        record = dataclasses.replace(record, data=data, fit=fit_curves(problem, measurement, found.x, noise))
+        x = record.values
+        data = _description(measurement, (*remarks, *slips(problem, x, measurement)), testable=testable)
+        record = dataclasses.replace(record, data=data, fit=fit_curves(problem, measurement, x, noise))
     if curves:
         record = dataclasses.replace(record, curves=response_curves(problem, measurement, found))
     return record
@@ -146,17 +157,24 @@ def _with_intervals(
     problem: Problem,
     measurement: Measurement,
     level: float,
+    *,
     check: bool,
     rng: np.random.Generator | None,
+    test: bool,
 ) -> tuple[IdentificationRecord, Noise | None]:
     """The record with intervals, noise level and what they took, and the noise, estimated where it was not known; what
-    cannot be computed costs no identification. With a generator the fit is tested too."""
+    cannot be computed costs no identification. With a generator a higher maximum is looked for all over the box, and with
+    `test` the fit is tested."""
     started = time.perf_counter()
     model = Model(problem)
     likelihood = Likelihood(model, measurement)
     try:
-        nearest = nearest_maximum(likelihood, problem.parameters.to_cube(record.x))
-        estimated = estimate(likelihood, nearest, level=level, check=check)
+        point = nearest_maximum(likelihood, problem.parameters.to_cube(record.x))
+        if rng is not None:
+            best = fit_baseline(problem, measurement, rng, Effort(), likelihood).best
+            point = polished(best).point if best.deviance < point.deviance - LOWER else point
+        estimated = estimate(likelihood, point, level=level, check=check)
+        fit = Fit(problem, likelihood, estimated.point)
     except np.linalg.LinAlgError as error:
         return dataclasses.replace(record, interval_error=str(error)), measurement.noise
     effort = IntervalEffort(
@@ -170,28 +188,48 @@ def _with_intervals(
         record,
         parameters=_with_ends(record.parameters, problem.parameters, estimated),
         intervals=effort,
-        deviance=finite(nearest.deviance),
-        lack_of_fit=None if rng is None else _lack_of_fit(Fit(problem, likelihood, estimated.point), rng),
+        deviance=finite(fit.deviance),
+        search_excess=finite(_excess(fit, record.x)),
+        lack_of_fit=_lack_of_fit(fit, rng) if rng is not None and test else None,
     ), estimated.noise
+
+
+def _excess(fit: Fit, x: Array) -> float:
+    """How much higher the deviance is at x (d,) SI than at the fit's maximum, at the same noise."""
+    theta = np.concatenate([fit.problem.parameters.to_cube(x), fit.point.theta[len(x) :]])
+    return fit.likelihood.deviance(theta) - fit.deviance
 
 
 def _with_ends(
     parts: Sequence[ParameterRecord], parameters: Parameters, estimated: Estimate
 ) -> tuple[ParameterRecord, ...]:
+    at = at_limit(parameters.to_cube(estimated.x))
     return tuple(
-        dataclasses.replace(
-            part, low=finite(told.low), high=finite(told.high), kind=told.kind, most_likely=float(most_likely)
-        )
-        for part, parameter, interval, most_likely in zip(parts, parameters, estimated.intervals, estimated.x)
-        for told in [_told(parameter, interval)]
+        _with_end(part, *values) for part, *values in zip(parts, parameters, estimated.intervals, estimated.x, at)
     )
 
 
-def _told(parameter: Parameter, interval: Interval) -> Interval:
-    """The interval; of an angle that is free to turn, one as wide as a turn holds any value."""
+def _with_end(
+    part: ParameterRecord, parameter: Parameter, interval: Interval, most_likely: float, at: bool
+) -> ParameterRecord:
+    """An unknown with its interval and most likely value. An angle that is free to turn is told in (−180°, 180°], the
+    method's value on the turn nearest to it; an interval as wide as a turn holds any value."""
     if parameter.is_full_turn and not interval.high - interval.low < TURN:
-        return Interval(-np.inf, np.inf, "not identifiable")
-    return interval
+        interval = Interval(-np.inf, np.inf, "not identifiable")
+    told = parameter.turned(float(most_likely))
+    by = told - float(most_likely)
+    found = part.identified
+    if parameter.is_full_turn:
+        found += TURN * round((told - found) / TURN)
+    return dataclasses.replace(
+        part,
+        identified=found,
+        at_limit=at,
+        low=finite(interval.low + by),
+        high=finite(interval.high + by),
+        kind=interval.kind,
+        most_likely=told,
+    )
 
 
 def _noise_level(noise: Noise, *, is_estimated: bool) -> NoiseLevel:
@@ -206,9 +244,11 @@ def _lack_of_fit(fit: Fit, rng: np.random.Generator) -> LackOfFit:
 def _with_crlb(
     record: IdentificationRecord, problem: Problem, measurement: Measurement, noise: Noise
 ) -> IdentificationRecord:
-    """The record with Cramér–Rao bounds and correlations at the identified values; None where they are infinite."""
+    """The record with Cramér–Rao bounds and correlations at the reported values; None where they are infinite."""
     try:
-        told = identifiability(problem, record.x, noise, measurement.kind, noise_known=measurement.noise is not None)
+        told = identifiability(
+            problem, record.values, noise, measurement.kind, noise_known=measurement.noise is not None
+        )
     except np.linalg.LinAlgError:
         return record
     return dataclasses.replace(

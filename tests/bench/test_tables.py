@@ -14,8 +14,8 @@ from bench.reports.collect import collect
 
 PAPER = Path(bench.__file__).parent / "paper" / "table3.csv"
 HEADER = (
-    "parameter,unit,reference,samples,paper,paper_error_pct,median,q1,q3,error_pct_median,crlb_pct,low,high,"
-    "covered_pct,runs,failed"
+    "parameter,unit,reference,samples,paper,paper_error_pct,median,q1,q3,error_pct_median,crlb_pct,most_likely,"
+    "low,high,covered_pct,ended_short_pct,runs,failed"
 )
 NAN = float("nan")
 

@@ -5,14 +5,19 @@ import dataclasses
 import numpy as np
 import pytest
 
+from ksmea import registry
 from ksmea.cramer_rao import identifiability
 from ksmea.errors import SettingError
 from ksmea.identification import Identification, Streams, Update
+from ksmea.likelihood import Likelihood
+from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.misfit import Misfit
+from ksmea.model import Model
 from ksmea.parameters import Parameter, Parameters
 from ksmea.records.curves import as_array
 from ksmea.records.identification import IdentificationRecord, Seconds
+from ksmea.studies.diagnose import diagnosis
 from ksmea.studies.identify import identification
 from problems.three_disk import ThreeDisk
 
@@ -68,7 +73,7 @@ def test_intervals_and_crlb_belong_to_the_data(rotor):
     record = identification(rotor, measurement, Finds(1.01 * TRUTH), STREAMS)
     assert record.intervals.level == 0.95 and not record.intervals.noise.estimated
     assert record.intervals.model_jacobians > 0 and np.isfinite(record.deviance)
-    told = identifiability(rotor, 1.01 * TRUTH, Noise(0.05, 0.0), "complex")
+    told = identifiability(rotor, record.values, Noise(0.05, 0.0), "complex")
     for part, crlb, true in zip(record.parameters, told.crlb, TRUTH):
         assert part.crlb == pytest.approx(crlb)
         assert part.low < part.most_likely < part.high
@@ -84,12 +89,45 @@ def test_details_describe_the_data_and_test_the_fit(rotor):
     assert record.data.n_speed == len(rotor.speed) and record.data.remarks == ("a note",)
     assert record.intervals.noise.estimated and record.intervals.noise.relative == pytest.approx(0.05, rel=0.2)
     assert 0 < record.lack_of_fit.p <= 1 and not record.lack_of_fit.rejected
-    response = rotor.response(TRUTH[None])[0]
+    response = rotor.response(record.values[None])[0]
     assert as_array(record.fit.fitted.amplitude) == pytest.approx(np.abs(response), rel=1e-7)
     assert as_array(record.fit.measured.phase) == pytest.approx(np.angle(measurement.values), rel=1e-7)
     assert set(np.round(rotor.speed, 4)) <= set(np.round(as_array(record.fit.fine.speed), 4))
     assert np.shape(record.fit.sd) == response.shape
     assert IdentificationRecord.from_data(record.to_data()) == record
+
+
+@pytest.mark.parametrize("end", [1.02 * TRUTH, np.array([25e6, 90e6, 900.0, 100.0, 4e-4])])
+def test_value_interval_and_noise_belong_to_one_maximum_wherever_the_method_ended(rotor, end):
+    measurement = measured(rotor, None)
+    record = identification(rotor, measurement, Finds(end), STREAMS, details=True, rng=np.random.default_rng(3))
+    likelihood = Likelihood(Model(rotor), measurement)
+    best = nearest_maximum(likelihood, rotor.parameters.to_cube(TRUTH))  # the data are good: it is the truth's
+    # Searches end where the deviance falls by less than 1e-7: to 3e-4 of a standard deviation.
+    assert record.values == pytest.approx(rotor.parameters.to_si(best.theta[:5]), rel=1e-5)
+    assert record.deviance == pytest.approx(best.deviance, abs=1e-6)
+    assert record.x == pytest.approx(end) and record.ended_short and record.search_excess > 10
+    for part in record.parameters:
+        assert part.low < part.value < part.high and not part.at_limit
+    # The likelihood's noise, corrected for the degrees of freedom that the fit took.
+    left = (likelihood.n_residual - 5) / likelihood.n_residual
+    assert record.intervals.noise.relative * np.sqrt(left) == pytest.approx(likelihood.noise(best.theta).relative, 1e-4)
+
+
+def test_identification_and_diagnosis_tell_the_same_of_the_same_data(rotor):
+    measurement = measured(rotor, None)
+    rng = np.random.default_rng
+    found = identification(rotor, measurement, Finds(1.02 * TRUTH), STREAMS, details=True, rng=rng(3))
+    effects = {name: registry.create("effect", name, {}) for name in ("runout", "probe_rotation")}
+    told = diagnosis(rotor, measurement, effects, rng(4))
+    for part, other in zip(found.parameters, told.coefficients):
+        before = other.before
+        # Both searches end within 3e-4 of a standard deviation, ends of intervals within 0.003 of their half-width.
+        assert part.in_unit(part.value) == pytest.approx(before.value, rel=1e-4)
+        assert [part.in_unit(part.low), part.in_unit(part.high)] == pytest.approx([before.low, before.high], rel=1e-2)
+        assert before.low < before.value < before.high
+    noise = found.intervals.noise
+    assert (noise.relative, noise.floor) == pytest.approx((told.noise.before.relative, told.noise.before.floor), 1e-3)
 
 
 def test_curves_hold_no_truth(rotor):

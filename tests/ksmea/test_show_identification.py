@@ -46,11 +46,15 @@ def test_the_sentences_are_those_that_were_printed(detailed):
 def test_a_record_without_details_has_a_title_and_values(synthetic):
     assert text(synthetic, "here").splitlines() == [
         "here",
-        "  kxx = 50.13 MN/m, 95 % interval [49.90, 50.11], most likely 50.00",
-        "  kyy = 69.94 MN/m, 95 % interval [69.88, 70.15], most likely 70.03",
-        "  cxx = 0.58 kN s/m, 95 % interval [0.44, 0.61], most likely 0.52",
-        "  cyy: at most 0.915 kN s/m (95 %; best fit 0.954 kN s/m)",
-        "  u = 194.8 g mm, 95 % interval [194.4, 202.0], most likely 198.2",
+        "  kxx = 50.00 MN/m, 95 % interval [49.90, 50.11]",
+        "  kyy = 70.03 MN/m, 95 % interval [69.88, 70.15]",
+        "  cxx = 0.52 kN s/m, 95 % interval [0.44, 0.61]",
+        "  cyy: at most 0.92 kN s/m (95 %; best fit 0.65 kN s/m)",
+        "  u = 198.2 g mm, 95 % interval [194.4, 202.0]",
+        (
+            "search ended short: the method stopped at kxx = 50.13 MN/m, kyy = 69.94 MN/m, cxx = 0.58 kN s/m,"
+            " cyy = 0.954 kN s/m, u = 194.8 g mm; the values above are at the maximum of the likelihood"
+        ),
         "noise as stated: 10 %",
         "hard to tell apart (correlation beyond ± 0.95): not computed, without noise",
     ]
@@ -78,6 +82,21 @@ def test_each_kind_of_interval_in_words(synthetic, changed, expected):
     assert text(record).splitlines()[0] == f"  {expected}"
 
 
+def test_a_value_stands_inside_its_own_interval_and_where_the_method_stopped_is_said(synthetic):
+    part = ParameterRecord(
+        "kxx", "MN/m", 1e6, 47.4e6, False, low=48.4e6, high=49.2e6, kind="profile", most_likely=48.8e6
+    )
+    record = dataclasses.replace(synthetic, parameters=(part,), search_excess=31.234)
+    value, ended = text(record).splitlines()[:2]
+    assert value == "  kxx = 48.80 MN/m, 95 % interval [48.40, 49.20]"
+    assert ended.startswith(
+        "search ended short: the method stopped at kxx = 47.4 MN/m, where the deviance is 31.2 higher"
+    )
+    assert frame(record).loc[0, ["value", "search_end"]].tolist() == pytest.approx([48.8, 47.4])
+    near = dataclasses.replace(part, identified=48.85e6)  # 6 % of the interval's width
+    assert "ended short" not in text(dataclasses.replace(record, parameters=(near,)))
+
+
 def test_why_there_are_no_intervals_is_said(synthetic):
     record = dataclasses.replace(synthetic, intervals=None, interval_error="Singular matrix")
     assert "no intervals: Singular matrix" in text(record).splitlines()
@@ -89,7 +108,7 @@ def test_the_table_has_a_row_per_parameter_in_its_unit(detailed, synthetic):
     assert list(table.index) == ["kxx", "kyy", "cxx", "cyy", "u", "phase_origin"]
     first = detailed.parameters[0]
     assert table.loc["kxx", ["value", "low", "high", "crlb"]].tolist() == pytest.approx(
-        [value / 1e6 for value in (first.identified, first.low, first.high, first.crlb)]
+        [value / 1e6 for value in (first.most_likely, first.low, first.high, first.crlb)]
     )
     assert table.loc["phase_origin", "unit"] == "deg" and table.loc["phase_origin", "value"] == pytest.approx(
         39.88, 1e-3
