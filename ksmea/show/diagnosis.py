@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ksmea.records.diagnosis import DiagnosisRecord, EstimateRecord, FitQualityRecord, TrialRecord
+from ksmea.show import hidden
 from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
 from ksmea.show.text import aligned, number
 from ksmea.units import MICROMETRE, RPM
@@ -18,8 +19,15 @@ MAX_RANKED = 6  # effects that the text lists
 
 
 def text(record: DiagnosisRecord) -> str:
-    """The diagnosis as an engineer would say it."""
-    blocks = [_what_is_wrong(record), _cause(record), _predictive_gain(record), _detectable(record), _left_out(record)]
+    """The diagnosis as an engineer would say it; below it, apart, what synthetic data were made to hide."""
+    blocks = [
+        _what_is_wrong(record),
+        _cause(record),
+        _predictive_gain(record),
+        _detectable(record),
+        _left_out(record),
+        hidden.paragraph(record.hidden, "diagnosis"),
+    ]
     return "\n\n".join(block for block in blocks if block)
 
 

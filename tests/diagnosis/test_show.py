@@ -46,9 +46,20 @@ def test_the_text_says_whether_left_out_data_support_the_extension():
     assert "is not supported by left-out data: it predicts 3 of 6 blocks" in found and "-1 in the median block" in found
 
 
+def test_what_was_hidden_stands_below_all_that_was_found_and_apart_from_it():
+    """With its location and its true values in their units, in a paragraph of its own; none where nothing was hidden."""
+    found, _, hidden = text(RECORD).rpartition("\n\n")
+    first, second = RECORD.hidden[0].parameters
+    assert hidden == (
+        "Hidden in these synthetic data (not seen by the diagnosis):\n"
+        f"  runout ({RECORD.hidden[0].location}): runout_x = {first.value:.4g} µm, runout_y = {second.value:.4g} µm"
+    )
+    assert found == text(changed(hidden=())) and "idden" not in found
+
+
 def test_effects_that_were_left_out_are_named_with_the_reason():
     assert "left out" not in text(RECORD)
-    record = changed(left_out={"mine": "does not fit this problem: KeyError: 3"})
+    record = changed(left_out={"mine": "does not fit this problem: KeyError: 3"}, hidden=())
     assert text(record).endswith("Effect mine was left out: does not fit this problem: KeyError: 3")
     assert DiagnosisRecord.from_data(record.to_data()).left_out == record.left_out and RECORD.left_out == {}
 
