@@ -23,7 +23,7 @@ from bench.reports.tables import csv_text
 from ksmea.extension import extended_yaml
 from ksmea.records.diagnosis import DiagnosisRecord, EstimateRecord
 from ksmea.records.hidden import HiddenEffect
-from ksmea.show.diagnosis import text
+from ksmea.show.diagnosis import about_extension, text
 from ksmea.show.diagnosis_figure import ranking_figure, residual_figure
 from ksmea.show.hidden import COLUMN, in_one_line
 from ksmea.show.style import png
@@ -52,7 +52,8 @@ class DiagnosisReport(Report):
             return Made(_summary_text(plan, runs), files, runs, outdated=OF_ONE_RUN)
         cell, record = plan.cells[done[0].cell], lines[done[0].key].record(DiagnosisRecord)
         files["diagnosis.json"] = (json.dumps(public(record), indent=1) + "\n").encode()
-        if text_of_extension := extended_yaml(cell.chosen("problem"), cell.settings["problem"], record):
+        chosen, settings = cell.chosen("problem"), cell.settings["problem"]
+        if text_of_extension := extended_yaml(chosen, settings, record, about_extension(record)):
             files["extended.yaml"] = text_of_extension.encode()
         figures = {"residuals.png": residual_figure, "effects.png": ranking_figure}
         return Made(

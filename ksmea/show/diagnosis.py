@@ -31,6 +31,22 @@ def text(record: DiagnosisRecord) -> str:
     return "\n\n".join(block for block in blocks if block)
 
 
+def about_extension(record: DiagnosisRecord) -> list[str]:
+    """What the file of the extended model says of itself: whether it is one of several that explain the data about as well
+    and what would tell them apart, of which data it is, and its effects with their sizes."""
+    lines = []
+    if record.verdict == "ambiguous":
+        lines += ["One of several models: the diagnosis is ambiguous.", *_split(record)]
+    data = f'the measurement "{record.source}"' if record.source else "a measurement"
+    lines.append(f"This file holds {_applied(record)}, fitted to {data}:")
+    lines += [
+        f"  {row.name} = {_cell(row.after)} {row.after.unit}"
+        for row in record.coefficients
+        if row.before is None and row.after is not None
+    ]
+    return lines + _locations(record)
+
+
 def frame(record: DiagnosisRecord) -> pd.DataFrame:
     """The ranked effects, a row per unknown of each effect at each location; sizes and the ends of their intervals in
     `unit`, NaN where open."""
@@ -110,10 +126,8 @@ def _noise(record: DiagnosisRecord) -> str:
 
 
 def _cause(record: DiagnosisRecord) -> str:
-    names = " and ".join(f"{effect.name} ({effect.location})" for effect in record.applied)
-    lines = [f"Verdict: {record.verdict}" + (f": {names}" if record.is_explained else "")]
-    if len(record.locations) > 1:
-        lines.append(f"The location is not certain: {' or '.join(record.locations)}.")
+    names = _applied(record)
+    lines = [f"Verdict: {record.verdict}" + (f": {names}" if record.is_explained else ""), *_locations(record)]
     if record.verdict == "ambiguous":
         lines += _split(record)
     if record.verdict == "unknown":
@@ -126,6 +140,15 @@ def _cause(record: DiagnosisRecord) -> str:
             if part.at_limit and record.applied
         ]
     return "\n".join([*lines, "", _ranking(record)])
+
+
+def _applied(record: DiagnosisRecord) -> str:
+    return " and ".join(f"{effect.name} ({effect.location})" for effect in record.applied)
+
+
+def _locations(record: DiagnosisRecord) -> list[str]:
+    many = len(record.locations) > 1
+    return [f"The location is not certain: {' or '.join(record.locations)}."] if many else []
 
 
 def _split(record: DiagnosisRecord) -> list[str]:

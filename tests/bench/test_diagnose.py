@@ -87,6 +87,8 @@ def test_how_clearly_visible_it_was_is_judged_from_the_true_values(hidden):
 
 
 def test_the_extended_model_is_a_problem_that_other_commands_take(hidden, shell):
+    head = (hidden.output / "extended.yaml").read_text(encoding="utf-8").splitlines()[0]
+    assert head.startswith("# This file holds runout (") and head.endswith('fitted to the measurement "synthetic":')
     words = ["problem=extended", "problem.file=results/diagnose/extended.yaml", "measurement.relative=0.05"]
     cheap = ["method=direct", "optimizer=lm", "repetitions=1", "optimizer.screening=500", "optimizer.starts=2"]
     ended = shell(*words, *cheap, cwd=hidden.output.parents[1], output="results/run")
