@@ -23,10 +23,15 @@ def processors(output: Path) -> dict[str, str]:
     return found
 
 
+def counted_processors(output: Path, plan: Plan) -> Counter[str]:
+    """How many of the planned runs have a result that was computed on each."""
+    known = processors(output)
+    return Counter(known[key] for key in {run.key for run in plan.runs} if key in known)
+
+
 def mixed_processors(output: Path, plan: Plan) -> str:
     """One line where the results of the planned runs were computed on several kinds of processors; else empty."""
-    known = processors(output)
-    counts = Counter(known[key] for key in {run.key for run in plan.runs} if key in known)
+    counts = counted_processors(output, plan)
     if len(counts) < 2:
         return ""
     counted = ", ".join(f"{processor}: {count}" for processor, count in counts.most_common())
