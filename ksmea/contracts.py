@@ -65,6 +65,11 @@ class Problem(ABC):
         place, counted as evaluations."""
         raise self._refusal("has a sensitivity", "take differences of its response (`ksmea.model.Model.linearise`)")
 
+    def linearised(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Response (n_speed, n_channel) and sensitivity at x (d,) SI, which together count as one Jacobian. Left out: one
+        after the other."""
+        return self.response(x[None])[0], self.sensitivity(x)
+
     @property
     def has_sensitivity(self) -> bool:
         return type(self).sensitivity is not Problem.sensitivity
@@ -330,7 +335,8 @@ class Method(Settings):
     @abstractmethod
     def identify(self, problem: Problem, measurement: Measurement, streams: Streams) -> Identification:
         """The values that agree best with the measurement. A problem that is not seen as the measurement is a
-        `SettingError`; `ksmea.alignment.aligned` makes the one that is."""
+        `SettingError`; `ksmea.alignment.aligned` makes the one that is. The problem that an identification hands over
+        counts what it is asked (`ksmea.model.CountedProblem`), and its record has that count."""
 
 
 CONTRACTS: Mapping[str, type[Settings]] = MappingProxyType(

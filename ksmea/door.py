@@ -25,6 +25,7 @@ from ksmea.measurement import Measurement, Noise
 from ksmea.records.hidden import HiddenEffect
 from ksmea.results import DiagnosisResult, IdentifiabilityResult, IdentificationResult, PlanResult
 from ksmea.settings import own_fields
+from ksmea.show.diagnosis import about_extension
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
 from ksmea.studies.identifiability import IdentifiabilityOptions, identifiability_study
 from ksmea.studies.identify import identification
@@ -254,7 +255,7 @@ def diagnose(
     every, left_out = registry.create_all("effect", () if effects else (name for name in known if name not in without))
     record = diagnosis(seen, data, asked or every, _generator(rng), options=options, left_out=left_out)
     own = {field.name: getattr(problem.settings, field.name) for field in own_fields(type(problem.settings))}
-    return DiagnosisResult(record, extended_yaml(problem.name, own, record))
+    return DiagnosisResult(record, extended_yaml(problem.name, own, record, about_extension(record)))
 
 
 def _kind_of_file(path: Path) -> str:

@@ -39,6 +39,7 @@ class Identification:
     """Identified values and all that stands behind them; `misfit` is in the method's own form.
 
     `stop` is one of: smc, sdf, repeated (the optimum is a sample already), updates, budget, optimizer.
+    Evaluations and Jacobians are what the method counts; a record has the study's own count (`ksmea.studies.identify`).
     `seconds` splits the wall time into model, surrogate (fits), search (optimiser and predictions) and total.
     """
 

@@ -10,16 +10,14 @@ from __future__ import annotations
 import os
 import struct
 import zlib
-from collections.abc import Sequence
 from pathlib import Path
 from typing import BinaryIO
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.channel import Channel
+from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import Problem
-from ksmea.parameters import Parameters
+from ksmea.proxy import ProblemProxy
 from ksmea.regular_files import open_regular
 
 # An entry: lengths of question and answer in bytes, their checksum, then both as they lie in memory.
@@ -85,40 +83,13 @@ def _entries(path: Path) -> list[tuple[bytes, bytes]]:
     return entries
 
 
-class JournaledProblem(Problem):
-    """A problem whose responses and sensitivities are served from a journal, or computed and written into it."""
+class JournaledProblem(ProblemProxy):
+    """A problem whose responses and sensitivities are served from a journal, or computed and written into it. The same rotor
+    elsewhere has no journal: its answers are for these speeds and channels."""
 
     def __init__(self, problem: Problem, journal: Journal) -> None:
-        self._problem = problem
+        super().__init__(problem)
         self._journal = journal
-
-    @property
-    def parameters(self) -> Parameters:
-        return self._problem.parameters
-
-    @property
-    def speed(self) -> Array:
-        return self._problem.speed
-
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        return self._problem.channels
-
-    def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
-        """The same rotor elsewhere, without the journal, whose answers are for these speeds and channels."""
-        return self._problem.at(speed, channels)
-
-    @property
-    def has_free_phase(self) -> bool:
-        return self._problem.has_free_phase
-
-    @property
-    def costly(self) -> Indices:
-        return self._problem.costly
-
-    @property
-    def sites(self) -> Array:
-        return self._problem.sites
 
     def response(self, x: Array) -> ComplexArray:
         """One parameter set after the other, so that a run that is killed among them loses the one in work alone."""
@@ -130,17 +101,13 @@ class JournaledProblem(Problem):
     def _one(self, x: Array) -> ComplexArray:
         answer = self._journal.answer("response", x)
         if answer is None:
-            answer = self._problem.response(x)
+            answer = self._behind.response(x)
             self._journal.write("response", x, answer)
         return answer
-
-    @property
-    def has_sensitivity(self) -> bool:
-        return self._problem.has_sensitivity
 
     def sensitivity(self, x: Array) -> ComplexArray:
         answer = self._journal.answer("sensitivity", x)
         if answer is None:
-            answer = self._problem.sensitivity(x)
+            answer = self._behind.sensitivity(x)
             self._journal.write("sensitivity", x, answer)
         return answer.reshape(len(self.speed), len(self.channels), len(self.parameters))

@@ -1,19 +1,77 @@
-"""The true model as methods and surrogates see it: every evaluation is counted and timed here, never by plugins."""
+"""The true model as methods see it: every evaluation is counted and timed here, never by plugins. Surrogates meet its
+responses alone."""
 
 from __future__ import annotations
 
 import time
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass
 
 import numpy as np
 
 from ksmea.alignment import require_aligned
 from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import Channel
 from ksmea.contracts import Predictor, Problem
 from ksmea.differences import cube_differences
 from ksmea.errors import BudgetSpent
 from ksmea.misfit import Misfit
 from ksmea.objective import Objective
+from ksmea.proxy import ProblemProxy
 from ksmea.transforms import Transform
+
+
+class CountedProblem(ProblemProxy):
+    """A problem that counts what it is asked, at whatever speeds and channels and with whatever unbalance: points, and
+    sensitivities as Jacobians; one with the response at its point (`linearised`) is one Jacobian. Modes are not counted."""
+
+    def __init__(self, behind: Problem, count: Count | None = None) -> None:
+        super().__init__(behind)
+        self.count = Count() if count is None else count
+
+    def response(self, x: Array) -> ComplexArray:
+        with self.count.adds(evaluations=len(x)):
+            return self._behind.response(x)
+
+    def dense_response(self, x: Array) -> ComplexArray:
+        with self.count.adds(evaluations=len(x)):
+            return self._behind.dense_response(x)
+
+    def sensitivity(self, x: Array) -> ComplexArray:
+        with self.count.adds(jacobians=1):
+            return self._behind.sensitivity(x)
+
+    def linearised(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
+        with self.count.adds(jacobians=1):
+            return self._behind.linearised(x)
+
+    def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
+        return CountedProblem(self._behind.at(speed, channels), self.count)
+
+    def with_phase_origin(self) -> Problem:
+        return CountedProblem(self._behind.with_phase_origin(), self.count)
+
+    def with_unbalance(self, position: float, magnitude: float, phase: float) -> Problem:
+        return CountedProblem(self._behind.with_unbalance(position, magnitude, phase), self.count)
+
+
+@dataclass
+class Count:
+    """What was asked of a problem, and the time that it took."""
+
+    evaluations: int = 0
+    jacobians: int = 0
+    seconds: float = 0.0
+
+    @contextmanager
+    def adds(self, evaluations: int = 0, jacobians: int = 0) -> Iterator[None]:
+        """Count what is computed inside, once it is."""
+        started = time.perf_counter()
+        yield
+        self.seconds += time.perf_counter() - started
+        self.evaluations += evaluations
+        self.jacobians += jacobians
 
 
 class Model:
@@ -27,9 +85,19 @@ class Model:
         self.problem = problem
         self.budget = budget
         self.jacobian_cost = jacobian_cost
-        self.evaluations = 0
-        self.jacobians = 0
-        self.seconds = 0.0
+        self._counted = CountedProblem(problem)
+
+    @property
+    def evaluations(self) -> int:
+        return self._counted.count.evaluations
+
+    @property
+    def jacobians(self) -> int:
+        return self._counted.count.jacobians
+
+    @property
+    def seconds(self) -> float:
+        return self._counted.count.seconds
 
     @property
     def left(self) -> int | None:
@@ -44,11 +112,7 @@ class Model:
     def response(self, u: Array) -> ComplexArray:
         """(k, d) in the unit cube → complex response (k, n_speed, n_channel), m."""
         self._require(len(u))
-        started = time.perf_counter()
-        response = self.problem.response(self.problem.parameters.to_si(u))
-        self.seconds += time.perf_counter() - started
-        self.evaluations += len(u)
-        return response
+        return self._counted.response(self.problem.parameters.to_si(u))
 
     def linearise(self, u: Array) -> tuple[ComplexArray, ComplexArray]:
         """Response (n_speed, n_channel) at a point (d,) of the unit cube and its derivatives (n_speed, n_channel, d).
@@ -59,14 +123,9 @@ class Model:
         if not self.problem.has_sensitivity:
             return self._differences(u)
         self._require(self.jacobian_cost)
-        started = time.perf_counter()
         parameters = self.problem.parameters
-        x = parameters.to_si(u)
-        response = self.problem.response(x[None])[0]
-        sensitivity = self.problem.sensitivity(x) * parameters.width
-        self.seconds += time.perf_counter() - started
-        self.jacobians += 1
-        return response, sensitivity
+        response, sensitivity = self._counted.linearised(parameters.to_si(u))
+        return response, sensitivity * parameters.width
 
     def _require(self, n_point: int) -> None:
         """Raise `BudgetSpent` where the budget leaves fewer points."""

@@ -8,6 +8,7 @@ from typing import Any
 
 from bench.commands.folders import folders
 from bench.jobs.lines import SCHEMA, Ended, SessionLine
+from bench.jobs.processors import processors
 from bench.jobs.records import read_lines, read_records
 from bench.plan.outside import is_distribution, is_file
 from bench.plan.plan import PLAN_FILE, Plan, Run, read_plan
@@ -51,7 +52,8 @@ def _explanation(plan: Plan, run: Run, folder: Path) -> str:
     if last is None:
         lines += _why_stale(plan, run, folder) or ["missing: no attempt was made"]
     else:
-        lines.append(f"{last.status}{': ' + last.error if last.error else ''}")
+        done_on = processors(folder).get(run.key)
+        lines.append(f"{last.status}{': ' + last.error if last.error else ''}{f' on {done_on}' if done_on else ''}")
         if last.traceback:
             lines.append(last.traceback.rstrip())
         if len(attempts) > 1:
@@ -86,7 +88,8 @@ def _why_stale(plan: Plan, run: Run, folder: Path) -> list[str]:
     changed = _differences(session.versions, plan.versions)
     changed += _code_differences(session.modules, plan.modules, used)
     reason = "; ".join(changed) or "the set of modules that it uses"
-    return [f"stale: answered on {session.began} at commit {session.commit}; changed since: {reason}"]
+    place = f" by {session.platform}" if session.platform else ""
+    return [f"stale: answered on {session.began}{place} at commit {session.commit}; changed since: {reason}"]
 
 
 def _what_changed_since_the_plan(plan: Plan, settings: Mapping[str, Any], code: str) -> list[str]:

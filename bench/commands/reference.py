@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import io
 import json
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import Any
 import pandas as pd
 
 from bench.jobs.lines import RESULTS
+from bench.jobs.processors import counted_processors, mixed_processors
 from bench.plan.plan import PLAN_FILE, Plan, plan_from_lines, plan_lines, read_plan
 from bench.plan.report import report_named
 from bench.storage.files import replace_file
@@ -27,6 +29,12 @@ def write_reference(output: Path, folder: Path = REFERENCE) -> list[Path]:
     if plan.commit.endswith("+"):
         raise SettingError(
             f"{output / PLAN_FILE}: expected results of committed code, got {plan.commit}; commit and run again"
+        )
+    for processor in counted_processors(output, plan):  # one, or it is refused; the plan knows where it was planned
+        plan = dataclasses.replace(plan, platform=processor)
+    if mixed := mixed_processors(output, plan):
+        raise SettingError(
+            f"{output}: expected results of one kind of processor, but {mixed}; choose another output=DIR"
         )
     head = "".join(f"# {json.dumps(_without_place(line))}\n" for line in plan_lines(plan) if line["line"] != "run")
     made = report_named(plan.report.table).make(plan, output)

@@ -8,6 +8,7 @@ from pathlib import Path
 
 from bench.commands.folders import folders
 from bench.jobs.lines import RESULTS, UNREADABLE, RunLine, Started
+from bench.jobs.processors import mixed_processors
 from bench.jobs.records import read_records, running_sessions
 from bench.plan.plan import Plan, Run, key_of, read_plan
 from bench.plan.provenance import code_digest, library_versions, used_modules
@@ -42,6 +43,8 @@ def _status(output: Path) -> int:
         print(f"{label:>8} {count:6d}{'  (' + reasons + ')' if reasons else ''}")
     print(f"{'stale':>8} {counts['stale']:6d}{'  (answered by other code or libraries)' if counts['stale'] else ''}")
     print(f"{'missing':>8} {counts['missing']:6d}")
+    if mixed := mixed_processors(output, plan):
+        print(visible(f"note: {mixed}"))
     return 0 if n_done == len(plan.runs) else 1
 
 

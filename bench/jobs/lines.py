@@ -50,6 +50,7 @@ class RunLine(msgspec.Struct, frozen=True, kw_only=True, tag_field="event"):
     traceback: str = ""
     elapsed: float | None = None  # s
     taken_from: str = ""  # the folder of another experiment, which did this run
+    platform: str = ""  # kind of processor that it was done on there
     raw: bytes = b""  # the line as it stands in its file
     body: Any = None  # its record, where it was read before
 

@@ -11,6 +11,7 @@ from typing import Any, BinaryIO, Self, TypeVar, overload
 
 from bench.jobs.lines import RESULTS, SCHEMA, Ended, Line, RunLine, SessionLine, Started, line_text, read_line
 from bench.plan.plan import Plan, Run
+from bench.plan.provenance import platform_name
 from bench.storage.locks import exclusive, is_held
 from ksmea import registry
 from ksmea.records.record import Record
@@ -69,7 +70,7 @@ class RecordWriter:
                         session=self._session,
                         began=time.strftime("%Y-%m-%dT%H:%M:%S%z"),
                         commit=plan.commit,
-                        platform=plan.platform,
+                        platform=platform_name(),
                         versions=dict(plan.versions),
                         modules=dict(plan.modules),
                     )

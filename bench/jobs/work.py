@@ -14,9 +14,10 @@ from bench.jobs.execute import execute
 from bench.jobs.lines import RESULTS, RunLine
 from bench.jobs.log import experiment_log
 from bench.jobs.pool import Limits, run_tasks
+from bench.jobs.processors import processors
 from bench.jobs.records import RecordWriter, finished_keys, read_records
 from bench.plan.plan import Plan, Run, read_plan
-from bench.plan.provenance import OURS
+from bench.plan.provenance import OURS, platform_name
 
 JOURNALS = "journals"
 GIGABYTE = 2**30
@@ -49,7 +50,8 @@ def work(job: Job) -> None:
     with RecordWriter(job.output, job.batch, plan) as writer, experiment_log(job.output, plan.name, job.batch) as log:
         todo = _take_over(todo, job.share, writer, plan)
         n_worker = min(job.workers or available_cores(), len(todo))
-        log.info("%d runs to do with %d workers, commit %s", len(todo), n_worker, plan.commit)
+        told = len(todo), n_worker, plan.commit, platform_name()
+        log.info("%d runs to do with %d workers, commit %s, on %s", *told)
         # disable=None: silent where there is no terminal
         with tqdm(total=len(todo), desc=plan.name, unit="run", disable=None) as bar:
             tasks = ((run, (*_arguments(plan, run, job), len(todo) == 1)) for run in todo)
@@ -94,9 +96,11 @@ def _take_over(todo: list[Run], share: tuple[Path, ...], writer: RecordWriter, p
         def wanted_line(line: RunLine) -> RunLine | None:
             return line if line.key in wanted and line.has_result else None
 
+        done_on = processors(folder)
         for key, line in read_records(folder, wanted_line, plan).items():
             if line is not None:
-                writer.result(wanted.pop(key), {**line.content(), "taken_from": str(folder)})
+                place = {"taken_from": str(folder), "platform": done_on.get(key, "")}
+                writer.result(wanted.pop(key), {**line.content(), **place})
     return list(wanted.values())
 
 

@@ -51,6 +51,17 @@ class Composer:
         """The experiment with all settings of those plugins."""
         return self.at({})
 
+    def own(self, points: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
+        """The points, each once, without settings that are swept and that the plugins chosen there do not have."""
+        kept: list[dict[str, Any]] = []
+        for point in points:
+            groups = {key: value for key, value in point.items() if key in registry.GROUPS}
+            left_out = {key for key in self._swept if _is_of_plugin(key) and not self._has(key, groups)}
+            own = {key: value for key, value in point.items() if key not in left_out}
+            if own not in kept:
+                kept.append(own)
+        return kept
+
     def at(self, point: Mapping[str, Any]) -> DictConfig:
         """The configuration at one point: {setting or group: value}."""
         groups = {key: value for key, value in point.items() if key in registry.GROUPS}
@@ -76,10 +87,12 @@ class Composer:
         )
 
     def _concerns(self, choice: Choice, groups: Mapping[str, str]) -> bool:
-        """Whether a fixed setting is one of the plugins chosen at a point; of a group without alternatives it always is."""
-        if not _of_plugin(choice):
-            return True
-        group, setting = choice.key.split(".")[:2]
+        """Whether what is fixed is for a point: a setting of a plugin, where the one chosen there has it."""
+        return not _of_plugin(choice) or self._has(choice.key, groups)
+
+    def _has(self, key: str, groups: Mapping[str, str]) -> bool:
+        """Whether a setting is one of the plugin chosen at a point; of a group without alternatives it always is."""
+        group, setting = key.split(".")[:2]
         names = self._alternatives[group]
         chosen = groups.get(group, self.outline[group].name)
         require_offered(group, chosen)
@@ -110,8 +123,12 @@ class Composer:
 
 def _of_plugin(choice: Choice) -> bool:
     """Whether it sets a setting of a plugin; one that is added (+) or deleted (~) goes through as it is."""
-    group, _, setting = choice.key.partition(".")
-    return group in registry.GROUPS and bool(setting) and choice.override.type == OverrideType.CHANGE
+    return _is_of_plugin(choice.key) and choice.override.type == OverrideType.CHANGE
+
+
+def _is_of_plugin(key: str) -> bool:
+    group, _, setting = key.partition(".")
+    return group in registry.GROUPS and bool(setting)
 
 
 def _settings(group: str, name: str) -> list[str]:

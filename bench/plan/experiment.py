@@ -80,7 +80,7 @@ class Experiment:
         grid: Any = OmegaConf.to_container(config.grid)
         for block in grid:
             _check_axes(block)
-        points = grid_points(grid, swept, {choice.key for choice in fixed})
+        points = composer.own(grid_points(grid, swept, {choice.key for choice in fixed}))
         modules: dict[str, str] = {}
         cells = tuple(_cell(composer.at(point), point, modules) for point in points)
         versions = library_versions()

@@ -98,7 +98,7 @@ class Plan:
     command: tuple[str, ...]
     commit: str
     versions: Mapping[str, str]
-    platform: str  # kind of processor as far as rounding depends on it
+    platform: str  # kind of processor as far as rounding depends on it, where it was planned
     modules: Mapping[str, str]  # digests of all modules that take part in any of the runs
     cells: tuple[Cell, ...]
     runs: tuple[Run, ...]

@@ -14,6 +14,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import scipy.linalg  # noqa: F401 – its own linear algebra is loaded with it, and named too
 from threadpoolctl import threadpool_info
 
 from bench.plan.outside import NUMERICAL, OURS, outside_code
@@ -117,7 +118,7 @@ def library_versions() -> dict[str, str]:
 
 @cache
 def platform_name() -> str:
-    """Kind of processor as the linear algebra sees it, for example 'x86_64 SkylakeX': what rounding depends on."""
+    """Kind of processor and kernels of the linear algebra here, for example 'x86_64 SkylakeX': what rounding depends on."""
     kernels = sorted({str(pool.get("architecture", "?")) for pool in threadpool_info() if pool["user_api"] == "blas"})
     return " ".join([platform.machine(), *kernels])
 

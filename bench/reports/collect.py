@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import hashlib
+import os
 import sys
+import traceback
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -11,6 +13,7 @@ from pathlib import Path
 import pandas as pd
 
 from bench.jobs.lines import RESULTS
+from bench.jobs.processors import mixed_processors
 from bench.jobs.records import read_records
 from bench.plan.plan import Plan, read_plan
 from bench.plan.report import Drawing, report_named
@@ -18,7 +21,7 @@ from bench.reports.history_figures import mesh_figure
 from bench.reports.summary import curves_by_cell, for_figures
 from bench.reports.tables import csv_text
 from bench.storage.files import remove_partial, replace_file
-from ksmea.errors import shortened, visible, visible_lines
+from ksmea.errors import SettingError, shortened, visible, visible_lines
 from ksmea.regular_files import open_regular
 from ksmea.show.style import png
 
@@ -27,13 +30,24 @@ DRAWN = ".drawn"  # holds a digest of what the figures beside it were drawn from
 
 
 def collect(output: Path, redraw: bool = True) -> int:
-    """Write and print what the records of an experiment say; 0 where every planned run has a result, else 1.
+    """Write and print what the records of an experiment say; 0 where every planned run has a result, else 1, as where its
+    report cannot be made: what was written before then stays.
 
     Without `redraw`, figures that were drawn from the same tables by the same code are left as they are.
     """
     plan = read_plan(output)
     remove_partial(output)
-    made = report_named(plan.report.table).make(plan, output)
+    report = report_named(plan.report.table)
+    try:
+        made = report.make(plan, output)
+    except (SettingError, OSError):
+        raise
+    except Exception as error:  # whatever a report of other people raises
+        if os.environ.get("BENCH_TRACEBACK"):
+            traceback.print_exc()
+        told = f"{type(report).__name__} of {output} cannot be made ({_reason(error)}); records and earlier tables stay"
+        print(visible(told), file=sys.stderr)
+        return 1
     for name in made.outdated:
         (output / name).unlink(missing_ok=True)
     for name, content in made.files.items():
@@ -46,6 +60,7 @@ def collect(output: Path, redraw: bool = True) -> int:
     print(visible_lines(made.text))
     there = sorted(path.name for pattern in ("*.csv", "*.png") for path in output.glob(pattern))
     counted = [_count_line(plan, made.runs)] if len(plan.runs) else []
+    counted += [f"note: {mixed}"] if (mixed := mixed_processors(output, plan)) else []
     print(visible_lines("\n" + "\n".join([*counted, f"in {output}: {', '.join(map(visible, there))}"])))
     return 0 if made.runs["status"].isin(RESULTS).all() else 1
 
@@ -72,8 +87,11 @@ def _draw(figures: Callable[[], Mapping[str, Drawing]], output: Path) -> bool:
 
 
 def _tell_not_drawn(what: str, error: Exception) -> None:
-    reason = " ".join(f"{type(error).__name__}: {error}".split())
-    print(f"{what}: cannot be drawn ({reason}); the tables are written", file=sys.stderr)
+    print(f"{what}: cannot be drawn ({_reason(error)}); the tables are written", file=sys.stderr)
+
+
+def _reason(error: Exception) -> str:
+    return " ".join(f"{type(error).__name__}: {error}".split())
 
 
 def _digest(files: Mapping[str, bytes], commit: str) -> bytes:

@@ -18,12 +18,14 @@ from bench.plan.columns import place_columns, run_columns
 from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
+from bench.reports.hidden import hidden_by_cell, hidden_paragraph
 from bench.reports.tables import csv_text
 from ksmea.extension import extended_yaml
 from ksmea.records.diagnosis import DiagnosisRecord, EstimateRecord
 from ksmea.records.hidden import HiddenEffect
-from ksmea.show.diagnosis import text
+from ksmea.show.diagnosis import about_extension, text
 from ksmea.show.diagnosis_figure import ranking_figure, residual_figure
+from ksmea.show.hidden import COLUMN, in_one_line
 from ksmea.show.style import png
 from ksmea.show.text import aligned, number
 
@@ -31,7 +33,7 @@ CLEARLY_VISIBLE = 60.0  # deviance drop that the true model makes
 SHORT = 1.0  # of a deviance drop that misses this much of it
 COLLINEAR = 0.95  # collinearity from which two effects count as one
 OF_ONE_RUN = ("diagnosis.json", "extended.yaml", "residuals.png", "effects.png")
-OF_THE_BENCH = ("curves", "hidden", "hidden_deviance_drop")  # fields that diagnosis.json does not show
+OF_THE_BENCH = ("curves", "hidden", "hidden_deviance_drop")  # fields that are no part of what was found
 
 
 @dataclass(frozen=True)
@@ -50,7 +52,8 @@ class DiagnosisReport(Report):
             return Made(_summary_text(plan, runs), files, runs, outdated=OF_ONE_RUN)
         cell, record = plan.cells[done[0].cell], lines[done[0].key].record(DiagnosisRecord)
         files["diagnosis.json"] = (json.dumps(public(record), indent=1) + "\n").encode()
-        if text_of_extension := extended_yaml(cell.chosen("problem"), cell.settings["problem"], record):
+        chosen, settings = cell.chosen("problem"), cell.settings["problem"]
+        if text_of_extension := extended_yaml(chosen, settings, record, about_extension(record)):
             files["extended.yaml"] = text_of_extension.encode()
         figures = {"residuals.png": residual_figure, "effects.png": ranking_figure}
         return Made(
@@ -63,8 +66,10 @@ class DiagnosisReport(Report):
 
 
 def public(record: DiagnosisRecord) -> dict[str, Any]:
-    """What diagnosis.json holds: all of a record but what the bench needs for itself, and what was hidden."""
-    return {name: value for name, value in record.to_data().items() if name not in OF_THE_BENCH}
+    """What diagnosis.json holds: what was found, and last, in a field of its own, what synthetic data were made to hide."""
+    data = record.to_data()
+    found = {name: value for name, value in data.items() if name not in OF_THE_BENCH}
+    return found | ({"hidden": data["hidden"]} if record.hidden else {})
 
 
 def diagnosis_runs(plan: Plan, lines: Mapping[str, RunLine]) -> pd.DataFrame:
@@ -94,7 +99,7 @@ def _row(record: DiagnosisRecord) -> dict[str, Any]:
         "elpd_difference": None if gain is None else gain.elpd_difference,
         "seconds": record.seconds,
         "hidden": " ".join(effect.effect for effect in record.hidden),
-        **(_found(record) if record.hidden else {}),
+        **(_found(record) | {COLUMN: in_one_line(record.hidden)} if record.hidden else {}),
     }
 
 
@@ -142,6 +147,7 @@ def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     """A row per cell: how often each verdict, and of what was hidden and clearly visible how much was found; `fit_short`
     counts fits that stopped before the maximum that the true values lead to, `surplus` diagnoses that name an effect too many."""
     rows = []
+    hidden = hidden_by_cell(runs)
     for index, _ in enumerate(plan.cells):
         mine = runs[runs["cell"] == index]
         results = mine[mine["status"].isin(RESULTS)]
@@ -168,6 +174,8 @@ def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
                 "sizes": int(visible["sizes_compared"].sum()),
                 "sizes_held": int(visible["sizes_held"].sum()),
             }
+        if index in hidden:
+            row[COLUMN] = hidden[index]
         row["seconds_median"] = results["seconds"].median() if "seconds" in results else np.nan
         rows.append(row)
     return pd.DataFrame(rows)
@@ -175,9 +183,8 @@ def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
 
 def _summary_text(plan: Plan, runs: pd.DataFrame) -> str:
     frame = summary(plan, runs)
-    columns = [name for name in frame.columns if name != "cell" and name not in place_columns(plan, plan.cells[0])]
-    lines = [
-        [cell_name(plan, plan.cells[row["cell"]]), *(number(row[column]) for column in columns)]
-        for row in frame.to_dict("records")
-    ]
-    return aligned(["cell", *columns], lines)
+    names = [cell_name(plan, cell) for cell in plan.cells]
+    place = place_columns(plan, plan.cells[0])
+    columns = [name for name in frame.columns if name not in ("cell", COLUMN, *place)]
+    lines = [[name, *(number(row[column]) for column in columns)] for name, row in zip(names, frame.to_dict("records"))]
+    return "\n\n".join(filter(None, [aligned(["cell", *columns], lines), hidden_paragraph(plan, runs, "diagnosis")]))

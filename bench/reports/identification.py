@@ -18,6 +18,7 @@ from bench.plan.report import Made, Report
 from bench.reports.runs import runs_frame
 from bench.reports.tables import csv_text
 from ksmea.records.identification import IdentificationRecord
+from ksmea.show.hidden import COLUMN, in_one_line
 from ksmea.show.identification import COLUMNS, frame, plot, text
 from ksmea.show.style import png
 
@@ -56,7 +57,8 @@ def identification_frame(plan: Plan, found: Mapping[Run, IdentificationRecord]) 
     frames = []
     for run, record in found.items():
         place = {"cell": run.cell, "repetition": run.repetition, **place_columns(plan, plan.cells[run.cell])}
-        frames.append(frame(record).assign(**place))
+        hidden = {COLUMN: in_one_line(record.hidden)} if record.hidden else {}
+        frames.append(frame(record).assign(**place, **hidden))
     if not frames:
         return pd.DataFrame(columns=[*COLUMNS, "cell", "repetition", *plan.axes])
     return pd.concat(frames, ignore_index=True)

@@ -15,6 +15,7 @@ from bench.jobs.records import read_records
 from bench.plan.columns import place_columns
 from bench.plan.plan import Plan, Run
 from ksmea.records.identification import IdentificationRecord, IntervalEffort, ParameterRecord
+from ksmea.show.hidden import COLUMN, in_one_line
 
 
 def runs_frame(plan: Plan, output: Path) -> pd.DataFrame:
@@ -68,6 +69,8 @@ def _result_row(record: IdentificationRecord, exact: float | None) -> dict[str, 
     if record.intervals is not None:
         row |= _interval_effort(record.intervals)
         row |= {"search_excess": record.search_excess, "ended_short": record.ended_short}
+    if record.hidden:
+        row[COLUMN] = in_one_line(record.hidden)
     if record.basin_excess is not None:
         row["basin_excess"] = record.basin_excess
     if exact is not None and all(parameter.true for parameter in record.parameters):

@@ -15,6 +15,7 @@ from bench.plan.plan import Plan
 from bench.plan.report import Drawing, Made, Report
 from bench.reports.cost import cost_figure, cost_frame
 from bench.reports.figures import summary_figure
+from bench.reports.hidden import hidden_paragraph
 from bench.reports.history_figures import MAX_LINES, response_figure, updates_figure
 from bench.reports.runs import runs_frame
 from bench.reports.tables import as_text, csv_text, slips, slips_text, summary_frame
@@ -30,8 +31,13 @@ class SummaryReport(Report):
     def make(self, plan: Plan, output: Path) -> Made:
         runs = runs_frame(plan, output)
         summary = summary_frame(plan, runs)
+        blocks = [
+            as_text(plan, summary),
+            slips_text(slips(plan.report.paper)),
+            hidden_paragraph(plan, runs, "identification"),
+        ]
         return Made(
-            f"{as_text(plan, summary)}\n{slips_text(slips(plan.report.paper))}",
+            "\n\n".join(filter(None, blocks)),
             {f"{plan.name}.csv": csv_text(summary).encode(), "runs.csv": csv_text(runs).encode()},
             runs,
             lambda: _figures(plan, runs, summary, output),

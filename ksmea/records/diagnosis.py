@@ -209,6 +209,7 @@ class DiagnosisRecord(Record):
     hidden_deviance_drop: float | None = None
     seconds: float | None = None
     left_out: Mapping[str, str] = field(default_factory=dict)  # effects that were not fitted, and why
+    source: str = ""  # of the measurement; older records do not say
 
     @classmethod
     def upgraded(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ksmea.records.diagnosis import DiagnosisRecord, EstimateRecord, FitQualityRecord, TrialRecord
+from ksmea.show import hidden
 from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
 from ksmea.show.text import aligned, number
 from ksmea.units import MICROMETRE, RPM
@@ -18,9 +19,32 @@ MAX_RANKED = 6  # effects that the text lists
 
 
 def text(record: DiagnosisRecord) -> str:
-    """The diagnosis as an engineer would say it."""
-    blocks = [_what_is_wrong(record), _cause(record), _predictive_gain(record), _detectable(record), _left_out(record)]
+    """The diagnosis as an engineer would say it; below it, apart, what synthetic data were made to hide."""
+    blocks = [
+        _what_is_wrong(record),
+        _cause(record),
+        _predictive_gain(record),
+        _detectable(record),
+        _left_out(record),
+        hidden.paragraph(record.hidden, "diagnosis"),
+    ]
     return "\n\n".join(block for block in blocks if block)
+
+
+def about_extension(record: DiagnosisRecord) -> list[str]:
+    """What the file of the extended model says of itself: whether it is one of several that explain the data about as well
+    and what would tell them apart, of which data it is, and its effects with their sizes."""
+    lines = []
+    if record.verdict == "ambiguous":
+        lines += ["One of several models: the diagnosis is ambiguous.", *_split(record)]
+    data = f'the measurement "{record.source}"' if record.source else "a measurement"
+    lines.append(f"This file holds {_applied(record)}, fitted to {data}:")
+    lines += [
+        f"  {row.name} = {_cell(row.after)} {row.after.unit}"
+        for row in record.coefficients
+        if row.before is None and row.after is not None
+    ]
+    return lines + _locations(record)
 
 
 def frame(record: DiagnosisRecord) -> pd.DataFrame:
@@ -102,10 +126,8 @@ def _noise(record: DiagnosisRecord) -> str:
 
 
 def _cause(record: DiagnosisRecord) -> str:
-    names = " and ".join(f"{effect.name} ({effect.location})" for effect in record.applied)
-    lines = [f"Verdict: {record.verdict}" + (f": {names}" if record.is_explained else "")]
-    if len(record.locations) > 1:
-        lines.append(f"The location is not certain: {' or '.join(record.locations)}.")
+    names = _applied(record)
+    lines = [f"Verdict: {record.verdict}" + (f": {names}" if record.is_explained else ""), *_locations(record)]
     if record.verdict == "ambiguous":
         lines += _split(record)
     if record.verdict == "unknown":
@@ -118,6 +140,15 @@ def _cause(record: DiagnosisRecord) -> str:
             if part.at_limit and record.applied
         ]
     return "\n".join([*lines, "", _ranking(record)])
+
+
+def _applied(record: DiagnosisRecord) -> str:
+    return " and ".join(f"{effect.name} ({effect.location})" for effect in record.applied)
+
+
+def _locations(record: DiagnosisRecord) -> list[str]:
+    many = len(record.locations) > 1
+    return [f"The location is not certain: {' or '.join(record.locations)}."] if many else []
 
 
 def _split(record: DiagnosisRecord) -> list[str]:

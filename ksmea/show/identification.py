@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from ksmea.errors import SettingError
 from ksmea.records.curves import FitCurves, as_array
 from ksmea.records.identification import DataDescription, IdentificationRecord, LackOfFit, ParameterRecord
+from ksmea.show import hidden
 from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.fit_figure import draw_amplitude, fit_figure
 from ksmea.show.text import number
@@ -23,8 +24,9 @@ COLUMNS = ("parameter", "unit", "value", "low", "high", "kind", "crlb", "at_limi
 
 def text(record: IdentificationRecord, title: str = "") -> str:
     """Values with intervals, what the data do not determine, the noise, and how well the fit explains the data; a line each,
-    below a title and the data."""
-    return "\n".join(_lines(record, title))
+    below a title and the data. What synthetic data were made to hide follows apart from it."""
+    found = "\n".join(_lines(record, title))
+    return "\n\n".join(filter(None, [found, hidden.paragraph(record.hidden, "identification")]))
 
 
 def frame(record: IdentificationRecord) -> pd.DataFrame:

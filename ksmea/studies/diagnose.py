@@ -139,6 +139,7 @@ def diagnosis_record(found: Diagnosis, measurement: Measurement, interval_level:
         effects=tuple(dict.fromkeys(trial.name for trial in found.trials)),
         curves=_curves(found, measurement),
         left_out=dict(found.left_out),
+        source=measurement.source,
     )
 
 

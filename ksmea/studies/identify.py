@@ -25,7 +25,7 @@ from ksmea.likelihood import Likelihood
 from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement, Noise
 from ksmea.misfit import Misfit
-from ksmea.model import Model
+from ksmea.model import Count, CountedProblem, Model
 from ksmea.parameters import Parameter, Parameters
 from ksmea.records.curves import FineCurve, FitCurves, Polar, ResponseCurves, matrix, row
 from ksmea.records.identification import (
@@ -83,8 +83,9 @@ def identification(
     n_unknown, with_noise = len(problem.parameters), measurement.noise is None and intervals != "none"
     require_enough(measurement.layout, n_unknown, with_noise=with_noise)
     testable = can_be_tested(measurement.layout, n_unknown, with_noise=with_noise)
-    found = _within_a_turn(problem.parameters, method.identify(problem, measurement, streams))
-    record = _method_record(problem, measurement, found)
+    counted = CountedProblem(problem)
+    found = _within_a_turn(problem.parameters, method.identify(counted, measurement, streams))
+    record = _method_record(problem, measurement, found, counted.count)
     noise = measurement.noise
     if intervals != "none" and (noise is None or measurement.has_noise):
         record, noise = _with_intervals(
@@ -115,8 +116,10 @@ def _within_a_turn(parameters: Parameters, found: Identification) -> Identificat
     return dataclasses.replace(found, x=x, at_limit=at_limit(parameters.to_cube(x)))
 
 
-def _method_record(problem: Problem, measurement: Measurement, found: Identification) -> IdentificationRecord:
-    """What the method itself found and took."""
+def _method_record(
+    problem: Problem, measurement: Measurement, found: Identification, took: Count
+) -> IdentificationRecord:
+    """What the method itself found, and what it took of the true model by our own count, whatever it says."""
     if not np.all(np.isfinite(found.x)):
         raise ArithmeticError(f"the identified values are not finite: {found.x}")
     return IdentificationRecord(
@@ -128,8 +131,8 @@ def _method_record(problem: Problem, measurement: Measurement, found: Identifica
         ),
         misfit=finite(_likelihood_misfit(problem, measurement, found.x)),
         updates=found.updates,
-        model_evaluations=found.model_evaluations,
-        model_jacobians=found.model_jacobians,
+        model_evaluations=took.evaluations,
+        model_jacobians=took.jacobians,
         surrogate_evaluations=found.surrogate_evaluations,
         seconds=Seconds(**found.seconds),
         history=tuple(

@@ -10,7 +10,7 @@ from bench.commands import explain as commands
 from bench.jobs.lines import SCHEMA
 from bench.jobs.records import RecordWriter
 from bench.plan.plan import all_runs, read_plan, write_plan
-from bench.plan.provenance import code_digest, library_versions, used_modules
+from bench.plan.provenance import code_digest, library_versions, platform_name, used_modules
 
 STATES = ["done", "budget", "error", "timeout", None, "stale", "missing", "missing"]  # None: started and no more
 TRACEBACK = "Traceback (most recent call last):\n  File \"mine.py\", line 3\nKeyError: 'no such thing'"
@@ -124,7 +124,7 @@ def test_explain_a_run_that_is_done(real, enter):
     shown = {line.split()[0]: line for line in rest}
     assert shown["method:"].split()[1] == "ksmea," and "max_updates=1," in shown["method:"]
     assert shown["optimizer:"].split()[1] == "de," and "population=5," in shown["optimizer:"]
-    assert rest[-1] == "done"
+    assert rest[-1] == f"done on {platform_name()}"
 
 
 def test_explain_a_run_by_the_beginning_of_its_key(real, enter):
@@ -161,7 +161,7 @@ def test_explain_a_run_that_is_missing(real, enter):
     one, two = read_plan(real.output).runs
     rewrite_records(real, lambda line: None if line.get("key") == one.key else line)
     assert enter("explain", one.key).out.splitlines()[-1] == "missing: no attempt was made"
-    assert enter("explain", two.key).out.splitlines()[-1] == "done"
+    assert enter("explain", two.key).out.splitlines()[-1] == f"done on {platform_name()}"
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,8 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from ksmea.records.hidden import HiddenEffect
+
 ROOT = Path(__file__).parents[2]
 RK4_RUN_UP = Path(os.environ.get("KSMEA_DATA", ROOT.parent / "shared/data")) / "rk4/runup_bode_first_critical.csv"
 FEW = "study.effects=[runout,mass,channel_gain]"  # a few effects take a second, all of them ten
@@ -59,12 +61,24 @@ def test_diagnosis_json_has_all_that_is_promised(hidden):
     assert bic == sorted(bic, reverse=True) and len(bic) == 2 + 1 + 4  # planes, rotor, channels
 
 
-def test_what_is_hidden_is_in_the_record_and_nowhere_else(hidden):
+def test_what_is_hidden_is_told_apart_from_what_was_found(hidden):
+    """Below the text, in a field of its own at the end of diagnosis.json, and in a column of both tables."""
     (record,) = hidden.events()
     (effect,) = record["hidden"]
-    assert effect["effect"] == "runout" and effect["location"] == diagnosis(hidden)["applied"][0]["location"]
-    assert not {"hidden", "hidden_deviance_drop"} & set(diagnosis(hidden))
-    # how clearly visible it was is judged from the true values, by a fit that the diagnosis knows nothing of
+    found = diagnosis(hidden)
+    assert effect["effect"] == "runout" and effect["location"] == found["applied"][0]["location"]
+    assert list(found)[-1] == "hidden" and found["hidden"] == record["hidden"]
+    told = str(HiddenEffect.from_data(effect))
+    below = hidden.out.partition("Hidden in these synthetic data (not seen by the diagnosis):\n")[2]
+    assert below.startswith(f"  {told}\n\nwritten: ") and told not in hidden.out.partition("Hidden in")[0]
+    for name in ("diagnose.csv", "runs.csv"):
+        assert pd.read_csv(hidden.output / name)["hidden_values"].tolist() == [told]
+
+
+def test_how_clearly_visible_it_was_is_judged_from_the_true_values(hidden):
+    (record,) = hidden.events()
+    (effect,) = record["hidden"]
+    # by a fit that the diagnosis knows nothing of
     assert record["hidden_deviance_drop"] == pytest.approx(record["ranking"][0]["deviance_drop"], abs=0.01)
     found = {part["name"]: part for part in diagnosis(hidden)["ranking"][0]["parameters"]}
     for part in effect["parameters"]:  # 95 % intervals, taken twice as wide
@@ -73,6 +87,8 @@ def test_what_is_hidden_is_in_the_record_and_nowhere_else(hidden):
 
 
 def test_the_extended_model_is_a_problem_that_other_commands_take(hidden, shell):
+    head = (hidden.output / "extended.yaml").read_text(encoding="utf-8").splitlines()[0]
+    assert head.startswith("# This file holds runout (") and head.endswith('fitted to the measurement "synthetic":')
     words = ["problem=extended", "problem.file=results/diagnose/extended.yaml", "measurement.relative=0.05"]
     cheap = ["method=direct", "optimizer=lm", "repetitions=1", "optimizer.screening=500", "optimizer.starts=2"]
     ended = shell(*words, *cheap, cwd=hidden.output.parents[1], output="results/run")
@@ -94,6 +110,7 @@ def test_an_adequate_model_leaves_no_extended_file_behind(enter):
     again = enter("+experiment=diagnose", *DATA, FEW, "seed=3", output="results/diagnose")
     assert "Verdict: adequate" in again.out and "What would have been found in nine of ten cases" in again.out
     assert not (again.output / "extended.yaml").exists() and diagnosis(again)["named"] == []
+    assert "idden" not in again.out and "hidden" not in diagnosis(again)
 
 
 def test_many_runs_are_counted(enter):
@@ -107,6 +124,9 @@ def test_many_runs_are_counted(enter):
     assert table.loc["none", "adequate"] == 2 and pd.isna(table.loc["none", "in_group"])
     runs = pd.read_csv(ended.output / "runs.csv")
     assert runs.loc[runs["label"] == "runout", "sizes_compared"].tolist() == [2, 2]
+    assert runs["hidden_values"].notna().tolist() == [label == "runout" for label in runs["label"]]
+    assert runs["hidden_values"].nunique() == 2  # each run draws its own
+    assert "  runout: drawn by each run, hidden_values in runs.csv\n" in ended.out
     assert not (ended.output / "diagnosis.json").exists()
 
 

@@ -270,3 +270,12 @@ def test_a_size_that_is_not_physical_is_refused(enter, cheapest, size):
     ended = enter(*cheapest, *words, f"measurement.sizes={{pedestal_compliance_x:{size}}}")
     assert ended.code == 2 and ended.err.count("\n") == 1
     assert "expected pedestal_compliance_x from 0 to 20 µm/kN, which is physical" in ended.err
+
+
+@pytest.mark.parametrize("words", [[], ["+experiment=identify", "measurement=synthetic", "output=results/run"]])
+def test_what_data_hide_is_told_below_an_identification_of_them(enter, words):
+    ended = enter(*words, *SMALL, "measurement.hidden=[mass]", "measurement.sizes.mass_change=2", "repetitions=1")
+    assert ended.code == 0, ended.err
+    found, _, hidden = ended.out.partition("\n\nHidden in these synthetic data (not seen by the identification):\n")
+    assert hidden.startswith("  mass (whole rotor): mass_change = 2 %\n\n") and "mass" not in found
+    assert ended.runs()["hidden_values"].tolist() == ["mass (whole rotor): mass_change = 2 %"]

@@ -113,6 +113,14 @@ def test_a_setting_given_with_a_list_goes_to_the_plugins_that_have_it(enter):
     assert (lm["name"], lm["screening"], lm["starts"]) == ("lm", 64, 1) and "generations" not in lm
 
 
+def test_values_given_with_a_list_are_swept_where_the_plugin_has_the_setting(enter):
+    words = ["optimizer=pso,lm", "method=direct", "optimizer.screening=64,128", "optimizer.starts=1", "repetitions=1"]
+    ended = enter(*words, "optimizer.generations=2", "workers=1")
+    pso, *lm = settings_of(ended)
+    assert pso["name"] == "pso" and [(each["name"], each["screening"]) for each in lm] == [("lm", 64), ("lm", 128)]
+    assert [cell["place"].get("optimizer.screening") for cell in ended.cells()] == [None, 64, 128]
+
+
 def test_a_setting_given_with_a_grid_goes_to_the_plugins_that_have_it(enter):
     grid = "grid=[{optimizer:[pso,lm]},{samples:25}]"
     words = [grid, "method=direct", "optimizer.screening=64", "optimizer.generations=1", "optimizer.population=5"]
@@ -127,6 +135,10 @@ def test_a_setting_given_with_a_grid_goes_to_the_plugins_that_have_it(enter):
         (
             ["optimizer=pso,lm", "optimizer.screning=500"],
             "unknown setting 'optimizer.screning'; did you mean 'optimizer.screening'? known: ",
+        ),
+        (
+            ["optimizer=pso,de", "optimizer.screening=500,600"],
+            "unknown setting 'optimizer.screening'; did you mean 'optimizer.",
         ),
         (
             ["optimizer=pso,de", "optimizer.screening=500"],

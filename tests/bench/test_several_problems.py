@@ -17,6 +17,7 @@ ENTRY_POINTS = """\
 [ksmea.reports]
 worst = others_reports:Worst
 homeless = others_reports:Homeless
+breaks = others_reports:Breaks
 """
 REPORTS = '''
 from dataclasses import dataclass
@@ -41,6 +42,16 @@ class Worst(Report):
         text = f"worst of {len(runs)}: {runs['misfit'].max():.3g}"
         figures = lambda: {"drawn.png": b"ink", "failed.png": fails}
         return Made(text, {"worst.txt": text.encode(), "runs.csv": runs.to_csv().encode()}, runs, figures)
+
+
+@dataclass(frozen=True)
+class Breaks(Report):
+    """Made of nothing."""
+
+    study: ClassVar[str] = "identify"
+
+    def make(self, plan, output):
+        raise KeyError("no such\\ncolumn")
 
 
 @dataclass(frozen=True)
@@ -124,3 +135,14 @@ def test_a_report_of_another_package_is_made(shell, cheapest, others, tmp_path):
     assert refused.code == 2 and refused.err.startswith(
         "error: table=homeless: expected Homeless to name the study whose records it is made of, got none"
     )
+
+
+def test_a_report_that_raises_is_one_line_and_leaves_records_and_earlier_tables(shell, cheapest, others, tmp_path):
+    words = [*cheapest, "repetitions=1", "workers=1"]
+    shell(*words, "table=worst", cwd=tmp_path, output="results/run", PYTHONPATH=others)
+    broken = shell(*words, "table=breaks", cwd=tmp_path, output="results/run", PYTHONPATH=others)
+    assert broken.code == 1 and broken.err.count("\n") == 1
+    assert broken.err.startswith("Breaks of ") and broken.err.endswith(
+        r"cannot be made (KeyError: 'no such\ncolumn'); records and earlier tables stay" + "\n"
+    )
+    assert len(broken.events()) == 1 and (broken.output / "worst.txt").is_file() and len(broken.runs()) == 1

@@ -18,7 +18,7 @@ def rewrite_results(ended, key, **changes):
 
 def results_of(ended):
     """What is recorded of each run, whatever session recorded it, by key."""
-    identity = ("session", "taken_from")
+    identity = ("session", "taken_from", "platform")
     return {
         event["key"]: {name: value for name, value in event.items() if name not in identity} for event in ended.events()
     }

@@ -10,9 +10,11 @@ import pytest
 from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
+import ksmea
 from ksmea.errors import SettingError
-from ksmea.records.diagnosis import DiagnosisRecord
-from ksmea.show.diagnosis import coefficients_frame, frame, plot, text
+from ksmea.extension import extended_yaml
+from ksmea.records.diagnosis import DiagnosisRecord, SplitRecord
+from ksmea.show.diagnosis import about_extension, coefficients_frame, frame, plot, text
 from ksmea.show.diagnosis_figure import IN_GROUP, NAMED, OTHER, ranking_figure
 
 OLDER = json.loads((Path(__file__).parents[1] / "data/diagnosis_of_schema_2.json").read_text())
@@ -46,9 +48,20 @@ def test_the_text_says_whether_left_out_data_support_the_extension():
     assert "is not supported by left-out data: it predicts 3 of 6 blocks" in found and "-1 in the median block" in found
 
 
+def test_what_was_hidden_stands_below_all_that_was_found_and_apart_from_it():
+    """With its location and its true values in their units, in a paragraph of its own; none where nothing was hidden."""
+    found, _, hidden = text(RECORD).rpartition("\n\n")
+    first, second = RECORD.hidden[0].parameters
+    assert hidden == (
+        "Hidden in these synthetic data (not seen by the diagnosis):\n"
+        f"  runout ({RECORD.hidden[0].location}): runout_x = {first.value:.4g} µm, runout_y = {second.value:.4g} µm"
+    )
+    assert found == text(changed(hidden=())) and "idden" not in found
+
+
 def test_effects_that_were_left_out_are_named_with_the_reason():
     assert "left out" not in text(RECORD)
-    record = changed(left_out={"mine": "does not fit this problem: KeyError: 3"})
+    record = changed(left_out={"mine": "does not fit this problem: KeyError: 3"}, hidden=())
     assert text(record).endswith("Effect mine was left out: does not fit this problem: KeyError: 3")
     assert DiagnosisRecord.from_data(record.to_data()).left_out == record.left_out and RECORD.left_out == {}
 
@@ -67,6 +80,40 @@ def test_an_ambiguous_diagnosis_says_what_would_split_it():
     assert "These explain the data about as well: runout, mass." in text(changed(**ambiguous))
     assert "None of the measurements that were considered would tell them apart." in text(changed(**ambiguous))
     assert "The location is not certain: here or there." in text(changed(**ambiguous, locations=("here", "there")))
+
+
+def written(record, folder):
+    """The extended model's file as it is written, and as it is read again."""
+    text = extended_yaml("three_disk", {"sensors": [0.1, 0.5]}, record, about_extension(record))
+    (folder / "extended.yaml").write_text(text, encoding="utf-8")
+    return text.splitlines(), ksmea.load_problem(folder / "extended.yaml")
+
+
+def test_an_ambiguous_extended_model_says_first_that_it_is_one_of_several(tmp_path):
+    ambiguous = changed(verdict="ambiguous", ambiguity_group=("runout", "mass"), source="run\nup.csv")
+    [size] = [row.after for row in RECORD.coefficients if row.name == "runout_x"]
+    split = SplitRecord("A trial weight", now=2.0, then=90.0)
+    lines, problem = written(dataclasses.replace(ambiguous, split=split), tmp_path)
+    assert lines[:5] == [
+        "# One of several models: the diagnosis is ambiguous.",
+        "# These explain the data about as well: runout, mass.",
+        "# A trial weight would tell them apart (expected Δχ² 90, now 2).",
+        f'# This file holds runout ({RECORD.applied[0].location}), fitted to the measurement "run\\nup.csv":',
+        f"#   runout_x = {size.value:.4g} [{size.low:.4g}, {size.high:.4g}] µm",
+    ]
+    assert problem.reference["runout_x"] == pytest.approx(size.value)
+    lines, _ = written(ambiguous, tmp_path)
+    assert lines[2] == "# None of the measurements that were considered would tell them apart."
+
+
+def test_a_named_extended_model_says_of_which_data_and_effect_it_is(tmp_path):
+    lines, problem = written(RECORD, tmp_path)  # an older record, which does not say what was measured
+    assert lines[0] == f"# This file holds runout ({RECORD.applied[0].location}), fitted to a measurement:"
+    assert [line.split(" = ")[0] for line in lines[1:3]] == ["#   runout_x", "#   runout_y"]
+    assert lines[3] == "problem:" and "runout_y" in problem.parameters.names
+    lines, _ = written(changed(locations=("here", "there"), source="run.csv"), tmp_path)
+    assert lines[0].endswith('fitted to the measurement "run.csv":')
+    assert lines[3] == "# The location is not certain: here or there."
 
 
 def test_a_size_on_its_physical_limit_is_pointed_out():

@@ -5,11 +5,14 @@ import dataclasses
 import numpy as np
 import pytest
 
+from counted_runs import Counted, streams
 from ksmea import registry
 from ksmea.cramer_rao import identifiability
+from ksmea.direct import Direct
 from ksmea.errors import SettingError
 from ksmea.identification import Identification, Streams, Update
 from ksmea.likelihood import Likelihood
+from ksmea.loop import KSMEA
 from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.misfit import Misfit
@@ -19,7 +22,10 @@ from ksmea.records.curves import as_array
 from ksmea.records.identification import IdentificationRecord, Seconds
 from ksmea.studies.diagnose import diagnosis
 from ksmea.studies.identify import identification
+from optimizers.de import DE
+from optimizers.lm import LM
 from problems.three_disk import ThreeDisk
+from surrogates.none import NoSurrogate
 
 TRUTH = np.array([50e6, 70e6, 500.0, 700.0, 2e-4])
 STREAMS = Streams(*(np.random.default_rng(part) for part in range(3)))
@@ -54,11 +60,11 @@ def test_what_the_method_found_and_took_is_told(rotor):
     measurement = measured(rotor)
     method = Finds(1.01 * TRUTH, stop="updates")
     record = identification(rotor, measurement, method, STREAMS, intervals="none", crlb=False)
-    assert method.seen == (rotor, measurement, STREAMS)
+    assert method.seen[1:] == (measurement, STREAMS)
     assert record.x == pytest.approx(1.01 * TRUTH)
     assert [part.name for part in record.parameters] == list(rotor.parameters.names)
     assert (record.status, record.stop) == ("budget", "updates")
-    assert (record.updates, record.model_evaluations, record.model_jacobians) == (1, 7, 2)
+    assert record.updates == 1
     assert record.surrogate_evaluations == 11
     assert record.seconds == Seconds(0.1, 0.2, 0.3, 0.6)
     assert record.history[0].x == pytest.approx(1.01 * TRUTH) and record.history[0].sdf is None  # it was infinite
@@ -66,6 +72,47 @@ def test_what_the_method_found_and_took_is_told(rotor):
     assert record.misfit == pytest.approx(misfit.value(misfit.observed(rotor.response(1.01 * TRUTH[None])))[0])
     assert record.intervals is record.correlation is record.data is record.fit is record.curves is None
     assert all(part.kind is part.crlb is part.true is None for part in record.parameters)
+
+
+class Asks(Finds):
+    """A method that asks the true model by every way that there is, and says that it took 7 evaluations and 2 Jacobians."""
+
+    def identify(self, problem, measurement, streams):
+        x = np.array([self.x, self.x, self.x])
+        for seen in (
+            problem,
+            problem.at(problem.speed[:5], problem.channels[:1]),
+            problem.with_unbalance(0.2, 1e-5, 0.0),
+            problem.at(problem.speed[:5], problem.channels).with_unbalance(0.2, 1e-5, 0.0),
+        ):
+            seen.response(x)
+        turned = problem.with_phase_origin()
+        turned.response(np.append(self.x, 0.1)[None])
+        problem.dense_response(x[:2])
+        problem.sensitivity(self.x)
+        problem.linearised(self.x)
+        Model(problem).linearise(problem.parameters.to_cube(self.x))
+        Model(problem).response(problem.parameters.to_cube(x))
+        return super().identify(problem, measurement, streams)
+
+
+def test_what_a_method_takes_of_the_true_model_is_counted_whatever_it_says(rotor):
+    record = identification(rotor, measured(rotor), Asks(TRUTH), STREAMS)
+    # 3 points from each of four views, 1 with the phase open, 2 by the dense route and 3 through a model
+    assert record.model_evaluations == 4 * 3 + 1 + 2 + 3
+    assert record.model_jacobians == 3
+
+
+@pytest.mark.parametrize(
+    "method", [Direct(LM(screening=50, starts=2)), KSMEA(NoSurrogate(), DE(generations=2), 10, max_updates=2)]
+)
+def test_the_count_is_what_our_methods_say_and_what_the_problem_was_asked(rotor, method):
+    problem, measurement = Counted(rotor), measured(rotor)
+    said = method.identify(problem, measurement, streams())
+    assert problem.agrees_with(said) and said.model_evaluations > 0
+    record = identification(rotor, measurement, method, streams(), intervals="none", crlb=False)
+    assert (record.model_evaluations, record.model_jacobians) == (said.model_evaluations, said.model_jacobians)
+    assert np.array_equal(record.x, said.x)
 
 
 def test_intervals_and_crlb_belong_to_the_data(rotor):

@@ -7,6 +7,8 @@ import pytest
 
 from ksmea.identification import Streams
 from ksmea.loop import KSMEA
+from ksmea.model import CountedProblem
+from ksmea.studies.identify import identification
 from measurements.synthetic import Synthetic
 from optimizers.de import DE
 from problems.three_disk import ThreeDisk
@@ -63,8 +65,9 @@ def test_nothing_that_is_handed_to_an_identification_holds_the_true_values(kind)
     problem = settings.build()
     synthetic = Synthetic(kind=kind, relative=0.1)
     measurement = synthetic.measure(settings, settings.reference(), np.random.default_rng(0), np.random.default_rng(0))
-    Method(Kriging(), DE(generations=2), 30, max_updates=1).identify(problem, measurement, streams())
-    assert problem in received and measurement in received
+    method = Method(Kriging(), DE(generations=2), 30, max_updates=1)
+    identification(problem, measurement, method, streams(), intervals="none", crlb=False)
+    assert isinstance(received[0], CountedProblem) and measurement in received
     assert true_values_in(*received, vars(problem)["reduction"]) == set()
     # it would be noticed
     assert true_values_in(received, {"hidden": [settings.reference()]}) == set(REFERENCE)

@@ -1,0 +1,25 @@
+"""What the synthetic data of an experiment's runs hide, apart from what was found in them."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from bench.plan.naming import cell_name
+from bench.plan.plan import Plan
+from ksmea.show.hidden import COLUMN, paragraph
+
+
+def hidden_by_cell(runs: pd.DataFrame) -> dict[int, str]:
+    """By cell, names, locations and values; of several runs, each of which draws its own, where they are to be found."""
+    told = runs[runs[COLUMN].notna()] if COLUMN in runs else runs[:0]
+    return {
+        int(str(cell)): str(mine[COLUMN].item()) if len(mine) == 1 else f"drawn by each run, {COLUMN} in runs.csv"
+        for cell, mine in told.groupby("cell")
+    }
+
+
+def hidden_paragraph(plan: Plan, runs: pd.DataFrame, study: str) -> str:
+    """The same as text below a table; empty where nothing is hidden."""
+    told = hidden_by_cell(runs)
+    names = {cell: f"{cell_name(plan, plan.cells[cell])}: " if len(plan.cells) > 1 else "" for cell in told}
+    return paragraph([names[cell] + text for cell, text in told.items()], study)
