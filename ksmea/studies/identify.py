@@ -169,12 +169,12 @@ def _with_intervals(
     cannot be computed costs no identification. With a generator a higher maximum is looked for all over the box, and with
     `test` the fit is tested."""
     started = time.perf_counter()
-    model = Model(problem)
-    likelihood = Likelihood(model, measurement)
+    counted = CountedProblem(problem)
+    likelihood = Likelihood(Model(counted), measurement)
     try:
         point = nearest_maximum(likelihood, problem.parameters.to_cube(record.x))
         if rng is not None:
-            best = fit_baseline(problem, measurement, rng, Effort(), likelihood).best
+            best = fit_baseline(counted, measurement, rng, Effort(), likelihood).best
             point = polished(best).point if best.deviance < point.deviance - LOWER else point
         estimated = estimate(likelihood, point, level=level, check=check)
         fit = Fit(problem, likelihood, estimated.point)
@@ -183,8 +183,8 @@ def _with_intervals(
     effort = IntervalEffort(
         level=level,
         noise=_noise_level(estimated.noise, is_estimated=measurement.noise is None),
-        model_evaluations=model.evaluations,
-        model_jacobians=model.jacobians,
+        model_evaluations=counted.count.evaluations,
+        model_jacobians=counted.count.jacobians,
         seconds=time.perf_counter() - started,
     )
     return dataclasses.replace(
