@@ -209,6 +209,7 @@ class DiagnosisRecord(Record):
     hidden_deviance_drop: float | None = None
     seconds: float | None = None
     left_out: Mapping[str, str] = field(default_factory=dict)  # effects that were not fitted, and why
+    remarks: tuple[str, ...] = ()  # on the data: what was left out of them, and what looks like a slip
 
     @classmethod
     def upgraded(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -19,8 +19,9 @@ MAX_RANKED = 6  # effects that the text lists
 
 def text(record: DiagnosisRecord) -> str:
     """The diagnosis as an engineer would say it."""
-    blocks = [_what_is_wrong(record), _cause(record), _predictive_gain(record), _detectable(record), _left_out(record)]
-    return "\n\n".join(block for block in blocks if block)
+    remarks = "\n".join(f"Note: {remark}" for remark in record.remarks)
+    found = [_what_is_wrong(record), _cause(record), _predictive_gain(record), _detectable(record), _left_out(record)]
+    return "\n\n".join(block for block in [remarks, *found] if block)
 
 
 def frame(record: DiagnosisRecord) -> pd.DataFrame:

@@ -39,6 +39,7 @@ from ksmea.records.identification import (
 )
 from ksmea.records.record import finite
 from ksmea.studies.enough_data import can_be_tested, require_enough
+from ksmea.studies.misreadings import misreadings
 from ksmea.studies.slips import slips
 from ksmea.units import TURN
 
@@ -89,7 +90,10 @@ def identification(
     if crlb and noise is not None and not noise.is_absent:
         record = _with_crlb(record, problem, measurement, noise)
     if details:
-        data = _description(measurement, (*remarks, *slips(problem, found.x, measurement)), testable=testable)
+        rejected = record.lack_of_fit is not None and record.lack_of_fit.rejected
+        misread = misreadings(problem, measurement, found.x, noise, rejected=rejected)
+        remarks = (*remarks, *(misread or slips(problem, found.x, measurement)))
+        data = _description(measurement, remarks, testable=testable)
         record = dataclasses.replace(record, data=data, fit=fit_curves(problem, measurement, found.x, noise))
     if curves:
         record = dataclasses.replace(record, curves=response_curves(problem, measurement, found))
