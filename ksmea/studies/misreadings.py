@@ -16,11 +16,11 @@ import numpy as np
 from ksmea.alignment import aligned
 from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import Problem
-from ksmea.diagnosis.fitting import Fit, fit_from_values
+from ksmea.diagnosis.fitting import Fit
 from ksmea.diagnosis.screening import screened
 from ksmea.errors import SettingError
-from ksmea.likelihood import Likelihood
-from ksmea.maximisation import maximise
+from ksmea.likelihood import Likelihood, Point
+from ksmea.maximisation import MAX_ITERATIONS, maximise
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
 from ksmea.screening import sobol
@@ -32,9 +32,9 @@ DECISIVE = 50.0  # … and a deviance lower by this: by chance the best of thirt
 NEAR = 6.0  # deviance within which readings cannot be told apart
 MOST = 1000  # per cent; more noise is only said to be more
 
-# Of the fit of each reading: points screened, starts, their distance in the unit cube, and iterations from each; then how
-# many readings are fitted to the end.
-SCREENING, STARTS, START_DISTANCE, ITERATIONS, SURVIVORS = 1024, 4, 0.1, 15, 4
+# Of the fit of each reading: points screened, starts and their distance in the unit cube, iterations from each and from the
+# best; then how many readings are fitted to the end.
+SCREENING, STARTS, START_DISTANCE, FIRST_ITERATIONS, ITERATIONS, SURVIVORS = 1024, 4, 0.1, 6, 15, 4
 TOLERANCE = 1e-2  # of a deviance
 
 
@@ -53,8 +53,12 @@ def misreadings(
     if not (rejected or too_noisy):
         return ()
     data = dataclasses.replace(measurement, noise=None)
-    fits = [fit_from_values(problem, x, data), _fit(problem, data)]
-    as_read = min((fit for fit in fits if fit is not None), key=lambda fit: fit.deviance)
+    likelihood = Likelihood(Model(problem), data)
+    start = likelihood.start(np.clip(problem.parameters.to_cube(x), 0.0, 1.0))
+    as_read = Fit(problem, likelihood, _climbed(likelihood, start))
+    again = _fit(problem, data)
+    if again is not None and again.deviance < as_read.deviance:
+        as_read = _converged(again)
     for ways in (readings(data), double_readings(data)):
         if found := _better(problem, ways, as_read):
             return (_text(found, as_read),)
@@ -78,16 +82,19 @@ def _fit(problem: Problem, measurement: Measurement) -> Fit | None:
         likelihood = Likelihood(Model(problem), measurement)
         points = sobol(SCREENING, likelihood.d) + 0.5 / SCREENING
         starts = screened(problem, measurement, points).apart(STARTS, START_DISTANCE).points
-        maxima = [
-            maximise(likelihood, likelihood.start(u), max_iterations=ITERATIONS, tolerance=TOLERANCE) for u in starts
-        ]
+        first = [_climbed(likelihood, likelihood.start(u), FIRST_ITERATIONS) for u in starts]
+        best = min(first, key=lambda point: point.deviance)
+        return Fit(problem, likelihood, _climbed(likelihood, best.theta, ITERATIONS))
     except (SettingError, ArithmeticError, np.linalg.LinAlgError):
         return None
-    return Fit(problem, likelihood, min(maxima, key=lambda point: point.deviance))
 
 
 def _converged(fit: Fit) -> Fit:
-    return Fit(fit.problem, fit.likelihood, maximise(fit.likelihood, fit.point.theta, tolerance=TOLERANCE))
+    return Fit(fit.problem, fit.likelihood, _climbed(fit.likelihood, fit.point.theta))
+
+
+def _climbed(likelihood: Likelihood, theta: Array, iterations: int = MAX_ITERATIONS) -> Point:
+    return maximise(likelihood, theta, max_iterations=iterations, tolerance=TOLERANCE)
 
 
 def _share(noise: Noise, response: ComplexArray) -> float:
