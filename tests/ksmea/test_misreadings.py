@@ -11,6 +11,7 @@ import pytest
 
 import ksmea
 from ksmea import registry
+from ksmea.alignment import aligned
 from ksmea.channel import Channel
 from ksmea.errors import SettingError
 from ksmea.likelihood import Likelihood
@@ -46,6 +47,15 @@ def measured(kind="complex", effect=None, seed=1, **settings):
     x = np.append([TRUTH[name] for name in fine.parameters.names], size)
     values = observe(made.dense_response(x[None])[0], kind, NOISE, rng)
     return Measurement(fine.speed, fine.channels, values, None, "run.csv", phase_known=False)
+
+
+def middle(rotor):
+    return rotor.parameters.to_si(np.full(len(rotor.parameters), 0.5))
+
+
+def looked_at(rotor, data):
+    """What is said of data whose fit has been rejected, wherever that fit was."""
+    return misreadings(aligned(rotor, data), data, middle(rotor), NOISE, rejected=True)
 
 
 def with_values(change):
@@ -92,24 +102,28 @@ GIVEN = {  # what is done to the data, the problem's settings, and what must be 
 def test_how_the_data_were_given_is_recognised(name):
     change, limits, said = GIVEN[name]
     settings = {"limits": limits} if limits else {}
-    found = ksmea.identify(problem(**settings), change(measured()), **FAST)
-    [remark] = found.record.data.remarks  # one, and none on the band of speeds beside it
+    [remark] = looked_at(problem(**settings), change(measured()))
     assert remark.startswith("the data look as if ") and all(part in remark for part in said), remark
     left = float(re.search(r"leaves (\d+) % noise", remark)[1])
     assert 5 <= left <= 12  # 6 % and a floor beside it
-    assert text(found.record).count("the data look as if") == 1
+
+
+def test_a_bad_fit_is_looked_at():
+    found = ksmea.identify(problem(), with_speed(1 / 60)(measured()), **FAST)
+    [remark] = found.record.data.remarks  # one, and none on the band of speeds beside it
+    assert "speeds are in Hz where rpm are expected" in remark and text(found.record).count(remark) == 1
 
 
 def test_one_reversed_probe_among_several_is_named():
     data = measured(sensors=[0.1, 0.5])
     data = with_values(lambda y: y * [1, 1, 1, -1])(data)
-    [remark] = ksmea.identify(problem(sensors=[0.1, 0.5]), data, **FAST).record.data.remarks
+    [remark] = looked_at(problem(sensors=[0.1, 0.5]), data)
     assert "as if the phases of y at 0.5 m are turned by 180°: read so" in remark
 
 
 def test_amplitudes_have_units_too():
     data = with_values(lambda y: y / 25.4)(measured("amplitude"))
-    [remark] = ksmea.identify(problem("amplitude"), data, **FAST).record.data.remarks
+    [remark] = looked_at(problem("amplitude"), data)
     assert "amplitudes are in mil where µm are expected" in remark and "phases" not in remark
 
 
@@ -127,30 +141,25 @@ def test_a_factor_that_the_unbalance_can_take_is_not_called_one():
     doubled = with_values(lambda y: y * 2)(measured())
     found = ksmea.identify(problem(), doubled, **FAST)
     assert found.record.data.remarks == () and found["u"].value == pytest.approx(400, rel=0.05)
-    looked = misreadings(problem(), doubled, at_truth(), NOISE, rejected=True)
-    assert looked == ()
-
-
-def at_truth(kind="complex"):
-    return np.array([TRUTH[name] for name in problem(kind).parameters.names])
+    assert looked_at(problem(), doubled) == ()
 
 
 @pytest.mark.parametrize("kind", ["complex", "amplitude"])
-@pytest.mark.parametrize("seed", [1, 2, 3])
+@pytest.mark.parametrize("seed", [1, 2])
 def test_of_right_data_nothing_is_said_even_if_it_is_asked(kind, seed):
-    assert misreadings(problem(kind), measured(kind, seed=seed), at_truth(kind), NOISE, rejected=True) == ()
+    assert looked_at(problem(kind), measured(kind, seed=seed)) == ()
 
 
 @pytest.mark.parametrize("effect", ["cross_coupling_antisymmetric", "internal_damping", "probe_rotation", "runout"])
 def test_a_wrong_model_is_not_called_a_misreading(effect):
     """Effects that drive whirl, turn probes or add to every datum."""
-    assert misreadings(problem(), measured(effect=effect), at_truth(), NOISE, rejected=True) == ()
+    assert looked_at(problem(), measured(effect=effect)) == ()
 
 
 def test_a_good_fit_is_not_looked_at(monkeypatch):
     monkeypatch.setattr(module, "_fit", None)
     assert ksmea.identify(problem(), measured(), **FAST).record.data.remarks == ()
-    assert misreadings(problem(), measured(), at_truth(), None, rejected=True) == ()
+    assert misreadings(problem(), measured(), middle(problem()), None, rejected=True) == ()
 
 
 def test_the_deviance_holds_the_jacobian_of_a_factor():
@@ -158,7 +167,7 @@ def test_the_deviance_holds_the_jacobian_of_a_factor():
     rotor, data, factor = problem(), measured(), 25.4
     other = with_values(lambda y: factor * y)(data)
     one, scaled = (Likelihood(Model(rotor), each) for each in (data, other))
-    theta = np.append(rotor.parameters.to_cube(at_truth()), np.log([0.06, 1e-7]))
+    theta = np.append(np.full(len(rotor.parameters), 0.4), np.log([0.06, 1e-7]))
     constant = -2 * one.log_density(theta) - one.deviance(theta)
     jacobian = scaled.n_residual * np.log(factor)
     assert -2 * (scaled.log_density(theta) + jacobian) - scaled.deviance(theta) == pytest.approx(constant, rel=1e-9)
@@ -183,7 +192,7 @@ def test_a_problem_that_is_only_seen_as_it_is_has_fewer_readings():
     with pytest.raises(SettingError):
         rotor.at(rotor.speed, rotor.channels)
     lagging = with_values(np.conj)(measured())
-    [remark] = misreadings(rotor, lagging, at_truth(), NOISE, rejected=True)
+    [remark] = looked_at(rotor, lagging)
     assert LAG in remark
 
 
