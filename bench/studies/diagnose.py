@@ -86,6 +86,8 @@ class Diagnose(DiagnosisOptions, Study):
                 generator(draw.seeds["diagnosis"]),
                 options=self,
                 left_out=left_out,
+                remarks=setup.source.remarks,
+                details=not setup.truth,  # made data are not misread
                 progress=progress,
             )
             bar.update(max(bar.total - bar.n, 0))

@@ -210,6 +210,7 @@ class DiagnosisRecord(Record):
     seconds: float | None = None
     left_out: Mapping[str, str] = field(default_factory=dict)  # effects that were not fitted, and why
     source: str = ""  # of the measurement; older records do not say
+    remarks: tuple[str, ...] = ()  # on the data: what was left out of them, and what looks like a slip
 
     @classmethod
     def upgraded(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:

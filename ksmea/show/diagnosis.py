@@ -21,6 +21,7 @@ MAX_RANKED = 6  # effects that the text lists
 def text(record: DiagnosisRecord) -> str:
     """The diagnosis as an engineer would say it; below it, apart, what synthetic data were made to hide."""
     blocks = [
+        "\n".join(f"Note: {remark}" for remark in record.remarks),
         _what_is_wrong(record),
         _cause(record),
         _predictive_gain(record),

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any
@@ -41,6 +41,8 @@ from ksmea.records.diagnosis import (
 )
 from ksmea.records.record import finite
 from ksmea.settings import Settings, setting
+from ksmea.studies.misreadings import misreadings
+from ksmea.studies.slips import slips
 
 AT_LIMIT = 1e-3  # parts of the range within which a value lies on its limit
 
@@ -90,10 +92,13 @@ def diagnosis(
     *,
     options: DiagnosisOptions | None = None,
     left_out: Mapping[str, str] = MappingProxyType({}),
+    remarks: Sequence[str] = (),
+    details: bool = True,
     progress: Callable[[], None] = lambda: None,
 ) -> DiagnosisRecord:
     """The diagnosis of a measurement by a problem and the effects, by name, that may extend it; `progress` is called at
     each step. The record names effects that do not fit the problem beside those that were left out before, and why.
+    `details` adds to the `remarks` those on data that look like a slip: what a report on one diagnosis shows.
 
     Raises `SettingError` where problem and measurement are not aligned, ValueError where none of the effects has a
     location on the problem.
@@ -112,7 +117,18 @@ def diagnosis(
         progress=progress,
     )
     record = diagnosis_record(found, measurement, options.interval_level)
-    return dataclasses.replace(record, left_out={**left_out, **record.left_out})
+    if details:
+        remarks = (*remarks, *_slips(found, problem, measurement))
+    return dataclasses.replace(record, left_out={**left_out, **record.left_out}, remarks=tuple(remarks))
+
+
+def _slips(found: Diagnosis, problem: Problem, measurement: Measurement) -> tuple[str, ...]:
+    """Remarks on data that look misread, which they do not where an effect explains them."""
+    fit, quality = found.baseline, found.baseline_quality
+    if found.named and found.best is not None and found.best_quality is not None:
+        fit, quality = found.best, found.best_quality
+    x, rejected = fit.x[: len(problem.parameters)], quality.p < found.level / 2
+    return misreadings(problem, measurement, x, fit.noise, rejected=rejected) or slips(problem, x, measurement)
 
 
 def diagnosis_record(found: Diagnosis, measurement: Measurement, interval_level: float) -> DiagnosisRecord:

@@ -40,6 +40,7 @@ from ksmea.records.identification import (
 )
 from ksmea.records.record import finite
 from ksmea.studies.enough_data import can_be_tested, require_enough
+from ksmea.studies.misreadings import misreadings
 from ksmea.studies.slips import slips
 from ksmea.units import TURN
 
@@ -101,7 +102,10 @@ def identification(
         record = _with_crlb(record, problem, measurement, noise)
     if details:
         x = record.values
-        data = _description(measurement, (*remarks, *slips(problem, x, measurement)), testable=testable)
+        rejected = record.lack_of_fit is not None and record.lack_of_fit.rejected
+        misread = misreadings(problem, measurement, x, noise, rejected=rejected)
+        remarks = (*remarks, *(misread or slips(problem, x, measurement)))
+        data = _description(measurement, remarks, testable=testable)
         record = dataclasses.replace(record, data=data, fit=fit_curves(problem, measurement, x, noise))
     if curves:
         record = dataclasses.replace(record, curves=response_curves(problem, measurement, found))

@@ -1,6 +1,7 @@
 """`+experiment=diagnose` as its users meet it: sentences, diagnosis.json, extended.yaml, figures; many runs counted."""
 
 import csv
+import dataclasses
 import json
 import os
 from pathlib import Path
@@ -9,6 +10,8 @@ import pandas as pd
 import pytest
 
 from ksmea.records.hidden import HiddenEffect
+from measurements.file import File
+from measurements.run_up_csv import as_csv
 
 ROOT = Path(__file__).parents[2]
 RK4_RUN_UP = Path(os.environ.get("KSMEA_DATA", ROOT.parent / "shared/data")) / "rk4/runup_bode_first_critical.csv"
@@ -97,6 +100,19 @@ def test_the_extended_model_is_a_problem_that_other_commands_take(hidden, shell)
     identified = {row["name"]: row["after"] for row in diagnosis(hidden)["coefficients"]}
     for name in ("kxx", "runout_x"):  # what was identified is the reference of the extended problem
         assert table.loc[name, "reference"] == pytest.approx(identified[name]["value"], rel=1e-6)
+
+
+def test_a_reversed_probe_of_a_file_is_noticed_and_data_that_were_made_are_not_looked_at(enter, hidden, tmp_path):
+    measurement = File(path=str(ROOT / "docs/examples/run_up.csv")).read()
+    turned = dataclasses.replace(measurement, values=measurement.values * [1, -1])
+    (tmp_path / "run.csv").write_text(as_csv(turned))
+    words = ["measurement=file", "measurement.path=run.csv", "study.effects=[channel_gain]"]
+    ended = enter("+experiment=diagnose", *words, output="results/diagnose_run")
+    assert ended.code == 0, ended.err
+    [remark] = diagnosis(ended)["remarks"]
+    assert "the phases of x at 0.1 m or else of y at 0.1 m are turned by 180°" in remark
+    assert ended.out.count(remark) == 1 and ended.out.startswith("Note: ")
+    assert diagnosis(hidden)["remarks"] == []
 
 
 def test_figures_are_drawn(hidden):

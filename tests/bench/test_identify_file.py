@@ -1,6 +1,7 @@
 """Identification from a measured file, whose truth only the tests know: made by the dense route on a finer mesh."""
 
 import csv
+import dataclasses
 import os
 import subprocess
 import sys
@@ -182,6 +183,15 @@ def test_known_noise_is_not_estimated(identified):
         value, low, high = table.loc[name, ["value", "low", "high"]].astype(float)
         assert abs(value - TRUTH[name] / unit) < 1.5 * (high - low) / 2
     assert "noise as stated datum by datum: " in ended.out
+
+
+def test_phases_given_as_lag_are_noticed(identified):
+    measurement, _ = run_up(n_speed=40)
+    ended = identified(dataclasses.replace(measurement, values=measurement.values.conj()), "optimizer.starts=5")
+    remark = "the data look as if phases are lags where leads are expected: read so, the fit leaves"
+    (record,) = map(IdentificationRecord.from_data, ended.events())
+    assert [said[: len(remark)] for said in record.data.remarks] == [remark]
+    assert ended.out.count(f"  note: {remark}") == ended.out.count("lags") == 1
 
 
 def test_a_changed_file_is_another_question(enter, tmp_path):
