@@ -120,6 +120,13 @@ class JournaledProblem(Problem):
     def sites(self) -> Array:
         return self._problem.sites
 
+    @property
+    def knows_stability(self) -> bool:
+        return self._problem.knows_stability
+
+    def growth_rate(self, x: Array, speed: Array) -> Array:
+        return self._problem.growth_rate(x, speed)
+
     def response(self, x: Array) -> ComplexArray:
         """One parameter set after the other, so that a run that is killed among them loses the one in work alone."""
         shape = len(self.speed), len(self.channels)
