@@ -258,7 +258,8 @@ class Effect(Settings, Generic[Seen]):
 
     @abstractmethod
     def draw(self, problem: Seen, rng: np.random.Generator) -> Array:
-        """Values (e,) SI of its unknowns that are plausible and large enough to be noticed, for data that hide it."""
+        """Values (e,) SI of its unknowns within their limits, for data that hide it: any direction and proportion that is
+        plausible. Synthetic data scale them by one factor to the size of the response (`measurements/hidden_size.py`)."""
 
 
 AnyEffect = Effect[Any]  # on whatever kind of problems
