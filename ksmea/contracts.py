@@ -28,7 +28,7 @@ from ksmea.objective import Minimum, Objective
 from ksmea.parameters import PHASE_ORIGIN, Parameter, Parameters
 from ksmea.records.hidden import HiddenEffect
 from ksmea.settings import Settings, part_fields
-from ksmea.stability import lowest_unstable_speed
+from ksmea.stability import lowest_unstable_speed, scanned_speeds
 
 Seen = TypeVar("Seen", bound="Problem")  # the kind of problems that an effect can be added to
 METHOD_PARTS = ("surrogate", "optimizer", "samples")  # what a method may own, each chosen by name or number in a run
@@ -140,6 +140,12 @@ class Problem(ABC):
         """The lowest spin speed (rad/s) up to `highest` at which a free motion grows at values x (d,) SI; 0: from rest,
         infinite: nowhere."""
         return lowest_unstable_speed(lambda speed: self.growth_rate(x, speed), highest)
+
+    def is_stable(self, x: Array) -> bool:
+        """Whether no free motion grows at values x (d,) SI at any spin speed up to its highest, as far as it can tell."""
+        return not self.knows_stability or not np.any(
+            self.growth_rate(x, scanned_speeds(float(np.max(self.speed)))) > 0
+        )
 
     def _has_no_modes(self) -> SettingError:
         return self._refusal("knows its natural modes", "take one that is made of a rotor")

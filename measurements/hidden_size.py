@@ -19,6 +19,7 @@ from ksmea.parameters import Parameter
 
 NOTICED = (0.1, 1.0)  # of the rms of the response
 SMALLEST = 1e-4  # of the largest size that is physical: the least that is considered
+UNSEEN = 1e-9  # of the rms of the response: rounding
 N_SIZE = 33  # sizes that are looked at, each a third larger than the one before
 
 
@@ -35,9 +36,11 @@ def drawn_size(effect: AnyEffect, problem: Problem, x: Array, kind: Kind, rng: n
     if not n_stable:  # nor is the rotor without it
         return theta
     change = np.maximum.accumulate(relative_change(problem, extended, x, sets, kind))
+    if change[-1] < UNSEEN:
+        return theta * factor[-1]
     wanted = part * min(NOTICED[1], change[-1])
-    if not wanted > change[0]:
-        return theta * factor[-1 if not change[-1] else 0]
+    if wanted <= change[0]:
+        return theta * factor[0]
     above = int(np.searchsorted(change, wanted))
     between = np.log(wanted / change[above - 1]) / np.log(change[above] / change[above - 1])
     return np.asarray(theta * factor[above - 1] * (factor[above] / factor[above - 1]) ** between)
@@ -49,11 +52,6 @@ def relative_change(problem: Problem, extended: Problem, x: Array, sets: Array, 
     without = kind.seen(problem.response(x[None])[0])
     changed = kind.seen(extended.response(sets)) - without
     return np.asarray(np.sqrt(np.mean(np.abs(changed) ** 2, axis=(1, 2)) / np.mean(np.abs(without) ** 2)))
-
-
-def is_stable(problem: Problem, x: Array) -> bool:
-    """Whether no free motion grows up to the highest speed, as far as the problem can tell."""
-    return not problem.knows_stability or problem.stability_threshold(x, float(np.max(problem.speed))) == np.inf
 
 
 def _largest_factor(theta: Array, parameters: tuple[Parameter, ...]) -> float:
@@ -71,5 +69,5 @@ def _n_stable(extended: Problem, sets: Array) -> int:
     low, high = 0, len(sets)  # the first `low` are stable, and what stands at `high` is not
     while low < high:
         middle = (low + high) // 2
-        low, high = (middle + 1, high) if is_stable(extended, sets[middle]) else (low, middle)
+        low, high = (middle + 1, high) if extended.is_stable(sets[middle]) else (low, middle)
     return low

@@ -25,7 +25,7 @@ from ksmea.parameters import Parameter
 from ksmea.records.hidden import HiddenEffect, TrueValue
 from ksmea.settings import setting
 from ksmea.units import MICROMETRE, RPM
-from measurements.hidden_size import drawn_size, is_stable
+from measurements.hidden_size import drawn_size
 
 ROUTES = ("reduced", "dense")
 MAX_DRAWS = 20  # of effects, for a stable rotor
@@ -165,12 +165,12 @@ class Synthetic(MeasurementSource):
 
     def _hide(self, problem: Problem, x: Array, rng: np.random.Generator) -> tuple[Problem, list[Hidden]]:
         """The problem with the effects that its data hide, at values x (d,) SI of its own unknowns."""
-        if not is_stable(problem, x):
+        if not problem.is_stable(x):
             raise _unstable("measurement.truth", problem, x)
         for _ in range(MAX_DRAWS):
             extended, effects, is_drawn = self._drawn(problem, x, rng)
             values = np.concatenate([x, *(each.theta for each in effects)])
-            if not effects or is_stable(extended, values):
+            if not effects or extended.is_stable(values):
                 return extended, effects
             if not is_drawn:
                 raise _unstable("measurement.sizes", extended, values)

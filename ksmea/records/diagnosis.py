@@ -16,6 +16,7 @@ from ksmea.elpd import ElpdDifference
 from ksmea.records.diagnosis_upgrade import is_older, renamed
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.record import Record
+from ksmea.records.stability import StabilityRecord
 
 Values = tuple[tuple[float | tuple[float, float], ...], ...]  # (n_speed, n_channel), complex as (real, imaginary)
 
@@ -209,6 +210,7 @@ class DiagnosisRecord(Record):
     hidden_deviance_drop: float | None = None
     seconds: float | None = None
     left_out: Mapping[str, str] = field(default_factory=dict)  # effects that were not fitted, and why
+    stability: StabilityRecord | None = None  # of the model that is believed; None in older records
 
     @classmethod
     def upgraded(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from ksmea.records.diagnosis import DiagnosisRecord, EstimateRecord, FitQualityRecord, TrialRecord
 from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
+from ksmea.show.stability import stability_text
 from ksmea.show.text import aligned, number
 from ksmea.units import MICROMETRE, RPM
 
@@ -19,7 +20,8 @@ MAX_RANKED = 6  # effects that the text lists
 
 def text(record: DiagnosisRecord) -> str:
     """The diagnosis as an engineer would say it."""
-    blocks = [_what_is_wrong(record), _cause(record), _predictive_gain(record), _detectable(record), _left_out(record)]
+    blocks = [_what_is_wrong(record), _cause(record), _predictive_gain(record), _detectable(record)]
+    blocks += ["\n".join(stability_text(record.stability)), _left_out(record)]
     return "\n\n".join(block for block in blocks if block)
 
 

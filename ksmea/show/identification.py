@@ -14,6 +14,7 @@ from ksmea.records.curves import FitCurves, as_array
 from ksmea.records.identification import DataDescription, IdentificationRecord, LackOfFit, ParameterRecord
 from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.fit_figure import draw_amplitude, fit_figure
+from ksmea.show.stability import stability_text
 from ksmea.units import MICROMETRE, RPM
 
 SLIGHT = 0.1  # parts of the noise below this part of the whole everywhere are not mentioned
@@ -75,6 +76,7 @@ def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:
         yield f"no intervals: {record.interval_error}"
     yield from _noise_text(record)
     yield f"hard to tell apart (correlation beyond ± {ALIKE}): {_alike_text(record)}"
+    yield from stability_text(record.stability)
     if record.lack_of_fit is not None:
         yield verdict(record.lack_of_fit)
     elif record.data is not None and record.data.too_few_to_test:

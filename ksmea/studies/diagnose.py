@@ -40,7 +40,9 @@ from ksmea.records.diagnosis import (
     Values,
 )
 from ksmea.records.record import finite
+from ksmea.records.stability import StabilityRecord
 from ksmea.settings import Settings, setting
+from ksmea.studies.stability import stability_of
 
 AT_LIMIT = 1e-3  # parts of the range within which a value lies on its limit
 
@@ -139,7 +141,15 @@ def diagnosis_record(found: Diagnosis, measurement: Measurement, interval_level:
         effects=tuple(dict.fromkeys(trial.name for trial in found.trials)),
         curves=_curves(found, measurement),
         left_out=dict(found.left_out),
+        stability=_stability(found, measurement, interval_level),
     )
+
+
+def _stability(found: Diagnosis, measurement: Measurement, level: float) -> StabilityRecord | None:
+    """Of the model that the verdict believes."""
+    fit = found.best if found.best is not None and found.named else found.baseline
+    known = measurement.noise is not None
+    return stability_of(fit.problem, fit.x, fit.noise, measurement.kind, noise_known=known, level=level)
 
 
 def _effect(candidate: Candidate) -> EffectRecord:

@@ -40,6 +40,7 @@ from ksmea.records.identification import (
 from ksmea.records.record import finite
 from ksmea.studies.enough_data import can_be_tested, require_enough
 from ksmea.studies.slips import slips
+from ksmea.studies.stability import stability_of
 from ksmea.units import TURN
 
 INTERVALS = ("profile", "information", "none")
@@ -91,6 +92,9 @@ def identification(
     if details:
         data = _description(measurement, (*remarks, *slips(problem, found.x, measurement)), testable=testable)
         record = dataclasses.replace(record, data=data, fit=fit_curves(problem, measurement, found.x, noise))
+        known = measurement.noise is not None
+        stability = stability_of(problem, found.x, noise, measurement.kind, noise_known=known, level=level)
+        record = dataclasses.replace(record, stability=stability)
     if curves:
         record = dataclasses.replace(record, curves=response_curves(problem, measurement, found))
     return record
