@@ -10,6 +10,8 @@ a physical limit or the loss of stability comes before the whole, the largest ch
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ksmea.arrays import Array
@@ -18,7 +20,8 @@ from ksmea.kind import Kind
 from ksmea.parameters import Parameter
 
 NOTICED = (0.1, 1.0)  # of the rms of the response
-SMALLEST = 1e-4  # of the largest size that is physical: the least that is considered
+SMALLEST = 1e-4  # of the largest size: the least that is considered
+N_HALVING = 10  # of that range, in factors: the loss of stability is found within 1 %
 UNSEEN = 1e-9  # of the rms of the response: rounding
 N_SIZE = 33  # sizes that are looked at, each a third larger than the one before
 
@@ -28,13 +31,12 @@ def drawn_size(effect: AnyEffect, problem: Problem, x: Array, kind: Kind, rng: n
     theta = np.array(effect.draw(problem, rng), dtype=float)
     part = np.exp(rng.uniform(*np.log(NOTICED)))
     extended = effect.added_to(problem)
-    largest = _largest_factor(theta, effect.parameters(problem))
+    within_limits = _largest_factor(theta, effect.parameters(problem))
+    largest = _largest_stable(lambda size: extended.is_stable(np.append(x, size * theta)), within_limits)
+    if not largest:  # nor is the rotor without it
+        return theta
     factor = largest * np.geomspace(SMALLEST, 1.0, N_SIZE)
     sets = np.hstack([np.tile(x, (N_SIZE, 1)), factor[:, None] * theta])
-    n_stable = _n_stable(extended, sets)
-    factor, sets = factor[:n_stable], sets[:n_stable]
-    if not n_stable:  # nor is the rotor without it
-        return theta
     change = np.maximum.accumulate(relative_change(problem, extended, x, sets, kind))
     if change[-1] < UNSEEN:
         return theta * factor[-1]
@@ -64,10 +66,14 @@ def _largest_factor(theta: Array, parameters: tuple[Parameter, ...]) -> float:
     return min(room, default=1.0)
 
 
-def _n_stable(extended: Problem, sets: Array) -> int:
-    """How many of rising sizes are stable: what has become unstable stays so as it grows."""
-    low, high = 0, len(sets)  # the first `low` are stable, and what stands at `high` is not
-    while low < high:
-        middle = (low + high) // 2
-        low, high = (middle + 1, high) if extended.is_stable(sets[middle]) else (low, middle)
+def _largest_stable(is_stable: Callable[[float], bool], largest: float) -> float:
+    """The largest factor with which the rotor is stable: what has become unstable stays so as it grows. 0 where none is."""
+    if is_stable(largest):
+        return largest
+    low, high = SMALLEST * largest, largest
+    if not is_stable(low):
+        return 0.0
+    for _ in range(N_HALVING):
+        middle = float(np.sqrt(low * high))
+        low, high = (middle, high) if is_stable(middle) else (low, middle)
     return low

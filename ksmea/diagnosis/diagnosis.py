@@ -2,6 +2,7 @@
 
 1. The baseline model is fitted from the whole range of its unknowns, and its residuals are tested for lack of fit.
 2. Every effect, at every location where it may occur, is fitted jointly with all unknowns from the baseline fit.
+   Fits whose rotor is unstable at a measured speed are bounded to where it is stable.
 3. If the test rejects or any effect is significant, the trials are refined: effects that move sharp resonances are
    scanned over their whole range.
 4. Second effects are fitted beside the best one: one that is as significant as a first one must be is added. If the best
@@ -29,6 +30,7 @@ from ksmea.diagnosis.fit_quality import FitQuality, fit_quality
 from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_baseline
 from ksmea.diagnosis.observability import Detectable, Split, best_split, collinearity, smallest_detectable
 from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
+from ksmea.diagnosis.stable_fits import stable_fit
 from ksmea.diagnosis.trials import Candidate, Trial, best_by_name, candidates_and_left_out, fitted, refined
 from ksmea.intervals import Estimate, estimate
 from ksmea.maximisation import maximise, with_best_noise
@@ -282,7 +284,7 @@ def _pairs(
 def _polished(fit: Fit) -> Fit:
     """The same fit, converged, with the best noise."""
     point = maximise(fit.likelihood, fit.point.theta)
-    return Fit(fit.problem, fit.likelihood, with_best_noise(fit.likelihood, point))
+    return stable_fit(Fit(fit.problem, fit.likelihood, with_best_noise(fit.likelihood, point)), fit.point.theta)
 
 
 def _verdict(

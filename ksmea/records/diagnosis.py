@@ -142,7 +142,7 @@ class DetectableRecord(Record):
     parameter: str
     unit: str
     size: float | None  # None: none would
-    largest: float  # that is physical
+    largest: float  # that is physical, and leaves the rotor stable at the measured speeds
     observable: bool  # size is below largest
 
 

@@ -200,7 +200,9 @@ def _detectable(record: DiagnosisRecord) -> str:
     for name, parts in record.min_detectable.items():
         for part in parts:
             size = "–" if part.size is None else f"{number(part.size, 3)} {part.unit}"
-            remark = "" if part.observable else f"beyond what is physical ({number(part.largest, 3)} {part.unit})"
+            remark = (
+                "" if part.observable else f"beyond what is physical or stable ({number(part.largest, 3)} {part.unit})"
+            )
             lines.append([name, part.location, part.parameter, size, remark])
     head = "What would have been found in nine of ten cases, had it been there:"
     return f"{head}\n{aligned(['effect', 'location', 'unknown', 'from', ''], lines)}"
