@@ -6,19 +6,16 @@ import numpy as np
 import pytest
 
 from ksmea import registry
-from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.errors import SettingError
-from ksmea.parameters import Parameter
 from ksmea.stability import lowest_unstable_speed
 from problems.rotor.assembly import assemble_free, node_dof
-from problems.rotor.data import Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane
+from problems.rotor.data import Bearing, Disk, Material, Rotor, ShaftSegment
 from problems.rotor.effect import RotorEffect
-from problems.rotor.problem import RotorProblem
-from problems.rotor.unknowns import BearingTarget, Unknown, rotor_at
+from problems.rotor.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
+from rigid_rotor import DAMPING, NATURAL, STIFFNESS, problem_of, rigid_rotor
 
-STIFFNESS, DAMPING = 1e6, 300.0  # N/m, N s/m of each bearing of the rigid rotor
 HIGHEST = 600.0  # rad/s
 SETTINGS = ThreeDisk(sensors=[0.1], n_speed=9)
 PLAIN = SETTINGS.build()
@@ -29,33 +26,10 @@ def effect(name, **settings):
     return registry.create("effect", name, settings)
 
 
-def problem_of(rotor, speed=HIGHEST):
-
-    stiffness = rotor.bearings[0].kxx
-    unknown = Unknown(
-        Parameter("kxx", "N/m", 1.0, 0.5 * stiffness, 2 * stiffness),
-        (BearingTarget(0, "kxx"), BearingTarget(1, "kxx"), BearingTarget(0, "kyy"), BearingTarget(1, "kyy")),
-    )
-    rotor = dataclasses.replace(rotor, unbalance=(UnbalancePlane(rotor.disks[0].position, 1e-4),))
-    return RotorProblem(rotor, (unknown,), np.array([speed]), (Channel(0.0, "x"),))
-
-
-def rigid_rotor(damping=DAMPING):
-    """A disk in the middle of a rigid shaft without mass on two equal bearings: 2k and 2c on the mass alone, as the disk is
-    so wide that its tilting is far above."""
-    light = Material(young_modulus=2e14, density=1e-3, poisson_ratio=0.3)
-    half = ShaftSegment(0.3, 0.05, light, 2)
-    bearings = tuple(Bearing(z, kxx=STIFFNESS, kyy=STIFFNESS, cxx=damping, cyy=damping) for z in (0.0, 0.6))
-    return Rotor((half, half), (Disk(0.3, 20.0, polar_inertia=0.01, diametral_inertia=0.02),), bearings)
-
-
-NATURAL = np.sqrt(2 * STIFFNESS / 20.0)  # rad/s, of the rigid rotor's bounce
-
-
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_cross_coupling_is_stable_up_to_damping_times_frequency(sign):
     """κ = c ω_n on isotropic bearings, of either sign and at any spin speed: the bounce of a rigid rotor."""
-    problem = effect("cross_coupling_antisymmetric").added_to(problem_of(rigid_rotor()))
+    problem = effect("cross_coupling_antisymmetric").added_to(problem_of(rigid_rotor(), HIGHEST))
     critical = sign * DAMPING * NATURAL
     # 1e-3 on either side: flexibility of the shaft and tilting move the bounce by less than 1e-5
     assert problem.stability_threshold(np.array([STIFFNESS, 0.999 * critical]), HIGHEST) == np.inf
@@ -64,7 +38,7 @@ def test_cross_coupling_is_stable_up_to_damping_times_frequency(sign):
 
 def test_coefficients_are_functions_of_the_spin_speed_and_not_of_the_whirl_frequency():
     """Damping c (1 + b Ω/Ω₁) that falls to κ / ω_n: the bounce whirls at ω_n, and becomes unstable at another speed."""
-    problem = problem_of(rigid_rotor())
+    problem = problem_of(rigid_rotor(), HIGHEST)
     falling = effect("speed_dependent_damping", full_speed=HIGHEST)
     problem = effect("cross_coupling_antisymmetric").added_to(falling.added_to(problem))
     slope, part = -0.8, 0.7  # κ = 0.7 c ω_n
@@ -86,7 +60,7 @@ def test_internal_damping_is_stable_up_to_a_speed_above_the_critical_one(ratio):
         Bearing(0.5, cxx=external, cyy=external),
     )
     rotor = Rotor((half, half), (Disk(0.5, 10.0, 1e-4, 1e-4),), bearings)
-    problem = effect("internal_damping").added_to(problem_of(rotor))
+    problem = effect("internal_damping").added_to(problem_of(rotor, HIGHEST))
     frequency = np.sqrt(stiffness / 10.0)
     found = problem.stability_threshold(np.array([1e10, beta]), 4 * frequency)
     # 1e-3: shear, and bearings 1e5 times as stiff as the shaft
@@ -189,7 +163,7 @@ class Push(RotorEffect):
 
 
 def test_an_effect_of_someone_else_counts_as_its_impedance_has_it():
-    problem = Push().added_to(problem_of(rigid_rotor()))
+    problem = Push().added_to(problem_of(rigid_rotor(), HIGHEST))
     found = problem.stability_threshold(np.array([STIFFNESS, 2 * DAMPING * NATURAL]), HIGHEST)
     assert found == pytest.approx(HIGHEST / 2, rel=1e-3)
 
