@@ -265,7 +265,7 @@ class Effect(Settings, Generic[Seen]):
     @abstractmethod
     def draw(self, problem: Seen, rng: np.random.Generator) -> Array:
         """Values (e,) SI of its unknowns within their limits, for data that hide it: any direction and proportion that is
-        plausible. Synthetic data scale them by one factor to the size of the response (`measurements/hidden_size.py`)."""
+        plausible. Synthetic data scale them by one factor to the size of the response where they are not (`measurements/hidden_size.py`)."""
 
 
 AnyEffect = Effect[Any]  # on whatever kind of problems

@@ -1,11 +1,9 @@
 """How large a hidden effect is that nobody gives a size: as large as the response itself, and the rotor stays stable.
 
-A draw of an effect says in which direction and proportion its unknowns stand. All of them are scaled by one factor, until
-the root mean square over speeds and channels of what the effect changes, as the data see it, is a part between `NOTICED` of
-that of the response without it, each factor as likely as any other. That range is a choice: a change of a tenth stands
-out of noise of some per cent, and one of the whole is what a critical speed makes that is off by the 5 % which a
-verified model may have (API 684, unbalance response verification), as it moves a sharp peak by more than its width. Where
-a physical limit or the loss of stability comes before the whole, the largest change that is possible stands in its place.
+A draw of an effect is kept where the rotor is stable with it, and the root mean square over speeds and channels of what it
+changes, as the data see it, is between `NOTICED` of that of the response without it. Else all its values are scaled by one
+factor to a change between these ends, each factor as likely as any other. Where a physical limit or the loss of
+stability comes before the upper end, the largest change that is possible stands in its place, and both ends are lower.
 """
 
 from __future__ import annotations
@@ -19,7 +17,9 @@ from ksmea.contracts import AnyEffect, Problem
 from ksmea.kind import Kind
 from ksmea.parameters import Parameter
 
-NOTICED = (0.1, 1.0)  # of the rms of the response
+# Of the rms of the response. The ends are a choice: a tenth stands out of noise of some per cent; two responses of one size
+# that have nothing in common differ by √2, which is what a critical speed makes that is off by more than its width.
+NOTICED = (0.1, 1.5)
 SMALLEST = 1e-4  # of the largest size: the least that is considered
 N_HALVING = 10  # of that range, in factors: the loss of stability is found within 1 %
 UNSEEN = 1e-9  # of the rms of the response: rounding
@@ -29,23 +29,23 @@ N_SIZE = 33  # sizes that are looked at, each a third larger than the one before
 def drawn_size(effect: AnyEffect, problem: Problem, x: Array, kind: Kind, rng: np.random.Generator) -> Array:
     """Values (e,) SI of an effect's unknowns on a problem at values x (d,) SI of its own."""
     theta = np.array(effect.draw(problem, rng), dtype=float)
-    part = np.exp(rng.uniform(*np.log(NOTICED)))
+    part = np.exp(rng.uniform(np.log(NOTICED[0] / NOTICED[1]), 0.0))  # of the largest change
     extended = effect.added_to(problem)
     within_limits = _largest_factor(theta, effect.parameters(problem))
     largest = _largest_stable(lambda size: extended.is_stable(np.append(x, size * theta)), within_limits)
     if not largest:  # nor is the rotor without it
         return theta
-    factor = largest * np.geomspace(SMALLEST, 1.0, N_SIZE)
-    sets = np.hstack([np.tile(x, (N_SIZE, 1)), factor[:, None] * theta])
-    change = np.maximum.accumulate(relative_change(problem, extended, x, sets, kind))
-    if change[-1] < UNSEEN:
-        return theta * factor[-1]
-    wanted = part * min(NOTICED[1], change[-1])
-    if wanted <= change[0]:
-        return theta * factor[0]
-    above = int(np.searchsorted(change, wanted))
-    between = np.log(wanted / change[above - 1]) / np.log(change[above] / change[above - 1])
-    return np.asarray(theta * factor[above - 1] * (factor[above] / factor[above - 1]) ** between)
+    rising = largest * SMALLEST ** (1 - (np.arange(N_SIZE) + rng.random()) / N_SIZE)
+    factor = np.append(rising, 1.0)
+    sets = np.hstack([np.tile(x, (len(factor), 1)), factor[:, None] * theta])
+    *changes, drawn = relative_change(problem, extended, x, sets, kind)
+    change = np.maximum.accumulate(changes)
+    most = min(NOTICED[1], change[-1])
+    is_noticed = NOTICED[0] / NOTICED[1] * most <= drawn <= NOTICED[1]
+    if most < UNSEEN or (is_noticed and largest >= 1):
+        return theta * min(1.0, largest)
+    # the largest size up to which no size changes more than is wanted
+    return theta * rising[max(int(np.searchsorted(change, part * most, side="right")) - 1, 0)]
 
 
 def relative_change(problem: Problem, extended: Problem, x: Array, sets: Array, kind: Kind) -> Array:

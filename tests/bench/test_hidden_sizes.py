@@ -57,6 +57,12 @@ class Loud(RotorEffect):
         return response + theta[:, :1, None]
 
 
+def test_a_draw_that_is_of_the_size_of_the_response_is_kept():
+    effect = placed("mass")
+    [theta] = drawn_size(effect, PLAIN, X, COMPLEX, np.random.default_rng(0))
+    assert theta == effect.draw(PLAIN, np.random.default_rng(0))[0]
+
+
 def test_an_effect_of_someone_else_is_scaled_too():
     theta = drawn_size(Loud(), PLAIN, X, COMPLEX, np.random.default_rng(0))
     rms = np.sqrt(np.mean(np.abs(PLAIN.response(X[None])) ** 2))
@@ -72,7 +78,7 @@ def test_what_the_data_cannot_see_keeps_its_size():
             return response * np.exp(1j * theta[:, :1, None] / 1e-4)
 
     theta = drawn_size(Unseen(), PLAIN, X, Kind.AMPLITUDE, np.random.default_rng(0))
-    assert theta[0] == pytest.approx(Unseen().parameters(PLAIN)[0].upper)
+    assert theta[0] == Unseen().draw(PLAIN, None)[0]
 
 
 def test_all_draws_of_several_effects_together_are_stable():
