@@ -28,6 +28,7 @@ from ksmea.objective import Minimum, Objective
 from ksmea.parameters import PHASE_ORIGIN, Parameter, Parameters
 from ksmea.records.hidden import HiddenEffect
 from ksmea.settings import Settings, part_fields
+from ksmea.stability import lowest_unstable_speed, scanned_speeds
 
 Seen = TypeVar("Seen", bound="Problem")  # the kind of problems that an effect can be added to
 METHOD_PARTS = ("surrogate", "optimizer", "samples")  # what a method may own, each chosen by name or number in a run
@@ -130,6 +131,26 @@ class Problem(ABC):
         """Natural frequencies and damping ratios of its first modes over spin speeds (n_speed,) rad/s. Left out: it does
         not know them."""
         raise self._has_no_modes()
+
+    def growth_rate(self, x: Array, speed: Array) -> Array:
+        """The largest real part of any damped eigenvalue (1/s) at values x (d,) SI and each spin speed (n_speed,) rad/s:
+        above 0 a free motion grows, and no steady response exists. Left out: it cannot tell."""
+        raise self._refusal("knows its damped eigenvalues", "take one that is made of a rotor")
+
+    @property
+    def knows_stability(self) -> bool:
+        return type(self).growth_rate is not Problem.growth_rate
+
+    def stability_threshold(self, x: Array, highest: float) -> float:
+        """The lowest spin speed (rad/s) up to `highest` at which a free motion grows at values x (d,) SI; 0: from rest,
+        infinite: nowhere."""
+        return lowest_unstable_speed(lambda speed: self.growth_rate(x, speed), highest)
+
+    def is_stable(self, x: Array) -> bool:
+        """Whether no free motion grows at values x (d,) SI at any spin speed up to its highest, as far as it can tell."""
+        return not self.knows_stability or not np.any(
+            self.growth_rate(x, scanned_speeds(float(np.max(self.speed)))) > 0
+        )
 
     def _has_no_modes(self) -> SettingError:
         return self._refusal("knows its natural modes", "take one that is made of a rotor")
@@ -248,7 +269,8 @@ class Effect(Settings, Generic[Seen]):
 
     @abstractmethod
     def draw(self, problem: Seen, rng: np.random.Generator) -> Array:
-        """Values (e,) SI of its unknowns that are plausible and large enough to be noticed, for data that hide it."""
+        """Values (e,) SI of its unknowns within their limits, for data that hide it: any direction and proportion that is
+        plausible. Synthetic data scale them by one factor to the size of the response where they are not (`measurements/hidden_size.py`)."""
 
 
 AnyEffect = Effect[Any]  # on whatever kind of problems

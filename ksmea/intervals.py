@@ -80,8 +80,8 @@ class _Profile:
         self._roots = {self.start: 0.0}
 
     def root(self, value: float) -> float:
-        """√(D − D̂) where the unknown has this value and all others suit it best; the same whenever it is asked
-        again."""
+        """√(D − D̂) where the unknown has this value and all others suit it best, infinite where the model has no response;
+        the same whenever it is asked again."""
         if value not in self._roots:
             self._roots[value] = self._maximised(value)
         return self._roots[value]
@@ -107,7 +107,9 @@ class _Profile:
         return theta, higher
 
     def _maximised(self, value: float) -> float:
-        theta, _ = self._predicted(value)
+        theta, higher = self._predicted(value)
+        if not np.isfinite(higher):
+            return np.inf
         point = maximise(self._likelihood, theta, fixed=self._index, tolerance=1e-4)
         rise = point.deviance - self._maximum.deviance
         if rise < -LOWER:
@@ -196,6 +198,8 @@ def _end(profile: _Profile, wanted: float, limit: float) -> float:
         while abs(outer - inner) > shortest and not profile.is_near(outer):
             outer = (inner + outer) / 2
             reach = abs(outer - profile.start)
+        if np.isinf(profile.root(outer)):  # what has a response ends here
+            return inner
         if profile.root(outer) >= wanted:
             return brentq(lambda value: profile.root(value) - wanted, inner, outer, xtol=0.003 * width, rtol=1e-12)
         inner, reach = outer, 2 * reach

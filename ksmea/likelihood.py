@@ -48,12 +48,15 @@ class Point:
 
 
 class Likelihood:
-    """The likelihood of a measurement as a function of θ. Its model counts the evaluations and holds the budget."""
+    """The likelihood of a measurement as a function of θ. Its model counts the evaluations and holds the budget.
 
-    def __init__(self, model: Model, measurement: Measurement) -> None:
+    With `stable_only` the deviance is infinite where the rotor is unstable at a measured speed."""
+
+    def __init__(self, model: Model, measurement: Measurement, *, stable_only: bool = False) -> None:
         require_aligned(model.problem, measurement)
         self.model = model
         self.measurement = measurement
+        self._stable_only = stable_only
         self.d = len(model.problem.parameters)
         self._known_noise = measurement.noise
         if self._known_noise is not None and self._known_noise.is_absent:
@@ -124,12 +127,20 @@ class Likelihood:
         return Point(theta, self._deviance(residual, variance), gradient.sum(axis=(0, 1)), whitened)
 
     def deviance(self, theta: Array) -> float:
-        """The deviance at θ, infinite where the model has no finite response: one evaluation of the model."""
+        """The deviance at θ, infinite where the model has no finite response, or none that is to be considered: one
+        evaluation of the model."""
+        if self._stable_only and not self.is_stable(theta):
+            return np.inf
         try:
             response = self.model.response(theta[None, : self.d])[0]
         except np.linalg.LinAlgError:
             return np.inf
         return self._deviance(self._residual(response), self.noise(theta).variance(np.abs(response)))
+
+    def is_stable(self, theta: Array) -> bool:
+        """Whether the rotor is stable at θ."""
+        problem = self.model.problem
+        return problem.is_stable(problem.parameters.to_si(theta[: self.d]))
 
     def log_density(self, theta: Array) -> float:
         """ln L at θ, but for a constant that depends on the number of data alone: between measurements with different

@@ -108,6 +108,11 @@ class LoadedProblem:
             speed = np.linspace(0.0, float(self.speed.max()), 51)
         return self.problem.campbell(self.x(values), np.asarray(speed, float), n_mode)
 
+    def stability_threshold(self, values: Mapping[str, float] | None = None, *, highest: float | None = None) -> float:
+        """The lowest spin speed (rad/s) at which a free motion grows, up to `highest` (the highest of the problem's speeds
+        if not given); 0: from rest, infinite: nowhere."""
+        return self.problem.stability_threshold(self.x(values), float(self.speed.max()) if highest is None else highest)
+
     def with_settings(self, **settings: Any) -> LoadedProblem:
         """The same problem with some of its settings changed."""
         changed = dataclasses.replace(self.settings, **settings)

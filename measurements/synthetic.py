@@ -1,7 +1,8 @@
 """Synthetic measurements: the response of a problem at known values, with noise drawn on it.
 
 Here, and nowhere in what identifies, the true values are known. Data may hide effects that the problem's model lacks:
-`hidden` names them, their locations and sizes are drawn, and only the record of a run says what they were.
+`hidden` names them, their locations and sizes are drawn, and only the record of a run says what they were. A rotor that is
+unstable anywhere up to the highest measured speed has no steady response there: it is drawn anew, or refused.
 """
 
 from __future__ import annotations
@@ -18,13 +19,16 @@ from ksmea.alignment import aligned
 from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import AnyEffect, MeasurementSource, Problem, ProblemSettings
 from ksmea.errors import SettingError, unknown
+from ksmea.kind import Kind
 from ksmea.measurement import KINDS, Layout, Measurement, Noise, observe
 from ksmea.parameters import Parameter
 from ksmea.records.hidden import HiddenEffect, TrueValue
 from ksmea.settings import setting
-from ksmea.units import MICROMETRE
+from ksmea.units import MICROMETRE, RPM
+from measurements.hidden_size import drawn_size
 
 ROUTES = ("reduced", "dense")
+MAX_DRAWS = 20  # of effects, for a stable rotor
 
 
 @dataclass(frozen=True)
@@ -87,7 +91,14 @@ class Synthetic(MeasurementSource):
         return self._layout(settings.build())
 
     def true_values(self, settings: ProblemSettings) -> dict[str, float]:
-        """True value of every unknown by name, SI; 0 for those that this measurement brings along."""
+        """True value of every unknown by name, SI; 0 for those that this measurement brings along. Raises `SettingError`
+        where there are no such data: a name or a location is missing, or the rotor is unstable."""
+        values = self._values(settings)
+        model = self._model(settings)
+        self._hide(model, self._x(values, model), np.random.default_rng(0))
+        return values
+
+    def _values(self, settings: ProblemSettings) -> dict[str, float]:
         built = settings.build()
         own = built.parameters.names
         units = {parameter.name: parameter.si_per_unit for parameter in self._as_measured(built).parameters}
@@ -99,8 +110,6 @@ class Synthetic(MeasurementSource):
         missing = [name for name in units if name not in values]
         if missing:
             raise SettingError(f"measurement.truth: expected a value for {', '.join(missing)}, got none; add it")
-        if self.hidden:  # whether they have a location here, and sizes a name
-            self._hide(self._model(settings), np.random.default_rng(0))
         return {name: values[name] for name in units}
 
     def measure(
@@ -131,18 +140,16 @@ class Synthetic(MeasurementSource):
     ) -> ComplexArray:
         """The noise-free response (n_speed, n_channel), m, that is measured."""
         plain = self._model(settings)
-        problem, effects = self._hide(plain, hidden)
-        own = [truth[name] for name in plain.parameters.names]
+        own = self._x(truth, plain)
+        problem, effects = self._hide(plain, own, hidden)
         x = np.concatenate([own, *(each.theta for each in effects)])[None]
         return problem.response(x)[0] if self.route == "reduced" else problem.dense_response(x)[0]
 
     def hidden_effects(self, settings: ProblemSettings, hidden: np.random.Generator) -> tuple[HiddenEffect, ...]:
         """What data drawn by `hidden` hide: name, location, and values in their units."""
         problem = self._model(settings)
-        return tuple(
-            HiddenEffect(each.name, str(each.effect), _true_values(each, problem))
-            for each in self._hide(problem, hidden)[1]
-        )
+        effects = self._hide(problem, self._x(self._values(settings), problem), hidden)[1]
+        return tuple(HiddenEffect(each.name, str(each.effect), _true_values(each, problem)) for each in effects)
 
     def with_hidden(
         self, settings: ProblemSettings, problem: Problem, hidden: np.random.Generator
@@ -150,32 +157,54 @@ class Synthetic(MeasurementSource):
         """A problem with what data drawn by `hidden` hide, and the true values (e,) SI of the unknowns that this adds."""
         if not self.hidden:
             return None
-        effects = self._hide(self._model(settings), hidden)[1]
+        model = self._model(settings)
+        effects = self._hide(model, self._x(self._values(settings), model), hidden)[1]
         for each in effects:
             problem = each.effect.added_to(problem)
         return problem, np.concatenate([np.empty(0), *(each.theta for each in effects)])
 
-    def _hide(self, problem: Problem, rng: np.random.Generator) -> tuple[Problem, list[Hidden]]:
-        """The problem with the effects that its data hide."""
-        if not self.hidden:
-            return problem, []
-        extended, found, sized = problem, [], set()
+    def _hide(self, problem: Problem, x: Array, rng: np.random.Generator) -> tuple[Problem, list[Hidden]]:
+        """The problem with the effects that its data hide, at values x (d,) SI of its own unknowns."""
+        if not problem.is_stable(x):
+            raise _unstable("measurement.truth", problem, x)
+        for _ in range(MAX_DRAWS):
+            extended, effects, is_drawn = self._drawn(problem, x, rng)
+            values = np.concatenate([x, *(each.theta for each in effects)])
+            if not effects or extended.is_stable(values):
+                return extended, effects
+            if not is_drawn:
+                raise _unstable("measurement.sizes", extended, values)
+        raise SettingError(
+            f"measurement.hidden: expected a rotor that is stable with {', '.join(self.hidden)}, got none in {MAX_DRAWS} draws;"
+            " give measurement.sizes"
+        )
+
+    def _drawn(self, problem: Problem, x: Array, rng: np.random.Generator) -> tuple[Problem, list[Hidden], bool]:
+        """The problem with effects, and whether any of their sizes was drawn."""
+        extended, found, sized, is_drawn = problem, list[Hidden](), set(), False
         for name in self.hidden:
             effect = _drawn_location(name, problem, rng)
-            theta = np.array(effect.draw(problem, rng), dtype=float)
-            for index, parameter in enumerate(effect.parameters(problem)):
-                if parameter.name in self.sizes:
-                    theta[index] = _within(parameter, self.sizes[parameter.name])
-                sized.add(parameter.name)
-            found.append(Hidden(name, effect, theta))
             try:
+                theta = drawn_size(effect, extended, x, Kind(self.kind), rng)
                 extended = effect.added_to(extended)
             except SettingError as error:
                 raise SettingError(f"measurement.hidden: {name}: {error}") from error
+            for index, parameter in enumerate(effect.parameters(problem)):
+                if parameter.name in self.sizes:
+                    theta[index] = _within(parameter, self.sizes[parameter.name])
+                is_drawn |= parameter.name not in self.sizes
+                sized.add(parameter.name)
+            found.append(Hidden(name, effect, theta))
+            x = np.concatenate([x, theta])
         for name in self.sizes:
             if name not in sized:
                 raise unknown("parameter in measurement.sizes:", name, sized)
-        return extended, found
+        return extended, found, is_drawn
+
+    @staticmethod
+    def _x(values: Mapping[str, float], problem: Problem) -> Array:
+        """Values by name as those of a problem's unknowns, (d,) SI."""
+        return np.array([values[name] for name in problem.parameters.names])
 
     def _model(self, settings: ProblemSettings) -> Problem:
         """The model that makes the data, as far as the problem knows it."""
@@ -197,6 +226,16 @@ class Synthetic(MeasurementSource):
             return dataclasses.replace(settings, **changed)
         except SettingError as error:
             raise SettingError(f"measurement.{error}") from error
+
+
+def _unstable(where: str, problem: Problem, x: Array) -> SettingError:
+    highest = float(np.max(problem.speed))
+    threshold = problem.stability_threshold(x, highest)
+    since = f"from {threshold / RPM:.0f} rpm" if threshold else "from rest"
+    return SettingError(
+        f"{where}: expected a rotor that is stable up to its highest measured speed, {highest / RPM:.0f} rpm, got one whose"
+        f" free motions grow {since}, where no steady response exists; give other values"
+    )
 
 
 def _true_values(hidden: Hidden, problem: Problem) -> tuple[TrueValue, ...]:

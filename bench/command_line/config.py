@@ -27,6 +27,7 @@ class BenchConfig:
     samples: int = MISSING
     repetitions: int = MISSING
     seed: int = MISSING
+    own_seeds: bool = False
     workers: int | None = None
     timeout: float | None = None
     memory: float | None = None

@@ -15,7 +15,7 @@ from bench.command_line.config import BenchConfig
 from bench.command_line.overrides import Choice, as_given, grid_points, override, parse
 from bench.plan.composer import Composer
 from bench.plan.folder import require_own_folder
-from bench.plan.plan import Cell, ParameterFacts, Plan, ReportSettings, all_runs
+from bench.plan.plan import Cell, ParameterFacts, Plan, ReportSettings, all_runs, own_seed
 from bench.plan.provenance import (
     PARTS,
     code_digest,
@@ -34,7 +34,7 @@ from ksmea.errors import SettingError, unknown
 
 FIGURES = ("updates", "response", "cost")
 # Settings of the whole experiment, which cannot be an axis of it.
-WHOLE = ("name", "repetitions", "output", "table", "paper", "figures", "exact", "includes", "grid")
+WHOLE = ("name", "repetitions", "output", "table", "paper", "figures", "exact", "includes", "own_seeds", "grid")
 # Settings of how its jobs work, passed on to them; none of them changes a result.
 WORKING = ("batches", "workers", "timeout", "memory", "journal", "share")
 
@@ -174,7 +174,8 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) ->
     modules |= used
     samples = None if "samples" in ignored and "samples" not in point else config.samples
     place = {"samples": samples} | point
-    return Cell(place, settings, config.seed, parameters, code_digest(used))
+    seed = own_seed(config.seed, config.label) if config.own_seeds else config.seed
+    return Cell(place, settings, seed, parameters, code_digest(used))
 
 
 def _table(asked: str | None, cells: Sequence[Cell]) -> str:

@@ -112,6 +112,12 @@ def component_seeds(seed: int, repetition: int) -> dict[str, list[int]]:
     return {component: [seed, repetition, place] for component, place in SEED_PLACES.items()}
 
 
+def own_seed(seed: int, label: str | None) -> int:
+    """The seed of cells with a label where an experiment gives each label its own: made of both, so that it stays the same
+    whatever other cells there are."""
+    return int(_hash([seed, label])[:8], 16)
+
+
 def global_entropy(seeds: Mapping[str, list[int]]) -> list[int]:
     """Entropy for generators that a process shares, of a run with these seeds: its seed and repetition at their place."""
     seed_and_repetition = next(iter(seeds.values()), [0, 0, 0])[:2]

@@ -2,6 +2,7 @@
 
 1. The baseline model is fitted from the whole range of its unknowns, and its residuals are tested for lack of fit.
 2. Every effect, at every location where it may occur, is fitted jointly with all unknowns from the baseline fit.
+   Fits whose rotor is unstable at a measured speed are bounded to where it is stable.
 3. If the test rejects or any effect is significant, the trials are refined: effects that move sharp resonances are
    scanned over their whole range.
 4. Second effects are fitted beside the best one: one that is as significant as a first one must be is added. If the best
@@ -29,6 +30,7 @@ from ksmea.diagnosis.fit_quality import FitQuality, fit_quality
 from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_baseline, polished, settled
 from ksmea.diagnosis.observability import Detectable, Split, best_split, collinearity, smallest_detectable
 from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
+from ksmea.diagnosis.stable_fits import settled_stable, stable_fit
 from ksmea.diagnosis.trials import Candidate, Trial, best_by_name, candidates_and_left_out, fitted, refined
 from ksmea.intervals import Estimate
 from ksmea.maximisation import maximise, with_best_noise
@@ -108,7 +110,7 @@ def diagnose(
     )
     best = best_estimate = best_quality = None
     if explained is not None:
-        best, best_estimate = settled(explained.fit, interval_level)
+        best, best_estimate = settled_stable(explained.fit, interval_level)
         best_quality = explained.quality
         if best.deviance < explained.fit.deviance - MOVED:
             best_quality = fit_quality(best, rng)
@@ -209,14 +211,14 @@ def _explained(
 ) -> _Explained:
     """The best pair of effects if the second one is significant beside the first, or if the best effect alone does not
     leave noise behind and the pair does; else the best effect."""
-    fit = polished(lead.fit)
+    fit = stable_fit(polished(lead.fit), lead.fit.point.theta)
     quality = fit_quality(fit, rng)
     alone = _Explained(fit, quality, (lead,), _rivals(lead, trials, collinearities), _locations(lead, trials))
     leaves_noise = quality.p >= level
     firsts = [lead] if leaves_noise else list(best_by_name(significant).values())[:MAX_PAIRED]
     pairs = _pairs(firsts, trials, measurement, level, progress)
     for pair in [pair for pair in pairs if pair.delta_bic > lead.delta_bic + NEAR][:MAX_PAIRED]:
-        fit = polished(pair.second.fit)
+        fit = stable_fit(polished(pair.second.fit), pair.second.fit.point.theta)
         quality = fit_quality(fit, rng)
         if quality.p >= level:
             rivals = {

@@ -115,9 +115,13 @@ def fit_nearby(problem: Problem, measurement: Measurement, baseline: Fit) -> Fit
     """A problem whose last unknowns are those of effects, 0 where there is no effect, fitted jointly with all others
     from where the baseline model fits."""
     likelihood = Likelihood(Model(problem), measurement)
+    return Fit(problem, likelihood, maximise(likelihood, start_nearby(problem, baseline), tolerance=1e-4))
+
+
+def start_nearby(problem: Problem, baseline: Fit) -> Array:
+    """θ (p,) where the baseline model fits, without any effect."""
     d = baseline.likelihood.d
-    start = np.concatenate([baseline.u, without_effects(problem, d), baseline.point.theta[d:]])
-    return Fit(problem, likelihood, maximise(likelihood, start, tolerance=1e-4))
+    return np.concatenate([baseline.u, without_effects(problem, d), baseline.point.theta[d:]])
 
 
 def fit_from_scan(problem: Problem, measurement: Measurement, baseline: BaselineFits, effort: Effort) -> Fit:

@@ -4,7 +4,7 @@ the noise level projected out: what is left of an effect when everything else is
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -22,13 +22,14 @@ from ksmea.model import Model
 from ksmea.parameters import Parameter
 from ksmea.units import GRAM_MILLIMETRE, RPM
 
+N_HALVING = 10  # of the range of a size, to find where the rotor becomes unstable
 POWER = 0.9  # chance of detecting an effect of the smallest detectable size
 
 
 @dataclass(frozen=True)
 class Detectable:
     """The smallest size of one unknown of an effect (SI) that would be detected in 90 % of noise draws, and the largest that
-    is physical."""
+    is physical and leaves the rotor stable at the measured speeds."""
 
     parameter: Parameter
     size: float
@@ -58,10 +59,33 @@ def smallest_detectable(baseline: Fit, candidate: Candidate, level: float) -> li
         Detectable(
             parameter,
             float(np.sqrt(needed / left)) * (parameter.upper - parameter.lower) if left > 0 else np.inf,
-            max(parameter.upper, -parameter.lower),
+            _largest(baseline, problem, index),
         )
-        for parameter, left in zip(parameters, information)
+        for index, (parameter, left) in enumerate(zip(parameters, information), start=len(baseline.u))
     ]
+
+
+def _largest(baseline: Fit, problem: Problem, index: int) -> float:
+    """The largest size of one unknown of an effect, SI, alone: within its limits, and with which the rotor is stable."""
+    parameter = problem.parameters.items[index]
+    x = np.concatenate([baseline.x, np.zeros(len(problem.parameters) - len(baseline.x))])
+
+    def is_stable(size: float) -> bool:
+        x[index] = size
+        return problem.is_stable(x)
+
+    return max(abs(_last_stable(is_stable, end)) for end in (parameter.lower, parameter.upper))
+
+
+def _last_stable(is_stable: Callable[[float], bool], end: float) -> float:
+    """The size nearest to an end of its limits up to which from 0 the rotor is stable, within 0.1 % of the end."""
+    if end == 0 or is_stable(end):
+        return end
+    low, high = 0.0, 1.0
+    for _ in range(N_HALVING):
+        middle = (low + high) / 2
+        low, high = (middle, high) if is_stable(middle * end) else (low, middle)
+    return low * end
 
 
 def _left_of_effect(fit: Fit, problem: Problem, n_effect: int) -> Array:

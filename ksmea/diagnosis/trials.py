@@ -9,7 +9,8 @@ import numpy as np
 from scipy.stats import chi2
 
 from ksmea.contracts import AnyEffect, Problem
-from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_from, fit_from_scan, fit_nearby
+from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_from, fit_from_scan, fit_nearby, start_nearby
+from ksmea.diagnosis.stable_fits import stable_fit
 from ksmea.measurement import Measurement
 
 
@@ -105,6 +106,7 @@ def fitted(
     trials = []
     for candidate in found:
         fit = fit_nearby(candidate.effect.added_to(problem), measurement, without)
+        fit = stable_fit(fit, start_nearby(fit.problem, without))
         trials.append(trial_of(candidate, fit, without, n_candidate or len(found)))
         progress()
     return ranked(trials)
@@ -126,6 +128,7 @@ def refined(
             fit = fit_from_scan(trial.fit.problem, measurement, baseline, effort)
         else:
             fit = fit_from(trial.fit.problem, measurement, starts, baseline.best.likelihood.d)
+        fit = stable_fit(fit, start_nearby(fit.problem, baseline.best))
         best = min(fit, trial.fit, key=lambda each: each.deviance)
         better.append(trial_of(trial.candidate, best, baseline.best, len(trials)))
         progress()

@@ -16,6 +16,7 @@ from ksmea.elpd import ElpdDifference
 from ksmea.records.diagnosis_upgrade import is_older, renamed
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.record import Record
+from ksmea.records.stability import StabilityRecord
 
 Values = tuple[tuple[float | tuple[float, float], ...], ...]  # (n_speed, n_channel), complex as (real, imaginary)
 
@@ -141,7 +142,7 @@ class DetectableRecord(Record):
     parameter: str
     unit: str
     size: float | None  # None: none would
-    largest: float  # that is physical
+    largest: float  # that is physical, and leaves the rotor stable at the measured speeds
     observable: bool  # size is below largest
 
 
@@ -211,6 +212,7 @@ class DiagnosisRecord(Record):
     left_out: Mapping[str, str] = field(default_factory=dict)  # effects that were not fitted, and why
     source: str = ""  # of the measurement; older records do not say
     remarks: tuple[str, ...] = ()  # on the data: what was left out of them, and what looks like a slip
+    stability: StabilityRecord | None = None  # of the model that is believed; None in older records
 
     @classmethod
     def upgraded(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:

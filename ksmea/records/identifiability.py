@@ -10,6 +10,7 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.records.record import Record
+from ksmea.records.stability import StabilityRecord
 
 # The speeds' count, [lowest, highest] of a band in rad/s, a position in m, a factor of the noise, or a kind of data.
 Value = int | float | str | tuple[float, float]
@@ -87,6 +88,7 @@ class IdentifiabilityRecord(Record):
     correlation: tuple[tuple[float | None, ...], ...]  # (d, d) of the estimates; None where not identifiable
     worst_direction: Direction  # the joint change that the data constrain least
     variations: tuple[Variation, ...] = ()
+    stability: StabilityRecord | None = None  # None in older records, and where the problem cannot tell
 
     @property
     def names(self) -> tuple[str, ...]:

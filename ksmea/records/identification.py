@@ -15,6 +15,7 @@ from ksmea.parameters import Parameter, Parameters
 from ksmea.records.curves import FitCurves, Matrix, ResponseCurves, check_shape, matrix
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.record import Record
+from ksmea.records.stability import StabilityRecord
 from ksmea.units import TURN
 
 # Fields of a parameter that had other names in records before schema 3.
@@ -165,6 +166,7 @@ class IdentificationRecord(Record):
     curves: ResponseCurves | None = None
     basin_excess: float | None = None  # `deviance` less that of the maximum nearest to the true values
     hidden: tuple[HiddenEffect, ...] = ()  # effects that synthetic data hide
+    stability: StabilityRecord | None = None  # None without details, and where the problem cannot tell
 
     def check(self) -> None:
         """Raise `SettingError` where values, updates, correlations or curves do not belong to the parameters."""

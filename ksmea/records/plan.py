@@ -15,6 +15,7 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.records.record import Record
+from ksmea.records.stability import StabilityRecord
 
 # Names in records that say 'bound' and 'gain'.
 _RENAMED = {
@@ -93,6 +94,7 @@ class PlanRecord(Record):
     crlb: tuple[float | None, ...]  # (d,) SI, of the present data; None: not known
     families: tuple[Family, ...]
     remarks: tuple[str, ...] = ()  # what was not considered, and why
+    stability: StabilityRecord | None = None  # None in older records, and where the problem cannot tell
 
     @property
     def target_index(self) -> int | None:

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from ksmea.records.diagnosis import DiagnosisRecord, EstimateRecord, FitQualityRecord, TrialRecord
 from ksmea.show import hidden
 from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
+from ksmea.show.stability import stability_text
 from ksmea.show.text import aligned, number
 from ksmea.units import MICROMETRE, RPM
 
@@ -26,6 +27,7 @@ def text(record: DiagnosisRecord) -> str:
         _cause(record),
         _predictive_gain(record),
         _detectable(record),
+        "\n".join(stability_text(record.stability)),
         _left_out(record),
         hidden.paragraph(record.hidden, "diagnosis"),
     ]
@@ -230,7 +232,9 @@ def _detectable(record: DiagnosisRecord) -> str:
     for name, parts in record.min_detectable.items():
         for part in parts:
             size = "–" if part.size is None else f"{number(part.size, 3)} {part.unit}"
-            remark = "" if part.observable else f"beyond what is physical ({number(part.largest, 3)} {part.unit})"
+            remark = (
+                "" if part.observable else f"beyond what is physical or stable ({number(part.largest, 3)} {part.unit})"
+            )
             lines.append([name, part.location, part.parameter, size, remark])
     head = "What would have been found in nine of ten cases, had it been there:"
     return f"{head}\n{aligned(['effect', 'location', 'unknown', 'from', ''], lines)}"

@@ -11,6 +11,7 @@ from ksmea.arrays import Array
 from ksmea.records.identifiability import DataDescription, IdentifiabilityRecord, Unknown, Value, percent
 from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.identifiability_figure import plot
+from ksmea.show.stability import stability_text
 from ksmea.show.text import aligned
 from ksmea.units import MICROMETRE, RPM
 
@@ -75,6 +76,7 @@ def sentences(record: IdentifiabilityRecord) -> Iterator[str]:
     pairs = alike_text(record.correlation, record.names)
     yield f"hard to tell apart (correlation beyond ± {ALIKE}): {pairs}"
     yield _worst_text(record)
+    yield from stability_text(record.stability)
     if record.data.floor == 0 and any(entry.variation == "position" for entry in record.variations):
         yield (
             "the noise has no floor, so that a probe that sees next to nothing counts as precise; if yours has one, say"

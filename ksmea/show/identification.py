@@ -15,6 +15,7 @@ from ksmea.records.identification import DataDescription, IdentificationRecord, 
 from ksmea.show import hidden
 from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.fit_figure import draw_amplitude, fit_figure
+from ksmea.show.stability import stability_text
 from ksmea.show.text import number
 from ksmea.units import MICROMETRE, RPM
 
@@ -80,6 +81,7 @@ def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:
         yield f"no intervals: {record.interval_error}"
     yield from _noise_text(record)
     yield f"hard to tell apart (correlation beyond ± {ALIKE}): {_alike_text(record)}"
+    yield from stability_text(record.stability)
     if record.lack_of_fit is not None:
         yield verdict(record.lack_of_fit)
     elif record.data is not None and record.data.too_few_to_test:

@@ -10,6 +10,7 @@ import pandas as pd
 
 from ksmea.records.plan import Family, PlanRecord, Step, Unknown, infinite_where_none
 from ksmea.show.plan_figure import is_without_size, plot
+from ksmea.show.stability import stability_text
 from ksmea.show.text import aligned
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, RPM
 
@@ -29,6 +30,7 @@ def text(record: PlanRecord, title: str = "") -> str:
     lines += [_opening(record), *(f"- {_sentence(record, family)}" for family in record.families)]
     lines += ["", _table(record), ""]
     lines += [f"note: {remark}" for remark in [*record.remarks, *_outside(record)]]
+    lines += [f"note: {said}" for said in stability_text(record.stability)]
     lines.append("note: this holds near the values above; CRLBs are 1 σ of an estimate that uses all the data")
     return "\n".join(lines)
 

@@ -40,9 +40,11 @@ from ksmea.records.diagnosis import (
     Values,
 )
 from ksmea.records.record import finite
+from ksmea.records.stability import StabilityRecord
 from ksmea.settings import Settings, setting
 from ksmea.studies.misreadings import misreadings
 from ksmea.studies.slips import slips
+from ksmea.studies.stability import stability_of
 
 AT_LIMIT = 1e-3  # parts of the range within which a value lies on its limit
 
@@ -156,7 +158,15 @@ def diagnosis_record(found: Diagnosis, measurement: Measurement, interval_level:
         curves=_curves(found, measurement),
         left_out=dict(found.left_out),
         source=measurement.source,
+        stability=_stability(found, measurement, interval_level),
     )
+
+
+def _stability(found: Diagnosis, measurement: Measurement, level: float) -> StabilityRecord | None:
+    """Of the model that the verdict believes."""
+    fit = found.best if found.best is not None and found.named else found.baseline
+    known = measurement.noise is not None
+    return stability_of(fit.problem, fit.x, fit.noise, measurement.kind, noise_known=known, level=level)
 
 
 def _effect(candidate: Candidate) -> EffectRecord:

@@ -42,6 +42,7 @@ from ksmea.records.record import finite
 from ksmea.studies.enough_data import can_be_tested, require_enough
 from ksmea.studies.misreadings import misreadings
 from ksmea.studies.slips import slips
+from ksmea.studies.stability import stability_of
 from ksmea.units import TURN
 
 INTERVALS = ("profile", "information", "none")
@@ -105,8 +106,13 @@ def identification(
         rejected = record.lack_of_fit is not None and record.lack_of_fit.rejected
         misread = misreadings(problem, measurement, x, noise, rejected=rejected)
         remarks = (*remarks, *(misread or slips(problem, x, measurement)))
-        data = _description(measurement, remarks, testable=testable)
-        record = dataclasses.replace(record, data=data, fit=fit_curves(problem, measurement, x, noise))
+        known = measurement.noise is not None
+        record = dataclasses.replace(
+            record,
+            data=_description(measurement, remarks, testable=testable),
+            fit=fit_curves(problem, measurement, x, noise),
+            stability=stability_of(problem, x, noise, measurement.kind, noise_known=known, level=level),
+        )
     if curves:
         record = dataclasses.replace(record, curves=response_curves(problem, measurement, found))
     return record

@@ -22,6 +22,7 @@ from ksmea.planning import Criterion, choose, crlb, data_rows, information, mean
 from ksmea.records.plan import Candidates, Family, PlanRecord, Step, Unknown
 from ksmea.records.record import finite
 from ksmea.settings import Settings, setting
+from ksmea.studies.stability import stability_of
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
 
@@ -150,6 +151,7 @@ def planning_study(
         crlb=_listed(present.crlb),
         families=tuple(entry for entry in found if isinstance(entry, Family)),
         remarks=tuple(remarks),
+        stability=stability_of(problem, x, noise, kind, noise_known=noise_known),
     )
 
 

@@ -27,6 +27,8 @@ from problems.rotor.data import COEFFICIENTS, STIFFNESSES, Rotor
 from problems.rotor.hooks import RotorHooks
 from problems.rotor.problem import CHUNK_BYTES, RotorProblem, checked_sets, finite, impedances_of
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
+from problems.rotor.stability import growth_rate, low_modes, searched_speed
+from problems.rotor.support import Support, in_series
 from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
 from problems.rotor.unknowns import Unknown, inputs_at, rotor_at
 
@@ -115,6 +117,17 @@ class ExtendedProblem(Problem):
         """`response` by the dense route, the whole rotor per set and speed: slow, for comparison and for making data."""
         return np.concatenate([self._dense(row[None]) for row in checked_sets(x, self.parameters)])
 
+    def growth_rate(self, x: Array, speed: Array) -> Array:
+        """The largest real part of any damped eigenvalue at values x (d,) SI, (n_speed,) 1/s, at spin speeds (rad/s)."""
+        speed = np.asarray(speed, dtype=float)
+        own, of_effects = self._parts(checked_sets(np.asarray(x)[None], self.parameters))
+        coefficients = inputs_at(self.base.rotor, self.base.unknowns, own).coefficients
+        impedance = np.moveaxis(self._bearing_impedance(coefficients, speed, of_effects)[:, :, :, 0], -1, 0)
+        rotor = self._changed_rotor(self.base.rotor, np.asarray(x)[self.costly])
+        low = low_modes(rotor, searched_speed(self.speed, speed))
+        damping = impedance.imag / speed[:, None, None, None]
+        return growth_rate(low, speed, impedance.real, damping, self._supports(of_effects))
+
     @cached_property
     def _columns(self) -> list[Indices]:
         """Where the unknowns of the rotor itself lie, then those of each effect."""
@@ -176,20 +189,33 @@ class ExtendedProblem(Problem):
     def _reduced_response(self, reduction: Reduction, x: Array) -> ComplexArray:
         own, of_effects = self._parts(x)
         inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
-        impedance = self._bearing_impedance(inputs.coefficients, of_effects)
+        impedance = self._impedance_seen(inputs.coefficients, of_effects)
         entries = [impedance[item.bearing, item.row, item.column] for item in reduction.impedances]
         per_load = reduction.response_per_load(np.stack(entries))
         sizes = np.concatenate([inputs.complex_unbalance, *self._sizes(of_effects)], axis=1)
         return self._observed(np.einsum("clns,nl->nsc", per_load, sizes, optimize=True), of_effects)
 
-    def _bearing_impedance(self, coefficients: Array, of_effects: list[Array]) -> ComplexArray:
-        """(n_bearing, 2, 2, n, n_speed) N/m from coefficients (n, n_bearing, 8), effects included."""
+    def _impedance_seen(self, coefficients: Array, of_effects: list[Array]) -> ComplexArray:
+        """Impedances that the shaft feels at the ports, (n_bearing, 2, 2, n, n_speed) N/m, from coefficients
+        (n, n_bearing, 8), effects and supports included."""
+        impedance = self._bearing_impedance(coefficients, self.speed, of_effects)
+        for support in self._supports(of_effects):
+            impedance = in_series(impedance, support.compliance(self.speed))
+        return impedance
+
+    def _bearing_impedance(self, coefficients: Array, speed: Array, of_effects: list[Array]) -> ComplexArray:
+        """The same of the bearings alone, at spin speeds (n_speed,) rad/s."""
         n, n_bearing = coefficients.shape[:2]
         split = np.moveaxis(coefficients, 0, -1).reshape(n_bearing, len(COEFFICIENTS) // len(STIFFNESSES), 2, 2, n, 1)
-        impedance = split[:, 0] + 1j * self.speed * split[:, 1]
+        impedance = split[:, 0] + 1j * speed * split[:, 1]
         for effect, values in self._in_stages(of_effects):
-            impedance = effect.impedance(impedance, self.speed, values)
+            impedance = effect.impedance(impedance, speed, values)
         return impedance
+
+    def _supports(self, of_effects: list[Array]) -> list[Support]:
+        """What carries the bearings, from the bearing to the ground."""
+        found = (effect.support(values) for effect, values in self._in_stages(of_effects))
+        return [support for support in found if support is not None]
 
     @cached_property
     def _seen_channels(self) -> tuple[Channel, ...]:
@@ -211,9 +237,7 @@ class ExtendedProblem(Problem):
         """One set (1, d) without any reduction."""
         own, of_effects = self._parts(x)
         rotor = self._changed_rotor(rotor_at(self.base.rotor, self.base.unknowns, own[0]), x[0, self.costly])
-        impedance = self._bearing_impedance(
-            inputs_at(self.base.rotor, self.base.unknowns, own).coefficients, of_effects
-        )
+        impedance = self._impedance_seen(inputs_at(self.base.rotor, self.base.unknowns, own).coefficients, of_effects)
         stiffness = dense.dynamic_stiffness(assemble_free(rotor), self.speed)
         for bearing, values in zip(rotor.bearings, impedance[:, :, :, 0]):  # (2, 2, n_speed)
             lateral = node_dof(rotor.node_at(bearing.position, "bearing"))[:2]

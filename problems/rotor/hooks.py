@@ -14,6 +14,7 @@ from ksmea.channel import Channel
 from ksmea.parameters import Parameter
 from problems.rotor.data import Rotor
 from problems.rotor.problem import RotorProblem
+from problems.rotor.support import Support
 
 
 class RotorHooks(ABC):
@@ -22,8 +23,8 @@ class RotorHooks(ABC):
     changes_rotor: ClassVar[bool] = False  # overrides `rotor`
     couples_axes: ClassVar[bool] = False  # its `impedance` has entries beside the diagonal
     has_loads: ClassVar[bool] = False  # overrides `loads` and `load_sizes`
-    # Effects act from the lowest stage to the highest, in whatever order they were added: a bearing (0) before what
-    # carries it (1); what a probe sees (0) before its angle (1), and that before its gain (2).
+    # Effects act from the lowest stage to the highest, in whatever order they were added: what a probe sees (0) before its
+    # angle (1), and that before its gain (2). Supports carry the bearings as all other effects leave them.
     stage: ClassVar[int] = 0
 
     @abstractmethod
@@ -35,8 +36,14 @@ class RotorHooks(ABC):
         return rotor
 
     def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
-        """Impedances of the bearings, (n_bearing, 2, 2, n, n_speed) N/m from motion (second 2) to force (first 2)."""
+        """Impedances of the bearings, (n_bearing, 2, 2, n, n_speed) N/m from motion (second 2) to force (first 2), at
+        spin speeds (rad/s). A whirl at another frequency ω feels Re z + iω Im z / Ω: coefficients of bearings are
+        functions of the spin speed. What is a function of the frequency itself is a `support`."""
         return impedance
+
+    def support(self, theta: Array) -> Support | None:
+        """What carries the bearings, in series with each; None: rigid ground."""
+        return None
 
     def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
         """Nodal forces per unit of each load, (n_speed, n_dof, n_load)."""

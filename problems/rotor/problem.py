@@ -23,6 +23,7 @@ from problems.rotor.critical_speeds import critical_speeds
 from problems.rotor.data import DAMPINGS, STIFFNESSES, Rotor, UnbalancePlane
 from problems.rotor.modes import campbell_diagram, natural_modes
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
+from problems.rotor.stability import growth_rate, low_modes, searched_speed
 from problems.rotor.unknowns import (
     BearingTarget,
     Inputs,
@@ -159,6 +160,15 @@ class RotorProblem(Problem):
     def campbell(self, x: Array, speed: Array, n_mode: int = 6) -> Campbell:
         """Natural frequencies and damping ratios of the first modes over spin speeds (n_speed,) rad/s."""
         return campbell_diagram(self._rotor_at(x), np.asarray(speed, dtype=float), n_mode)
+
+    def growth_rate(self, x: Array, speed: Array) -> Array:
+        """The largest real part of any damped eigenvalue at values x (d,) SI, (n_speed,) 1/s, at spin speeds (rad/s)."""
+        speed = np.asarray(speed, dtype=float)
+        inputs = inputs_at(self.rotor, self.unknowns, checked_sets(np.asarray(x)[None], self.parameters))
+        parts = inputs.coefficients[0].reshape(-1, 2, 2, 2)  # bearing, stiffness or damping, row, column
+        over_speed = np.broadcast_to(parts, (len(speed), *parts.shape))
+        low = low_modes(self.rotor, searched_speed(self.speed, speed))
+        return growth_rate(low, speed, over_speed[:, :, 0], over_speed[:, :, 1])
 
     def _rotor_at(self, x: Array) -> Rotor:
         return rotor_at(self.rotor, self.unknowns, checked_sets(np.asarray(x)[None], self.parameters)[0])

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 from ksmea import registry
+from ksmea.kind import Kind
 from ksmea.measurement import Measurement, Noise, observe
+from measurements.hidden_size import drawn_size
 from problems.three_disk import ThreeDisk
 
 SENSORS = [0.1, 0.2, 0.5]  # the second node and two disks
@@ -24,7 +26,7 @@ def rotor():
 
 @pytest.fixture(scope="session")
 def hide():
-    """A measurement with an effect (or none) whose location and size the seed draws; what was hidden, for the test alone."""
+    """A measurement with an effect (or none) whose location and size the seed draws, of a stable rotor; what was hidden, for the test alone."""
     fine = ThreeDisk(mesh=26, sensors=SENSORS).build().with_phase_origin()
     truth = np.array([TRUTH[name] for name in fine.parameters.names])
 
@@ -34,7 +36,7 @@ def hide():
         if name is not None:
             locations = list(registry.create("effect", name, {}).locations(fine))
             located = locations[rng.integers(len(locations))]
-            size = located.draw(fine, rng)
+            size = drawn_size(located, fine, truth, Kind(kind), rng)
             problem = located.added_to(fine)
         response = problem.dense_response(np.append(truth, size)[None])[0]
         values = observe(response, kind, NOISE, rng)

@@ -1,0 +1,58 @@
+"""Fits with effects whose rotor is stable at all measured speeds: data of a steady response are of no other.
+
+The likelihood knows nothing of it: the synchronous response is finite on both sides of the threshold. Most fits are nowhere
+near it; one that is beyond is made again, with unstable values refused.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.contracts import Problem
+from ksmea.diagnosis.fitting import Fit, settled
+from ksmea.intervals import Estimate
+from ksmea.likelihood import Likelihood
+from ksmea.maximisation import maximise
+from ksmea.model import Model
+
+N_HALVING = 10  # of the way to an unstable fit: the last stable point is found within 0.1 % of it
+
+
+def stable_fit(fit: Fit, start: Array) -> Fit:
+    """The fit where its rotor is stable, else the highest maximum among stable values that is reached from a stable start θ
+    (p,) and from the last stable point on the straight way from there to the fit; the fit as it is where the start is
+    unstable too."""
+    problem = fit.problem
+    if problem.is_stable(fit.x):
+        return fit
+    bounded = Likelihood(Model(problem), fit.likelihood.measurement, stable_only=True)
+    if not bounded.is_stable(start):
+        return fit
+    low, high = 0.0, 1.0
+    for _ in range(N_HALVING):
+        middle = (low + high) / 2
+        is_stable = bounded.is_stable(start + middle * (fit.point.theta - start))
+        low, high = (middle, high) if is_stable else (low, middle)
+    starts = (start, start + low * (fit.point.theta - start))
+    points = [maximise(bounded, theta, tolerance=1e-4) for theta in starts]
+    return Fit(problem, bounded, min(points, key=lambda point: point.deviance))
+
+
+def settled_stable(fit: Fit, level: float) -> tuple[Fit, Estimate]:
+    """A stable fit, settled (`ksmea.diagnosis.fitting.settled`); where that names unstable values, among stable ones alone."""
+    found, estimated = settled(fit, level)
+    if _names_stable(found.problem, estimated):
+        return found, estimated
+    stable = stable_fit(found, fit.point.theta)
+    bounded = Likelihood(Model(fit.problem), fit.likelihood.measurement, stable_only=True)
+    return settled(Fit(fit.problem, bounded, bounded.at(stable.point.theta)), level)
+
+
+def _names_stable(problem: Problem, estimated: Estimate) -> bool:
+    """Whether the rotor is stable at the estimate and with each unknown at either end of its interval."""
+    sets = [estimated.x]
+    for index, (parameter, interval) in enumerate(zip(problem.parameters, estimated.intervals)):
+        for end in (max(interval.low, parameter.lower), min(interval.high, parameter.upper)):
+            sets.append(np.where(np.arange(len(estimated.x)) == index, end, estimated.x))
+    return all(problem.is_stable(x) for x in sets)

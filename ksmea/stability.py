@@ -1,0 +1,34 @@
+"""The stability threshold: the lowest spin speed at which a free motion grows, and no steady response exists."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ksmea.arrays import Array
+
+N_SCAN = 24  # speeds that are looked at; unstable bands narrower than a step between them may be missed
+SLOWEST = 1e-6  # of the highest speed: stands in for rest, where coefficients over speed have no value
+TOLERANCE = 1e-6  # of the highest speed
+
+
+def scanned_speeds(highest: float) -> Array:
+    """The spin speeds (rad/s) that are looked at, from rest to the highest, (N_SCAN + 1,)."""
+    return np.linspace(0.0, highest, N_SCAN + 1).clip(SLOWEST * highest)
+
+
+def lowest_unstable_speed(growth_rate: Callable[[Array], Array], highest: float) -> float:
+    """The lowest speed up to `highest` (rad/s) at which a growth rate, a function of speeds (n,) to (n,) 1/s, is above 0:
+    0 where it is so from rest, infinite where it is so nowhere."""
+    speed = scanned_speeds(highest)
+    unstable = np.flatnonzero(growth_rate(speed) > 0)
+    if not len(unstable):
+        return np.inf
+    if unstable[0] == 0:
+        return 0.0
+    low, high = float(speed[unstable[0] - 1]), float(speed[unstable[0]])
+    while high - low > TOLERANCE * highest:
+        middle = (low + high) / 2
+        low, high = (low, middle) if growth_rate(np.array([middle]))[0] > 0 else (middle, high)
+    return high

@@ -1,0 +1,79 @@
+"""How large a hidden effect is that nobody gives a size: as large as the response itself, and the rotor stays stable.
+
+A draw of an effect is kept where the rotor is stable with it, and the root mean square over speeds and channels of what it
+changes, as the data see it, is between `NOTICED` of that of the response without it. Else all its values are scaled by one
+factor to a change between these ends, each factor as likely as any other. Where a physical limit or the loss of
+stability comes before the upper end, the largest change that is possible stands in its place, and both ends are lower.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.contracts import AnyEffect, Problem
+from ksmea.kind import Kind
+from ksmea.parameters import Parameter
+
+# Of the rms of the response. The ends are a choice: a tenth stands out of noise of some per cent; two responses of one size
+# that have nothing in common differ by √2, which is what a critical speed makes that is off by more than its width.
+NOTICED = (0.1, 1.5)
+SMALLEST = 1e-4  # of the largest size: the least that is considered
+N_HALVING = 10  # of that range, in factors: the loss of stability is found within 1 %
+UNSEEN = 1e-9  # of the rms of the response: rounding
+N_SIZE = 33  # sizes that are looked at, each a third larger than the one before
+
+
+def drawn_size(effect: AnyEffect, problem: Problem, x: Array, kind: Kind, rng: np.random.Generator) -> Array:
+    """Values (e,) SI of an effect's unknowns on a problem at values x (d,) SI of its own."""
+    theta = np.array(effect.draw(problem, rng), dtype=float)
+    part = np.exp(rng.uniform(np.log(NOTICED[0] / NOTICED[1]), 0.0))  # of the largest change
+    extended = effect.added_to(problem)
+    within_limits = _largest_factor(theta, effect.parameters(problem))
+    largest = _largest_stable(lambda size: extended.is_stable(np.append(x, size * theta)), within_limits)
+    if not largest:  # nor is the rotor without it
+        return theta
+    rising = largest * SMALLEST ** (1 - (np.arange(N_SIZE) + rng.random()) / N_SIZE)
+    factor = np.append(rising, 1.0)
+    sets = np.hstack([np.tile(x, (len(factor), 1)), factor[:, None] * theta])
+    *changes, drawn = relative_change(problem, extended, x, sets, kind)
+    change = np.maximum.accumulate(changes)
+    most = min(NOTICED[1], change[-1])
+    is_noticed = NOTICED[0] / NOTICED[1] * most <= drawn <= NOTICED[1]
+    if most < UNSEEN or (is_noticed and largest >= 1):
+        return theta * min(1.0, largest)
+    # the largest size up to which no size changes more than is wanted
+    return theta * rising[max(int(np.searchsorted(change, part * most, side="right")) - 1, 0)]
+
+
+def relative_change(problem: Problem, extended: Problem, x: Array, sets: Array, kind: Kind) -> Array:
+    """The rms of what an effect changes relative to that of the response without it, (n,), for values (n, d + e) SI of an
+    extended problem and x (d,) of the problem without it."""
+    without = kind.seen(problem.response(x[None])[0])
+    changed = kind.seen(extended.response(sets)) - without
+    return np.asarray(np.sqrt(np.mean(np.abs(changed) ** 2, axis=(1, 2)) / np.mean(np.abs(without) ** 2)))
+
+
+def _largest_factor(theta: Array, parameters: tuple[Parameter, ...]) -> float:
+    """The largest factor that keeps all values within their limits."""
+    room = [
+        (item.upper if value > 0 else item.lower) / value
+        for item, value in zip(parameters, theta, strict=True)
+        if value
+    ]
+    return min(room, default=1.0)
+
+
+def _largest_stable(is_stable: Callable[[float], bool], largest: float) -> float:
+    """The largest factor with which the rotor is stable: what has become unstable stays so as it grows. 0 where none is."""
+    if is_stable(largest):
+        return largest
+    low, high = SMALLEST * largest, largest
+    if not is_stable(low):
+        return 0.0
+    for _ in range(N_HALVING):
+        middle = float(np.sqrt(low * high))
+        low, high = (middle, high) if is_stable(middle) else (low, middle)
+    return low

@@ -1,0 +1,115 @@
+"""Sizes of hidden effects: as large as the response, never so large that the rotor is unstable; others are refused."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from ksmea import registry
+from ksmea.errors import SettingError
+from ksmea.kind import Kind
+from measurements.hidden_size import NOTICED, drawn_size, relative_change
+from measurements.synthetic import Synthetic
+from problems.rotor.effect import RotorEffect
+from problems.three_disk import ThreeDisk
+
+PROBLEM = ThreeDisk(sensors=[0.1, 0.2, 0.5], n_speed=27)
+PLAIN = PROBLEM.build()
+TRUTH = PROBLEM.reference()
+X = np.array([TRUTH[name] for name in PLAIN.parameters.names])
+COMPLEX = Kind.COMPLEX
+# What these change stays small up to their physical limits or to where the rotor becomes unstable: one channel of six
+# that reads 30 % too much is a tenth of the whole.
+LIMITED = (
+    "channel_gain", "cross_coupling_antisymmetric", "internal_damping", "probe_rotation", "speed_dependent_damping",
+)  # fmt: skip
+
+
+def placed(name):
+    return registry.create("effect", name, {}).locations(PLAIN)[0]
+
+
+@pytest.mark.parametrize("name", registry.registered("effect"))
+def test_what_a_drawn_effect_changes_is_of_the_size_of_the_response_and_the_rotor_is_stable(name):
+    effect = placed(name)
+    extended = effect.added_to(PLAIN)
+    for seed in range(3):
+        theta = drawn_size(effect, PLAIN, X, COMPLEX, np.random.default_rng(seed))
+        x = np.concatenate([X, theta])
+        assert extended.is_stable(x)
+        assert all(item.lower <= value <= item.upper for item, value in zip(effect.parameters(PLAIN), theta))
+        # 10 %: the factor is interpolated between sizes that are a third apart
+        change = relative_change(PLAIN, extended, X, x[None], COMPLEX)[0]
+        assert change < 1.1 * NOTICED[1] and change > (0.002 if name in LIMITED else 0.9 * NOTICED[0])
+
+
+@dataclasses.dataclass(frozen=True)
+class Loud(RotorEffect):
+    """An effect of someone else that draws as much as its limits let it."""
+
+    def parameters(self, problem):
+        return placed("residual_bow").parameters(problem)
+
+    def draw(self, problem, rng):
+        return np.array([self.parameters(problem)[0].upper, 0.0])
+
+    def observed(self, response, channels, speed, theta):
+        return response + theta[:, :1, None]
+
+
+def test_a_draw_that_is_of_the_size_of_the_response_is_kept():
+    effect = placed("mass")
+    [theta] = drawn_size(effect, PLAIN, X, COMPLEX, np.random.default_rng(0))
+    assert theta == effect.draw(PLAIN, np.random.default_rng(0))[0]
+
+
+def test_an_effect_of_someone_else_is_scaled_too():
+    theta = drawn_size(Loud(), PLAIN, X, COMPLEX, np.random.default_rng(0))
+    rms = np.sqrt(np.mean(np.abs(PLAIN.response(X[None])) ** 2))
+    # a constant addition is linear in its size, so that its rms is its size
+    assert NOTICED[0] < theta[0] / rms < NOTICED[1] and theta[1] == 0
+
+
+def test_what_the_data_cannot_see_keeps_its_size():
+    """A turned origin of all phases shows in no amplitude, whatever its size."""
+
+    class Unseen(Loud):
+        def observed(self, response, channels, speed, theta):
+            return response * np.exp(1j * theta[:, :1, None] / 1e-4)
+
+    theta = drawn_size(Unseen(), PLAIN, X, Kind.AMPLITUDE, np.random.default_rng(0))
+    assert theta[0] == Unseen().draw(PLAIN, None)[0]
+
+
+def test_all_draws_of_several_effects_together_are_stable():
+    hiding = Synthetic(kind="complex", hidden=["cross_coupling_antisymmetric", "internal_damping", "flexible_pedestal"])
+    for seed in range(3):
+        problem, theta = hiding.with_hidden(PROBLEM, PLAIN, np.random.default_rng(seed))
+        assert problem.is_stable(np.concatenate([X, theta]))
+
+
+@pytest.mark.parametrize(
+    "settings, message",
+    [
+        (
+            {"hidden": ["cross_coupling_antisymmetric"], "sizes": {"kxy_antisymmetric": 1.0}},
+            "measurement.sizes: expected a rotor that is stable up to its highest measured speed, 14324 rpm,"
+            + " got one whose free motions grow from 1014 rpm, where no steady response exists; give other values",
+        ),
+        (
+            {"truth": {"cxx": -0.1}},
+            "measurement.truth: expected a rotor that is stable up to its highest measured speed, 14324 rpm,"
+            + " got one whose free motions grow from rest",
+        ),
+    ],
+)
+def test_an_unstable_rotor_makes_no_data(settings, message):
+    with pytest.raises(SettingError) as caught:
+        Synthetic(kind="complex", **settings).true_values(PROBLEM)
+    assert message in str(caught.value) and "\n" not in str(caught.value)
+
+
+def test_a_size_that_leaves_the_rest_no_room_is_refused_after_some_draws():
+    sizes = {"kxy_antisymmetric": 5.0}
+    with pytest.raises(SettingError, match="got none in 20 draws; give measurement"):
+        Synthetic(hidden=["cross_coupling_antisymmetric", "runout"], sizes=sizes).true_values(PROBLEM)
