@@ -3,7 +3,8 @@
 A draw of an effect is kept where the rotor is stable with it, and the root mean square over speeds and channels of what it
 changes, as the data see it, is between `NOTICED` of that of the response without it. Else all its values are scaled by one
 factor to a change between these ends, each factor as likely as any other. Where a physical limit or the loss of
-stability comes before the upper end, the largest change that is possible stands in its place, and both ends are lower.
+stability comes before the upper end, the largest change that is possible stands in its place, and half of it in that of the
+lower end where that is less.
 """
 
 from __future__ import annotations
@@ -29,23 +30,24 @@ N_SIZE = 33  # sizes that are looked at, each a third larger than the one before
 def drawn_size(effect: AnyEffect, problem: Problem, x: Array, kind: Kind, rng: np.random.Generator) -> Array:
     """Values (e,) SI of an effect's unknowns on a problem at values x (d,) SI of its own."""
     theta = np.array(effect.draw(problem, rng), dtype=float)
-    part = np.exp(rng.uniform(np.log(NOTICED[0] / NOTICED[1]), 0.0))  # of the largest change
+    part, offset = rng.random(2)
     extended = effect.added_to(problem)
     within_limits = _largest_factor(theta, effect.parameters(problem))
     largest = _largest_stable(lambda size: extended.is_stable(np.append(x, size * theta)), within_limits)
     if not largest:  # nor is the rotor without it
         return theta
-    rising = largest * SMALLEST ** (1 - (np.arange(N_SIZE) + rng.random()) / N_SIZE)
+    rising = largest * SMALLEST ** (1 - (np.arange(N_SIZE) + offset) / N_SIZE)
     factor = np.append(rising, 1.0)
     sets = np.hstack([np.tile(x, (len(factor), 1)), factor[:, None] * theta])
     *changes, drawn = relative_change(problem, extended, x, sets, kind)
     change = np.maximum.accumulate(changes)
     most = min(NOTICED[1], change[-1])
-    is_noticed = NOTICED[0] / NOTICED[1] * most <= drawn <= NOTICED[1]
-    if most < UNSEEN or (is_noticed and largest >= 1):
+    least = min(NOTICED[0], most / 2)
+    if most < UNSEEN or (least <= drawn <= NOTICED[1] and largest >= 1):
         return theta * min(1.0, largest)
+    wanted = least * (most / least) ** part
     # the largest size up to which no size changes more than is wanted
-    return theta * rising[max(int(np.searchsorted(change, part * most, side="right")) - 1, 0)]
+    return theta * rising[max(int(np.searchsorted(change, wanted, side="right")) - 1, 0)]
 
 
 def relative_change(problem: Problem, extended: Problem, x: Array, sets: Array, kind: Kind) -> Array:

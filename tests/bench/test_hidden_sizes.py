@@ -38,9 +38,9 @@ def test_what_a_drawn_effect_changes_is_of_the_size_of_the_response_and_the_roto
         x = np.concatenate([X, theta])
         assert extended.is_stable(x)
         assert all(item.lower <= value <= item.upper for item, value in zip(effect.parameters(PLAIN), theta))
-        # 10 %: the factor is interpolated between sizes that are a third apart
         change = relative_change(PLAIN, extended, X, x[None], COMPLEX)[0]
-        assert change < 1.1 * NOTICED[1] and change > (0.002 if name in LIMITED else 0.9 * NOTICED[0])
+        # 0.7: sizes that are looked at are a third apart, and the one below what is wanted is taken
+        assert 0.7 * (0.02 if name in LIMITED else NOTICED[0]) < change <= NOTICED[1]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -67,7 +67,7 @@ def test_an_effect_of_someone_else_is_scaled_too():
     theta = drawn_size(Loud(), PLAIN, X, COMPLEX, np.random.default_rng(0))
     rms = np.sqrt(np.mean(np.abs(PLAIN.response(X[None])) ** 2))
     # a constant addition is linear in its size, so that its rms is its size
-    assert NOTICED[0] < theta[0] / rms < NOTICED[1] and theta[1] == 0
+    assert 0.7 * NOTICED[0] < theta[0] / rms <= NOTICED[1] and theta[1] == 0
 
 
 def test_what_the_data_cannot_see_keeps_its_size():

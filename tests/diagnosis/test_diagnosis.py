@@ -44,7 +44,7 @@ def test_a_right_model_is_adequate(rotor, hide, seed):
         ("youngs_modulus", 3),
         ("cross_coupling_symmetric", 4),
         ("channel_gain", 5),
-        ("speed_dependent_stiffness", 6),
+        ("speed_dependent_stiffness", 11),
     ],
 )
 def test_a_hidden_effect_is_named_with_its_size(rotor, hide, name, seed):
