@@ -127,7 +127,9 @@ def _what_it_does(record: LocationRecord) -> str:
     sizes = ", ".join(
         f"{name} {_range(amplitude, scale)} {unit}" for name, amplitude in parts.items() if name not in WHIRL
     )
-    lines = [f"At {_place(record, force.position)} the {force.kind} is {sizes} (0-peak){_whirl(parts)}."]
+    lines = [
+        f"At {_place(record, force.position)} the {force.kind} is {sizes} (0-peak, at the middle half of the speeds){_whirl(parts)}."
+    ]
     lines += _work(record, force)
     lines += [_following(stiffness) for stiffness in _followed(force)]
     return "\n".join(lines)
@@ -157,20 +159,16 @@ def _work(record: LocationRecord, force: ForceRecord) -> list[str]:
     feeds, takes = np.array(force.work.low) > 0, np.array(force.work.high) < 0
     n = len(feeds)
     said = [
-        f"{verb} the motion at {int(which.sum())} of {n} speeds{_at_most(record, force.work, which)}"
+        f"It {verb} the motion at {int(which.sum())} of {n} speeds, {_at_most(record, force.work, which)}."
         for verb, which in (("feeds", feeds), ("takes energy from", takes))
         if which.any()
     ]
-    return [
-        f"It {' and '.join(said)}."
-        if said
-        else "Whether it feeds the motion or takes energy from it is not certain at any speed."
-    ]
+    return said or ["Whether it feeds the motion or takes energy from it is not certain at any speed."]
 
 
 def _at_most(record: LocationRecord, work: SeriesRecord, which: NDArray[np.bool_]) -> str:
     largest = int(np.argmax(np.where(which, np.abs(work.value), -1.0)))
-    return f" (at most {abs(work.value[largest]):.2g} J per turn, at {record.speed[largest] / RPM:.0f} rpm)"
+    return f"at most {abs(work.value[largest]):.2g} J per turn at {record.speed[largest] / RPM:.0f} rpm"
 
 
 def _followed(force: ForceRecord) -> list[StiffnessRecord]:
@@ -182,10 +180,8 @@ def _followed(force: ForceRecord) -> list[StiffnessRecord]:
 
 def _following(stiffness: StiffnessRecord) -> str:
     real, imaginary = (_range(part, MEGA) for part in (stiffness.real, stiffness.imaginary))
-    return (
-        f"In {stiffness.part} it follows the motion of its site (coherence {stiffness.coherence:.2f}) as a dynamic stiffness of"
-        f" {real} MN/m in phase and {imaginary} MN/m in quadrature, the middle half of all speeds."
-    )
+    said = f"In {stiffness.part} it follows the motion of its site (coherence {stiffness.coherence:.2f}) as a dynamic stiffness:"
+    return f"{said} {real} MN/m in phase, {imaginary} MN/m in quadrature."
 
 
 def _range(series: SeriesRecord, scale: float) -> str:
