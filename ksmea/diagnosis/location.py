@@ -19,6 +19,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import least_squares
 
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
@@ -150,6 +151,7 @@ def _tested(fits: Sequence[SiteFit], measurement: Measurement, level: float, rng
         reference = min(fits, key=lambda fit: fit.point.excess)
         noise = _noise(measurement, reference)
         fits = [_reweighted(fit, noise, reference) for fit in fits]
+    fits = [_settled(fit) for fit in fits]
     qualities = site_qualities([fit.point for fit in fits], measurement, level, rng)
     return Location(tuple(fits[1:]), tuple(qualities[1:]), fits[0], qualities[0], noise, level)
 
@@ -203,6 +205,26 @@ def _reweighted(fit: SiteFit, noise: Noise, reference: SiteFit) -> SiteFit:
     old = fit.likelihood
     likelihood = ProjectedLikelihood(old.problem, old.measurement, fit.unmodelled, noise.sd(np.abs(fit.point.mean)))
     return _best(likelihood, [fit.point.theta, reference.point.theta])
+
+
+def _settled(fit: SiteFit) -> SiteFit:
+    """The fit with unknowns that the data do not show, as an unbalance at the very site, where they leave the least to what
+    is free there: χ² does not depend on them."""
+    likelihood, point = fit.likelihood, fit.point
+    hidden = ~np.any(point.whitened, axis=0)
+    if not np.any(hidden):
+        return fit
+    adjoint = np.conj(np.swapaxes(point.basis, 1, 2))
+    to_unit = adjoint @ (point.columns / likelihood.sd[..., None])  # what is free, in units of the noise at its columns
+    theta = point.theta.copy()
+
+    def left_to_it(values: Array) -> Array:
+        theta[hidden] = values
+        free = (to_unit @ likelihood.at(theta).free[..., None]).ravel()
+        return np.concatenate([free.real, free.imag])
+
+    theta[hidden] = least_squares(left_to_it, theta[hidden], bounds=(0.0, 1.0)).x
+    return SiteFit(likelihood, likelihood.at(theta))
 
 
 def _noise(measurement: Measurement, fit: SiteFit) -> Noise:

@@ -13,6 +13,7 @@ from ksmea.records.diagnosis import EstimateRecord, NoiseLevelRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.record import Record
 
+UNSEEN = "unseen"  # kind of interval of an unknown that the data do not show beside what is unknown
 Series = tuple[float, ...]  # (n_speed,)
 NOTHING, NONE = "nothing", "none"  # kinds of a location: nothing is missing; none of what was tried explains the data
 
@@ -114,5 +115,5 @@ class LocationRecord(Record):
 
     @property
     def sites(self) -> tuple[SiteRecord, ...]:
-        """Those that are accepted, best first."""
-        return tuple(each for each in self.candidates if each.accepted)
+        """Those that are accepted, best first; none where nothing is missing."""
+        return () if self.kind == NOTHING else tuple(each for each in self.candidates if each.accepted)

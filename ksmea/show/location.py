@@ -9,7 +9,16 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from ksmea.records.diagnosis import EstimateRecord
-from ksmea.records.location import NONE, NOTHING, ForceRecord, LocationRecord, SeriesRecord, SiteRecord, StiffnessRecord
+from ksmea.records.location import (
+    NONE,
+    NOTHING,
+    UNSEEN,
+    ForceRecord,
+    LocationRecord,
+    SeriesRecord,
+    SiteRecord,
+    StiffnessRecord,
+)
 from ksmea.show.location_figure import plot
 from ksmea.show.text import aligned, number
 from ksmea.units import MICROMETRE, RPM
@@ -130,6 +139,7 @@ def _what_it_does(record: LocationRecord) -> str:
     lines = [
         f"At {_place(record, force.position)} the {force.kind} is {sizes} (0-peak, at the middle half of the speeds){_whirl(parts)}."
     ]
+    lines += _hidden_unknowns(record)
     lines += _work(record, force)
     lines += [_following(stiffness) for stiffness in _followed(force)]
     return "\n".join(lines)
@@ -178,6 +188,15 @@ def _followed(force: ForceRecord) -> list[StiffnessRecord]:
     return max(pairs, key=lambda pair: sum(each.coherence for each in pair))
 
 
+def _hidden_unknowns(record: LocationRecord) -> list[str]:
+    """Unknowns that act at the best site themselves."""
+    names = [each.name for each in record.coefficients if each.best is not None and each.best.interval == UNSEEN]
+    one = "it is" if len(names) == 1 else "they are"
+    return (
+        [f"The data cannot tell it from {' and '.join(names)} there: {one} set to where it is least."] if names else []
+    )
+
+
 def _following(stiffness: StiffnessRecord) -> str:
     real, imaginary = (_range(part, MEGA) for part in (stiffness.real, stiffness.imaginary))
     said = f"In {stiffness.part} it follows the motion of its site (coherence {stiffness.coherence:.2f}) as a dynamic stiffness:"
@@ -205,6 +224,8 @@ def _coefficients(record: LocationRecord) -> str:
 def _interval(estimate: EstimateRecord | None) -> list[str]:
     if estimate is None:
         return ["–", "–"]
+    if estimate.low is None and estimate.high is None:
+        return ["–", "not known"]
     ends = ", ".join("–" if end is None else number(end) for end in (estimate.low, estimate.high))
     return [number(estimate.value), f"[{ends}]"]
 

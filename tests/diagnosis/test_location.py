@@ -13,6 +13,7 @@ from ksmea.diagnosis.unknown_force import LATERAL, READING, Unmodelled
 from ksmea.errors import SettingError
 from ksmea.load import Load
 from ksmea.measurement import Measurement, Noise, observe
+from ksmea.records.location import UNSEEN
 from problems.rotor import dense
 from problems.rotor.assembly import assemble
 from problems.rotor.data import Disk
@@ -170,6 +171,19 @@ def test_the_same_generator_gives_the_same_location():
     )
     assert [quality.p for quality in first.qualities] == [quality.p for quality in second.qualities]
     assert [fit.point.deviance for fit in first.sites] == [fit.point.deviance for fit in second.sites]
+
+
+def test_an_unbalance_at_the_very_site_is_set_to_where_the_force_is_least():
+    """A force at the disk of the model's unbalance, a quarter turn before it, so that no unbalance can stand for any of it:
+    the unbalance is the true one, and the rest the force."""
+    column = FINE.load_response(TRUTH[None], [Load(0.5, "x")])[0, :, :, 0]
+    data = measured(response() + 20j * column, 10)
+    found = locate(PROBLEM, data, np.random.default_rng(0), positions=[0.5], kinds=["force"])
+    [site] = found.sites
+    u = PROBLEM.parameters.to_si(site.point.theta)[4]
+    assert u == pytest.approx(TRUTH[4], rel=0.05)  # weighed by 40 speeds with forces of 8 to 450 N
+    assert site_intervals(site, 0.95)[4].kind == UNSEEN
+    assert np.median(np.abs(site.point.free[:, 0])) == pytest.approx(20.0, rel=0.3)
 
 
 def test_what_leaves_no_channel_to_test_by_is_not_tried():
