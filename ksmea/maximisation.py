@@ -100,7 +100,7 @@ def nearest_maximum(likelihood: Likelihood, u: Array) -> Point:
 
 
 def best_maxima(
-    likelihood: Likelihood, starts: Sequence[Array], *, first_iterations: int, survivors: int
+    likelihood: Maximised, starts: Sequence[Array], *, first_iterations: int, survivors: int
 ) -> list[Point]:
     """Different maxima of the likelihood, highest first: a few iterations from every start θ, and the best points that
     they lead to, `survivors` at most, to the end."""

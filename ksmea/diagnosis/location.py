@@ -31,7 +31,7 @@ from ksmea.diagnosis.unknown_force import LATERAL, READING, ProjectedLikelihood,
 from ksmea.errors import SettingError
 from ksmea.kind import Kind
 from ksmea.load import LOADS
-from ksmea.maximisation import maximise
+from ksmea.maximisation import best_maxima
 from ksmea.measurement import Measurement, Noise
 from ksmea.screening import sobol
 
@@ -39,7 +39,7 @@ FIRST_FLOOR = 0.1  # of the median of all values: the noise's floor in the first
 SHARED = 3  # best sites whose unknowns all sites are fitted from
 SHARINGS = 2
 REWEIGHTINGS = 3  # after which weights from the fitted response stay as they are
-TOLERANCE = 1e-3  # of χ²
+FIRST_ITERATIONS, SURVIVORS = 10, 2  # of each fit: after the first iterations only the best starts go on
 N_SCREENED = 2048  # points of the box, a power of two
 SCREENED_STARTS = 12
 
@@ -196,8 +196,8 @@ def _starts(
 
 def _best(likelihood: ProjectedLikelihood, starts: Sequence[Array] | Array) -> SiteFit:
     """The best of the maxima that starts lead to."""
-    points = [likelihood.at(maximise(likelihood, start, tolerance=TOLERANCE).theta) for start in starts]
-    return SiteFit(likelihood, min(points, key=lambda point: point.deviance))
+    best, *_ = best_maxima(likelihood, list(starts), first_iterations=FIRST_ITERATIONS, survivors=SURVIVORS)
+    return SiteFit(likelihood, likelihood.at(best.theta))
 
 
 def _reweighted(fit: SiteFit, noise: Noise, reference: SiteFit) -> SiteFit:
