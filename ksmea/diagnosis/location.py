@@ -202,9 +202,14 @@ def _best(likelihood: ProjectedLikelihood, starts: Sequence[Array] | Array) -> S
 
 def _reweighted(fit: SiteFit, noise: Noise, reference: SiteFit) -> SiteFit:
     """The fit with the noise that its own response has, from where it is and from where the reference is."""
+    return refitted(fit, noise.sd(np.abs(fit.point.mean)), reference.point.theta)
+
+
+def refitted(fit: SiteFit, sd: Array, *starts: Array) -> SiteFit:
+    """The fit with noise (n_speed, n_channel), m, of its data, from where it is and from other starts."""
     old = fit.likelihood
-    likelihood = ProjectedLikelihood(old.problem, old.measurement, fit.unmodelled, noise.sd(np.abs(fit.point.mean)))
-    return _best(likelihood, [fit.point.theta, reference.point.theta])
+    likelihood = ProjectedLikelihood(old.problem, old.measurement, fit.unmodelled, sd)
+    return _best(likelihood, [fit.point.theta, *starts])
 
 
 def _settled(fit: SiteFit) -> SiteFit:

@@ -72,13 +72,34 @@ class StiffnessRecord(Record):
 
 @dataclass(frozen=True)
 class ForceRecord(Record):
-    """What acts at the best site; `work` in J per turn, above 0 where it feeds the motion, and `stiffness` of a force."""
+    """What acts at the best site: that of the best law, where one holds; `work` in J per turn, above 0 where it feeds the motion, and `stiffness` of a force."""
 
     kind: str
     position: float
     parts: tuple[PartRecord, ...]
     work: SeriesRecord | None
     stiffness: tuple[StiffnessRecord, ...]
+
+
+@dataclass(frozen=True)
+class LawCoefficientRecord(Record):
+    name: str
+    unit: str
+    value: float
+    sd: float
+
+
+@dataclass(frozen=True)
+class LawRecord(Record):
+    """A law that the force might follow, fitted at a site; `accepted` where it leaves no more than the free force does."""
+
+    law: str
+    position: float
+    p: float
+    bic: float
+    accepted: bool
+    coefficients: tuple[LawCoefficientRecord, ...]
+    amplitude: tuple[Series, ...]  # in x and y, N
 
 
 @dataclass(frozen=True)
@@ -95,7 +116,8 @@ class CoefficientsRecord(Record):
 @dataclass(frozen=True)
 class LocationRecord(Record):
     """`kind` is that of the best site, nothing where the plain model is enough, or none where nothing that was tried
-    explains the data. `candidates` are ordered: the accepted ones first, and of these the one that leaves least."""
+    explains the data. That is where the best law holds, or else the one that leaves least. `candidates` are ordered: the
+    accepted ones first, and of these the one that leaves least."""
 
     kind: str
     candidates: tuple[SiteRecord, ...]
@@ -110,8 +132,14 @@ class LocationRecord(Record):
     planes: tuple[float, ...]  # of the probes
     level: float
     interval_level: float
+    laws: tuple[LawRecord, ...] = ()  # lowest BIC first; none but of forces
     hidden: tuple[HiddenEffect, ...] = ()
     seconds: float | None = None
+
+    @property
+    def law(self) -> LawRecord | None:
+        """The accepted law with the lowest BIC."""
+        return next((law for law in self.laws if law.accepted), None)
 
     @property
     def sites(self) -> tuple[SiteRecord, ...]:

@@ -14,6 +14,7 @@ from ksmea.records.location import (
     NOTHING,
     UNSEEN,
     ForceRecord,
+    LawRecord,
     LocationRecord,
     SeriesRecord,
     SiteRecord,
@@ -29,12 +30,14 @@ MAX_LISTED = 8  # sites that the text lists
 CLEARLY = 3.0  # times one part of the whirl must be as large as the other for it to be said
 FOLLOWS = 0.9  # coherence from which a force is said to follow the motion of its site
 MAX_SHARE = 0.5  # of what was tried: if more is accepted, nothing is located
+NEAR = 6.0  # ΔBIC within which laws, also at different sites, cannot be told apart (Kass & Raftery 1995)
+MAX_RIVALS = 3
 MEGA = 1e6
 
 
 def text(record: LocationRecord) -> str:
     """The location as an engineer would say it."""
-    blocks = [_plain(record), _where(record), _what_it_does(record), _coefficients(record)]
+    blocks = [_plain(record), _where(record), _what_it_does(record), _laws(record), _coefficients(record)]
     return "\n\n".join(block for block in blocks if block)
 
 
@@ -207,6 +210,26 @@ def _range(series: SeriesRecord, scale: float) -> str:
     """The middle half of the values over speed."""
     low, high = np.quantile(np.array(series.value) / scale, [0.25, 0.75])
     return f"{low:.3g} to {high:.3g}"
+
+
+def _laws(record: LocationRecord) -> str:
+    """The law that it follows, and what other laws would do as well."""
+    if not record.laws:
+        return ""
+    best = record.law
+    if best is None:
+        near = record.laws[0]
+        return f"It follows none of the simple laws; the nearest: {near.law} at {_place(record, near.position)} (p = {near.p:.2g})."
+    lines = [f"It acts as {best.law} at {_place(record, best.position)} (p = {best.p:.2g}): {_sizes(best)}."]
+    rivals = [law for law in record.laws if law.accepted and law is not best and law.bic < best.bic + NEAR]
+    if rivals:
+        said = "; ".join(f"{law.law} at {_place(record, law.position)}: {_sizes(law)}" for law in rivals[:MAX_RIVALS])
+        lines.append(f"As well: {said}.")
+    return "\n".join(lines)
+
+
+def _sizes(law: LawRecord) -> str:
+    return ", ".join(f"{each.name} = {each.value:.3g} ± {each.sd:.2g} {each.unit}" for each in law.coefficients)
 
 
 def _coefficients(record: LocationRecord) -> str:

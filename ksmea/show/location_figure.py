@@ -41,8 +41,8 @@ def _title(record: LocationRecord) -> str:
         return f"The model is enough (p = {record.plain.p:.2g}): nothing needs to be located"
     if record.kind == NONE:
         return "Nothing that was tried at one place explains the data"
-    best = record.sites[0]
-    return f"An unknown {best.kind} explains the data: best at {best.position:g} m; above the line: not rejected"
+    where = "" if record.force is None else f": best at {record.force.position:g} m"
+    return f"An unknown {record.kind} explains the data{where}; above the line: not rejected"
 
 
 def _draw_shaft(panel: Axes, record: LocationRecord) -> None:
@@ -80,9 +80,13 @@ def _draw_amplitude(panel: Axes, record: LocationRecord, force: ForceRecord) -> 
     in_micrometre = force.parts[0].unit == "m"
     for part in force.parts:
         _draw_series(panel, record, part.amplitude, part.part, MICROMETRE if in_micrometre else 1.0)
+    if record.law is not None and record.law.position == force.position:
+        for axis, amplitude in zip(("x", "y"), record.law.amplitude):
+            label = f"{record.law.law}" if axis == "x" else None
+            panel.plot(np.array(record.speed) / RPM, amplitude, "--", color=REFERENCE, linewidth=1, label=label)
     panel.set_yscale("log")
     panel.set_ylabel(f"{force.kind} ({'µm' if in_micrometre else force.parts[0].unit})", fontsize=9)
-    panel.legend(fontsize=8, ncols=len(force.parts), frameon=False)
+    panel.legend(fontsize=8, ncols=3, frameon=False)
 
 
 def _draw_work(panel: Axes, record: LocationRecord, force: ForceRecord) -> None:

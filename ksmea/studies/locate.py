@@ -11,6 +11,7 @@ import numpy as np
 from ksmea.alignment import require_aligned
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
+from ksmea.diagnosis.force_law import LawFit, fitted_laws
 from ksmea.diagnosis.location import Location, SiteFit, locate
 from ksmea.diagnosis.recovered_force import RecoveredForce, recovered_force
 from ksmea.diagnosis.site_intervals import site_intervals
@@ -26,6 +27,8 @@ from ksmea.records.location import (
     NOTHING,
     CoefficientsRecord,
     ForceRecord,
+    LawCoefficientRecord,
+    LawRecord,
     LocationRecord,
     PartRecord,
     PlainRecord,
@@ -36,6 +39,7 @@ from ksmea.records.location import (
 from ksmea.records.record import finite
 from ksmea.settings import Settings, setting
 
+MAX_LAW_SITES = 8  # best sites of a force at which laws are fitted
 AT_LIMIT = 1e-3  # parts of the range within which a value lies on its limit
 
 
@@ -89,9 +93,13 @@ def location(
 
 
 def location_record(found: Location, rng: np.random.Generator, interval_level: float) -> LocationRecord:
-    """A location as plain data; values of unknowns in their units."""
+    """A location as plain data; values of unknowns in their units. The best site is that of the best law, where one holds,
+    else the one that leaves least."""
     problem, measurement = found.plain.likelihood.problem, found.plain.likelihood.measurement
     believed = [] if found.is_plain_enough else [found.sites[index] for index in found.accepted]
+    laws = fitted_laws(_forces(believed)[:MAX_LAW_SITES], found.noise)
+    best = next((fit.site.unmodelled for fit in laws if fit.p >= found.level), None)
+    believed = sorted(believed, key=lambda fit: fit.unmodelled != best)  # those of no law stay in their order
     along = [*problem.sites, *problem.landmarks.values(), *(channel.position for channel in measurement.channels)]
     return LocationRecord(
         kind=NOTHING if found.is_plain_enough else (believed[0].unmodelled.kind or NONE) if believed else NONE,
@@ -107,6 +115,7 @@ def location_record(found: Location, rng: np.random.Generator, interval_level: f
         planes=tuple(dict.fromkeys(channel.position for channel in measurement.channels)),
         level=found.level,
         interval_level=interval_level,
+        laws=tuple(_law(fit, found.level) for fit in laws),
     )
 
 
@@ -199,7 +208,30 @@ def _force(fit: SiteFit, recovered: RecoveredForce, level: float) -> ForceRecord
     )
 
 
+def _forces(fits: Sequence[SiteFit]) -> list[SiteFit]:
+    return [fit for fit in fits if fit.unmodelled.kind == FORCE]
+
+
+def _law(fit: LawFit, level: float) -> LawRecord:
+    return LawRecord(
+        law=fit.law.name,
+        position=fit.site.unmodelled.position,
+        p=fit.p,
+        bic=fit.bic,
+        accepted=fit.p >= level,
+        coefficients=tuple(
+            LawCoefficientRecord(name, unit, value=float(value / size), sd=float(sd / size))
+            for (name, unit, size), value, sd in zip(fit.law.coefficients, fit.values, fit.sd)
+        ),
+        amplitude=tuple(_rounded(each) for each in np.abs(fit.force).T),
+    )
+
+
 def _series(draws: Array, level: float) -> SeriesRecord:
     """A quantity (1 + n_draw, n_speed), the estimate first, to five digits."""
     low, high = np.quantile(draws[1:], [(1 - level) / 2, (1 + level) / 2], axis=0)
-    return SeriesRecord(*(tuple(float(f"{each:.5g}") for each in values) for values in (draws[0], low, high)))
+    return SeriesRecord(*map(_rounded, (draws[0], low, high)))
+
+
+def _rounded(values: Array) -> tuple[float, ...]:
+    return tuple(float(f"{value:.5g}") for value in values)

@@ -16,6 +16,7 @@ DATA = [
     "measurement.sizes={unbalance_x: 60.0, unbalance_y: 30.0}",
     "problem.sensors=[0.1,0.5,1.0]",
     "problem.n_speed=20",
+    "seed=2",
 ]
 FEW = ["study.positions=[0.2,0.6,1.0]", "study.kinds=[force]"]
 
@@ -29,6 +30,7 @@ def test_it_says_where_something_acts_and_writes_what_it_found(located):
     assert located.code == 0, located.err
     assert "The model does not fit" in located.out
     assert "An unknown force that is free at every speed explains the data at " in located.out
+    assert "It acts as unbalance, ∝ Ω² at " in located.out
     assert "written: location.json, sites.csv, location.png" in located.out
     found = json.loads((located.output / "location.json").read_text())
     assert found["kind"] == "force" and "hidden" not in found
@@ -36,6 +38,7 @@ def test_it_says_where_something_acts_and_writes_what_it_found(located):
     [run] = pd.read_csv(located.output / "runs.csv").to_dict("records")
     true = float(run["hidden"].split("at ")[1].split(" m")[0])
     assert true in accepted
+    assert found["force"]["position"] == true  # the law tells it from its neighbours
     assert (located.output / "location.png").stat().st_size > 0
     assert list(pd.read_csv(located.output / "sites.csv").columns)[:2] == ["kind", "position_m"]
 
