@@ -93,11 +93,11 @@ def recovered_force(fit: SiteFit, rng: np.random.Generator, n_draw: int = N_DRAW
 
 
 def unknowns_drawn(fit: SiteFit, rng: np.random.Generator, n_draw: int) -> Array:
-    """By how much the unknowns in the unit cube may be off, (n_draw, d); those on a limit, or that the data do not show,
-    stay."""
-    theta, whitened = fit.point.theta, fit.point.whitened
-    moves = np.any(whitened, axis=0) & (theta > fit.likelihood.lower) & (theta < fit.likelihood.upper)
-    drawn = np.zeros((n_draw, len(theta)))
+    """By how much the unknowns in the unit cube may be off, (n_draw, d), also beyond a limit that one lies on: held there it
+    would lend the force its certainty. Those that the data do not show stay."""
+    whitened = fit.point.whitened
+    moves = np.any(whitened, axis=0)
+    drawn = np.zeros((n_draw, fit.likelihood.d))
     triangle = np.linalg.qr(whitened[:, moves], mode="r")
     noise = own_noise(fit) * rng.standard_normal((len(triangle), n_draw))
     drawn[:, moves] = np.linalg.lstsq(triangle, noise, rcond=1e-10)[0].T
