@@ -12,6 +12,7 @@ from .door import diagnose as diagnose
 from .door import identifiability as identifiability
 from .door import identify as identify
 from .door import load_problem as load_problem
+from .door import locate as locate
 from .door import plan as plan
 from .door import read_measurement as read_measurement
 from .door import synthetic_measurement as synthetic_measurement

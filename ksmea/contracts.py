@@ -22,6 +22,7 @@ from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.channel import Channel
 from ksmea.errors import SettingError
 from ksmea.identification import Identification, Streams
+from ksmea.load import Load
 from ksmea.measurement import Layout, Measurement, Noise
 from ksmea.modes import Campbell, Mode
 from ksmea.objective import Minimum, Objective
@@ -87,6 +88,11 @@ class Problem(ABC):
         return np.empty(0)
 
     @property
+    def landmarks(self) -> Mapping[str, float]:
+        """What sits where along the shaft, in words, m: for texts and drawings. Left out: nothing is known."""
+        return {}
+
+    @property
     def has_free_phase(self) -> bool:
         """Whether the phase of the whole response is unknown. Left out: where `phase_origin` is one of its unknowns."""
         return PHASE_ORIGIN in self.parameters.names
@@ -108,6 +114,15 @@ class Problem(ABC):
     @property
     def takes_unbalance(self) -> bool:
         return type(self).with_unbalance is not Problem.with_unbalance
+
+    def load_response(self, x: Array, loads: Sequence[Load]) -> ComplexArray:
+        """(n, d) SI → response to each of the unit loads, of the frequency of rotation, at each speed,
+        (n, n_speed, n_channel, n_load) m per N or N m. Left out: it takes none."""
+        raise self._refusal("takes loads on its shaft", "take one that is made of a rotor")
+
+    @property
+    def takes_loads(self) -> bool:
+        return type(self).load_response is not Problem.load_response
 
     def dense_response(self, x: Array) -> ComplexArray:
         """`response` by a second and slower route, for comparison and for making data. Left out: there is none."""

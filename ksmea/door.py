@@ -23,12 +23,13 @@ from ksmea.identification import Streams
 from ksmea.loaded import LoadedProblem
 from ksmea.measurement import Measurement, Noise
 from ksmea.records.hidden import HiddenEffect
-from ksmea.results import DiagnosisResult, IdentifiabilityResult, IdentificationResult, PlanResult
+from ksmea.results import DiagnosisResult, IdentifiabilityResult, IdentificationResult, LocationResult, PlanResult
 from ksmea.settings import own_fields
 from ksmea.show.diagnosis import about_extension
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
 from ksmea.studies.identifiability import IdentifiabilityOptions, identifiability_study
 from ksmea.studies.identify import identification
+from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.plan import PlanOptions, planning_study
 from ksmea.units import MICROMETRE
 
@@ -256,6 +257,27 @@ def diagnose(
     record = diagnosis(seen, data, asked or every, _generator(rng), options=options, left_out=left_out)
     own = {field.name: getattr(problem.settings, field.name) for field in own_fields(type(problem.settings))}
     return DiagnosisResult(record, extended_yaml(problem.name, own, record, about_extension(record)))
+
+
+def locate(problem: LoadedProblem | Problem, measurement: Data, *, rng: Seed = 0, **settings: Any) -> LocationResult:
+    """Where something acts that the model lacks, although nobody knows what: at which sites an unknown force, moment or
+    reading, free at every speed, explains the data, and what it does there. The unknowns beside it stay true although the
+    model is wrong.
+
+    It takes complex data of three channels or more. `settings` are those of `study=locate`: level, positions, kinds …
+
+    >>> import ksmea
+    >>> rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5, 1.0], n_speed=27)
+    >>> data = ksmea.synthetic_measurement(rotor, relative=0.05, kind="complex", hidden=["unbalance"], rng=1)
+    >>> found = ksmea.locate(rotor, data, positions=[0.2, 1.0], kinds=["force"])
+    >>> found.record.kind, found.sites
+    ('force', (1.0,))
+
+    Raises `SettingError` where problem and measurement do not belong together, or the data are too few to tell.
+    """
+    data = _measurement(measurement)
+    seen = aligned(_problem(problem), data)
+    return LocationResult(location(seen, data, _generator(rng), options=LocationOptions(**settings)))
 
 
 def _kind_of_file(path: Path) -> str:

@@ -23,7 +23,7 @@ from scipy.optimize import brentq
 
 from ksmea.arrays import Array
 from ksmea.likelihood import Likelihood, Point
-from ksmea.maximisation import maximise
+from ksmea.maximisation import Maximised, maximise
 from ksmea.measurement import Noise
 
 REGULAR = 0.05  # the ends of a parabola may miss those of the profile by this part of the half-width
@@ -70,7 +70,7 @@ class _Profile:
     or where that leads up steeply, out of a curved valley, along the secant of the two nearest known ones.
     """
 
-    def __init__(self, likelihood: Likelihood, maximum: Point, index: int) -> None:
+    def __init__(self, likelihood: Maximised, maximum: Point, index: int) -> None:
         self.sd, self._tangent = _tangent(likelihood, maximum, index)
         self.start = float(maximum.theta[index])
         self._likelihood = likelihood
@@ -133,20 +133,20 @@ def estimate(likelihood: Likelihood, maximum: Point, *, level: float = 0.95, che
     rise = critical_rise(likelihood, level)
     intervals = None
     if check:
-        maximum, intervals = _checked_intervals(likelihood, maximum, rise)
+        maximum, intervals = checked_intervals(likelihood, maximum, rise)
     if intervals is None:
-        intervals = [_unchecked(likelihood, maximum, index, rise) for index in range(likelihood.d)]
+        intervals = [information_interval(likelihood, maximum, index, rise) for index in range(likelihood.d)]
     parameters = likelihood.model.problem.parameters
     return Estimate(
         parameters.to_si(maximum.theta[: likelihood.d]),
-        tuple(_in_si(interval, parameter.lower, parameter.upper) for interval, parameter in zip(intervals, parameters)),
+        tuple(in_si(interval, parameter.lower, parameter.upper) for interval, parameter in zip(intervals, parameters)),
         maximum,
         _unbiased(likelihood, maximum),
     )
 
 
-def _checked_intervals(likelihood: Likelihood, maximum: Point, rise: float) -> tuple[Point, list[Interval] | None]:
-    """The maximum and its intervals; none where profile after profile finds a higher one, so uneven is the likelihood,
+def checked_intervals(likelihood: Maximised, maximum: Point, rise: float) -> tuple[Point, list[Interval] | None]:
+    """The maximum and its intervals in the unit cube; none where profile after profile finds a higher one, so uneven is the likelihood,
     or one cannot be computed."""
     for _ in range(3):
         try:
@@ -166,7 +166,7 @@ def critical_rise(likelihood: Likelihood, level: float) -> float:
     return float(n * np.log1p(stats.f.ppf(level, 1, left) / left)) if left > 0 else np.inf
 
 
-def _checked(likelihood: Likelihood, maximum: Point, index: int, rise: float) -> Interval:
+def _checked(likelihood: Maximised, maximum: Point, index: int, rise: float) -> Interval:
     """The interval of one unknown in the unit cube, its ends checked or found on the profile."""
     profile = _Profile(likelihood, maximum, index)
     wanted = np.sqrt(rise)
@@ -206,7 +206,7 @@ def _end(profile: _Profile, wanted: float, limit: float) -> float:
     return sign * np.inf
 
 
-def _tangent(likelihood: Likelihood, maximum: Point, index: int) -> tuple[float, Array]:
+def _tangent(likelihood: Maximised, maximum: Point, index: int) -> tuple[float, Array]:
     """Standard deviation of one unknown, and how the others move with it along the profile (p,), from the information.
     Unknowns on a limit stay there."""
     theta = maximum.theta
@@ -223,7 +223,7 @@ def _tangent(likelihood: Likelihood, maximum: Point, index: int) -> tuple[float,
     return (float(1 / length) if length > 0 else np.inf), tangent
 
 
-def _unchecked(likelihood: Likelihood, maximum: Point, index: int, rise: float) -> Interval:
+def information_interval(likelihood: Maximised, maximum: Point, index: int, rise: float) -> Interval:
     """The interval as the information has it, open where it reaches beyond the limits."""
     sd, _ = _tangent(likelihood, maximum, index)
     low, high = maximum.theta[index] + np.array([-1.0, 1.0]) * np.sqrt(rise) * sd
@@ -232,7 +232,8 @@ def _unchecked(likelihood: Likelihood, maximum: Point, index: int, rise: float) 
     return Interval(low, high, "information" if kind == "profile" else kind)
 
 
-def _in_si(interval: Interval, lower: float, upper: float) -> Interval:
+def in_si(interval: Interval, lower: float, upper: float) -> Interval:
+    """An interval in the unit cube as one between the limits of its unknown."""
     width = upper - lower
     return Interval(lower + float(interval.low) * width, lower + float(interval.high) * width, interval.kind)
 

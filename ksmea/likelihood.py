@@ -175,6 +175,11 @@ class Likelihood:
     def _noise_limits(self) -> tuple[Array, Array]:
         if not self.noise_is_estimated:
             return np.empty(0), np.empty(0)
-        amplitude = np.abs(self.measurement.values)
-        floors = FLOOR_RANGE[0] * np.median(amplitude), FLOOR_RANGE[1] * np.max(amplitude)
-        return np.log([RELATIVE_RANGE[0], floors[0]]), np.log([RELATIVE_RANGE[1], floors[1]])
+        return noise_limits(self.measurement.values)
+
+
+def noise_limits(values: Array | ComplexArray) -> tuple[Array, Array]:
+    """Lower and upper limits (2,) of ln relative and ln floor where values (n_speed, n_channel) tell the noise."""
+    amplitude = np.abs(values)
+    floors = FLOOR_RANGE[0] * np.median(amplitude), FLOOR_RANGE[1] * np.max(amplitude)
+    return np.log([RELATIVE_RANGE[0], floors[0]]), np.log([RELATIVE_RANGE[1], floors[1]])

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from contextlib import suppress
+from typing import Protocol
 
 import numpy as np
 from scipy.optimize import lsq_linear
@@ -25,8 +26,23 @@ FIRST_DAMPING, LAST_DAMPING = 1e-6, 1e8
 CLOSE = 1e-2  # two maxima with deviances as near as this are one
 
 
+class Maximised(Protocol):
+    """What Fisher scoring asks of a likelihood; `ksmea.likelihood.Likelihood` says what each is. The first d of θ are the
+    unknowns in the unit cube."""
+
+    @property
+    def d(self) -> int: ...
+    @property
+    def lower(self) -> Array: ...
+    @property
+    def upper(self) -> Array: ...
+    def at(self, theta: Array) -> Point: ...
+    def deviance(self, theta: Array) -> float: ...
+    def curvature(self, point: Point, step: Array) -> Array: ...
+
+
 def maximise(
-    likelihood: Likelihood,
+    likelihood: Maximised,
     theta: Array,
     *,
     fixed: int | None = None,
@@ -84,7 +100,7 @@ def nearest_maximum(likelihood: Likelihood, u: Array) -> Point:
 
 
 def best_maxima(
-    likelihood: Likelihood, starts: Sequence[Array], *, first_iterations: int, survivors: int
+    likelihood: Maximised, starts: Sequence[Array], *, first_iterations: int, survivors: int
 ) -> list[Point]:
     """Different maxima of the likelihood, highest first: a few iterations from every start θ, and the best points that
     they lead to, `survivors` at most, to the end."""
@@ -97,7 +113,7 @@ def best_maxima(
     return sorted(maxima, key=lambda point: point.deviance)
 
 
-def _bend(likelihood: Likelihood, point: Point, free: Array, damping: float, step: Array) -> Array:
+def _bend(likelihood: Maximised, point: Point, free: Array, damping: float, step: Array) -> Array:
     """How a step (p,) must bend to stay in a curved valley; nothing where that is nearly the step itself, or
     unknown."""
     try:
@@ -110,7 +126,7 @@ def _bend(likelihood: Likelihood, point: Point, free: Array, damping: float, ste
     return bend / 2 if is_small else np.zeros_like(step)
 
 
-def _step(likelihood: Likelihood, point: Point, free: Array, damping: float, gradient: Array) -> tuple[Array, float]:
+def _step(likelihood: Maximised, point: Point, free: Array, damping: float, gradient: Array) -> tuple[Array, float]:
     """The step (p,) that lowers the quadratic model of the deviance most within the limits, and by how much."""
     whitened, gradient = point.whitened[:, free], gradient[free]
     scale = np.sqrt(np.sum(whitened**2, axis=0))

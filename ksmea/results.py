@@ -21,9 +21,10 @@ from ksmea.errors import unknown
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.identifiability import IdentifiabilityRecord
 from ksmea.records.identification import IdentificationRecord
+from ksmea.records.location import LocationRecord
 from ksmea.records.plan import PlanRecord
 from ksmea.records.record import Record
-from ksmea.show import diagnosis, identifiability, identification, plan
+from ksmea.show import diagnosis, identifiability, identification, location, plan
 
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 
@@ -153,3 +154,21 @@ class DiagnosisResult(Result[DiagnosisRecord]):
 
     def plot(self, axes: Axes | None = None) -> Figure:
         return diagnosis.plot(self.record, axes)
+
+
+@dataclass(frozen=True)
+class LocationResult(Result[LocationRecord]):
+    """Where something acts that the model lacks, and what it does there; `sites` are the accepted positions, m."""
+
+    @property
+    def sites(self) -> tuple[float, ...]:
+        return tuple(site.position for site in self.record.sites)
+
+    def __str__(self) -> str:
+        return location.text(self.record)
+
+    def to_frame(self) -> pd.DataFrame:
+        return location.frame(self.record)
+
+    def plot(self, axes: Axes | None = None) -> Figure:
+        return location.plot(self.record, axes)

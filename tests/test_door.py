@@ -13,6 +13,7 @@ import ksmea
 from ksmea.errors import SettingError
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.identification import IdentificationRecord
+from ksmea.records.location import LocationRecord
 from ksmea.units import RPM
 from measurements.run_up_csv import as_csv
 from optimizers.de import DE
@@ -220,6 +221,21 @@ def test_a_diagnosis_extends_the_problem(rotor, tmp_path):
     assert result.plot().get_axes() and result.plot(Figure().subplots()).get_axes()
     with pytest.raises(SettingError, match="did you mean 'runout'"):
         ksmea.diagnose(rotor, hidden, effects=["run_out"])
+
+
+def test_a_location_says_where_something_acts(rotor):
+    hidden = ksmea.synthetic_measurement(
+        rotor, hidden=["unbalance"], sizes={"unbalance_x": 60.0}, kind="complex", noise_known=False, rng=2, **NOISE
+    )
+    result = ksmea.locate(rotor, hidden, positions=[0.2, 1.0], kinds=["force"])
+    true = float(hidden.hidden[0].location.removeprefix("at ").removesuffix(" m"))
+    assert result.record.kind == "force" and true in result.sites
+    assert "An unknown force that is free at every speed explains the data at" in str(result)
+    assert len(result.to_frame()) == 2
+    assert LocationRecord.from_data(json.loads(result.to_json())) == result.record
+    assert result.plot().get_axes() and result.plot(Figure().subplots()).get_axes()
+    with pytest.raises(SettingError, match="measure phases"):
+        ksmea.locate(rotor, ksmea.synthetic_measurement(rotor, **NOISE))
 
 
 def test_what_could_be_known_and_what_to_add(rotor):

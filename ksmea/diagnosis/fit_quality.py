@@ -62,16 +62,16 @@ def fit_quality(fit: Fit, rng: np.random.Generator, *, n_simulated: int = 4000) 
     tangent = fit.point.whitened[:n_mean, : likelihood.d]
     directions = span(tangent)
     scale_free = likelihood.noise_is_estimated
-    sampled = [_statistics(residuals[None], scale_free=scale_free)]
+    sampled = [residual_statistics(residuals[None], scale_free=scale_free)]
     n_chunk = max(1, MAX_VALUES // n_mean)
     for start in range(0, n_simulated, n_chunk):
         noise = rng.standard_normal((min(n_chunk, n_simulated - start), n_mean))
         noise -= (noise @ directions) @ directions.T
-        simulated = noise.reshape(len(noise), *shape) if real else _as_complex(noise, shape)
-        sampled.append(_statistics(simulated, scale_free=scale_free))
+        simulated = noise.reshape(len(noise), *shape) if real else as_complex(noise, shape)
+        sampled.append(residual_statistics(simulated, scale_free=scale_free))
     statistics = np.concatenate(sampled)
     # p of every sample among all of them, the data's own included: no p is below 1/(n + 1)
-    ranks = np.array([_upper_ranks(column) for column in statistics.T]).T / len(statistics)
+    ranks = np.array([upper_ranks(column) for column in statistics.T]).T / len(statistics)
     smallest = ranks.min(axis=1)
     names = STATISTICS if not likelihood.noise_is_estimated else STATISTICS[:-1]
     band, channel, excess = _worst_location(residuals)
@@ -87,14 +87,14 @@ def fit_quality(fit: Fit, rng: np.random.Generator, *, n_simulated: int = 4000) 
     )
 
 
-def _as_complex(noise: Array, shape: tuple[int, ...]) -> ComplexArray:
+def as_complex(noise: Array, shape: tuple[int, ...]) -> ComplexArray:
     """Unit noise in two real parts per datum → complex of unit variance; real parts first, as the likelihood has them."""
     first, second = np.split(noise.reshape(len(noise), -1), 2, axis=1)
     combined: ComplexArray = (first + 1j * second) / np.sqrt(2)
     return combined.reshape(len(noise), *shape)
 
 
-def _statistics(residuals: Array | ComplexArray, *, scale_free: bool) -> Array:
+def residual_statistics(residuals: Array | ComplexArray, *, scale_free: bool) -> Array:
     """Statistics (n, 4 or 5) of residuals (n, n_speed, n_channel); all but the last do not depend on their scale."""
     squared = np.abs(residuals) ** 2
     total = squared.sum(axis=(1, 2))
@@ -144,7 +144,7 @@ def _worst_location(residuals: Array | ComplexArray) -> tuple[NDArray[np.intp], 
     return bands[band], int(channel), float(means[band, channel] / max(squared.mean(), np.finfo(float).tiny))
 
 
-def _upper_ranks(values: Array) -> NDArray[np.intp]:
+def upper_ranks(values: Array) -> NDArray[np.intp]:
     """How many of the values (n,) are at least as large as each."""
     return len(values) - np.searchsorted(np.sort(values), values, side="left")
 

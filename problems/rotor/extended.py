@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections import OrderedDict
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -20,11 +20,13 @@ from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.differences import central_differences
 from ksmea.errors import SettingError
+from ksmea.load import Load
 from ksmea.parameters import Parameters
 from problems.rotor import dense
 from problems.rotor.assembly import assemble_free, node_dof
 from problems.rotor.data import COEFFICIENTS, STIFFNESSES, Rotor
 from problems.rotor.hooks import RotorHooks
+from problems.rotor.loads import unit_loads
 from problems.rotor.problem import CHUNK_BYTES, RotorProblem, checked_sets, finite, impedances_of
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
 from problems.rotor.stability import growth_rate, low_modes, searched_speed
@@ -70,6 +72,10 @@ class ExtendedProblem(Problem):
         return self.base.sites
 
     @property
+    def landmarks(self) -> dict[str, float]:
+        return self.base.landmarks
+
+    @property
     def rotor(self) -> Rotor:
         return self.base.rotor
 
@@ -93,19 +99,34 @@ class ExtendedProblem(Problem):
 
     def response(self, x: Array) -> ComplexArray:
         """(n, d) SI → (n, n_speed, n_channel), m."""
+        return self._rotor_by_rotor(x, (len(self.channels),), (), self._reduced_response)
+
+    def load_response(self, x: Array, loads: Sequence[Load]) -> ComplexArray:
+        """(n, d) SI → response to unit loads, (n, n_speed, n_channel, n_load) m per N or N m."""
+        return self._rotor_by_rotor(x, (len(self.channels), len(loads)), tuple(loads), self._reduced_load_response)
+
+    def _rotor_by_rotor(
+        self,
+        x: Array,
+        shape: tuple[int, ...],
+        loads: tuple[Load, ...],
+        evaluate: Callable[[Reduction, Array], ComplexArray],
+    ) -> ComplexArray:
+        """What is evaluated of sets (n, d), (n, n_speed, *shape), with one reduction for all that change the rotor
+        alike."""
         x = checked_sets(x, self.parameters)
-        response = np.empty((len(x), len(self.speed), len(self.channels)), dtype=complex)
+        found = np.empty((len(x), len(self.speed), *shape), dtype=complex)
         changing = x[:, self.costly]
         _, group = np.unique(changing, axis=0, return_inverse=True) if changing.size else (None, np.zeros(len(x), int))
         with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
             for index in range(int(group.max(initial=-1)) + 1):
                 rows = np.flatnonzero(group == index)
-                reduction = self._reduction(tuple(changing[rows[0]]))
+                reduction = self._reduction(tuple(changing[rows[0]]), loads)
                 n_chunk = max(1, CHUNK_BYTES // reduction.receptance.nbytes)
                 for start in range(0, len(rows), n_chunk):
                     chunk = rows[start : start + n_chunk]
-                    response[chunk] = self._reduced_response(reduction, x[chunk])
-        return finite(response)
+                    found[chunk] = evaluate(reduction, x[chunk])
+        return finite(found)
 
     def sensitivity(self, x: Array) -> ComplexArray:
         """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit, by central differences inside the limits."""
@@ -155,16 +176,18 @@ class ExtendedProblem(Problem):
         return tuple(sorted(needed, key=lambda item: (item.bearing, item.row, item.column)))
 
     @cached_property
-    def _reductions(self) -> OrderedDict[tuple[float, ...], Reduction]:
+    def _reductions(self) -> OrderedDict[tuple[tuple[float, ...], tuple[Load, ...]], Reduction]:
         return OrderedDict()
 
-    def _reduction(self, key: tuple[float, ...]) -> Reduction:
-        """The rotor, as its effects have changed it, seen from its ports."""
-        kept = self._reductions
+    def _reduction(self, changing: tuple[float, ...], loads: tuple[Load, ...]) -> Reduction:
+        """The rotor, as its effects have changed it, seen from its ports; columns of unit loads come last."""
+        kept, key = self._reductions, (changing, loads)
         if key not in kept:
-            rotor = self._changed_rotor(self.base.rotor, np.array(key))
-            loads = self._loads(rotor)
-            kept[key] = reduce_rotor(rotor, self._impedances, self.speed, self._seen_channels, loads, banded=True)
+            rotor = self._changed_rotor(self.base.rotor, np.array(changing))
+            forces = [] if (own := self._loads(rotor)) is None else [own]
+            forces += [unit_loads(rotor, loads, len(self.speed))] if loads else []
+            together = np.concatenate(forces, axis=2) if forces else None
+            kept[key] = reduce_rotor(rotor, self._impedances, self.speed, self._seen_channels, together, banded=True)
             if len(kept) > MAX_REDUCTIONS:
                 kept.popitem(last=False)
         kept.move_to_end(key)
@@ -189,11 +212,23 @@ class ExtendedProblem(Problem):
     def _reduced_response(self, reduction: Reduction, x: Array) -> ComplexArray:
         own, of_effects = self._parts(x)
         inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
-        impedance = self._impedance_seen(inputs.coefficients, of_effects)
-        entries = [impedance[item.bearing, item.row, item.column] for item in reduction.impedances]
-        per_load = reduction.response_per_load(np.stack(entries))
+        per_load = reduction.response_per_load(self._entries(reduction, inputs.coefficients, of_effects))
         sizes = np.concatenate([inputs.complex_unbalance, *self._sizes(of_effects)], axis=1)
         return self._observed(np.einsum("clns,nl->nsc", per_load, sizes, optimize=True), of_effects)
+
+    def _reduced_load_response(self, reduction: Reduction, x: Array) -> ComplexArray:
+        own, of_effects = self._parts(x)
+        inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
+        per_load = reduction.response_per_load(self._entries(reduction, inputs.coefficients, of_effects))
+        n_own = inputs.complex_unbalance.shape[1] + sum(sizes.shape[1] for sizes in self._sizes(of_effects))
+        motion = per_load[:, n_own:].transpose(1, 2, 3, 0)  # (n_load, n, n_speed, n_seen)
+        at_rest = self._observed(np.zeros(motion.shape[1:], dtype=complex), of_effects)  # runout is read at rest too
+        return np.stack([self._observed(each, of_effects) - at_rest for each in motion], axis=-1)
+
+    def _entries(self, reduction: Reduction, coefficients: Array, of_effects: list[Array]) -> ComplexArray:
+        """The reduction's impedances (n_impedance, n, n_speed), N/m, effects and supports included."""
+        impedance = self._impedance_seen(coefficients, of_effects)
+        return np.stack([impedance[item.bearing, item.row, item.column] for item in reduction.impedances])
 
     def _impedance_seen(self, coefficients: Array, of_effects: list[Array]) -> ComplexArray:
         """Impedances that the shaft feels at the ports, (n_bearing, 2, 2, n, n_speed) N/m, from coefficients

@@ -16,11 +16,13 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.errors import SettingError
+from ksmea.load import Load
 from ksmea.modes import Campbell, Mode
 from ksmea.parameters import PHASE_ORIGIN, Parameter, Parameters
 from problems.rotor import dense
 from problems.rotor.critical_speeds import critical_speeds
 from problems.rotor.data import DAMPINGS, STIFFNESSES, Rotor, UnbalancePlane
+from problems.rotor.loads import unit_loads
 from problems.rotor.modes import campbell_diagram, natural_modes
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
 from problems.rotor.stability import growth_rate, low_modes, searched_speed
@@ -112,6 +114,33 @@ class RotorProblem(Problem):
         columns = [sum(derivative(target) for target in item.targets) for item in self.unknowns]
         return finite(np.stack(columns, axis=-1).transpose(1, 0, 2))
 
+    def load_response(self, x: Array, loads: Sequence[Load]) -> ComplexArray:
+        """(n, d) SI → response to unit loads, (n, n_speed, n_channel, n_load) m per N or N m."""
+        x = checked_sets(x, self.parameters)
+        reduction = self._loaded(tuple(loads))
+        response = np.empty((len(x), len(self.speed), len(self.channels), len(loads)), dtype=complex)
+        n_chunk = max(1, CHUNK_BYTES // reduction.receptance.nbytes)
+        with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
+            for start in range(0, len(x), n_chunk):
+                chunk = slice(start, start + n_chunk)
+                parts = self._impedance_parts(inputs_at(self.rotor, self.unknowns, x[chunk]))
+                per_load = reduction.unit_response(*parts)[:, len(self.rotor.unbalance) :]
+                response[chunk] = per_load.transpose(2, 3, 0, 1)
+        return finite(response)
+
+    def _loaded(self, loads: tuple[Load, ...]) -> Reduction:
+        """The reduction with columns for unit loads behind those of the unbalance planes."""
+        if loads not in self._loaded_reductions:
+            forces = unit_loads(self.rotor, loads, len(self.speed))
+            impedances = self.reduction.impedances
+            reduction = reduce_rotor(self.rotor, impedances, self.speed, self.channels, forces, banded=True)
+            self._loaded_reductions[loads] = reduction
+        return self._loaded_reductions[loads]
+
+    @cached_property
+    def _loaded_reductions(self) -> dict[tuple[Load, ...], Reduction]:
+        return {}
+
     def at(self, speed: Array, channels: Sequence[Channel]) -> RotorProblem:
         """The same rotor at other speeds (rad/s) and channels."""
         return dataclasses.replace(self, speed=speed, channels=tuple(channels))
@@ -120,6 +149,15 @@ class RotorProblem(Problem):
     def sites(self) -> Array:
         """The nodes of the shaft, (n,) m."""
         return self.rotor.node_positions
+
+    @property
+    def landmarks(self) -> dict[str, float]:
+        """Its bearings and disks, numbered from the left, m."""
+        return {
+            f"{name} {number}": position
+            for name, parts in (("bearing", self.rotor.bearings), ("disk", self.rotor.disks))
+            for number, position in enumerate(sorted({part.position for part in parts}), start=1)
+        }
 
     def with_unbalance(self, position: float, magnitude: float, phase: float) -> RotorProblem:
         """The same rotor with a known unbalance (kg m, rad) added at a position (m)."""

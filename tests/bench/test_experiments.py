@@ -34,11 +34,16 @@ REPETITIONS = {  # of others than tables
     "plan": 1,
     "identify": 1,
     "diagnose": 1,
+    "locate": 1,
     "diagnosis_nulls": 100,
     "diagnosis_effects": 20,
 }
 RUN_UP = Path(__file__).parents[2] / "docs" / "examples" / "run_up.csv"
-NEEDED = {"identify": [f"measurement.path={RUN_UP}"], "diagnose": ["measurement.relative=0.1"]}  # to plan them at all
+NEEDED = {  # to plan them at all
+    "identify": [f"measurement.path={RUN_UP}"],
+    "diagnose": ["measurement.relative=0.1"],
+    "locate": ["measurement.relative=0.1", "measurement.kind=complex", "problem.sensors=[0.1,0.5]"],
+}
 WITH_VALUES = [name for name in TABLES if name != "table5"]
 FIVE = ["kxx", "kyy", "cxx", "cyy", "u"]
 SAMPLES = [40, 70, 100, 200]

@@ -1,0 +1,93 @@
+"""A location in plain sentences, as `location.json` and as a figure; of several runs, how much of the shaft was accepted."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import pandas as pd
+
+from bench.jobs.lines import RunLine, ending
+from bench.jobs.records import read_records
+from bench.plan.columns import run_columns
+from bench.plan.plan import Plan
+from bench.plan.report import Made, Report
+from bench.reports.tables import csv_text
+from ksmea.records.location import LocationRecord
+from ksmea.show.location import frame, plot, text
+from ksmea.show.style import png
+from ksmea.show.text import aligned, number
+
+OF_THE_BENCH = ("hidden", "seconds")  # fields that location.json does not show
+OF_ONE_RUN = ("location.json", "sites.csv", "location.png")
+
+
+@dataclass(frozen=True)
+class LocationReport(Report):
+    study: ClassVar[str] = "locate"
+
+    def make(self, plan: Plan, output: Path) -> Made:
+        lines = read_records(output, plan=plan)
+        runs = location_runs(plan, lines)
+        files: dict[str, bytes] = {"runs.csv": csv_text(runs).encode()}
+        done = [run for run in plan.runs if run.key in lines and lines[run.key].has_result]
+        if len(plan.runs) != 1 or not done:
+            return Made(_summary(runs), files, runs, outdated=OF_ONE_RUN)
+        record = lines[done[0].key].record(LocationRecord)
+        public = {name: value for name, value in record.to_data().items() if name not in OF_THE_BENCH}
+        files["location.json"] = (json.dumps(public, indent=1) + "\n").encode()
+        files["sites.csv"] = csv_text(frame(record)).encode()
+        written = ", ".join(OF_ONE_RUN)
+        return Made(f"{text(record)}\n\nwritten: {written}", files, runs, lambda: {"location.png": png(plot(record))})
+
+
+def location_runs(plan: Plan, lines: Mapping[str, RunLine]) -> pd.DataFrame:
+    """A row per planned run: what was found, what was hidden, and the unknowns beside it."""
+    rows = []
+    for run in plan.runs:
+        line = lines.get(run.key)
+        row = run_columns(plan, run, *ending(line))
+        if line is not None and line.has_result:
+            row |= _row(line.record(LocationRecord))
+        rows.append(row)
+    return pd.DataFrame(rows)
+
+
+def _row(record: LocationRecord) -> dict[str, Any]:
+    sites = record.sites
+    return {
+        "kind": record.kind,
+        "plain_p": record.plain.p,
+        "plain_chi2": record.plain.chi2,
+        "best": f"{sites[0].kind} at {sites[0].position:g} m" if sites else "",
+        "accepted": "; ".join(f"{site.kind} at {site.position:g} m" for site in sites),
+        "n_accepted": len(sites),
+        "n_tried": len(record.candidates),
+        "seconds": record.seconds,
+        "hidden": "; ".join(f"{effect.effect} ({effect.location})" for effect in record.hidden),
+        **{
+            f"{each.name}{suffix}": None if estimate is None else getattr(estimate, part)
+            for each in record.coefficients
+            for suffix, estimate, part in (
+                ("_plain", each.plain, "value"),
+                ("", each.best, "value"),
+                ("_low", each.over_sites, "low"),
+                ("_high", each.over_sites, "high"),
+            )
+        },
+    }
+
+
+def _summary(runs: pd.DataFrame) -> str:
+    """How many runs ended with each kind, and how many sites they accepted."""
+    if "kind" not in runs:
+        return "no run has a result"
+    kinds = runs.groupby("kind")
+    lines = [
+        [str(kind), str(len(mine)), number(mine["n_accepted"].median()), number(mine["seconds"].median(), 3)]
+        for kind, mine in kinds
+    ]
+    return aligned(["kind", "runs", "accepted (median)", "seconds (median)"], lines)

@@ -1,0 +1,53 @@
+"""The study `locate`: where something acts that the model lacks, although nobody knows what, and what it does there."""
+
+from __future__ import annotations
+
+import dataclasses
+import threading
+import time
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from tqdm import tqdm
+
+from bench.plan.draw import Draw
+from bench.plan.plan import generator
+from bench.plan.setup import Setup
+from bench.plan.study import Study
+from ksmea.diagnosis.location import require_enough
+from ksmea.errors import SettingError
+from ksmea.records.location import LocationRecord
+from ksmea.records.record import Record
+from ksmea.studies.locate import LocationOptions, location
+
+
+@dataclass(frozen=True)
+class Locate(LocationOptions, Study):
+    """Where something acts that the model lacks, and what it does: an unknown force, moment or reading, free at every speed."""
+
+    record: ClassVar[type[Record]] = LocationRecord
+    report: ClassVar[str] = "location"
+    ignores: ClassVar[tuple[str, ...]] = ("samples", "surrogate", "optimizer", "method")
+
+    def validate(self, setup: Setup) -> None:
+        noise = setup.source.noise
+        if noise is not None and noise.is_absent:
+            raise SettingError(
+                "study=locate: expected noise, without which any difference is a misfit, got none; say"
+                " measurement.relative=0.05 or measurement.floor=0.1 (µm)"
+            )
+        require_enough(setup.problem, setup.source.kind)
+
+    def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
+        started = time.perf_counter()
+        tqdm.set_lock(threading.RLock())  # a lock between processes would outlive this worker
+        with tqdm(desc="location", disable=None if draw.with_progress else True, unit=" steps") as bar:
+            found = location(
+                setup.problem,
+                setup.measure(draw),
+                generator(draw.seeds["diagnosis"]),
+                options=self,
+                progress=lambda: bar.update() and None,
+            )
+        found = dataclasses.replace(found, hidden=setup.hidden(draw), seconds=time.perf_counter() - started)
+        return {"status": "done", **found.to_data()}

@@ -1,0 +1,241 @@
+"""Where something acts that the model lacks: at which sites an unknown force, moment or reading explains the data.
+
+1. At each site the model with something unknown there (`unknown_force`) is fitted from several starts, then twice from
+   the best unknowns that were found at any site: what is wrong moves the unknowns of the plain model by far more than it
+   moves those of the true site.
+2. The noise, where it is not known, is that of the site that needs least of it (`restricted_noise`), and the same for all
+   sites: else a wrong site would be excused by noise of its own making. Each site's weights come from its fitted response:
+   those from the data favour what is measured too small.
+3. Each site is tested on its own (`site_quality`). Sites are not nested in each other, so that differences of their
+   deviances have no χ² distribution.
+
+The plain model and unknown readings are fitted and tested alike.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from ksmea.arrays import Array
+from ksmea.contracts import Problem
+from ksmea.diagnosis.fitting import START_DISTANCE
+from ksmea.diagnosis.restricted_noise import restricted_noise
+from ksmea.diagnosis.screening import screened
+from ksmea.diagnosis.site_quality import SiteQuality, site_qualities
+from ksmea.diagnosis.unknown_force import LATERAL, READING, ProjectedLikelihood, ProjectedPoint, Unmodelled
+from ksmea.errors import SettingError
+from ksmea.kind import Kind
+from ksmea.load import LOADS
+from ksmea.maximisation import best_maxima
+from ksmea.measurement import Measurement, Noise
+from ksmea.screening import sobol
+
+FIRST_FLOOR = 0.1  # of the median of all values: the noise's floor in the first weights, relative to its relative part
+SHARED = 3  # best sites whose unknowns all sites are fitted from
+SHARINGS = 2
+REWEIGHTINGS = 3  # after which weights from the fitted response stay as they are
+FIRST_ITERATIONS, SURVIVORS = 10, 2  # of each fit: after the first iterations only the best starts go on
+N_SCREENED = 2048  # points of the box, a power of two
+SCREENED_STARTS = 12
+
+
+@dataclass(frozen=True)
+class SiteFit:
+    """The model with something unknown, fitted."""
+
+    likelihood: ProjectedLikelihood
+    point: ProjectedPoint
+
+    @property
+    def unmodelled(self) -> Unmodelled:
+        return self.likelihood.unmodelled
+
+
+@dataclass(frozen=True)
+class Location:
+    """Sites with their fits and tests; `plain` is the model with nothing unknown. `noise` is that of all fits."""
+
+    sites: tuple[SiteFit, ...]
+    qualities: tuple[SiteQuality, ...]
+    plain: SiteFit
+    plain_quality: SiteQuality
+    noise: Noise
+    level: float
+
+    @property
+    def accepted(self) -> list[int]:
+        """Indices of the sites that are not rejected, the one that leaves least first."""
+        kept = [index for index, quality in enumerate(self.qualities) if quality.p >= self.level]
+        return sorted(kept, key=lambda index: self.sites[index].point.excess)
+
+    @property
+    def ranked(self) -> list[int]:
+        """Indices of all sites: behind those that are accepted the others, the one that leaves least first."""
+        others = set(range(len(self.sites))) - set(self.accepted)
+        return [*self.accepted, *sorted(others, key=lambda index: self.sites[index].point.excess)]
+
+    @property
+    def is_plain_enough(self) -> bool:
+        return self.plain_quality.p >= self.level
+
+
+def locate(
+    problem: Problem,
+    measurement: Measurement,
+    rng: np.random.Generator,
+    *,
+    positions: Sequence[float] = (),
+    kinds: Sequence[str] = (*LOADS, READING),
+    level: float = 0.01,
+    n_start: int = 4,
+    progress: Callable[[], None] = lambda: None,
+) -> Location:
+    """What is tried at each position (m; the problem's sites if none are given), or reading plane, for each kind, and
+    which of it is not rejected at `level`. Where nothing is accepted anywhere, force and moment together are tried, if the
+    channels are enough.
+
+    Raises `SettingError` where the data are too few for anything to be left once it is eliminated.
+    """
+    require_enough(problem, measurement.kind)
+    along = problem.sites if not len(positions) else np.asarray(positions, dtype=float)
+
+    def fitted(tried: Sequence[Unmodelled]) -> list[SiteFit]:
+        return _fits(problem, measurement, tried, rng, n_start, progress)
+
+    fits = fitted([Unmodelled(), *candidates(problem, kinds, along)])
+    found = _tested(fits, measurement, level, rng)
+    together = candidates(problem, (LATERAL,), along)
+    if found.accepted or not set(LOADS) <= set(kinds) or not together:
+        return found
+    return _tested([*fits, *fitted(together)], measurement, level, rng)
+
+
+def require_enough(problem: Problem, kind: str) -> None:
+    """Raise `SettingError` where data of a kind, at a problem's speeds and channels, could not tell an unknown force from
+    anything, and say what would be enough."""
+    if not problem.takes_loads:
+        problem.load_response(np.empty((0, len(problem.parameters))), ())
+    n_channel = len(problem.channels)
+    if kind == Kind.AMPLITUDE:
+        got = f"amplitudes of {n_channel}; measure phases too, so that the force can be eliminated"
+    elif n_channel < 3:
+        got = f"{n_channel}; add a probe at another plane, or both directions there"
+    elif (left := 2 * (n_channel - 2) * len(problem.speed)) <= 2 * len(problem.parameters):
+        got = f"{left} real data beside the force for {len(problem.parameters)} unknowns; measure more speeds"
+    else:
+        return
+    raise SettingError(
+        f"location: expected complex data of at least 3 channels, of which an unknown force takes 2 at each speed, got {got}"
+    )
+
+
+def candidates(problem: Problem, kinds: Sequence[str], positions: Array) -> list[Unmodelled]:
+    """What may be unknown: loads at positions, readings at planes, where the channels leave any to test them by."""
+    planes = dict.fromkeys(channel.position for channel in problem.channels)
+    found = [
+        Unmodelled(kind, float(position))
+        for kind in kinds
+        for position in (planes if kind == READING else positions.tolist())
+    ]
+    return [each for each in found if len(each.named_columns(problem)) < len(problem.channels)]
+
+
+def _tested(fits: Sequence[SiteFit], measurement: Measurement, level: float, rng: np.random.Generator) -> Location:
+    """Fits, the plain one first, with the noise of the one that needs least of it."""
+    for _ in range(REWEIGHTINGS):
+        reference = min(fits, key=lambda fit: fit.point.excess)
+        noise = _noise(measurement, reference)
+        fits = [_reweighted(fit, noise, reference) for fit in fits]
+    fits = [_settled(fit) for fit in fits]
+    qualities = site_qualities([fit.point for fit in fits], measurement, level, rng)
+    return Location(tuple(fits[1:]), tuple(qualities[1:]), fits[0], qualities[0], noise, level)
+
+
+def _fits(
+    problem: Problem,
+    measurement: Measurement,
+    tried: Sequence[Unmodelled],
+    rng: np.random.Generator,
+    n_start: int,
+    progress: Callable[[], None],
+) -> list[SiteFit]:
+    """Each fitted with weights from the data, from starts all over the box and from the best that others found."""
+    magnitude = np.abs(measurement.values)
+    sd = np.hypot(magnitude, FIRST_FLOOR * np.median(magnitude))
+    fits = []
+    for each in tried:
+        likelihood = ProjectedLikelihood(problem, measurement, each, sd)
+        fits.append(_best(likelihood, _starts(problem, measurement, each, rng, n_start)))
+        progress()
+    for _ in range(SHARINGS):
+        shared = [fit.point.theta for fit in sorted(fits, key=lambda fit: fit.point.excess)[:SHARED]]
+        fits = [min(fit, _best(fit.likelihood, shared), key=lambda either: either.point.deviance) for fit in fits]
+        progress()
+    return fits
+
+
+def _starts(
+    problem: Problem, measurement: Measurement, unmodelled: Unmodelled, rng: np.random.Generator, n_start: int
+) -> Array:
+    """Points (n, d) of the unit cube. Beside a free load any will do: it takes the resonances, and with them the narrow
+    basins. Without one, as beside a reading, there are as many as of the plain model: they are screened for."""
+    d = len(problem.parameters)
+    if unmodelled.loads:
+        return sobol(n_start, d, rng)
+    kept = [index for index, channel in enumerate(problem.channels) if not unmodelled.reads(channel)]
+    channels = tuple(problem.channels[index] for index in kept)
+    part = dataclasses.replace(measurement, channels=channels, values=measurement.values[:, kept], noise=None)
+    found = screened(problem.at(problem.speed, channels), part, sobol(N_SCREENED, d, rng))
+    return found.apart(SCREENED_STARTS, START_DISTANCE).points
+
+
+def _best(likelihood: ProjectedLikelihood, starts: Sequence[Array] | Array) -> SiteFit:
+    """The best of the maxima that starts lead to."""
+    best, *_ = best_maxima(likelihood, list(starts), first_iterations=FIRST_ITERATIONS, survivors=SURVIVORS)
+    return SiteFit(likelihood, likelihood.at(best.theta))
+
+
+def _reweighted(fit: SiteFit, noise: Noise, reference: SiteFit) -> SiteFit:
+    """The fit with the noise that its own response has, from where it is and from where the reference is."""
+    return refitted(fit, noise.sd(np.abs(fit.point.mean)), reference.point.theta)
+
+
+def refitted(fit: SiteFit, sd: Array, *starts: Array) -> SiteFit:
+    """The fit with noise (n_speed, n_channel), m, of its data, from where it is and from other starts."""
+    old = fit.likelihood
+    likelihood = ProjectedLikelihood(old.problem, old.measurement, fit.unmodelled, sd)
+    return _best(likelihood, [fit.point.theta, *starts])
+
+
+def _settled(fit: SiteFit) -> SiteFit:
+    """The fit with unknowns that the data do not show, as an unbalance at the very site, where they leave the least to what
+    is free there: χ² does not depend on them."""
+    likelihood, point = fit.likelihood, fit.point
+    hidden = ~np.any(point.whitened, axis=0)
+    if not np.any(hidden):
+        return fit
+    adjoint = np.conj(np.swapaxes(point.basis, 1, 2))
+    to_unit = adjoint @ (point.columns / likelihood.sd[..., None])  # what is free, in units of the noise at its columns
+    theta = point.theta.copy()
+
+    def left_to_it(values: Array) -> Array:
+        theta[hidden] = values
+        free = (to_unit @ likelihood.at(theta).free[..., None]).ravel()
+        return np.concatenate([free.real, free.imag])
+
+    theta[hidden] = least_squares(left_to_it, theta[hidden], bounds=(0.0, 1.0)).x
+    return SiteFit(likelihood, likelihood.at(theta))
+
+
+def _noise(measurement: Measurement, fit: SiteFit) -> Noise:
+    """The noise, as it is known, or as what a fit leaves has it."""
+    if measurement.noise is not None:
+        return measurement.noise
+    point = fit.point
+    measured = fit.likelihood.measured
+    return restricted_noise(measured - point.response, point.columns, point.mean, measured, point.n_searched)

@@ -1,0 +1,29 @@
+"""Intervals of the model's own unknowns beside something unknown at a site, by the profile of what is left."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import stats
+
+from ksmea.diagnosis.location import SiteFit
+from ksmea.intervals import Interval, checked_intervals, in_si, information_interval
+from ksmea.records.location import UNSEEN
+
+
+def site_intervals(fit: SiteFit, level: float) -> list[Interval]:
+    """An interval of confidence `level` for each unknown, SI. Where the noise is not known it is as large as this site's own
+    residuals have it, whatever other sites need: the quantile is that of F. Unknowns that the data do not show there are
+    `UNSEEN`."""
+    likelihood, point = fit.likelihood, fit.point
+    if likelihood.measurement.noise is None:
+        rise = point.excess * float(stats.f.ppf(level, 1, point.n_left))
+    else:
+        rise = float(stats.chi2.ppf(level, 1))
+    _, intervals = checked_intervals(likelihood, point, rise)
+    if intervals is None:
+        intervals = [information_interval(likelihood, point, index, rise) for index in range(likelihood.d)]
+    seen = np.any(point.whitened, axis=0)
+    return [
+        in_si(interval, item.lower, item.upper) if is_seen else Interval(-np.inf, np.inf, UNSEEN)
+        for item, interval, is_seen in zip(likelihood.problem.parameters, intervals, seen)
+    ]

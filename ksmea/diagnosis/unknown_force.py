@@ -1,0 +1,202 @@
+"""A model with something unknown in it that is free at every speed: a force at a site, a moment, or a reading at a plane.
+
+At one speed, with y (n_channel,) the measured response and q(x) that of the model with unknowns x,
+
+    y = q(x) + A(x) f + noise,
+
+where A (n_channel, k) is the response to unit forces in x and y at the site – or picks the probes of a plane – and f (k,)
+is complex and may be anything. Whatever acts there, linear or not, has this form at the true x as far as it turns with
+the shaft. f enters linearly and is eliminated speed by speed (variable projection): with s the noise, what is left,
+
+    r(x) = (1 − Ã Ã⁺) (q − y) / s,    Ã = A / s,
+
+depends on x alone. Its Jacobian is that of q + A f with f held, projected alike (Kaufman's approximation, which leaves the
+gradient exact).
+
+G. H. Golub and V. Pereyra, Inverse Problems 19 (2003) R1–R26, doi 10.1088/0266-5611/19/2/201; L. Kaufman, BIT 15 (1975)
+49–57, doi 10.1007/BF01932995.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import DIRECTIONS, Channel
+from ksmea.contracts import Problem
+from ksmea.differences import cube_differences
+from ksmea.likelihood import BEND, Point
+from ksmea.load import LOADS, Load
+from ksmea.measurement import Measurement
+
+LATERAL = "force and moment"
+READING = "reading"
+KINDS = (*LOADS, LATERAL, READING)
+
+# Part of its effect on the data that an unknown must keep beside f. Differences of the response have errors of 1e-9, and
+# an unbalance at the very site keeps none.
+LEAST_KEPT = 1e-6
+
+
+@dataclass(frozen=True)
+class Unmodelled:
+    """What the model lacks, of a kind (one of `KINDS`) at a position (m); without a kind it lacks nothing."""
+
+    kind: str | None = None
+    position: float = 0.0
+
+    def __str__(self) -> str:
+        return "nothing" if self.kind is None else f"{self.kind} at {self.position:g} m"
+
+    @property
+    def loads(self) -> tuple[Load, ...]:
+        """The loads on the shaft that it consists of, in the order of f."""
+        kinds = LOADS if self.kind == LATERAL else (self.kind,)
+        return tuple(Load(self.position, axis, kind) for kind in kinds if kind in LOADS for axis in DIRECTIONS)
+
+    def named_columns(self, problem: Problem) -> tuple[tuple[str, str], ...]:
+        """Direction and unit of each part of f."""
+        if self.loads:
+            several = self.kind == LATERAL
+            return tuple(
+                (f"{load.kind} {load.direction}" if several else load.direction, load.unit) for load in self.loads
+            )
+        return tuple((channel.direction, "m") for channel in problem.channels if self.reads(channel))
+
+    def reads(self, channel: Channel) -> bool:
+        """Whether what is unknown is the reading of this probe."""
+        return self.kind == READING and channel.position == self.position
+
+    def columns(self, problem: Problem, x: Array) -> ComplexArray:
+        """A at sets x (n, d), (n, n_speed, n_channel, k)."""
+        shape = (len(x), len(problem.speed), len(problem.channels))
+        if self.loads:
+            return problem.load_response(x, self.loads)
+        read = [self.reads(channel) for channel in problem.channels]
+        return np.broadcast_to(np.eye(len(read), dtype=complex)[:, read], (*shape, sum(read)))
+
+
+@dataclass(frozen=True)
+class ProjectedPoint(Point):
+    """The projected likelihood at a point, with what was eliminated."""
+
+    free: ComplexArray  # f (n_speed, k): N, N m, or m of a reading
+    basis: ComplexArray  # of what Ã spans (n_speed, n_channel, k)
+    columns: ComplexArray  # A (n_speed, n_channel, k)
+    response: ComplexArray  # q (n_speed, n_channel), m
+    mean: ComplexArray  # q + A f (n_speed, n_channel), m
+    residual: ComplexArray  # r (n_speed, n_channel), in units of the noise
+    change: ComplexArray  # ∂(q + A f)/∂u at this f (n_speed, n_channel, d), m
+
+    @property
+    def n_searched(self) -> int:
+        """Unknowns that still show in the data once f is eliminated."""
+        return int(np.count_nonzero(np.any(self.whitened, axis=0)))
+
+    @property
+    def n_left(self) -> int:
+        """Real data that neither f nor these unknowns take."""
+        n_speed, n_channel, n_free = self.columns.shape
+        return int(2 * n_speed * (n_channel - n_free)) - self.n_searched
+
+    @property
+    def excess(self) -> float:
+        """Mean square of what is left, in units of the noise."""
+        return self.deviance / self.n_left
+
+
+class ProjectedLikelihood:
+    """χ² of r as a function of the unknowns in the unit cube, the noise s (n_speed, n_channel) being held: what
+    `ksmea.maximisation` can maximise as it does a likelihood."""
+
+    def __init__(self, problem: Problem, measurement: Measurement, unmodelled: Unmodelled, sd: Array) -> None:
+        self.problem = problem
+        self.measurement = measurement
+        self.measured: ComplexArray = np.asarray(measurement.values, dtype=complex)
+        self.unmodelled = unmodelled
+        self.sd = sd
+        self.d = len(problem.parameters)
+        self.lower = np.zeros(self.d)
+        self.upper = np.ones(self.d)
+
+    def at(self, theta: Array) -> ProjectedPoint:
+        differences = cube_differences(theta)
+        response, columns = self._model(np.concatenate([theta[None], differences.points]))
+        misfit, whitened = self._whitened(response[0]), columns[0] / self.sd[..., None]
+        basis = orthonormal(whitened)
+        free = -solved(basis, whitened, misfit)
+        change = differences.derivative(response[1:] + (columns[1:] @ free[..., None])[..., 0])
+        residual = without(basis, misfit[..., None])[..., 0]
+        jacobian = without(basis, change / self.sd[..., None])  # (n_speed, n_channel, d)
+        kept = _size(jacobian) > LEAST_KEPT * _size(change / self.sd[..., None])
+        rows = self._real(np.where(kept, jacobian, 0.0).reshape(-1, len(theta)))
+        real = self._real(residual.ravel())
+        return ProjectedPoint(
+            theta,
+            float(real @ real),
+            2 * rows.T @ real,
+            rows,
+            free,
+            basis,
+            columns[0],
+            response[0],
+            response[0] + (columns[0] @ free[..., None])[..., 0],
+            residual,
+            change,
+        )
+
+    def deviance(self, theta: Array) -> float:
+        try:
+            residual = self._residual(theta[None])[0]
+        except np.linalg.LinAlgError:
+            return np.inf
+        return float(residual @ residual)
+
+    def curvature(self, point: Point, step: Array) -> Array:
+        start, end = self._residual(np.stack([point.theta, point.theta + BEND * step]))
+        return np.asarray(2 / BEND * ((end - start) / BEND - point.whitened @ step))
+
+    def _residual(self, theta: Array) -> Array:
+        """r at points (n, d) as real numbers of unit variance (n, m)."""
+        response, columns = self._model(theta)
+        basis = orthonormal(columns / self.sd[..., None])
+        left = without(basis, self._whitened(response)[..., None])
+        return self._real(left.reshape(len(theta), -1), axis=1)
+
+    def _model(self, theta: Array) -> tuple[ComplexArray, ComplexArray]:
+        """q and A at points (n, d) of the unit cube."""
+        x = self.problem.parameters.to_si(theta)
+        return self.problem.response(x), self.unmodelled.columns(self.problem, x)
+
+    def _whitened(self, response: ComplexArray) -> ComplexArray:
+        return np.asarray((response - self.measured) / self.sd)
+
+    def _real(self, values: ComplexArray, axis: int = 0) -> Array:
+        return self.measurement.kind.real_parts(values, axis=axis)
+
+
+def orthonormal(columns: ComplexArray) -> ComplexArray:
+    """An orthonormal basis (…, n_channel, k) of what columns (…, n_channel, k) span, by Gram and Schmidt."""
+    basis = np.array(columns, dtype=complex)
+    for index in range(basis.shape[-1]):
+        column = without(basis[..., :index], basis[..., index, None])[..., 0]
+        basis[..., index] = column / np.linalg.norm(column, axis=-1, keepdims=True)
+    return basis
+
+
+def without(basis: ComplexArray, columns: ComplexArray) -> ComplexArray:
+    """What columns (…, n_channel, m) have outside of an orthonormal basis (…, n_channel, k)."""
+    return np.asarray(columns - basis @ (np.conj(np.swapaxes(basis, -1, -2)) @ columns))
+
+
+def solved(basis: ComplexArray, columns: ComplexArray, values: ComplexArray) -> ComplexArray:
+    """A⁺ values (…, k) of columns A (…, n_channel, k) with their orthonormal basis."""
+    adjoint = np.conj(np.swapaxes(basis, -1, -2))
+    return np.asarray(np.linalg.solve(adjoint @ columns, adjoint @ values[..., None])[..., 0])
+
+
+def _size(columns: ComplexArray) -> Array:
+    """Norms (d,) of columns (n_speed, n_channel, d)."""
+    return np.asarray(np.sqrt(np.sum(np.abs(columns) ** 2, axis=(0, 1))))

@@ -1,0 +1,147 @@
+"""The record of a location: where something acts that a model lacks, and what it does there.
+
+Lengths are in m, speeds in rad/s; values of unknowns in the unit that stands beside them. Of complex numbers over speed
+there are real and imaginary parts under Re(f e^{iΩt}), with the ends of their intervals.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from ksmea.records.diagnosis import EstimateRecord, NoiseLevelRecord
+from ksmea.records.hidden import HiddenEffect
+from ksmea.records.record import Record
+
+UNSEEN = "unseen"  # kind of interval of an unknown that the data do not show beside what is unknown
+Series = tuple[float, ...]  # (n_speed,)
+NOTHING, NONE = "nothing", "none"  # kinds of a location: nothing is missing; none of what was tried explains the data
+
+
+@dataclass(frozen=True)
+class SiteRecord(Record):
+    """Something unknown at one position, fitted and tested."""
+
+    kind: str  # force, moment, force and moment, reading
+    position: float
+    p: float  # of the lack-of-fit test
+    p_by_statistic: Mapping[str, float]
+    chi2: float  # in units of the noise
+    n_left: int  # real data that neither the unknowns nor what is free take
+    accepted: bool
+
+
+@dataclass(frozen=True)
+class PlainRecord(Record):
+    """The model with nothing unknown."""
+
+    p: float
+    chi2: float
+    n_left: int
+
+
+@dataclass(frozen=True)
+class SeriesRecord(Record):
+    """A real quantity over speed with its interval."""
+
+    value: Series
+    low: Series
+    high: Series
+
+
+@dataclass(frozen=True)
+class PartRecord(Record):
+    """One part of what acts: x, y, forward or backward; of force and moment together x and y of each."""
+
+    part: str
+    unit: str
+    real: SeriesRecord
+    imaginary: SeriesRecord
+    amplitude: SeriesRecord
+
+
+@dataclass(frozen=True)
+class StiffnessRecord(Record):
+    """−f/q of one part, N/m: what the force amounts to where it follows the motion of its site."""
+
+    part: str
+    coherence: float  # of force and motion over speed: 1 where it is one complex stiffness
+    real: SeriesRecord
+    imaginary: SeriesRecord
+
+
+@dataclass(frozen=True)
+class ForceRecord(Record):
+    """What acts at the best site: that of the best law, where one holds; `work` in J per turn, above 0 where it feeds the motion, and `stiffness` of a force."""
+
+    kind: str
+    position: float
+    parts: tuple[PartRecord, ...]
+    work: SeriesRecord | None
+    stiffness: tuple[StiffnessRecord, ...]
+
+
+@dataclass(frozen=True)
+class LawCoefficientRecord(Record):
+    name: str
+    unit: str
+    value: float
+    sd: float
+
+
+@dataclass(frozen=True)
+class LawRecord(Record):
+    """A law that the force might follow, fitted at a site; `accepted` where it leaves no more than the free force does."""
+
+    law: str
+    position: float
+    p: float
+    bic: float
+    accepted: bool
+    coefficients: tuple[LawCoefficientRecord, ...]
+    amplitude: tuple[Series, ...]  # in x and y, N
+
+
+@dataclass(frozen=True)
+class CoefficientsRecord(Record):
+    """An unknown of the model: as the plain model has it, at the best site, and with an interval that holds those of all
+    accepted sites."""
+
+    name: str
+    plain: EstimateRecord
+    best: EstimateRecord | None
+    over_sites: EstimateRecord | None
+
+
+@dataclass(frozen=True)
+class LocationRecord(Record):
+    """`kind` is that of the best site, nothing where the plain model is enough, or none where nothing that was tried
+    explains the data. That is where the best law holds, or else the one that leaves least. `candidates` are ordered: the
+    accepted ones first, and of these the one that leaves least."""
+
+    kind: str
+    candidates: tuple[SiteRecord, ...]
+    plain: PlainRecord
+    noise: NoiseLevelRecord
+    noise_known: bool
+    coefficients: tuple[CoefficientsRecord, ...]
+    force: ForceRecord | None
+    speed: Series
+    shaft: tuple[float, float]  # its ends, or the outermost positions that are known
+    landmarks: Mapping[str, float]  # what sits where on the shaft
+    planes: tuple[float, ...]  # of the probes
+    level: float
+    interval_level: float
+    laws: tuple[LawRecord, ...] = ()  # lowest BIC first; none but of forces
+    hidden: tuple[HiddenEffect, ...] = ()
+    seconds: float | None = None
+
+    @property
+    def law(self) -> LawRecord | None:
+        """The accepted law with the lowest BIC."""
+        return next((law for law in self.laws if law.accepted), None)
+
+    @property
+    def sites(self) -> tuple[SiteRecord, ...]:
+        """Those that are accepted, best first; none where nothing is missing."""
+        return () if self.kind == NOTHING else tuple(each for each in self.candidates if each.accepted)

@@ -1,0 +1,261 @@
+"""A location in sentences: where something acts that the model lacks, what it does, and the unknowns beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from ksmea.records.diagnosis import EstimateRecord
+from ksmea.records.location import (
+    NONE,
+    NOTHING,
+    UNSEEN,
+    ForceRecord,
+    LawRecord,
+    LocationRecord,
+    SeriesRecord,
+    SiteRecord,
+    StiffnessRecord,
+)
+from ksmea.show.location_figure import plot
+from ksmea.show.text import aligned, number
+from ksmea.units import MICROMETRE, RPM
+
+__all__ = ["frame", "plot", "text"]
+
+MAX_LISTED = 8  # sites that the text lists
+CLEARLY = 3.0  # times one part of the whirl must be as large as the other for it to be said
+FOLLOWS = 0.9  # coherence from which a force is said to follow the motion of its site
+MAX_SHARE = 0.5  # of what was tried: if more is accepted, nothing is located
+NEAR = 6.0  # ΔBIC within which laws, also at different sites, cannot be told apart (Kass & Raftery 1995)
+MAX_RIVALS = 3
+MEGA = 1e6
+
+
+def text(record: LocationRecord) -> str:
+    """The location as an engineer would say it."""
+    blocks = [_plain(record), _where(record), _what_it_does(record), _laws(record), _coefficients(record)]
+    return "\n\n".join(block for block in blocks if block)
+
+
+def frame(record: LocationRecord) -> pd.DataFrame:
+    """A row per site and kind that was tried, the accepted ones first."""
+    return pd.DataFrame(
+        [
+            {
+                "kind": site.kind,
+                "position_m": site.position,
+                "at": landmark(record, site.position),
+                "p": site.p,
+                "chi2": site.chi2,
+                "data_left": site.n_left,
+                "accepted": site.accepted,
+            }
+            for site in record.candidates
+        ],
+        columns=["kind", "position_m", "at", "p", "chi2", "data_left", "accepted"],
+    )
+
+
+def landmark(record: LocationRecord, position: float) -> str:
+    """What sits at a position, in words."""
+    return ", ".join(name for name, there in record.landmarks.items() if np.isclose(there, position, atol=1e-6))
+
+
+def _plain(record: LocationRecord) -> str:
+    said = "known" if record.noise_known else "estimated"
+    noise = f"{100 * record.noise.relative:.3g} % of each value and {record.noise.floor / MICROMETRE:.3g} µm"
+    is_enough = record.kind == NOTHING
+    lines = [
+        f"What the model leaves over could be noise (p = {record.plain.p:.2g}): nothing needs to be located."
+        if is_enough
+        else f"The model does not fit: what it leaves is no noise (p = {record.plain.p:.2g}).",
+        f"Noise ({said}{'' if record.noise_known else ' where least is needed'}): {noise}.",
+    ]
+    return "\n".join(lines)
+
+
+def _where(record: LocationRecord) -> str:
+    if record.kind == NOTHING:
+        return ""
+    if record.kind == NONE:
+        tried = ", ".join(dict.fromkeys(sorted(site.kind for site in record.candidates)))
+        said = f"Nothing that was tried at one place explains the data ({tried}): the cause is spread, or there are several."
+        return f"{said} The nearest:\n\n{_table(record, record.candidates)}"
+    kinds = dict.fromkeys(site.kind for site in record.sites)
+    lines = [
+        f"{_capital(_a(kind))} that is free at every speed explains the data {_spread(record, kind)}." for kind in kinds
+    ]
+    if len(kinds) > 1:
+        lines.append("These data do not tell which of them it is.")
+    if len(record.sites) > MAX_SHARE * len(record.candidates):
+        lines.append("So many places do that a cause which is spread along the shaft is as likely as one at a place.")
+    return "\n".join([*lines, "", _table(record, record.sites)])
+
+
+def _spread(record: LocationRecord, kind: str) -> str:
+    """Where sites of a kind are accepted, and how much of the shaft that is."""
+    positions = sorted(site.position for site in record.sites if site.kind == kind)
+    if len(positions) == 1:
+        return f"at {_place(record, positions[0])}"
+    tried = sorted(site.position for site in record.candidates if site.kind == kind)
+    neighbours = np.gradient(np.array(tried)) if len(tried) > 1 else np.ones(1)
+    share = sum(width for position, width in zip(tried, neighbours) if position in positions) / sum(neighbours)
+    places = ", ".join(_place(record, position) for position in positions)
+    return f"at {places} ({100 * share:.0f} % of what was tried)"
+
+
+def _place(record: LocationRecord, position: float) -> str:
+    name = landmark(record, position)
+    return f"{position:g} m ({name})" if name else f"{position:g} m"
+
+
+def _table(record: LocationRecord, sites: Sequence[SiteRecord]) -> str:
+    lines = [
+        [
+            site.kind,
+            f"{site.position:g}",
+            landmark(record, site.position),
+            f"{site.p:.2g}",
+            f"{site.chi2:.4g}",
+            str(site.n_left),
+        ]
+        for site in sites[:MAX_LISTED]
+    ]
+    more = f"\n(and {len(sites) - MAX_LISTED} more)" if len(sites) > MAX_LISTED else ""
+    return aligned(["kind", "m", "at", "p", "χ²", "real data left"], lines) + more
+
+
+def _what_it_does(record: LocationRecord) -> str:
+    force = record.force
+    if force is None:
+        return ""
+    parts = {part.part: part.amplitude for part in force.parts}
+    unit = "µm" if force.parts[0].unit == "m" else force.parts[0].unit
+    scale = MICROMETRE if unit == "µm" else 1.0
+    sizes = ", ".join(
+        f"{name} {_range(amplitude, scale)} {unit}" for name, amplitude in parts.items() if name not in WHIRL
+    )
+    lines = [
+        f"At {_place(record, force.position)} the {force.kind} is {sizes} (0-peak, at the middle half of the speeds){_whirl(parts)}."
+    ]
+    lines += _hidden_unknowns(record)
+    lines += _work(record, force)
+    lines += [_following(stiffness) for stiffness in _followed(force)]
+    return "\n".join(lines)
+
+
+WHIRL = ("forward", "backward")
+
+
+def _whirl(parts: Mapping[str, SeriesRecord]) -> str:
+    if not set(WHIRL) <= set(parts):
+        return ""
+    forward, backward = (_size(parts[name]) for name in WHIRL)
+    if max(forward, backward) < CLEARLY * min(forward, backward):
+        return ", forward and backward alike"
+    return f", mostly {WHIRL[0] if forward > backward else WHIRL[1]}"
+
+
+def _size(series: SeriesRecord) -> float:
+    """Root mean square over speed, each speed as it is known."""
+    weight = 1 / (np.array(series.high) - series.low) ** 2
+    return float(np.sqrt(np.average(np.square(series.value), weights=weight)))
+
+
+def _work(record: LocationRecord, force: ForceRecord) -> list[str]:
+    if force.work is None:
+        return []
+    feeds, takes = np.array(force.work.low) > 0, np.array(force.work.high) < 0
+    n = len(feeds)
+    said = [
+        f"It {verb} the motion at {int(which.sum())} of {n} speeds, {_at_most(record, force.work, which)}."
+        for verb, which in (("feeds", feeds), ("takes energy from", takes))
+        if which.any()
+    ]
+    return said or ["Whether it feeds the motion or takes energy from it is not certain at any speed."]
+
+
+def _at_most(record: LocationRecord, work: SeriesRecord, which: NDArray[np.bool_]) -> str:
+    largest = int(np.argmax(np.where(which, np.abs(work.value), -1.0)))
+    return f"at most {abs(work.value[largest]):.2g} J per turn at {record.speed[largest] / RPM:.0f} rpm"
+
+
+def _followed(force: ForceRecord) -> list[StiffnessRecord]:
+    """The pair of parts, x and y or forward and backward, in which it follows the motion most, where it does."""
+    following = [each for each in force.stiffness if each.coherence >= FOLLOWS]
+    pairs = [[each for each in following if (each.part in WHIRL) == is_whirl] for is_whirl in (False, True)]
+    return max(pairs, key=lambda pair: sum(each.coherence for each in pair))
+
+
+def _hidden_unknowns(record: LocationRecord) -> list[str]:
+    """Unknowns that act at the best site themselves."""
+    names = [each.name for each in record.coefficients if each.best is not None and each.best.interval == UNSEEN]
+    one = "it is" if len(names) == 1 else "they are"
+    return (
+        [f"The data cannot tell it from {' and '.join(names)} there: {one} set to where it is least."] if names else []
+    )
+
+
+def _following(stiffness: StiffnessRecord) -> str:
+    real, imaginary = (_range(part, MEGA) for part in (stiffness.real, stiffness.imaginary))
+    said = f"In {stiffness.part} it follows the motion of its site (coherence {stiffness.coherence:.2f}) as a dynamic stiffness:"
+    return f"{said} {real} MN/m in phase, {imaginary} MN/m in quadrature."
+
+
+def _range(series: SeriesRecord, scale: float) -> str:
+    """The middle half of the values over speed."""
+    low, high = np.quantile(np.array(series.value) / scale, [0.25, 0.75])
+    return f"{low:.3g} to {high:.3g}"
+
+
+def _laws(record: LocationRecord) -> str:
+    """The law that it follows, and what other laws would do as well."""
+    if not record.laws:
+        return ""
+    best = record.law
+    if best is None:
+        near = record.laws[0]
+        return f"It follows none of the simple laws; the nearest: {near.law} at {_place(record, near.position)} (p = {near.p:.2g})."
+    lines = [f"It acts as {best.law} at {_place(record, best.position)} (p = {best.p:.2g}): {_sizes(best)}."]
+    rivals = [law for law in record.laws if law.accepted and law is not best and law.bic < best.bic + NEAR]
+    if rivals:
+        said = "; ".join(f"{law.law} at {_place(record, law.position)}: {_sizes(law)}" for law in rivals[:MAX_RIVALS])
+        lines.append(f"As well: {said}.")
+    return "\n".join(lines)
+
+
+def _sizes(law: LawRecord) -> str:
+    return ", ".join(f"{each.name} = {each.value:.3g} ± {each.sd:.2g} {each.unit}" for each in law.coefficients)
+
+
+def _coefficients(record: LocationRecord) -> str:
+    if record.force is None:
+        return ""
+    lines = [
+        [each.name, each.plain.unit, number(each.plain.value), *_interval(each.best), *_interval(each.over_sites)[1:]]
+        for each in record.coefficients
+    ]
+    level = f"{100 * record.interval_level:g} %"
+    head = ["unknown", "unit", "without", "beside it", level, f"{level} over all sites"]
+    return aligned(head, lines)
+
+
+def _interval(estimate: EstimateRecord | None) -> list[str]:
+    if estimate is None:
+        return ["–", "–"]
+    if estimate.low is None and estimate.high is None:
+        return ["–", "not known"]
+    ends = ", ".join("–" if end is None else number(end) for end in (estimate.low, estimate.high))
+    return [number(estimate.value), f"[{ends}]"]
+
+
+def _a(kind: str) -> str:
+    return f"an unknown {kind}"
+
+
+def _capital(words: str) -> str:
+    return words[:1].upper() + words[1:]

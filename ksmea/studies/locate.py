@@ -1,0 +1,237 @@
+"""Location of what a model lacks as a record: at which sites an unknown force explains a measurement, and what it does."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.alignment import require_aligned
+from ksmea.arrays import Array
+from ksmea.contracts import Problem
+from ksmea.diagnosis.force_law import LawFit, fitted_laws
+from ksmea.diagnosis.location import Location, SiteFit, locate
+from ksmea.diagnosis.recovered_force import RecoveredForce, recovered_force
+from ksmea.diagnosis.site_intervals import site_intervals
+from ksmea.diagnosis.unknown_force import KINDS, LATERAL, READING
+from ksmea.errors import unknown
+from ksmea.intervals import Interval
+from ksmea.load import FORCE, MOMENT
+from ksmea.measurement import Measurement
+from ksmea.parameters import Parameter
+from ksmea.records.diagnosis import EstimateRecord, NoiseLevelRecord
+from ksmea.records.location import (
+    NONE,
+    NOTHING,
+    CoefficientsRecord,
+    ForceRecord,
+    LawCoefficientRecord,
+    LawRecord,
+    LocationRecord,
+    PartRecord,
+    PlainRecord,
+    SeriesRecord,
+    SiteRecord,
+    StiffnessRecord,
+)
+from ksmea.records.record import finite
+from ksmea.settings import Settings, setting
+
+MAX_LAW_SITES = 8  # best sites of a force at which laws are fitted
+AT_LIMIT = 1e-3  # parts of the range within which a value lies on its limit
+
+
+@dataclass(frozen=True)
+class LocationOptions(Settings):
+    """What is tried where, and how sure a rejection has to be."""
+
+    level: float = setting(
+        0.01, "chance of rejecting the true site; 2000 simulations resolve no smaller one", at_least=0.002, at_most=0.5
+    )
+    interval_level: float = setting(0.95, "confidence level of intervals", above=0, at_most=0.9999)
+    positions: list[float] = setting([], "sites that are tried; an empty list: every node of the mesh", unit="m")
+    kinds: list[str] = setting(
+        [FORCE, MOMENT, READING],
+        f"what may act: {FORCE}, {MOMENT}, {READING} (of the probes at a plane), {LATERAL} (also tried where neither alone"
+        " is accepted)",
+    )
+    starts: int = setting(4, "starts of the fit at each site, before sites share the best unknowns", at_least=1)
+
+    def check(self) -> None:
+        for kind in self.kinds:
+            if kind not in KINDS:
+                raise unknown("kind", kind, KINDS)
+
+
+def location(
+    problem: Problem,
+    measurement: Measurement,
+    rng: np.random.Generator,
+    *,
+    options: LocationOptions | None = None,
+    progress: Callable[[], None] = lambda: None,
+) -> LocationRecord:
+    """At which sites an unknown force, moment or reading explains a measurement; `progress` is called at each step.
+
+    Raises `SettingError` where problem and measurement are not aligned, or the data are too few to tell.
+    """
+    require_aligned(problem, measurement)
+    options = options or LocationOptions()
+    found = locate(
+        problem,
+        measurement,
+        rng,
+        positions=options.positions,
+        kinds=options.kinds,
+        level=options.level,
+        n_start=options.starts,
+        progress=progress,
+    )
+    return location_record(found, rng, options.interval_level)
+
+
+def location_record(found: Location, rng: np.random.Generator, interval_level: float) -> LocationRecord:
+    """A location as plain data; values of unknowns in their units. The best site is that of the best law, where one holds,
+    else the one that leaves least."""
+    problem, measurement = found.plain.likelihood.problem, found.plain.likelihood.measurement
+    believed = [] if found.is_plain_enough else [found.sites[index] for index in found.accepted]
+    laws = fitted_laws(_forces(believed)[:MAX_LAW_SITES], found.noise)
+    best = next((fit.site.unmodelled for fit in laws if fit.p >= found.level), None)
+    believed = sorted(believed, key=lambda fit: fit.unmodelled != best)  # those of no law stay in their order
+    along = [*problem.sites, *problem.landmarks.values(), *(channel.position for channel in measurement.channels)]
+    return LocationRecord(
+        kind=NOTHING if found.is_plain_enough else (believed[0].unmodelled.kind or NONE) if believed else NONE,
+        candidates=tuple(_site(found, index) for index in found.ranked),
+        plain=PlainRecord(found.plain_quality.p, found.plain.point.deviance, found.plain.point.n_left),
+        noise=NoiseLevelRecord(float(found.noise.relative), float(np.median(found.noise.floor))),
+        noise_known=measurement.noise is not None,
+        coefficients=_coefficients(found.plain, believed, interval_level),
+        force=_force(believed[0], recovered_force(believed[0], rng), interval_level) if believed else None,
+        speed=tuple(measurement.speed.tolist()),
+        shaft=(float(min(along)), float(max(along))),
+        landmarks=dict(problem.landmarks),
+        planes=tuple(dict.fromkeys(channel.position for channel in measurement.channels)),
+        level=found.level,
+        interval_level=interval_level,
+        laws=tuple(_law(fit, found.level) for fit in laws),
+    )
+
+
+def _site(found: Location, index: int) -> SiteRecord:
+    fit, quality = found.sites[index], found.qualities[index]
+    return SiteRecord(
+        kind=str(fit.unmodelled.kind),
+        position=fit.unmodelled.position,
+        p=quality.p,
+        p_by_statistic=quality.p_by_statistic,
+        chi2=fit.point.deviance,
+        n_left=fit.point.n_left,
+        accepted=quality.p >= found.level,
+    )
+
+
+def _coefficients(plain: SiteFit, believed: Sequence[SiteFit], level: float) -> tuple[CoefficientsRecord, ...]:
+    """Every unknown by the plain model and beside what is unknown at the sites that are believed, the best one first."""
+    of_plain, of_sites = _estimates(plain, level), [_estimates(fit, level) for fit in believed]
+    return tuple(
+        CoefficientsRecord(
+            name=own.name,
+            plain=own,
+            best=of_sites[0][index] if of_sites else None,
+            over_sites=_over_sites([estimates[index] for estimates in of_sites]) if of_sites else None,
+        )
+        for index, own in enumerate(of_plain)
+    )
+
+
+def _over_sites(estimates: Sequence[EstimateRecord]) -> EstimateRecord:
+    """The best site's estimate with an interval that holds those of all."""
+    low = [each.low for each in estimates if each.low is not None]
+    high = [each.high for each in estimates if each.high is not None]
+    return dataclasses.replace(
+        estimates[0],
+        low=min(low) if len(low) == len(estimates) else None,
+        high=max(high) if len(high) == len(estimates) else None,
+        interval="over sites",
+    )
+
+
+def _estimates(fit: SiteFit, level: float) -> list[EstimateRecord]:
+    parameters = fit.likelihood.problem.parameters
+    values = parameters.to_si(fit.point.theta)
+    return [
+        _estimate(parameter, float(value), interval)
+        for parameter, value, interval in zip(parameters, values, site_intervals(fit, level))
+    ]
+
+
+def _estimate(parameter: Parameter, value: float, interval: Interval) -> EstimateRecord:
+    """A value with its interval in the parameter's unit; an angle that may be any between −180° and 180°."""
+    turn = value - parameter.turned(value)
+    return EstimateRecord(
+        name=parameter.name,
+        unit=parameter.unit,
+        value=(value - turn) / parameter.si_per_unit,
+        low=finite((interval.low - turn) / parameter.si_per_unit),
+        high=finite((interval.high - turn) / parameter.si_per_unit),
+        interval=interval.kind,
+        at_limit=bool(
+            min(value - parameter.lower, parameter.upper - value) <= AT_LIMIT * (parameter.upper - parameter.lower)
+        ),
+    )
+
+
+def _force(fit: SiteFit, recovered: RecoveredForce, level: float) -> ForceRecord:
+    stiffness, coherence = recovered.dynamic_stiffness, recovered.coherence
+    return ForceRecord(
+        kind=str(fit.unmodelled.kind),
+        position=fit.unmodelled.position,
+        parts=tuple(
+            PartRecord(
+                part,
+                unit,
+                real=_series(values.real, level),
+                imaginary=_series(values.imag, level),
+                amplitude=_series(np.abs(values), level),
+            )
+            for (part, unit), values in zip(recovered.names, np.moveaxis(recovered.parts, 2, 0))
+        ),
+        work=None if recovered.work is None else _series(recovered.work, level),
+        stiffness=()
+        if stiffness is None or coherence is None
+        else tuple(
+            StiffnessRecord(part, float(follows), _series(values.real, level), _series(values.imag, level))
+            for (part, _), follows, values in zip(recovered.names, coherence, np.moveaxis(stiffness, 2, 0))
+        ),
+    )
+
+
+def _forces(fits: Sequence[SiteFit]) -> list[SiteFit]:
+    return [fit for fit in fits if fit.unmodelled.kind == FORCE]
+
+
+def _law(fit: LawFit, level: float) -> LawRecord:
+    return LawRecord(
+        law=fit.law.name,
+        position=fit.site.unmodelled.position,
+        p=fit.p,
+        bic=fit.bic,
+        accepted=fit.p >= level,
+        coefficients=tuple(
+            LawCoefficientRecord(name, unit, value=float(value / size), sd=float(sd / size))
+            for (name, unit, size), value, sd in zip(fit.law.coefficients, fit.values, fit.sd)
+        ),
+        amplitude=tuple(_rounded(each) for each in np.abs(fit.force).T),
+    )
+
+
+def _series(draws: Array, level: float) -> SeriesRecord:
+    """A quantity (1 + n_draw, n_speed), the estimate first, to five digits."""
+    low, high = np.quantile(draws[1:], [(1 - level) / 2, (1 + level) / 2], axis=0)
+    return SeriesRecord(*map(_rounded, (draws[0], low, high)))
+
+
+def _rounded(values: Array) -> tuple[float, ...]:
+    return tuple(float(f"{value:.5g}") for value in values)

@@ -1,0 +1,33 @@
+"""Unit loads on the nodes of a rotor.
+
+Sign convention: a real load is Re(f e^{iΩt}); a moment about x turns φ_x up, as the mesh has it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import DIRECTIONS
+from ksmea.load import Load
+from problems.rotor.assembly import displacement_row, node_dof
+from problems.rotor.data import Rotor
+
+
+def unit_loads(rotor: Rotor, loads: Sequence[Load], n_speed: int) -> ComplexArray:
+    """The nodal forces of unit loads, the same at each speed, (n_speed, n_dof, n_load). A force may act anywhere on the
+    shaft, a moment at nodes."""
+    columns = np.stack([_nodal_load(rotor, load) for load in loads], axis=1)
+    return np.broadcast_to(columns.astype(complex), (n_speed, *columns.shape))
+
+
+def _nodal_load(rotor: Rotor, load: Load) -> Array:
+    rotor.require_on_shaft(load.position, load.kind)
+    row = displacement_row(rotor, load.position, load.direction)
+    if load.kind == "force":
+        return row
+    turned = np.zeros_like(row)
+    turned[node_dof(rotor.node_at(load.position, "moment"))[2 + DIRECTIONS.index(load.direction)]] = 1.0
+    return turned

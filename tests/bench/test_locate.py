@@ -1,0 +1,66 @@
+"""`+experiment=locate` as its users meet it: sentences, location.json, a table of sites, a figure; many runs counted."""
+
+import json
+
+import pandas as pd
+import pytest
+
+DATA = [
+    "measurement.kind=complex",
+    "measurement.relative=0.05",
+    "measurement.floor=0.05",
+    "measurement.noise_known=false",
+    "measurement.mesh=26",
+    "measurement.route=dense",
+    "measurement.hidden=[unbalance]",
+    "measurement.sizes={unbalance_x: 60.0, unbalance_y: 30.0}",
+    "problem.sensors=[0.1,0.5,1.0]",
+    "problem.n_speed=20",
+    "seed=2",
+]
+FEW = ["study.positions=[0.2,0.6,1.0]", "study.kinds=[force]"]
+
+
+@pytest.fixture(scope="module")
+def located(shell, tmp_path_factory):
+    return shell("+experiment=locate", *DATA, *FEW, cwd=tmp_path_factory.mktemp("located"), output="results/locate")
+
+
+def test_it_says_where_something_acts_and_writes_what_it_found(located):
+    assert located.code == 0, located.err
+    assert "The model does not fit" in located.out
+    assert "An unknown force that is free at every speed explains the data at " in located.out
+    assert "It acts as unbalance, ∝ Ω² at " in located.out
+    assert "written: location.json, sites.csv, location.png" in located.out
+    found = json.loads((located.output / "location.json").read_text())
+    assert found["kind"] == "force" and "hidden" not in found
+    accepted = [site["position"] for site in found["candidates"] if site["accepted"]]
+    [run] = pd.read_csv(located.output / "runs.csv").to_dict("records")
+    true = float(run["hidden"].split("at ")[1].split(" m")[0])
+    assert true in accepted
+    assert found["force"]["position"] == true  # the law tells it from its neighbours
+    assert (located.output / "location.png").stat().st_size > 0
+    assert list(pd.read_csv(located.output / "sites.csv").columns)[:2] == ["kind", "position_m"]
+
+
+def test_many_runs_are_counted(shell, tmp_path):
+    ended = shell("+experiment=locate", *DATA, *FEW, "repetitions=2", cwd=tmp_path, output="results/locate")
+    assert ended.code == 0, ended.err
+    assert "accepted (median)" in ended.out
+    runs = pd.read_csv(ended.output / "runs.csv")
+    assert len(runs) == 2 and {"kind", "accepted", "kxx", "kxx_low", "kxx_high", "kxx_plain"} <= set(runs)
+    assert not (ended.output / "location.json").exists()
+
+
+@pytest.mark.parametrize(
+    "words, what",
+    [
+        (["measurement.kind=amplitude"], "measure phases too"),
+        (["problem.sensors=[0.1]"], "add a probe at another plane"),
+        (["measurement.relative=0", "measurement.floor=0"], "expected noise"),
+        (["study.kinds=[torque]"], "unknown kind"),
+    ],
+)
+def test_what_cannot_be_located_is_refused_in_one_line(shell, tmp_path, words, what):
+    ended = shell("+experiment=locate", *DATA, *words, cwd=tmp_path)
+    assert ended.code == 2 and what in ended.err and len(ended.err.strip().splitlines()) == 1

@@ -1,0 +1,99 @@
+"""Laws of an unknown force: the one that acts is found with its size, others leave more than the free force does."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from ksmea.diagnosis.force_law import LAWS, LawLikelihood, fitted_law, fitted_laws
+from ksmea.diagnosis.location import locate
+from ksmea.measurement import Measurement, Noise, observe
+from problems.rotor import dense
+from problems.rotor.data import Disk, UnbalancePlane
+from problems.rotor.unknowns import rotor_at
+from problems.three_disk import ThreeDisk
+
+TRUTH = np.array([50e6, 70e6, 500.0, 700.0, 2e-4])
+PROBLEM = ThreeDisk(sensors=[0.1, 0.5, 1.0], n_speed=40).build()
+FINE = ThreeDisk(mesh=26, sensors=[0.1, 0.5, 1.0], n_speed=40).build()
+ROTOR = rotor_at(FINE.rotor, FINE.unknowns, TRUTH)
+FIRST, LAST = ROTOR.bearings
+BY_NAME = {law.name: law for law in LAWS}
+
+HIDDEN = {  # law, where, the rotor that hides it, and the sizes of its coefficients, SI
+    "unbalance, ∝ Ω²": (
+        1.0,
+        dataclasses.replace(ROTOR, unbalance=(*ROTOR.unbalance, UnbalancePlane(1.0, 6e-5, np.pi / 3))),
+        6e-5 * np.array([np.cos(np.pi / 3), np.sin(np.pi / 3)]),
+    ),
+    "mass": (1.0, dataclasses.replace(ROTOR, disks=(*ROTOR.disks, Disk(1.0, 8.0, 1e-6, 1e-6))), np.array([8.0])),
+    "spring": (
+        0.0,
+        dataclasses.replace(
+            ROTOR, bearings=(dataclasses.replace(FIRST, kxx=FIRST.kxx + 9e6, kyy=FIRST.kyy + 6e6), LAST)
+        ),
+        np.array([9e6, 6e6]),
+    ),
+    "damper": (
+        0.0,
+        dataclasses.replace(
+            ROTOR, bearings=(dataclasses.replace(FIRST, cxx=FIRST.cxx + 8e3, cyy=FIRST.cyy + 6e3), LAST)
+        ),
+        np.array([8e3, 6e3]),
+    ),
+    "cross-coupling": (
+        1.3,
+        dataclasses.replace(ROTOR, bearings=(FIRST, dataclasses.replace(LAST, kxy=6e6, kyx=-6e6))),
+        np.array([6e6]),
+    ),
+}
+
+
+@pytest.fixture(scope="module")
+def site_of():
+    """The fit of an unknown force where a law acts, in data of another route and twice as many elements."""
+    found = {}
+
+    def call(name):
+        if name not in found:
+            position, rotor, _ = HIDDEN[name]
+            response = dense.dense_response(rotor, FINE.speed, FINE.channels)
+            values = observe(response, "complex", Noise(0.05, 1e-7), np.random.default_rng(len(name)))
+            data = Measurement(PROBLEM.speed, PROBLEM.channels, values, None, "test")
+            found[name] = locate(PROBLEM, data, np.random.default_rng(0), positions=[position], kinds=["force"])
+        return found[name].sites[0], found[name].noise
+
+    return call
+
+
+@pytest.mark.parametrize("name", HIDDEN)
+def test_the_law_that_acts_is_found_with_its_size(name, site_of):
+    best = fitted_laws([site_of(name)[0]], site_of(name)[1])[0]
+    assert best.law.name == name
+    assert best.p > 0.001  # one draw each
+    assert np.all(np.abs(best.values - HIDDEN[name][2]) < 4 * best.sd)
+    assert np.all(best.sd < 0.5 * np.abs(HIDDEN[name][2]).max())
+
+
+@pytest.mark.parametrize("name, wrong", [("unbalance, ∝ Ω²", "constant, turning with the shaft"), ("mass", "spring")])
+def test_another_law_leaves_more_than_the_free_force(name, wrong, site_of):
+    site, noise = site_of(name)
+    assert fitted_law(site, BY_NAME[wrong], noise).p < 1e-6
+
+
+def test_a_law_that_holds_another_one_is_as_near_and_costs_more(site_of):
+    site, noise = site_of("mass")
+    narrow, wide = (fitted_law(site, BY_NAME[name], noise) for name in ("mass", "spring, damper and mass"))
+    assert wide.p > 0.001 and wide.bic > narrow.bic
+    assert np.all(np.abs(wide.values[:4]) < 4 * wide.sd[:4])  # neither spring nor damper
+
+
+def test_the_gradient_is_that_of_the_deviance(site_of):
+    site, _ = site_of("spring")
+    likelihood = LawLikelihood(site, BY_NAME["spring"], np.array([1e6, 1e6]))
+    theta = np.append(site.point.theta * 0.9 + 0.05, [7.0, 5.0])
+    step = 1e-6 * np.eye(len(theta))
+    differences = [(likelihood.deviance(theta + each) - likelihood.deviance(theta - each)) / 2e-6 for each in step]
+    # differences of differences: 1e-4 of the largest slope
+    gradient = likelihood.at(theta).gradient
+    np.testing.assert_allclose(gradient, differences, rtol=1e-3, atol=1e-4 * np.abs(gradient).max())

@@ -1,0 +1,124 @@
+"""A location as record, text, table and figure."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from ksmea.errors import SettingError
+from ksmea.load import Load
+from ksmea.measurement import Measurement, Noise, observe
+from ksmea.records.location import LocationRecord
+from ksmea.show.location import frame, landmark, plot, text
+from ksmea.studies.locate import LocationOptions, location
+from problems.three_disk import ThreeDisk
+
+TRUTH = np.array([50e6, 70e6, 500.0, 700.0, 2e-4])
+PROBLEM = ThreeDisk(sensors=[0.1, 0.5, 1.0], n_speed=30).build()
+OPTIONS = LocationOptions(positions=[0.9, 1.0, 0.3], kinds=["force"])
+
+
+def located(force, options=OPTIONS):
+    """The record of data with a force (N) in x at 1 m, of constant size and phase."""
+    column = PROBLEM.load_response(TRUTH[None], [Load(1.0, "x")])[0, :, :, 0]
+    response = PROBLEM.response(TRUTH[None])[0] + force * column
+    values = observe(response, "complex", Noise(0.05, 1e-7), np.random.default_rng(1))
+    data = Measurement(PROBLEM.speed, PROBLEM.channels, values, None, "test")
+    return location(PROBLEM, data, np.random.default_rng(0), options=options)
+
+
+@pytest.fixture(scope="module")
+def record():
+    return located(40.0)
+
+
+def test_the_record_comes_back_from_json(record):
+    assert LocationRecord.from_data(json.loads(json.dumps(record.to_data(), allow_nan=False))) == record
+
+
+def test_sites_are_ranked_and_the_best_is_the_true_one(record):
+    assert record.kind == "force"
+    assert (record.sites[0].position, record.sites[0].kind) == (1.0, "force")
+    assert [site.accepted for site in record.candidates] == sorted(
+        (s.accepted for s in record.candidates), reverse=True
+    )
+    assert record.candidates[-1].position == 0.3 and not record.candidates[-1].accepted
+
+
+def test_intervals_over_sites_hold_those_of_the_best_site_and_the_truth(record):
+    for value, each in zip(PROBLEM.parameters.in_units(TRUTH), record.coefficients):
+        for end, sign in (("low", 1), ("high", -1)):
+            over, best = getattr(each.over_sites, end), getattr(each.best, end)
+            assert over is None or (best is not None and sign * over <= sign * best)
+        assert (each.over_sites.low or -np.inf) <= value <= (each.over_sites.high or np.inf)
+
+
+def test_the_force_has_the_size_and_the_phase_that_acts(record):
+    parts = {part.part: part for part in record.force.parts}
+    x = parts["x"]
+    held = [low <= 40.0 <= high for low, high in zip(x.real.low, x.real.high)]
+    assert np.mean(held) > 0.8  # 95 % of 30 speeds, but for errors of the unknowns that they share
+    assert x.unit == "N"
+    assert np.median(parts["y"].amplitude.value) < 0.5 * np.median(x.amplitude.value)
+    assert {"forward", "backward"} <= set(parts)  # a force in x alone is half of each
+    assert len(record.force.work.value) == len(record.speed) == 30
+
+
+def test_the_text_says_where_and_what(record):
+    said = text(record)
+    assert said.startswith("The model does not fit: what it leaves is no noise (p = ")
+    assert "An unknown force that is free at every speed explains the data at " in said
+    assert "1 m (disk 3)" in said
+    assert "forward and backward alike" in said
+    assert (
+        record.law is None and "It follows none of the simple laws" in said
+    )  # all of them are whirls or follow motion
+    assert "unknown    unit  without  beside it" in said
+    assert all(len(line) < 160 for line in said.splitlines())
+
+
+def test_the_text_says_where_nothing_is_missing_and_where_nothing_is_enough(record):
+    plain = located(0.0)
+    assert plain.kind == "nothing" and plain.force is None
+    assert "nothing needs to be located" in text(plain) and "explains the data" not in text(plain)
+    none = dataclasses.replace(
+        record,
+        kind="none",
+        force=None,
+        candidates=tuple(dataclasses.replace(site, accepted=False, p=0.001) for site in record.candidates),
+    )
+    assert "Nothing that was tried at one place explains the data (force)" in text(none)
+    for each in (plain, none):
+        assert plot(each).get_axes()
+
+
+def test_the_table_has_a_row_per_site(record):
+    table = frame(record)
+    assert list(table["position_m"]) == [site.position for site in record.candidates]
+    assert table.loc[table["position_m"] == 1.0, "at"].item() == "disk 3" == landmark(record, 1.0)
+    assert landmark(record, 0.9) == ""
+
+
+def test_the_figure_has_the_shaft_the_force_the_work_and_the_stiffness(record):
+    assert len(plot(record).get_axes()) == 4
+    axes = Figure().subplots()
+    assert plot(record, axes).get_axes() == [axes]
+
+
+def test_a_reading_has_a_size_in_micrometres_and_does_no_work():
+    values = PROBLEM.response(TRUTH[None])[0]
+    values[:, 2] *= 1.4  # x at 0.5 m
+    noisy = observe(values, "complex", Noise(0.05, 1e-7), np.random.default_rng(2))
+    data = Measurement(PROBLEM.speed, PROBLEM.channels, noisy, None, "test")
+    options = LocationOptions(kinds=["reading"])
+    record = location(PROBLEM, data, np.random.default_rng(0), options=options)
+    assert record.kind == "reading" and record.force.work is None and record.force.stiffness == ()
+    assert "µm (0-peak, at the middle" in text(record)
+    assert len(plot(record).get_axes()) == 2
+
+
+def test_an_unknown_kind_is_refused_with_the_known_ones():
+    with pytest.raises(SettingError, match=r"torque.*force"):
+        LocationOptions(kinds=["torque"])

@@ -1,0 +1,88 @@
+"""Responses to unit loads: the reduction against the dense route, with and without effects, and what is refused."""
+
+import numpy as np
+import pytest
+
+from ksmea import registry
+from ksmea.channel import Channel
+from ksmea.contracts import Problem
+from ksmea.errors import SettingError
+from ksmea.load import Load
+from ksmea.parameters import Parameter, Parameters
+from problems.rotor import dense
+from problems.rotor.assembly import assemble
+from problems.rotor.loads import unit_loads
+from problems.rotor.unknowns import rotor_at
+from problems.three_disk import ThreeDisk
+
+PROBLEM = ThreeDisk(sensors=[0.1, 0.77], n_speed=20).build()
+TRUTH = np.array([50e6, 70e6, 500.0, 700.0, 2e-4])
+LOADS = [Load(0.0, "x"), Load(0.33, "y"), Load(0.5, "x", "moment"), Load(1.0, "y", "moment")]
+
+
+def test_the_reduced_response_to_loads_is_the_dense_one():
+    x = np.stack([TRUTH, PROBLEM.parameters.upper])
+    for row, found in zip(x, PROBLEM.load_response(x, LOADS)):
+        rotor = rotor_at(PROBLEM.rotor, PROBLEM.unknowns, row)
+        stiffness = dense.dynamic_stiffness(assemble(rotor), PROBLEM.speed)
+        motion = np.linalg.solve(stiffness, unit_loads(rotor, LOADS, len(PROBLEM.speed)))
+        expected = dense.channel_rows(rotor, PROBLEM.channels) @ motion
+        # rounding of 1e-16 grows by the ratio of stiffnesses of elements and modes, 1e4, and by that of sharp peaks
+        assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
+
+
+def test_receptances_are_reciprocal_where_nothing_turns():
+    """Maxwell: as far as x at 0.1 m moves by a force in x at 0.77 m, x at 0.77 m moves by one at 0.1 m. The gyroscopic
+    moments do not couple x with itself in a single plane at low speed, where they vanish with Ω²."""
+    slow = PROBLEM.at(np.array([1.0]), [Channel(0.1, "x"), Channel(0.77, "x")])
+    found = slow.load_response(TRUTH[None], [Load(0.1, "x"), Load(0.77, "x")])[0, 0]
+    assert found[0, 1] == pytest.approx(found[1, 0], rel=1e-6)
+
+
+@pytest.mark.parametrize("around", [[], ["runout"], ["flexible_pedestal", "probe_rotation"], ["mass", "residual_bow"]])
+def test_an_unbalance_is_a_force_also_in_an_extended_problem(around):
+    """The force Ω² u (1, −i) at a disk does what the effect `unbalance` there does by the dense route, whatever other
+    effects there are."""
+    problem, values = PROBLEM, []
+    rng = np.random.default_rng(4)
+    for name in around:
+        effect = registry.create("effect", name, {}).locations(PROBLEM)[0]
+        values.append(effect.draw(PROBLEM, rng))
+        problem = effect.added_to(problem)
+    x = np.concatenate([TRUTH, *values])
+    unbalanced = registry.create("effect", "unbalance", {"position": 1.0}).added_to(problem)
+    with_it, without = (unbalanced.dense_response(np.append(x, u)[None])[0] for u in ([3e-5, 4e-5], [0.0, 0.0]))
+    force = (3e-5 + 4e-5j) * problem.speed[:, None] ** 2 * np.array([1, -1j])
+    found = problem.load_response(x[None], [Load(1.0, "x"), Load(1.0, "y")])[0] @ force[..., None]
+    # what is compared is a difference of responses that are up to 1e4 times as large, with errors of 1e-9 at their peaks
+    assert np.abs(found[..., 0] - (with_it - without)).max() < 1e-7 * np.abs(with_it).max()
+
+
+@pytest.mark.parametrize("load", [Load(1.4, "x"), Load(0.33, "x", "moment")])
+def test_loads_beyond_the_shaft_and_moments_between_nodes_are_refused(load):
+    with pytest.raises(SettingError, match="expected a"):
+        PROBLEM.load_response(TRUTH[None], [load])
+
+
+@pytest.mark.parametrize("wrong", [("z", "force"), ("x", "torque")])
+def test_a_load_has_a_direction_and_a_kind(wrong):
+    with pytest.raises(SettingError, match="of a load: expected"):
+        Load(0.1, *wrong)
+
+
+def test_a_problem_that_is_no_rotor_says_so():
+    class Flat(Problem):
+        speed, channels = np.array([1.0]), (Channel(0.0, "x"),)
+        parameters = Parameters((Parameter("p", "", 1.0, 0.0, 1.0),))
+
+        def response(self, x):
+            return x[:, :, None].astype(complex)
+
+    assert not Flat().takes_loads
+    assert PROBLEM.takes_loads
+    with pytest.raises(SettingError, match="takes loads on its shaft, got Flat"):
+        Flat().load_response(np.array([[0.5]]), LOADS)
+
+
+def test_landmarks_are_bearings_and_disks_from_the_left():
+    assert PROBLEM.landmarks == {"bearing 1": 0.0, "bearing 2": 1.3, "disk 1": 0.2, "disk 2": 0.5, "disk 3": 1.0}
