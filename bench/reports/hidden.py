@@ -10,16 +10,15 @@ from ksmea.show.hidden import COLUMN, paragraph
 
 
 def hidden_by_cell(runs: pd.DataFrame) -> dict[int, str]:
-    """By cell, names, locations and values; of several runs, each of which draws its own, where they are to be found."""
+    """By cell, names, locations and values, of cells with one run: of several, each draws its own."""
     told = runs[runs[COLUMN].notna()] if COLUMN in runs else runs[:0]
-    return {
-        int(str(cell)): str(mine[COLUMN].item()) if len(mine) == 1 else f"drawn by each run, {COLUMN} in runs.csv"
-        for cell, mine in told.groupby("cell")
-    }
+    return {int(str(cell)): str(mine[COLUMN].item()) for cell, mine in told.groupby("cell") if len(mine) == 1}
 
 
 def hidden_paragraph(plan: Plan, runs: pd.DataFrame, study: str) -> str:
-    """The same as text below a table; empty where nothing is hidden."""
+    """The same as text below a table, and where to find what each of several runs drew; empty where nothing is hidden."""
     told = hidden_by_cell(runs)
+    if not told and COLUMN in runs and runs[COLUMN].notna().any():
+        return paragraph([f"drawn by each run: {COLUMN} in runs.csv"], study)
     names = {cell: f"{cell_name(plan, plan.cells[cell])}: " if len(plan.cells) > 1 else "" for cell in told}
     return paragraph([names[cell] + text for cell, text in told.items()], study)

@@ -142,7 +142,7 @@ def test_many_runs_are_counted(enter):
     assert runs.loc[runs["label"] == "runout", "sizes_compared"].tolist() == [2, 2]
     assert runs["hidden_values"].notna().tolist() == [label == "runout" for label in runs["label"]]
     assert runs["hidden_values"].nunique() == 2  # each run draws its own
-    assert "  runout: drawn by each run, hidden_values in runs.csv\n" in ended.out
+    assert "  drawn by each run: hidden_values in runs.csv\n" in ended.out
     assert not (ended.output / "diagnosis.json").exists()
 
 
