@@ -17,6 +17,7 @@ from ksmea.show.text import aligned, number
 from ksmea.units import MICROMETRE, RPM
 
 MAX_RANKED = 6  # effects that the text lists
+FEWEST_TO_LOCATE = 3  # channels: an unknown force takes two at each speed
 
 
 def text(record: DiagnosisRecord) -> str:
@@ -166,12 +167,25 @@ def _split(record: DiagnosisRecord) -> list[str]:
 def _unknown(record: DiagnosisRecord, names: str) -> list[str]:
     after = record.lack_of_fit.after
     if after is None:
-        return ["The model is wrong, and no known effect is significant."]
+        return ["The model is wrong, and no known effect is significant.", _where_to_look(record)]
     left = f"what it leaves (p = {after.p:.2g}, by {after.statistic}) is strongest {_where(after)}"
     return [
         "The model is wrong, and neither one of the known effects nor the best pairs of them leave noise behind.",
         f"The nearest is {names}; {left}.",
+        _where_to_look(record),
     ]
+
+
+def _where_to_look(record: DiagnosisRecord) -> str:
+    """A place can be told without a name, of complex data that over-determine an unknown force."""
+    curves = record.curves
+    with_phase = curves is not None and isinstance(curves.responses.measured[0][0], tuple)
+    if curves is not None and with_phase and len(curves.channels) >= FEWEST_TO_LOCATE:
+        return "+experiment=locate tells at which places of the shaft something acts, whatever it is."
+    return (
+        f"Amplitudes and phases of {FEWEST_TO_LOCATE} channels or more would tell at which places of the shaft something acts"
+        " (+experiment=locate)."
+    )
 
 
 def _ranking(record: DiagnosisRecord) -> str:

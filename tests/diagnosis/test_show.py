@@ -75,6 +75,19 @@ def test_verdicts_without_a_cause():
     assert "The nearest is runout" in text(changed(verdict="unknown"))
 
 
+@pytest.mark.parametrize(
+    ("n_channel", "said"),
+    [(3, "+experiment=locate tells at which places"), (2, "Amplitudes and phases of 3 channels or more would tell")],
+)
+def test_of_an_unknown_cause_it_is_said_what_would_tell_the_place(n_channel, said):
+    names = tuple(f"x at {position} m" for position in range(n_channel))
+    curves = dataclasses.replace(RECORD.curves, channels=names)
+    assert said in text(changed(verdict="unknown", curves=curves))
+    real = dataclasses.replace(curves.responses, measured=((1.0,) * n_channel,))
+    amplitudes = dataclasses.replace(curves, responses=real)
+    assert "would tell at which places" in text(changed(verdict="unknown", curves=amplitudes))
+
+
 def test_an_ambiguous_diagnosis_says_what_would_split_it():
     ambiguous = {"verdict": "ambiguous", "ambiguity_group": ("runout", "mass")}
     assert "These explain the data about as well: runout, mass." in text(changed(**ambiguous))
