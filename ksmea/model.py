@@ -16,6 +16,7 @@ from ksmea.channel import Channel
 from ksmea.contracts import Predictor, Problem
 from ksmea.differences import cube_differences
 from ksmea.errors import BudgetSpent
+from ksmea.load import Load
 from ksmea.misfit import Misfit
 from ksmea.objective import Objective
 from ksmea.proxy import ProblemProxy
@@ -37,6 +38,10 @@ class CountedProblem(ProblemProxy):
     def dense_response(self, x: Array) -> ComplexArray:
         with self.count.adds(evaluations=len(x)):
             return self._behind.dense_response(x)
+
+    def load_response(self, x: Array, loads: Sequence[Load]) -> ComplexArray:
+        with self.count.adds(evaluations=len(x)):
+            return self._behind.load_response(x, loads)
 
     def sensitivity(self, x: Array) -> ComplexArray:
         with self.count.adds(jacobians=1):
