@@ -122,7 +122,8 @@ def require_enough(problem: Problem, kind: str) -> None:
         problem.load_response(np.empty((0, len(problem.parameters))), ())
     n_channel = len(problem.channels)
     if kind == Kind.AMPLITUDE:
-        got = f"amplitudes of {n_channel}; measure phases too, so that the force can be eliminated"
+        more = ", at another plane or in both directions" if n_channel < 3 else ""
+        got = f"amplitudes of {n_channel}; measure phases too, so that the force can be eliminated{more}"
     elif n_channel < 3:
         got = f"{n_channel}; add a probe at another plane, or both directions there"
     elif (left := 2 * (n_channel - 2) * len(problem.speed)) <= 2 * len(problem.parameters):
