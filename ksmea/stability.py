@@ -11,6 +11,7 @@ from ksmea.arrays import Array
 N_SCAN = 24  # speeds that are looked at; unstable bands narrower than a step between them may be missed
 SLOWEST = 1e-6  # of the highest speed: stands in for rest, where coefficients over speed have no value
 TOLERANCE = 1e-6  # of the highest speed
+N_HALVING = 10  # of the way to an unstable state: the last stable one is found within 0.1 % of it
 
 
 def scanned_speeds(highest: float) -> Array:
@@ -32,3 +33,13 @@ def lowest_unstable_speed(growth_rate: Callable[[Array], Array], highest: float)
         middle = (low + high) / 2
         low, high = (low, middle) if growth_rate(np.array([middle]))[0] > 0 else (middle, high)
     return high
+
+
+def last_stable(is_stable: Callable[[float], bool]) -> float:
+    """The largest part, from 0 to 1, of the way from a stable state to an unstable one up to which `is_stable`, within
+    2^-`N_HALVING` of it."""
+    low, high = 0.0, 1.0
+    for _ in range(N_HALVING):
+        middle = (low + high) / 2
+        low, high = (middle, high) if is_stable(middle) else (low, middle)
+    return low

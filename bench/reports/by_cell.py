@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import pandas as pd
 
 from bench.jobs.lines import RunLine, ending
 from bench.jobs.records import read_records
 from bench.plan.columns import run_columns
-from bench.plan.plan import Plan
+from bench.plan.plan import Plan, Run
 from ksmea.records.record import Record
 
 AnyRecord = TypeVar("AnyRecord", bound=Record)
@@ -25,7 +25,22 @@ def run_lines(plan: Plan, output: Path) -> Lines:
 
 def plain_runs(plan: Plan, lines: Lines) -> pd.DataFrame:
     """A row per planned run: where it stands and what became of it."""
-    return pd.DataFrame([run_columns(plan, run, *ending(lines.get(run.key))) for run in plan.runs])
+    return pd.DataFrame([_place(plan, run, lines) for run in plan.runs])
+
+
+def result_runs(
+    plan: Plan, lines: Lines, kind: type[AnyRecord], row: Callable[[AnyRecord], dict[str, Any]]
+) -> pd.DataFrame:
+    """The same, and a `row` of what the record of each run that has a result says."""
+    return pd.DataFrame([_place(plan, run, lines) | _found(lines.get(run.key), kind, row) for run in plan.runs])
+
+
+def _place(plan: Plan, run: Run, lines: Lines) -> dict[str, Any]:
+    return run_columns(plan, run, *ending(lines.get(run.key)))
+
+
+def _found(line: RunLine | None, kind: type[AnyRecord], row: Callable[[AnyRecord], dict[str, Any]]) -> dict[str, Any]:
+    return row(line.record(kind)) if line is not None and line.has_result else {}
 
 
 def first_results(plan: Plan, lines: Lines, kind: type[AnyRecord]) -> dict[int, AnyRecord]:

@@ -19,7 +19,7 @@ from bench.plan.naming import cell_name, place_text, telling_axes
 from bench.plan.plan import Cell, ParameterFacts, Plan
 from bench.plan.report import Made, Report
 from bench.reports.runs import runs_frame
-from bench.reports.tables import csv_text
+from bench.reports.tables import csv_text, ended_short_pct
 from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE, png
 from ksmea.show.text import aligned, number
 
@@ -62,7 +62,7 @@ def calibration_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
                     **_errors(results, facts),
                     **_intervals(results, facts, _level(cell)),
                     **shares,
-                    "ended_short_pct": _ended_short_pct(results),
+                    "ended_short_pct": ended_short_pct(results),
                     "runs": len(results),
                     "failed": len(mine) - len(results),
                 }
@@ -81,11 +81,6 @@ def basin_shares(results: pd.DataFrame) -> dict[str, float]:
         "wrong_basin_pct": 100 * (excess > SAME_MAXIMUM).mean(),
         "higher_elsewhere_pct": 100 * (excess < -SAME_MAXIMUM).mean(),
     }
-
-
-def _ended_short_pct(results: pd.DataFrame) -> float:
-    """Per cent of the runs in which the method stopped elsewhere than at the maximum that its interval belongs to."""
-    return 100 * results["ended_short"].dropna().astype(float).mean() if "ended_short" in results else np.nan
 
 
 def _errors(results: pd.DataFrame, facts: ParameterFacts) -> dict[str, float]:

@@ -12,12 +12,13 @@ from typing import Any, ClassVar
 import numpy as np
 import pandas as pd
 
-from bench.jobs.lines import RESULTS, RunLine, ending
+from bench.jobs.lines import RESULTS, RunLine
 from bench.jobs.records import read_records
-from bench.plan.columns import place_columns, run_columns
+from bench.plan.columns import place_columns
 from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
+from bench.reports.by_cell import result_runs
 from bench.reports.hidden import hidden_by_cell, hidden_paragraph
 from bench.reports.tables import csv_text
 from ksmea.extension import extended_yaml
@@ -74,14 +75,7 @@ def public(record: DiagnosisRecord) -> dict[str, Any]:
 
 def diagnosis_runs(plan: Plan, lines: Mapping[str, RunLine]) -> pd.DataFrame:
     """A row per planned run: the verdict, what stands behind it, and where something was hidden whether it was found."""
-    rows = []
-    for run in plan.runs:
-        line = lines.get(run.key)
-        row = run_columns(plan, run, *ending(line))
-        if line is not None and line.has_result:
-            row |= _row(line.record(DiagnosisRecord))
-        rows.append(row)
-    return pd.DataFrame(rows)
+    return result_runs(plan, lines, DiagnosisRecord, _row)
 
 
 def _row(record: DiagnosisRecord) -> dict[str, Any]:

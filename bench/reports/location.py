@@ -10,11 +10,11 @@ from typing import Any, ClassVar
 
 import pandas as pd
 
-from bench.jobs.lines import RunLine, ending
+from bench.jobs.lines import RunLine
 from bench.jobs.records import read_records
-from bench.plan.columns import run_columns
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
+from bench.reports.by_cell import result_runs
 from bench.reports.tables import csv_text
 from ksmea.records.location import LocationRecord
 from ksmea.show.location import frame, plot, text
@@ -46,14 +46,7 @@ class LocationReport(Report):
 
 def location_runs(plan: Plan, lines: Mapping[str, RunLine]) -> pd.DataFrame:
     """A row per planned run: what was found, what was hidden, and the unknowns beside it."""
-    rows = []
-    for run in plan.runs:
-        line = lines.get(run.key)
-        row = run_columns(plan, run, *ending(line))
-        if line is not None and line.has_result:
-            row |= _row(line.record(LocationRecord))
-        rows.append(row)
-    return pd.DataFrame(rows)
+    return result_runs(plan, lines, LocationRecord, _row)
 
 
 def _row(record: LocationRecord) -> dict[str, Any]:

@@ -99,8 +99,13 @@ def _interval_summary(results: pd.DataFrame, name: str) -> dict[str, float]:
         "low": low if np.isfinite(low) else np.nan,
         "high": high if np.isfinite(high) else np.nan,
         "covered_pct": 100 * covered.mean() if len(covered) else np.nan,
-        "ended_short_pct": 100 * results["ended_short"].dropna().astype(float).mean(),
+        "ended_short_pct": ended_short_pct(results),
     }
+
+
+def ended_short_pct(results: pd.DataFrame) -> float:
+    """Per cent of the runs in which the method stopped elsewhere than at the maximum that its interval belongs to."""
+    return 100 * results["ended_short"].dropna().astype(float).mean() if "ended_short" in results else np.nan
 
 
 def _printed_values(paper: str | None) -> dict[tuple[str, Any], tuple[float, float]]:

@@ -25,8 +25,9 @@ from ksmea.channel import DIRECTIONS, Channel
 from ksmea.deviance import log_term
 from ksmea.diagnosis.location import SiteFit, refitted
 from ksmea.diagnosis.recovered_force import own_noise, recovered_force
+from ksmea.diagnosis.unknown_force import SumOfSquares
 from ksmea.differences import central_differences
-from ksmea.likelihood import BEND, Point
+from ksmea.likelihood import Point
 from ksmea.maximisation import maximise
 from ksmea.measurement import Noise
 from ksmea.screening import sobol
@@ -102,7 +103,7 @@ class LawFit:
     force: ComplexArray  # as the law has it (n_speed, 2) N
 
 
-class LawLikelihood:
+class LawLikelihood(SumOfSquares):
     """χ² of a model with a law at a site, of unknowns in the unit cube and, behind them, of coefficients in units of `scale`:
     what `ksmea.maximisation` can maximise."""
 
@@ -123,17 +124,6 @@ class LawLikelihood:
         residual, *around = self._residual(np.concatenate([theta[None], differences.points]))
         jacobian = differences.derivative(np.array(around))
         return Point(theta, float(residual @ residual), 2 * jacobian.T @ residual, jacobian)
-
-    def deviance(self, theta: Array) -> float:
-        try:
-            [residual] = self._residual(theta[None])
-        except np.linalg.LinAlgError:
-            return np.inf
-        return float(residual @ residual)
-
-    def curvature(self, point: Point, step: Array) -> Array:
-        start, end = self._residual(np.stack([point.theta, point.theta + BEND * step]))
-        return np.asarray(2 / BEND * ((end - start) / BEND - point.whitened @ step))
 
     def _residual(self, theta: Array) -> Array:
         """What is left at points (n, p), as real numbers of unit variance (n, m)."""

@@ -20,9 +20,9 @@ from ksmea.fisher import projected, span, whitened_difference, whitened_sensitiv
 from ksmea.measurement import Noise
 from ksmea.model import Model
 from ksmea.parameters import Parameter
+from ksmea.stability import last_stable
 from ksmea.units import GRAM_MILLIMETRE, RPM
 
-N_HALVING = 10  # of the range of a size, to find where the rotor becomes unstable
 POWER = 0.9  # chance of detecting an effect of the smallest detectable size
 
 
@@ -81,11 +81,7 @@ def _last_stable(is_stable: Callable[[float], bool], end: float) -> float:
     """The size nearest to an end of its limits up to which from 0 the rotor is stable, within 0.1 % of the end."""
     if end == 0 or is_stable(end):
         return end
-    low, high = 0.0, 1.0
-    for _ in range(N_HALVING):
-        middle = (low + high) / 2
-        low, high = (middle, high) if is_stable(middle * end) else (low, middle)
-    return low * end
+    return last_stable(lambda part: is_stable(part * end)) * end
 
 
 def _left_of_effect(fit: Fit, problem: Problem, n_effect: int) -> Array:

@@ -15,8 +15,7 @@ from ksmea.intervals import Estimate
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import maximise
 from ksmea.model import Model
-
-N_HALVING = 10  # of the way to an unstable fit: the last stable point is found within 0.1 % of it
+from ksmea.stability import last_stable
 
 
 def stable_fit(fit: Fit, start: Array) -> Fit:
@@ -26,15 +25,11 @@ def stable_fit(fit: Fit, start: Array) -> Fit:
     problem = fit.problem
     if problem.is_stable(fit.x):
         return fit
-    bounded = Likelihood(Model(problem), fit.likelihood.measurement, stable_only=True)
+    bounded = _bounded(fit)
     if not bounded.is_stable(start):
         return fit
-    low, high = 0.0, 1.0
-    for _ in range(N_HALVING):
-        middle = (low + high) / 2
-        is_stable = bounded.is_stable(start + middle * (fit.point.theta - start))
-        low, high = (middle, high) if is_stable else (low, middle)
-    starts = (start, start + low * (fit.point.theta - start))
+    way = fit.point.theta - start
+    starts = (start, start + last_stable(lambda part: bounded.is_stable(start + part * way)) * way)
     points = [maximise(bounded, theta, tolerance=1e-4) for theta in starts]
     return Fit(problem, bounded, min(points, key=lambda point: point.deviance))
 
@@ -45,8 +40,13 @@ def settled_stable(fit: Fit, level: float) -> tuple[Fit, Estimate]:
     if _names_stable(found.problem, estimated):
         return found, estimated
     stable = stable_fit(found, fit.point.theta)
-    bounded = Likelihood(Model(fit.problem), fit.likelihood.measurement, stable_only=True)
+    bounded = _bounded(fit)
     return settled(Fit(fit.problem, bounded, bounded.at(stable.point.theta)), level)
+
+
+def _bounded(fit: Fit) -> Likelihood:
+    """The likelihood of a fit, with unstable values refused."""
+    return Likelihood(Model(fit.problem), fit.likelihood.measurement, stable_only=True)
 
 
 def _names_stable(problem: Problem, estimated: Estimate) -> bool:

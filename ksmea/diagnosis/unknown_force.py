@@ -19,6 +19,7 @@ G. H. Golub and V. Pereyra, Inverse Problems 19 (2003) R1–R26, doi 10.1088/026
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 
 import numpy as np
@@ -107,7 +108,26 @@ class ProjectedPoint(Point):
         return self.deviance / self.n_left
 
 
-class ProjectedLikelihood:
+class SumOfSquares(ABC):
+    """χ² of residuals that a model leaves, for `ksmea.maximisation`."""
+
+    @abstractmethod
+    def _residual(self, theta: Array) -> Array:
+        """What is left at points (n, p), as real numbers of unit variance (n, m)."""
+
+    def deviance(self, theta: Array) -> float:
+        try:
+            [residual] = self._residual(theta[None])
+        except np.linalg.LinAlgError:
+            return np.inf
+        return float(residual @ residual)
+
+    def curvature(self, point: Point, step: Array) -> Array:
+        start, end = self._residual(np.stack([point.theta, point.theta + BEND * step]))
+        return np.asarray(2 / BEND * ((end - start) / BEND - point.whitened @ step))
+
+
+class ProjectedLikelihood(SumOfSquares):
     """χ² of r as a function of the unknowns in the unit cube, the noise s (n_speed, n_channel) being held: what
     `ksmea.maximisation` can maximise as it does a likelihood."""
 
@@ -146,17 +166,6 @@ class ProjectedLikelihood:
             residual,
             change,
         )
-
-    def deviance(self, theta: Array) -> float:
-        try:
-            residual = self._residual(theta[None])[0]
-        except np.linalg.LinAlgError:
-            return np.inf
-        return float(residual @ residual)
-
-    def curvature(self, point: Point, step: Array) -> Array:
-        start, end = self._residual(np.stack([point.theta, point.theta + BEND * step]))
-        return np.asarray(2 / BEND * ((end - start) / BEND - point.whitened @ step))
 
     def _residual(self, theta: Array) -> Array:
         """r at points (n, d) as real numbers of unit variance (n, m)."""

@@ -20,7 +20,7 @@ from ksmea.diagnosis.fit_quality import fit_quality
 from ksmea.diagnosis.fitting import Effort, Fit, fit_baseline, polished
 from ksmea.errors import SettingError
 from ksmea.identification import Identification, Streams, at_limit
-from ksmea.intervals import Estimate, Interval, estimate
+from ksmea.intervals import LOWER, Estimate, Interval, estimate
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement, Noise
@@ -47,7 +47,6 @@ from ksmea.units import TURN
 
 INTERVALS = ("profile", "information", "none")
 LACK_OF_FIT_LEVEL = 0.01  # chance of rejecting a right model
-LOWER = 0.01  # a deviance this far below that of the maximum nearest to the method's values is another maximum
 N_FINE = 1000  # speeds that a fitted curve is drawn at, besides those measured
 
 
