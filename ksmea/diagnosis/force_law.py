@@ -1,20 +1,13 @@
-"""Laws that an unknown force may follow: from speed alone, or from the motion of its site.
+"""Which law an unknown force follows: a few coefficients (`ksmea.force_laws`) in place of two complex numbers at each speed.
 
-A law has a few real coefficients c in place of two complex numbers at each speed: f = Σ c g(Ω), or f = −K q with
-K = Σ c K(Ω) and q the motion of the site, which the force moves along:
-
-    q = Q + G f,   f = −(1 + K G)⁻¹ K Q,
-
-with Q the motion without it and G that per unit of it. Coefficients and the model's unknowns are fitted together. Nothing is
-nearer to the data than the free force, so that what a law leaves beyond that is a test of it, with as many degrees of
-freedom as it has fewer numbers; laws, also at different sites, compare by BIC.
-
-Sign convention: a real force is Re(f e^{iΩt}); a rotating vector is (1, −i) in (x, y).
+Coefficients and the model's unknowns are fitted together. Nothing is nearer to the data than the free force, so that what a
+law leaves beyond that is a test of it, with as many degrees of freedom as it has fewer numbers; laws, also at different sites,
+compare by BIC.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,11 +20,11 @@ from ksmea.diagnosis.location import SiteFit, refitted
 from ksmea.diagnosis.recovered_force import own_noise, recovered_force
 from ksmea.diagnosis.unknown_force import SumOfSquares
 from ksmea.differences import central_differences
+from ksmea.force_laws import LAWS, Law, force_of
 from ksmea.likelihood import Point
 from ksmea.maximisation import maximise
 from ksmea.measurement import Noise
 from ksmea.screening import sobol
-from ksmea.units import GRAM_MILLIMETRE
 
 STEP = 1e-5  # of differences: of the unit cube, and of the scale of each coefficient
 SMALLEST = 1e-3  # of the largest coefficient: the scale of one that is next to nothing
@@ -39,54 +32,6 @@ N_OTHER = 8  # values of each unknown that the data do not show, a power of two
 TOLERANCE = 1e-3  # of χ²
 REWEIGHTINGS = 2  # after which weights from the response of a law stay as they are
 N_WEIGHT = 50  # draws that weights are made of
-FORWARD = np.array([1, -1j])
-AXES = np.stack([np.diag([1.0, 0.0]), np.diag([0.0, 1.0])])
-CROSS = np.array([[[0.0, 1.0], [-1.0, 0.0]]])
-
-
-@dataclass(frozen=True)
-class Law:
-    """A law by name; `coefficients` have a name, a unit and its size in SI. `terms` at speeds (n_speed,): what acts per unit
-    of each, (n_coefficient, n_speed, 2) N, or where it follows the motion the stiffness, (n_coefficient, n_speed, 2, 2) N/m."""
-
-    name: str
-    coefficients: tuple[tuple[str, str, float], ...]
-    terms: Callable[[Array], ComplexArray]
-    follows_motion: bool
-
-
-def _rotating(power: int) -> Callable[[Array], ComplexArray]:
-    """A vector fixed in the rotor, with its parts at angle 0 and a quarter turn on, that grows with a power of speed."""
-    return lambda speed: np.array([1, 1j])[:, None, None] * speed[:, None] ** power * FORWARD
-
-
-def _stiffness(matrices: Array, factor: complex, power: int) -> Callable[[Array], ComplexArray]:
-    return lambda speed: matrices[:, None] * (factor * speed**power)[:, None, None]
-
-
-def _pair(name: str, unit: str, size: float) -> tuple[tuple[str, str, float], ...]:
-    return tuple((f"{name}_{axis}", unit, size) for axis in DIRECTIONS)
-
-
-def _together(*parts: Callable[[Array], ComplexArray]) -> Callable[[Array], ComplexArray]:
-    return lambda speed: np.concatenate([part(speed) for part in parts])
-
-
-SPRING, OF_SPRING = _pair("k", "MN/m", 1e6), _stiffness(AXES, 1, 0)
-DAMPER, OF_DAMPER = _pair("c", "kN s/m", 1e3), _stiffness(AXES, 1j, 1)
-MASS, OF_MASS = (("m", "kg", 1.0),), _stiffness(np.eye(2)[None], -1, 2)
-
-LAWS = (
-    Law("constant, turning with the shaft", _pair("f", "N", 1.0), _rotating(0), False),
-    Law("∝ Ω, turning with the shaft", _pair("f/Ω", "N s/rad", 1.0), _rotating(1), False),
-    Law("unbalance, ∝ Ω²", _pair("u", "g mm", GRAM_MILLIMETRE), _rotating(2), False),
-    Law("spring", SPRING, OF_SPRING, True),
-    Law("damper", DAMPER, OF_DAMPER, True),
-    Law("mass", MASS, OF_MASS, True),
-    Law("cross-coupling", (("k_xy", "MN/m", 1e6),), _stiffness(CROSS, 1, 0), True),
-    Law("spring and damper", (*SPRING, *DAMPER), _together(OF_SPRING, OF_DAMPER), True),
-    Law("spring, damper and mass", (*SPRING, *DAMPER, *MASS), _together(OF_SPRING, OF_DAMPER, OF_MASS), True),
-)
 
 
 @dataclass(frozen=True)
@@ -115,7 +60,6 @@ class LawLikelihood(SumOfSquares):
         self.lower = np.concatenate([base.lower, np.full(len(scale), -np.inf)])
         self.upper = np.concatenate([base.upper, np.full(len(scale), np.inf)])
         self._base, self._unmodelled = base, site.unmodelled
-        self._terms = law.terms(problem.speed)
         at_site = [Channel(position, axis) for axis in DIRECTIONS] if law.follows_motion else []
         self._seen = problem.at(problem.speed, [*problem.channels, *at_site]) if at_site else problem
 
@@ -135,16 +79,16 @@ class LawLikelihood(SumOfSquares):
         x = self._base.problem.parameters.to_si(theta[:, : self.d])
         response, columns = self._seen.response(x), self._unmodelled.columns(self._seen, x)
         n_channel = len(self._base.problem.channels)
-        force = np.einsum("nc,c...->n...", theta[:, self.d :] * self.scale, self._terms)
-        if self.law.follows_motion:  # a stiffness until here
-            motion, per_force = response[:, :, n_channel:, None], columns[:, :, n_channel:]
-            force = -np.linalg.solve(np.eye(len(DIRECTIONS)) + force @ per_force, force @ motion)[..., 0]
+        coefficients = theta[:, self.d :] * self.scale
+        force = force_of(
+            self.law, coefficients, self._seen.speed, response[:, :, n_channel:], columns[:, :, n_channel:]
+        )
         return response[:, :, :n_channel] + (columns[:, :, :n_channel] @ force[..., None])[..., 0], force
 
 
 def fitted_laws(sites: Sequence[SiteFit], noise: Noise) -> list[LawFit]:
     """Every law at each site of an unknown force, the lowest BIC first; `noise` is that of the location."""
-    fits = [fitted_law(site, law, noise) for site in sites for law in LAWS]
+    fits = [fitted_law(site, law, noise) for site in sites for law in LAWS.values()]
     return sorted(fits, key=lambda fit: fit.bic)
 
 

@@ -5,8 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea.diagnosis.force_law import LAWS, LawLikelihood, fitted_law, fitted_laws
+from ksmea.diagnosis.force_law import LawLikelihood, fitted_law, fitted_laws
 from ksmea.diagnosis.location import locate
+from ksmea.force_laws import LAWS
 from ksmea.measurement import Measurement, Noise, observe
 from problems.rotor import dense
 from problems.rotor.data import Disk, UnbalancePlane
@@ -18,7 +19,7 @@ PROBLEM = ThreeDisk(sensors=[0.1, 0.5, 1.0], n_speed=40).build()
 FINE = ThreeDisk(mesh=26, sensors=[0.1, 0.5, 1.0], n_speed=40).build()
 ROTOR = rotor_at(FINE.rotor, FINE.unknowns, TRUTH)
 FIRST, LAST = ROTOR.bearings
-BY_NAME = {law.name: law for law in LAWS}
+BY_NAME = {law.name: law for law in LAWS.values()}
 
 HIDDEN = {  # law, where, the rotor that hides it, and the sizes of its coefficients, SI
     "unbalance, ∝ Ω²": (
