@@ -282,6 +282,11 @@ class Effect(Settings, Generic[Seen]):
     def added_to(self, problem: Problem) -> Problem:
         """The problem with this effect, whose unknowns follow its own: a problem like any other."""
 
+    def places(self, problem: Seen) -> Sequence[float]:
+        """Where on the shaft it acts alone, or the plane of which it changes the reading, m: a second opinion on its name.
+        Left out: nowhere in particular."""
+        return ()
+
     @abstractmethod
     def draw(self, problem: Seen, rng: np.random.Generator) -> Array:
         """Values (e,) SI of its unknowns within their limits, for data that hide it: any direction and proportion that is

@@ -16,8 +16,8 @@ import numpy as np
 
 from ksmea import registry
 from ksmea.alignment import aligned
-from ksmea.contracts import AnyEffect, MeasurementSource, Method, Optimizer, Problem, Surrogate
-from ksmea.errors import SettingError, unknown
+from ksmea.contracts import MeasurementSource, Method, Optimizer, Problem, Surrogate
+from ksmea.errors import SettingError
 from ksmea.extension import extended_yaml
 from ksmea.identification import Streams
 from ksmea.loaded import LoadedProblem
@@ -29,6 +29,7 @@ from ksmea.show.diagnosis import about_extension
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
 from ksmea.studies.identifiability import IdentifiabilityOptions, identifiability_study
 from ksmea.studies.identify import identification
+from ksmea.studies.library import library
 from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.plan import PlanOptions, planning_study
 from ksmea.units import MICROMETRE
@@ -234,7 +235,8 @@ def diagnose(
 ) -> DiagnosisResult:
     """What the model gets wrong about a measurement, which effect explains it, and what the extended model is worth.
 
-    `effects` names those that are tried, all that are registered if none; `without` leaves some out. `settings` are
+    `effects` names those that are tried, all that are registered if none is named, and with ["none"] none at all; `without`
+    leaves some out. `settings` are
     those of `study=diagnose`: level, blocks, starts … A diagnosis takes from a second to half a minute.
 
     >>> import ksmea
@@ -248,13 +250,8 @@ def diagnose(
     data = _measurement(measurement)
     seen = aligned(problem.problem, data)
     options = DiagnosisOptions(**settings)
-    known = list(registry.registered("effect"))
-    for name in (*effects, *without):
-        if name not in known:
-            raise unknown("effect", name, known)
-    asked: dict[str, AnyEffect] = {name: registry.create("effect", name, {}) for name in effects if name not in without}
-    every, left_out = registry.create_all("effect", () if effects else (name for name in known if name not in without))
-    record = diagnosis(seen, data, asked or every, _generator(rng), options=options, left_out=left_out)
+    chosen, left_out = library(effects, without)
+    record = diagnosis(seen, data, chosen, _generator(rng), options=options, left_out=left_out)
     own = {field.name: getattr(problem.settings, field.name) for field in own_fields(type(problem.settings))}
     return DiagnosisResult(record, extended_yaml(problem.name, own, record, about_extension(record)))
 

@@ -100,13 +100,16 @@ def nearest_maximum(likelihood: Likelihood, u: Array) -> Point:
 
 
 def best_maxima(
-    likelihood: Maximised, starts: Sequence[Array], *, first_iterations: int, survivors: int
+    likelihood: Maximised, starts: Sequence[Array], *, first_iterations: int, survivors: int, ceiling: float = np.inf
 ) -> list[Point]:
     """Different maxima of the likelihood, highest first: a few iterations from every start θ, and the best points that
-    they lead to, `survivors` at most, to the end."""
+    they lead to, `survivors` at most, to the end. Where all have a deviance above `ceiling`, the best point that was met."""
     first = [maximise(likelihood, theta, max_iterations=first_iterations, tolerance=1e-2) for theta in starts]
     maxima: list[Point] = []
-    for point in sorted(first, key=lambda each: each.deviance)[:survivors]:
+    first.sort(key=lambda each: each.deviance)
+    if first[0].deviance > ceiling:
+        return first[:1]
+    for point in first[:survivors]:
         maximum = maximise(likelihood, point.theta, tolerance=1e-4)
         if all(abs(maximum.deviance - other.deviance) > CLOSE for other in maxima):
             maxima.append(maximum)

@@ -49,7 +49,7 @@ class Result(ABC, Generic[AnyRecord]):
 
     def to_json(self, path: str | Path | None = None) -> str:
         """The record as JSON, written to a file too where one is named."""
-        text = json.dumps(self.record.to_data(), indent=1, allow_nan=False)
+        text = json.dumps(self.record.told(), indent=1, allow_nan=False)
         if path is not None:
             Path(path).write_text(text + "\n", encoding="utf-8")
         return text
@@ -133,7 +133,7 @@ class DiagnosisResult(Result[DiagnosisRecord]):
 
     @property
     def verdict(self) -> str:
-        """adequate, named, ambiguous, unknown or not observable."""
+        """adequate, named, ambiguous, located, unknown or not observable."""
         return self.record.verdict
 
     @property

@@ -4,13 +4,14 @@ often each verdict was reached and whether what was hidden was found."""
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
+from matplotlib.figure import Figure
 
 from bench.jobs.lines import RESULTS, RunLine
 from bench.jobs.records import read_records
@@ -22,18 +23,19 @@ from bench.reports.by_cell import result_runs
 from bench.reports.hidden import hidden_by_cell, hidden_paragraph
 from bench.reports.tables import csv_text
 from ksmea.extension import extended_yaml
-from ksmea.records.diagnosis import DiagnosisRecord, EstimateRecord
+from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.show.diagnosis import about_extension, text
 from ksmea.show.diagnosis_figure import ranking_figure, residual_figure
 from ksmea.show.hidden import COLUMN, in_one_line
+from ksmea.show.location import in_short, plot
 from ksmea.show.style import png
 from ksmea.show.text import aligned, number
 
 CLEARLY_VISIBLE = 60.0  # deviance drop that the true model makes
 SHORT = 1.0  # of a deviance drop that misses this much of it
 COLLINEAR = 0.95  # collinearity from which two effects count as one
-OF_ONE_RUN = ("diagnosis.json", "extended.yaml", "residuals.png", "effects.png")
+OF_ONE_RUN = ("diagnosis.json", "extended.yaml", "residuals.png", "effects.png", "location.png")
 OF_THE_BENCH = ("curves", "hidden", "hidden_deviance_drop")  # fields that are no part of what was found
 
 
@@ -56,19 +58,23 @@ class DiagnosisReport(Report):
         chosen, settings = cell.chosen("problem"), cell.settings["problem"]
         if text_of_extension := extended_yaml(chosen, settings, record, about_extension(record)):
             files["extended.yaml"] = text_of_extension.encode()
-        figures = {"residuals.png": residual_figure, "effects.png": ranking_figure}
+        figures: dict[str, Callable[[], Figure]] = {"residuals.png": lambda: residual_figure(record)}
+        if record.ranking:
+            figures["effects.png"] = lambda: ranking_figure(record)
+        if (location := record.location) is not None:
+            figures["location.png"] = lambda: plot(location)
         return Made(
             f"{text(record)}\n\nwritten: {', '.join(name for name in files if not name.endswith('.csv'))}",
             files,
             runs,
-            lambda: {name: png(draw(record)) for name, draw in figures.items()},
-            outdated=tuple(name for name in ("diagnosis.json", "extended.yaml") if name not in files),
+            lambda: {name: png(draw()) for name, draw in figures.items()},
+            outdated=tuple(name for name in OF_ONE_RUN if name not in files and name not in figures),
         )
 
 
 def public(record: DiagnosisRecord) -> dict[str, Any]:
     """What diagnosis.json holds: what was found, and last, in a field of its own, what synthetic data were made to hide."""
-    data = record.to_data()
+    data = record.told()
     found = {name: value for name, value in data.items() if name not in OF_THE_BENCH}
     return found | ({"hidden": data["hidden"]} if record.hidden else {})
 
@@ -79,18 +85,19 @@ def diagnosis_runs(plan: Plan, lines: Mapping[str, RunLine]) -> pd.DataFrame:
 
 
 def _row(record: DiagnosisRecord) -> dict[str, Any]:
-    best, after, gain = record.ranking[0], record.lack_of_fit.after, record.predictive_gain
+    best, after, gain = next(iter(record.ranking), None), record.lack_of_fit.after, record.predictive_gain
     return {
         "verdict": record.verdict,
         "named": " ".join(record.named),
         "ambiguity_group": " ".join(record.ambiguity_group),
-        "first": best.effect,
-        "deviance_drop": best.deviance_drop,
-        "delta_bic": best.delta_bic,
-        "p": best.p,
+        "first": "" if best is None else best.effect,
+        "deviance_drop": None if best is None else best.deviance_drop,
+        "delta_bic": None if best is None else best.delta_bic,
+        "p": None if best is None else best.p,
         "lack_of_fit_p": record.lack_of_fit.before.p,
         "lack_of_fit_p_after": None if after is None else after.p,
         "elpd_difference": None if gain is None else gain.elpd_difference,
+        "located": "" if record.location is None else in_short(record.location),
         "seconds": record.seconds,
         "hidden": " ".join(effect.effect for effect in record.hidden),
         **(_found(record) | {COLUMN: in_one_line(record.hidden)} if record.hidden else {}),
@@ -106,7 +113,7 @@ def _found(record: DiagnosisRecord) -> dict[str, Any]:
     located = [trial for trial in own if (trial.effect, trial.location) in hidden]
     sizes = {part.name: part.value for effect in record.hidden for part in effect.parameters}
     intervals = {row.name: row.after for row in record.coefficients if row.after is not None}
-    held = [_holds(intervals[name], size) for name, size in sizes.items() if name in intervals]
+    held = [intervals[name].holds(size) for name, size in sizes.items() if name in intervals]
     drops = [trial.deviance_drop for trial in located or own]
     return {
         "hidden_deviance_drop": record.hidden_deviance_drop,
@@ -131,12 +138,6 @@ def _is_collinear(record: DiagnosisRecord, name: str) -> bool:
     return name in record.ambiguity_group and record.collinearity.get(name, 0.0) >= COLLINEAR
 
 
-def _holds(interval: EstimateRecord, size: float) -> bool:
-    low = -np.inf if interval.low is None else interval.low
-    high = np.inf if interval.high is None else interval.high
-    return bool(low <= size <= high)
-
-
 def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     """A row per cell: how often each verdict, and of what was hidden and clearly visible how much was found; `fit_short`
     counts fits that stopped before the maximum that the true values lead to, `surplus` diagnoses that name an effect too many."""
@@ -153,7 +154,8 @@ def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
             "failed": len(mine) - len(results),
         }
         row |= {
-            name: int(verdicts.get(name, 0)) for name in ("adequate", "named", "ambiguous", "unknown", "not observable")
+            name: int(verdicts.get(name, 0))
+            for name in ("adequate", "named", "ambiguous", "located", "unknown", "not observable")
         }
         if "in_group" in results and results["in_group"].notna().any():
             visible = results[results["hidden_deviance_drop"] >= CLEARLY_VISIBLE]

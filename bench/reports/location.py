@@ -37,7 +37,7 @@ class LocationReport(Report):
         if len(plan.runs) != 1 or not done:
             return Made(_summary(runs), files, runs, outdated=OF_ONE_RUN)
         record = lines[done[0].key].record(LocationRecord)
-        public = {name: value for name, value in record.to_data().items() if name not in OF_THE_BENCH}
+        public = {name: value for name, value in record.told().items() if name not in OF_THE_BENCH}
         files["location.json"] = (json.dumps(public, indent=1) + "\n").encode()
         files["sites.csv"] = csv_text(frame(record)).encode()
         written = ", ".join(OF_ONE_RUN)

@@ -14,23 +14,25 @@ from bench.plan.draw import Draw
 from bench.plan.plan import generator
 from bench.plan.setup import Setup
 from bench.plan.study import Study
-from ksmea import registry
 from ksmea.contracts import AnyEffect
 from ksmea.diagnosis.fitting import fit_from_values
 from ksmea.diagnosis.trials import candidates, candidates_and_left_out
-from ksmea.errors import SettingError, unknown
+from ksmea.errors import SettingError
 from ksmea.measurement import Measurement
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.record import Record
 from ksmea.settings import setting
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
+from ksmea.studies.library import library
 
 
 @dataclass(frozen=True)
 class Diagnose(DiagnosisOptions, Study):
     """What the model gets wrong about the measurement, why, and how well an extension predicts."""
 
-    effects: list[str] = setting([], "names of the effects that are fitted; an empty list: all that are registered")
+    effects: list[str] = setting(
+        [], "names of the effects that are fitted; an empty list: all that are registered; [none]: none of them"
+    )
     without: list[str] = setting([], "names of effects that are not fitted")
 
     record: ClassVar[type[Record]] = DiagnosisRecord
@@ -39,7 +41,7 @@ class Diagnose(DiagnosisOptions, Study):
 
     @property
     def parts(self) -> list[AnyEffect]:
-        return list(self._chosen()[0].values())
+        return list(library(self.effects, self.without)[0].values())
 
     def validate(self, setup: Setup) -> None:
         noise = setup.source.noise
@@ -48,14 +50,15 @@ class Diagnose(DiagnosisOptions, Study):
                 "study=diagnose: expected noise, without which any difference is a misfit, got none; say"
                 " measurement.relative=0.05 or measurement.floor=0.1 (µm)"
             )
-        found, left_out = candidates_and_left_out(setup.problem, self._chosen()[0])
+        effects, _ = library(self.effects, self.without)
+        found, left_out = candidates_and_left_out(setup.problem, effects)
         if not found and left_out:
             kind, reasons = type(setup.problem).__name__, "; ".join(f"{name} {why}" for name, why in left_out.items())
             raise SettingError(
                 f"study=diagnose: expected a problem that effects can be added to, got {kind}: {reasons}; take one that is"
                 " made of a rotor, or other effects"
             )
-        if not found:
+        if effects and not found:
             raise SettingError(
                 "study.effects: expected effects that this problem has a location for and does not have already, got none"
             )
@@ -69,7 +72,7 @@ class Diagnose(DiagnosisOptions, Study):
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
         started = time.perf_counter()
         measurement = setup.measure(draw)
-        effects, left_out = self._chosen()
+        effects, left_out = library(self.effects, self.without)
         tqdm.set_lock(threading.RLock())  # a lock between processes would outlive this worker
         n_candidate = len(candidates(setup.problem, effects))
         steps = 1 + 3 * n_candidate + self.blocks  # candidates are fitted, refined, and fitted as second effects
@@ -98,16 +101,6 @@ class Diagnose(DiagnosisOptions, Study):
             seconds=time.perf_counter() - started,
         )
         return {"status": "done", **found.to_data()}
-
-    def _chosen(self) -> tuple[dict[str, AnyEffect], dict[str, str]]:
-        """The effects that are fitted, by name, and why others are left out: not one that is asked for by name."""
-        known = list(registry.registered("effect"))
-        for name in (*self.effects, *self.without):
-            if name not in known:
-                raise unknown("effect", name, known)
-        if self.effects:
-            return {name: registry.create("effect", name, {}) for name in self.effects if name not in self.without}, {}
-        return registry.create_all("effect", [name for name in known if name not in self.without])
 
 
 def _hidden_deviance_drop(setup: Setup, draw: Draw, measurement: Measurement, found: DiagnosisRecord) -> float | None:

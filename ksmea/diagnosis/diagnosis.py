@@ -12,7 +12,8 @@
    - `not observable`: no evidence, but most effects would not show in these data even at their physical limits;
    - `named`: one effect explains the data, none of the others comes near;
    - `ambiguous`: several explain it about as well, and what further measurement would split them;
-   - `unknown`: the model is wrong, and no effect or pair of effects leaves noise behind.
+   - `unknown`: the model is wrong, and no effect or pair of effects leaves noise behind. A study makes `located` of it
+     where an unknown force at a few places does (`location`).
 
 `level` is the chance of rejecting a right model. Half of it goes to the lack-of-fit test, half to the effects, whose
 p-values are corrected for their number.
@@ -86,11 +87,12 @@ def diagnose(
     interval_level: float = 0.95,
     progress: Callable[[], None] = lambda: None,
 ) -> Diagnosis:
-    """The diagnosis of a measurement by a problem and the effects that are known. `progress` is called at each step."""
+    """The diagnosis of a measurement by a problem and the effects that are known, which may be none: then it is whether the
+    model fits. `progress` is called at each step."""
     effort = effort or Effort()
     half = level / 2
     found, left_out = candidates_and_left_out(problem, effects)
-    if not found:
+    if effects and not found:
         raise ValueError("diagnosis: expected effects that the problem has a location for, got none")
     baseline = fit_baseline(problem, measurement, rng, effort)
     progress()
@@ -299,7 +301,7 @@ def _verdict(
     if lacks_fit:
         return "unknown"
     observable = [any(each.is_observable for each in parts) for _, parts in detectable.values()]
-    return "adequate" if np.mean(observable) >= MIN_OBSERVABLE else "not observable"
+    return "not observable" if observable and np.mean(observable) < MIN_OBSERVABLE else "adequate"
 
 
 def _split(explained: _Explained | None) -> Split | None:

@@ -39,6 +39,7 @@ FIRST_FLOOR = 0.1  # of the median of all values: the noise's floor in the first
 SHARED = 3  # best sites whose unknowns all sites are fitted from
 SHARINGS = 2
 REWEIGHTINGS = 3  # after which weights from the fitted response stay as they are
+HOPELESS = 50.0  # mean square of what a site leaves, in units of the noise, at which its fit is given up
 FIRST_ITERATIONS, SURVIVORS = 10, 2  # of each fit: after the first iterations only the best starts go on
 N_SCREENED = 2048  # points of the box, a power of two
 SCREENED_STARTS = 12
@@ -120,19 +121,27 @@ def require_enough(problem: Problem, kind: str) -> None:
     anything, and say what would be enough."""
     if not problem.takes_loads:
         problem.load_response(np.empty((0, len(problem.parameters))), ())
+    if got := missing_to_locate(problem, kind):
+        raise SettingError(
+            "location: expected complex data of at least 3 channels, of which an unknown force takes 2 at each speed, got"
+            f" {got}"
+        )
+
+
+def missing_to_locate(problem: Problem, kind: str) -> str:
+    """What data of a kind, at a problem's speeds and channels, lack to tell an unknown force from anything; empty where
+    nothing."""
+    if not problem.takes_loads:
+        return "a problem that takes no loads"
     n_channel = len(problem.channels)
     if kind == Kind.AMPLITUDE:
         more = ", at another plane or in both directions" if n_channel < 3 else ""
-        got = f"amplitudes of {n_channel}; measure phases too, so that the force can be eliminated{more}"
-    elif n_channel < 3:
-        got = f"{n_channel}; add a probe at another plane, or both directions there"
-    elif (left := 2 * (n_channel - 2) * len(problem.speed)) <= 2 * len(problem.parameters):
-        got = f"{left} real data beside the force for {len(problem.parameters)} unknowns; measure more speeds"
-    else:
-        return
-    raise SettingError(
-        f"location: expected complex data of at least 3 channels, of which an unknown force takes 2 at each speed, got {got}"
-    )
+        return f"amplitudes of {n_channel}; measure phases too, so that the force can be eliminated{more}"
+    if n_channel < 3:
+        return f"{n_channel}; add a probe at another plane, or both directions there"
+    if (left := 2 * (n_channel - 2) * len(problem.speed)) <= 2 * len(problem.parameters):
+        return f"{left} real data beside the force for {len(problem.parameters)} unknowns; measure more speeds"
+    return ""
 
 
 def candidates(problem: Problem, kinds: Sequence[str], positions: Array) -> list[Unmodelled]:
@@ -195,9 +204,11 @@ def _starts(
     return found.apart(SCREENED_STARTS, START_DISTANCE).points
 
 
-def _best(likelihood: ProjectedLikelihood, starts: Sequence[Array] | Array) -> SiteFit:
-    """The best of the maxima that starts lead to."""
-    best, *_ = best_maxima(likelihood, list(starts), first_iterations=FIRST_ITERATIONS, survivors=SURVIVORS)
+def _best(likelihood: ProjectedLikelihood, starts: Sequence[Array] | Array, ceiling: float = np.inf) -> SiteFit:
+    """The best of the maxima that starts lead to; where all leave more than `ceiling`, the best point on the way."""
+    best, *_ = best_maxima(
+        likelihood, list(starts), first_iterations=FIRST_ITERATIONS, survivors=SURVIVORS, ceiling=ceiling
+    )
     return SiteFit(likelihood, likelihood.at(best.theta))
 
 
@@ -207,10 +218,9 @@ def _reweighted(fit: SiteFit, noise: Noise, reference: SiteFit) -> SiteFit:
 
 
 def refitted(fit: SiteFit, sd: Array, *starts: Array) -> SiteFit:
-    """The fit with noise (n_speed, n_channel), m, of its data, from where it is and from other starts."""
-    old = fit.likelihood
-    likelihood = ProjectedLikelihood(old.problem, old.measurement, fit.unmodelled, sd)
-    return _best(likelihood, [fit.point.theta, *starts])
+    """The fit with noise (n_speed, n_channel), m, of its data, from where it is and from other starts. What is rejected
+    anyway needs no maximum."""
+    return _best(fit.likelihood.with_sd(sd), [fit.point.theta, *starts], ceiling=HOPELESS * fit.point.n_left)
 
 
 def _settled(fit: SiteFit) -> SiteFit:

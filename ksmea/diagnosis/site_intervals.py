@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy import stats
 
-from ksmea.diagnosis.location import SiteFit
+from ksmea.diagnosis.location import HOPELESS, SiteFit
+from ksmea.diagnosis.recovered_force import own_noise
 from ksmea.intervals import Interval, checked_intervals, in_si, information_interval
 from ksmea.records.location import UNSEEN
 
@@ -13,13 +14,15 @@ from ksmea.records.location import UNSEEN
 def site_intervals(fit: SiteFit, level: float) -> list[Interval]:
     """An interval of confidence `level` for each unknown, SI. Where the noise is not known it is as large as this site's own
     residuals have it, whatever other sites need: the quantile is that of F. Unknowns that the data do not show there are
-    `UNSEEN`."""
-    likelihood, point = fit.likelihood, fit.point
-    if likelihood.measurement.noise is None:
-        rise = point.excess * float(stats.f.ppf(level, 1, point.n_left))
+    `UNSEEN`. Those of a model that is far from the data are not checked."""
+    if fit.likelihood.measurement.noise is None:
+        likelihood = fit.likelihood.with_sd(own_noise(fit) * fit.likelihood.sd)
+        rise = float(stats.f.ppf(level, 1, fit.point.n_left))
     else:
+        likelihood = fit.likelihood
         rise = float(stats.chi2.ppf(level, 1))
-    _, intervals = checked_intervals(likelihood, point, rise)
+    point = likelihood.at(fit.point.theta)
+    intervals = None if fit.point.excess > HOPELESS else checked_intervals(likelihood, point, rise)[1]
     if intervals is None:
         intervals = [information_interval(likelihood, point, index, rise) for index in range(likelihood.d)]
     seen = np.any(point.whitened, axis=0)

@@ -141,6 +141,10 @@ class ProjectedLikelihood(SumOfSquares):
         self.lower = np.zeros(self.d)
         self.upper = np.ones(self.d)
 
+    def with_sd(self, sd: Array) -> ProjectedLikelihood:
+        """The same with other noise (n_speed, n_channel), m."""
+        return ProjectedLikelihood(self.problem, self.measurement, self.unmodelled, sd)
+
     def at(self, theta: Array) -> ProjectedPoint:
         differences = cube_differences(theta)
         response, columns = self._model(np.concatenate([theta[None], differences.points]))

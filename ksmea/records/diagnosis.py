@@ -14,24 +14,13 @@ import numpy as np
 
 from ksmea.elpd import ElpdDifference
 from ksmea.records.diagnosis_upgrade import is_older, renamed
+from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
 from ksmea.records.hidden import HiddenEffect
+from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record
 from ksmea.records.stability import StabilityRecord
 
 Values = tuple[tuple[float | tuple[float, float], ...], ...]  # (n_speed, n_channel), complex as (real, imaginary)
-
-
-@dataclass(frozen=True)
-class EstimateRecord(Record):
-    """An unknown as fitted, with its interval."""
-
-    name: str
-    unit: str
-    value: float
-    low: float | None  # None: open on this side
-    high: float | None
-    interval: str  # kind, see ksmea.intervals.Interval
-    at_limit: bool  # the value lies on a search limit, which is what is physical for the unknowns of an effect
 
 
 @dataclass(frozen=True)
@@ -75,14 +64,6 @@ class LackOfFitRecord(Record):
     before: FitQualityRecord
     after: FitQualityRecord | None
     level: float  # p below which a model is rejected
-
-
-@dataclass(frozen=True)
-class NoiseLevelRecord(Record):
-    """Standard deviation s of a response q: s² = (relative · |q|)² + floor²."""
-
-    relative: float
-    floor: float  # m; the median where each datum has its own
 
 
 @dataclass(frozen=True)
@@ -190,7 +171,7 @@ class DiagnosisRecord(Record):
     diagnosis has been made without it. The drop is that of the fit from the true values against the baseline model.
     """
 
-    verdict: str  # adequate, not observable, named, ambiguous or unknown
+    verdict: str  # adequate, not observable, named, ambiguous, located or unknown
     named: tuple[str, ...]
     ambiguity_group: tuple[str, ...]  # the named effects and those that explain the data about as well
     locations: tuple[str, ...]  # where the best effect explains the data about as well
@@ -213,6 +194,9 @@ class DiagnosisRecord(Record):
     source: str = ""  # of the measurement; older records do not say
     remarks: tuple[str, ...] = ()  # on the data: what was left out of them, and what looks like a slip
     stability: StabilityRecord | None = None  # of the model that is believed; None in older records
+    location: LocationRecord | None = (
+        None  # without the library; None where the model is adequate or the data are too few
+    )
 
     @classmethod
     def upgraded(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -223,6 +207,10 @@ class DiagnosisRecord(Record):
             elpd = ElpdDifference(np.array(gain["by_block"], dtype=float))
             gain = PredictiveGainRecord.of(elpd, gain["rmse_before"], gain["rmse_after"]).to_data()
         return {**data, "predictive_gain": gain}
+
+    def told(self) -> dict[str, Any]:
+        data = self.to_data()
+        return data if self.location is None else data | {"location": self.location.told()}
 
     @property
     def is_explained(self) -> bool:

@@ -8,14 +8,17 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
-from ksmea.records.diagnosis import EstimateRecord, NoiseLevelRecord
+from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.record import Record
 
 UNSEEN = "unseen"  # kind of interval of an unknown that the data do not show beside what is unknown
 Series = tuple[float, ...]  # (n_speed,)
 NOTHING, NONE = "nothing", "none"  # kinds of a location: nothing is missing; none of what was tried explains the data
+SAME = 1e-6  # m between positions of one place
+MAX_SHARE = 0.5  # of what was tried: if more is accepted, nothing is located
 
 
 @dataclass(frozen=True)
@@ -136,6 +139,18 @@ class LocationRecord(Record):
     hidden: tuple[HiddenEffect, ...] = ()
     seconds: float | None = None
 
+    def told(self) -> dict[str, Any]:
+        """Kind, accepted sites, law and work first; then all that was tried."""
+        data = self.to_data()
+        first = {
+            "kind": self.kind,
+            "sites": [each.to_data() for each in self.sites],
+            "law": None if self.law is None else self.law.to_data(),
+            "work": None if self.force is None or self.force.work is None else self.force.work.to_data(),
+            "force": data["force"],
+        }
+        return first | {name: value for name, value in data.items() if name not in first}
+
     @property
     def law(self) -> LawRecord | None:
         """The accepted law with the lowest BIC."""
@@ -145,3 +160,13 @@ class LocationRecord(Record):
     def sites(self) -> tuple[SiteRecord, ...]:
         """Those that are accepted, best first; none where nothing is missing."""
         return () if self.kind == NOTHING else tuple(each for each in self.candidates if each.accepted)
+
+    def accepts(self, position: float) -> bool:
+        """Whether any candidate is accepted than which none is nearer to a position (m)."""
+        nearest = min((abs(each.position - position) for each in self.candidates), default=0.0)
+        return any(abs(each.position - position) <= nearest + SAME for each in self.sites)
+
+    @property
+    def is_local(self) -> bool:
+        """Whether something unknown explains the data at some places and not at most."""
+        return 0 < len(self.sites) <= MAX_SHARE * len(self.candidates)

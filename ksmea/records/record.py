@@ -45,6 +45,10 @@ class Record:
         data: dict[str, Any] = msgspec.to_builtins(self, enc_hook=_builtin)
         return data
 
+    def told(self) -> dict[str, Any]:
+        """What files show: `to_data`, in the order and with what people ask for first. Left out: `to_data`."""
+        return self.to_data()
+
     @classmethod
     def upgraded(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:
         """Data of any version that ever wrote them in the present form."""

@@ -9,8 +9,10 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ksmea.records.diagnosis import DiagnosisRecord, EstimateRecord, FitQualityRecord, TrialRecord
-from ksmea.show import hidden
+from ksmea.records.diagnosis import DiagnosisRecord, FitQualityRecord, TrialRecord
+from ksmea.records.estimate import EstimateRecord
+from ksmea.records.location import NOTHING
+from ksmea.show import hidden, location
 from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
 from ksmea.show.stability import stability_text
 from ksmea.show.text import aligned, number
@@ -27,6 +29,7 @@ def text(record: DiagnosisRecord) -> str:
         _what_is_wrong(record),
         _cause(record),
         _predictive_gain(record),
+        _location(record),
         _detectable(record),
         "\n".join(stability_text(record.stability)),
         _left_out(record),
@@ -119,11 +122,13 @@ def _where(quality: FitQualityRecord) -> str:
 
 
 def _noise(record: DiagnosisRecord) -> str:
-    """The noise under the model that the verdict believes."""
+    """The noise under the model that the verdict believes, or beside an unknown force."""
     noise = record.noise
     if noise.by_datum:
         return "Noise: as stated datum by datum."
     believed = noise.after if record.is_explained and noise.after is not None else noise.before
+    if record.verdict == "located" and record.location is not None:
+        believed = record.location.noise
     said = "known" if noise.known else "estimated"
     floor = believed.floor / MICROMETRE
     return f"Noise ({said}): {100 * believed.relative:.3g} % of each value and {floor:.3g} µm."
@@ -132,18 +137,22 @@ def _noise(record: DiagnosisRecord) -> str:
 def _cause(record: DiagnosisRecord) -> str:
     names = _applied(record)
     lines = [f"Verdict: {record.verdict}" + (f": {names}" if record.is_explained else ""), *_locations(record)]
+    if record.verdict == "located" and record.location is not None:
+        law = "" if record.location.law is None else f", which acts as {record.location.law.law}"
+        said = f"Verdict: located: an unknown {location.in_short(record.location)}{law}"
+        lines = [said, *_not_in_library(record, names)]
     if record.verdict == "ambiguous":
         lines += _split(record)
     if record.verdict == "unknown":
-        lines += _unknown(record, names)
-    else:
+        lines += [*_not_in_library(record, names), *_where_to_look(record)]
+    elif record.is_explained:
         lines += [f"  {name} can look like it: {said}" for name, said in record.aliases.items()]
         lines += [
             f"  {part.name} lies on its physical limit: another cause is likely"
             for part in record.ranking[0].parameters
             if part.at_limit and record.applied
         ]
-    return "\n".join([*lines, "", _ranking(record)])
+    return "\n\n".join(filter(None, ["\n".join(lines), _ranking(record)]))
 
 
 def _applied(record: DiagnosisRecord) -> str:
@@ -164,32 +173,55 @@ def _split(record: DiagnosisRecord) -> list[str]:
     return [*said, f"{split.measurement} would tell them apart {expected}."]
 
 
-def _unknown(record: DiagnosisRecord, names: str) -> list[str]:
+def _not_in_library(record: DiagnosisRecord, names: str) -> list[str]:
     after = record.lack_of_fit.after
     if after is None:
-        return ["The model is wrong, and no known effect is significant.", _where_to_look(record)]
+        significant = "is significant" if record.effects else "was tried"
+        return [f"The model is wrong, and no known effect {significant}."]
     left = f"what it leaves (p = {after.p:.2g}, by {after.statistic}) is strongest {_where(after)}"
     return [
         "The model is wrong, and neither one of the known effects nor the best pairs of them leave noise behind.",
         f"The nearest is {names}; {left}.",
-        _where_to_look(record),
     ]
 
 
-def _where_to_look(record: DiagnosisRecord) -> str:
+def _where_to_look(record: DiagnosisRecord) -> list[str]:
     """A place can be told without a name, of complex data that over-determine an unknown force."""
+    if record.location is not None:
+        return []
     curves = record.curves
     with_phase = curves is not None and isinstance(curves.responses.measured[0][0], tuple)
     if curves is not None and with_phase and len(curves.channels) >= FEWEST_TO_LOCATE:
-        return "+experiment=locate tells at which places of the shaft something acts, whatever it is."
-    return (
-        f"Amplitudes and phases of {FEWEST_TO_LOCATE} channels or more would tell at which places of the shaft something acts"
-        " (+experiment=locate)."
-    )
+        return ["+experiment=locate tells at which places of the shaft something acts, whatever it is."]
+    return [
+        f"Amplitudes and phases of {FEWEST_TO_LOCATE} channels or more would tell at which places something acts (+experiment=locate)."
+    ]
+
+
+def _location(record: DiagnosisRecord) -> str:
+    """What is found without the library: of effects that are named in short, as a second opinion."""
+    found = record.location
+    if found is None:
+        return ""
+    if not record.is_explained:
+        return "Without the library:\n" + "\n\n".join(location.findings(found))
+    if found.kind == NOTHING:
+        said = "nothing is missing in the model"
+    elif found.is_local:
+        said = f"an unknown {location.in_short(found)} explains the data too"
+    else:
+        said = (
+            "something unknown at most places explains the data too"
+            if found.sites
+            else "nothing at one place explains the data"
+        )
+    return "\n".join([f"Without the library: {said}.", *location.coefficients(found)])
 
 
 def _ranking(record: DiagnosisRecord) -> str:
     """The best location of each of the highest-ranked effects."""
+    if not record.ranking:
+        return ""
     best: dict[str, TrialRecord] = {}
     for trial in record.ranking:
         best.setdefault(trial.effect, trial)

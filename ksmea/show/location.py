@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from ksmea.records.diagnosis import EstimateRecord
+from ksmea.records.estimate import EstimateRecord
 from ksmea.records.location import (
     NONE,
     NOTHING,
@@ -29,7 +29,6 @@ __all__ = ["frame", "plot", "text"]
 MAX_LISTED = 8  # sites that the text lists
 CLEARLY = 3.0  # times one part of the whirl must be as large as the other for it to be said
 FOLLOWS = 0.9  # coherence from which a force is said to follow the motion of its site
-MAX_SHARE = 0.5  # of what was tried: if more is accepted, nothing is located
 NEAR = 6.0  # ΔBIC within which laws, also at different sites, cannot be told apart (Kass & Raftery 1995)
 MAX_RIVALS = 3
 MEGA = 1e6
@@ -37,8 +36,19 @@ MEGA = 1e6
 
 def text(record: LocationRecord) -> str:
     """The location as an engineer would say it."""
-    blocks = [_plain(record), _where(record), _what_it_does(record), _laws(record), _coefficients(record)]
-    return "\n\n".join(block for block in blocks if block)
+    return "\n\n".join([_plain(record), *findings(record)])
+
+
+def findings(record: LocationRecord) -> list[str]:
+    """Paragraphs on where something acts, what it does, which law it follows, and the unknowns beside it."""
+    blocks = [where(record), _what_it_does(record), _laws(record), *coefficients(record)]
+    return [block for block in blocks if block]
+
+
+def in_short(record: LocationRecord) -> str:
+    """The accepted sites of each kind in a line: 'force at 0.5 m (disk 2), moment at 0.2 m (disk 1)'."""
+    kinds = dict.fromkeys(site.kind for site in record.sites)
+    return "; ".join(f"{kind} {_spread(record, kind)}" for kind in kinds)
 
 
 def frame(record: LocationRecord) -> pd.DataFrame:
@@ -78,7 +88,7 @@ def _plain(record: LocationRecord) -> str:
     return "\n".join(lines)
 
 
-def _where(record: LocationRecord) -> str:
+def where(record: LocationRecord) -> str:
     if record.kind == NOTHING:
         return ""
     if record.kind == NONE:
@@ -91,7 +101,7 @@ def _where(record: LocationRecord) -> str:
     ]
     if len(kinds) > 1:
         lines.append("These data do not tell which of them it is.")
-    if len(record.sites) > MAX_SHARE * len(record.candidates):
+    if not record.is_local:
         lines.append("So many places do that a cause which is spread along the shaft is as likely as one at a place.")
     return "\n".join([*lines, "", _table(record, record.sites)])
 
@@ -232,16 +242,17 @@ def _sizes(law: LawRecord) -> str:
     return ", ".join(f"{each.name} = {each.value:.3g} ± {each.sd:.2g} {each.unit}" for each in law.coefficients)
 
 
-def _coefficients(record: LocationRecord) -> str:
+def coefficients(record: LocationRecord) -> list[str]:
+    """The table of unknowns without and beside what is unknown; empty where nothing is."""
     if record.force is None:
-        return ""
+        return []
     lines = [
         [each.name, each.plain.unit, number(each.plain.value), *_interval(each.best), *_interval(each.over_sites)[1:]]
         for each in record.coefficients
     ]
     level = f"{100 * record.interval_level:g} %"
     head = ["unknown", "unit", "without", "beside it", level, f"{level} over all sites"]
-    return aligned(head, lines)
+    return [aligned(head, lines)]
 
 
 def _interval(estimate: EstimateRecord | None) -> list[str]:

@@ -16,6 +16,7 @@ from ksmea.contracts import AnyEffect, Problem
 from ksmea.diagnosis.diagnosis import Diagnosis, diagnose
 from ksmea.diagnosis.fit_quality import FitQuality, whirl_parts
 from ksmea.diagnosis.fitting import Effort, Fit
+from ksmea.diagnosis.location import missing_to_locate
 from ksmea.diagnosis.observability import Detectable
 from ksmea.diagnosis.trials import Candidate, Trial
 from ksmea.intervals import Estimate, estimate
@@ -27,10 +28,8 @@ from ksmea.records.diagnosis import (
     DetectableRecord,
     DiagnosisRecord,
     EffectRecord,
-    EstimateRecord,
     FitQualityRecord,
     LackOfFitRecord,
-    NoiseLevelRecord,
     NoiseRecord,
     PredictiveGainRecord,
     ResidualsRecord,
@@ -39,14 +38,18 @@ from ksmea.records.diagnosis import (
     TrialRecord,
     Values,
 )
+from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
+from ksmea.records.location import LocationRecord
 from ksmea.records.record import finite
 from ksmea.records.stability import StabilityRecord
 from ksmea.settings import Settings, setting
+from ksmea.studies.estimates import estimate_record
+from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.misreadings import misreadings
 from ksmea.studies.slips import slips
 from ksmea.studies.stability import stability_of
 
-AT_LIMIT = 1e-3  # parts of the range within which a value lies on its limit
+WRONG = ("named", "ambiguous", "unknown")  # verdicts on a model that is not adequate
 
 
 @dataclass(frozen=True)
@@ -74,6 +77,14 @@ class DiagnosisOptions(Settings):
         at_least=1,
     )
     effect_starts: int = setting(5, "fits of each effect from the best of those", at_least=1)
+    locate: bool = setting(
+        True,
+        "where the model is wrong, look too for places at which an unknown force explains the data, whatever its cause",
+    )
+
+    @property
+    def location(self) -> LocationOptions:
+        return LocationOptions(level=self.level, interval_level=self.interval_level)
 
     @property
     def effort(self) -> Effort:
@@ -99,11 +110,13 @@ def diagnosis(
     progress: Callable[[], None] = lambda: None,
 ) -> DiagnosisRecord:
     """The diagnosis of a measurement by a problem and the effects, by name, that may extend it; `progress` is called at
-    each step. The record names effects that do not fit the problem beside those that were left out before, and why.
+    each step. The record names effects that do not fit the problem beside those that were left out before, and why. Where the
+    model is wrong and the data over-determine an unknown force, the record has its location too, which is the verdict
+    (`located`) where no effect explains the data.
     `details` adds to the `remarks` those on data that look like a slip: what a report on one diagnosis shows.
 
-    Raises `SettingError` where problem and measurement are not aligned, ValueError where none of the effects has a
-    location on the problem.
+    Raises `SettingError` where problem and measurement are not aligned, ValueError where none of the effects that
+    there are has a location on the problem.
     """
     require_aligned(problem, measurement)
     options = options or DiagnosisOptions()
@@ -119,9 +132,37 @@ def diagnosis(
         progress=progress,
     )
     record = diagnosis_record(found, measurement, options.interval_level)
+    if options.locate and record.verdict in WRONG and not missing_to_locate(problem, measurement.kind):
+        where = location(problem, measurement, rng, options=options.location, progress=progress)
+        record = _with_location(record, where)
+        remarks = (*remarks, *disagreements(found, where))
     if details:
         remarks = (*remarks, *_slips(found, problem, measurement))
     return dataclasses.replace(record, left_out={**left_out, **record.left_out}, remarks=tuple(remarks))
+
+
+def _with_location(record: DiagnosisRecord, where: LocationRecord) -> DiagnosisRecord:
+    """The diagnosis with what is found without the library, which decides where no effect explains the data."""
+    found = dataclasses.replace(record, location=where)
+    if record.verdict != "unknown" or not where.is_local:
+        return found
+    return dataclasses.replace(found, verdict="located", stability=None)  # that was of a model which is wrong
+
+
+def disagreements(found: Diagnosis, where: LocationRecord) -> tuple[str, ...]:
+    """A remark for each effect that is named and acts at a place, where something unknown is found at others alone."""
+    if not found.named or not where.is_local:
+        return ()
+    said = []
+    for candidate in found.applied:
+        places = candidate.effect.places(found.baseline.problem)
+        if places and not any(where.accepts(place) for place in places):
+            at = ", ".join(f"{site.kind} at {site.position:g} m" for site in where.sites)
+            said.append(
+                f"{candidate.name} is named, which acts at {', '.join(f'{place:g} m' for place in places)}, but without the"
+                f" library something unknown is found elsewhere: {at}; doubt the name, or a second cause is hidden"
+            )
+    return tuple(said)
 
 
 def _slips(found: Diagnosis, problem: Problem, measurement: Measurement) -> tuple[str, ...]:
@@ -187,24 +228,12 @@ def _trial(trial: Trial, found: Diagnosis, level: float) -> TrialRecord:
         deviance_drop=trial.deviance_drop,
         delta_bic=trial.delta_bic,
         p=trial.p,
-        parameters=tuple(_estimate(trial.fit.problem.parameters.items[index], estimated, index) for index in own),
+        parameters=tuple(_estimated(trial.fit.problem.parameters.items, estimated, index) for index in own),
     )
 
 
-def _estimate(parameter: Parameter, estimated: Estimate, index: int) -> EstimateRecord:
-    """An estimate with its interval, in the parameter's unit; an angle that may be any between −180° and 180°."""
-    interval, value = estimated.intervals[index], float(estimated.x[index])
-    turn = value - parameter.turned(value)
-    near = AT_LIMIT * (parameter.upper - parameter.lower)
-    return EstimateRecord(
-        name=parameter.name,
-        unit=parameter.unit,
-        value=(value - turn) / parameter.si_per_unit,
-        low=finite((interval.low - turn) / parameter.si_per_unit),
-        high=finite((interval.high - turn) / parameter.si_per_unit),
-        interval=interval.kind,
-        at_limit=bool(min(value - parameter.lower, parameter.upper - value) <= near),
-    )
+def _estimated(parameters: Sequence[Parameter], estimated: Estimate, index: int) -> EstimateRecord:
+    return estimate_record(parameters[index], float(estimated.x[index]), estimated.intervals[index])
 
 
 def _coefficients(found: Diagnosis) -> tuple[CoefficientRecord, ...]:
@@ -213,8 +242,8 @@ def _coefficients(found: Diagnosis) -> tuple[CoefficientRecord, ...]:
     return tuple(
         CoefficientRecord(
             parameter.name,
-            before=_estimate(parameter, found.baseline_estimate, index) if index < n_baseline else None,
-            after=None if found.best_estimate is None else _estimate(parameter, found.best_estimate, index),
+            before=_estimated(items, found.baseline_estimate, index) if index < n_baseline else None,
+            after=None if found.best_estimate is None else _estimated(items, found.best_estimate, index),
         )
         for index, parameter in enumerate(items)
     )

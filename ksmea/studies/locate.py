@@ -17,11 +17,9 @@ from ksmea.diagnosis.recovered_force import RecoveredForce, recovered_force
 from ksmea.diagnosis.site_intervals import site_intervals
 from ksmea.diagnosis.unknown_force import KINDS, LATERAL, READING
 from ksmea.errors import unknown
-from ksmea.intervals import Interval
 from ksmea.load import FORCE, MOMENT
 from ksmea.measurement import Measurement
-from ksmea.parameters import Parameter
-from ksmea.records.diagnosis import EstimateRecord, NoiseLevelRecord
+from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
 from ksmea.records.location import (
     NONE,
     NOTHING,
@@ -36,11 +34,10 @@ from ksmea.records.location import (
     SiteRecord,
     StiffnessRecord,
 )
-from ksmea.records.record import finite
 from ksmea.settings import Settings, setting
+from ksmea.studies.estimates import estimate_record
 
 MAX_LAW_SITES = 8  # best sites of a force at which laws are fitted
-AT_LIMIT = 1e-3  # parts of the range within which a value lies on its limit
 
 
 @dataclass(frozen=True)
@@ -162,25 +159,9 @@ def _estimates(fit: SiteFit, level: float) -> list[EstimateRecord]:
     parameters = fit.likelihood.problem.parameters
     values = parameters.to_si(fit.point.theta)
     return [
-        _estimate(parameter, float(value), interval)
+        estimate_record(parameter, float(value), interval)
         for parameter, value, interval in zip(parameters, values, site_intervals(fit, level))
     ]
-
-
-def _estimate(parameter: Parameter, value: float, interval: Interval) -> EstimateRecord:
-    """A value with its interval in the parameter's unit; an angle that may be any between −180° and 180°."""
-    turn = value - parameter.turned(value)
-    return EstimateRecord(
-        name=parameter.name,
-        unit=parameter.unit,
-        value=(value - turn) / parameter.si_per_unit,
-        low=finite((interval.low - turn) / parameter.si_per_unit),
-        high=finite((interval.high - turn) / parameter.si_per_unit),
-        interval=interval.kind,
-        at_limit=bool(
-            min(value - parameter.lower, parameter.upper - value) <= AT_LIMIT * (parameter.upper - parameter.lower)
-        ),
-    )
 
 
 def _force(fit: SiteFit, recovered: RecoveredForce, level: float) -> ForceRecord:

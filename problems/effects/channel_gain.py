@@ -51,6 +51,9 @@ class ChannelGain(RotorEffect):
         require_on_shaft(problem, self.position, "channel")
         return self
 
+    def places(self, problem: RotorProblem) -> Sequence[float]:
+        return () if self.position is None else (self.position,)
+
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         return (Parameter("channel_gain", "%", 0.01, -LARGEST, LARGEST),)
 

@@ -50,6 +50,9 @@ class ProbeRotation(RotorEffect):
         require_on_shaft(problem, self.position, "probes")
         return self
 
+    def places(self, problem: RotorProblem) -> Sequence[float]:
+        return () if self.position is None else (self.position,)
+
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         return (Parameter("probe_rotation", "deg", DEGREE, -LARGEST, LARGEST),)
 

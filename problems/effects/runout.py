@@ -46,6 +46,9 @@ class Runout(RotorEffect):
         require_on_shaft(problem, self.position, "runout")
         return self
 
+    def places(self, problem: RotorProblem) -> Sequence[float]:
+        return () if self.position is None else (self.position,)
+
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         return tuple(Parameter(name, "µm", MICROMETRE, -LARGEST, LARGEST) for name in ("runout_x", "runout_y"))
 

@@ -60,6 +60,9 @@ class FurtherUnbalance(RotorEffect):
             raise SettingError("position: expected a disk without unbalance in the model, got none; give a position")
         return dataclasses.replace(self, position=free[0])
 
+    def places(self, problem: RotorProblem) -> Sequence[float]:
+        return () if self.position is None else (self.position,)
+
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         largest = unbalance_scale(problem)
         return tuple(

@@ -39,6 +39,10 @@ class UnequalBearings(RotorEffect):
             raise SettingError("unequal bearings: expected at least two bearings, got one; leave this effect out")
         return self
 
+    def places(self, problem: RotorProblem) -> Sequence[float]:
+        first, *others = (bearing.position for bearing in problem.rotor.bearings)
+        return [first, *others] if len(others) == 1 else [first]  # of two, either differs from the other
+
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         names = ("stiffness_difference_x", "stiffness_difference_y")
         return tuple(Parameter(name, "%", 0.01, -LARGEST, LARGEST) for name in names)
