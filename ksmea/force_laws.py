@@ -55,7 +55,14 @@ class Law(ABC):
         """What acts, (n, n_speed, 2) N, where the site moves by `motion` (n, n_speed, 2) m."""
 
     @abstractmethod
-    def steady(self, coefficients: Array, speed: Array, motion: ComplexArray, per_force: ComplexArray) -> ComplexArray:
+    def steady(
+        self,
+        coefficients: Array,
+        speed: Array,
+        motion: ComplexArray,
+        per_force: ComplexArray,
+        near: ComplexArray | None = None,
+    ) -> ComplexArray:
         """`force_of` this law."""
 
 
@@ -72,7 +79,14 @@ class LawOfSpeed(Law):
     def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
         return np.asarray(np.einsum("nc,csk->nsk", coefficients, self.terms(speed)))
 
-    def steady(self, coefficients: Array, speed: Array, motion: ComplexArray, per_force: ComplexArray) -> ComplexArray:
+    def steady(
+        self,
+        coefficients: Array,
+        speed: Array,
+        motion: ComplexArray,
+        per_force: ComplexArray,
+        near: ComplexArray | None = None,
+    ) -> ComplexArray:
         return self.at_motion(coefficients, speed, motion)
 
 
@@ -85,7 +99,14 @@ class LinearLaw(Law):
     def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
         return np.asarray(-(self._stiffness(coefficients, speed) @ motion[..., None])[..., 0])
 
-    def steady(self, coefficients: Array, speed: Array, motion: ComplexArray, per_force: ComplexArray) -> ComplexArray:
+    def steady(
+        self,
+        coefficients: Array,
+        speed: Array,
+        motion: ComplexArray,
+        per_force: ComplexArray,
+        near: ComplexArray | None = None,
+    ) -> ComplexArray:
         stiffness = self._stiffness(coefficients, speed)
         unit = np.eye(len(DIRECTIONS))
         return np.asarray(-np.linalg.solve(unit + stiffness @ per_force, stiffness @ motion[..., None])[..., 0])
@@ -108,8 +129,15 @@ class NonlinearLaw(Law):
     def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
         return self.of_motion(coefficients, motion).force
 
-    def steady(self, coefficients: Array, speed: Array, motion: ComplexArray, per_force: ComplexArray) -> ComplexArray:
-        moving = steady_motion(self.of_motion, coefficients, speed, motion, per_force)
+    def steady(
+        self,
+        coefficients: Array,
+        speed: Array,
+        motion: ComplexArray,
+        per_force: ComplexArray,
+        near: ComplexArray | None = None,
+    ) -> ComplexArray:
+        moving = steady_motion(self.of_motion, coefficients, speed, motion, per_force, near)
         return self.at_motion(coefficients, speed, moving)
 
 
@@ -177,11 +205,17 @@ MOMENT_LAWS = _by_key(
 
 
 def force_of(
-    law: Law, coefficients: Array, speed: Array, motion: ComplexArray, per_force: ComplexArray
+    law: Law,
+    coefficients: Array,
+    speed: Array,
+    motion: ComplexArray,
+    per_force: ComplexArray,
+    near: ComplexArray | None = None,
 ) -> ComplexArray:
     """What acts, (n, n_speed, 2) N, with coefficients (n, n_coefficient) SI at speeds (n_speed,), where the site moves by
     `motion` (n, n_speed, 2) m without it and by `per_force` (n, n_speed, 2, 2) m/N with each unit of it. A law that does not
-    follow the motion asks for neither.
+    follow the motion asks for neither. Where several motions are steady, `near` (n, n_speed, 2) says which is meant, else it is
+    the one that `steady_motion` chooses.
 
     Raises LinAlgError where there is no steady motion."""
-    return law.steady(coefficients, speed, motion, per_force)
+    return law.steady(coefficients, speed, motion, per_force, near)

@@ -2,7 +2,8 @@
 
 Q is the motion without the force and G that per unit of it. f need not be analytic in q: the equations are solved for the four
 real numbers of q. Where a resonance curve folds over there are several solutions; which one is found is a choice: the one
-that Newton's method leads to from Q, and where it leads nowhere, from the solution at the speed below, as in a slow run-up.
+that Newton's method leads to from Q, or from a motion that is known from elsewhere, as by measurement; and where it leads
+nowhere, from the solution at the speed below, as in a slow run-up.
 """
 
 from __future__ import annotations
@@ -21,13 +22,18 @@ SHORTEST = 2.0**-12  # part of a Newton step
 
 
 def steady_motion(
-    force: ForceOfMotion, coefficients: Array, speed: Array, motion: ComplexArray, per_force: ComplexArray
+    force: ForceOfMotion,
+    coefficients: Array,
+    speed: Array,
+    motion: ComplexArray,
+    per_force: ComplexArray,
+    near: ComplexArray | None = None,
 ) -> ComplexArray:
     """q (n, n_speed, 2), m, of a force with coefficients (n, n_coefficient), at speeds (n_speed,), from Q (n, n_speed, 2), m,
-    and G (n, n_speed, 2, 2), m/N.
+    and G (n, n_speed, 2, 2), m/N; `near` is a motion that Newton's method starts from in place of Q.
 
     Raises LinAlgError where no steady motion is found."""
-    found, is_found = _newton(force, coefficients, motion, per_force, motion)
+    found, is_found = _newton(force, coefficients, motion, per_force, motion if near is None else near)
     below = None
     for index in np.argsort(speed):
         missing = np.logical_not(is_found[:, index])

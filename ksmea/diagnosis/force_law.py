@@ -65,18 +65,19 @@ class LawStart:
 
     theta: Array
     coefficients: Array
+    motion: ComplexArray  # of the site as recovered (n_speed, 2), m
     misfit: float
 
 
 class LawLikelihood(SumOfSquares):
     """χ² of a model with a law at a site, of unknowns in the unit cube and, behind them, of coefficients in units of `scale`:
-    what `ksmea.maximisation` can maximise."""
+    what `ksmea.maximisation` can maximise. Of several steady motions that of the site is the one next to `near` (n_speed, 2), m."""
 
-    def __init__(self, site: SiteFit, law: Law, scale: Array) -> None:
+    def __init__(self, site: SiteFit, law: Law, scale: Array, near: ComplexArray | None = None) -> None:
         base = site.likelihood
         problem, position = base.problem, site.unmodelled.position
         self.d = base.d
-        self.law, self.scale = law, scale
+        self.law, self.scale, self.near = law, scale, near
         least = [0.0 if index == law.threshold else -np.inf for index in range(len(scale))]
         self.lower = np.concatenate([base.lower, least])
         self.upper = np.concatenate([base.upper, np.full(len(scale), np.inf)])
@@ -101,9 +102,9 @@ class LawLikelihood(SumOfSquares):
         response, columns = self._seen.response(x), self._unmodelled.columns(self._seen, x)
         n_channel = len(self._base.problem.channels)
         coefficients = theta[:, self.d :] * self.scale
-        force = force_of(
-            self.law, coefficients, self._seen.speed, response[:, :, n_channel:], columns[:, :, n_channel:]
-        )
+        motion, per_force = response[:, :, n_channel:], columns[:, :, n_channel:]
+        near = None if self.near is None else np.broadcast_to(self.near, motion.shape)
+        force = force_of(self.law, coefficients, self._seen.speed, motion, per_force, near)
         return response[:, :, :n_channel] + (columns[:, :, :n_channel] @ force[..., None])[..., 0], force
 
 
@@ -132,7 +133,8 @@ def _fitted(site: SiteFit, law: Law, noise: Noise, starts: Sequence[LawStart]) -
     unit = np.array([size for _, _, size in law.coefficients])
     largest = np.max(np.abs([start.coefficients / unit for start in starts]), axis=0)
     scale = np.maximum(largest, SMALLEST * largest.max()) * unit
-    likelihood = LawLikelihood(site, law, scale)
+    near = starts[0].motion if isinstance(law, NonlinearLaw) else None
+    likelihood = LawLikelihood(site, law, scale, near)
     tried = []
     for start in starts:
         with suppress(np.linalg.LinAlgError):
@@ -145,7 +147,7 @@ def _fitted(site: SiteFit, law: Law, noise: Noise, starts: Sequence[LawStart]) -
     for _ in range(REWEIGHTINGS if beyond < HOPELESS * n_more else 0):
         response, _ = likelihood.mean_and_force(found.theta[None])
         site = refitted(site, noise.sd(np.abs(response[0])))
-        likelihood = LawLikelihood(site, law, scale)
+        likelihood = LawLikelihood(site, law, scale, near)
         with suppress(np.linalg.LinAlgError):
             found = maximise(likelihood, found.theta, tolerance=TOLERANCE)
     return _law_fit(site, likelihood, found, noise)
@@ -214,7 +216,7 @@ def _start(law: Law, site: SiteFit, recovered: RecoveredForce) -> LawStart:
     else:
         coefficients = _with_threshold(law, whitened, goal, np.linalg.norm(motion, axis=-1))
     left = whitened(coefficients[None])[0] - goal
-    return LawStart(site.point.theta, coefficients, float(left @ left) / target.size)
+    return LawStart(site.point.theta, coefficients, motion, float(left @ left) / target.size)
 
 
 def _with_threshold(law: Law, force: Callable[[Array], Array], goal: Array, amplitude: Array) -> Array:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from ksmea.load import FORCE
 from ksmea.records.diagnosis import EstimateRecord, NoiseLevelRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.record import Record
@@ -91,7 +92,7 @@ class LawCoefficientRecord(Record):
 
 @dataclass(frozen=True)
 class LawRecord(Record):
-    """A law that the force might follow, fitted at a site; `accepted` where it leaves no more than the free force does."""
+    """A law that the force or moment might follow, fitted at a site; `accepted` where it leaves no more than the free one does."""
 
     law: str
     position: float
@@ -99,7 +100,9 @@ class LawRecord(Record):
     bic: float
     accepted: bool
     coefficients: tuple[LawCoefficientRecord, ...]
-    amplitude: tuple[Series, ...]  # in x and y, N
+    amplitude: tuple[Series, ...]  # in x and y, N or N m
+    key: str = ""  # by which settings name the law
+    kind: str = FORCE
 
 
 @dataclass(frozen=True)
@@ -132,7 +135,7 @@ class LocationRecord(Record):
     planes: tuple[float, ...]  # of the probes
     level: float
     interval_level: float
-    laws: tuple[LawRecord, ...] = ()  # lowest BIC first; none but of forces
+    laws: tuple[LawRecord, ...] = ()  # lowest BIC first
     hidden: tuple[HiddenEffect, ...] = ()
     seconds: float | None = None
 

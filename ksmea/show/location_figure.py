@@ -80,7 +80,7 @@ def _draw_amplitude(panel: Axes, record: LocationRecord, force: ForceRecord) -> 
     in_micrometre = force.parts[0].unit == "m"
     for part in force.parts:
         _draw_series(panel, record, part.amplitude, part.part, MICROMETRE if in_micrometre else 1.0)
-    if record.law is not None and record.law.position == force.position:
+    if record.law is not None and (record.law.position, record.law.kind) == (force.position, force.kind):
         for axis, amplitude in zip(("x", "y"), record.law.amplitude):
             label = f"{record.law.law}" if axis == "x" else None
             panel.plot(np.array(record.speed) / RPM, amplitude, "--", color=REFERENCE, linewidth=1, label=label)

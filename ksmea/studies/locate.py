@@ -18,7 +18,7 @@ from ksmea.diagnosis.site_intervals import site_intervals
 from ksmea.diagnosis.unknown_force import KINDS, LATERAL, READING
 from ksmea.errors import unknown
 from ksmea.intervals import Interval
-from ksmea.load import FORCE, MOMENT
+from ksmea.load import FORCE, LOADS, MOMENT
 from ksmea.measurement import Measurement
 from ksmea.parameters import Parameter
 from ksmea.records.diagnosis import EstimateRecord, NoiseLevelRecord
@@ -39,7 +39,7 @@ from ksmea.records.location import (
 from ksmea.records.record import finite
 from ksmea.settings import Settings, setting
 
-MAX_LAW_SITES = 8  # best sites of a force at which laws are fitted
+MAX_LAW_SITES = 8  # best sites of a force or a moment at which laws are fitted
 AT_LIMIT = 1e-3  # parts of the range within which a value lies on its limit
 
 
@@ -97,7 +97,7 @@ def location_record(found: Location, rng: np.random.Generator, interval_level: f
     else the one that leaves least."""
     problem, measurement = found.plain.likelihood.problem, found.plain.likelihood.measurement
     believed = [] if found.is_plain_enough else [found.sites[index] for index in found.accepted]
-    laws = fitted_laws(_forces(believed)[:MAX_LAW_SITES], found.noise)
+    laws = fitted_laws([fit for fit in believed if fit.unmodelled.kind in LOADS][:MAX_LAW_SITES], found.noise)
     best = next((fit.site.unmodelled for fit in laws if fit.p >= found.level), None)
     believed = sorted(believed, key=lambda fit: fit.unmodelled != best)  # those of no law stay in their order
     along = [*problem.sites, *problem.landmarks.values(), *(channel.position for channel in measurement.channels)]
@@ -208,13 +208,11 @@ def _force(fit: SiteFit, recovered: RecoveredForce, level: float) -> ForceRecord
     )
 
 
-def _forces(fits: Sequence[SiteFit]) -> list[SiteFit]:
-    return [fit for fit in fits if fit.unmodelled.kind == FORCE]
-
-
 def _law(fit: LawFit, level: float) -> LawRecord:
     return LawRecord(
         law=fit.law.name,
+        key=fit.law.key,
+        kind=str(fit.site.unmodelled.kind),
         position=fit.site.unmodelled.position,
         p=fit.p,
         bic=fit.bic,
