@@ -20,6 +20,7 @@ from ksmea.records.location import (
     SiteRecord,
     StiffnessRecord,
 )
+from ksmea.show.law_words import law_words
 from ksmea.show.location_figure import plot
 from ksmea.show.text import aligned, number
 from ksmea.units import MICROMETRE, RPM
@@ -31,7 +32,7 @@ CLEARLY = 3.0  # times one part of the whirl must be as large as the other for i
 FOLLOWS = 0.9  # coherence from which a force is said to follow the motion of its site
 MAX_SHARE = 0.5  # of what was tried: if more is accepted, nothing is located
 NEAR = 6.0  # ΔBIC within which laws, also at different sites, cannot be told apart (Kass & Raftery 1995)
-MAX_RIVALS = 3
+MAX_RIVALS = 5
 MEGA = 1e6
 
 
@@ -220,16 +221,17 @@ def _laws(record: LocationRecord) -> str:
     if best is None:
         near = record.laws[0]
         return f"It follows none of the simple laws; the nearest: {near.law} at {_place(record, near.position)} (p = {near.p:.2g})."
-    lines = [f"It acts as {best.law} at {_place(record, best.position)} (p = {best.p:.2g}): {_sizes(best)}."]
-    rivals = [law for law in record.laws if law.accepted and law is not best and law.bic < best.bic + NEAR]
-    if rivals:
-        said = "; ".join(f"{law.law} at {_place(record, law.position)}: {_sizes(law)}" for law in rivals[:MAX_RIVALS])
-        lines.append(f"As well: {said}.")
+    lines = [f"{_capital(_law(record, best))} (p = {best.p:.2g})."]
+    alike = [law for law in record.laws if law.accepted and law is not best and law.bic < best.bic + NEAR]
+    if alike:
+        more = f" (and {len(alike) - MAX_RIVALS} more)" if len(alike) > MAX_RIVALS else ""
+        lines.append(f"The data cannot tell this from:{more}")
+        lines += [f"- {_law(record, law)}" for law in alike[:MAX_RIVALS]]
     return "\n".join(lines)
 
 
-def _sizes(law: LawRecord) -> str:
-    return ", ".join(f"{each.name} = {each.value:.3g} ± {each.sd:.2g} {each.unit}" for each in law.coefficients)
+def _law(record: LocationRecord, law: LawRecord) -> str:
+    return f"at {_place(record, law.position)}, {law_words(law)}"
 
 
 def _coefficients(record: LocationRecord) -> str:
