@@ -24,12 +24,13 @@ from ksmea.diagnosis.location import SiteFit, refitted
 from ksmea.diagnosis.recovered_force import RecoveredForce, own_noise, recovered_force
 from ksmea.diagnosis.unknown_force import SumOfSquares
 from ksmea.differences import central_differences
-from ksmea.force_laws import LAWS, MOMENT_LAWS, Law, NonlinearLaw, force_of
+from ksmea.force_laws import LAWS, MOMENT_LAWS, Law, LawOfSpeed, NonlinearLaw, force_of
 from ksmea.likelihood import Point
 from ksmea.load import FORCE, MOMENT
 from ksmea.maximisation import maximise
 from ksmea.measurement import Noise
 from ksmea.screening import sobol
+from ksmea.smooth_force import smooth
 
 STEP = 1e-5  # of differences: of the unit cube, and of the scale of each coefficient
 SMALLEST = 1e-3  # of the largest coefficient in its unit: the scale of one that is next to nothing
@@ -40,6 +41,8 @@ N_WEIGHT = 50  # draws that weights are made of
 FIRST_ITERATIONS = 15  # of a fit, before it is seen whether it is worth while
 HOPELESS = 5.0  # times the noise that a law leaves beyond the free force: it is fitted no further
 N_NONLINEAR = 3  # sites at which a nonlinear law is fitted
+N_KNOTS = (4, 6, 8, 12)  # of a smooth force
+N_SMOOTH = 2  # sites at which one is fitted
 N_THRESHOLD = 12  # amplitudes that a search for a threshold starts from
 LAWS_OF = {FORCE: LAWS, MOMENT: MOMENT_LAWS}
 
@@ -47,15 +50,28 @@ LAWS_OF = {FORCE: LAWS, MOMENT: MOMENT_LAWS}
 @dataclass(frozen=True)
 class LawFit:
     """A law fitted at a site together with the unknowns: `p` of leaving no more than the free force, `bic` for comparison
-    with other laws and sites, coefficients (n_coefficient,) SI with standard deviations."""
+    with other laws and sites, coefficients (n_coefficient,) SI with their covariance."""
 
     law: Law
     site: SiteFit
     p: float
     bic: float
     values: Array
-    sd: Array
+    covariance: Array
     force: ComplexArray  # as the law has it (n_speed, 2) N, or N m
+
+    @property
+    def sd(self) -> Array:
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    def amplitude(self, speed: Array) -> tuple[Array, Array]:
+        """|f| in x and y, (n_speed, 2) N or N m, of a law of speed, and its standard deviation."""
+        if not isinstance(self.law, LawOfSpeed):
+            raise TypeError("expected a law of speed: what others do depends on a motion")
+        terms = self.law.terms(speed)
+        force = np.einsum("c,csk->sk", self.values, terms)
+        along = (np.conj(force) / np.abs(force) * terms).real
+        return np.abs(force), np.sqrt(np.einsum("csk,cd,dsk->sk", along, self.covariance, along))
 
 
 @dataclass(frozen=True)
@@ -122,6 +138,18 @@ def fitted_laws(sites: Sequence[SiteFit], noise: Noise) -> list[LawFit]:
     return sorted((fit for fit in fits if fit is not None), key=lambda fit: fit.bic)
 
 
+def smooth_fits(sites: Sequence[SiteFit], noise: Noise) -> list[LawFit]:
+    """A smooth function of speed at the first sites of an unknown force, each with as many knots as have the lowest BIC; the
+    lowest BIC first. There are at most half as many knots as speeds."""
+    found = []
+    for site in [site for site in sites if site.unmodelled.kind == FORCE][:N_SMOOTH]:
+        speed = site.likelihood.problem.speed
+        counts = [n for n in N_KNOTS if 2 * n <= len(speed)]
+        tried = [fitted_law(site, smooth(np.quantile(speed, np.linspace(0, 1, n))), noise) for n in counts]
+        found += sorted((fit for fit in tried if fit is not None), key=lambda fit: fit.bic)[:1]
+    return sorted(found, key=lambda fit: fit.bic)
+
+
 def fitted_law(site: SiteFit, law: Law, noise: Noise) -> LawFit | None:
     """A law at a site, from where it comes nearest to the free force; None where no fit has a steady motion."""
     return _fitted(site, law, noise, [_start(law, each, _recovered(each)) for each in (site, *_others(site))])
@@ -160,14 +188,14 @@ def _law_fit(site: SiteFit, likelihood: LawLikelihood, found: Point, noise: Nois
     p = stats.chi2.sf(beyond, n_more) if is_known else stats.f.sf(beyond / n_more, n_more, site.point.n_left)
     # weights differ from law to law: the whole deviance is compared
     sizes = log_term(sd**2, noise.variance(np.abs(measurement.values)), measurement.kind)
-    covariance = own_noise(site) ** 2 * np.linalg.pinv(found.information)
+    covariance = own_noise(site) ** 2 * np.linalg.pinv(found.information)[likelihood.d :, likelihood.d :]
     return LawFit(
         likelihood.law,
         site,
         p=float(p),
         bic=float(found.deviance + np.sum(sizes) + len(likelihood.scale) * np.log(found.whitened.shape[0])),
         values=found.theta[likelihood.d :] * likelihood.scale,
-        sd=np.sqrt(np.diag(covariance)[likelihood.d :]) * likelihood.scale,
+        covariance=covariance * np.outer(likelihood.scale, likelihood.scale),
         force=likelihood.mean_and_force(found.theta[None])[1][0],
     )
 

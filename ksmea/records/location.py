@@ -103,6 +103,7 @@ class LawRecord(Record):
     amplitude: tuple[Series, ...]  # in x and y, N or N m
     key: str = ""  # by which settings name the law
     kind: str = FORCE
+    amplitude_sd: tuple[Series, ...] = ()  # of a law of speed alone
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 import numpy as np
 
+from ksmea.channel import DIRECTIONS
 from ksmea.records.location import LawRecord
 
 
@@ -41,6 +42,13 @@ def _stop(law: LawRecord) -> str:
     verb = "opposes" if law.coefficients[0].value > 0 else "drives"
     rubbing = f", with a friction coefficient of {friction[0].strip()}" if friction else ""
     return f"it {verb} the motion like a spring, {stiffness}, only above {clearance}{rubbing}"
+
+
+def _smooth(law: LawRecord) -> str:
+    sizes = " and ".join(
+        f"{min(series):.3g} to {max(series):.3g} N in {axis}" for axis, series in zip(DIRECTIONS, law.amplitude)
+    )
+    return f"it follows none of the simple laws but changes smoothly with speed ({len(law.coefficients) // 4} knots), {sizes}"
 
 
 def _vector(law: LawRecord, turns: int = 1) -> str:
@@ -90,5 +98,6 @@ _WORDS: Mapping[str, Callable[[LawRecord], str]] = MappingProxyType(
         ),
         "spring_above_an_amplitude": _stop,
         "rub": _stop,
+        "smooth": _smooth,
     }
 )

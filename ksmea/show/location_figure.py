@@ -13,6 +13,7 @@ from ksmea.units import MICROMETRE, RPM
 COLOURS = {"force": OURS, "moment": PAPER, "reading": INTERVAL, "force and moment": "#8a5aa8"}
 PART_COLOURS = {"x": OURS, "y": PAPER, "forward": INTERVAL, "backward": "#8a5aa8"}
 MEGA = 1e6
+N_SD = 2.0  # of the band of a law
 
 
 def plot(record: LocationRecord, axes: Axes | None = None) -> Figure:
@@ -84,6 +85,9 @@ def _draw_amplitude(panel: Axes, record: LocationRecord, force: ForceRecord) -> 
         for axis, amplitude in zip(("x", "y"), record.law.amplitude):
             label = f"{record.law.law}" if axis == "x" else None
             panel.plot(np.array(record.speed) / RPM, amplitude, "--", color=REFERENCE, linewidth=1, label=label)
+        for amplitude, sd in zip(record.law.amplitude, record.law.amplitude_sd):
+            low, high = (np.array(amplitude) + sign * N_SD * np.array(sd) for sign in (-1, 1))
+            panel.fill_between(np.array(record.speed) / RPM, low, high, color=REFERENCE, alpha=0.15, linewidth=0)
     panel.set_yscale("log")
     panel.set_ylabel(f"{force.kind} ({'µm' if in_micrometre else force.parts[0].unit})", fontsize=9)
     panel.legend(fontsize=8, ncols=3, frameon=False)

@@ -11,7 +11,7 @@ import numpy as np
 from ksmea.alignment import require_aligned
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
-from ksmea.diagnosis.force_law import LawFit, fitted_laws
+from ksmea.diagnosis.force_law import LawFit, fitted_laws, smooth_fits
 from ksmea.diagnosis.location import Location, SiteFit, locate
 from ksmea.diagnosis.recovered_force import RecoveredForce, recovered_force
 from ksmea.diagnosis.site_intervals import site_intervals
@@ -97,7 +97,7 @@ def location_record(found: Location, rng: np.random.Generator, interval_level: f
     else the one that leaves least."""
     problem, measurement = found.plain.likelihood.problem, found.plain.likelihood.measurement
     believed = [] if found.is_plain_enough else [found.sites[index] for index in found.accepted]
-    laws = fitted_laws([fit for fit in believed if fit.unmodelled.kind in LOADS][:MAX_LAW_SITES], found.noise)
+    laws = _laws([fit for fit in believed if fit.unmodelled.kind in LOADS][:MAX_LAW_SITES], found)
     best = next((fit.site.unmodelled for fit in laws if fit.p >= found.level), None)
     believed = sorted(believed, key=lambda fit: fit.unmodelled != best)  # those of no law stay in their order
     along = [*problem.sites, *problem.landmarks.values(), *(channel.position for channel in measurement.channels)]
@@ -208,6 +208,12 @@ def _force(fit: SiteFit, recovered: RecoveredForce, level: float) -> ForceRecord
     )
 
 
+def _laws(sites: Sequence[SiteFit], found: Location) -> list[LawFit]:
+    """The laws at sites, the lowest BIC first; behind them a smooth function of speed where none of them holds."""
+    simple = fitted_laws(sites, found.noise)
+    return simple if any(fit.p >= found.level for fit in simple) else [*simple, *smooth_fits(sites, found.noise)]
+
+
 def _law(fit: LawFit, level: float) -> LawRecord:
     return LawRecord(
         law=fit.law.name,
@@ -222,7 +228,16 @@ def _law(fit: LawFit, level: float) -> LawRecord:
             for (name, unit, size), value, sd in zip(fit.law.coefficients, fit.values, fit.sd)
         ),
         amplitude=tuple(_rounded(each) for each in np.abs(fit.force).T),
+        amplitude_sd=_amplitude_sd(fit),
     )
+
+
+def _amplitude_sd(fit: LawFit) -> tuple[tuple[float, ...], ...]:
+    """Of a law of speed."""
+    if fit.law.follows_motion:
+        return ()
+    _, sd = fit.amplitude(fit.site.likelihood.problem.speed)
+    return tuple(_rounded(each) for each in sd.T)
 
 
 def _series(draws: Array, level: float) -> SeriesRecord:

@@ -72,9 +72,8 @@ def test_the_text_says_where_and_what(record):
     assert "An unknown force that is free at every speed explains the data at " in said
     assert "1 m (disk 3)" in said
     assert "forward and backward alike" in said
-    assert (
-        record.law is None and "It follows none of the simple laws" in said
-    )  # all of them are whirls or follow motion
+    assert record.law.key == "smooth"  # all others are whirls or follow the motion
+    assert "it follows none of the simple laws but changes smoothly with speed (4 knots)" in said
     assert "unknown    unit  without  beside it" in said
     assert all(len(line) < 160 for line in said.splitlines())
 
