@@ -20,9 +20,9 @@ from scipy.optimize import least_squares
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import DIRECTIONS, Channel
 from ksmea.deviance import log_term
-from ksmea.diagnosis.location import SiteFit, refitted
+from ksmea.diagnosis.location import refitted
 from ksmea.diagnosis.recovered_force import RecoveredForce, own_noise, recovered_force
-from ksmea.diagnosis.unknown_force import SumOfSquares
+from ksmea.diagnosis.unknown_force import SiteFit, SumOfSquares
 from ksmea.differences import central_differences
 from ksmea.force_laws import LAWS, MOMENT_LAWS, Law, LawOfSpeed, NonlinearLaw, force_of
 from ksmea.likelihood import Point

@@ -22,12 +22,14 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from ksmea.arrays import Array
+from ksmea.channel import DIRECTIONS
 from ksmea.contracts import Problem
 from ksmea.diagnosis.fitting import START_DISTANCE
 from ksmea.diagnosis.restricted_noise import restricted_noise
 from ksmea.diagnosis.screening import screened
+from ksmea.diagnosis.site_pairs import fitted_pairs
 from ksmea.diagnosis.site_quality import SiteQuality, site_qualities
-from ksmea.diagnosis.unknown_force import LATERAL, READING, ProjectedLikelihood, ProjectedPoint, Unmodelled
+from ksmea.diagnosis.unknown_force import LATERAL, READING, ProjectedLikelihood, SiteFit, Unmodelled
 from ksmea.errors import SettingError
 from ksmea.kind import Kind
 from ksmea.load import LOADS
@@ -42,18 +44,6 @@ REWEIGHTINGS = 3  # after which weights from the fitted response stay as they ar
 FIRST_ITERATIONS, SURVIVORS = 10, 2  # of each fit: after the first iterations only the best starts go on
 N_SCREENED = 2048  # points of the box, a power of two
 SCREENED_STARTS = 12
-
-
-@dataclass(frozen=True)
-class SiteFit:
-    """The model with something unknown, fitted."""
-
-    likelihood: ProjectedLikelihood
-    point: ProjectedPoint
-
-    @property
-    def unmodelled(self) -> Unmodelled:
-        return self.likelihood.unmodelled
 
 
 @dataclass(frozen=True)
@@ -96,8 +86,8 @@ def locate(
     progress: Callable[[], None] = lambda: None,
 ) -> Location:
     """What is tried at each position (m; the problem's sites if none are given), or reading plane, for each kind, and
-    which of it is not rejected at `level`. Where nothing is accepted anywhere, force and moment together are tried, if the
-    channels are enough.
+    which of it is not rejected at `level`. Where nothing is accepted anywhere, force and moment together are tried, and forces
+    at two positions, if the channels are enough.
 
     Raises `SettingError` where the data are too few for anything to be left once it is eliminated.
     """
@@ -109,10 +99,12 @@ def locate(
 
     fits = fitted([Unmodelled(), *candidates(problem, kinds, along)])
     found = _tested(fits, measurement, level, rng)
-    together = candidates(problem, (LATERAL,), along)
-    if found.accepted or not set(LOADS) <= set(kinds) or not together:
+    if found.accepted or not set(LOADS) <= set(kinds):
         return found
-    return _tested([*fits, *fitted(together)], measurement, level, rng)
+    more = fitted(candidates(problem, (LATERAL,), along))
+    if len(along) > 1 and leaves_enough(problem, 2 * len(DIRECTIONS)):
+        more += fitted_pairs(np.sort(along), fitted)
+    return _tested([*fits, *more], measurement, level, rng) if more else found
 
 
 def require_enough(problem: Problem, kind: str) -> None:
@@ -126,13 +118,20 @@ def require_enough(problem: Problem, kind: str) -> None:
         got = f"amplitudes of {n_channel}; measure phases too, so that the force can be eliminated{more}"
     elif n_channel < 3:
         got = f"{n_channel}; add a probe at another plane, or both directions there"
-    elif (left := 2 * (n_channel - 2) * len(problem.speed)) <= 2 * len(problem.parameters):
+    elif not leaves_enough(problem, len(DIRECTIONS)):
+        left = 2 * (n_channel - len(DIRECTIONS)) * len(problem.speed)
         got = f"{left} real data beside the force for {len(problem.parameters)} unknowns; measure more speeds"
     else:
         return
     raise SettingError(
         f"location: expected complex data of at least 3 channels, of which an unknown force takes 2 at each speed, got {got}"
     )
+
+
+def leaves_enough(problem: Problem, n_free: int) -> bool:
+    """Whether complex data leave more than twice as many real numbers as there are unknowns, once `n_free` complex ones are
+    eliminated at each speed."""
+    return 2 * (len(problem.channels) - n_free) * len(problem.speed) > 2 * len(problem.parameters)
 
 
 def candidates(problem: Problem, kinds: Sequence[str], positions: Array) -> list[Unmodelled]:

@@ -15,21 +15,30 @@ from ksmea.records.hidden import HiddenEffect
 from ksmea.records.record import Record
 
 UNSEEN = "unseen"  # kind of interval of an unknown that the data do not show beside what is unknown
+PAIR = "pair of forces"  # at two positions
 Series = tuple[float, ...]  # (n_speed,)
 NOTHING, NONE = "nothing", "none"  # kinds of a location: nothing is missing; none of what was tried explains the data
 
 
 @dataclass(frozen=True)
 class SiteRecord(Record):
-    """Something unknown at one position, fitted and tested."""
+    """Something unknown at one position, or at two, fitted and tested."""
 
-    kind: str  # force, moment, force and moment, reading
-    position: float
+    kind: str  # force, moment, force and moment, pair of forces, reading
+    position: float  # the first one
     p: float  # of the lack-of-fit test
     p_by_statistic: Mapping[str, float]
     chi2: float  # in units of the noise
     n_left: int  # real data that neither the unknowns nor what is free take
     accepted: bool
+    second: float | None = None  # position of the other force of a pair
+
+    @property
+    def positions(self) -> tuple[float, ...]:
+        return (self.position,) if self.second is None else (self.position, self.second)
+
+    def __str__(self) -> str:
+        return f"{self.kind} at {' and '.join(f'{position:g} m' for position in self.positions)}"
 
 
 @dataclass(frozen=True)
@@ -80,6 +89,11 @@ class ForceRecord(Record):
     parts: tuple[PartRecord, ...]
     work: SeriesRecord | None
     stiffness: tuple[StiffnessRecord, ...]
+    second: float | None = None  # position of the other force of a pair
+
+    @property
+    def positions(self) -> tuple[float, ...]:
+        return (self.position,) if self.second is None else (self.position, self.second)
 
 
 @dataclass(frozen=True)
@@ -139,6 +153,7 @@ class LocationRecord(Record):
     laws: tuple[LawRecord, ...] = ()  # lowest BIC first
     hidden: tuple[HiddenEffect, ...] = ()
     seconds: float | None = None
+    n_channel: int | None = None  # of the measurement; older records do not have it
 
     @property
     def law(self) -> LawRecord | None:

@@ -12,10 +12,10 @@ from ksmea.alignment import require_aligned
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
 from ksmea.diagnosis.force_law import LawFit, fitted_laws, smooth_fits
-from ksmea.diagnosis.location import Location, SiteFit, locate
+from ksmea.diagnosis.location import Location, locate
 from ksmea.diagnosis.recovered_force import RecoveredForce, recovered_force
 from ksmea.diagnosis.site_intervals import site_intervals
-from ksmea.diagnosis.unknown_force import KINDS, LATERAL, READING
+from ksmea.diagnosis.unknown_force import KINDS, LATERAL, READING, SiteFit
 from ksmea.errors import unknown
 from ksmea.intervals import Interval
 from ksmea.load import FORCE, LOADS, MOMENT
@@ -116,6 +116,7 @@ def location_record(found: Location, rng: np.random.Generator, interval_level: f
         level=found.level,
         interval_level=interval_level,
         laws=tuple(_law(fit, found.level) for fit in laws),
+        n_channel=len(measurement.channels),
     )
 
 
@@ -129,6 +130,7 @@ def _site(found: Location, index: int) -> SiteRecord:
         chi2=fit.point.deviance,
         n_left=fit.point.n_left,
         accepted=quality.p >= found.level,
+        second=fit.unmodelled.second,
     )
 
 
@@ -205,6 +207,7 @@ def _force(fit: SiteFit, recovered: RecoveredForce, level: float) -> ForceRecord
             StiffnessRecord(part, float(follows), _series(values.real, level), _series(values.imag, level))
             for (part, _), follows, values in zip(recovered.names, coherence, np.moveaxis(stiffness, 2, 0))
         ),
+        second=fit.unmodelled.second,
     )
 
 

@@ -88,7 +88,7 @@ def test_the_text_says_where_nothing_is_missing_and_where_nothing_is_enough(reco
         force=None,
         candidates=tuple(dataclasses.replace(site, accepted=False, p=0.001) for site in record.candidates),
     )
-    assert "Nothing that was tried at one place explains the data (force)" in text(none)
+    assert "Nothing that was tried explains the data (force)" in text(none)
     for each in (plain, none):
         assert plot(each).get_axes()
 
