@@ -3,10 +3,12 @@
 Q is the motion without the force and G that per unit of it. f need not be analytic in q: the equations are solved for the four
 real numbers of q. Where a resonance curve folds over there are several solutions; which one is found is a choice: the one
 that Newton's method leads to from Q, or from a motion that is known from elsewhere, as by measurement; and where it leads
-nowhere, from the solution at the speed below, as in a slow run-up.
+nowhere, from the solution at the speed below, as in a slow run-up, and at last from that at the speed above.
 """
 
 from __future__ import annotations
+
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,16 +36,14 @@ def steady_motion(
 
     Raises LinAlgError where no steady motion is found."""
     found, is_found = _newton(force, coefficients, motion, per_force, motion if near is None else near)
-    below = None
-    for index in np.argsort(speed):
-        missing = np.logical_not(is_found[:, index])
-        if missing.any() and below is not None:
-            only = np.ix_(missing, [index])
-            solved = _newton(
-                force, coefficients[missing], motion[only], per_force[only], found[np.ix_(missing, [below])]
-            )
-            found[only], is_found[only] = solved
-        below = index
+    rising = np.argsort(speed)
+    for order in (rising, rising[::-1]):
+        for last, index in pairwise(order):
+            lacking = np.logical_not(is_found[:, index]) & is_found[:, last]
+            only, start = np.ix_(lacking, [index]), found[np.ix_(lacking, [last])]
+            if lacking.any():
+                solved = _newton(force, coefficients[lacking], motion[only], per_force[only], start)
+                found[only], is_found[only] = solved
     if not is_found.all():
         raise np.linalg.LinAlgError("no steady motion was found under this force")
     return found

@@ -55,7 +55,7 @@ class LocationOptions(Settings):
     kinds: list[str] = setting(
         [FORCE, MOMENT, READING],
         f"what may act: {FORCE}, {MOMENT}, {READING} (of the probes at a plane), {LATERAL} (also tried where neither alone"
-        " is accepted)",
+        " is accepted, beside forces at two positions)",
     )
     starts: int = setting(4, "starts of the fit at each site, before sites share the best unknowns", at_least=1)
 

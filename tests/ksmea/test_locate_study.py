@@ -38,6 +38,21 @@ def test_the_record_comes_back_from_json(record):
     assert LocationRecord.from_data(json.loads(json.dumps(record.to_data(), allow_nan=False))) == record
 
 
+def test_an_older_record_has_single_sites_and_names_of_laws(record):
+    data = json.loads(json.dumps(record.to_data()))
+    later = {"n_channel", "second", "key", "amplitude_sd"}
+
+    def without(value):
+        if isinstance(value, dict):
+            return {name: without(each) for name, each in value.items() if name not in later}
+        return [without(each) for each in value] if isinstance(value, list) else value
+
+    older = LocationRecord.from_data(without(data))
+    assert older.sites[0].positions == (1.0,)
+    assert f"it acts as {record.law.law}: " in text(older)
+    assert len(plot(older).get_axes()) == 4
+
+
 def test_sites_are_ranked_and_the_best_is_the_true_one(record):
     assert record.kind == "force"
     assert (record.sites[0].position, record.sites[0].kind) == (1.0, "force")
