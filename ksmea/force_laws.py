@@ -1,17 +1,18 @@
 """Laws that a force on the shaft may follow: from speed alone, or from the motion of its site.
 
-A law has a few real coefficients c: f = Σ c g(Ω), or f = −K q with K = Σ c K(Ω) and q the motion of the site, which the
-force moves along:
+A law has a few real coefficients c: f = Σ c g(Ω), or f = −K q with K = Σ c K(Ω) and q the motion of the site, or another
+function of q (`ksmea.nonlinear_forces`). The force moves its site along:
 
-    q = Q + G f,   f = −(1 + K G)⁻¹ K Q,
+    q = Q + G f(q),
 
-with Q the motion without it and G that per unit of it.
+with Q the motion without it and G that per unit of it. Where it is linear, f = −(1 + K G)⁻¹ K Q.
 
 Sign convention: a real force is Re(f e^{iΩt}); a rotating vector is (1, −i) in (x, y).
 """
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -20,32 +21,132 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import DIRECTIONS
-from ksmea.units import GRAM_MILLIMETRE
+from ksmea.nonlinear_forces import ForceOfMotion, cubic_spring, rotating_asymmetry, rub, spring_above_an_amplitude
+from ksmea.steady_motion import steady_motion
+from ksmea.units import GRAM_MILLIMETRE, MICROMETRE
 
 FORWARD = np.array([1, -1j])
 AXES = np.stack([np.diag([1.0, 0.0]), np.diag([0.0, 1.0])])
 CROSS = np.array([[[0.0, 1.0], [-1.0, 0.0]]])
 
+OfSpeed = Callable[[Array], ComplexArray]  # speeds (n_speed,) rad/s → what acts per unit of each coefficient
+
 
 @dataclass(frozen=True)
-class Law:
-    """A law by its key in settings and its name for people; `coefficients` have a name, a unit and its size in SI. `terms` at
-    speeds (n_speed,): what acts per unit of each, (n_coefficient, n_speed, 2) N, or where it follows the motion the stiffness,
-    (n_coefficient, n_speed, 2, 2) N/m."""
+class Law(ABC):
+    """A law by its key in settings and its name for people; `coefficients` have a name, a unit and its size in SI."""
 
     key: str
     name: str
     coefficients: tuple[tuple[str, str, float], ...]
-    terms: Callable[[Array], ComplexArray]
-    follows_motion: bool
+
+    @property
+    def follows_motion(self) -> bool:
+        """Whether what acts depends on the motion of its site."""
+        return True
+
+    @property
+    def threshold(self) -> int | None:
+        """Index of a coefficient that is an amplitude, m, no less than zero, up to which nothing acts."""
+        return None
+
+    @abstractmethod
+    def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
+        """What acts, (n, n_speed, 2) N, where the site moves by `motion` (n, n_speed, 2) m."""
+
+    @abstractmethod
+    def steady(
+        self,
+        coefficients: Array,
+        speed: Array,
+        motion: ComplexArray,
+        per_force: ComplexArray,
+        near: ComplexArray | None = None,
+    ) -> ComplexArray:
+        """`force_of` this law."""
 
 
-def _rotating(power: int) -> Callable[[Array], ComplexArray]:
+@dataclass(frozen=True)
+class LawOfSpeed(Law):
+    """`terms`: N per unit of each coefficient, (n_coefficient, n_speed, 2); N m where it is a moment."""
+
+    terms: OfSpeed
+
+    @property
+    def follows_motion(self) -> bool:
+        return False
+
+    def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
+        return np.asarray(np.einsum("nc,csk->nsk", coefficients, self.terms(speed)))
+
+    def steady(
+        self,
+        coefficients: Array,
+        speed: Array,
+        motion: ComplexArray,
+        per_force: ComplexArray,
+        near: ComplexArray | None = None,
+    ) -> ComplexArray:
+        return self.at_motion(coefficients, speed, motion)
+
+
+@dataclass(frozen=True)
+class LinearLaw(Law):
+    """`terms`: stiffness K, N/m, per unit of each coefficient, (n_coefficient, n_speed, 2, 2)."""
+
+    terms: OfSpeed
+
+    def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
+        return np.asarray(-(self._stiffness(coefficients, speed) @ motion[..., None])[..., 0])
+
+    def steady(
+        self,
+        coefficients: Array,
+        speed: Array,
+        motion: ComplexArray,
+        per_force: ComplexArray,
+        near: ComplexArray | None = None,
+    ) -> ComplexArray:
+        stiffness = self._stiffness(coefficients, speed)
+        unit = np.eye(len(DIRECTIONS))
+        return np.asarray(-np.linalg.solve(unit + stiffness @ per_force, stiffness @ motion[..., None])[..., 0])
+
+    def _stiffness(self, coefficients: Array, speed: Array) -> ComplexArray:
+        return np.asarray(np.einsum("nc,c...->n...", coefficients, self.terms(speed)))
+
+
+@dataclass(frozen=True)
+class NonlinearLaw(Law):
+    """Any function of the motion."""
+
+    of_motion: ForceOfMotion
+    clearance: int | None = None
+
+    @property
+    def threshold(self) -> int | None:
+        return self.clearance
+
+    def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
+        return self.of_motion(coefficients, motion).force
+
+    def steady(
+        self,
+        coefficients: Array,
+        speed: Array,
+        motion: ComplexArray,
+        per_force: ComplexArray,
+        near: ComplexArray | None = None,
+    ) -> ComplexArray:
+        moving = steady_motion(self.of_motion, coefficients, speed, motion, per_force, near)
+        return self.at_motion(coefficients, speed, moving)
+
+
+def _rotating(power: int) -> OfSpeed:
     """A vector fixed in the rotor, with its parts at angle 0 and a quarter turn on, that grows with a power of speed."""
     return lambda speed: np.array([1, 1j])[:, None, None] * speed[:, None] ** power * FORWARD
 
 
-def _stiffness(matrices: Array, factor: complex, power: int) -> Callable[[Array], ComplexArray]:
+def _stiffness(matrices: Array, factor: complex, power: int) -> OfSpeed:
     return lambda speed: matrices[:, None] * (factor * speed**power)[:, None, None]
 
 
@@ -53,46 +154,68 @@ def _pair(name: str, unit: str, size: float) -> tuple[tuple[str, str, float], ..
     return tuple((f"{name}_{axis}", unit, size) for axis in DIRECTIONS)
 
 
-def _together(*parts: Callable[[Array], ComplexArray]) -> Callable[[Array], ComplexArray]:
+def _together(*parts: OfSpeed) -> OfSpeed:
     return lambda speed: np.concatenate([part(speed) for part in parts])
+
+
+def _by_key(*laws: Law) -> MappingProxyType[str, Law]:
+    return MappingProxyType({law.key: law for law in laws})
 
 
 SPRING, OF_SPRING = _pair("k", "MN/m", 1e6), _stiffness(AXES, 1, 0)
 DAMPER, OF_DAMPER = _pair("c", "kN s/m", 1e3), _stiffness(AXES, 1j, 1)
 MASS, OF_MASS = (("m", "kg", 1.0),), _stiffness(np.eye(2)[None], -1, 2)
+STOP = (("k", "MN/m", 1e6), ("δ", "µm", MICROMETRE))
 
-_ALL = (
-    Law("constant", "constant, turning with the shaft", _pair("f", "N", 1.0), _rotating(0), False),
-    Law("proportional_to_speed", "∝ Ω, turning with the shaft", _pair("f/Ω", "N s/rad", 1.0), _rotating(1), False),
-    Law("unbalance", "unbalance, ∝ Ω²", _pair("u", "g mm", GRAM_MILLIMETRE), _rotating(2), False),
-    Law("spring", "spring", SPRING, OF_SPRING, True),
-    Law("damper", "damper", DAMPER, OF_DAMPER, True),
-    Law("mass", "mass", MASS, OF_MASS, True),
-    Law("cross_coupling", "cross-coupling", (("k_xy", "MN/m", 1e6),), _stiffness(CROSS, 1, 0), True),
-    Law("spring_and_damper", "spring and damper", (*SPRING, *DAMPER), _together(OF_SPRING, OF_DAMPER), True),
-    Law(
+LAWS = _by_key(
+    LawOfSpeed("constant", "constant, turning with the shaft", _pair("f", "N", 1.0), _rotating(0)),
+    LawOfSpeed("proportional_to_speed", "∝ Ω, turning with the shaft", _pair("f/Ω", "N s/rad", 1.0), _rotating(1)),
+    LawOfSpeed("unbalance", "unbalance, ∝ Ω²", _pair("u", "g mm", GRAM_MILLIMETRE), _rotating(2)),
+    LinearLaw("spring", "spring", SPRING, OF_SPRING),
+    LinearLaw("spring_proportional_to_speed", "spring ∝ Ω", _pair("k/Ω", "kN s/m", 1e3), _stiffness(AXES, 1, 1)),
+    LinearLaw("damper", "damper", DAMPER, OF_DAMPER),
+    LinearLaw("mass", "mass", MASS, OF_MASS),
+    LinearLaw("cross_coupling", "cross-coupling", (("k_xy", "MN/m", 1e6),), _stiffness(CROSS, 1, 0)),
+    LinearLaw("spring_and_damper", "spring and damper", (*SPRING, *DAMPER), _together(OF_SPRING, OF_DAMPER)),
+    LinearLaw(
         "spring_damper_and_mass",
         "spring, damper and mass",
         (*SPRING, *DAMPER, *MASS),
         _together(OF_SPRING, OF_DAMPER, OF_MASS),
-        True,
     ),
+    NonlinearLaw("rotating_asymmetry", "asymmetry of the turning shaft", _pair("Δk", "MN/m", 1e6), rotating_asymmetry),
+    NonlinearLaw("cubic_spring", "cubic spring", (("k₃", "MN/mm³", 1e15),), cubic_spring),
+    NonlinearLaw(
+        "spring_above_an_amplitude", "spring above an amplitude", STOP, spring_above_an_amplitude, clearance=1
+    ),
+    NonlinearLaw("rub", "rub", (*STOP, ("μ", "", 1.0)), rub, clearance=1),
 )
 
-LAWS = MappingProxyType({law.key: law for law in _ALL})
+# of a moment: what tilts its site is no channel, so that none of them follows the motion
+MOMENT_LAWS = _by_key(
+    LawOfSpeed("constant_moment", "constant moment, turning with the shaft", _pair("M", "N m", 1.0), _rotating(0)),
+    LawOfSpeed(
+        "moment_proportional_to_speed",
+        "moment ∝ Ω, turning with the shaft",
+        _pair("M/Ω", "N m s/rad", 1.0),
+        _rotating(1),
+    ),
+    LawOfSpeed("skew", "skewed disk, moment ∝ Ω²", _pair("M/Ω²", "kg m²", 1.0), _rotating(2)),
+)
 
 
 def force_of(
-    law: Law, coefficients: Array, speed: Array, motion: ComplexArray, per_force: ComplexArray
+    law: Law,
+    coefficients: Array,
+    speed: Array,
+    motion: ComplexArray,
+    per_force: ComplexArray,
+    near: ComplexArray | None = None,
 ) -> ComplexArray:
     """What acts, (n, n_speed, 2) N, with coefficients (n, n_coefficient) SI at speeds (n_speed,), where the site moves by
     `motion` (n, n_speed, 2) m without it and by `per_force` (n, n_speed, 2, 2) m/N with each unit of it. A law that does not
-    follow the motion asks for neither.
+    follow the motion asks for neither. Where several motions are steady, `near` (n, n_speed, 2) says which is meant, else it is
+    the one that `steady_motion` chooses.
 
     Raises LinAlgError where there is no steady motion."""
-    acting = np.einsum("nc,c...->n...", coefficients, law.terms(speed))
-    if not law.follows_motion:
-        return np.asarray(acting)
-    return np.asarray(
-        -np.linalg.solve(np.eye(len(DIRECTIONS)) + acting @ per_force, acting @ motion[..., None])[..., 0]
-    )
+    return law.steady(coefficients, speed, motion, per_force, near)

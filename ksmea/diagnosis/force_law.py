@@ -1,63 +1,101 @@
-"""Which law an unknown force follows: a few coefficients (`ksmea.force_laws`) in place of two complex numbers at each speed.
+"""Which law an unknown force or moment follows: a few coefficients (`ksmea.force_laws`) in place of two complex numbers at
+each speed.
 
-Coefficients and the model's unknowns are fitted together. Nothing is nearer to the data than the free force, so that what a
-law leaves beyond that is a test of it, with as many degrees of freedom as it has fewer numbers; laws, also at different sites,
-compare by BIC.
+Coefficients and the model's unknowns are fitted together. Nothing is nearer to the data than what is free at each speed, so
+that what a law leaves beyond that is a test of it, with as many degrees of freedom as it has fewer numbers; laws, also at
+different sites, compare by BIC. Fits start where a law comes nearest to the force as it was recovered. Laws that are not
+linear in the motion cost more; they are fitted at the sites alone where they come nearest.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
+from scipy.optimize import least_squares
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import DIRECTIONS, Channel
 from ksmea.deviance import log_term
-from ksmea.diagnosis.location import SiteFit, refitted
-from ksmea.diagnosis.recovered_force import own_noise, recovered_force
-from ksmea.diagnosis.unknown_force import SumOfSquares
+from ksmea.diagnosis.location import refitted
+from ksmea.diagnosis.recovered_force import RecoveredForce, own_noise, recovered_force
+from ksmea.diagnosis.unknown_force import SiteFit, SumOfSquares
 from ksmea.differences import central_differences
-from ksmea.force_laws import LAWS, Law, force_of
+from ksmea.force_laws import LAWS, MOMENT_LAWS, Law, LawOfSpeed, NonlinearLaw, force_of
 from ksmea.likelihood import Point
+from ksmea.load import FORCE, MOMENT
 from ksmea.maximisation import maximise
 from ksmea.measurement import Noise
 from ksmea.screening import sobol
+from ksmea.smooth_force import smooth
 
 STEP = 1e-5  # of differences: of the unit cube, and of the scale of each coefficient
-SMALLEST = 1e-3  # of the largest coefficient: the scale of one that is next to nothing
+SMALLEST = 1e-3  # of the largest coefficient in its unit: the scale of one that is next to nothing
 N_OTHER = 8  # values of each unknown that the data do not show, a power of two
 TOLERANCE = 1e-3  # of χ²
 REWEIGHTINGS = 2  # after which weights from the response of a law stay as they are
 N_WEIGHT = 50  # draws that weights are made of
+FIRST_ITERATIONS = 15  # of a fit, before it is seen whether it is worth while
+HOPELESS = 5.0  # times the noise that a law leaves beyond the free force: it is fitted no further
+N_NONLINEAR = 3  # sites at which a nonlinear law is fitted
+N_KNOTS = (4, 6, 8, 12)  # of a smooth force
+N_SMOOTH = 2  # sites at which one is fitted
+N_THRESHOLD = 12  # amplitudes that a search for a threshold starts from
+LAWS_OF = {FORCE: LAWS, MOMENT: MOMENT_LAWS}
 
 
 @dataclass(frozen=True)
 class LawFit:
     """A law fitted at a site together with the unknowns: `p` of leaving no more than the free force, `bic` for comparison
-    with other laws and sites, coefficients (n_coefficient,) SI with standard deviations."""
+    with other laws and sites, coefficients (n_coefficient,) SI with their covariance."""
 
     law: Law
     site: SiteFit
     p: float
     bic: float
     values: Array
-    sd: Array
-    force: ComplexArray  # as the law has it (n_speed, 2) N
+    covariance: Array
+    force: ComplexArray  # as the law has it (n_speed, 2) N, or N m
+
+    @property
+    def sd(self) -> Array:
+        return np.asarray(np.sqrt(np.diag(self.covariance)))
+
+    def amplitude(self, speed: Array) -> tuple[Array, Array]:
+        """|f| in x and y, (n_speed, 2) N or N m, of a law of speed, and its standard deviation."""
+        if not isinstance(self.law, LawOfSpeed):
+            raise TypeError("expected a law of speed: what others do depends on a motion")
+        terms = self.law.terms(speed)
+        force = np.einsum("c,csk->sk", self.values, terms)
+        along = (np.conj(force) / np.abs(force) * terms).real
+        return np.abs(force), np.sqrt(np.einsum("csk,cd,dsk->sk", along, self.covariance, along))
+
+
+@dataclass(frozen=True)
+class LawStart:
+    """Where the fit of a law at a site starts: unknowns in the unit cube, coefficients SI; `misfit` is the mean square of what
+    the law leaves of the recovered force there, in units of its spread."""
+
+    theta: Array
+    coefficients: Array
+    motion: ComplexArray  # of the site as recovered (n_speed, 2), m
+    misfit: float
 
 
 class LawLikelihood(SumOfSquares):
     """χ² of a model with a law at a site, of unknowns in the unit cube and, behind them, of coefficients in units of `scale`:
-    what `ksmea.maximisation` can maximise."""
+    what `ksmea.maximisation` can maximise. Of several steady motions that of the site is the one next to `near` (n_speed, 2), m."""
 
-    def __init__(self, site: SiteFit, law: Law, scale: Array) -> None:
+    def __init__(self, site: SiteFit, law: Law, scale: Array, near: ComplexArray | None = None) -> None:
         base = site.likelihood
         problem, position = base.problem, site.unmodelled.position
         self.d = base.d
-        self.law, self.scale = law, scale
-        self.lower = np.concatenate([base.lower, np.full(len(scale), -np.inf)])
+        self.law, self.scale, self.near = law, scale, near
+        least = [0.0 if index == law.threshold else -np.inf for index in range(len(scale))]
+        self.lower = np.concatenate([base.lower, least])
         self.upper = np.concatenate([base.upper, np.full(len(scale), np.inf)])
         self._base, self._unmodelled = base, site.unmodelled
         at_site = [Channel(position, axis) for axis in DIRECTIONS] if law.follows_motion else []
@@ -80,50 +118,94 @@ class LawLikelihood(SumOfSquares):
         response, columns = self._seen.response(x), self._unmodelled.columns(self._seen, x)
         n_channel = len(self._base.problem.channels)
         coefficients = theta[:, self.d :] * self.scale
-        force = force_of(
-            self.law, coefficients, self._seen.speed, response[:, :, n_channel:], columns[:, :, n_channel:]
-        )
+        motion, per_force = response[:, :, n_channel:], columns[:, :, n_channel:]
+        near = None if self.near is None else np.broadcast_to(self.near, motion.shape)
+        force = force_of(self.law, coefficients, self._seen.speed, motion, per_force, near)
         return response[:, :, :n_channel] + (columns[:, :, :n_channel] @ force[..., None])[..., 0], force
 
 
 def fitted_laws(sites: Sequence[SiteFit], noise: Noise) -> list[LawFit]:
-    """Every law at each site of an unknown force, the lowest BIC first; `noise` is that of the location."""
-    fits = [fitted_law(site, law, noise) for site in sites for law in LAWS.values()]
-    return sorted(fits, key=lambda fit: fit.bic)
+    """Every law of its kind at each site of an unknown force or moment, the lowest BIC first; `noise` is that of the location."""
+    recovered = [[(each, _recovered(each)) for each in (site, *_others(site))] for site in sites]
+    fits = []
+    for kind, laws in LAWS_OF.items():
+        of_kind = [index for index, site in enumerate(sites) if site.unmodelled.kind == kind]
+        for law in laws.values():
+            starts = {index: [_start(law, *each) for each in recovered[index]] for index in of_kind}
+            nearest = sorted(of_kind, key=lambda index: min(start.misfit for start in starts[index]))
+            tried = nearest[:N_NONLINEAR] if isinstance(law, NonlinearLaw) else nearest
+            fits += [_fitted(sites[index], law, noise, starts[index]) for index in tried]
+    return sorted((fit for fit in fits if fit is not None), key=lambda fit: fit.bic)
 
 
-def fitted_law(site: SiteFit, law: Law, noise: Noise) -> LawFit:
-    """A law at a site, from where it comes nearest to the free force. The weights come from its own response, for the free
-    force that it is compared with too: a free force takes noise along, and with it weights that favour small values."""
-    starts = [(each.point.theta, _nearest(each, law)) for each in (site, *_others(site))]
-    largest = np.max(np.abs([coefficients for _, coefficients in starts]), axis=0)
-    scale = np.maximum(largest, SMALLEST * largest.max())
-    likelihood = LawLikelihood(site, law, scale)
-    tried = [maximise(likelihood, np.concatenate([u, each / scale]), tolerance=TOLERANCE) for u, each in starts]
+def smooth_fits(sites: Sequence[SiteFit], noise: Noise) -> list[LawFit]:
+    """A smooth function of speed at the first sites of an unknown force, each with as many knots as have the lowest BIC; the
+    lowest BIC first. There are at most half as many knots as speeds."""
+    found = []
+    for site in [site for site in sites if site.unmodelled.kind == FORCE][:N_SMOOTH]:
+        speed = site.likelihood.problem.speed
+        counts = [n for n in N_KNOTS if 2 * n <= len(speed)]
+        tried = [fitted_law(site, smooth(np.quantile(speed, np.linspace(0, 1, n))), noise) for n in counts]
+        found += sorted((fit for fit in tried if fit is not None), key=lambda fit: fit.bic)[:1]
+    return sorted(found, key=lambda fit: fit.bic)
+
+
+def fitted_law(site: SiteFit, law: Law, noise: Noise) -> LawFit | None:
+    """A law at a site, from where it comes nearest to the free force; None where no fit has a steady motion."""
+    return _fitted(site, law, noise, [_start(law, each, _recovered(each)) for each in (site, *_others(site))])
+
+
+def _fitted(site: SiteFit, law: Law, noise: Noise, starts: Sequence[LawStart]) -> LawFit | None:
+    """The weights come from its own response, for the free force that it is compared with too: a free force takes noise along,
+    and with it weights that favour small values."""
+    unit = np.array([size for _, _, size in law.coefficients])
+    largest = np.max(np.abs([start.coefficients / unit for start in starts]), axis=0)
+    scale = np.maximum(largest, SMALLEST * largest.max()) * unit
+    near = starts[0].motion if isinstance(law, NonlinearLaw) else None
+    likelihood = LawLikelihood(site, law, scale, near)
+    tried = []
+    for start in starts:
+        with suppress(np.linalg.LinAlgError):
+            theta = np.concatenate([start.theta, start.coefficients / scale])
+            tried.append(maximise(likelihood, theta, tolerance=TOLERANCE, max_iterations=FIRST_ITERATIONS))
+    if not tried:
+        return None
     found = min(tried, key=lambda point: point.deviance)
-    for _ in range(REWEIGHTINGS):
+    beyond, n_more = _beyond(site, likelihood, found)
+    for _ in range(REWEIGHTINGS if beyond < HOPELESS * n_more else 0):
         response, _ = likelihood.mean_and_force(found.theta[None])
         site = refitted(site, noise.sd(np.abs(response[0])))
-        likelihood = LawLikelihood(site, law, scale)
-        found = maximise(likelihood, found.theta, tolerance=TOLERANCE)
-    free, n_coefficient = site.point, len(scale)
-    n_more = 2 * free.free.size - n_coefficient - (likelihood.d - free.n_searched)
-    beyond, excess = max(found.deviance - free.deviance, 0.0), own_noise(site) ** 2
+        likelihood = LawLikelihood(site, law, scale, near)
+        with suppress(np.linalg.LinAlgError):
+            found = maximise(likelihood, found.theta, tolerance=TOLERANCE)
+    return _law_fit(site, likelihood, found, noise)
+
+
+def _law_fit(site: SiteFit, likelihood: LawLikelihood, found: Point, noise: Noise) -> LawFit:
+    beyond, n_more = _beyond(site, likelihood, found)
     measurement, sd = site.likelihood.measurement, site.likelihood.sd
     is_known = measurement.noise is not None
-    p = stats.chi2.sf(beyond, n_more) if is_known else stats.f.sf(beyond / n_more / excess, n_more, free.n_left)
+    p = stats.chi2.sf(beyond, n_more) if is_known else stats.f.sf(beyond / n_more, n_more, site.point.n_left)
     # weights differ from law to law: the whole deviance is compared
     sizes = log_term(sd**2, noise.variance(np.abs(measurement.values)), measurement.kind)
-    covariance = excess * np.linalg.pinv(found.information)
+    covariance = own_noise(site) ** 2 * np.linalg.pinv(found.information)[likelihood.d :, likelihood.d :]
     return LawFit(
-        law,
+        likelihood.law,
         site,
         p=float(p),
-        bic=float(found.deviance + np.sum(sizes) + n_coefficient * np.log(found.whitened.shape[0])),
-        values=found.theta[likelihood.d :] * scale,
-        sd=np.sqrt(np.diag(covariance)[likelihood.d :]) * scale,
+        bic=float(found.deviance + np.sum(sizes) + len(likelihood.scale) * np.log(found.whitened.shape[0])),
+        values=found.theta[likelihood.d :] * likelihood.scale,
+        covariance=covariance * np.outer(likelihood.scale, likelihood.scale),
         force=likelihood.mean_and_force(found.theta[None])[1][0],
     )
+
+
+def _beyond(site: SiteFit, likelihood: LawLikelihood, found: Point) -> tuple[float, int]:
+    """What a law leaves beyond what the free force does, in units of the noise that this leaves, and by how many numbers it has
+    fewer."""
+    free = site.point
+    n_more = 2 * free.free.size - len(likelihood.scale) - (likelihood.d - free.n_searched)
+    return max(found.deviance - free.deviance, 0.0) / own_noise(site) ** 2, n_more
 
 
 def _others(site: SiteFit) -> list[SiteFit]:
@@ -139,14 +221,52 @@ def _others(site: SiteFit) -> list[SiteFit]:
     return found
 
 
-def _nearest(site: SiteFit, law: Law) -> Array:
-    """The coefficients that come nearest to the free force, each speed weighed as it is known."""
-    found = recovered_force(site, np.random.default_rng(0), n_draw=N_WEIGHT)
-    spread = np.std(found.force[1:], axis=0)
-    terms = law.terms(site.likelihood.problem.speed)
-    if law.follows_motion and found.motion is not None:
-        terms = -(terms @ found.motion[0][..., None])[..., 0]
-    columns = (terms / spread).reshape(len(terms), -1)
-    target = (found.force[0] / spread).ravel()
-    real = [np.concatenate([each.real, each.imag], axis=-1) for each in (columns, target)]
-    return np.asarray(np.linalg.lstsq(real[0].T, real[1])[0])
+def _recovered(site: SiteFit) -> RecoveredForce:
+    return recovered_force(site, np.random.default_rng(0), n_draw=N_WEIGHT)
+
+
+def _start(law: Law, site: SiteFit, recovered: RecoveredForce) -> LawStart:
+    """The coefficients that come nearest to the force as it was recovered, each speed weighed as it is known."""
+    speed, target = site.likelihood.problem.speed, recovered.force[0]
+    spread = np.std(recovered.force[1:], axis=0)
+    motion = np.zeros_like(target) if recovered.motion is None else recovered.motion[0]
+
+    def whitened(coefficients: Array) -> Array:
+        """Forces of coefficients (n, n_coefficient), in units of their spread, as real numbers (n, m)."""
+        force = law.at_motion(coefficients, speed, np.broadcast_to(motion, (len(coefficients), *motion.shape)))
+        return _real_parts(force / spread)
+
+    [goal] = _real_parts(target[None] / spread)
+    n_coefficient = len(law.coefficients)
+    if law.threshold is None:
+        columns = whitened(np.eye(n_coefficient))
+        coefficients = np.linalg.lstsq(columns.T, goal)[0]
+    else:
+        coefficients = _with_threshold(law, whitened, goal, np.linalg.norm(motion, axis=-1))
+    left = whitened(coefficients[None])[0] - goal
+    return LawStart(site.point.theta, coefficients, motion, float(left @ left) / target.size)
+
+
+def _with_threshold(law: Law, force: Callable[[Array], Array], goal: Array, amplitude: Array) -> Array:
+    """The coefficients of a law that acts above an amplitude only: its first one is its size, and what is neither that nor the
+    threshold is zero at first. The best of several thresholds is refined with all of them."""
+    tried = np.zeros((N_THRESHOLD, len(law.coefficients)))
+    tried[:, 0] = 1.0
+    tried[:, law.threshold] = np.quantile(amplitude, np.arange(N_THRESHOLD) / N_THRESHOLD)
+    forces = force(tried)
+    tried[:, 0] = forces @ goal / np.maximum(np.sum(forces**2, axis=1), np.finfo(float).tiny)
+    left = np.sum((tried[:, :1] * forces - goal) ** 2, axis=1)
+    best = tried[np.argmin(left)]
+    size = np.array([each for _, _, each in law.coefficients])
+    lower = np.where(np.arange(len(size)) == law.threshold, 0.0, -np.inf)
+
+    def left_over(values: Array) -> Array:
+        return np.asarray(force((values * size)[None])[0] - goal)
+
+    return np.asarray(size * least_squares(left_over, best / size, bounds=(lower, np.inf)).x)
+
+
+def _real_parts(force: ComplexArray) -> Array:
+    """Complex forces (n, n_speed, 2) as real numbers (n, m)."""
+    flat = force.reshape(len(force), -1)
+    return np.concatenate([flat.real, flat.imag], axis=1)

@@ -22,12 +22,14 @@ import numpy as np
 from scipy.optimize import least_squares
 
 from ksmea.arrays import Array
+from ksmea.channel import DIRECTIONS
 from ksmea.contracts import Problem
 from ksmea.diagnosis.fitting import START_DISTANCE
 from ksmea.diagnosis.restricted_noise import restricted_noise
 from ksmea.diagnosis.screening import screened
+from ksmea.diagnosis.site_pairs import fitted_pairs
 from ksmea.diagnosis.site_quality import SiteQuality, site_qualities
-from ksmea.diagnosis.unknown_force import LATERAL, READING, ProjectedLikelihood, ProjectedPoint, Unmodelled
+from ksmea.diagnosis.unknown_force import LATERAL, READING, ProjectedLikelihood, SiteFit, Unmodelled
 from ksmea.errors import SettingError
 from ksmea.kind import Kind
 from ksmea.load import LOADS
@@ -43,18 +45,6 @@ HOPELESS = 50.0  # mean square of what a site leaves, in units of the noise, at 
 FIRST_ITERATIONS, SURVIVORS = 10, 2  # of each fit: after the first iterations only the best starts go on
 N_SCREENED = 2048  # points of the box, a power of two
 SCREENED_STARTS = 12
-
-
-@dataclass(frozen=True)
-class SiteFit:
-    """The model with something unknown, fitted."""
-
-    likelihood: ProjectedLikelihood
-    point: ProjectedPoint
-
-    @property
-    def unmodelled(self) -> Unmodelled:
-        return self.likelihood.unmodelled
 
 
 @dataclass(frozen=True)
@@ -97,8 +87,8 @@ def locate(
     progress: Callable[[], None] = lambda: None,
 ) -> Location:
     """What is tried at each position (m; the problem's sites if none are given), or reading plane, for each kind, and
-    which of it is not rejected at `level`. Where nothing is accepted anywhere, force and moment together are tried, if the
-    channels are enough.
+    which of it is not rejected at `level`. Where nothing is accepted anywhere, force and moment together are tried, and forces
+    at two positions, if the channels are enough.
 
     Raises `SettingError` where the data are too few for anything to be left once it is eliminated.
     """
@@ -110,10 +100,12 @@ def locate(
 
     fits = fitted([Unmodelled(), *candidates(problem, kinds, along)])
     found = _tested(fits, measurement, level, rng)
-    together = candidates(problem, (LATERAL,), along)
-    if found.accepted or not set(LOADS) <= set(kinds) or not together:
+    if found.accepted or not set(LOADS) <= set(kinds):
         return found
-    return _tested([*fits, *fitted(together)], measurement, level, rng)
+    more = fitted(candidates(problem, (LATERAL,), along))
+    if len(along) > 1 and leaves_enough(problem, 2 * len(DIRECTIONS)):
+        more += fitted_pairs(np.sort(along), fitted)
+    return _tested([*fits, *more], measurement, level, rng) if more else found
 
 
 def require_enough(problem: Problem, kind: str) -> None:
@@ -139,9 +131,16 @@ def missing_to_locate(problem: Problem, kind: str) -> str:
         return f"amplitudes of {n_channel}; measure phases too, so that the force can be eliminated{more}"
     if n_channel < 3:
         return f"{n_channel}; add a probe at another plane, or both directions there"
-    if (left := 2 * (n_channel - 2) * len(problem.speed)) <= 2 * len(problem.parameters):
+    if not leaves_enough(problem, len(DIRECTIONS)):
+        left = 2 * (n_channel - len(DIRECTIONS)) * len(problem.speed)
         return f"{left} real data beside the force for {len(problem.parameters)} unknowns; measure more speeds"
     return ""
+
+
+def leaves_enough(problem: Problem, n_free: int) -> bool:
+    """Whether complex data leave more than twice as many real numbers as there are unknowns, once `n_free` complex ones are
+    eliminated at each speed."""
+    return 2 * (len(problem.channels) - n_free) * len(problem.speed) > 2 * len(problem.parameters)
 
 
 def candidates(problem: Problem, kinds: Sequence[str], positions: Array) -> list[Unmodelled]:

@@ -17,7 +17,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import DIRECTIONS, Channel
-from ksmea.diagnosis.location import SiteFit
+from ksmea.diagnosis.unknown_force import SiteFit
 from ksmea.differences import cube_differences
 from ksmea.load import FORCE
 

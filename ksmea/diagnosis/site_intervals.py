@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 from scipy import stats
 
-from ksmea.diagnosis.location import HOPELESS, SiteFit
+from ksmea.diagnosis.location import HOPELESS
 from ksmea.diagnosis.recovered_force import own_noise
+from ksmea.diagnosis.unknown_force import SiteFit
 from ksmea.intervals import Interval, checked_intervals, in_si, information_interval
 from ksmea.records.location import UNSEEN
 

@@ -29,8 +29,9 @@ from ksmea.channel import DIRECTIONS, Channel
 from ksmea.contracts import Problem
 from ksmea.differences import cube_differences
 from ksmea.likelihood import BEND, Point
-from ksmea.load import LOADS, Load
+from ksmea.load import FORCE, LOADS, Load
 from ksmea.measurement import Measurement
+from ksmea.records.location import PAIR
 
 LATERAL = "force and moment"
 READING = "reading"
@@ -43,27 +44,41 @@ LEAST_KEPT = 1e-6
 
 @dataclass(frozen=True)
 class Unmodelled:
-    """What the model lacks, of a kind (one of `KINDS`) at a position (m); without a kind it lacks nothing."""
+    """What the model lacks, of a kind (one of `KINDS`) at a position (m); without a kind it lacks nothing. A pair of forces is at
+    a second position too."""
 
     kind: str | None = None
     position: float = 0.0
+    second: float | None = None
 
     def __str__(self) -> str:
-        return "nothing" if self.kind is None else f"{self.kind} at {self.position:g} m"
+        places = " and ".join(f"{position:g} m" for position in self.positions)
+        return "nothing" if self.kind is None else f"{self.kind} at {places}"
+
+    @property
+    def positions(self) -> tuple[float, ...]:
+        return (self.position,) if self.second is None else (self.position, self.second)
 
     @property
     def loads(self) -> tuple[Load, ...]:
         """The loads on the shaft that it consists of, in the order of f."""
-        kinds = LOADS if self.kind == LATERAL else (self.kind,)
-        return tuple(Load(self.position, axis, kind) for kind in kinds if kind in LOADS for axis in DIRECTIONS)
+        kinds = LOADS if self.kind == LATERAL else (FORCE,) if self.kind == PAIR else (self.kind,)
+        return tuple(
+            Load(position, axis, kind)
+            for position in self.positions
+            for kind in kinds
+            if kind in LOADS
+            for axis in DIRECTIONS
+        )
 
     def named_columns(self, problem: Problem) -> tuple[tuple[str, str], ...]:
         """Direction and unit of each part of f."""
+        if self.kind == LATERAL:
+            return tuple((f"{load.kind} {load.direction}", load.unit) for load in self.loads)
+        if self.kind == PAIR:
+            return tuple((f"{load.direction} at {load.position:g} m", load.unit) for load in self.loads)
         if self.loads:
-            several = self.kind == LATERAL
-            return tuple(
-                (f"{load.kind} {load.direction}" if several else load.direction, load.unit) for load in self.loads
-            )
+            return tuple((load.direction, load.unit) for load in self.loads)
         return tuple((channel.direction, "m") for channel in problem.channels if self.reads(channel))
 
     def reads(self, channel: Channel) -> bool:
@@ -188,6 +203,18 @@ class ProjectedLikelihood(SumOfSquares):
 
     def _real(self, values: ComplexArray, axis: int = 0) -> Array:
         return self.measurement.kind.real_parts(values, axis=axis)
+
+
+@dataclass(frozen=True)
+class SiteFit:
+    """The model with something unknown, fitted."""
+
+    likelihood: ProjectedLikelihood
+    point: ProjectedPoint
+
+    @property
+    def unmodelled(self) -> Unmodelled:
+        return self.likelihood.unmodelled
 
 
 def orthonormal(columns: ComplexArray) -> ComplexArray:

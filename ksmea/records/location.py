@@ -10,11 +10,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from ksmea.load import FORCE
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.record import Record
 
 UNSEEN = "unseen"  # kind of interval of an unknown that the data do not show beside what is unknown
+PAIR = "pair of forces"  # at two positions
 Series = tuple[float, ...]  # (n_speed,)
 NOTHING, NONE = "nothing", "none"  # kinds of a location: nothing is missing; none of what was tried explains the data
 SAME = 1e-6  # m between positions of one place
@@ -23,15 +25,23 @@ MAX_SHARE = 0.5  # of what was tried: if more is accepted, nothing is located
 
 @dataclass(frozen=True)
 class SiteRecord(Record):
-    """Something unknown at one position, fitted and tested."""
+    """Something unknown at one position, or at two, fitted and tested."""
 
-    kind: str  # force, moment, force and moment, reading
-    position: float
+    kind: str  # force, moment, force and moment, pair of forces, reading
+    position: float  # the first one
     p: float  # of the lack-of-fit test
     p_by_statistic: Mapping[str, float]
     chi2: float  # in units of the noise
     n_left: int  # real data that neither the unknowns nor what is free take
     accepted: bool
+    second: float | None = None  # position of the other force of a pair
+
+    @property
+    def positions(self) -> tuple[float, ...]:
+        return (self.position,) if self.second is None else (self.position, self.second)
+
+    def __str__(self) -> str:
+        return f"{self.kind} at {' and '.join(f'{position:g} m' for position in self.positions)}"
 
 
 @dataclass(frozen=True)
@@ -82,6 +92,11 @@ class ForceRecord(Record):
     parts: tuple[PartRecord, ...]
     work: SeriesRecord | None
     stiffness: tuple[StiffnessRecord, ...]
+    second: float | None = None  # position of the other force of a pair
+
+    @property
+    def positions(self) -> tuple[float, ...]:
+        return (self.position,) if self.second is None else (self.position, self.second)
 
 
 @dataclass(frozen=True)
@@ -94,7 +109,7 @@ class LawCoefficientRecord(Record):
 
 @dataclass(frozen=True)
 class LawRecord(Record):
-    """A law that the force might follow, fitted at a site; `accepted` where it leaves no more than the free force does."""
+    """A law that the force or moment might follow, fitted at a site; `accepted` where it leaves no more than the free one does."""
 
     law: str
     position: float
@@ -102,7 +117,10 @@ class LawRecord(Record):
     bic: float
     accepted: bool
     coefficients: tuple[LawCoefficientRecord, ...]
-    amplitude: tuple[Series, ...]  # in x and y, N
+    amplitude: tuple[Series, ...]  # in x and y, N or N m
+    key: str = ""  # by which settings name the law
+    kind: str = FORCE
+    amplitude_sd: tuple[Series, ...] = ()  # of a law of speed alone
 
 
 @dataclass(frozen=True)
@@ -135,9 +153,10 @@ class LocationRecord(Record):
     planes: tuple[float, ...]  # of the probes
     level: float
     interval_level: float
-    laws: tuple[LawRecord, ...] = ()  # lowest BIC first; none but of forces
+    laws: tuple[LawRecord, ...] = ()  # lowest BIC first
     hidden: tuple[HiddenEffect, ...] = ()
     seconds: float | None = None
+    n_channel: int | None = None  # of the measurement; older records do not have it
 
     def told(self) -> dict[str, Any]:
         """Kind, accepted sites, law and work first; then all that was tried."""

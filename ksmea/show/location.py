@@ -12,6 +12,7 @@ from ksmea.records.estimate import EstimateRecord
 from ksmea.records.location import (
     NONE,
     NOTHING,
+    PAIR,
     UNSEEN,
     ForceRecord,
     LawRecord,
@@ -20,6 +21,7 @@ from ksmea.records.location import (
     SiteRecord,
     StiffnessRecord,
 )
+from ksmea.show.law_words import law_words
 from ksmea.show.location_figure import plot
 from ksmea.show.text import aligned, number
 from ksmea.units import MICROMETRE, RPM
@@ -30,8 +32,9 @@ MAX_LISTED = 8  # sites that the text lists
 CLEARLY = 3.0  # times one part of the whirl must be as large as the other for it to be said
 FOLLOWS = 0.9  # coherence from which a force is said to follow the motion of its site
 NEAR = 6.0  # ΔBIC within which laws, also at different sites, cannot be told apart (Kass & Raftery 1995)
-MAX_RIVALS = 3
+MAX_RIVALS = 5
 MEGA = 1e6
+CHANNELS_OF_PAIR = 5  # two forces take four complex numbers at each speed
 
 
 def text(record: LocationRecord) -> str:
@@ -58,7 +61,8 @@ def frame(record: LocationRecord) -> pd.DataFrame:
             {
                 "kind": site.kind,
                 "position_m": site.position,
-                "at": landmark(record, site.position),
+                "second_m": site.second,
+                "at": _landmarks(record, site),
                 "p": site.p,
                 "chi2": site.chi2,
                 "data_left": site.n_left,
@@ -66,7 +70,7 @@ def frame(record: LocationRecord) -> pd.DataFrame:
             }
             for site in record.candidates
         ],
-        columns=["kind", "position_m", "at", "p", "chi2", "data_left", "accepted"],
+        columns=["kind", "position_m", "second_m", "at", "p", "chi2", "data_left", "accepted"],
     )
 
 
@@ -93,8 +97,9 @@ def where(record: LocationRecord) -> str:
         return ""
     if record.kind == NONE:
         tried = ", ".join(dict.fromkeys(sorted(site.kind for site in record.candidates)))
-        said = f"Nothing that was tried at one place explains the data ({tried}): the cause is spread, or there are several."
-        return f"{said} The nearest:\n\n{_table(record, record.candidates)}"
+        said = f"Nothing that was tried explains the data ({tried}): the cause is spread, or there are several."
+        more = _more_channels(record)
+        return f"{said}{more} The nearest:\n\n{_table(record, record.candidates)}"
     kinds = dict.fromkeys(site.kind for site in record.sites)
     lines = [
         f"{_capital(_a(kind))} that is free at every speed explains the data {_spread(record, kind)}." for kind in kinds
@@ -106,29 +111,43 @@ def where(record: LocationRecord) -> str:
     return "\n".join([*lines, "", _table(record, record.sites)])
 
 
+def _more_channels(record: LocationRecord) -> str:
+    """What would be enough to try forces at two places."""
+    if record.n_channel is None or record.n_channel >= CHANNELS_OF_PAIR:
+        return ""
+    return f" Forces at two places take data of {CHANNELS_OF_PAIR} channels or more, these have {record.n_channel}."
+
+
 def _spread(record: LocationRecord, kind: str) -> str:
-    """Where sites of a kind are accepted, and how much of the shaft that is."""
-    positions = sorted(site.position for site in record.sites if site.kind == kind)
-    if len(positions) == 1:
-        return f"at {_place(record, positions[0])}"
-    tried = sorted(site.position for site in record.candidates if site.kind == kind)
-    neighbours = np.gradient(np.array(tried)) if len(tried) > 1 else np.ones(1)
-    share = sum(width for position, width in zip(tried, neighbours) if position in positions) / sum(neighbours)
-    places = ", ".join(_place(record, position) for position in positions)
+    """Where sites of a kind are accepted, and how much of what was tried that is."""
+    accepted = sorted(site.positions for site in record.sites if site.kind == kind)
+    if len(accepted) == 1:
+        return f"at {_place(record, *accepted[0])}"
+    tried = sorted(site.positions for site in record.candidates if site.kind == kind)
+    if kind == PAIR:
+        shown = "; ".join(_place(record, *each) for each in accepted[:MAX_LISTED])
+        return f"at {shown}{'; …' if len(accepted) > MAX_LISTED else ''} ({len(accepted)} of the {len(tried)} pairs that leave least)"
+    neighbours = np.gradient(np.array([position for (position,) in tried])) if len(tried) > 1 else np.ones(1)
+    share = sum(width for position, width in zip(tried, neighbours) if position in accepted) / sum(neighbours)
+    places = ", ".join(_place(record, *each) for each in accepted)
     return f"at {places} ({100 * share:.0f} % of what was tried)"
 
 
-def _place(record: LocationRecord, position: float) -> str:
-    name = landmark(record, position)
-    return f"{position:g} m ({name})" if name else f"{position:g} m"
+def _place(record: LocationRecord, *positions: float) -> str:
+    named = [(position, landmark(record, position)) for position in positions]
+    return " and ".join(f"{position:g} m ({name})" if name else f"{position:g} m" for position, name in named)
+
+
+def _landmarks(record: LocationRecord, site: SiteRecord) -> str:
+    return " and ".join(name for position in site.positions if (name := landmark(record, position)))
 
 
 def _table(record: LocationRecord, sites: Sequence[SiteRecord]) -> str:
     lines = [
         [
             site.kind,
-            f"{site.position:g}",
-            landmark(record, site.position),
+            " and ".join(f"{position:g}" for position in site.positions),
+            _landmarks(record, site),
             f"{site.p:.2g}",
             f"{site.chi2:.4g}",
             str(site.n_left),
@@ -150,7 +169,7 @@ def _what_it_does(record: LocationRecord) -> str:
         f"{name} {_range(amplitude, scale)} {unit}" for name, amplitude in parts.items() if name not in WHIRL
     )
     lines = [
-        f"At {_place(record, force.position)} the {force.kind} is {sizes} (0-peak, at the middle half of the speeds){_whirl(parts)}."
+        f"At {_place(record, *force.positions)} the {force.kind} is {sizes} (0-peak, at the middle half of the speeds){_whirl(parts)}."
     ]
     lines += _hidden_unknowns(record)
     lines += _work(record, force)
@@ -230,16 +249,17 @@ def _laws(record: LocationRecord) -> str:
     if best is None:
         near = record.laws[0]
         return f"It follows none of the simple laws; the nearest: {near.law} at {_place(record, near.position)} (p = {near.p:.2g})."
-    lines = [f"It acts as {best.law} at {_place(record, best.position)} (p = {best.p:.2g}): {_sizes(best)}."]
-    rivals = [law for law in record.laws if law.accepted and law is not best and law.bic < best.bic + NEAR]
-    if rivals:
-        said = "; ".join(f"{law.law} at {_place(record, law.position)}: {_sizes(law)}" for law in rivals[:MAX_RIVALS])
-        lines.append(f"As well: {said}.")
+    lines = [f"{_capital(_law(record, best))} (p = {best.p:.2g})."]
+    alike = [law for law in record.laws if law.accepted and law is not best and law.bic < best.bic + NEAR]
+    if alike:
+        more = f" (and {len(alike) - MAX_RIVALS} more)" if len(alike) > MAX_RIVALS else ""
+        lines.append(f"The data cannot tell this from:{more}")
+        lines += [f"- {_law(record, law)}" for law in alike[:MAX_RIVALS]]
     return "\n".join(lines)
 
 
-def _sizes(law: LawRecord) -> str:
-    return ", ".join(f"{each.name} = {each.value:.3g} ± {each.sd:.2g} {each.unit}" for each in law.coefficients)
+def _law(record: LocationRecord, law: LawRecord) -> str:
+    return f"at {_place(record, law.position)}, {law_words(law)}"
 
 
 def coefficients(record: LocationRecord) -> list[str]:

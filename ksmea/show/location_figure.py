@@ -6,13 +6,14 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ksmea.records.location import NONE, NOTHING, ForceRecord, LocationRecord, SeriesRecord
+from ksmea.records.location import NONE, NOTHING, PAIR, ForceRecord, LocationRecord, SeriesRecord
 from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE, ShownFigure, figure_of
 from ksmea.units import MICROMETRE, RPM
 
-COLOURS = {"force": OURS, "moment": PAPER, "reading": INTERVAL, "force and moment": "#8a5aa8"}
+COLOURS = {"force": OURS, "moment": PAPER, "reading": INTERVAL, "force and moment": "#8a5aa8", PAIR: "#7a7a7a"}
 PART_COLOURS = {"x": OURS, "y": PAPER, "forward": INTERVAL, "backward": "#8a5aa8"}
 MEGA = 1e6
+N_SD = 2.0  # of the band of a law
 
 
 def plot(record: LocationRecord, axes: Axes | None = None) -> Figure:
@@ -40,8 +41,9 @@ def _title(record: LocationRecord) -> str:
     if record.kind == NOTHING:
         return f"The model is enough (p = {record.plain.p:.2g}): nothing needs to be located"
     if record.kind == NONE:
-        return "Nothing that was tried at one place explains the data"
-    where = "" if record.force is None else f": best at {record.force.position:g} m"
+        return "Nothing that was tried explains the data"
+    places = [] if record.force is None else [f"{position:g} m" for position in record.force.positions]
+    where = f": best at {' and '.join(places)}" if places else ""
     return f"An unknown {record.kind} explains the data{where}; above the line: not rejected"
 
 
@@ -52,10 +54,12 @@ def _draw_shaft(panel: Axes, record: LocationRecord) -> None:
         sites = sorted((site for site in record.candidates if site.kind == kind), key=lambda site: site.position)
         if not sites:
             continue
-        x, p = [site.position for site in sites], [site.p for site in sites]
-        panel.semilogy(x, p, "-", color=colour, linewidth=0.6, alpha=0.5)
-        panel.semilogy(x, p, "o", color=colour, markersize=5, markerfacecolor="none", label=kind)
-        kept = [(site.position, site.p) for site in sites if site.accepted]
+        places = [(position, site.p) for site in sites for position in site.positions]
+        lines = [list(zip(*places))] if kind != PAIR else [(site.positions, (site.p, site.p)) for site in sites]
+        for x, p in lines:  # of a pair from one of its places to the other
+            panel.semilogy(x, p, "-", color=colour, linewidth=0.6, alpha=0.5)
+        panel.semilogy(*zip(*places), "o", color=colour, markersize=5, markerfacecolor="none", label=kind)
+        kept = [(position, site.p) for site in sites if site.accepted for position in site.positions]
         panel.semilogy(*zip(*kept) if kept else ([], []), "o", color=colour, markersize=7)
     panel.axhline(record.level, color=REFERENCE, linewidth=0.8, linestyle="--")
     ground = smallest / 8
@@ -80,10 +84,13 @@ def _draw_amplitude(panel: Axes, record: LocationRecord, force: ForceRecord) -> 
     in_micrometre = force.parts[0].unit == "m"
     for part in force.parts:
         _draw_series(panel, record, part.amplitude, part.part, MICROMETRE if in_micrometre else 1.0)
-    if record.law is not None and record.law.position == force.position:
+    if record.law is not None and (record.law.position, record.law.kind) == (force.position, force.kind):
         for axis, amplitude in zip(("x", "y"), record.law.amplitude):
             label = f"{record.law.law}" if axis == "x" else None
             panel.plot(np.array(record.speed) / RPM, amplitude, "--", color=REFERENCE, linewidth=1, label=label)
+        for amplitude, sd in zip(record.law.amplitude, record.law.amplitude_sd):
+            low, high = (np.array(amplitude) + sign * N_SD * np.array(sd) for sign in (-1, 1))
+            panel.fill_between(np.array(record.speed) / RPM, low, high, color=REFERENCE, alpha=0.15, linewidth=0)
     panel.set_yscale("log")
     panel.set_ylabel(f"{force.kind} ({'µm' if in_micrometre else force.parts[0].unit})", fontsize=9)
     panel.legend(fontsize=8, ncols=3, frameon=False)

@@ -11,13 +11,13 @@ import numpy as np
 from ksmea.alignment import require_aligned
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
-from ksmea.diagnosis.force_law import LawFit, fitted_laws
-from ksmea.diagnosis.location import Location, SiteFit, locate
+from ksmea.diagnosis.force_law import LawFit, fitted_laws, smooth_fits
+from ksmea.diagnosis.location import Location, locate
 from ksmea.diagnosis.recovered_force import RecoveredForce, recovered_force
 from ksmea.diagnosis.site_intervals import site_intervals
-from ksmea.diagnosis.unknown_force import KINDS, LATERAL, READING
+from ksmea.diagnosis.unknown_force import KINDS, LATERAL, READING, SiteFit
 from ksmea.errors import unknown
-from ksmea.load import FORCE, MOMENT
+from ksmea.load import FORCE, LOADS, MOMENT
 from ksmea.measurement import Measurement
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
 from ksmea.records.location import (
@@ -37,7 +37,7 @@ from ksmea.records.location import (
 from ksmea.settings import Settings, setting
 from ksmea.studies.estimates import estimate_record
 
-MAX_LAW_SITES = 8  # best sites of a force at which laws are fitted
+MAX_LAW_SITES = 8  # best sites of a force or a moment at which laws are fitted
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class LocationOptions(Settings):
     kinds: list[str] = setting(
         [FORCE, MOMENT, READING],
         f"what may act: {FORCE}, {MOMENT}, {READING} (of the probes at a plane), {LATERAL} (also tried where neither alone"
-        " is accepted)",
+        " is accepted, beside forces at two positions)",
     )
     starts: int = setting(4, "starts of the fit at each site, before sites share the best unknowns", at_least=1)
 
@@ -94,7 +94,7 @@ def location_record(found: Location, rng: np.random.Generator, interval_level: f
     else the one that leaves least."""
     problem, measurement = found.plain.likelihood.problem, found.plain.likelihood.measurement
     believed = [] if found.is_plain_enough else [found.sites[index] for index in found.accepted]
-    laws = fitted_laws(_forces(believed)[:MAX_LAW_SITES], found.noise)
+    laws = _laws([fit for fit in believed if fit.unmodelled.kind in LOADS][:MAX_LAW_SITES], found)
     best = next((fit.site.unmodelled for fit in laws if fit.p >= found.level), None)
     believed = sorted(believed, key=lambda fit: fit.unmodelled != best)  # those of no law stay in their order
     along = [*problem.sites, *problem.landmarks.values(), *(channel.position for channel in measurement.channels)]
@@ -113,6 +113,7 @@ def location_record(found: Location, rng: np.random.Generator, interval_level: f
         level=found.level,
         interval_level=interval_level,
         laws=tuple(_law(fit, found.level) for fit in laws),
+        n_channel=len(measurement.channels),
     )
 
 
@@ -126,6 +127,7 @@ def _site(found: Location, index: int) -> SiteRecord:
         chi2=fit.point.deviance,
         n_left=fit.point.n_left,
         accepted=quality.p >= found.level,
+        second=fit.unmodelled.second,
     )
 
 
@@ -186,16 +188,21 @@ def _force(fit: SiteFit, recovered: RecoveredForce, level: float) -> ForceRecord
             StiffnessRecord(part, float(follows), _series(values.real, level), _series(values.imag, level))
             for (part, _), follows, values in zip(recovered.names, coherence, np.moveaxis(stiffness, 2, 0))
         ),
+        second=fit.unmodelled.second,
     )
 
 
-def _forces(fits: Sequence[SiteFit]) -> list[SiteFit]:
-    return [fit for fit in fits if fit.unmodelled.kind == FORCE]
+def _laws(sites: Sequence[SiteFit], found: Location) -> list[LawFit]:
+    """The laws at sites, the lowest BIC first; behind them a smooth function of speed where none of them holds."""
+    simple = fitted_laws(sites, found.noise)
+    return simple if any(fit.p >= found.level for fit in simple) else [*simple, *smooth_fits(sites, found.noise)]
 
 
 def _law(fit: LawFit, level: float) -> LawRecord:
     return LawRecord(
         law=fit.law.name,
+        key=fit.law.key,
+        kind=str(fit.site.unmodelled.kind),
         position=fit.site.unmodelled.position,
         p=fit.p,
         bic=fit.bic,
@@ -205,7 +212,16 @@ def _law(fit: LawFit, level: float) -> LawRecord:
             for (name, unit, size), value, sd in zip(fit.law.coefficients, fit.values, fit.sd)
         ),
         amplitude=tuple(_rounded(each) for each in np.abs(fit.force).T),
+        amplitude_sd=_amplitude_sd(fit),
     )
+
+
+def _amplitude_sd(fit: LawFit) -> tuple[tuple[float, ...], ...]:
+    """Of a law of speed."""
+    if fit.law.follows_motion:
+        return ()
+    _, sd = fit.amplitude(fit.site.likelihood.problem.speed)
+    return tuple(_rounded(each) for each in sd.T)
 
 
 def _series(draws: Array, level: float) -> SeriesRecord:

@@ -30,7 +30,7 @@ def test_it_says_where_something_acts_and_writes_what_it_found(located):
     assert located.code == 0, located.err
     assert "The model does not fit" in located.out
     assert "An unknown force that is free at every speed explains the data at " in located.out
-    assert "It acts as unbalance, ∝ Ω² at " in located.out
+    assert "it is an unbalance (a force ∝ Ω² that turns with the shaft): " in located.out
     assert "written: location.json, sites.csv, location.png" in located.out
     found = json.loads((located.output / "location.json").read_text())
     assert found["kind"] == "force" and "hidden" not in found

@@ -8,9 +8,13 @@ import pytest
 from ksmea.diagnosis.force_law import LawLikelihood, fitted_law, fitted_laws
 from ksmea.diagnosis.location import locate
 from ksmea.force_laws import LAWS
+from ksmea.load import Load
 from ksmea.measurement import Measurement, Noise, observe
 from problems.rotor import dense
+from problems.rotor.assembly import assemble
 from problems.rotor.data import Disk, UnbalancePlane
+from problems.rotor.loads import unit_loads
+from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
 from problems.rotor.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
 
@@ -48,6 +52,34 @@ HIDDEN = {  # law, where, the rotor that hides it, and the sizes of its coeffici
         np.array([6e6]),
     ),
 }
+
+
+FOLLOWS_SPEED = 4e3 * FINE.speed  # N/m
+BY_MATRICES = {  # law, kind, load (n_speed, 2) of its own, impedance (n_speed, 2, 2) to the motion of its site, sizes
+    "spring_proportional_to_speed": ("force", 0, FOLLOWS_SPEED[:, None, None] * np.diag([1.0, 1.5]), [4e3, 6e3]),
+    "proportional_to_speed": ("force", (0.03 + 0.02j) * FINE.speed[:, None] * [1, -1j], 0, [0.03, 0.02]),
+    "skew": ("moment", (2e-5 - 1e-5j) * FINE.speed[:, None] ** 2 * [1, -1j], 0, [2e-5, -1e-5]),
+    "moment_proportional_to_speed": ("moment", 0.01 * FINE.speed[:, None] * [1, -1j], 0, [0.01, 0.0]),
+}
+
+
+@pytest.mark.parametrize("key", BY_MATRICES)
+def test_a_law_put_into_the_matrices_is_found_with_its_size(key):
+    kind, load, impedance, sizes = BY_MATRICES[key]
+    at_site = unit_loads(ROTOR, [Load(1.0, axis, kind) for axis in "xy"], len(FINE.speed))
+    stiffness = dense.dynamic_stiffness(assemble(ROTOR), FINE.speed)
+    stiffness = stiffness + at_site @ (impedance + np.zeros((2, 2))) @ np.swapaxes(at_site, 1, 2)
+    force = force_per_unbalance(ROTOR, FINE.speed) @ complex_unbalance(ROTOR)
+    force = force + (at_site @ (load + np.zeros((len(FINE.speed), 2)))[..., None])[..., 0]
+    response = np.linalg.solve(stiffness, force[..., None])[..., 0] @ dense.channel_rows(ROTOR, FINE.channels).T
+    values = observe(response, "complex", Noise(0.05, 1e-7), np.random.default_rng(len(key)))
+    data = Measurement(PROBLEM.speed, PROBLEM.channels, values, None, "test")
+    found = locate(PROBLEM, data, np.random.default_rng(0), positions=[1.0], kinds=[kind])
+    best = fitted_laws(found.sites, found.noise)[0]
+    assert best.law.key == key
+    assert best.p > 0.001  # one draw each
+    assert np.all(np.abs(best.values - sizes) < 4 * best.sd)
+    assert np.all(best.sd < 0.3 * np.abs(sizes).max())
 
 
 @pytest.fixture(scope="module")

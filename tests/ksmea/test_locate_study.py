@@ -38,6 +38,21 @@ def test_the_record_comes_back_from_json(record):
     assert LocationRecord.from_data(json.loads(json.dumps(record.to_data(), allow_nan=False))) == record
 
 
+def test_an_older_record_has_single_sites_and_names_of_laws(record):
+    data = json.loads(json.dumps(record.to_data()))
+    later = {"n_channel", "second", "key", "amplitude_sd"}
+
+    def without(value):
+        if isinstance(value, dict):
+            return {name: without(each) for name, each in value.items() if name not in later}
+        return [without(each) for each in value] if isinstance(value, list) else value
+
+    older = LocationRecord.from_data(without(data))
+    assert older.sites[0].positions == (1.0,)
+    assert f"it acts as {record.law.law}: " in text(older)
+    assert len(plot(older).get_axes()) == 4
+
+
 def test_sites_are_ranked_and_the_best_is_the_true_one(record):
     assert record.kind == "force"
     assert (record.sites[0].position, record.sites[0].kind) == (1.0, "force")
@@ -72,9 +87,8 @@ def test_the_text_says_where_and_what(record):
     assert "An unknown force that is free at every speed explains the data at " in said
     assert "1 m (disk 3)" in said
     assert "forward and backward alike" in said
-    assert (
-        record.law is None and "It follows none of the simple laws" in said
-    )  # all of them are whirls or follow motion
+    assert record.law.key == "smooth"  # all others are whirls or follow the motion
+    assert "it follows none of the simple laws but changes smoothly with speed (4 knots)" in said
     assert "unknown    unit  without  beside it" in said
     assert all(len(line) < 160 for line in said.splitlines())
 
@@ -89,7 +103,7 @@ def test_the_text_says_where_nothing_is_missing_and_where_nothing_is_enough(reco
         force=None,
         candidates=tuple(dataclasses.replace(site, accepted=False, p=0.001) for site in record.candidates),
     )
-    assert "Nothing that was tried at one place explains the data (force)" in text(none)
+    assert "Nothing that was tried explains the data (force)" in text(none)
     for each in (plain, none):
         assert plot(each).get_axes()
 
