@@ -21,6 +21,7 @@ from ksmea.records.location import (
     StiffnessRecord,
 )
 from ksmea.show.location_figure import plot
+from ksmea.show.predictive_gain import gain_lines
 from ksmea.show.text import aligned, number
 from ksmea.units import MICROMETRE, RPM
 
@@ -37,8 +38,21 @@ MEGA = 1e6
 
 def text(record: LocationRecord) -> str:
     """The location as an engineer would say it."""
-    blocks = [_plain(record), _where(record), _what_it_does(record), _laws(record), _coefficients(record)]
+    gain = "" if record.predictive_gain is None else "\n".join(gain_lines(record.predictive_gain))
+    blocks = [_plain(record), _where(record), _what_it_does(record), _laws(record), gain, _coefficients(record)]
     return "\n\n".join(block for block in blocks if block)
+
+
+def about_extension(record: LocationRecord) -> list[str]:
+    """What the file of the extended model says of itself: the law, its place and its coefficients."""
+    extension, law = record.extension, record.law
+    if extension is None or law is None:
+        return []
+    added = [name for name in extension.values if name not in {each.name for each in record.coefficients}]
+    return [
+        f"This file holds {law.law} at {_place(record, law.position)}, fitted to a measurement:",
+        *(f"  {name} = {number(extension.values[name])} {extension.units[name]}" for name in added),
+    ]
 
 
 def frame(record: LocationRecord) -> pd.DataFrame:

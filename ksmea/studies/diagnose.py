@@ -26,19 +26,18 @@ from ksmea.records.diagnosis import (
     CurvesRecord,
     DetectableRecord,
     DiagnosisRecord,
-    EffectRecord,
     EstimateRecord,
     FitQualityRecord,
     LackOfFitRecord,
     NoiseLevelRecord,
     NoiseRecord,
-    PredictiveGainRecord,
     ResidualsRecord,
     ResponsesRecord,
     SplitRecord,
     TrialRecord,
     Values,
 )
+from ksmea.records.extension import EffectRecord, PredictiveGainRecord
 from ksmea.records.record import finite
 from ksmea.records.stability import StabilityRecord
 from ksmea.settings import Settings, setting

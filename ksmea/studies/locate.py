@@ -8,20 +8,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ksmea import registry
 from ksmea.alignment import require_aligned
 from ksmea.arrays import Array
-from ksmea.contracts import Problem
+from ksmea.contracts import AnyEffect, Problem
 from ksmea.diagnosis.force_law import LawFit, fitted_laws
+from ksmea.diagnosis.located_model import located_model
 from ksmea.diagnosis.location import Location, SiteFit, locate
 from ksmea.diagnosis.recovered_force import RecoveredForce, recovered_force
 from ksmea.diagnosis.site_intervals import site_intervals
 from ksmea.diagnosis.unknown_force import KINDS, LATERAL, READING
-from ksmea.errors import unknown
+from ksmea.errors import SettingError, unknown
 from ksmea.intervals import Interval
 from ksmea.load import FORCE, MOMENT
 from ksmea.measurement import Measurement
 from ksmea.parameters import Parameter
 from ksmea.records.diagnosis import EstimateRecord, NoiseLevelRecord
+from ksmea.records.extension import EffectRecord, ExtensionRecord, PredictiveGainRecord
 from ksmea.records.location import (
     NONE,
     NOTHING,
@@ -39,6 +42,7 @@ from ksmea.records.location import (
 from ksmea.records.record import finite
 from ksmea.settings import Settings, setting
 
+LOCAL_FORCE = "local_force"  # the effect that a law at a place is
 MAX_LAW_SITES = 8  # best sites of a force at which laws are fitted
 AT_LIMIT = 1e-3  # parts of the range within which a value lies on its limit
 
@@ -56,6 +60,9 @@ class LocationOptions(Settings):
         [FORCE, MOMENT, READING],
         f"what may act: {FORCE}, {MOMENT}, {READING} (of the probes at a plane), {LATERAL} (also tried where neither alone"
         " is accepted)",
+    )
+    blocks: int = setting(
+        6, "contiguous blocks of speeds that are left out in turn; fewer than 5 cannot support a law", at_least=2
     )
     starts: int = setting(4, "starts of the fit at each site, before sites share the best unknowns", at_least=1)
 
@@ -89,17 +96,21 @@ def location(
         n_start=options.starts,
         progress=progress,
     )
-    return location_record(found, rng, options.interval_level)
+    return location_record(found, rng, options.interval_level, options.blocks)
 
 
-def location_record(found: Location, rng: np.random.Generator, interval_level: float) -> LocationRecord:
+def location_record(
+    found: Location, rng: np.random.Generator, interval_level: float, n_block: int = 6
+) -> LocationRecord:
     """A location as plain data; values of unknowns in their units. The best site is that of the best law, where one holds,
     else the one that leaves least."""
     problem, measurement = found.plain.likelihood.problem, found.plain.likelihood.measurement
     believed = [] if found.is_plain_enough else [found.sites[index] for index in found.accepted]
     laws = fitted_laws(_forces(believed)[:MAX_LAW_SITES], found.noise)
-    best = next((fit.site.unmodelled for fit in laws if fit.p >= found.level), None)
+    law = next((fit for fit in laws if fit.p >= found.level), None)
+    best = None if law is None else law.site.unmodelled
     believed = sorted(believed, key=lambda fit: fit.unmodelled != best)  # those of no law stay in their order
+    extension, gain = (None, None) if law is None else _extended(law, found.plain, n_block)
     along = [*problem.sites, *problem.landmarks.values(), *(channel.position for channel in measurement.channels)]
     return LocationRecord(
         kind=NOTHING if found.is_plain_enough else (believed[0].unmodelled.kind or NONE) if believed else NONE,
@@ -116,6 +127,8 @@ def location_record(found: Location, rng: np.random.Generator, interval_level: f
         level=found.level,
         interval_level=interval_level,
         laws=tuple(_law(fit, found.level) for fit in laws),
+        extension=extension,
+        predictive_gain=gain,
     )
 
 
@@ -224,6 +237,27 @@ def _law(fit: LawFit, level: float) -> LawRecord:
             for (name, unit, size), value, sd in zip(fit.law.coefficients, fit.values, fit.sd)
         ),
         amplitude=tuple(_rounded(each) for each in np.abs(fit.force).T),
+    )
+
+
+def _extended(
+    law: LawFit, plain: SiteFit, n_block: int
+) -> tuple[ExtensionRecord, PredictiveGainRecord] | tuple[None, None]:
+    """The model with a law as part of it, and its predictive gain; none where the problem does not take it: it is no rotor of
+    this project, or has a force of this law already."""
+    settings = {"position": law.site.unmodelled.position, "law": law.law.key}
+    effect: AnyEffect = registry.create("effect", LOCAL_FORCE, settings)
+    try:
+        extended = effect.added_to(plain.likelihood.problem)
+    except SettingError:
+        return None, None
+    fit, gain = located_model(extended, law, plain, n_block)
+    unknowns = zip(fit.problem.parameters, fit.x)
+    values = {item.name: float(item.turned(x) / item.si_per_unit) for item, x in unknowns}
+    units = {item.name: item.unit for item in fit.problem.parameters}
+    return (
+        ExtensionRecord(EffectRecord(LOCAL_FORCE, str(effect), settings), values, units),
+        PredictiveGainRecord.of(gain.elpd, gain.rmse_before, gain.rmse_after),
     )
 
 
