@@ -29,15 +29,20 @@ from problems.rotor.sizes import rotor_mass, stiffness_scale, unbalance_scale
 
 PREFIX = "local_"  # of its unknowns: a rotor may have a k_xx of its own
 NOTICED = (0.005, 0.2)  # of the limits, of either sign, are drawn
-# Limits by unit: times the scale of forces, and powers of those of length and of time.
+# Limits by unit: a number, and powers of the scales of force, length and time.
 LARGEST = {
-    "N": (10, 0, 0),
-    "N s/rad": (10, 0, 1),
-    "g mm": (1, 0, 2),
-    "MN/m": (1, -1, 0),
-    "kN s/m": (1, -1, 1),
-    "kg": (1, -1, 2),
+    "N": (10, 1, 0, 0),
+    "N s/rad": (10, 1, 0, 1),
+    "g mm": (1, 1, 0, 2),
+    "MN/m": (1, 1, -1, 0),
+    "kN s/m": (1, 1, -1, 1),
+    "kg": (1, 1, -1, 2),
+    "MN/mm³": (1, 1, -3, 0),
+    "µm": (100, 0, 1, 0),
+    "": (1, 0, 0, 0),
 }
+FROM_ZERO = ("µm",)  # amplitudes, which have no sign
+PLAIN = {"/Ω": "_per_speed", "Δk": "asymmetry", "k₃": "k3", "δ": "clearance", "μ": "friction"}  # to be typed
 
 
 @dataclass(frozen=True)
@@ -64,11 +69,11 @@ class LocalForce(RotorEffect):
         force, length, time = unbalance * stiffness / mass, unbalance / mass, np.sqrt(mass / stiffness)
 
         def largest(unit: str) -> float:
-            times, of_length, of_time = LARGEST[unit]
-            return float(times * force * length**of_length * time**of_time)
+            times, of_force, of_length, of_time = LARGEST[unit]
+            return float(times * force**of_force * length**of_length * time**of_time)
 
         return tuple(
-            Parameter(PREFIX + name.replace("/Ω", "_per_speed"), unit, size, -largest(unit), largest(unit))
+            Parameter(_name(name), unit, size, 0.0 if unit in FROM_ZERO else -largest(unit), largest(unit))
             for name, unit, size in LAWS[self.law].coefficients
         )
 
@@ -79,3 +84,10 @@ class LocalForce(RotorEffect):
         if self.position is None:
             raise SettingError("position: expected the place of the force, got none; give one, or what locate writes")
         return SiteLaw(self.position, LAWS[self.law])
+
+
+def _name(coefficient: str) -> str:
+    """The unknown that a coefficient is."""
+    for symbol, word in PLAIN.items():
+        coefficient = coefficient.replace(symbol, word)
+    return PREFIX + coefficient

@@ -14,7 +14,6 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import block_diag
 
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.channel import Channel
@@ -147,10 +146,10 @@ class ExtendedProblem(Problem):
         coefficients = inputs_at(self.base.rotor, self.base.unknowns, own).coefficients
         impedance = np.moveaxis(self._bearing_impedance(coefficients, speed, of_effects)[:, :, :, 0], -1, 0)
         rotor = self._changed_rotor(self.base.rotor, np.asarray(x)[self.costly])
-        following = [force for force in self._forces(of_effects) if force[0].law.follows_motion]
-        low = low_modes(rotor, searched_speed(self.speed, speed), tuple(site.position for site, _ in following))
-        if following:
-            low = low.with_attached(*(block_diag(*parts) for parts in zip(*map(attached, following))))
+        forces = [force for force in self._forces(of_effects) if force[0].is_linear and force[0].law.follows_motion]
+        low = low_modes(rotor, searched_speed(self.speed, speed), tuple(site.position for site, _ in forces))
+        for index, force in enumerate(forces):
+            low = low.with_attached(index, *attached(force, speed))
         damping = impedance.imag / speed[:, None, None, None]
         return growth_rate(low, speed, impedance.real, damping, self._supports(of_effects))
 
@@ -217,13 +216,13 @@ class ExtendedProblem(Problem):
 
     @cached_property
     def _site_laws(self) -> tuple[SiteLaw, ...]:
-        """The laws of forces that effects add at sites."""
-        return tuple(law for effect in self.effects if (law := effect.site_law()) is not None)
+        """The laws of forces that effects add at sites, in the order in which they enter."""
+        return tuple(site for site, _ in self._forces([np.empty(0)] * len(self.effects)))
 
     def _forces(self, of_effects: list[Array]) -> list[Force]:
         """These with their coefficients."""
-        values = [values for effect, values in zip(self.effects, of_effects) if effect.site_law() is not None]
-        return list(zip(self._site_laws, values))
+        sites = ((effect.site_law(), values) for effect, values in zip(self.effects, of_effects))
+        return sorted(((site, values) for site, values in sites if site), key=lambda force: not force[0].is_linear)
 
     def _motion(self, reduction: Reduction, x: Array) -> tuple[ComplexArray, list[Array]]:
         """Motion and responses to unit loads at the seen channels, (n, n_speed, n_seen, 1 + n_load), and the values of each
@@ -303,8 +302,15 @@ class ExtendedProblem(Problem):
         force = force_per_unbalance(rotor, self.speed) @ complex_unbalance(rotor)
         if (loads := self._loads(rotor)) is not None:
             force = force + loads @ np.concatenate(self._sizes(of_effects), axis=1)[0]
-        for each in self._forces(of_effects):
-            added_stiffness, added_force = dense_parts(rotor, each, self.speed)
-            stiffness, force = stiffness + added_stiffness, force + added_force
-        motion = np.linalg.solve(stiffness, force[..., None])[..., 0]
-        return self._observed((motion @ dense.channel_rows(rotor, self._seen_channels).T)[None], of_effects)
+        forces = self._forces(of_effects)
+        for each in forces:
+            if each[0].is_linear:
+                added_stiffness, added_force = dense_parts(rotor, each, self.speed)
+                stiffness, force = stiffness + added_stiffness, force + added_force
+        others = [each for each in forces if not each[0].is_linear]
+        units = [np.broadcast_to(site.rows(rotor).T, (*force.shape, 2)) for site, _ in others]
+        motion = dense.channel_rows(rotor, self._seen_channels) @ np.linalg.solve(
+            stiffness, np.concatenate([force[..., None], *units], axis=2)
+        )
+        columns = with_forces(motion[None], others, self._seen_channels, self.speed)
+        return self._observed(columns[..., 0], of_effects)

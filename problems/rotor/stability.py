@@ -45,17 +45,21 @@ INFINITE = 1e4  # times the highest frequency: eigenvalues beyond it are those o
 class LowModes:
     """A rotor without bearings in the space of its lowest modes; its own mass matrix is the unit matrix."""
 
-    matrices: Matrices  # (n_low, n_low) each
+    matrices: (
+        Matrices  # (n_low, n_low) each; damping and stiffness (n_speed, n_low, n_low) where what is attached has them
+    )
     ports: Array  # (n_port, n_low), the deflections at the bearings
     sites: Array  # (2 n_site, n_low), those in x and y at further positions
     highest: float  # rad/s, up to which the modes reach
 
-    def with_attached(self, mass: Array, damping: Array, stiffness: Array) -> LowModes:
-        """The same rotor with masses, dampers and springs at its sites, (2 n_site, 2 n_site) each."""
-        added = (self.sites.T @ each @ self.sites for each in (mass, damping, stiffness))
-        names = ("mass", "damping", "stiffness")
-        changed = {name: getattr(self.matrices, name) + each for name, each in zip(names, added)}
-        return dataclasses.replace(self, matrices=dataclasses.replace(self.matrices, **changed))
+    def with_attached(self, site: int, mass: Array, damping: Array, stiffness: Array) -> LowModes:
+        """The same rotor with a mass (2, 2), damper and spring (n_speed, 2, 2) at one of its sites."""
+        own, rows = self.matrices, self.sites[2 * site : 2 * site + 2]
+        mass, damping, stiffness = (rows.T @ each @ rows for each in (mass, damping, stiffness))
+        changed = dataclasses.replace(
+            own, mass=own.mass + mass, damping=own.damping + damping, stiffness=own.stiffness + stiffness
+        )
+        return dataclasses.replace(self, matrices=changed)
 
 
 @lru_cache(maxsize=64)
