@@ -244,10 +244,10 @@ def _extended(
     law: LawFit, plain: SiteFit, n_block: int
 ) -> tuple[ExtensionRecord, PredictiveGainRecord] | tuple[None, None]:
     """The model with a law as part of it, and its predictive gain; none where the problem does not take it: it is no rotor of
-    this project, or has a force of this law already."""
+    this project, has a force of this law already, or what acts is no force."""
     settings = {"position": law.site.unmodelled.position, "law": law.law.key}
-    effect: AnyEffect = registry.create("effect", LOCAL_FORCE, settings)
     try:
+        effect: AnyEffect = registry.create("effect", LOCAL_FORCE, settings)
         extended = effect.added_to(plain.likelihood.problem)
     except SettingError:
         return None, None

@@ -78,7 +78,8 @@ class LocalForce(RotorEffect):
         )
 
     def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return np.array([item.upper * drawn_either_side(rng, *NOTICED) for item in self.parameters(problem)])
+        parts = [(item, drawn_either_side(rng, *NOTICED)) for item in self.parameters(problem)]
+        return np.array([item.upper * (part if item.lower else abs(part)) for item, part in parts])
 
     def site_law(self) -> SiteLaw:
         if self.position is None:

@@ -46,8 +46,8 @@ def effect(name, **settings):
     return registry.create("effect", name, settings)
 
 
-def places(name):  # a local force: at a bearing and between nodes, by each law
-    given = itertools.product(LAWS, (0.0, 0.77))
+def places(name):  # a local force: at a bearing and between nodes, by each law that is linear
+    given = itertools.product((key for key, law in LAWS.items() if hasattr(law, "terms")), (0.0, 0.77))
     return effect(name).locations(PLAIN) or [effect(name, position=position, law=law) for law, position in given]
 
 

@@ -18,7 +18,10 @@ SETTINGS = ThreeDisk(sensors=[0.1, 0.5], n_speed=16)
 PLAIN = SETTINGS.build()
 TRUTH = np.array([SETTINGS.reference()[name] for name in PLAIN.parameters.names])
 SPEED = np.linspace(50.0, 1500.0, 12)
-LINEAR = [key for key, law in LAWS.items() if law.follows_motion]
+IS_LINEAR = {key: hasattr(law, "terms") for key, law in LAWS.items()}
+LINEAR = [key for key, law in LAWS.items() if law.follows_motion and IS_LINEAR[key]]
+NONLINEAR = [key for key in LAWS if not IS_LINEAR[key]]
+WEAK = {"MN/m": 2e5, "MN/mm³": 1e14, "µm": 2e-6, "": 0.1}  # by unit, SI: of amplitudes of some µm
 
 
 def local(law, position=0.2):
@@ -123,6 +126,28 @@ def test_loads_act_on_the_rotor_with_it(law):
     found = problem.load_response(x, [Load(1.0, "x"), Load(1.0, "y")])[0] @ force[..., None]
     # differences of responses that are far larger at their peaks, as in tests/rotor/test_loads.py
     assert np.abs(found[..., 0] - (with_it - without)).max() < 1e-7 * np.abs(with_it).max()
+
+
+@pytest.mark.parametrize("law", NONLINEAR)
+def test_what_is_not_linear_in_the_motion_is_solved_for_by_either_route(law):
+    """So weak that there is one steady motion at every speed, beside a linear law elsewhere that it must see."""
+    effect = local(law)
+    values = np.array([WEAK[item.unit] for item in effect.parameters(PLAIN)])
+    problem = local("mass", 0.77).added_to(effect.added_to(PLAIN))
+    x = np.concatenate([TRUTH, values, [3.0]])[None]
+    found, plain = problem.response(x), local("mass", 0.77).added_to(PLAIN).response(np.append(TRUTH, 3.0)[None])
+    assert np.abs(found - problem.dense_response(x)).max() < 1e-8 * np.abs(found).max()
+    assert np.abs(found - plain).max() > 1e-3 * np.abs(found).max()
+    growth = problem.growth_rate(x[0], SPEED)  # small motions do not feel it
+    assert growth == pytest.approx(local("mass", 0.77).added_to(PLAIN).growth_rate(np.append(TRUTH, 3.0), SPEED))
+
+
+@pytest.mark.parametrize("law", NONLINEAR)
+def test_what_is_not_linear_has_no_response_to_loads_and_no_second_of_its_kind(law):
+    problem = local(law).added_to(PLAIN)
+    x = np.concatenate([TRUTH, np.zeros(len(problem.parameters) - len(TRUTH))])[None]
+    with pytest.raises(SettingError, match="expected a law that is linear in the motion beside loads"):
+        problem.load_response(x, [Load(1.0, "x")])
 
 
 def test_limits_are_those_of_dimensions():
