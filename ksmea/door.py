@@ -18,7 +18,7 @@ from ksmea import registry
 from ksmea.alignment import aligned
 from ksmea.contracts import MeasurementSource, Method, Optimizer, Problem, Surrogate
 from ksmea.errors import SettingError
-from ksmea.extension import extended_yaml
+from ksmea.extension import extended_yaml, located_yaml
 from ksmea.identification import Streams
 from ksmea.loaded import LoadedProblem
 from ksmea.measurement import Measurement, Noise
@@ -26,6 +26,7 @@ from ksmea.records.hidden import HiddenEffect
 from ksmea.results import DiagnosisResult, IdentifiabilityResult, IdentificationResult, LocationResult, PlanResult
 from ksmea.settings import own_fields
 from ksmea.show.diagnosis import about_extension
+from ksmea.show.location import about_extension as about_law
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
 from ksmea.studies.identifiability import IdentifiabilityOptions, identifiability_study
 from ksmea.studies.identify import identification
@@ -252,8 +253,7 @@ def diagnose(
     options = DiagnosisOptions(**settings)
     chosen, left_out = library(effects, without)
     record = diagnosis(seen, data, chosen, _generator(rng), options=options, left_out=left_out)
-    own = {field.name: getattr(problem.settings, field.name) for field in own_fields(type(problem.settings))}
-    return DiagnosisResult(record, extended_yaml(problem.name, own, record, about_extension(record)))
+    return DiagnosisResult(record, extended_yaml(problem.name, _own(problem), record, about_extension(record)))
 
 
 def locate(problem: LoadedProblem | Problem, measurement: Data, *, rng: Seed = 0, **settings: Any) -> LocationResult:
@@ -274,7 +274,15 @@ def locate(problem: LoadedProblem | Problem, measurement: Data, *, rng: Seed = 0
     """
     data = _measurement(measurement)
     seen = aligned(_problem(problem), data)
-    return LocationResult(location(seen, data, _generator(rng), options=LocationOptions(**settings)))
+    record = location(seen, data, _generator(rng), options=LocationOptions(**settings))
+    if not isinstance(problem, LoadedProblem):
+        return LocationResult(record)
+    return LocationResult(record, located_yaml(problem.name, _own(problem), record, about_law(record)))
+
+
+def _own(problem: LoadedProblem) -> dict[str, Any]:
+    """The settings of a problem by name."""
+    return {field.name: getattr(problem.settings, field.name) for field in own_fields(type(problem.settings))}
 
 
 def _kind_of_file(path: Path) -> str:

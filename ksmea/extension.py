@@ -1,4 +1,4 @@
-"""The extended model that a diagnosis names, as the YAML file that `problem=extended` reads."""
+"""The extended model that a diagnosis names or a location finds, as the YAML file that `problem=extended` reads."""
 
 from __future__ import annotations
 
@@ -8,6 +8,8 @@ from typing import Any
 from ksmea import registry
 from ksmea.errors import visible
 from ksmea.records.diagnosis import DiagnosisRecord
+from ksmea.records.extension import EffectRecord
+from ksmea.records.location import LocationRecord
 
 EXPLAINED = ("named", "ambiguous")  # verdicts with effects that an extended model has
 
@@ -21,7 +23,24 @@ def extended_yaml(name: str, settings: Mapping[str, Any], record: DiagnosisRecor
     if not record.applied or record.verdict not in EXPLAINED:
         return ""
     values = {row.name: row.after.value for row in record.coefficients if row.after is not None}
-    effects = [(effect.name, registry.create("effect", effect.name, effect.settings)) for effect in record.applied]
+    return _document(name, settings, record.applied, values, remarks)
+
+
+def located_yaml(name: str, settings: Mapping[str, Any], record: LocationRecord, remarks: Sequence[str]) -> str:
+    """The same of a location, with the law that holds at its site (`ksmea.show.location.about_extension`); empty where none
+    does."""
+    extension = record.extension
+    return "" if extension is None else _document(name, settings, [extension.effect], extension.values, remarks)
+
+
+def _document(
+    name: str,
+    settings: Mapping[str, Any],
+    applied: Sequence[EffectRecord],
+    values: Mapping[str, float],
+    remarks: Sequence[str],
+) -> str:
+    effects = [(effect.name, registry.create("effect", effect.name, effect.settings)) for effect in applied]
     extended: Any = registry.plugin_class("problem", "extended")  # knows the form of its own file
     document: str = extended.document(name, settings, effects, values, "phase_origin" in values)
     return "".join(f"# {visible(remark)}\n" for remark in remarks) + document

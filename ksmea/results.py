@@ -158,7 +158,12 @@ class DiagnosisResult(Result[DiagnosisRecord]):
 
 @dataclass(frozen=True)
 class LocationResult(Result[LocationRecord]):
-    """Where something acts that the model lacks, and what it does there; `sites` are the accepted positions, m."""
+    """Where something acts that the model lacks, and what it does there; `sites` are the accepted positions, m.
+
+    `extended_yaml` is the file of the model with the law that holds, empty where none does: `load_problem` takes it.
+    """
+
+    extended_yaml: str = ""
 
     @property
     def sites(self) -> tuple[float, ...]:

@@ -1,4 +1,4 @@
-"""A location in plain sentences, as `location.json` and as a figure; of several runs, how much of the shaft was accepted."""
+"""A location in plain sentences, as `location.json`, as the extended model's file and as a figure; of several runs, how much of the shaft was accepted."""
 
 from __future__ import annotations
 
@@ -16,13 +16,14 @@ from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import result_runs
 from bench.reports.tables import csv_text
+from ksmea.extension import located_yaml
 from ksmea.records.location import LocationRecord
-from ksmea.show.location import frame, plot, text
+from ksmea.show.location import about_extension, frame, plot, text
 from ksmea.show.style import png
 from ksmea.show.text import aligned, number
 
 OF_THE_BENCH = ("hidden", "seconds")  # fields that location.json does not show
-OF_ONE_RUN = ("location.json", "sites.csv", "location.png")
+OF_ONE_RUN = ("location.json", "extended.yaml", "sites.csv", "location.png")
 
 
 @dataclass(frozen=True)
@@ -36,12 +37,20 @@ class LocationReport(Report):
         done = [run for run in plan.runs if run.key in lines and lines[run.key].has_result]
         if len(plan.runs) != 1 or not done:
             return Made(_summary(runs), files, runs, outdated=OF_ONE_RUN)
-        record = lines[done[0].key].record(LocationRecord)
+        cell, record = plan.cells[done[0].cell], lines[done[0].key].record(LocationRecord)
         public = {name: value for name, value in record.told().items() if name not in OF_THE_BENCH}
         files["location.json"] = (json.dumps(public, indent=1) + "\n").encode()
+        chosen, settings = cell.chosen("problem"), cell.settings["problem"]
+        if extended := located_yaml(chosen, settings, record, about_extension(record)):
+            files["extended.yaml"] = extended.encode()
         files["sites.csv"] = csv_text(frame(record)).encode()
-        written = ", ".join(OF_ONE_RUN)
-        return Made(f"{text(record)}\n\nwritten: {written}", files, runs, lambda: {"location.png": png(plot(record))})
+        return Made(
+            f"{text(record)}\n\nwritten: {', '.join(name for name in OF_ONE_RUN if extended or name != 'extended.yaml')}",
+            files,
+            runs,
+            lambda: {"location.png": png(plot(record))},
+            outdated=() if extended else ("extended.yaml",),
+        )
 
 
 def location_runs(plan: Plan, lines: Mapping[str, RunLine]) -> pd.DataFrame:

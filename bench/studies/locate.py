@@ -14,11 +14,13 @@ from bench.plan.draw import Draw
 from bench.plan.plan import generator
 from bench.plan.setup import Setup
 from bench.plan.study import Study
+from ksmea import registry
+from ksmea.contracts import AnyEffect
 from ksmea.diagnosis.location import require_enough
 from ksmea.errors import SettingError
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record
-from ksmea.studies.locate import LocationOptions, location
+from ksmea.studies.locate import LOCAL_FORCE, LocationOptions, location
 
 
 @dataclass(frozen=True)
@@ -28,6 +30,10 @@ class Locate(LocationOptions, Study):
     record: ClassVar[type[Record]] = LocationRecord
     report: ClassVar[str] = "location"
     ignores: ClassVar[tuple[str, ...]] = ("samples", "surrogate", "optimizer", "method")
+
+    @property
+    def parts(self) -> list[AnyEffect]:
+        return [registry.create("effect", LOCAL_FORCE, {})]  # what a law that holds becomes
 
     def validate(self, setup: Setup) -> None:
         noise = setup.source.noise

@@ -8,28 +8,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
 
 from ksmea.elpd import ElpdDifference
 from ksmea.records.diagnosis_upgrade import is_older, renamed
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
+from ksmea.records.extension import EffectRecord, PredictiveGainRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record
 from ksmea.records.stability import StabilityRecord
 
 Values = tuple[tuple[float | tuple[float, float], ...], ...]  # (n_speed, n_channel), complex as (real, imaginary)
-
-
-@dataclass(frozen=True)
-class EffectRecord(Record):
-    """An effect at its location, with the settings that a problem file needs to have it there."""
-
-    name: str
-    location: str
-    settings: Mapping[str, Any]
 
 
 @dataclass(frozen=True)
@@ -81,38 +73,6 @@ class CoefficientRecord(Record):
     name: str
     before: EstimateRecord | None
     after: EstimateRecord | None
-
-
-@dataclass(frozen=True)
-class PredictiveGainRecord(Record):
-    """How much better the extended model predicts blocks of speeds that are left out; `is_supported` by the rule of
-    ksmea.elpd."""
-
-    elpd_difference: float  # sum over blocks
-    standard_error: float
-    by_block: tuple[float, ...]
-    median: float  # of the blocks
-    n_better: int  # blocks that the extended model predicts better
-    p_sign: float  # exact, one-sided
-    p_wilcoxon: float  # exact, one-sided
-    is_supported: bool
-    rmse_before: float  # m
-    rmse_after: float  # m
-
-    @classmethod
-    def of(cls, elpd: ElpdDifference, rmse_before: float, rmse_after: float) -> Self:
-        return cls(
-            elpd_difference=elpd.total,
-            standard_error=elpd.standard_error,
-            by_block=tuple(elpd.by_block.tolist()),
-            median=elpd.median,
-            n_better=elpd.n_better,
-            p_sign=elpd.p_sign,
-            p_wilcoxon=elpd.p_wilcoxon,
-            is_supported=elpd.is_supported,
-            rmse_before=rmse_before,
-            rmse_after=rmse_after,
-        )
 
 
 @dataclass(frozen=True)

@@ -12,6 +12,7 @@ from typing import Any
 
 from ksmea.load import FORCE
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
+from ksmea.records.extension import ExtensionRecord, PredictiveGainRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.record import Record
 
@@ -138,7 +139,8 @@ class CoefficientsRecord(Record):
 class LocationRecord(Record):
     """`kind` is that of the best site, nothing where the plain model is enough, or none where nothing that was tried
     explains the data. That is where the best law holds, or else the one that leaves least. `candidates` are ordered: the
-    accepted ones first, and of these the one that leaves least."""
+    accepted ones first, and of these the one that leaves least. `extension` is the model with the best law as part of it,
+    `predictive_gain` that over the model without."""
 
     kind: str
     candidates: tuple[SiteRecord, ...]
@@ -154,6 +156,8 @@ class LocationRecord(Record):
     level: float
     interval_level: float
     laws: tuple[LawRecord, ...] = ()  # lowest BIC first
+    extension: ExtensionRecord | None = None  # None where no law holds
+    predictive_gain: PredictiveGainRecord | None = None
     hidden: tuple[HiddenEffect, ...] = ()
     seconds: float | None = None
     n_channel: int | None = None  # of the measurement; older records do not have it

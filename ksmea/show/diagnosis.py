@@ -14,6 +14,7 @@ from ksmea.records.estimate import EstimateRecord
 from ksmea.records.location import NOTHING
 from ksmea.show import hidden, location
 from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
+from ksmea.show.predictive_gain import gain_lines
 from ksmea.show.stability import stability_text
 from ksmea.show.text import aligned, number
 from ksmea.units import MICROMETRE, RPM
@@ -247,21 +248,12 @@ def _predictive_gain(record: DiagnosisRecord) -> str:
     gain = record.predictive_gain
     if gain is None:
         return ""
-    supported = "supported" if gain.is_supported else "not supported"
-    tests = f"sign test p = {gain.p_sign:.2g}, signed-rank p = {gain.p_wilcoxon:.2g}"
-    blocks = f"it predicts {gain.n_better} of {len(gain.by_block)} blocks of speeds better ({tests})"
-    elpd = f"{gain.median:+.3g} in the median block and {gain.elpd_difference:+.3g} ± {gain.standard_error:.2g} in all"
-    rmse = f"{gain.rmse_before / MICROMETRE:.3g} to {gain.rmse_after / MICROMETRE:.3g} µm"
-    lines = [
-        f"The extension is {supported} by left-out data: {blocks}.",
-        f"Its elpd difference is {elpd}; the rms error goes from {rmse}.",
-    ]
     table = [
         [row.name, _cell(row.before), _cell(row.after), row.after.unit]
         for row in record.coefficients
         if row.after is not None
     ]
-    return "\n".join([*lines, "", aligned(["unknown", "before", "after", "unit"], table)])
+    return "\n".join([*gain_lines(gain), "", aligned(["unknown", "before", "after", "unit"], table)])
 
 
 def _cell(estimated: EstimateRecord | None) -> str:

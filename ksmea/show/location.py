@@ -23,6 +23,7 @@ from ksmea.records.location import (
 )
 from ksmea.show.law_words import law_words
 from ksmea.show.location_figure import plot
+from ksmea.show.predictive_gain import gain_lines
 from ksmea.show.text import aligned, number
 from ksmea.units import MICROMETRE, RPM
 
@@ -43,8 +44,10 @@ def text(record: LocationRecord) -> str:
 
 
 def findings(record: LocationRecord) -> list[str]:
-    """Paragraphs on where something acts, what it does, which law it follows, and the unknowns beside it."""
-    blocks = [where(record), _what_it_does(record), _laws(record), *coefficients(record)]
+    """Paragraphs on where something acts, what it does, which law it follows, what that is worth, and the unknowns beside
+    it."""
+    gain = "" if record.predictive_gain is None else "\n".join(gain_lines(record.predictive_gain))
+    blocks = [where(record), _what_it_does(record), _laws(record), gain, *coefficients(record)]
     return [block for block in blocks if block]
 
 
@@ -52,6 +55,18 @@ def in_short(record: LocationRecord) -> str:
     """The accepted sites of each kind in a line: 'force at 0.5 m (disk 2), moment at 0.2 m (disk 1)'."""
     kinds = dict.fromkeys(site.kind for site in record.sites)
     return "; ".join(f"{kind} {_spread(record, kind)}" for kind in kinds)
+
+
+def about_extension(record: LocationRecord) -> list[str]:
+    """What the file of the extended model says of itself: the law, its place and its coefficients."""
+    extension, law = record.extension, record.law
+    if extension is None or law is None:
+        return []
+    added = [name for name in extension.values if name not in {each.name for each in record.coefficients}]
+    return [
+        f"This file holds {law.law} at {_place(record, law.position)}, fitted to a measurement:",
+        *(f"  {name} = {number(extension.values[name])} {extension.units[name]}" for name in added),
+    ]
 
 
 def frame(record: LocationRecord) -> pd.DataFrame:

@@ -27,11 +27,9 @@ from ksmea.records.diagnosis import (
     CurvesRecord,
     DetectableRecord,
     DiagnosisRecord,
-    EffectRecord,
     FitQualityRecord,
     LackOfFitRecord,
     NoiseRecord,
-    PredictiveGainRecord,
     ResidualsRecord,
     ResponsesRecord,
     SplitRecord,
@@ -39,6 +37,7 @@ from ksmea.records.diagnosis import (
     Values,
 )
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
+from ksmea.records.extension import EffectRecord, PredictiveGainRecord
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import finite
 from ksmea.records.stability import StabilityRecord

@@ -8,18 +8,21 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ksmea import registry
 from ksmea.alignment import require_aligned
 from ksmea.arrays import Array
-from ksmea.contracts import Problem
+from ksmea.contracts import AnyEffect, Problem
 from ksmea.diagnosis.force_law import LawFit, fitted_laws, smooth_fits
+from ksmea.diagnosis.located_model import located_model
 from ksmea.diagnosis.location import Location, locate
 from ksmea.diagnosis.recovered_force import RecoveredForce, recovered_force
 from ksmea.diagnosis.site_intervals import site_intervals
 from ksmea.diagnosis.unknown_force import KINDS, LATERAL, READING, SiteFit
-from ksmea.errors import unknown
+from ksmea.errors import SettingError, unknown
 from ksmea.load import FORCE, LOADS, MOMENT
 from ksmea.measurement import Measurement
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
+from ksmea.records.extension import EffectRecord, ExtensionRecord, PredictiveGainRecord
 from ksmea.records.location import (
     NONE,
     NOTHING,
@@ -37,6 +40,7 @@ from ksmea.records.location import (
 from ksmea.settings import Settings, setting
 from ksmea.studies.estimates import estimate_record
 
+LOCAL_FORCE = "local_force"  # the effect that a law at a place is
 MAX_LAW_SITES = 8  # best sites of a force or a moment at which laws are fitted
 
 
@@ -53,6 +57,9 @@ class LocationOptions(Settings):
         [FORCE, MOMENT, READING],
         f"what may act: {FORCE}, {MOMENT}, {READING} (of the probes at a plane), {LATERAL} (also tried where neither alone"
         " is accepted, beside forces at two positions)",
+    )
+    blocks: int = setting(
+        6, "contiguous blocks of speeds that are left out in turn; fewer than 5 cannot support a law", at_least=2
     )
     starts: int = setting(4, "starts of the fit at each site, before sites share the best unknowns", at_least=1)
 
@@ -86,17 +93,21 @@ def location(
         n_start=options.starts,
         progress=progress,
     )
-    return location_record(found, rng, options.interval_level)
+    return location_record(found, rng, options.interval_level, options.blocks)
 
 
-def location_record(found: Location, rng: np.random.Generator, interval_level: float) -> LocationRecord:
+def location_record(
+    found: Location, rng: np.random.Generator, interval_level: float, n_block: int = 6
+) -> LocationRecord:
     """A location as plain data; values of unknowns in their units. The best site is that of the best law, where one holds,
     else the one that leaves least."""
     problem, measurement = found.plain.likelihood.problem, found.plain.likelihood.measurement
     believed = [] if found.is_plain_enough else [found.sites[index] for index in found.accepted]
     laws = _laws([fit for fit in believed if fit.unmodelled.kind in LOADS][:MAX_LAW_SITES], found)
-    best = next((fit.site.unmodelled for fit in laws if fit.p >= found.level), None)
+    law = next((fit for fit in laws if fit.p >= found.level), None)
+    best = None if law is None else law.site.unmodelled
     believed = sorted(believed, key=lambda fit: fit.unmodelled != best)  # those of no law stay in their order
+    extension, gain = (None, None) if law is None else _extended(law, found.plain, n_block)
     along = [*problem.sites, *problem.landmarks.values(), *(channel.position for channel in measurement.channels)]
     return LocationRecord(
         kind=NOTHING if found.is_plain_enough else (believed[0].unmodelled.kind or NONE) if believed else NONE,
@@ -114,6 +125,8 @@ def location_record(found: Location, rng: np.random.Generator, interval_level: f
         interval_level=interval_level,
         laws=tuple(_law(fit, found.level) for fit in laws),
         n_channel=len(measurement.channels),
+        extension=extension,
+        predictive_gain=gain,
     )
 
 
@@ -222,6 +235,27 @@ def _amplitude_sd(fit: LawFit) -> tuple[tuple[float, ...], ...]:
         return ()
     _, sd = fit.amplitude(fit.site.likelihood.problem.speed)
     return tuple(_rounded(each) for each in sd.T)
+
+
+def _extended(
+    law: LawFit, plain: SiteFit, n_block: int
+) -> tuple[ExtensionRecord, PredictiveGainRecord] | tuple[None, None]:
+    """The model with a law as part of it, and its predictive gain; none where the problem does not take it: it is no rotor of
+    this project, has a force of this law already, or what acts is no force."""
+    settings = {"position": law.site.unmodelled.position, "law": law.law.key}
+    try:
+        effect: AnyEffect = registry.create("effect", LOCAL_FORCE, settings)
+        extended = effect.added_to(plain.likelihood.problem)
+    except SettingError:
+        return None, None
+    fit, gain = located_model(extended, law, plain, n_block)
+    unknowns = zip(fit.problem.parameters, fit.x)
+    values = {item.name: float(item.turned(x) / item.si_per_unit) for item, x in unknowns}
+    units = {item.name: item.unit for item in fit.problem.parameters}
+    return (
+        ExtensionRecord(EffectRecord(LOCAL_FORCE, str(effect), settings), values, units),
+        PredictiveGainRecord.of(gain.elpd, gain.rmse_before, gain.rmse_after),
+    )
 
 
 def _series(draws: Array, level: float) -> SeriesRecord:

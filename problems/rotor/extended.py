@@ -1,8 +1,8 @@
 """A rotor with effects that its baseline model lacks, as a problem like any other.
 
 The unknowns of the effects follow those of the rotor. An effect may change the rotor itself (which costs a reduction
-anew per value), the impedances of its bearings at each speed, the forces on it and what the probes make of its motion;
-all but the first are as cheap as a change of bearings.
+anew per value), the impedances of its bearings at each speed, the forces on it, also those that follow a law of its
+motion, and what the probes make of that; all but the first are as cheap as a change of bearings.
 """
 
 from __future__ import annotations
@@ -29,6 +29,7 @@ from problems.rotor.hooks import RotorHooks
 from problems.rotor.loads import unit_loads
 from problems.rotor.problem import CHUNK_BYTES, RotorProblem, checked_sets, finite, impedances_of
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
+from problems.rotor.site_law import Force, SiteLaw, attached, dense_parts, with_forces
 from problems.rotor.stability import growth_rate, low_modes, searched_speed
 from problems.rotor.support import Support, in_series
 from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
@@ -145,7 +146,10 @@ class ExtendedProblem(Problem):
         coefficients = inputs_at(self.base.rotor, self.base.unknowns, own).coefficients
         impedance = np.moveaxis(self._bearing_impedance(coefficients, speed, of_effects)[:, :, :, 0], -1, 0)
         rotor = self._changed_rotor(self.base.rotor, np.asarray(x)[self.costly])
-        low = low_modes(rotor, searched_speed(self.speed, speed))
+        forces = [force for force in self._forces(of_effects) if force[0].is_linear and force[0].law.follows_motion]
+        low = low_modes(rotor, searched_speed(self.speed, speed), tuple(site.position for site, _ in forces))
+        for index, force in enumerate(forces):
+            low = low.with_attached(index, *attached(force, speed))
         damping = impedance.imag / speed[:, None, None, None]
         return growth_rate(low, speed, impedance.real, damping, self._supports(of_effects))
 
@@ -185,7 +189,8 @@ class ExtendedProblem(Problem):
         if key not in kept:
             rotor = self._changed_rotor(self.base.rotor, np.array(changing))
             forces = [] if (own := self._loads(rotor)) is None else [own]
-            forces += [unit_loads(rotor, loads, len(self.speed))] if loads else []
+            units = (*(load for each in self._site_laws for load in each.loads), *loads)
+            forces += [unit_loads(rotor, units, len(self.speed))] if units else []
             together = np.concatenate(forces, axis=2) if forces else None
             kept[key] = reduce_rotor(rotor, self._impedances, self.speed, self._seen_channels, together, banded=True)
             if len(kept) > MAX_REDUCTIONS:
@@ -209,19 +214,35 @@ class ExtendedProblem(Problem):
     def _sizes(self, of_effects: list[Array]) -> list[ComplexArray]:
         return [effect.load_sizes(values) for effect, values in zip(self.effects, of_effects) if effect.has_loads]
 
-    def _reduced_response(self, reduction: Reduction, x: Array) -> ComplexArray:
+    @cached_property
+    def _site_laws(self) -> tuple[SiteLaw, ...]:
+        """The laws of forces that effects add at sites, in the order in which they enter."""
+        return tuple(site for site, _ in self._forces([np.empty(0)] * len(self.effects)))
+
+    def _forces(self, of_effects: list[Array]) -> list[Force]:
+        """These with their coefficients."""
+        sites = ((effect.site_law(), values) for effect, values in zip(self.effects, of_effects))
+        return sorted(((site, values) for site, values in sites if site), key=lambda force: not force[0].is_linear)
+
+    def _motion(self, reduction: Reduction, x: Array) -> tuple[ComplexArray, list[Array]]:
+        """Motion and responses to unit loads at the seen channels, (n, n_speed, n_seen, 1 + n_load), and the values of each
+        effect."""
         own, of_effects = self._parts(x)
         inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
         per_load = reduction.response_per_load(self._entries(reduction, inputs.coefficients, of_effects))
         sizes = np.concatenate([inputs.complex_unbalance, *self._sizes(of_effects)], axis=1)
-        return self._observed(np.einsum("clns,nl->nsc", per_load, sizes, optimize=True), of_effects)
+        n_own = sizes.shape[1]
+        motion = np.einsum("clns,nl->nsc", per_load[:, :n_own], sizes, optimize=True)
+        columns = np.concatenate([motion[..., None], per_load[:, n_own:].transpose(2, 3, 0, 1)], axis=-1)
+        return with_forces(columns, self._forces(of_effects), self._seen_channels, self.speed), of_effects
+
+    def _reduced_response(self, reduction: Reduction, x: Array) -> ComplexArray:
+        columns, of_effects = self._motion(reduction, x)
+        return self._observed(columns[..., 0], of_effects)
 
     def _reduced_load_response(self, reduction: Reduction, x: Array) -> ComplexArray:
-        own, of_effects = self._parts(x)
-        inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
-        per_load = reduction.response_per_load(self._entries(reduction, inputs.coefficients, of_effects))
-        n_own = inputs.complex_unbalance.shape[1] + sum(sizes.shape[1] for sizes in self._sizes(of_effects))
-        motion = per_load[:, n_own:].transpose(1, 2, 3, 0)  # (n_load, n, n_speed, n_seen)
+        columns, of_effects = self._motion(reduction, x)
+        motion = np.moveaxis(columns[..., 1:], -1, 0)  # (n_load, n, n_speed, n_seen)
         at_rest = self._observed(np.zeros(motion.shape[1:], dtype=complex), of_effects)  # runout is read at rest too
         return np.stack([self._observed(each, of_effects) - at_rest for each in motion], axis=-1)
 
@@ -254,8 +275,9 @@ class ExtendedProblem(Problem):
 
     @cached_property
     def _seen_channels(self) -> tuple[Channel, ...]:
-        """The channels, and behind them those that effects make them of."""
+        """The channels, and behind them those that effects make them of, or whose motion a force may follow."""
         needed = dict.fromkeys(channel for effect in self.effects for channel in effect.needed_channels(self.channels))
+        needed |= dict.fromkeys(channel for each in self._site_laws for channel in each.channels)
         return (*self.channels, *(channel for channel in needed if channel not in self.channels))
 
     def _observed(self, response: ComplexArray, of_effects: list[Array]) -> ComplexArray:
@@ -280,5 +302,15 @@ class ExtendedProblem(Problem):
         force = force_per_unbalance(rotor, self.speed) @ complex_unbalance(rotor)
         if (loads := self._loads(rotor)) is not None:
             force = force + loads @ np.concatenate(self._sizes(of_effects), axis=1)[0]
-        motion = np.linalg.solve(stiffness, force[..., None])[..., 0]
-        return self._observed((motion @ dense.channel_rows(rotor, self._seen_channels).T)[None], of_effects)
+        forces = self._forces(of_effects)
+        for each in forces:
+            if each[0].is_linear:
+                added_stiffness, added_force = dense_parts(rotor, each, self.speed)
+                stiffness, force = stiffness + added_stiffness, force + added_force
+        others = [each for each in forces if not each[0].is_linear]
+        units = [np.broadcast_to(site.rows(rotor).T, (*force.shape, 2)) for site, _ in others]
+        motion = dense.channel_rows(rotor, self._seen_channels) @ np.linalg.solve(
+            stiffness, np.concatenate([force[..., None], *units], axis=2)
+        )
+        columns = with_forces(motion[None], others, self._seen_channels, self.speed)
+        return self._observed(columns[..., 0], of_effects)

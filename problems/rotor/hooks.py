@@ -14,6 +14,7 @@ from ksmea.channel import Channel
 from ksmea.parameters import Parameter
 from problems.rotor.data import Rotor
 from problems.rotor.problem import RotorProblem
+from problems.rotor.site_law import SiteLaw
 from problems.rotor.support import Support
 
 
@@ -52,6 +53,10 @@ class RotorHooks(ABC):
     def load_sizes(self, theta: Array) -> ComplexArray:
         """How large each load is, (n, n_load)."""
         raise NotImplementedError
+
+    def site_law(self) -> SiteLaw | None:
+        """Where a force acts that follows a law, whose coefficients are its unknowns; None: nowhere."""
+        return None
 
     def needed_channels(self, channels: Sequence[Channel]) -> Sequence[Channel]:
         """Further channels whose motion its `observed` makes these channels of."""

@@ -18,6 +18,7 @@ M. I. Friswell, J. E. T. Penny, S. D. Garvey & A. W. Lees, Dynamics of Rotating 
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
@@ -26,7 +27,8 @@ import numpy as np
 import scipy.linalg
 
 from ksmea.arrays import Array, ComplexArray
-from problems.rotor.assembly import Matrices, assemble_free, node_dof
+from ksmea.channel import DIRECTIONS
+from problems.rotor.assembly import Matrices, assemble_free, displacement_row, node_dof
 from problems.rotor.data import Rotor
 from problems.rotor.support import Support
 
@@ -41,17 +43,29 @@ INFINITE = 1e4  # times the highest frequency: eigenvalues beyond it are those o
 
 @dataclass(frozen=True, eq=False)
 class LowModes:
-    """A rotor without bearings in the space of its lowest modes; the mass matrix is the unit matrix."""
+    """A rotor without bearings in the space of its lowest modes; its own mass matrix is the unit matrix."""
 
-    matrices: Matrices  # (n_low, n_low) each
+    matrices: (
+        Matrices  # (n_low, n_low) each; damping and stiffness (n_speed, n_low, n_low) where what is attached has them
+    )
     ports: Array  # (n_port, n_low), the deflections at the bearings
+    sites: Array  # (2 n_site, n_low), those in x and y at further positions
     highest: float  # rad/s, up to which the modes reach
+
+    def with_attached(self, site: int, mass: Array, damping: Array, stiffness: Array) -> LowModes:
+        """The same rotor with a mass (2, 2), damper and spring (n_speed, 2, 2) at one of its sites."""
+        own, rows = self.matrices, self.sites[2 * site : 2 * site + 2]
+        mass, damping, stiffness = (rows.T @ each @ rows for each in (mass, damping, stiffness))
+        changed = dataclasses.replace(
+            own, mass=own.mass + mass, damping=own.damping + damping, stiffness=own.stiffness + stiffness
+        )
+        return dataclasses.replace(self, matrices=changed)
 
 
 @lru_cache(maxsize=64)
-def low_modes(rotor: Rotor, highest: float) -> LowModes:
+def low_modes(rotor: Rotor, highest: float, positions: tuple[float, ...] = ()) -> LowModes:
     """The rotor on springs about as stiff as its bearings: modes up to `REACH` times a speed (rad/s), and its deflections
-    under forces at the bearings."""
+    under forces at the bearings and at further positions (m)."""
     free = assemble_free(rotor)
     dof = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
     springs = np.concatenate([np.diag(bearing.stiffness) for bearing in rotor.bearings])
@@ -59,7 +73,8 @@ def low_modes(rotor: Rotor, highest: float) -> LowModes:
     stiffness[dof, dof] += np.maximum(np.abs(springs), WEAKEST * np.max(np.abs(springs)))
     squared, shapes = scipy.linalg.eigh(stiffness, free.mass)
     n_mode = max(MIN_MODES, int(np.count_nonzero(squared <= (REACH * highest) ** 2)))
-    forces = np.eye(len(stiffness))[:, dof]
+    rows = [displacement_row(rotor, position, axis) for position in positions for axis in DIRECTIONS]
+    forces = np.column_stack([np.eye(len(stiffness))[:, dof], *rows])
     # the highest speed stands in for a spring where nothing holds the rotor
     deflections = np.linalg.solve(stiffness + highest**2 * free.mass, forces)
     basis = np.hstack([shapes[:, :n_mode], deflections])
@@ -68,8 +83,10 @@ def low_modes(rotor: Rotor, highest: float) -> LowModes:
     kept = sizes > SAME_DIRECTION**2 * sizes[-1]
     basis = basis @ (directions[:, kept] / np.sqrt(sizes[kept]))
     basis = basis @ np.linalg.eigh(basis.T @ stiffness @ basis)[1]  # rounding of high modes stays away from low ones
-    parts = (free.mass, free.damping, free.gyroscopic, free.stiffness, free.circulatory)
-    return LowModes(Matrices(*(basis.T @ part @ basis for part in parts)), basis[dof], REACH * highest)
+    parts = (free.damping, free.gyroscopic, free.stiffness, free.circulatory)
+    matrices = Matrices(np.eye(basis.shape[1]), *(basis.T @ part @ basis for part in parts))
+    sites = np.reshape(rows, (-1, len(basis))) @ basis
+    return LowModes(matrices, basis[dof], sites, REACH * highest)
 
 
 def searched_speed(own: Array, asked: Array) -> float:
@@ -93,7 +110,8 @@ def growth_rate(
     if not supports:
         own_stiffness = own_stiffness + low.ports.T @ bearing_stiffness @ low.ports
         own_damping = own_damping + low.ports.T @ bearing_damping @ low.ports
-        return _largest(np.linalg.eigvals(_state_matrices(own_stiffness, own_damping)).astype(complex))
+        parts = np.linalg.solve(low.matrices.mass, np.stack([own_stiffness, own_damping]))
+        return _largest(np.linalg.eigvals(_state_matrices(*parts)).astype(complex))
     return np.array(
         [
             _largest(_on_supports(low, *parts, supports)[None])[0]
@@ -122,7 +140,7 @@ def _on_supports(
     of_damping = low.highest * (
         scipy.linalg.block_diag(damping / unit, none) + scale[:, None] * forces @ damping_of_bearings @ bearing
     )
-    mass = scipy.linalg.block_diag(np.eye(n_low), *inertia)
+    mass = scipy.linalg.block_diag(low.matrices.mass, *inertia)
     n = len(mass)
     left = np.block([[np.zeros((n, n)), np.eye(n)], [-of_stiffness, -of_damping]])
     right = scipy.linalg.block_diag(np.eye(n), mass)

@@ -31,7 +31,8 @@ def test_it_says_where_something_acts_and_writes_what_it_found(located):
     assert "The model does not fit" in located.out
     assert "An unknown force that is free at every speed explains the data at " in located.out
     assert "it is an unbalance (a force ∝ Ω² that turns with the shaft): " in located.out
-    assert "written: location.json, sites.csv, location.png" in located.out
+    assert "The extension is supported by left-out data: it predicts 6 of 6 blocks" in located.out
+    assert "written: location.json, extended.yaml, sites.csv, location.png" in located.out
     found = json.loads((located.output / "location.json").read_text())
     assert found["kind"] == "force" and "hidden" not in found
     accepted = [site["position"] for site in found["candidates"] if site["accepted"]]
@@ -41,6 +42,36 @@ def test_it_says_where_something_acts_and_writes_what_it_found(located):
     assert found["force"]["position"] == true  # the law tells it from its neighbours
     assert (located.output / "location.png").stat().st_size > 0
     assert list(pd.read_csv(located.output / "sites.csv").columns)[:2] == ["kind", "position_m"]
+
+
+@pytest.mark.parametrize(
+    "words, said",
+    [
+        (["+experiment=identify", "measurement=synthetic"], "local u x = "),
+        (["+experiment=identifiability", "study.variations=[]"], "local_u_y"),
+        (["+experiment=plan", "study.target=local_u_x", "study.add=1", "study.sensors=0"], "local_u_x"),
+        (["+experiment=diagnose", "study.effects=[runout]", "study.screening=256"], "could be noise"),
+        (["+experiment=locate", *FEW], "nothing needs to be located"),
+    ],
+)
+def test_the_extended_model_is_one_for_every_study_from_any_folder(located, shell, tmp_path, words, said):
+    """Data of the located model itself, wherever the study is run."""
+    extended = ["problem=extended", f"problem.file={located.output / 'extended.yaml'}", "repetitions=1"]
+    noise = ["measurement.kind=complex", "measurement.relative=0.05", "measurement.floor=0.05"]
+    ended = shell(*words, *extended, *noise, cwd=tmp_path, output="results/again")
+    assert ended.code == 0, ended.err
+    assert said in ended.out
+
+
+def test_a_law_of_older_results_goes_with_its_file(shell, located, tmp_path):
+    """A location where nothing is missing writes no extended model, and takes that of other data away."""
+    (tmp_path / "results" / "locate").mkdir(parents=True)
+    (tmp_path / "results" / "locate" / "extended.yaml").write_text("old")
+    hidden = ("measurement.hidden", "measurement.sizes")
+    plain = [word for word in DATA if not word.startswith(hidden)]
+    ended = shell("+experiment=locate", *plain, *FEW, cwd=tmp_path, output="results/locate")
+    assert ended.code == 0 and "nothing needs to be located" in ended.out
+    assert not (ended.output / "extended.yaml").exists() and "extended.yaml" not in ended.out
 
 
 def test_many_runs_are_counted(shell, tmp_path):

@@ -10,6 +10,7 @@ import pytest
 from ksmea import registry
 from ksmea.channel import Channel
 from ksmea.errors import SettingError
+from ksmea.force_laws import LAWS
 from ksmea.parameters import Parameter
 from problems.rotor.assembly import assemble_free
 from problems.rotor.effect import RotorEffect
@@ -23,6 +24,7 @@ EXPECTED = {
     "cross_coupling_symmetric": 1,
     "flexible_pedestal": 3,
     "internal_damping": 1,
+    "local_force": 1,
     "mass": 1,
     "probe_rotation": 1,
     "residual_bow": 2,
@@ -44,7 +46,12 @@ def effect(name, **settings):
     return registry.create("effect", name, settings)
 
 
-PLACED = [(name, place) for name in NAMES for place in effect(name).locations(PLAIN)]
+def places(name):  # a local force: at a bearing and between nodes, by each law that is linear
+    given = itertools.product((key for key, law in LAWS.items() if hasattr(law, "terms")), (0.0, 0.77))
+    return effect(name).locations(PLAIN) or [effect(name, position=position, law=law) for law, position in given]
+
+
+PLACED = [(name, place) for name in NAMES for place in places(name)]
 every_place = pytest.mark.parametrize("name, place", PLACED, ids=[f"{name} {place}" for name, place in PLACED])
 
 
@@ -161,7 +168,7 @@ def test_an_unknown_phase_origin_turns_everything(name, place):
     known, free = place.added_to(PLAIN), place.added_to(PLAIN).with_phase_origin()
     theta = drawn(place)
     turned = theta
-    if name in VECTORS:
+    if name in VECTORS or (name == "local_force" and not LAWS[place.law].follows_motion):
         vector = (theta[0] + 1j * theta[1]) * np.exp(1j * origin)
         turned = np.array([vector.real, vector.imag])
     x = with_values(np.append(REFERENCE, origin), turned)
@@ -173,7 +180,7 @@ PAIRS = list(itertools.combinations(NAMES, 2))
 
 @pytest.mark.parametrize("names", PAIRS, ids=[" ".join(pair) for pair in PAIRS])
 def test_pairs_are_problems_and_their_order_is_none(names):
-    one, other = (effect(name).locations(PLAIN)[-1] for name in names)
+    one, other = (places(name)[-1] for name in names)
     problem, swapped = other.added_to(one.added_to(PLAIN)), one.added_to(other.added_to(PLAIN))
     theta, phi = drawn(one, 1), drawn(other, 2)
     x = with_values(REFERENCE, np.concatenate([theta, phi]))
@@ -376,21 +383,3 @@ def test_a_turned_probe_alone_still_sees_the_other_direction():
     x = with_values(REFERENCE, [0.3])
     assert alone.response(x)[0] == pytest.approx(problem.response(x)[0][:, 2:3], rel=1e-9)
     assert difference(alone.response(x), alone.dense_response(x)) < 1e-8
-
-
-def test_internal_damping_does_nothing_on_a_circular_orbit():
-    isotropic = np.array([6e7, 6e7, 500.0, 500.0, 2e-4])
-    plain = PLAIN.response(isotropic[None])
-    assert difference(response(effect("internal_damping"), [5e-5], isotropic)[None], plain) < 1e-8
-    assert difference(response(effect("internal_damping"), [5e-5])[None], PLAIN.response(REFERENCE[None])) > 1e-2
-
-
-def test_damping_and_circulatory_force_cancel_on_a_forward_circular_vector():
-    rotor = effect("internal_damping").rotor(three_disk_rotor(13), np.array([1e-4]))
-    matrices = assemble_free(rotor)
-    rng = np.random.default_rng(5)
-    deflection, slope = rng.standard_normal((2, len(rotor.node_positions)))
-    forward = np.stack([deflection, -1j * deflection, 1j * slope, slope], axis=-1).ravel()
-    damping = 1j * matrices.damping @ forward
-    assert np.abs(damping + matrices.circulatory @ forward).max() < 1e-12 * np.abs(damping).max()
-    assert np.abs(damping + matrices.circulatory @ forward.conj()).max() > 0.1 * np.abs(damping).max()
