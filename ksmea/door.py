@@ -133,13 +133,15 @@ def identify(
     rng: Seed = 0,
     intervals: str = "profile",
     level: float = 0.95,
+    unmodelled: str | float = "",
     **settings: Any,
 ) -> IdentificationResult:
     """The unknowns of a problem from a measurement, each with an interval of confidence `level`.
 
     `method` is a registered name – "direct" searches the true model, "ksmea" a surrogate of it that is refined – or a
     method made by hand, which brings its own parts along. `settings` are those of the named method. Without an optimiser,
-    "direct" takes least squares from many starts ("lm"), every other method differential evolution ("de").
+    "direct" takes least squares from many starts ("lm"), every other method differential evolution ("de"). `unmodelled`, a
+    position (m) or "auto", adds the unknowns beside a force that the model lacks, which stay true although the model is wrong.
 
     >>> import ksmea
     >>> rotor = ksmea.load_problem("three_disk")
@@ -167,7 +169,15 @@ def identify(
     generator = _generator(rng)
     streams = Streams(*generator.spawn(3))
     record = identification(
-        seen, data, chosen, streams, intervals=intervals, level=level, details=True, rng=generator.spawn(1)[0]
+        seen,
+        data,
+        chosen,
+        streams,
+        intervals=intervals,
+        level=level,
+        details=True,
+        unmodelled=str(unmodelled),
+        rng=generator.spawn(1)[0],
     )
     return IdentificationResult(record)
 

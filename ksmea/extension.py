@@ -20,6 +20,8 @@ def extended_yaml(name: str, settings: Mapping[str, Any], record: DiagnosisRecor
     `name` and `settings` are those of the problem that was diagnosed, `remarks` what the file says of itself in its first
     lines (`ksmea.show.diagnosis.about_extension`).
     """
+    if record.verdict == "located" and record.location is not None:
+        return located_yaml(name, settings, record.location, remarks)
     if not record.applied or record.verdict not in EXPLAINED:
         return ""
     values = {row.name: row.after.value for row in record.coefficients if row.after is not None}

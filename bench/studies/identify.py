@@ -12,6 +12,7 @@ from bench.plan.setup import Setup
 from bench.plan.study import Study
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
+from ksmea.diagnosis.location import require_enough as require_enough_to_locate
 from ksmea.errors import SettingError
 from ksmea.identification import Streams
 from ksmea.journal import Journal, JournaledProblem
@@ -23,7 +24,7 @@ from ksmea.records.identification import IdentificationRecord
 from ksmea.records.record import Record
 from ksmea.settings import setting
 from ksmea.studies.enough_data import require_enough
-from ksmea.studies.identify import INTERVALS, identification
+from ksmea.studies.identify import AUTO, INTERVALS, identification, location_options
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,11 @@ class Identify(Study):
         "keep what a report on one identification shows: data and fit over speed, CRLBs and correlations at the"
         " identified values",
     )
+    unmodelled: str = setting(
+        "",
+        f"give the unknowns also beside a force that the model lacks, free at every speed, at this position (m), or {AUTO}: at"
+        " all places and of all kinds that explain the data (docs/location.md)",
+    )
 
     record: ClassVar[type[Record]] = IdentificationRecord
     report: ClassVar[str] = "summary"
@@ -60,6 +66,8 @@ class Identify(Study):
             )
         with_noise = self.intervals != "none" and not setup.source.noise_known
         require_enough(setup.source.layout(setup.settings), len(setup.problem.parameters), with_noise=with_noise)
+        if location_options(self.unmodelled, self.level) is not None:
+            require_enough_to_locate(setup.problem, setup.source.kind)
         setup.method.validate(setup.problem)
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
@@ -75,6 +83,7 @@ class Identify(Study):
             crlb=self.details or not setup.truth,
             details=self.details,
             curves=draw.with_curves,
+            unmodelled=self.unmodelled,
             remarks=setup.source.remarks,
             rng=generator(draw.seeds["diagnosis"]),
         )

@@ -14,6 +14,7 @@ from ksmea.errors import SettingError
 from ksmea.parameters import Parameter, Parameters
 from ksmea.records.curves import FitCurves, Matrix, ResponseCurves, check_shape, matrix
 from ksmea.records.hidden import HiddenEffect
+from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record
 from ksmea.records.stability import StabilityRecord
 from ksmea.units import TURN
@@ -166,6 +167,9 @@ class IdentificationRecord(Record):
     curves: ResponseCurves | None = None
     basin_excess: float | None = None  # `deviance` less that of the maximum nearest to the true values
     hidden: tuple[HiddenEffect, ...] = ()  # effects that synthetic data hide
+    location: LocationRecord | None = (
+        None  # of what the model lacks, and the unknowns beside it; None where not asked for
+    )
     stability: StabilityRecord | None = None  # None without details, and where the problem cannot tell
 
     def check(self) -> None:

@@ -42,6 +42,8 @@ def text(record: DiagnosisRecord) -> str:
 def about_extension(record: DiagnosisRecord) -> list[str]:
     """What the file of the extended model says of itself: whether it is one of several that explain the data about as well
     and what would tell them apart, of which data it is, and its effects with their sizes."""
+    if record.verdict == "located" and record.location is not None:
+        return location.about_extension(record.location)
     lines = []
     if record.verdict == "ambiguous":
         lines += ["One of several models: the diagnosis is ambiguous.", *_split(record)]

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from ksmea.errors import SettingError
 from ksmea.records.curves import FitCurves, as_array
 from ksmea.records.identification import DataDescription, IdentificationRecord, LackOfFit, ParameterRecord
-from ksmea.show import hidden
+from ksmea.show import hidden, location
 from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.fit_figure import draw_amplitude, fit_figure
 from ksmea.show.stability import stability_text
@@ -27,12 +27,14 @@ def text(record: IdentificationRecord, title: str = "") -> str:
     """Values with intervals, what the data do not determine, the noise, and how well the fit explains the data; a line each,
     below a title and the data. What synthetic data were made to hide follows apart from it."""
     found = "\n".join(_lines(record, title))
-    return "\n\n".join(filter(None, [found, hidden.paragraph(record.hidden, "identification")]))
+    beside = [] if record.location is None else [location.text(record.location)]
+    return "\n\n".join(filter(None, [found, *beside, hidden.paragraph(record.hidden, "identification")]))
 
 
 def frame(record: IdentificationRecord) -> pd.DataFrame:
     """A row per parameter, in its unit: `low` and `high` are empty where the data leave that side open, `kind` says how
-    the interval was made, `crlb` is the Cramér–Rao bound (1 σ) at the values, `search_end` where the method stopped."""
+    the interval was made, `crlb` is the Cramér–Rao bound (1 σ) at the values, `search_end` where the method stopped. With a
+    location the same beside what the model lacks, over all accepted sites."""
     rows = [
         (
             *(part.name, part.unit),
@@ -41,7 +43,18 @@ def frame(record: IdentificationRecord) -> pd.DataFrame:
         )
         for part in record.parameters
     ]
-    return pd.DataFrame(rows, columns=list(COLUMNS))
+    table = pd.DataFrame(rows, columns=list(COLUMNS))
+    if record.location is None:
+        return table
+    beside = [each.over_sites for each in record.location.coefficients]
+    return table.assign(
+        **{
+            f"{name}_beside": [
+                np.nan if each is None or (value := getattr(each, name)) is None else value for each in beside
+            ]
+            for name in ("value", "low", "high")
+        }
+    )
 
 
 def plot(record: IdentificationRecord, axes: Axes | None = None, title: str = "") -> Figure:

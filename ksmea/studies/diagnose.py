@@ -83,7 +83,7 @@ class DiagnosisOptions(Settings):
 
     @property
     def location(self) -> LocationOptions:
-        return LocationOptions(level=self.level, interval_level=self.interval_level)
+        return LocationOptions(level=self.level, interval_level=self.interval_level, blocks=self.blocks)
 
     @property
     def effort(self) -> Effort:

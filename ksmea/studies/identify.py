@@ -18,10 +18,11 @@ from ksmea.contracts import Method, Problem
 from ksmea.cramer_rao import identifiability
 from ksmea.diagnosis.fit_quality import fit_quality
 from ksmea.diagnosis.fitting import Effort, Fit, fit_baseline, polished
-from ksmea.errors import SettingError
+from ksmea.errors import LONGEST_NAME, SettingError, shortened
 from ksmea.identification import Identification, Streams, at_limit
 from ksmea.intervals import LOWER, Estimate, Interval, estimate
 from ksmea.likelihood import Likelihood
+from ksmea.load import FORCE
 from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement, Noise
 from ksmea.misfit import Misfit
@@ -40,11 +41,13 @@ from ksmea.records.identification import (
 )
 from ksmea.records.record import finite
 from ksmea.studies.enough_data import can_be_tested, require_enough
+from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.misreadings import misreadings
 from ksmea.studies.slips import slips
 from ksmea.studies.stability import stability_of
 from ksmea.units import TURN
 
+AUTO = "auto"
 INTERVALS = ("profile", "information", "none")
 LACK_OF_FIT_LEVEL = 0.01  # chance of rejecting a right model
 N_FINE = 1000  # speeds that a fitted curve is drawn at, besides those measured
@@ -61,6 +64,7 @@ def identification(
     crlb: bool = True,
     details: bool = False,
     curves: bool = False,
+    unmodelled: str = "",
     remarks: Sequence[str] = (),
     rng: np.random.Generator | None = None,
 ) -> IdentificationRecord:
@@ -71,16 +75,18 @@ def identification(
     cannot be computed the record says why. `crlb` adds Cramér–Rao bounds and correlations at the reported values.
     `details` adds what a report on one identification shows: the data in words with `remarks`, data and fit over speed,
     and a test of the fit by simulations; the whole box is searched for a higher maximum too. Both draw from `rng`. `curves`
-    adds the amplitudes that figures compare.
+    adds the amplitudes that figures compare. `unmodelled`, a position (m) or `AUTO` for any, adds the unknowns beside a force
+    there that the model lacks (`ksmea.studies.locate`): they stay true although the model is wrong.
 
     Raises `SettingError` for settings that cannot be and for fewer data than unknowns, `ArithmeticError` where what was identified is not finite.
     """
     if intervals not in INTERVALS:
         raise SettingError(f"intervals: expected {' | '.join(INTERVALS)}, got {intervals!r}")
-    if details and rng is None:
+    if (details or unmodelled) and rng is None:
         raise SettingError(
-            "details: expected a generator for the simulations of the lack-of-fit test, got none; give rng"
+            "details, unmodelled: expected a generator for the simulations of their tests, got none; give rng"
         )
+    beside = location_options(unmodelled, level)
     n_unknown, with_noise = len(problem.parameters), measurement.noise is None and intervals != "none"
     require_enough(measurement.layout, n_unknown, with_noise=with_noise)
     testable = can_be_tested(measurement.layout, n_unknown, with_noise=with_noise)
@@ -112,9 +118,27 @@ def identification(
             fit=fit_curves(problem, measurement, x, noise),
             stability=stability_of(problem, x, noise, measurement.kind, noise_known=known, level=level),
         )
+    if beside is not None and rng is not None:
+        record = dataclasses.replace(record, location=location(problem, measurement, rng, options=beside))
     if curves:
         record = dataclasses.replace(record, curves=response_curves(problem, measurement, found))
     return record
+
+
+def location_options(unmodelled: str, level: float) -> LocationOptions | None:
+    """What is tried where for the unknowns beside an unmodelled force: at a position (m), anything anywhere for `AUTO`,
+    nothing where it is empty. `level` is that of intervals."""
+    if not unmodelled:
+        return None
+    if unmodelled == AUTO:
+        return LocationOptions(interval_level=level)
+    try:
+        position = float(unmodelled)
+    except ValueError:
+        raise SettingError(
+            f"unmodelled: expected {AUTO} or the position of a site in m, got {shortened(unmodelled, LONGEST_NAME)!r}"
+        ) from None
+    return LocationOptions(interval_level=level, positions=[position], kinds=[FORCE])
 
 
 def _within_a_turn(parameters: Parameters, found: Identification) -> Identification:
