@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -41,6 +42,7 @@ from ksmea.records.location import (
     StiffnessRecord,
 )
 from ksmea.settings import Settings, setting
+from ksmea.smooth_force import SmoothForce
 from ksmea.studies.estimates import estimate_record
 
 LOCAL_FORCE = "local_force"  # the effect that a law at a place is
@@ -243,7 +245,9 @@ def _amplitude_sd(fit: LawFit) -> tuple[tuple[float, ...], ...]:
 def _extended(law: LawFit, plain: SiteFit, n_block: int) -> tuple[ExtensionRecord | None, PredictiveGainRecord | None]:
     """The model with a law as part of it, and its predictive gain; none where the problem does not take it – it is no rotor of
     this project, or has a force of this law already – or has no steady motion with it."""
-    settings = {"position": law.site.unmodelled.position, "law": law.law.key}
+    settings: dict[str, Any] = {"position": law.site.unmodelled.position, "law": law.law.key}
+    if isinstance(law.law, SmoothForce):
+        settings["knots"] = law.law.knots.tolist()
     problem = plain.likelihood.problem
     before = fit_from_values(problem, problem.parameters.to_si(plain.point.theta), plain.likelihood.measurement)
     extension = None
