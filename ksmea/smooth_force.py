@@ -8,6 +8,8 @@ C. E. Rasmussen and C. K. I. Williams, Gaussian Processes for Machine Learning, 
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
@@ -20,7 +22,14 @@ CORRELATION_LENGTH = 2.0  # distances of the knots: what they hold is smooth bet
 PARTS = (("Re", 1.0), ("Im", 1j))
 
 
-def smooth(knots: Array) -> LawOfSpeed:
+@dataclass(frozen=True)
+class SmoothForce(LawOfSpeed):
+    """`knots` (n_knot,), rad/s."""
+
+    knots: Array
+
+
+def smooth(knots: Array) -> SmoothForce:
     """The law with knots (n_knot,), rad/s, rising: real and imaginary part of f_x and f_y at each of them.
 
     >>> law = smooth(np.array([100.0, 200.0, 400.0]))
@@ -44,7 +53,7 @@ def smooth(knots: Array) -> LawOfSpeed:
     names = tuple(
         (f"{part} f_{axis} at {knot:.4g} rad/s", "N", 1.0) for knot in knots for axis in DIRECTIONS for part, _ in PARTS
     )
-    return LawOfSpeed(SMOOTH, f"smooth function of speed ({len(knots)} knots)", names, terms)
+    return SmoothForce(SMOOTH, f"smooth function of speed ({len(knots)} knots)", names, terms, knots)
 
 
 def _weights(knots: Array, speed: Array) -> Array:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -12,9 +14,11 @@ from ksmea import registry
 from ksmea.alignment import require_aligned
 from ksmea.arrays import Array
 from ksmea.contracts import AnyEffect, Problem
+from ksmea.diagnosis.fitting import Fit, fit_from_values
 from ksmea.diagnosis.force_law import LawFit, fitted_laws, smooth_fits
-from ksmea.diagnosis.located_model import located_model
+from ksmea.diagnosis.located_model import located_fit
 from ksmea.diagnosis.location import Location, locate
+from ksmea.diagnosis.predictive_gain import predictive_gain
 from ksmea.diagnosis.recovered_force import RecoveredForce, recovered_force
 from ksmea.diagnosis.site_intervals import site_intervals
 from ksmea.diagnosis.unknown_force import KINDS, LATERAL, READING, SiteFit
@@ -38,6 +42,7 @@ from ksmea.records.location import (
     StiffnessRecord,
 )
 from ksmea.settings import Settings, setting
+from ksmea.smooth_force import SmoothForce
 from ksmea.studies.estimates import estimate_record
 
 LOCAL_FORCE = "local_force"  # the effect that a law at a place is
@@ -237,25 +242,28 @@ def _amplitude_sd(fit: LawFit) -> tuple[tuple[float, ...], ...]:
     return tuple(_rounded(each) for each in sd.T)
 
 
-def _extended(
-    law: LawFit, plain: SiteFit, n_block: int
-) -> tuple[ExtensionRecord, PredictiveGainRecord] | tuple[None, None]:
-    """The model with a law as part of it, and its predictive gain; none where the problem does not take it: it is no rotor of
-    this project, has a force of this law already, or what acts is no force."""
-    settings = {"position": law.site.unmodelled.position, "law": law.law.key}
-    try:
+def _extended(law: LawFit, plain: SiteFit, n_block: int) -> tuple[ExtensionRecord | None, PredictiveGainRecord | None]:
+    """The model with a law as part of it, and its predictive gain; none where the problem does not take it – it is no rotor of
+    this project, or has a force of this law already – or has no steady motion with it."""
+    settings: dict[str, Any] = {"position": law.site.unmodelled.position, "law": law.law.key}
+    if isinstance(law.law, SmoothForce):
+        settings["knots"] = law.law.knots.tolist()
+    problem = plain.likelihood.problem
+    before = fit_from_values(problem, problem.parameters.to_si(plain.point.theta), plain.likelihood.measurement)
+    extension = None
+    with suppress(SettingError, np.linalg.LinAlgError):
         effect: AnyEffect = registry.create("effect", LOCAL_FORCE, settings)
-        extended = effect.added_to(plain.likelihood.problem)
-    except SettingError:
-        return None, None
-    fit, gain = located_model(extended, law, plain, n_block)
-    unknowns = zip(fit.problem.parameters, fit.x)
-    values = {item.name: float(item.turned(x) / item.si_per_unit) for item, x in unknowns}
-    units = {item.name: item.unit for item in fit.problem.parameters}
-    return (
-        ExtensionRecord(EffectRecord(LOCAL_FORCE, str(effect), settings), values, units),
-        PredictiveGainRecord.of(gain.elpd, gain.rmse_before, gain.rmse_after),
-    )
+        fit = located_fit(effect.added_to(problem), law, plain, before)
+        extension = _extension(EffectRecord(LOCAL_FORCE, str(effect), settings), fit)
+        gain = predictive_gain(before, fit, n_block, lambda: None)
+        return extension, PredictiveGainRecord.of(gain.elpd, gain.rmse_before, gain.rmse_after)
+    return extension, None
+
+
+def _extension(effect: EffectRecord, fit: Fit) -> ExtensionRecord:
+    parameters = fit.problem.parameters.items
+    values = {item.name: float(item.turned(x) / item.si_per_unit) for item, x in zip(parameters, fit.x)}
+    return ExtensionRecord(effect, values, {item.name: item.unit for item in parameters})
 
 
 def _series(draws: Array, level: float) -> SeriesRecord:

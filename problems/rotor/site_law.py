@@ -15,18 +15,19 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import DIRECTIONS, Channel
 from ksmea.errors import SettingError
-from ksmea.force_laws import Law, force_of
-from ksmea.load import Load
-from problems.rotor.assembly import displacement_row
+from ksmea.force_laws import Law, NonlinearLaw, force_of
+from ksmea.load import FORCE, Load
 from problems.rotor.data import Rotor
+from problems.rotor.loads import unit_loads
 
 
 @dataclass(frozen=True)
 class SiteLaw:
-    """The law that a force in x and y at a position (m) follows."""
+    """The law that a force in x and y at a position (m) follows; a moment follows one of speed alone."""
 
     position: float
     law: Law
+    kind: str = FORCE
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -35,17 +36,17 @@ class SiteLaw:
 
     @property
     def loads(self) -> tuple[Load, ...]:
-        """Unit forces at the site."""
-        return tuple(Load(self.position, axis) for axis in DIRECTIONS)
+        """Unit forces at the site, or moments."""
+        return tuple(Load(self.position, axis, self.kind) for axis in DIRECTIONS)
 
     @property
     def is_linear(self) -> bool:
         """Whether the force is a sum of terms that are proportional to the motion of its site, or do not depend on it."""
-        return hasattr(self.law, "terms")
+        return not isinstance(self.law, NonlinearLaw)
 
     def rows(self, rotor: Rotor) -> Array:
-        """What reads the motion of the site, (2, n_dof)."""
-        return np.stack([displacement_row(rotor, self.position, axis) for axis in DIRECTIONS])
+        """The nodal loads of these, which also read the motion that they do work on, (2, n_dof)."""
+        return unit_loads(rotor, self.loads, 1)[0].T.real
 
     def at_rest(self, coefficients: Array, speed: Array) -> ComplexArray:
         """The force (n_speed, 2), N, with coefficients (1, n_coefficient), on a site that does not move."""

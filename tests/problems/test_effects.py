@@ -10,7 +10,7 @@ import pytest
 from ksmea import registry
 from ksmea.channel import Channel
 from ksmea.errors import SettingError
-from ksmea.force_laws import LAWS
+from ksmea.force_laws import LAWS, MOMENT_LAWS, NonlinearLaw
 from ksmea.parameters import Parameter
 from problems.rotor.assembly import assemble_free
 from problems.rotor.effect import RotorEffect
@@ -46,8 +46,11 @@ def effect(name, **settings):
     return registry.create("effect", name, settings)
 
 
-def places(name):  # a local force: at a bearing and between nodes, by each law that is linear
-    given = itertools.product((key for key, law in LAWS.items() if hasattr(law, "terms")), (0.0, 0.77))
+LINEAR = [key for key, law in LAWS.items() if not isinstance(law, NonlinearLaw)]
+
+
+def places(name):  # a local force: at a bearing and between nodes, by each law that is linear; a moment at nodes
+    given = [*itertools.product(MOMENT_LAWS, (0.5, 1.3)), *itertools.product(LINEAR, (0.0, 0.77))]
     return effect(name).locations(PLAIN) or [effect(name, position=position, law=law) for law, position in given]
 
 
@@ -168,7 +171,7 @@ def test_an_unknown_phase_origin_turns_everything(name, place):
     known, free = place.added_to(PLAIN), place.added_to(PLAIN).with_phase_origin()
     theta = drawn(place)
     turned = theta
-    if name in VECTORS or (name == "local_force" and not LAWS[place.law].follows_motion):
+    if name in VECTORS or (name == "local_force" and not place.site_law().law.follows_motion):
         vector = (theta[0] + 1j * theta[1]) * np.exp(1j * origin)
         turned = np.array([vector.real, vector.imag])
     x = with_values(np.append(REFERENCE, origin), turned)

@@ -7,7 +7,7 @@ import pytest
 
 from ksmea import registry
 from ksmea.errors import SettingError
-from ksmea.force_laws import LAWS
+from ksmea.force_laws import LAWS, MOMENT_LAWS, LinearLaw, NonlinearLaw
 from ksmea.load import Load
 from problems.rotor.data import Disk
 from problems.rotor.sizes import rotor_mass, stiffness_scale
@@ -18,9 +18,8 @@ SETTINGS = ThreeDisk(sensors=[0.1, 0.5], n_speed=16)
 PLAIN = SETTINGS.build()
 TRUTH = np.array([SETTINGS.reference()[name] for name in PLAIN.parameters.names])
 SPEED = np.linspace(50.0, 1500.0, 12)
-IS_LINEAR = {key: hasattr(law, "terms") for key, law in LAWS.items()}
-LINEAR = [key for key, law in LAWS.items() if law.follows_motion and IS_LINEAR[key]]
-NONLINEAR = [key for key in LAWS if not IS_LINEAR[key]]
+LINEAR = [key for key, law in LAWS.items() if isinstance(law, LinearLaw)]
+NONLINEAR = [key for key, law in LAWS.items() if isinstance(law, NonlinearLaw)]
 WEAK = {"MN/m": 2e5, "MN/mm³": 1e14, "µm": 2e-6, "": 0.1}  # by unit, SI: of amplitudes of some µm
 
 
@@ -160,7 +159,7 @@ def test_limits_are_those_of_dimensions():
 
 
 def test_limits_stay_where_other_speeds_are_seen():
-    for law in LAWS:
+    for law in (*LAWS, *MOMENT_LAWS):
         problem = local(law).added_to(PLAIN)
         assert problem.at(PLAIN.speed[:3], PLAIN.channels).parameters == problem.parameters
 
@@ -168,6 +167,47 @@ def test_limits_stay_where_other_speeds_are_seen():
 def test_a_mass_that_takes_away_more_than_is_there_is_unstable():
     problem, x = with_law("mass", [-0.9 * rotor_mass(PLAIN)])
     assert not problem.is_stable(x[0])
+
+
+def test_a_skewed_disk_is_a_moment_that_turns():
+    """The moment Ω² τ (1, −i) at a node as unit loads."""
+    problem, x = with_law("skew", [2e-4, -1e-4], position=0.5)
+    moment = (2e-4 - 1e-4j) * PLAIN.speed[:, None] ** 2 * np.array([1, -1j])
+    columns = PLAIN.load_response(TRUTH[None], [Load(0.5, axis, "moment") for axis in "xy"])[0]
+    added = problem.response(x)[0] - PLAIN.response(TRUTH[None])[0]
+    assert added == pytest.approx((columns @ moment[..., None])[..., 0], rel=1e-6, abs=1e-15)
+    with pytest.raises(SettingError, match="moment"):
+        local("skew", 0.77).added_to(PLAIN)  # between nodes
+
+
+def test_a_smooth_force_is_what_it_is_at_its_knots_and_refuses_speeds_beyond():
+    knots = [float(PLAIN.speed[index]) for index in (0, 6, 15)]
+    effect = registry.create("effect", "local_force", {"law": "smooth", "position": 1.0, "knots": knots})
+    problem = effect.added_to(PLAIN)
+    names = [item.name for item in effect.parameters(PLAIN)]
+    assert names[:4] == [f"local_{part}_f_{axis}_at_200_rad_s" for axis in "xy" for part in ("Re", "Im")]
+    values = np.arange(12.0) - 5
+    x = np.concatenate([TRUTH, values])[None]
+    force = values.reshape(3, 2, 2) @ [1, 1j]  # knot, axis
+    columns = PLAIN.load_response(TRUTH[None], [Load(1.0, axis) for axis in "xy"])[0]
+    added = (problem.response(x)[0] - PLAIN.response(TRUTH[None])[0])[[0, 6, 15]]
+    assert added == pytest.approx((columns[[0, 6, 15]] @ force[..., None])[..., 0], rel=1e-6, abs=1e-15)
+    beyond = problem.at(np.array([100.0, 300.0]), PLAIN.channels)
+    with pytest.raises(SettingError, match="expected speeds from 200 to 1500 rad/s"):
+        beyond.response(x)
+
+
+@pytest.mark.parametrize(
+    "settings, said",
+    [
+        ({"law": "smooth"}, "expected two rising speeds or more"),
+        ({"law": "smooth", "knots": [300.0, 200.0]}, "expected two rising speeds or more"),
+        ({"law": "mass", "knots": [200.0, 300.0]}, "expected none of law=mass"),
+    ],
+)
+def test_knots_are_those_of_a_smooth_force(settings, said):
+    with pytest.raises(SettingError, match=said):
+        registry.create("effect", "local_force", {"position": 1.0, **settings})
 
 
 def test_it_has_no_place_by_itself_and_a_diagnosis_does_not_try_it():
