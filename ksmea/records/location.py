@@ -20,6 +20,7 @@ UNSEEN = "unseen"  # kind of interval of an unknown that the data do not show be
 PAIR = "pair of forces"  # at two positions
 Series = tuple[float, ...]  # (n_speed,)
 NOTHING, NONE = "nothing", "none"  # kinds of a location: nothing is missing; none of what was tried explains the data
+NEAR = 6.0  # ΔBIC within which laws, also at different sites, cannot be told apart (Kass & Raftery 1995)
 SAME = 1e-6  # m between positions of one place
 MAX_SHARE = 0.5  # of what was tried: if more is accepted, nothing is located
 
@@ -178,6 +179,12 @@ class LocationRecord(Record):
     def law(self) -> LawRecord | None:
         """The accepted law with the lowest BIC."""
         return next((law for law in self.laws if law.accepted), None)
+
+    @property
+    def law_class(self) -> tuple[LawRecord, ...]:
+        """The accepted laws that the data cannot tell from the best one, which comes first."""
+        best = self.law
+        return () if best is None else tuple(law for law in self.laws if law.accepted and law.bic < best.bic + NEAR)
 
     @property
     def sites(self) -> tuple[SiteRecord, ...]:

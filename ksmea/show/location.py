@@ -32,7 +32,6 @@ __all__ = ["frame", "plot", "text"]
 MAX_LISTED = 8  # sites that the text lists
 CLEARLY = 3.0  # times one part of the whirl must be as large as the other for it to be said
 FOLLOWS = 0.9  # coherence from which a force is said to follow the motion of its site
-NEAR = 6.0  # ΔBIC within which laws, also at different sites, cannot be told apart (Kass & Raftery 1995)
 MAX_RIVALS = 5
 MEGA = 1e6
 CHANNELS_OF_PAIR = 5  # two forces take four complex numbers at each speed
@@ -265,7 +264,7 @@ def _laws(record: LocationRecord) -> str:
         near = record.laws[0]
         return f"It follows none of the simple laws; the nearest: {near.law} at {_place(record, near.position)} (p = {near.p:.2g})."
     lines = [f"{_capital(_law(record, best))} (p = {best.p:.2g})."]
-    alike = [law for law in record.laws if law.accepted and law is not best and law.bic < best.bic + NEAR]
+    _, *alike = record.law_class
     if alike:
         more = f" (and {len(alike) - MAX_RIVALS} more)" if len(alike) > MAX_RIVALS else ""
         lines.append(f"The data cannot tell this from:{more}")

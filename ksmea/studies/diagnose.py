@@ -135,7 +135,7 @@ def diagnosis(
         where = location(problem, measurement, rng, options=options.location, progress=progress)
         record = _with_location(record, where)
         remarks = (*remarks, *disagreements(found, where))
-    if details:
+    if details and record.verdict != "located":  # where the data are explained they are not misread
         remarks = (*remarks, *_slips(found, problem, measurement))
     return dataclasses.replace(record, left_out={**left_out, **record.left_out}, remarks=tuple(remarks))
 

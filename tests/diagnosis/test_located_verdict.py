@@ -1,0 +1,104 @@
+"""A diagnosis that has no name for what is wrong says where it acts; beside a name it is a second opinion."""
+
+import dataclasses
+import json
+
+import numpy as np
+import pytest
+
+from ksmea.errors import SettingError
+from ksmea.records.diagnosis import DiagnosisRecord
+from ksmea.show.diagnosis import about_extension, text
+from ksmea.studies.diagnose import DiagnosisOptions, diagnosis, disagreements
+from ksmea.studies.library import library
+from tests.diagnosis.conftest import TRUTH, registered_effects
+
+OPTIONS = DiagnosisOptions(screening=1024)
+
+
+@pytest.fixture(scope="module")
+def unnamed(rotor, hide):
+    """The diagnosis of a further unbalance with an empty library, and what was hidden."""
+    measurement, effect, size = hide("unbalance", 3)
+    return diagnosis(rotor, measurement, {}, np.random.default_rng(0), options=OPTIONS), effect, size
+
+
+def test_without_a_library_the_place_is_found_and_the_law(unnamed):
+    record, effect, size = unnamed
+    assert record.verdict == "located" and not record.named and not record.ranking
+    assert effect.position in [site.position for site in record.location.sites]
+    law = record.location.law
+    assert (law.key, law.position) == ("unbalance", effect.position)
+    found = np.array([each.value for each in law.coefficients]) * 1e-6  # g mm
+    assert np.all(np.abs(found - size) < 4 * 1e-6 * np.array([each.sd for each in law.coefficients]))
+
+
+def test_beside_the_unknown_force_the_stiffnesses_stay_true(unnamed):
+    record, _, _ = unnamed
+    for each in record.location.coefficients[:2]:
+        assert each.over_sites.holds(TRUTH[each.name] / 1e6)
+
+
+def test_what_files_show_begins_with_kind_sites_and_law(unnamed):
+    record, _, _ = unnamed
+    told = record.told()["location"]
+    assert list(told)[:5] == ["kind", "sites", "law", "work", "force"]
+    assert told["kind"] == "force" and told["sites"][0].keys() >= {"position", "p"}
+    assert len(told["work"]["value"]) == len(told["speed"])
+    again = DiagnosisRecord.from_data(json.loads(json.dumps(record.to_data())))
+    assert again == record
+
+
+def test_the_text_says_it_in_its_verdict_and_the_file_holds_the_law(unnamed):
+    record, effect, _ = unnamed
+    said = text(record)
+    assert f"Verdict: located: an unknown force at {effect.position:g} m" in said
+    assert "which acts as unbalance" in said and "no known effect was tried" in said
+    assert "unbalance" in about_extension(record)[0] and record.location.extension is not None
+
+
+def test_nothing_is_located_in_a_model_that_is_right(rotor, hide):
+    measurement, _, _ = hide(None, 5)
+    record = diagnosis(rotor, measurement, {}, np.random.default_rng(0), options=OPTIONS)
+    assert record.verdict == "adequate" and record.location is None
+
+
+def test_two_channels_leave_it_unknown(rotor, hide):
+    """A force takes both complex numbers that they have at each speed."""
+    measurement, _, _ = hide("unbalance", 3)
+    few = dataclasses.replace(measurement, channels=measurement.channels[:2], values=measurement.values[:, :2])
+    seen = rotor.at(few.speed, few.channels)
+    record = diagnosis(seen, few, {}, np.random.default_rng(0), options=OPTIONS)
+    assert record.location is None and record.verdict in ("unknown", "adequate")
+
+
+def test_beside_a_name_it_is_a_second_opinion(rotor, hide):
+    measurement, effect, _ = hide("unbalance", 3)
+    effects = {"unbalance": registered_effects()["unbalance"]}
+    record = diagnosis(rotor, measurement, effects, np.random.default_rng(0), options=OPTIONS)
+    assert record.verdict == "named" and record.location.accepts(effect.position) and not record.remarks
+    assert "Without the library: an unknown force at" in text(record)
+
+
+class _Named:
+    """A diagnosis that names an unbalance at a place."""
+
+    def __init__(self, problem, effect):
+        self.named = ("unbalance",)
+        self.baseline = type("Fit", (), {"problem": problem})
+        self.applied = (type("Candidate", (), {"name": "unbalance", "effect": effect}),)
+
+
+def test_a_name_at_a_place_that_the_location_rejects_is_doubted(unnamed, rotor):
+    record, effect, _ = unnamed
+    rejected = next(float(position) for position in rotor.sites if not record.location.accepts(position))
+    elsewhere = dataclasses.replace(effect, position=rejected)
+    assert not disagreements(_Named(rotor, effect), record.location)
+    [remark] = disagreements(_Named(rotor, elsewhere), record.location)
+    assert f"acts at {elsewhere.position:g} m" in remark and f"force at {effect.position:g} m" in remark
+
+
+def test_an_empty_library_is_asked_for_alone():
+    assert library(["none"], []) == ({}, {})
+    with pytest.raises(SettingError, match="expected none alone or names of effects, got none, mass"):
+        library(["none", "mass"], [])
