@@ -3,7 +3,8 @@
 Q is the motion without the force and G that per unit of it. f need not be analytic in q: the equations are solved for the four
 real numbers of q. Where a resonance curve folds over there are several solutions; which one is found is a choice: the one
 that Newton's method leads to from Q, or from a motion that is known from elsewhere, as by measurement; and where it leads
-nowhere, from the solution at the speed below, as in a slow run-up, and at last from that at the speed above.
+nowhere, from the solution at the speed below, as in a slow run-up, then from that at the speed above, and at last from smaller
+and turned motions.
 """
 
 from __future__ import annotations
@@ -20,6 +21,8 @@ Mask = NDArray[np.bool_]
 
 MAX_ITERATIONS = 60
 CONVERGED = 1e-11  # of |Q|: rounding keeps a motion that is a million times as large from it, which is none
+# Times Q, where Newton's method starts at last: a force that holds the site back turns its phase too.
+PARTS = np.outer([1.0, 0.3, 0.1], np.exp(2j * np.pi * np.arange(6) / 6)).ravel()[1:]
 SHORTEST = 2.0**-12  # part of a Newton step
 
 
@@ -44,6 +47,14 @@ def steady_motion(
             if lacking.any():
                 solved = _newton(force, coefficients[lacking], motion[only], per_force[only], start)
                 found[only], is_found[only] = solved
+    for part in PARTS:
+        rows, columns = (np.flatnonzero(np.any(~is_found, axis=axis)) for axis in (1, 0))
+        if not len(rows):
+            break
+        only = np.ix_(rows, columns)
+        further, is_further = _newton(force, coefficients[rows], motion[only], per_force[only], part * motion[only])
+        found[only] = np.where((is_further & ~is_found[only])[..., None], further, found[only])
+        is_found[only] |= is_further
     if not is_found.all():
         raise np.linalg.LinAlgError("no steady motion was found under this force")
     return found
