@@ -39,7 +39,7 @@ from ksmea.records.location import (
 from ksmea.records.record import finite
 from ksmea.settings import Settings, setting
 
-MAX_LAW_SITES = 8  # best sites of a force or a moment at which laws are fitted
+MAX_LAW_SITES = 8  # best sites of a force, and of a moment, at which laws are fitted
 AT_LIMIT = 1e-3  # parts of the range within which a value lies on its limit
 
 
@@ -97,7 +97,7 @@ def location_record(found: Location, rng: np.random.Generator, interval_level: f
     else the one that leaves least."""
     problem, measurement = found.plain.likelihood.problem, found.plain.likelihood.measurement
     believed = [] if found.is_plain_enough else [found.sites[index] for index in found.accepted]
-    laws = _laws([fit for fit in believed if fit.unmodelled.kind in LOADS][:MAX_LAW_SITES], found)
+    laws = _laws(believed, found)
     best = next((fit.site.unmodelled for fit in laws if fit.p >= found.level), None)
     believed = sorted(believed, key=lambda fit: fit.unmodelled != best)  # those of no law stay in their order
     along = [*problem.sites, *problem.landmarks.values(), *(channel.position for channel in measurement.channels)]
@@ -211,8 +211,9 @@ def _force(fit: SiteFit, recovered: RecoveredForce, level: float) -> ForceRecord
     )
 
 
-def _laws(sites: Sequence[SiteFit], found: Location) -> list[LawFit]:
-    """The laws at sites, the lowest BIC first; behind them a smooth function of speed where none of them holds."""
+def _laws(believed: Sequence[SiteFit], found: Location) -> list[LawFit]:
+    """The laws at sites that are believed, the lowest BIC first; behind them a smooth function of speed where none holds."""
+    sites = [fit for kind in LOADS for fit in [fit for fit in believed if fit.unmodelled.kind == kind][:MAX_LAW_SITES]]
     simple = fitted_laws(sites, found.noise)
     return simple if any(fit.p >= found.level for fit in simple) else [*simple, *smooth_fits(sites, found.noise)]
 
