@@ -158,7 +158,8 @@ class DiagnosisResult(Result[DiagnosisRecord]):
 
 @dataclass(frozen=True)
 class LocationResult(Result[LocationRecord]):
-    """Where something acts that the model lacks, and what it does there; `sites` are the accepted positions, m.
+    """Where something acts that the model lacks, and what it does there; `sites` are the accepted positions, m, of a
+    pair of forces both.
 
     `extended_yaml` is the file of the model with the law that holds, empty where none does: `load_problem` takes it.
     """
@@ -167,7 +168,7 @@ class LocationResult(Result[LocationRecord]):
 
     @property
     def sites(self) -> tuple[float, ...]:
-        return tuple(site.position for site in self.record.sites)
+        return tuple(position for site in self.record.sites for position in site.positions)
 
     def __str__(self) -> str:
         return location.text(self.record)

@@ -4,24 +4,25 @@ each speed.
 Coefficients and the model's unknowns are fitted together. Nothing is nearer to the data than what is free at each speed, so
 that what a law leaves beyond that is a test of it, with as many degrees of freedom as it has fewer numbers; laws, also at
 different sites, compare by BIC. Fits start where a law comes nearest to the force as it was recovered. Laws that are not
-linear in the motion cost more; they are fitted at the sites alone where they come nearest.
+linear in the motion cost more; they are fitted only where they come as near to it as the linear ones.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 from scipy import stats
-from scipy.optimize import least_squares
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import DIRECTIONS, Channel
 from ksmea.deviance import log_term
+from ksmea.diagnosis.law_start import LawStart, law_starts
 from ksmea.diagnosis.location import refitted
-from ksmea.diagnosis.recovered_force import RecoveredForce, own_noise, recovered_force
+from ksmea.diagnosis.recovered_force import own_noise
 from ksmea.diagnosis.unknown_force import SiteFit, SumOfSquares
 from ksmea.differences import central_differences
 from ksmea.force_laws import LAWS, MOMENT_LAWS, Law, LawOfSpeed, NonlinearLaw, force_of
@@ -29,21 +30,18 @@ from ksmea.likelihood import Point
 from ksmea.load import FORCE, MOMENT
 from ksmea.maximisation import maximise
 from ksmea.measurement import Noise
-from ksmea.screening import sobol
 from ksmea.smooth_force import smooth
 
 STEP = 1e-5  # of differences: of the unit cube, and of the scale of each coefficient
 SMALLEST = 1e-3  # of the largest coefficient in its unit: the scale of one that is next to nothing
-N_OTHER = 8  # values of each unknown that the data do not show, a power of two
 TOLERANCE = 1e-3  # of χ²
 REWEIGHTINGS = 2  # after which weights from the response of a law stay as they are
-N_WEIGHT = 50  # draws that weights are made of
 FIRST_ITERATIONS = 15  # of a fit, before it is seen whether it is worth while
 HOPELESS = 5.0  # times the noise that a law leaves beyond the free force: it is fitted no further
-N_NONLINEAR = 3  # sites at which a nonlinear law is fitted
+PROMISING = 10.0  # ΔBIC to the best linear law at a site within which a nonlinear one is fitted there
+N_NONLINEAR = 3  # sites at which each is
 N_KNOTS = (4, 6, 8, 12)  # of a smooth force
 N_SMOOTH = 2  # sites at which one is fitted
-N_THRESHOLD = 12  # amplitudes that a search for a threshold starts from
 LAWS_OF = {FORCE: LAWS, MOMENT: MOMENT_LAWS}
 
 
@@ -75,14 +73,16 @@ class LawFit:
 
 
 @dataclass(frozen=True)
-class LawStart:
-    """Where the fit of a law at a site starts: unknowns in the unit cube, coefficients SI; `misfit` is the mean square of what
-    the law leaves of the recovered force there, in units of its spread."""
+class LawTrial:
+    """A law that is to be fitted at a site, and from where."""
 
-    theta: Array
-    coefficients: Array
-    motion: ComplexArray  # of the site as recovered (n_speed, 2), m
-    misfit: float
+    site: SiteFit
+    law: Law
+    starts: Sequence[LawStart]
+
+    @property
+    def bic(self) -> float:
+        return min(start.bic for start in self.starts)
 
 
 class LawLikelihood(SumOfSquares):
@@ -126,15 +126,13 @@ class LawLikelihood(SumOfSquares):
 
 def fitted_laws(sites: Sequence[SiteFit], noise: Noise) -> list[LawFit]:
     """Every law of its kind at each site of an unknown force or moment, the lowest BIC first; `noise` is that of the location."""
-    recovered = [[(each, _recovered(each)) for each in (site, *_others(site))] for site in sites]
-    fits = []
-    for kind, laws in LAWS_OF.items():
-        of_kind = [index for index, site in enumerate(sites) if site.unmodelled.kind == kind]
-        for law in laws.values():
-            starts = {index: [_start(law, *each) for each in recovered[index]] for index in of_kind}
-            nearest = sorted(of_kind, key=lambda index: min(start.misfit for start in starts[index]))
-            tried = nearest[:N_NONLINEAR] if isinstance(law, NonlinearLaw) else nearest
-            fits += [_fitted(sites[index], law, noise, starts[index]) for index in tried]
+    fits: list[LawFit | None] = []
+    n_tried: Counter[str] = Counter()
+    trials = [trial for site in sites for trial in _trials(site)]
+    for trial in sorted(trials, key=lambda trial: trial.bic):
+        n_tried[trial.law.key] += 1
+        if n_tried[trial.law.key] <= N_NONLINEAR or not isinstance(trial.law, NonlinearLaw):
+            fits.append(_fitted(trial, noise))
     return sorted((fit for fit in fits if fit is not None), key=lambda fit: fit.bic)
 
 
@@ -152,12 +150,21 @@ def smooth_fits(sites: Sequence[SiteFit], noise: Noise) -> list[LawFit]:
 
 def fitted_law(site: SiteFit, law: Law, noise: Noise) -> LawFit | None:
     """A law at a site, from where it comes nearest to the free force; None where no fit has a steady motion."""
-    return _fitted(site, law, noise, [_start(law, each, _recovered(each)) for each in (site, *_others(site))])
+    return _fitted(LawTrial(site, law, law_starts(site, [law])[law.key]), noise)
 
 
-def _fitted(site: SiteFit, law: Law, noise: Noise, starts: Sequence[LawStart]) -> LawFit | None:
+def _trials(site: SiteFit) -> list[LawTrial]:
+    """The laws that are worth a fit at a site."""
+    laws = LAWS_OF[str(site.unmodelled.kind)]
+    trials = [LawTrial(site, laws[key], starts) for key, starts in law_starts(site, laws.values()).items()]
+    lowest = min(trial.bic for trial in trials if not isinstance(trial.law, NonlinearLaw))
+    return [trial for trial in trials if not isinstance(trial.law, NonlinearLaw) or trial.bic < lowest + PROMISING]
+
+
+def _fitted(trial: LawTrial, noise: Noise) -> LawFit | None:
     """The weights come from its own response, for the free force that it is compared with too: a free force takes noise along,
     and with it weights that favour small values."""
+    site, law, starts = trial.site, trial.law, trial.starts
     unit = np.array([size for _, _, size in law.coefficients])
     largest = np.max(np.abs([start.coefficients / unit for start in starts]), axis=0)
     scale = np.maximum(largest, SMALLEST * largest.max()) * unit
@@ -206,67 +213,3 @@ def _beyond(site: SiteFit, likelihood: LawLikelihood, found: Point) -> tuple[flo
     free = site.point
     n_more = 2 * free.free.size - len(likelihood.scale) - (likelihood.d - free.n_searched)
     return max(found.deviance - free.deviance, 0.0) / own_noise(site) ** 2, n_more
-
-
-def _others(site: SiteFit) -> list[SiteFit]:
-    """The fit with other values of unknowns that the data do not show beside a free force, but may beside a law."""
-    hidden = ~np.any(site.point.whitened, axis=0)
-    if not np.any(hidden):
-        return []
-    found = []
-    for values in sobol(N_OTHER, int(hidden.sum())) + 0.5 / N_OTHER:
-        theta = site.point.theta.copy()
-        theta[hidden] = values
-        found.append(SiteFit(site.likelihood, site.likelihood.at(theta)))
-    return found
-
-
-def _recovered(site: SiteFit) -> RecoveredForce:
-    return recovered_force(site, np.random.default_rng(0), n_draw=N_WEIGHT)
-
-
-def _start(law: Law, site: SiteFit, recovered: RecoveredForce) -> LawStart:
-    """The coefficients that come nearest to the force as it was recovered, each speed weighed as it is known."""
-    speed, target = site.likelihood.problem.speed, recovered.force[0]
-    spread = np.std(recovered.force[1:], axis=0)
-    motion = np.zeros_like(target) if recovered.motion is None else recovered.motion[0]
-
-    def whitened(coefficients: Array) -> Array:
-        """Forces of coefficients (n, n_coefficient), in units of their spread, as real numbers (n, m)."""
-        force = law.at_motion(coefficients, speed, np.broadcast_to(motion, (len(coefficients), *motion.shape)))
-        return _real_parts(force / spread)
-
-    [goal] = _real_parts(target[None] / spread)
-    n_coefficient = len(law.coefficients)
-    if law.threshold is None:
-        columns = whitened(np.eye(n_coefficient))
-        coefficients = np.linalg.lstsq(columns.T, goal)[0]
-    else:
-        coefficients = _with_threshold(law, whitened, goal, np.linalg.norm(motion, axis=-1))
-    left = whitened(coefficients[None])[0] - goal
-    return LawStart(site.point.theta, coefficients, motion, float(left @ left) / target.size)
-
-
-def _with_threshold(law: Law, force: Callable[[Array], Array], goal: Array, amplitude: Array) -> Array:
-    """The coefficients of a law that acts above an amplitude only: its first one is its size, and what is neither that nor the
-    threshold is zero at first. The best of several thresholds is refined with all of them."""
-    tried = np.zeros((N_THRESHOLD, len(law.coefficients)))
-    tried[:, 0] = 1.0
-    tried[:, law.threshold] = np.quantile(amplitude, np.arange(N_THRESHOLD) / N_THRESHOLD)
-    forces = force(tried)
-    tried[:, 0] = forces @ goal / np.maximum(np.sum(forces**2, axis=1), np.finfo(float).tiny)
-    left = np.sum((tried[:, :1] * forces - goal) ** 2, axis=1)
-    best = tried[np.argmin(left)]
-    size = np.array([each for _, _, each in law.coefficients])
-    lower = np.where(np.arange(len(size)) == law.threshold, 0.0, -np.inf)
-
-    def left_over(values: Array) -> Array:
-        return np.asarray(force((values * size)[None])[0] - goal)
-
-    return np.asarray(size * least_squares(left_over, best / size, bounds=(lower, np.inf)).x)
-
-
-def _real_parts(force: ComplexArray) -> Array:
-    """Complex forces (n, n_speed, 2) as real numbers (n, m)."""
-    flat = force.reshape(len(force), -1)
-    return np.concatenate([flat.real, flat.imag], axis=1)

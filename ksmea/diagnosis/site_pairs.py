@@ -12,8 +12,8 @@ from ksmea.diagnosis.unknown_force import SiteFit, Unmodelled
 from ksmea.records.location import PAIR
 
 N_COARSE = 7  # positions of the grid: 21 pairs
-N_BEST = 3  # pairs around which the search goes on
-N_KEPT = 12  # pairs that are tested
+N_BEST = 8  # pairs around which the search goes on
+N_KEPT = 24  # pairs that are tested
 Pair = tuple[int, int]  # indices of positions, the first one smaller
 
 

@@ -46,7 +46,7 @@ from ksmea.smooth_force import SmoothForce
 from ksmea.studies.estimates import estimate_record
 
 LOCAL_FORCE = "local_force"  # the effect that a law at a place is
-MAX_LAW_SITES = 8  # best sites of a force or a moment at which laws are fitted
+MAX_LAW_SITES = 8  # best sites of a force, and of a moment, at which laws are fitted
 
 
 @dataclass(frozen=True)
@@ -108,7 +108,7 @@ def location_record(
     else the one that leaves least."""
     problem, measurement = found.plain.likelihood.problem, found.plain.likelihood.measurement
     believed = [] if found.is_plain_enough else [found.sites[index] for index in found.accepted]
-    laws = _laws([fit for fit in believed if fit.unmodelled.kind in LOADS][:MAX_LAW_SITES], found)
+    laws = _laws(believed, found)
     law = next((fit for fit in laws if fit.p >= found.level), None)
     best = None if law is None else law.site.unmodelled
     believed = sorted(believed, key=lambda fit: fit.unmodelled != best)  # those of no law stay in their order
@@ -210,8 +210,9 @@ def _force(fit: SiteFit, recovered: RecoveredForce, level: float) -> ForceRecord
     )
 
 
-def _laws(sites: Sequence[SiteFit], found: Location) -> list[LawFit]:
-    """The laws at sites, the lowest BIC first; behind them a smooth function of speed where none of them holds."""
+def _laws(believed: Sequence[SiteFit], found: Location) -> list[LawFit]:
+    """The laws at sites that are believed, the lowest BIC first; behind them a smooth function of speed where none holds."""
+    sites = [fit for kind in LOADS for fit in [fit for fit in believed if fit.unmodelled.kind == kind][:MAX_LAW_SITES]]
     simple = fitted_laws(sites, found.noise)
     return simple if any(fit.p >= found.level for fit in simple) else [*simple, *smooth_fits(sites, found.noise)]
 

@@ -22,8 +22,13 @@ OPTIONS = LocationOptions(positions=[0.9, 1.0, 0.3], kinds=["force"])
 
 def located(force, options=OPTIONS):
     """The record of data with a force (N) in x at 1 m, of constant size and phase."""
-    column = PROBLEM.load_response(TRUTH[None], [Load(1.0, "x")])[0, :, :, 0]
-    response = PROBLEM.response(TRUTH[None])[0] + force * column
+    return located_beside(np.array([force, 0.0]), "force", options)
+
+
+def located_beside(acting, kind, options):
+    """The record of data with a load (2,) or (n_speed, 2), N or N m, at 1 m."""
+    columns = PROBLEM.load_response(TRUTH[None], [Load(1.0, axis, kind) for axis in "xy"])[0]
+    response = PROBLEM.response(TRUTH[None])[0] + (columns @ acting[..., None])[..., 0]
     values = observe(response, "complex", Noise(0.05, 1e-7), np.random.default_rng(1))
     data = Measurement(PROBLEM.speed, PROBLEM.channels, values, None, "test")
     return location(PROBLEM, data, np.random.default_rng(0), options=options)
@@ -131,6 +136,14 @@ def test_a_reading_has_a_size_in_micrometres_and_does_no_work():
     assert record.kind == "reading" and record.force.work is None and record.force.stiffness == ()
     assert "µm (0-peak, at the middle" in text(record)
     assert len(plot(record).get_axes()) == 2
+
+
+def test_a_skewed_disk_is_a_moment_with_a_law_of_its_own():
+    moment = 2e-5 * PROBLEM.speed[:, None] ** 2 * np.array([1, -1j])
+    record = located_beside(moment, "moment", LocationOptions(positions=[0.5, 1.0], kinds=["force", "moment"]))
+    assert (record.kind, record.law.key, record.law.kind, record.law.position) == ("moment", "skew", "moment", 1.0)
+    assert "At 1 m (disk 3), it is a moment ∝ Ω² that turns with the shaft, as of a skewed disk: " in text(record)
+    assert plot(record).get_axes()
 
 
 def test_an_unknown_kind_is_refused_with_the_known_ones():
