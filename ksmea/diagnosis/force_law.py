@@ -114,6 +114,8 @@ class LawLikelihood(SumOfSquares):
         self.law, self.scale = law, scale
         self.lower = np.concatenate([base.lower, np.full(len(scale), -np.inf)])
         self.upper = np.concatenate([base.upper, np.full(len(scale), np.inf)])
+        self.period = np.concatenate([base.period, np.full(len(scale), np.inf)])
+        self.longest_step = np.full(len(self.lower), np.inf)
         self._base, self._unmodelled = base, site.unmodelled
         self._terms = law.terms(problem.speed)
         at_site = [Channel(position, axis) for axis in DIRECTIONS] if law.follows_motion else []

@@ -19,7 +19,7 @@ def site_intervals(fit: SiteFit, level: float) -> list[Interval]:
         rise = point.excess * float(stats.f.ppf(level, 1, point.n_left))
     else:
         rise = float(stats.chi2.ppf(level, 1))
-    _, intervals = checked_intervals(likelihood, point, rise)
+    _, intervals = checked_intervals(likelihood, [point], np.full(likelihood.d, rise))
     if intervals is None:
         intervals = [information_interval(likelihood, point, index, rise) for index in range(likelihood.d)]
     seen = np.any(point.whitened, axis=0)

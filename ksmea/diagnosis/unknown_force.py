@@ -140,6 +140,8 @@ class ProjectedLikelihood(SumOfSquares):
         self.d = len(problem.parameters)
         self.lower = np.zeros(self.d)
         self.upper = np.ones(self.d)
+        self.period = problem.parameters.period
+        self.longest_step = np.full(self.d, np.inf)
 
     def at(self, theta: Array) -> ProjectedPoint:
         differences = cube_differences(theta)

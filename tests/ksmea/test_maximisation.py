@@ -117,7 +117,9 @@ def test_best_maxima_are_different_ones_the_highest_first():
     starts = [np.array([x / 30]) for x in np.linspace(0.5, 29.5, 40)]
     found = best_maxima(likelihood, starts, first_iterations=6, survivors=40)
     deviances = [point.deviance for point in found]
-    assert deviances == sorted(deviances) and np.all(np.diff(deviances) > 1e-2)
+    assert deviances == sorted(deviances)
+    places = np.sort([30 * point.theta[0] for point in found])
+    assert np.all(np.diff(places) > 0.5)  # many are as high, all lie apart
     # by a grid, none is higher
     values = np.array([likelihood.deviance(np.array([u])) for u in np.linspace(0, 1, 1001)])
     assert deviances[0] <= values.min() + 1e-6
