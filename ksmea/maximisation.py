@@ -160,9 +160,25 @@ def _step(likelihood: Maximised, point: Point, free: Array, damping: float, grad
     target = -np.linalg.solve(triangle.T, gradient / scale / 2)
     scaled = np.linalg.solve(triangle, target)
     if np.any(scaled < lower) or np.any(scaled > upper):
-        scaled = lsq_linear(triangle, target, (np.minimum(lower, -1e-300), np.maximum(upper, 1e-300)), method="bvls").x
-        scaled = np.clip(scaled, lower, upper)
+        scaled = _bounded(triangle, target, scaled, lower, upper)
     expected = float(np.sum(target**2) - np.sum((triangle @ scaled - target) ** 2))
     step = np.zeros(len(point.theta))
     step[free] = scaled / scale
     return step, expected
+
+
+def _bounded(triangle: Array, target: Array, best: Array, lower: Array, upper: Array) -> Array:
+    """Least squares within bounds, from the best values without: those that lie outside stay on their bounds, where the gradient
+    confirms it; else by active sets."""
+    values, inside = best, np.full(len(best), True)
+    while np.any(outside := inside & ((values < lower) | (values > upper))):
+        inside &= ~outside
+        values = np.clip(values, lower, upper)
+        if np.any(inside):
+            rest = target - triangle[:, ~inside] @ values[~inside]
+            values[inside] = np.linalg.lstsq(triangle[:, inside], rest)[0]
+    gradient = triangle.T @ (triangle @ values - target)
+    if np.all(np.where(values <= lower, gradient >= 0, gradient <= 0)[~inside]):
+        return values
+    limits = (np.minimum(lower, -1e-300), np.maximum(upper, 1e-300))
+    return np.clip(lsq_linear(triangle, target, limits, method="bvls").x, lower, upper)
