@@ -33,11 +33,13 @@ HIGHEST = 100.0  # rise that is looked for
 
 def critical_rise(likelihood: Likelihood, level: float, maxima: Sequence[Point] = ()) -> float:
     """The rise of the deviance at the ends of an interval of confidence `level`; `maxima` are all that are known, best first."""
-    excess = _excess(likelihood, maxima)
     alone = _quantile(likelihood, level)
-    if not np.any(excess) or not np.isfinite(alone):
-        return alone
-    return float(brentq(lambda rise: np.mean(_tail(likelihood, rise - excess)) - (1 - level), alone, HIGHEST))
+    excess = _excess(likelihood, maxima)
+
+    def too_likely(rise: float) -> float:
+        return float(np.mean(_tail(likelihood, rise - excess))) - (1 - level)
+
+    return float(brentq(too_likely, alone, HIGHEST)) if np.isfinite(alone) and too_likely(alone) > 0 else alone
 
 
 def _quantile(likelihood: Likelihood, level: float) -> float:

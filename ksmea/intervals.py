@@ -105,7 +105,8 @@ class _Profile:
             slopes.append(step / step[self._index])
         starts = []
         for slope in slopes:
-            theta = near.theta + (value - near.theta[self._index]) * slope
+            longest = self._likelihood.longest_step
+            theta = near.theta + np.clip((value - near.theta[self._index]) * slope, -longest, longest)
             theta[self._index] = value
             starts.append((theta, self._likelihood.deviance(self._inside(theta)) - near.deviance))
         return min(starts, key=lambda start: start[1])

@@ -27,9 +27,9 @@ from ksmea.model import Model
 # of their median (lowest floor) and maximum (highest floor).
 RELATIVE_RANGE = (1e-4, 1.0)
 FLOOR_RANGE = (1e-5, 1.0)
-LONGEST_NOISE_STEP = (
-    1.0  # of ln relative and ln floor: of a floor that does not show there is no information how far it may grow
-)
+# ln relative and ln floor change by no more than this at once: a floor that does not show has no information of how far it
+# may grow, and would go to its upper limit at any damping.
+LONGEST_NOISE_STEP = 1.0
 N_GRID = 25  # levels of each part of the noise that a start is chosen from
 
 BEND = 0.1  # of a step, at which its curvature is measured

@@ -111,15 +111,18 @@ def likely_maxima(likelihood: Likelihood, known: Point, rng: np.random.Generator
     apart = Screened(parameters.to_decades(found.points), found.misfits).apart(STARTS, START_DISTANCE)
     starts = [likelihood.start(u) for u in parameters.from_decades(apart.points)]
     maxima = best_maxima(likelihood, starts, first_iterations=FIRST_ITERATIONS, survivors=SURVIVORS)
-    lowest = min(known.deviance, maxima[0].deviance)
-    likely = [known, *(point for point in maxima if point.deviance < lowest + REACH)]
-    return distinct(likelihood, [with_best_noise(likelihood, maximise(likelihood, point.theta)) for point in likely])
+    maxima = distinct(likelihood, [known, *maxima])
+    likely = [point for point in maxima if point.deviance < maxima[0].deviance + REACH]
+    return distinct(likelihood, [point if point is known else _polished(likelihood, point) for point in likely])
 
 
 def polished(fit: Fit) -> Fit:
     """The same fit, converged, with the best noise."""
-    point = maximise(fit.likelihood, fit.point.theta)
-    return Fit(fit.problem, fit.likelihood, with_best_noise(fit.likelihood, point))
+    return Fit(fit.problem, fit.likelihood, _polished(fit.likelihood, fit.point))
+
+
+def _polished(likelihood: Likelihood, point: Point) -> Point:
+    return with_best_noise(likelihood, maximise(likelihood, point.theta))
 
 
 def settled(fit: Fit, level: float) -> tuple[Fit, Estimate]:
