@@ -1,9 +1,8 @@
 """Confidence intervals of identified unknowns from the likelihood of the measurement.
 
 The deviance of the profile likelihood, D(θᵢ) = min over all other unknowns of −2 ln L, rises from its minimum to both
-sides. The interval holds all values of θᵢ at which it has risen by less than c: the quantile of χ² with one degree of
-freedom, or, where the noise is estimated along, n ln(1 + F/(n − d)) with the quantile of F(1, n − d) from n residuals
-and d unknowns, which is exact for a linear model.
+sides. The interval holds all values of θᵢ at which it has risen by less than `ksmea.critical_rise`. Where several maxima
+of the likelihood are as likely, it reaches from the lowest to the highest such value around any of them.
 
 Where the profile is a parabola, its ends lie at θ̂ ± √c · sd with sd from the Fisher information (Gauss–Newton); that
 is checked at both ends, and where it fails by more than `REGULAR` of the width, or a search limit is in the way, they
@@ -15,29 +14,32 @@ doi 10.1002/9780470316757; D. J. Venzon and S. H. Moolgavkar, Appl. Stat. 37 (19
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy import stats
 from scipy.optimize import brentq
 
 from ksmea.arrays import Array
+from ksmea.critical_rise import critical_rise
 from ksmea.likelihood import Likelihood, Point
-from ksmea.maximisation import Maximised, maximise
+from ksmea.maximisation import Maximised, distinct, maximise
 from ksmea.measurement import Noise
 
 REGULAR = 0.05  # the ends of a parabola may miss those of the profile by this part of the half-width
 FAR = 8.0  # rise of the deviance from a known point of a profile to where the next is computed; more is too far away
 SHORTEST = 2.0**-12  # of a step along a profile, below which it is cut no further
 LOWER = 0.01  # a deviance this far below the maximum's is another maximum, from where all begins again
+EXACT = 0.01  # of the deviance on a profile, and of its ends in half-widths
+MAX_MOVES = 5  # times that all begins again
 
 
 @dataclass(frozen=True)
 class Interval:
     """The values of one unknown that the measurement is compatible with, SI.
 
-    `kind` is one of: gauss-newton (a parabola, checked), profile (both ends on the profile likelihood), lower limit and
-    upper limit (the other side is open), not identifiable (both are), information (a parabola that was not checked).
+    `kind` is one of: gauss-newton (a parabola, checked), profile (both ends on the profile likelihood), hull (the
+    same around several maxima, not all values between are compatible), lower limit and upper limit (the other side is open), not identifiable (both are), information (a parabola that was not checked).
     """
 
     low: float  # -inf where open
@@ -64,20 +66,24 @@ class Estimate:
 
 
 class _Profile:
-    """The root of the rise of the deviance along one unknown, which is a straight line where the model is linear.
+    """The root of the rise of the deviance above the lowest along one unknown, which is a straight line around the best maximum
+    where the model is linear.
 
     Each point is maximised from the nearest one that is known, the others following along the tangent at the maximum,
-    or where that leads up steeply, out of a curved valley, along the secant of the two nearest known ones.
+    or where that leads up steeply, out of a curved valley, along the secant of the two nearest known ones. An angle that
+    is free to turn has no limits: half a turn to either side is all there is of it.
     """
 
-    def __init__(self, likelihood: Maximised, maximum: Point, index: int) -> None:
+    def __init__(self, likelihood: Maximised, maximum: Point, index: int, lowest: float) -> None:
         self.sd, self._tangent = _tangent(likelihood, maximum, index)
         self.start = float(maximum.theta[index])
+        half_turn = likelihood.period[index] / 2
+        self.limits = (self.start - half_turn, self.start + half_turn) if np.isfinite(half_turn) else (0.0, 1.0)
         self._likelihood = likelihood
-        self._maximum = maximum
         self._index = index
+        self._lowest = lowest
         self._known = [maximum]
-        self._roots = {self.start: 0.0}
+        self._roots = {self.start: float(np.sqrt(max(maximum.deviance - lowest, 0.0)))}
 
     def root(self, value: float) -> float:
         """√(D − D̂) where the unknown has this value and all others suit it best, infinite where the model has no response;
@@ -97,25 +103,35 @@ class _Profile:
         if further:
             step = further[0].theta - near.theta
             slopes.append(step / step[self._index])
+        starts = []
         for slope in slopes:
-            theta = near.theta + (value - near.theta[self._index]) * slope
+            longest = self._likelihood.longest_step
+            theta = near.theta + np.clip((value - near.theta[self._index]) * slope, -longest, longest)
             theta[self._index] = value
-            inside = np.clip(theta, self._likelihood.lower, self._likelihood.upper)
-            higher = self._likelihood.deviance(inside) - near.deviance
-            if higher < FAR:
-                break
-        return theta, higher
+            starts.append((theta, self._likelihood.deviance(self._inside(theta)) - near.deviance))
+        return min(starts, key=lambda start: start[1])
+
+    def _inside(self, theta: Array) -> Array:
+        return np.clip(theta - _turns(theta, self._likelihood.period), self._likelihood.lower, self._likelihood.upper)
 
     def _maximised(self, value: float) -> float:
         theta, higher = self._predicted(value)
         if not np.isfinite(higher):
             return np.inf
-        point = maximise(self._likelihood, theta, fixed=self._index, tolerance=1e-4)
-        rise = point.deviance - self._maximum.deviance
+        point = maximise(self._likelihood, self._inside(theta), fixed=self._index, tolerance=EXACT, least_gain=EXACT)
+        rise = point.deviance - self._lowest
         if rise < -LOWER:
             raise _BetterMaximum(point)
-        self._known.append(point)
+        self._known.append(replace(point, theta=point.theta + _turns(theta, self._likelihood.period)))
         return float(np.sqrt(max(rise, 0.0)))
+
+
+def _turns(theta: Array, period: Array) -> Array:
+    """The whole turns (p,) by which angles that are free to turn lie off the middle of their limits."""
+    turns = np.zeros_like(theta)
+    free = np.isfinite(period)
+    turns[free] = period[free] * np.rint((theta[free] - 0.5) / period[free])
+    return turns
 
 
 class _BetterMaximum(Exception):
@@ -123,17 +139,24 @@ class _BetterMaximum(Exception):
         self.point = point
 
 
-def estimate(likelihood: Likelihood, maximum: Point, *, level: float = 0.95, check: bool = True) -> Estimate:
-    """The intervals of confidence `level` around a maximum of the likelihood; a profile that meets a higher maximum
-    moves all of them there.
+def estimate(
+    likelihood: Likelihood,
+    maximum: Point,
+    *,
+    level: float = 0.95,
+    check: bool = True,
+    others: Sequence[Point] = (),
+) -> Estimate:
+    """The intervals of confidence `level` around a maximum of the likelihood and `others` that are known; they belong to the
+    highest of these and of any that a profile meets.
 
     Without `check`, and where a profile cannot be computed, the information at the maximum is believed, at no further
     evaluation of the model.
     """
-    rise = critical_rise(likelihood, level)
+    rise = critical_rise(likelihood, level, [maximum, *others])
     intervals = None
     if check:
-        maximum, intervals = checked_intervals(likelihood, maximum, rise)
+        maximum, intervals = checked_intervals(likelihood, [maximum, *others], np.full(likelihood.d, rise))
     if intervals is None:
         intervals = [information_interval(likelihood, maximum, index, rise) for index in range(likelihood.d)]
     parameters = likelihood.model.problem.parameters
@@ -145,39 +168,52 @@ def estimate(likelihood: Likelihood, maximum: Point, *, level: float = 0.95, che
     )
 
 
-def checked_intervals(likelihood: Maximised, maximum: Point, rise: float) -> tuple[Point, list[Interval] | None]:
-    """The maximum and its intervals in the unit cube; none where profile after profile finds a higher one, so uneven is the likelihood,
-    or one cannot be computed."""
-    for _ in range(3):
+def checked_intervals(
+    likelihood: Maximised, maxima: Sequence[Point], rise: Array
+) -> tuple[Point, list[Interval] | None]:
+    """The best of some maxima and the intervals in the unit cube, in which the deviance of each unknown rises by less than `rise`
+    (d,); none where profile after profile finds a higher one, so uneven is the likelihood, or one cannot be computed."""
+    for _ in range(MAX_MOVES):
+        maxima = distinct(likelihood, maxima)
         try:
-            return maximum, [_checked(likelihood, maximum, index, rise) for index in range(likelihood.d)]
+            return maxima[0], [_joined(likelihood, maxima, index, rise[index]) for index in range(likelihood.d)]
         except _BetterMaximum as found:
-            maximum = maximise(likelihood, found.point.theta)
+            maxima = [maximise(likelihood, found.point.theta), *maxima]
         except np.linalg.LinAlgError:
             break
-    return maximum, None
+    return maxima[0], None
 
 
-def critical_rise(likelihood: Likelihood, level: float) -> float:
-    """The rise of the deviance at the ends of an interval of confidence `level`."""
-    if not likelihood.noise_is_estimated:
-        return float(stats.chi2.ppf(level, 1))
-    n, left = likelihood.n_residual, likelihood.n_residual - likelihood.d
-    return float(n * np.log1p(stats.f.ppf(level, 1, left) / left)) if left > 0 else np.inf
+def _joined(likelihood: Maximised, maxima: Sequence[Point], index: int, rise: float) -> Interval:
+    """The interval of one unknown in the unit cube around the best of some maxima, best first, and all that are likely enough."""
+    lowest = maxima[0].deviance
+    best, *others = (
+        _checked(likelihood, point, index, rise, lowest) for point in maxima if point.deviance - lowest < rise
+    )
+    beyond = [other for other in others if other.low < best.low or other.high > best.high]
+    if not beyond:
+        return best
+    parts = sorted([best, *beyond], key=lambda part: part.low)
+    reached = np.maximum.accumulate([part.high for part in parts])
+    low, high = parts[0].low, float(reached[-1])
+    has_gap = any(part.low > before for part, before in zip(parts[1:], reached))
+    kind = _kind(low, high)
+    return Interval(low, high, "hull" if has_gap and kind == "profile" else kind)
 
 
-def _checked(likelihood: Maximised, maximum: Point, index: int, rise: float) -> Interval:
-    """The interval of one unknown in the unit cube, its ends checked or found on the profile."""
-    profile = _Profile(likelihood, maximum, index)
+def _checked(likelihood: Maximised, maximum: Point, index: int, rise: float, lowest: float) -> Interval:
+    """The interval of one unknown in the unit cube around one maximum, its ends checked or found on the profile: where the
+    deviance is `rise` above the lowest."""
+    profile = _Profile(likelihood, maximum, index, lowest)
     wanted = np.sqrt(rise)
-    ends = profile.start + np.array([-1.0, 1.0]) * wanted * profile.sd
+    ends = profile.start + np.array([-1.0, 1.0]) * np.sqrt(rise - (maximum.deviance - lowest)) * profile.sd
     if (
-        0 < ends[0]
-        and ends[1] < 1
+        profile.limits[0] < ends[0]
+        and ends[1] < profile.limits[1]
         and all(profile.is_near(end) and abs(profile.root(end) / wanted - 1) < REGULAR for end in ends)
     ):
         return Interval(float(ends[0]), float(ends[1]), "gauss-newton")
-    low, high = (_end(profile, wanted, limit) for limit in (0.0, 1.0))
+    low, high = (_end(profile, wanted, sign) for sign in (-1, 1))
     return Interval(low, high, _kind(low, high))
 
 
@@ -187,9 +223,10 @@ def _kind(low: float, high: float) -> str:
     return "lower limit" if np.isinf(high) else "profile"
 
 
-def _end(profile: _Profile, wanted: float, limit: float) -> float:
-    """Where the profile reaches the wanted root between its maximum and a limit; infinite where it does not."""
-    sign = 1.0 if limit == 1.0 else -1.0
+def _end(profile: _Profile, wanted: float, sign: int) -> float:
+    """Where the profile reaches the wanted root between its maximum and the lower (−1) or upper (1) limit; infinite where it
+    does not."""
+    limit = profile.limits[sign > 0]
     width = min(wanted * profile.sd, abs(limit - profile.start))
     inner, reach = profile.start, width
     while inner != limit:
@@ -201,7 +238,7 @@ def _end(profile: _Profile, wanted: float, limit: float) -> float:
         if np.isinf(profile.root(outer)):  # what has a response ends here
             return inner
         if profile.root(outer) >= wanted:
-            return brentq(lambda value: profile.root(value) - wanted, inner, outer, xtol=0.003 * width, rtol=1e-12)
+            return brentq(lambda value: profile.root(value) - wanted, inner, outer, xtol=EXACT * width, rtol=1e-12)
         inner, reach = outer, 2 * reach
     return sign * np.inf
 

@@ -27,6 +27,9 @@ from ksmea.model import Model
 # of their median (lowest floor) and maximum (highest floor).
 RELATIVE_RANGE = (1e-4, 1.0)
 FLOOR_RANGE = (1e-5, 1.0)
+# ln relative and ln floor change by no more than this at once: a floor that does not show has no information of how far it
+# may grow, and would go to its upper limit at any damping.
+LONGEST_NOISE_STEP = 1.0
 N_GRID = 25  # levels of each part of the noise that a start is chosen from
 
 BEND = 0.1  # of a step, at which its curvature is measured
@@ -74,6 +77,14 @@ class Likelihood:
     @cached_property
     def upper(self) -> Array:  # (p,)
         return np.concatenate([np.ones(self.d), self._noise_limits[1]])
+
+    @cached_property
+    def period(self) -> Array:  # (p,)
+        return np.concatenate([self.model.problem.parameters.period, np.full(len(self.lower) - self.d, np.inf)])
+
+    @cached_property
+    def longest_step(self) -> Array:  # (p,)
+        return np.where(np.arange(len(self.lower)) < self.d, np.inf, LONGEST_NOISE_STEP)
 
     @property
     def n_residual(self) -> int:

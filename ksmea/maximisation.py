@@ -23,12 +23,13 @@ MAX_BEND_RATIO = 0.75  # of a bend to the step that it corrects (Transtrum & Set
 # Damping of a step, relative to the information: at first, and where no step leads down any more.
 FIRST_DAMPING, LAST_DAMPING = 1e-6, 1e8
 
-CLOSE = 1e-2  # two maxima with deviances as near as this are one
+# Two maxima are one where their deviances are as near as this, and the difference is as small to the data (standard errors).
+CLOSE, NEAR = 1e-2, 0.5
 
 
 class Maximised(Protocol):
     """What Fisher scoring asks of a likelihood; `ksmea.likelihood.Likelihood` says what each is. The first d of θ are the
-    unknowns in the unit cube."""
+    unknowns in the unit cube; values a `period` apart are the same, and the information says nothing beyond `longest_step`."""
 
     @property
     def d(self) -> int: ...
@@ -36,6 +37,10 @@ class Maximised(Protocol):
     def lower(self) -> Array: ...
     @property
     def upper(self) -> Array: ...
+    @property
+    def period(self) -> Array: ...
+    @property
+    def longest_step(self) -> Array: ...
     def at(self, theta: Array) -> Point: ...
     def deviance(self, theta: Array) -> float: ...
     def curvature(self, point: Point, step: Array) -> Array: ...
@@ -48,13 +53,14 @@ def maximise(
     fixed: int | None = None,
     max_iterations: int = MAX_ITERATIONS,
     tolerance: float = 1e-7,
+    least_gain: float = 0.0,
 ) -> Point:
     """The maximum of the likelihood that Fisher scoring leads to from θ (p,), within the limits.
 
     `fixed` is the index of an unknown that keeps its value (for profiles). Steps solve the scoring equations in the box
     as bounded least squares, damped as by Levenberg and Marquardt, and once a step has failed they bend with the mean
-    (geodesic acceleration). They end where a step is expected to lower the deviance by less than `tolerance`, after
-    `max_iterations`, or where the model's budget is spent; a budget that does not admit the first Jacobian raises
+    (geodesic acceleration). They end where a step is expected to lower the deviance by less than `tolerance` or lowers it by
+    less than `least_gain`, after `max_iterations`, or where the model's budget is spent; a budget that does not admit the first Jacobian raises
     `BudgetSpent`.
 
     M. R. Osborne, Fisher's method of scoring, Int. Stat. Rev. 60 (1992) 99–117, doi 10.2307/1403504; M. K. Transtrum
@@ -72,9 +78,12 @@ def maximise(
             if damping > FIRST_DAMPING:
                 step = step + _bend(likelihood, point, free, damping, step)
             theta = np.clip(point.theta + step, likelihood.lower, likelihood.upper)
-            if likelihood.deviance(theta) < point.deviance:
+            gain = point.deviance - likelihood.deviance(theta)
+            if gain > 0:
                 point = likelihood.at(theta)
                 damping = max(damping / 10, FIRST_DAMPING)
+                if gain < least_gain:
+                    break
             else:  # also where the trial is not finite
                 damping = max(damping * 10, 1e-3)
                 if damping > LAST_DAMPING:
@@ -105,15 +114,28 @@ def best_maxima(
     """Different maxima of the likelihood, highest first: a few iterations from every start θ, and the best points that
     they lead to, `survivors` at most, to the end. Where all have a deviance above `ceiling`, the best point that was met."""
     first = [maximise(likelihood, theta, max_iterations=first_iterations, tolerance=1e-2) for theta in starts]
-    maxima: list[Point] = []
-    first.sort(key=lambda each: each.deviance)
-    if first[0].deviance > ceiling:
-        return first[:1]
-    for point in first[:survivors]:
-        maximum = maximise(likelihood, point.theta, tolerance=1e-4)
-        if all(abs(maximum.deviance - other.deviance) > CLOSE for other in maxima):
-            maxima.append(maximum)
-    return sorted(maxima, key=lambda point: point.deviance)
+    best = sorted(first, key=lambda each: each.deviance)[:survivors]
+    if best[0].deviance > ceiling:
+        return best[:1]
+    return distinct(likelihood, [maximise(likelihood, point.theta, tolerance=1e-4) for point in best])
+
+
+def distinct(likelihood: Maximised, maxima: Sequence[Point]) -> list[Point]:
+    """Different ones of these maxima, highest first: two are the same where the deviances are, and the data see no difference."""
+    found: list[Point] = []
+    for point in sorted(maxima, key=lambda each: each.deviance):
+        if not any(_is_same(likelihood, point, other) for other in found):
+            found.append(point)
+    return found
+
+
+def _is_same(likelihood: Maximised, point: Point, other: Point) -> bool:
+    if point.deviance - other.deviance > CLOSE:
+        return False
+    step = point.theta - other.theta
+    turns = np.isfinite(likelihood.period)
+    step[turns] -= likelihood.period[turns] * np.rint(step[turns] / likelihood.period[turns])
+    return bool(np.linalg.norm(other.whitened @ step) < NEAR)
 
 
 def _bend(likelihood: Maximised, point: Point, free: Array, damping: float, step: Array) -> Array:
@@ -134,15 +156,31 @@ def _step(likelihood: Maximised, point: Point, free: Array, damping: float, grad
     whitened, gradient = point.whitened[:, free], gradient[free]
     scale = np.sqrt(np.sum(whitened**2, axis=0))
     scale = np.maximum(scale, 1e-12 * scale.max(initial=np.finfo(float).tiny))
-    lower = (likelihood.lower - point.theta)[free] * scale
-    upper = (likelihood.upper - point.theta)[free] * scale
+    lower = np.maximum(likelihood.lower - point.theta, -likelihood.longest_step)[free] * scale
+    upper = np.minimum(likelihood.upper - point.theta, likelihood.longest_step)[free] * scale
     triangle = np.asarray(np.linalg.qr(np.vstack([whitened / scale, np.sqrt(damping) * np.eye(len(scale))]), mode="r"))
     target = -np.linalg.solve(triangle.T, gradient / scale / 2)
     scaled = np.linalg.solve(triangle, target)
     if np.any(scaled < lower) or np.any(scaled > upper):
-        scaled = lsq_linear(triangle, target, (np.minimum(lower, -1e-300), np.maximum(upper, 1e-300)), method="bvls").x
-        scaled = np.clip(scaled, lower, upper)
+        scaled = _bounded(triangle, target, scaled, lower, upper)
     expected = float(np.sum(target**2) - np.sum((triangle @ scaled - target) ** 2))
     step = np.zeros(len(point.theta))
     step[free] = scaled / scale
     return step, expected
+
+
+def _bounded(triangle: Array, target: Array, best: Array, lower: Array, upper: Array) -> Array:
+    """Least squares within bounds, from the best values without: those that lie outside stay on their bounds, where the gradient
+    confirms it; else by active sets."""
+    values, inside = best, np.full(len(best), True)
+    while np.any(outside := inside & ((values < lower) | (values > upper))):
+        inside &= ~outside
+        values = np.clip(values, lower, upper)
+        if np.any(inside):
+            rest = target - triangle[:, ~inside] @ values[~inside]
+            values[inside] = np.linalg.lstsq(triangle[:, inside], rest)[0]
+    gradient = triangle.T @ (triangle @ values - target)
+    if np.all(np.where(values <= lower, gradient >= 0, gradient <= 0)[~inside]):
+        return values
+    limits = (np.minimum(lower, -1e-300), np.maximum(upper, 1e-300))
+    return np.clip(lsq_linear(triangle, target, limits, method="bvls").x, lower, upper)

@@ -78,6 +78,11 @@ class Parameters:
     def si_per_unit(self) -> Array:  # (d,)
         return np.array([parameter.si_per_unit for parameter in self.items])
 
+    @property
+    def period(self) -> Array:
+        """How far apart in the unit cube values of an unknown are the same (d,): a turn where it is free to turn, else infinite."""
+        return np.array([TURN / (item.upper - item.lower) if item.is_full_turn else np.inf for item in self.items])
+
     def to_si(self, u: Array) -> Array:
         """Unit cube (…, d) to SI."""
         return self.lower + np.asarray(u) * self.width
@@ -85,6 +90,21 @@ class Parameters:
     def to_cube(self, x: Array) -> Array:
         """SI (…, d) to the unit cube."""
         return (np.asarray(x) - self.lower) / self.width
+
+    def from_decades(self, z: Array) -> Array:
+        """Unit cube (…, d) in which unknowns whose limits lie a decade or more apart grow by factors, to the unit cube."""
+        span = self._decades
+        return np.where(span > 0, (10 ** (np.asarray(z) * span) - 1) / np.where(span > 0, 10**span - 1, 1), z)
+
+    def to_decades(self, u: Array) -> Array:
+        """The inverse of `from_decades`."""
+        span = self._decades
+        return np.where(span > 0, np.log10(1 + np.asarray(u) * (10**span - 1)) / np.where(span > 0, span, 1), u)
+
+    @property
+    def _decades(self) -> Array:  # (d,), 0 where less than one
+        ratio = [item.upper / item.lower if item.lower > 0 else 1.0 for item in self.items]
+        return np.where(np.array(ratio) >= 10, np.log10(ratio), 0.0)
 
     def in_units(self, x: Array) -> Array:
         """SI (…, d) to the units people read."""

@@ -16,12 +16,17 @@ from ksmea.contracts import Problem
 from ksmea.diagnosis.screening import scanned, screened
 from ksmea.intervals import Estimate, estimate
 from ksmea.likelihood import Likelihood, Point
-from ksmea.maximisation import best_maxima, maximise, nearest_maximum, with_best_noise
+from ksmea.maximisation import best_maxima, distinct, maximise, nearest_maximum, with_best_noise
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
 from ksmea.screening import Screened, sobol
 
 START_DISTANCE = 0.1  # starts of the baseline model are not nearer to each other, in the unit cube
+
+# A search for all likely maxima: points screened, fits, iterations after which only the best go on, and how many these are;
+# maxima whose deviance is higher by REACH do not matter: a chance of 1 % that they are the truth's.
+SCREENED, STARTS, FIRST_ITERATIONS, SURVIVORS = 4096, 30, 8, 10
+REACH = 25.0
 EFFECT_START_DISTANCE = 0.02  # nor starts of an extended one
 
 
@@ -97,10 +102,27 @@ def fit_baseline(
     return BaselineFits(fits[0], tuple(fits[1:]), found)
 
 
+def likely_maxima(likelihood: Likelihood, known: Point, rng: np.random.Generator | None = None) -> list[Point]:
+    """The maxima of a likelihood all over the box that are not much lower than the highest, highest first, and a known one: by
+    fits from the best points of a screening in which unknowns grow by factors (`Parameters.from_decades`)."""
+    parameters = likelihood.model.problem.parameters
+    points = parameters.from_decades(sobol(SCREENED, len(parameters), rng))
+    found = screened(likelihood.model.problem, likelihood.measurement, points)
+    apart = Screened(parameters.to_decades(found.points), found.misfits).apart(STARTS, START_DISTANCE)
+    starts = [likelihood.start(u) for u in parameters.from_decades(apart.points)]
+    maxima = best_maxima(likelihood, starts, first_iterations=FIRST_ITERATIONS, survivors=SURVIVORS)
+    maxima = distinct(likelihood, [known, *maxima])
+    likely = [point for point in maxima if point.deviance < maxima[0].deviance + REACH]
+    return distinct(likelihood, [point if point is known else _polished(likelihood, point) for point in likely])
+
+
 def polished(fit: Fit) -> Fit:
     """The same fit, converged, with the best noise."""
-    point = maximise(fit.likelihood, fit.point.theta)
-    return Fit(fit.problem, fit.likelihood, with_best_noise(fit.likelihood, point))
+    return Fit(fit.problem, fit.likelihood, _polished(fit.likelihood, fit.point))
+
+
+def _polished(likelihood: Likelihood, point: Point) -> Point:
+    return with_best_noise(likelihood, maximise(likelihood, point.theta))
 
 
 def settled(fit: Fit, level: float) -> tuple[Fit, Estimate]:

@@ -97,6 +97,8 @@ class LawLikelihood(SumOfSquares):
         least = [0.0 if index == law.threshold else -np.inf for index in range(len(scale))]
         self.lower = np.concatenate([base.lower, least])
         self.upper = np.concatenate([base.upper, np.full(len(scale), np.inf)])
+        self.period = np.concatenate([base.period, np.full(len(scale), np.inf)])
+        self.longest_step = np.full(len(self.lower), np.inf)
         self._base, self._unmodelled = base, site.unmodelled
         at_site = [Channel(position, axis) for axis in DIRECTIONS] if law.follows_motion else []
         self._seen = problem.at(problem.speed, [*problem.channels, *at_site]) if at_site else problem

@@ -22,8 +22,9 @@ def site_intervals(fit: SiteFit, level: float) -> list[Interval]:
     else:
         likelihood = fit.likelihood
         rise = float(stats.chi2.ppf(level, 1))
-    point = likelihood.at(fit.point.theta)
-    intervals = None if fit.point.excess > HOPELESS else checked_intervals(likelihood, point, rise)[1]
+    point, intervals = likelihood.at(fit.point.theta), None
+    if fit.point.excess <= HOPELESS:
+        _, intervals = checked_intervals(likelihood, [point], np.full(likelihood.d, rise))
     if intervals is None:
         intervals = [information_interval(likelihood, point, index, rise) for index in range(likelihood.d)]
     seen = np.any(point.whitened, axis=0)

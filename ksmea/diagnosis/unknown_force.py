@@ -155,6 +155,8 @@ class ProjectedLikelihood(SumOfSquares):
         self.d = len(problem.parameters)
         self.lower = np.zeros(self.d)
         self.upper = np.ones(self.d)
+        self.period = problem.parameters.period
+        self.longest_step = np.full(self.d, np.inf)
 
     def with_sd(self, sd: Array) -> ProjectedLikelihood:
         """The same with other noise (n_speed, n_channel), m."""

@@ -17,10 +17,10 @@ from ksmea.arrays import Array
 from ksmea.contracts import Method, Problem
 from ksmea.cramer_rao import identifiability
 from ksmea.diagnosis.fit_quality import fit_quality
-from ksmea.diagnosis.fitting import Effort, Fit, fit_baseline, polished
+from ksmea.diagnosis.fitting import Fit, likely_maxima
 from ksmea.errors import LONGEST_NAME, SettingError, shortened
 from ksmea.identification import Identification, Streams, at_limit
-from ksmea.intervals import LOWER, Estimate, Interval, estimate
+from ksmea.intervals import Estimate, Interval, estimate
 from ksmea.likelihood import Likelihood
 from ksmea.load import FORCE
 from ksmea.maximisation import nearest_maximum
@@ -49,6 +49,7 @@ from ksmea.units import TURN
 
 AUTO = "auto"
 INTERVALS = ("profile", "information", "none")
+FEW_DATA = 10  # for each unknown and noise level: with fewer, intervals hold what is likely all over the box
 LACK_OF_FIT_LEVEL = 0.01  # chance of rejecting a right model
 N_FINE = 1000  # speeds that a fitted curve is drawn at, besides those measured
 
@@ -101,7 +102,8 @@ def identification(
             measurement,
             level,
             check=intervals == "profile",
-            rng=rng if details else None,
+            rng=rng,
+            details=details,
             test=testable,
         )
     if crlb and noise is not None and not noise.is_absent:
@@ -196,20 +198,20 @@ def _with_intervals(
     *,
     check: bool,
     rng: np.random.Generator | None,
+    details: bool,
     test: bool,
 ) -> tuple[IdentificationRecord, Noise | None]:
     """The record with intervals, noise level and what they took, and the noise, estimated where it was not known; what
-    cannot be computed costs no identification. With a generator a higher maximum is looked for all over the box, and with
-    `test` the fit is tested."""
+    cannot be computed costs no identification. With `details`, and where data are few, all likely maxima of the box are looked
+    for, and with details and `test` the fit is tested."""
     started = time.perf_counter()
     counted = CountedProblem(problem)
     likelihood = Likelihood(Model(counted), measurement)
     try:
-        point = nearest_maximum(likelihood, problem.parameters.to_cube(record.x))
-        if rng is not None:
-            best = fit_baseline(counted, measurement, rng, Effort(), likelihood).best
-            point = polished(best).point if best.deviance < point.deviance - LOWER else point
-        estimated = estimate(likelihood, point, level=level, check=check)
+        maxima = [nearest_maximum(likelihood, problem.parameters.to_cube(record.x))]
+        if details or (check and _has_few_data(likelihood)):
+            maxima = likely_maxima(likelihood, maxima[0], rng)
+        estimated = estimate(likelihood, maxima[0], others=maxima[1:], level=level, check=check)
         fit = Fit(problem, likelihood, estimated.point)
     except np.linalg.LinAlgError as error:
         return dataclasses.replace(record, interval_error=str(error)), measurement.noise
@@ -226,8 +228,13 @@ def _with_intervals(
         intervals=effort,
         deviance=finite(fit.deviance),
         search_excess=finite(_excess(fit, record.x)),
-        lack_of_fit=_lack_of_fit(fit, rng) if rng is not None and test else None,
+        lack_of_fit=_lack_of_fit(fit, rng) if details and rng is not None and test else None,
     ), estimated.noise
+
+
+def _has_few_data(likelihood: Likelihood) -> bool:
+    """Whether the data are so few for the unknowns and noise levels that other maxima can be as likely."""
+    return likelihood.n_residual < FEW_DATA * len(likelihood.lower)
 
 
 def _excess(fit: Fit, x: Array) -> float:

@@ -64,3 +64,18 @@ def test_reversed_limits_are_told_in_the_units_they_were_given_in():
     with pytest.raises(SettingError) as caught:
         Parameter("kxx", "MN/m", MEGANEWTON_PER_METRE, 100e6, 10e6)
     assert str(caught.value) == "limits of kxx: expected lower < upper, got [100, 10] MN/m; swap or widen them"
+
+
+def test_decades_are_spread_evenly_where_limits_lie_one_or_more_apart():
+    offset = Parameter("offset", "", 1.0, -1.0, 1.0)
+    parameters = Parameters((PARAMETERS.items[0], PARAMETERS.items[1], offset))
+    middle = parameters.to_si(parameters.from_decades(np.full((1, 3), 0.5)))[0]
+    # between 10 and 100 MN/m, between 10 and 1000 N s/m, and halfway where there is no logarithm
+    assert middle == pytest.approx([np.sqrt(1e15), 100.0, 0.0], rel=1e-12, abs=1e-12)
+    points = np.random.default_rng(1).random((20, 3))
+    assert parameters.to_decades(parameters.from_decades(points)) == pytest.approx(points)
+
+
+def test_an_angle_that_is_free_to_turn_has_a_period():
+    angles = [Parameter("phase", "deg", np.pi / 180, -reach, reach) for reach in (1.5 * np.pi, 0.5 * np.pi)]
+    assert Parameters(tuple(angles)).period == pytest.approx([2 / 3, np.inf])
