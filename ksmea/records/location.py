@@ -22,7 +22,7 @@ Series = tuple[float, ...]  # (n_speed,)
 NOTHING, NONE = "nothing", "none"  # kinds of a location: nothing is missing; none of what was tried explains the data
 NEAR = 6.0  # ΔBIC within which laws, also at different sites, cannot be told apart (Kass & Raftery 1995)
 SAME = 1e-6  # m between positions of one place
-MAX_SHARE = 0.5  # of what was tried: if more is accepted, nothing is located
+MAX_SHARE = 0.5  # of what was tried: if more is accepted, and no law holds, nothing is located
 
 
 @dataclass(frozen=True)
@@ -197,6 +197,11 @@ class LocationRecord(Record):
         return any(abs(each.position - position) <= nearest + SAME for each in self.sites)
 
     @property
+    def is_spread(self) -> bool:
+        """Whether something unknown explains the data at most places."""
+        return len(self.sites) > MAX_SHARE * len(self.candidates)
+
+    @property
     def is_local(self) -> bool:
-        """Whether something unknown explains the data at some places and not at most."""
-        return 0 < len(self.sites) <= MAX_SHARE * len(self.candidates)
+        """Whether something unknown explains the data at some places and not at most, or a law tells the place."""
+        return bool(self.sites) and (not self.is_spread or self.law is not None)

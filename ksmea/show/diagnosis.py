@@ -141,8 +141,7 @@ def _cause(record: DiagnosisRecord) -> str:
     names = _applied(record)
     lines = [f"Verdict: {record.verdict}" + (f": {names}" if record.is_explained else ""), *_locations(record)]
     if record.verdict == "located" and record.location is not None:
-        law = "" if record.location.law is None else f", which acts as {record.location.law.law}"
-        said = f"Verdict: located: an unknown {location.in_short(record.location)}{law}"
+        said = f"Verdict: located: an unknown {location.in_short(record.location)}"
         lines = [said, *_not_in_library(record, names)]
     if record.verdict == "ambiguous":
         lines += _split(record)

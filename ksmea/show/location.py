@@ -51,7 +51,11 @@ def findings(record: LocationRecord) -> list[str]:
 
 
 def in_short(record: LocationRecord) -> str:
-    """The accepted sites of each kind in a line: 'force at 0.5 m (disk 2), moment at 0.2 m (disk 1)'."""
+    """The places of the law that holds, or the accepted sites of each kind, in a line: 'force at 0.5 m (disk 2), which acts
+    as a spring', 'force at 0.5 m (disk 2); moment at 0.2 m (disk 1)'."""
+    if (law := record.law) is not None:
+        places = dict.fromkeys(each.position for each in record.law_class if each.key == law.key)
+        return f"{law.kind} at {' or '.join(_place(record, each) for each in places)}, which acts as {law.law}"
     kinds = dict.fromkeys(site.kind for site in record.sites)
     return "; ".join(f"{kind} {_spread(record, kind)}" for kind in kinds)
 
@@ -120,7 +124,9 @@ def where(record: LocationRecord) -> str:
     ]
     if len(kinds) > 1:
         lines.append("These data do not tell which of them it is.")
-    if not record.is_local:
+    if record.is_spread and record.law is not None:
+        lines.append("So many places do that only the law below tells where it is.")
+    elif record.is_spread:
         lines.append("So many places do that a cause which is spread along the shaft is as likely as one at a place.")
     return "\n".join([*lines, "", _table(record, record.sites)])
 
