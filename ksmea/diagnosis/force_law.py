@@ -183,10 +183,13 @@ def _fitted(trial: LawTrial, noise: Noise) -> LawFit | None:
     beyond, n_more = _beyond(site, likelihood, found)
     for _ in range(REWEIGHTINGS if beyond < HOPELESS * n_more else 0):
         response, _ = likelihood.mean_and_force(found.theta[None])
-        site = refitted(site, noise.sd(np.abs(response[0])))
-        likelihood = LawLikelihood(site, law, scale, near)
-        with suppress(np.linalg.LinAlgError):
-            found = maximise(likelihood, found.theta, tolerance=TOLERANCE)
+        reweighted = refitted(site, noise.sd(np.abs(response[0])))
+        again = LawLikelihood(reweighted, law, scale, near)
+        try:
+            found = maximise(again, found.theta, tolerance=TOLERANCE)
+        except np.linalg.LinAlgError:  # no steady motion on the way: the fit with the weights before stands
+            break
+        site, likelihood = reweighted, again
     return _law_fit(site, likelihood, found, noise)
 
 
