@@ -35,6 +35,7 @@ REPETITIONS = {  # of others than tables
     "identify": 1,
     "diagnose": 1,
     "locate": 1,
+    "diagnosis_without": 6,
     "diagnosis_nulls": 100,
     "diagnosis_effects": 20,
 }
