@@ -144,8 +144,8 @@ def stop(rng: np.random.Generator) -> Hidden:
 
 
 def hardening(rng: np.random.Generator) -> Hidden:
-    """A cubic spring at a disk that is 1 to 5 MN/m at 15 µm."""
-    cubic = rng.uniform(1e6, 5e6) / LARGEST_MOTION**2
+    """A cubic spring at a disk that is 5 to 20 MN/m at 15 µm."""
+    cubic = rng.uniform(5e6, 20e6) / LARGEST_MOTION**2
     return balanced(
         rng.choice(DISKS),
         ("cubic_spring",),
@@ -220,7 +220,7 @@ def _found(record: DiagnosisRecord, hidden: Hidden) -> dict[str, Any]:
         "share": np.mean([site.accepted for site in where.candidates]),
         "share_of_kind": np.mean([site.accepted for site in of_kind]) if of_kind else np.nan,
         "found_kind": where.kind,
-        "found_sites": " ".join(map(str, where.sites)).replace(" at ", "@").replace(" m", ""),
+        "found_sites": "; ".join(map(str, where.sites)),
         "one_site": len(where.sites) == 1,
         "law": "" if where.law is None else where.law.key,
         "law_sites": " ".join(f"{law.key}@{law.position:g}" for law in where.law_class),

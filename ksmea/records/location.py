@@ -22,7 +22,7 @@ Series = tuple[float, ...]  # (n_speed,)
 NOTHING, NONE = "nothing", "none"  # kinds of a location: nothing is missing; none of what was tried explains the data
 NEAR = 6.0  # ΔBIC within which laws, also at different sites, cannot be told apart (Kass & Raftery 1995)
 SAME = 1e-6  # m between positions of one place
-MAX_SHARE = 0.5  # of what was tried: if more is accepted, and no law holds, nothing is located
+MAX_SHARE = 0.5  # of what was tried: if more is accepted, nothing is located
 
 
 @dataclass(frozen=True)
@@ -203,5 +203,6 @@ class LocationRecord(Record):
 
     @property
     def is_local(self) -> bool:
-        """Whether something unknown explains the data at some places and not at most, or a law tells the place."""
-        return bool(self.sites) and (not self.is_spread or self.law is not None)
+        """Whether something unknown explains the data at some places and not at most: a law that holds at one of many is no
+        proof, since what is spread along the shaft often does as much as one mass or spring."""
+        return bool(self.sites) and not self.is_spread

@@ -124,10 +124,11 @@ def where(record: LocationRecord) -> str:
     ]
     if len(kinds) > 1:
         lines.append("These data do not tell which of them it is.")
-    if record.is_spread and record.law is not None:
-        lines.append("So many places do that only the law below tells where it is.")
-    elif record.is_spread:
-        lines.append("So many places do that a cause which is spread along the shaft is as likely as one at a place.")
+    if record.is_spread:
+        law = "; if it is at one, the law below tells which" if record.law is not None else ""
+        lines.append(
+            f"So many places do that a cause which is spread along the shaft is as likely as one at a place{law}."
+        )
     return "\n".join([*lines, "", _table(record, record.sites)])
 
 
