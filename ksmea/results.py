@@ -148,6 +148,12 @@ class DiagnosisResult(Result[DiagnosisRecord]):
         """The effects by how well they explain the data."""
         return diagnosis.frame(self.record)
 
+    @property
+    def location(self) -> LocationResult | None:
+        """What is found without the library; None where the model is adequate, or the data are too few."""
+        found = self.record.location
+        return None if found is None else LocationResult(found, self.extended_yaml if self.verdict == "located" else "")
+
     def coefficients(self) -> pd.DataFrame:
         """Every unknown before and after the extension, with intervals."""
         return diagnosis.coefficients_frame(self.record)

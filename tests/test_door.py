@@ -219,6 +219,7 @@ def test_a_diagnosis_extends_the_problem(rotor, tmp_path):
     assert set(result.coefficients()["unknown"]) == {*rotor.parameters.names, "runout_x", "runout_y"}
     assert DiagnosisRecord.from_data(json.loads(result.to_json())) == result.record
     assert result.plot().get_axes() and result.plot(Figure().subplots()).get_axes()
+    assert "reading" in {site.kind for site in result.location.record.sites}  # a second opinion
     with pytest.raises(SettingError, match="did you mean 'runout'"):
         ksmea.diagnose(rotor, hidden, effects=["run_out"])
 
