@@ -4,7 +4,7 @@ hold: per hidden cause.
     OPENBLAS_NUM_THREADS=1 python -m benchmarks.location_rates 20 rows.csv [CAUSE …]
     python -m benchmarks.location_rates rows.csv
 
-The first makes draws, in two processes, and writes a row for each; both print a table of them. Three-disk rotor, probes in x
+The first makes draws that the file does not have yet, in two processes, and writes a row for each; both print a table of them. Three-disk rotor, probes in x
 and y at 0.1, 0.5 and 1.0 m, 66 speeds, complex data with 5 to 7 % noise and a floor of 0.1 µm, neither of which the fit is
 told. The data come from the dense route with 26 elements. What acts at one place is put into its matrices here, by no effect
 of the library, or is balanced with five harmonics; what is spread or in the readings is an effect of the library. A draw takes
@@ -254,7 +254,10 @@ def summary(rows: pd.DataFrame) -> pd.DataFrame:
 def main(arguments: list[str]) -> None:
     if arguments[0].isdigit():
         n_draw, path, causes = int(arguments[0]), Path(arguments[1]), arguments[2:] or list(CAUSES)
-        tasks = [(cause, seed) for seed in range(n_draw) for cause in causes]
+        done = (
+            set() if not path.exists() else set(pd.read_csv(path)[["cause", "seed"]].itertuples(index=False, name=None))
+        )
+        tasks = [(cause, seed) for seed in range(n_draw) for cause in causes if (cause, seed) not in done]
         with Pool(N_PROCESS) as pool:
             for found in pool.imap_unordered(functools.partial(_apply, row), tasks):
                 head = not path.exists()

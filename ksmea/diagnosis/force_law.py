@@ -10,7 +10,7 @@ linear in the motion cost more; they are fitted only where they come as near to 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -23,11 +23,11 @@ from ksmea.deviance import log_term
 from ksmea.diagnosis.law_start import LawStart, law_starts
 from ksmea.diagnosis.location import refitted
 from ksmea.diagnosis.recovered_force import own_noise
-from ksmea.diagnosis.unknown_force import SiteFit, SumOfSquares
+from ksmea.diagnosis.unknown_force import SiteFit, SumOfSquares, Unmodelled
 from ksmea.differences import central_differences
 from ksmea.force_laws import LAWS, MOMENT_LAWS, Law, LawOfSpeed, NonlinearLaw, force_of
 from ksmea.likelihood import Point
-from ksmea.load import FORCE, MOMENT
+from ksmea.load import FORCE, LOADS, MOMENT
 from ksmea.maximisation import maximise
 from ksmea.measurement import Noise
 from ksmea.smooth_force import smooth
@@ -39,7 +39,8 @@ REWEIGHTINGS = 2  # after which weights from the response of a law stay as they 
 FIRST_ITERATIONS = 15  # of a fit, before it is seen whether it is worth while
 HOPELESS = 5.0  # times the noise that a law leaves beyond the free force: it is fitted no further
 PROMISING = 10.0  # ΔBIC to the best linear law at a site within which a nonlinear one is fitted there
-N_NONLINEAR = 3  # sites at which each is
+N_FIRST = 8  # sites of a force, and of a moment, at which laws are tried first
+N_NONLINEAR = 3  # of these at which each nonlinear one is
 N_KNOTS = (4, 6, 8, 12)  # of a smooth force
 N_SMOOTH = 2  # sites at which one is fitted
 LAWS_OF = {FORCE: LAWS, MOMENT: MOMENT_LAWS}
@@ -127,15 +128,44 @@ class LawLikelihood(SumOfSquares):
 
 
 def fitted_laws(sites: Sequence[SiteFit], noise: Noise) -> list[LawFit]:
-    """Every law of its kind at each site of an unknown force or moment, the lowest BIC first; `noise` is that of the location."""
-    fits: list[LawFit | None] = []
+    """Every law of its kind at sites of an unknown force or moment, those that leave least first, the lowest BIC first; `noise`
+    is that of the location. The first sites of each kind are tried, then neighbours of the best fit until none is better: where
+    many sites are accepted, the one of a law may leave no less than others."""
+    first = [site for kind in LOADS for site in [each for each in sites if each.unmodelled.kind == kind][:N_FIRST]]
+    trials = sorted((trial for site in first for trial in _trials(site)), key=lambda trial: trial.bic)
     n_tried: Counter[str] = Counter()
-    trials = [trial for site in sites for trial in _trials(site)]
-    for trial in sorted(trials, key=lambda trial: trial.bic):
+    worth = []
+    for trial in trials:
         n_tried[trial.law.key] += 1
         if n_tried[trial.law.key] <= N_NONLINEAR or not isinstance(trial.law, NonlinearLaw):
-            fits.append(_fitted(trial, noise))
+            worth.append(trial)
+    fits = _all_fitted(worth, noise)
+    seen: set[Unmodelled] = set()
+    while fits and fits[0].site.unmodelled not in seen:
+        seen.add(fits[0].site.unmodelled)
+        fits = sorted([*fits, *_all_fitted(_beside(fits, sites), noise)], key=lambda fit: fit.bic)
+    return fits
+
+
+def _all_fitted(trials: Iterable[LawTrial], noise: Noise) -> list[LawFit]:
+    """The lowest BIC first; without those that have no steady motion."""
+    fits = [_fitted(trial, noise) for trial in trials]
     return sorted((fit for fit in fits if fit is not None), key=lambda fit: fit.bic)
+
+
+def _beside(fits: Sequence[LawFit], sites: Sequence[SiteFit]) -> list[LawTrial]:
+    """What was not tried yet at the site of the best fit and at those next to it: all that is not linear where this is not."""
+    best = fits[0]
+    tried = {(fit.site.unmodelled, fit.law.key) for fit in fits}
+    of_kind = [site for site in sites if site.unmodelled.kind == best.site.unmodelled.kind]
+    along = sorted(of_kind, key=lambda site: site.unmodelled.position)
+    index = [site.unmodelled for site in along].index(best.site.unmodelled)
+    trials = [
+        trial
+        for site in along[max(index - 1, 0) : index + 2]
+        for trial in _trials(site, all_nonlinear=isinstance(best.law, NonlinearLaw))
+    ]
+    return [trial for trial in trials if (trial.site.unmodelled, trial.law.key) not in tried]
 
 
 def smooth_fits(sites: Sequence[SiteFit], noise: Noise) -> list[LawFit]:
@@ -155,12 +185,16 @@ def fitted_law(site: SiteFit, law: Law, noise: Noise) -> LawFit | None:
     return _fitted(LawTrial(site, law, law_starts(site, [law])[law.key]), noise)
 
 
-def _trials(site: SiteFit) -> list[LawTrial]:
-    """The laws that are worth a fit at a site."""
+def _trials(site: SiteFit, *, all_nonlinear: bool = False) -> list[LawTrial]:
+    """The laws that are worth a fit at a site: nonlinear ones that come near, or all."""
     laws = LAWS_OF[str(site.unmodelled.kind)]
     trials = [LawTrial(site, laws[key], starts) for key, starts in law_starts(site, laws.values()).items()]
     lowest = min(trial.bic for trial in trials if not isinstance(trial.law, NonlinearLaw))
-    return [trial for trial in trials if not isinstance(trial.law, NonlinearLaw) or trial.bic < lowest + PROMISING]
+    return [
+        trial
+        for trial in trials
+        if all_nonlinear or not isinstance(trial.law, NonlinearLaw) or trial.bic < lowest + PROMISING
+    ]
 
 
 def _fitted(trial: LawTrial, noise: Noise) -> LawFit | None:

@@ -46,7 +46,6 @@ from ksmea.smooth_force import SmoothForce
 from ksmea.studies.estimates import estimate_record
 
 LOCAL_FORCE = "local_force"  # the effect that a law at a place is
-MAX_LAW_SITES = 8  # best sites of a force, and of a moment, at which laws are fitted
 
 
 @dataclass(frozen=True)
@@ -212,7 +211,7 @@ def _force(fit: SiteFit, recovered: RecoveredForce, level: float) -> ForceRecord
 
 def _laws(believed: Sequence[SiteFit], found: Location) -> list[LawFit]:
     """The laws at sites that are believed, the lowest BIC first; behind them a smooth function of speed where none holds."""
-    sites = [fit for kind in LOADS for fit in [fit for fit in believed if fit.unmodelled.kind == kind][:MAX_LAW_SITES]]
+    sites = [fit for fit in believed if fit.unmodelled.kind in LOADS]
     simple = fitted_laws(sites, found.noise)
     return simple if any(fit.p >= found.level for fit in simple) else [*simple, *smooth_fits(sites, found.noise)]
 
