@@ -108,6 +108,19 @@ def test_the_law_that_acts_is_found_with_its_size(name, site_of):
     assert np.all(best.sd < 0.5 * np.abs(HIDDEN[name][2]).max())
 
 
+def test_laws_are_sought_along_the_shaft_from_where_one_is_best(monkeypatch):
+    """Tried first two elements away, as happens where that leaves less beside a free force."""
+    position, rotor, _ = HIDDEN["mass"]
+    response = dense.dense_response(rotor, FINE.speed, FINE.channels)
+    values = observe(response, "complex", Noise(0.05, 1e-7), np.random.default_rng(4))
+    data = Measurement(PROBLEM.speed, PROBLEM.channels, values, None, "test")
+    positions = [0.8, 0.9, position]
+    found = locate(PROBLEM, data, np.random.default_rng(0), positions=positions, kinds=["force"])
+    monkeypatch.setattr("ksmea.diagnosis.force_law.N_FIRST", 1)
+    best = fitted_laws(found.sites, found.noise)[0]
+    assert (best.law.name, best.site.unmodelled.position) == ("mass", position)
+
+
 @pytest.mark.parametrize("name, wrong", [("unbalance, ∝ Ω²", "constant, turning with the shaft"), ("mass", "spring")])
 def test_another_law_leaves_more_than_the_free_force(name, wrong, site_of):
     site, noise = site_of(name)
