@@ -9,8 +9,8 @@ from scipy.optimize import brentq
 
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
-from ksmea.final_step import most_likely
 from ksmea.critical_rise import critical_rise
+from ksmea.final_step import most_likely
 from ksmea.intervals import Interval, estimate
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import maximise, nearest_maximum
