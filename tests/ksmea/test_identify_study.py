@@ -161,6 +161,16 @@ def test_value_interval_and_noise_belong_to_one_maximum_wherever_the_method_ende
     assert record.intervals.noise.relative * np.sqrt(left) == pytest.approx(likelihood.noise(best.theta).relative, 1e-4)
 
 
+@pytest.mark.parametrize(("n_speed", "searched"), [(12, True), (53, False)])
+def test_where_data_are_few_all_of_the_box_is_searched(n_speed, searched):
+    """48 real numbers for five unknowns and two levels of noise are fewer than ten for each, 212 are not."""
+    rotor = ThreeDisk(n_speed=n_speed).build()
+    measurement = measured(rotor, None)
+    record = identification(rotor, measurement, Finds(np.array([25e6, 90e6, 900.0, 100.0, 4e-4])), STREAMS)
+    best = nearest_maximum(Likelihood(Model(rotor), measurement), rotor.parameters.to_cube(TRUTH))
+    assert (record.deviance < best.deviance + 0.01) == searched
+
+
 def test_identification_and_diagnosis_tell_the_same_of_the_same_data(rotor):
     measurement = measured(rotor, None)
     rng = np.random.default_rng
