@@ -245,9 +245,12 @@ def _end(profile: _Profile, wanted: float, sign: int) -> float:
             reach = abs(outer - profile.start)
         if np.isinf(profile.root(outer)):  # what has a response ends here
             return inner
-        if profile.root(outer) >= wanted and profile.settled_root(outer) >= wanted:
-            return brentq(lambda value: profile.root(value) - wanted, inner, outer, xtol=EXACT * width, rtol=1e-12)
-        inner, reach = outer, 2 * reach
+        if profile.root(outer) < wanted or profile.settled_root(outer) < wanted:
+            inner, reach = outer, 2 * reach
+            continue
+        inner = brentq(lambda value: profile.root(value) - wanted, inner, outer, xtol=EXACT * width, rtol=1e-12)
+        if profile.root(inner) - profile.settled_root(inner) < REGULAR * wanted:
+            return inner
     return sign * np.inf
 
 
