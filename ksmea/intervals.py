@@ -249,7 +249,8 @@ def _end(profile: _Profile, wanted: float, sign: int) -> float:
             inner, reach = outer, 2 * reach
             continue
         inner = brentq(lambda value: profile.root(value) - wanted, inner, outer, xtol=EXACT * width, rtol=1e-12)
-        if profile.root(inner) - profile.settled_root(inner) < REGULAR * wanted:
+        before, settled = profile.root(inner), profile.settled_root(inner)
+        if settled > (1 - REGULAR) * wanted or before - settled < REGULAR * wanted:  # else it lies farther out
             return inner
     return sign * np.inf
 

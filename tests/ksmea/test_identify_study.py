@@ -20,6 +20,7 @@ from ksmea.model import Model
 from ksmea.parameters import Parameter, Parameters
 from ksmea.records.curves import as_array
 from ksmea.records.identification import IdentificationRecord, Seconds
+from ksmea.studies import identify
 from ksmea.studies.diagnose import diagnosis
 from ksmea.studies.identify import identification
 from optimizers.de import DE
@@ -161,12 +162,13 @@ def test_value_interval_and_noise_belong_to_one_maximum_wherever_the_method_ende
     assert record.intervals.noise.relative * np.sqrt(left) == pytest.approx(likelihood.noise(best.theta).relative, 1e-4)
 
 
-@pytest.mark.parametrize(("n_speed", "searched"), [(12, True), (53, False)])
-def test_where_data_are_few_all_of_the_box_is_searched(n_speed, searched):
-    """48 real numbers for five unknowns and two levels of noise are fewer than ten for each, 212 are not."""
-    rotor = ThreeDisk(n_speed=n_speed).build()
+@pytest.mark.parametrize(("few", "searched"), [(identify.FEW_DATA, True), (0, False)])
+def test_where_data_are_few_all_of_the_box_is_searched(monkeypatch, few, searched):
+    """48 real numbers for five unknowns and two levels of noise are fewer than ten for each."""
+    monkeypatch.setattr(identify, "FEW_DATA", few)
+    rotor = ThreeDisk(n_speed=12).build()
     measurement = measured(rotor, None)
-    record = identification(rotor, measurement, Finds(np.array([25e6, 90e6, 900.0, 100.0, 4e-4])), STREAMS)
+    record = identification(rotor, measurement, Finds(np.array([95e6, 95e6, 20.0, 20.0, 1e-4])), STREAMS)
     best = nearest_maximum(Likelihood(Model(rotor), measurement), rotor.parameters.to_cube(TRUTH))
     assert (record.deviance < best.deviance + 0.01) == searched
 
