@@ -82,23 +82,35 @@ class _Profile:
         self._likelihood = likelihood
         self._index = index
         self._lowest = lowest
-        self._known = [maximum]
-        self._roots = {self.start: float(np.sqrt(max(maximum.deviance - lowest, 0.0)))}
+        self._known: dict[float, Point | None] = {self.start: maximum}  # by value; None where there is no response
+        self._settled: set[float] = set()
 
     def root(self, value: float) -> float:
-        """√(D − D̂) where the unknown has this value and all others suit it best, infinite where the model has no response;
-        the same whenever it is asked again."""
-        if value not in self._roots:
-            self._roots[value] = self._maximised(value)
-        return self._roots[value]
+        """√(D − D̂) where the unknown has this value and all others suit it best, infinite where the model has no response."""
+        if value not in self._known:
+            theta, higher = self._predicted(value)
+            self._known[value] = self._maximised(theta) if np.isfinite(higher) else None
+        point = self._known[value]
+        return np.inf if point is None else float(np.sqrt(max(point.deviance - self._lowest, 0.0)))
+
+    def settled_root(self, value: float) -> float:
+        """The same where other levels of the noise are tried too: floor or none, the data often allow both."""
+        root, point = self.root(value), self._known[value]
+        if point is not None and value not in self._settled:
+            self._settled.add(value)
+            points = [point, *(self._maximised(theta) for theta in self._likelihood.other_noise(point.theta))]
+            self._known[value] = min(points, key=lambda each: each.deviance)
+            root = self.root(value)
+        return root
 
     def is_near(self, value: float) -> bool:
         """Whether what is known leads to this value without leaving the valley that the profile follows."""
-        return value in self._roots or self._predicted(value)[1] < FAR
+        return value in self._known or self._predicted(value)[1] < FAR
 
     def _predicted(self, value: float) -> tuple[Array, float]:
         """θ to start from (p,), and how much higher its deviance is than that of the nearest known point."""
-        near, *further = sorted(self._known, key=lambda point: abs(point.theta[self._index] - value))
+        known = [point for point in self._known.values() if point is not None]
+        near, *further = sorted(known, key=lambda point: abs(point.theta[self._index] - value))
         slopes = [self._tangent]
         if further:
             step = further[0].theta - near.theta
@@ -114,16 +126,11 @@ class _Profile:
     def _inside(self, theta: Array) -> Array:
         return np.clip(theta - _turns(theta, self._likelihood.period), self._likelihood.lower, self._likelihood.upper)
 
-    def _maximised(self, value: float) -> float:
-        theta, higher = self._predicted(value)
-        if not np.isfinite(higher):
-            return np.inf
+    def _maximised(self, theta: Array) -> Point:
         point = maximise(self._likelihood, self._inside(theta), fixed=self._index, tolerance=EXACT, least_gain=EXACT)
-        rise = point.deviance - self._lowest
-        if rise < -LOWER:
+        if point.deviance < self._lowest - LOWER:
             raise _BetterMaximum(point)
-        self._known.append(replace(point, theta=point.theta + _turns(theta, self._likelihood.period)))
-        return float(np.sqrt(max(rise, 0.0)))
+        return replace(point, theta=point.theta + _turns(theta, self._likelihood.period))
 
 
 def _turns(theta: Array, period: Array) -> Array:
@@ -211,6 +218,7 @@ def _checked(likelihood: Maximised, maximum: Point, index: int, rise: float, low
         profile.limits[0] < ends[0]
         and ends[1] < profile.limits[1]
         and all(profile.is_near(end) and abs(profile.root(end) / wanted - 1) < REGULAR for end in ends)
+        and all(abs(profile.settled_root(end) / wanted - 1) < REGULAR for end in ends)
     ):
         return Interval(float(ends[0]), float(ends[1]), "gauss-newton")
     low, high = (_end(profile, wanted, sign) for sign in (-1, 1))
@@ -237,9 +245,13 @@ def _end(profile: _Profile, wanted: float, sign: int) -> float:
             reach = abs(outer - profile.start)
         if np.isinf(profile.root(outer)):  # what has a response ends here
             return inner
-        if profile.root(outer) >= wanted:
-            return brentq(lambda value: profile.root(value) - wanted, inner, outer, xtol=EXACT * width, rtol=1e-12)
-        inner, reach = outer, 2 * reach
+        if profile.root(outer) < wanted or profile.settled_root(outer) < wanted:
+            inner, reach = outer, 2 * reach
+            continue
+        inner = brentq(lambda value: profile.root(value) - wanted, inner, outer, xtol=EXACT * width, rtol=1e-12)
+        before, settled = profile.root(inner), profile.settled_root(inner)
+        if settled > (1 - REGULAR) * wanted or before - settled < REGULAR * wanted:  # else it lies farther out
+            return inner
     return sign * np.inf
 
 

@@ -118,6 +118,13 @@ class Likelihood:
         best = np.unravel_index(np.argmin(by_noise), by_noise.shape)[1]
         return [np.array([relative[np.argmin(by_noise[:, column])], floor[column]]) for column in (best, 0, -1)]
 
+    def other_noise(self, theta: Array) -> list[Array]:
+        """θ with other levels of the noise to start from: none where they are known."""
+        if not self.noise_is_estimated:
+            return []
+        starts = [np.concatenate([theta[: self.d], noise]) for noise in self.noise_starts(theta[: self.d])]
+        return [start for start in starts if abs(start[-1] - theta[-1]) > LONGEST_NOISE_STEP]
+
     def at(self, theta: Array) -> Point:
         """Deviance, gradient and information at θ: one Jacobian of the model."""
         response, slope = self.model.linearise(theta[: self.d])  # (n_speed, n_channel) and (…, d)

@@ -31,8 +31,8 @@ from ksmea.studies.identify import AUTO, INTERVALS, identification, location_opt
 class Identify(Study):
     """The values of the unknowns, found by the method from the measurement, with an interval beside each.
 
-    The intervals belong to the maximum of the true model's likelihood nearest to what the method found. They take
-    Jacobians of the true model, which are counted apart from the method's.
+    The intervals belong to the maximum of the true model's likelihood nearest to what the method found; where data are few
+    they reach over all likely maxima. They take Jacobians of the true model, which are counted apart from the method's.
     """
 
     intervals: str = setting(

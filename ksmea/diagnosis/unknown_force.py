@@ -137,6 +137,10 @@ class SumOfSquares(ABC):
             return np.inf
         return float(residual @ residual)
 
+    def other_noise(self, theta: Array) -> list[Array]:
+        """None: the noise is held."""
+        return []
+
     def curvature(self, point: Point, step: Array) -> Array:
         start, end = self._residual(np.stack([point.theta, point.theta + BEND * step]))
         return np.asarray(2 / BEND * ((end - start) / BEND - point.whitened @ step))

@@ -127,6 +127,7 @@ def _value_text(record: IdentificationRecord, parameter: ParameterRecord) -> str
         said = f"{name}: at least {_number(low, digits)} {unit} ({level}; best fit {best})"
     else:
         said = f"{name} = {best}, {level} interval [{_number(low, digits)}, {_number(high, digits)}]"
+        said += ", of which some between do not fit" if parameter.kind == "hull" else ""
     return said + ("; best fit at a limit of its search (problem.limits)" if parameter.at_limit else "")
 
 

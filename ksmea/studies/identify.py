@@ -1,7 +1,7 @@
 """Identification: the values that a method finds from one measurement, with an interval beside each.
 
 Intervals, noise and most likely values belong to one maximum of the true model's likelihood: the one nearest to what the
-method found, or with details a higher one that a search of the whole box meets. The record says where the method ended
+method found, or with details and where data are few the highest that a search of the whole box meets. The record says where the method ended
 besides. All that takes evaluations and Jacobians of the true model, which are counted apart from the method's.
 """
 
@@ -75,9 +75,10 @@ def identification(
     Jacobians an unknown), 'information' (unchecked: a few in all) or 'none'; `level` is their confidence. Where they
     cannot be computed the record says why. `crlb` adds Cramér–Rao bounds and correlations at the reported values.
     `details` adds what a report on one identification shows: the data in words with `remarks`, data and fit over speed,
-    and a test of the fit by simulations; the whole box is searched for a higher maximum too. Both draw from `rng`. `curves`
-    adds the amplitudes that figures compare. `unmodelled`, a position (m) or `AUTO` for any, adds the unknowns beside a force
-    there that the model lacks (`ksmea.studies.locate`): they stay true although the model is wrong.
+    and a test of the fit by simulations. With it, and where data are few (`FEW_DATA`), intervals reach over all likely maxima
+    of the whole box. Both draw from `rng`. `curves` adds the amplitudes that figures compare. `unmodelled`, a position (m) or
+    `AUTO` for any, adds the unknowns beside a force there that the model lacks (`ksmea.studies.locate`): they stay true although
+    the model is wrong.
 
     Raises `SettingError` for settings that cannot be and for fewer data than unknowns, `ArithmeticError` where what was identified is not finite.
     """

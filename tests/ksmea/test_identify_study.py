@@ -20,6 +20,7 @@ from ksmea.model import Model
 from ksmea.parameters import Parameter, Parameters
 from ksmea.records.curves import as_array
 from ksmea.records.identification import IdentificationRecord, Seconds
+from ksmea.studies import identify
 from ksmea.studies.diagnose import diagnosis
 from ksmea.studies.identify import identification
 from optimizers.de import DE
@@ -159,6 +160,17 @@ def test_value_interval_and_noise_belong_to_one_maximum_wherever_the_method_ende
     # The likelihood's noise, corrected for the degrees of freedom that the fit took.
     left = (likelihood.n_residual - 5) / likelihood.n_residual
     assert record.intervals.noise.relative * np.sqrt(left) == pytest.approx(likelihood.noise(best.theta).relative, 1e-4)
+
+
+@pytest.mark.parametrize(("few", "searched"), [(identify.FEW_DATA, True), (0, False)])
+def test_where_data_are_few_all_of_the_box_is_searched(monkeypatch, few, searched):
+    """48 real numbers for five unknowns and two levels of noise are fewer than ten for each."""
+    monkeypatch.setattr(identify, "FEW_DATA", few)
+    rotor = ThreeDisk(n_speed=12).build()
+    measurement = measured(rotor, None)
+    record = identification(rotor, measurement, Finds(np.array([95e6, 95e6, 20.0, 20.0, 1e-4])), STREAMS)
+    best = nearest_maximum(Likelihood(Model(rotor), measurement), rotor.parameters.to_cube(TRUTH))
+    assert (record.deviance < best.deviance + 0.01) == searched
 
 
 def test_identification_and_diagnosis_tell_the_same_of_the_same_data(rotor):

@@ -69,6 +69,10 @@ def test_a_record_without_details_has_a_title_and_values(synthetic):
             {"kind": "not identifiable"},
             "kxx: not identifiable from these data: any value of the search fits about as well",
         ),
+        (
+            {"kind": "hull", "high": 51e6},
+            "kxx = 50.0 MN/m, 95 % interval [49.0, 51.0], of which some between do not fit",
+        ),
         ({"kind": "lower limit", "high": None}, "kxx: at least 49.0 MN/m (95 %; best fit 50.0 MN/m)"),
         (
             {"kind": "profile", "high": 51e6, "at_limit": True},
