@@ -1,0 +1,92 @@
+"""The response of a rotor while its speed sweeps at a constant rate, as a tracking filter sees it.
+
+With the shaft at the angle φ, φ̇ = Ω and Ω̇ = α, the motion is Re(q e^{iφ}). Near a critical speed the steady q is a sum over
+modes, with a pole at the complex speed Ω_r = ω_r + iδ_r: where the synchronous dynamic stiffness D(Ω) = K + iΩ C − Ω² M + iΩ² G
+is singular. A mode that is swept through has instead of R_r / (Ω − Ω_r)
+
+    R_r i ∫₀^∞ exp(−i (Ω − Ω_r) s + i β s² / 2) ds = R_r i √π/(2a) w(−(Ω − Ω_r)/(2a)),   a² = −iβ/2,  Re a > 0,
+
+where w is the Faddeeva function: for β > 0 it peaks late, and then beats between the unbalance and a free motion that decays
+(F. M. Lewis, Trans. ASME 54 (1932) 253–261; the integral is 7.4.2 of Abramowitz & Stegun). What the modes make of it is
+added to the steady response, which keeps all else. Of a rotor with constant coefficients this is exact, the tangential force
+of the unbalance included: m e d²/dt² e^{iφ}, twice by parts, is that residue of Ω² D⁻¹.
+
+Gyroscopic forces take the natural frequency along with the speed, which is as a faster sweep: β = α / (1 − dω_r/dΩ). What
+else changes with the speed (the damping of a mode, its shape, the coefficients of its bearings) is taken as it is at the
+critical speed. D and the forces are parabolas in Ω through three speeds: exact for bearings that follow straight lines.
+
+A mode that does not decay has no such response and is left as it is.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import wofz
+
+from ksmea.arrays import Array, ComplexArray
+
+REACH = 4.0  # poles up to this many times the highest speed: of those beyond a sweep changes 1e-7 of the peak
+NODES = np.array([1.0, 2.0, 3.0]) / 3  # of the highest speed: where D and the forces are met
+
+
+@dataclass(frozen=True, eq=False)
+class Poles:
+    """Poles of the synchronous response of n parameter sets."""
+
+    speed: ComplexArray  # (n, n_pole) Ω_r, rad/s
+    haste: Array  # (n, n_pole) β/α
+    residue: ComplexArray  # (n, n_pole, n_channel) R_r, m rad/s
+
+    def lowest(self, reach: float) -> Poles:
+        """As many as any of the sets has up to a speed (rad/s), the lowest of each."""
+        size = np.abs(self.speed)
+        kept = np.argsort(size, axis=1)[:, : np.count_nonzero(size <= reach, axis=1).max()]
+        return Poles(
+            *(np.take_along_axis(each, kept, 1) for each in (self.speed, self.haste)),
+            np.take_along_axis(self.residue, kept[..., None], 1),
+        )
+
+
+def node_speeds(speed: Array) -> Array:
+    """The three speeds (rad/s) at which stiffness and forces are to be given, for a problem at speeds (n_speed,)."""
+    return NODES * np.max(speed)
+
+
+def parabola(values: ComplexArray, nodes: Array) -> ComplexArray:
+    """Coefficients of Ω⁰, Ω¹, Ω² through values (…, 3) at three speeds (rad/s), (3, …)."""
+    return np.moveaxis(values @ np.linalg.inv(np.vander(nodes, increasing=True)).T, -1, 0)
+
+
+def synchronous_poles(stiffness: ComplexArray, force: ComplexArray, rows: Array, gyroscopic: Array) -> Poles:
+    """Poles of rows D⁻¹ f from coefficients of the powers of Ω.
+
+    `stiffness` (3, n, m, m), N/m and so on, `force` (3, n, m), N and so on; `rows` (n_channel, m) read the motion, and
+    `gyroscopic` (m, m) is G, by which D changes with the spin alone: ∂D/∂Ω = iω G at a fixed frequency ω.
+    """
+    n, m = stiffness.shape[1:3]
+    lower = -np.linalg.solve(stiffness[2], np.concatenate([stiffness[0], stiffness[1]], axis=2))
+    upper = np.broadcast_to(np.hstack([np.zeros((m, m)), np.eye(m)]), (n, m, 2 * m))
+    speed, vectors = np.linalg.eig(np.concatenate([upper, lower], axis=1))
+    shapes = vectors[:, :m]  # (n, m, n_pole)
+    left = np.linalg.solve(stiffness[2].swapaxes(1, 2), np.linalg.inv(vectors)[:, :, m:].swapaxes(1, 2))  # likewise
+    at_pole = sum(part[:, :, None] * speed[:, None] ** power for power, part in enumerate(force))
+    residue = np.einsum("cm,nmp,nkp,nkp->npc", rows, shapes, left, at_pole, optimize=True)
+    of_spin = 1j * speed * np.einsum("nmp,mk,nkp->np", left, gyroscopic, shapes, optimize=True)
+    return Poles(speed, (1 - of_spin).real, residue)
+
+
+def sweep_change(poles: Poles, speed: Array, acceleration: Array) -> ComplexArray:
+    """What sweeps at rates (n,) rad/s², none of them 0, add to the steady response at speeds (n_speed,) rad/s,
+    (n, n_speed, n_channel) m."""
+    poles = poles.lowest(REACH * np.max(speed))
+    decaying = (poles.speed.imag > 0) & (poles.haste > 0)
+    rate = (acceleration[:, None] * np.where(decaying, poles.haste, 1))[:, None]
+    away = speed[:, None] - np.where(decaying, poles.speed, 1j)[:, None]  # (n, n_speed, n_pole)
+    root = 2 * np.sqrt(-0.5j * rate)
+    argument = -away / root
+    # a rotor that starts from rest crosses no critical speed below zero: what would ring from there is left out
+    side = np.where((poles.speed.real[:, None] > 0) | (argument.imag > 0), 1, -1)
+    change = 1j * np.sqrt(np.pi) / root * side * wofz(side * argument) - 1 / away
+    return np.asarray(np.einsum("nsp,npc->nsc", np.where(decaying[:, None], change, 0), poles.residue, optimize=True))
