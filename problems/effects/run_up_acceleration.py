@@ -5,8 +5,9 @@ The peak comes late, at a higher speed in a run-up and at a lower one in a coast
 for Engineers, 1996). The response counts as that at the measured speed, an instant of it: a tracking filter that averages
 a turn or more blurs beats that are as fast. How it is computed, and what that leaves out: `problems/rotor/run_up.py`.
 
-Where each row is a turn of the shaft or more, α is no higher than Ω ΔΩ/2π. Limits are twice the median of that over the rows,
-which are not exactly alike. Rows must be at rising or at falling speeds, as a sweep has them.
+Where each row is a turn of the shaft or more, |α| is no higher than Ω ΔΩ/2π. The limit is 1.5 times the median of that over the
+rows, which are not exactly alike. Run-up and coast-down are tried apart: amplitudes alone hardly tell one from the other,
+reversed about another critical speed, and searches end in either. Data are sorted by speed, which says nothing of it.
 """
 
 from __future__ import annotations
@@ -23,19 +24,21 @@ from ksmea.errors import SettingError
 from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from ksmea.units import RPM, TURN
-from problems.rotor.effect import RotorEffect, drawn_either_side
+from problems.rotor.effect import RotorEffect, drawn
 from problems.rotor.problem import RotorProblem
 
-MARGIN = 2.0  # of the limits over one row per turn
-NOTICED = (0.05, 0.5)  # of the limit: a decade up to one row per turn is drawn
+MARGIN = 1.5  # of the limit over one row per turn
+NOTICED = (0.05, 0.5)  # of the limit: a decade is drawn
+SIGNS = {"either": (-1.0, 1.0), "run-up": (0.0, 1.0), "coast-down": (-1.0, 0.0)}
 
 
 @dataclass(frozen=True)
 class RunUpAcceleration(RotorEffect):
     """The speed sweeps while the response is measured, faster than steady states settle."""
 
+    direction: str = setting("either", "which way the speed goes", choices=tuple(SIGNS))
     largest: float | None = setting(
-        None, "limit of the rate, either way; null: two rows per turn of the shaft", unit="rad/s²", above=0
+        None, "limit of the rate, either way; null: 1.5 rows per turn of the shaft", unit="rad/s²", above=0
     )
 
     aliases: ClassVar[Mapping[str, str]] = {
@@ -44,8 +47,16 @@ class RunUpAcceleration(RotorEffect):
     }
     sweeps: ClassVar[bool] = True
 
+    def __str__(self) -> str:
+        return "whole rotor" if self.direction == "either" else self.direction
+
     def locations(self, problem: RotorProblem) -> Sequence[RunUpAcceleration]:
-        return [self.placed_on(problem)] if self.largest or _is_sweep(problem.speed) else []
+        if len(problem.speed) < 2 and self.largest is None:
+            return []
+        given = self.placed_on(problem)
+        if self.direction != "either":
+            return [given]
+        return [dataclasses.replace(given, direction=direction) for direction in SIGNS if direction != "either"]
 
     def placed_on(self, problem: RotorProblem) -> RunUpAcceleration:
         return dataclasses.replace(self, largest=self._largest(problem))
@@ -53,23 +64,21 @@ class RunUpAcceleration(RotorEffect):
     def _largest(self, problem: RotorProblem) -> float:
         if self.largest is not None:
             return self.largest
-        if not _is_sweep(problem.speed):
-            raise SettingError(
-                "largest: expected rows at rising or falling speeds, got others; give a limit of the rate"
-            )
+        if len(problem.speed) < 2:
+            raise SettingError("largest: expected a limit of the rate where one speed is measured, got none; give it")
         return float(MARGIN * np.median(np.abs(np.diff(problem.speed**2))) / (2 * TURN))
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        largest = self._largest(problem)
-        return (Parameter("acceleration", "rpm/s", RPM, -largest, largest),)
+        lower, upper = (sign * self._largest(problem) for sign in SIGNS[self.direction])
+        return (Parameter("acceleration", "rpm/s", RPM, lower, upper),)
 
     def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return self._largest(problem) * np.array([drawn_either_side(rng, *NOTICED)])
+        lower, upper = SIGNS[self.direction]
+        return (
+            self._largest(problem)
+            * rng.choice([sign for sign in (lower, upper) if sign])
+            * np.array([drawn(rng, *NOTICED)])
+        )
 
     def acceleration(self, theta: Array) -> Array:
         return theta[:, 0]
-
-
-def _is_sweep(speed: Array) -> bool:
-    steps = np.diff(speed)
-    return len(steps) > 0 and bool(np.all(steps > 0) or np.all(steps < 0))
