@@ -26,6 +26,7 @@ from ksmea.settings import setting
 from ksmea.units import RPM, TURN
 from problems.rotor.effect import RotorEffect, drawn
 from problems.rotor.problem import RotorProblem
+from problems.rotor.run_up import Sweep
 
 MARGIN = 1.5  # of the limit over one row per turn
 NOTICED = (0.05, 0.5)  # of the limit: a decade is drawn
@@ -39,6 +40,9 @@ class RunUpAcceleration(RotorEffect):
     direction: str = setting("either", "which way the speed goes", choices=tuple(SIGNS))
     largest: float | None = setting(
         None, "limit of the rate, either way; null: 1.5 rows per turn of the shaft", unit="rad/s²", above=0
+    )
+    full_speed: float | None = setting(
+        None, "the highest speed that modes must suit; null: that of the problem", unit="rad/s", above=0
     )
 
     aliases: ClassVar[Mapping[str, str]] = {
@@ -59,7 +63,8 @@ class RunUpAcceleration(RotorEffect):
         return [dataclasses.replace(given, direction=direction) for direction in SIGNS if direction != "either"]
 
     def placed_on(self, problem: RotorProblem) -> RunUpAcceleration:
-        return dataclasses.replace(self, largest=self._largest(problem))
+        full_speed = float(np.max(problem.speed)) if self.full_speed is None else self.full_speed
+        return dataclasses.replace(self, largest=self._largest(problem), full_speed=full_speed)
 
     def _largest(self, problem: RotorProblem) -> float:
         if self.largest is not None:
@@ -80,5 +85,7 @@ class RunUpAcceleration(RotorEffect):
             * np.array([drawn(rng, *NOTICED)])
         )
 
-    def acceleration(self, theta: Array) -> Array:
-        return theta[:, 0]
+    def sweep(self, theta: Array) -> Sweep:
+        if self.full_speed is None:
+            raise SettingError("full_speed: expected the highest speed, got none; add the effect to a problem")
+        return Sweep(theta[:, 0], self.full_speed)

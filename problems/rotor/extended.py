@@ -29,7 +29,7 @@ from problems.rotor.hooks import RotorHooks
 from problems.rotor.loads import unit_loads
 from problems.rotor.problem import CHUNK_BYTES, RotorProblem, checked_sets, finite, impedances_of
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
-from problems.rotor.run_up import Poles, node_speeds, parabola, sweep_change, synchronous_poles
+from problems.rotor.run_up import Poles, Sweep, parabola, sweep_change, synchronous_poles
 from problems.rotor.site_law import Force, SiteLaw, attached, dense_parts, with_forces
 from problems.rotor.stability import growth_rate, low_modes, searched_speed
 from problems.rotor.support import Support, in_series
@@ -55,7 +55,7 @@ class ExtendedProblem(Problem):
                     f"effects: expected each unknown once, got {name} again; take one of the two effects"
                 )
         nonlinear = [site.law.name for effect in self.effects if (site := effect.site_law()) and not site.is_linear]
-        if nonlinear and any(effect.sweeps for effect in self.effects):
+        if nonlinear and self._sweeps(self._parts(np.zeros((1, len(self.parameters))))[1]):
             raise SettingError(
                 f"effects: expected forces that are linear in the motion beside a sweep of the speed, got {nonlinear[0]}"
             )
@@ -328,21 +328,24 @@ class ExtendedProblem(Problem):
         """What a sweep of the speed adds to the motion at the seen channels, (n, n_speed, n_seen) m, for sets (n, d) with the
         same rotor."""
         change = np.zeros((len(x), len(self.speed), len(self._seen_channels)), dtype=complex)
-        of_effects = self._parts(x)[1]
-        rates = [effect.acceleration(values) for effect, values in zip(self.effects, of_effects) if effect.sweeps]
-        for rate in rates:
-            swept = np.flatnonzero(rate)
-            if len(swept):
-                change[swept] = sweep_change(self._poles(x[swept]), self.speed, rate[swept])
+        for sweep in self._sweeps(self._parts(x)[1]):
+            moving = np.flatnonzero(sweep.acceleration)
+            if len(moving):
+                swept = Sweep(sweep.acceleration[moving], sweep.highest)
+                change[moving] = sweep_change(self._poles(x[moving], swept), self.speed, swept)
         return change
 
-    def _poles(self, x: Array) -> Poles:
+    def _sweeps(self, of_effects: list[Array]) -> list[Sweep]:
+        found = (effect.sweep(values) for effect, values in zip(self.effects, of_effects))
+        return [sweep for sweep in found if sweep is not None]
+
+    def _poles(self, x: Array, sweep: Sweep) -> Poles:
         """Those of the motion at the seen channels, for sets (n, d) with the same rotor."""
         own, of_effects = self._parts(x)
         inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
-        rotor, nodes = self._changed_rotor(self.base.rotor, x[0, self.costly]), node_speeds(self.speed)
+        rotor, nodes = self._changed_rotor(self.base.rotor, x[0, self.costly]), sweep.nodes
         forces = self._forces(of_effects)
-        low = low_modes(rotor, searched_speed(self.speed, nodes), tuple(site.position for site, _ in forces))
+        low = low_modes(rotor, searched_speed(nodes, nodes), tuple(site.position for site, _ in forces))
         n_bearing = len(rotor.bearings)
         ports = low.ports.reshape(n_bearing, 2, -1)
         impedance = self._impedance_seen(inputs.coefficients, nodes, of_effects)

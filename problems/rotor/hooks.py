@@ -14,6 +14,7 @@ from ksmea.channel import Channel
 from ksmea.parameters import Parameter
 from problems.rotor.data import Rotor
 from problems.rotor.problem import RotorProblem
+from problems.rotor.run_up import Sweep
 from problems.rotor.site_law import SiteLaw
 from problems.rotor.support import Support
 
@@ -24,7 +25,6 @@ class RotorHooks(ABC):
     changes_rotor: ClassVar[bool] = False  # overrides `rotor`
     couples_axes: ClassVar[bool] = False  # its `impedance` has entries beside the diagonal
     has_loads: ClassVar[bool] = False  # overrides `loads` and `load_sizes`
-    sweeps: ClassVar[bool] = False  # overrides `acceleration`
     # Effects act from the lowest stage to the highest, in whatever order they were added: what a probe sees (0) before its
     # angle (1), and that before its gain (2). Supports carry the bearings as all other effects leave them.
     stage: ClassVar[int] = 0
@@ -59,9 +59,9 @@ class RotorHooks(ABC):
         """Where a force acts that follows a law, whose coefficients are its unknowns; None: nowhere."""
         return None
 
-    def acceleration(self, theta: Array) -> Array:
-        """The rates (n,), rad/s², at which the speed sweeps while the motion is measured."""
-        raise NotImplementedError
+    def sweep(self, theta: Array) -> Sweep | None:
+        """How the speed sweeps while the motion is measured; None: it does not."""
+        return None
 
     def needed_channels(self, channels: Sequence[Channel]) -> Sequence[Channel]:
         """Further channels whose motion its `observed` makes these channels of."""

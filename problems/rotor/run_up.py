@@ -32,26 +32,25 @@ NODES = np.array([1.0, 2.0, 3.0]) / 3  # of the highest speed: where D and the f
 
 
 @dataclass(frozen=True, eq=False)
+class Sweep:
+    """Constant rates, and the highest speed that the modes must suit, whichever speeds are looked at."""
+
+    acceleration: Array  # (n,) rad/s²
+    highest: float  # rad/s
+
+    @property
+    def nodes(self) -> Array:
+        """The three speeds (rad/s) at which stiffness and forces are to be given."""
+        return NODES * self.highest
+
+
+@dataclass(frozen=True, eq=False)
 class Poles:
     """Poles of the synchronous response of n parameter sets."""
 
     speed: ComplexArray  # (n, n_pole) Ω_r, rad/s
     haste: Array  # (n, n_pole) β/α
     residue: ComplexArray  # (n, n_pole, n_channel) R_r, m rad/s
-
-    def lowest(self, reach: float) -> Poles:
-        """As many as any of the sets has up to a speed (rad/s), the lowest of each."""
-        size = np.abs(self.speed)
-        kept = np.argsort(size, axis=1)[:, : np.count_nonzero(size <= reach, axis=1).max()]
-        return Poles(
-            *(np.take_along_axis(each, kept, 1) for each in (self.speed, self.haste)),
-            np.take_along_axis(self.residue, kept[..., None], 1),
-        )
-
-
-def node_speeds(speed: Array) -> Array:
-    """The three speeds (rad/s) at which stiffness and forces are to be given, for a problem at speeds (n_speed,)."""
-    return NODES * np.max(speed)
 
 
 def parabola(values: ComplexArray, nodes: Array) -> ComplexArray:
@@ -70,23 +69,21 @@ def synchronous_poles(stiffness: ComplexArray, force: ComplexArray, rows: Array,
     upper = np.broadcast_to(np.hstack([np.zeros((m, m)), np.eye(m)]), (n, m, 2 * m))
     speed, vectors = np.linalg.eig(np.concatenate([upper, lower], axis=1))
     shapes = vectors[:, :m]  # (n, m, n_pole)
-    left = np.linalg.solve(stiffness[2].swapaxes(1, 2), np.linalg.inv(vectors)[:, :, m:].swapaxes(1, 2))  # likewise
+    left = np.linalg.solve(stiffness[2].swapaxes(1, 2), np.linalg.inv(vectors)[:, :, m:].swapaxes(1, 2))
     at_pole = sum(part[:, :, None] * speed[:, None] ** power for power, part in enumerate(force))
     residue = np.einsum("cm,nmp,nkp,nkp->npc", rows, shapes, left, at_pole, optimize=True)
     of_spin = 1j * speed * np.einsum("nmp,mk,nkp->np", left, gyroscopic, shapes, optimize=True)
     return Poles(speed, (1 - of_spin).real, residue)
 
 
-def sweep_change(poles: Poles, speed: Array, acceleration: Array) -> ComplexArray:
-    """What sweeps at rates (n,) rad/s², none of them 0, add to the steady response at speeds (n_speed,) rad/s,
-    (n, n_speed, n_channel) m."""
-    poles = poles.lowest(REACH * np.max(speed))
-    decaying = (poles.speed.imag > 0) & (poles.haste > 0)
-    rate = (acceleration[:, None] * np.where(decaying, poles.haste, 1))[:, None]
-    away = speed[:, None] - np.where(decaying, poles.speed, 1j)[:, None]  # (n, n_speed, n_pole)
-    root = 2 * np.sqrt(-0.5j * rate)
-    argument = -away / root
+def sweep_change(poles: Poles, speed: Array, sweep: Sweep) -> ComplexArray:
+    """What n sweeps, at rates that are not 0, add to the steady response at speeds (n_speed,) rad/s, (n, n_speed, n_channel) m."""
+    swept = (poles.speed.imag > 0) & (poles.haste > 0) & (np.abs(poles.speed) < REACH * sweep.highest)
+    pole = poles.speed[swept][:, None]
+    root = 2 * np.sqrt(-0.5j * (sweep.acceleration[:, None] * poles.haste)[swept])[:, None]
+    argument = (pole - speed) / root
     # a rotor that starts from rest crosses no critical speed below zero: what would ring from there is left out
-    side = np.where((poles.speed.real[:, None] > 0) | (argument.imag > 0), 1, -1)
-    change = 1j * np.sqrt(np.pi) / root * side * wofz(side * argument) - 1 / away
-    return np.asarray(np.einsum("nsp,npc->nsc", np.where(decaying[:, None], change, 0), poles.residue, optimize=True))
+    side = np.where((pole.real > 0) | (argument.imag > 0), 1, -1)
+    change = np.zeros((*poles.speed.shape, len(speed)), dtype=complex)
+    change[swept] = 1j * np.sqrt(np.pi) / root * side * wofz(side * argument) - 1 / (speed - pole)
+    return np.asarray(change.swapaxes(1, 2) @ poles.residue)
