@@ -11,18 +11,18 @@ from problems.rotor.dense import channel_rows, dynamic_stiffness
 from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
 from problems.rotor.unknowns import rotor_at
 
-N_MODE = 10  # of the rotor on undamped bearings: those beyond follow the speed as if it stood still
 FAR = (
     0.5,
     1.3,
 )  # of the lowest speed in a run-up, of the highest in a coast-down: the start has died out at the next rows
 
 
-def swept_response(problem, x, rate):
-    """The response (n_speed, n_channel) of a rotor at values x (d,) SI: its lowest modes as integrated, the rest as steady."""
+def swept_response(problem, x, rate, n_mode=10):
+    """The response (n_speed, n_channel) of a rotor at values x (d,) SI: its lowest modes
+    (on undamped bearings) as integrated, the rest as steady."""
     rotor = rotor_at(problem.rotor, problem.unknowns, x)
     whole, speed = assemble(rotor), problem.speed
-    modes = scipy.linalg.eigh(whole.stiffness, whole.mass)[1][:, :N_MODE]
+    modes = scipy.linalg.eigh(whole.stiffness, whole.mass)[1][:, :n_mode]
     low = Matrices(*(modes.T @ getattr(whole, field.name) @ modes for field in dataclasses.fields(Matrices)))
     unbalance = modes.T @ force_per_unbalance(rotor, np.ones(1))[0] @ complex_unbalance(rotor)
     steady = np.linalg.solve(dynamic_stiffness(low, speed), speed[:, None, None] ** 2 * unbalance[:, None])[..., 0]
