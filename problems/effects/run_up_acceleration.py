@@ -1,8 +1,7 @@
 """Run-up or coast-down: the speed sweeps at a constant rate α through the critical speeds while the response is measured.
 
 The peak comes late, at a higher speed in a run-up and at a lower one in a coast-down, is lower, and beats behind it
-(F. M. Lewis, Vibration during acceleration through a critical speed, Trans. ASME 54 (1932) 253–261; A. D. Dimarogonas, Vibration
-for Engineers, 1996). The response counts as that at the measured speed, an instant of it: a tracking filter that averages
+(F. M. Lewis, Vibration during acceleration through a critical speed, Trans. ASME 54 (1932) 253–261). The response counts as that at the measured speed, an instant of it: a tracking filter that averages
 a turn or more blurs beats that are as fast. How it is computed, and what that leaves out: `problems/rotor/run_up.py`.
 
 Where each row is a turn of the shaft or more, |α| is no higher than Ω ΔΩ/2π. The limit is 1.5 times the median of that over the
@@ -49,7 +48,6 @@ class RunUpAcceleration(RotorEffect):
         "speed_dependent_damping": "both lower a peak; a second run-up at another rate, a coast-down",
         "speed_dependent_stiffness": "both move a peak; a second run-up at another rate, a coast-down",
     }
-    sweeps: ClassVar[bool] = True
 
     def __str__(self) -> str:
         return "whole rotor" if self.direction == "either" else self.direction

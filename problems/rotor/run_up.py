@@ -15,7 +15,9 @@ Gyroscopic forces take the natural frequency along with the speed, which is as a
 else changes with the speed (the damping of a mode, its shape, the coefficients of its bearings) is taken as it is at the
 critical speed. D and the forces are parabolas in Ω through three speeds: exact for bearings that follow straight lines.
 
-A mode that does not decay has no such response and is left as it is.
+The sweep has lasted so long that its start has died out. A mode that does not decay has no such response and is left as it
+is. Poles are those of the rotor's lowest modes, whose frequencies are right within some 1e-5: where damping ratios are as small, what
+is left of a steady peak shows in the few rows that lie on it.
 """
 
 from __future__ import annotations
