@@ -29,6 +29,7 @@ from problems.rotor.hooks import RotorHooks
 from problems.rotor.loads import unit_loads
 from problems.rotor.problem import CHUNK_BYTES, RotorProblem, checked_sets, finite, impedances_of
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
+from problems.rotor.run_up import Poles, Sweep, parabola, sweep_change, synchronous_poles
 from problems.rotor.site_law import Force, SiteLaw, attached, dense_parts, with_forces
 from problems.rotor.stability import growth_rate, low_modes, searched_speed
 from problems.rotor.support import Support, in_series
@@ -53,6 +54,11 @@ class ExtendedProblem(Problem):
                 raise SettingError(
                     f"effects: expected each unknown once, got {name} again; take one of the two effects"
                 )
+        nonlinear = [site.law.name for effect in self.effects if (site := effect.site_law()) and not site.is_linear]
+        if nonlinear and self._sweeps(self._parts(np.zeros((1, len(self.parameters))))[1]):
+            raise SettingError(
+                f"effects: expected forces that are linear in the motion beside a sweep of the speed, got {nonlinear[0]}"
+            )
 
     @cached_property
     def parameters(self) -> Parameters:
@@ -234,7 +240,9 @@ class ExtendedProblem(Problem):
         n_own = sizes.shape[1]
         motion = np.einsum("clns,nl->nsc", per_load[:, :n_own], sizes, optimize=True)
         columns = np.concatenate([motion[..., None], per_load[:, n_own:].transpose(2, 3, 0, 1)], axis=-1)
-        return with_forces(columns, self._forces(of_effects), self._seen_channels, self.speed), of_effects
+        columns = with_forces(columns, self._forces(of_effects), self._seen_channels, self.speed)
+        columns[..., 0] += self._sweep_change(x)
+        return columns, of_effects
 
     def _reduced_response(self, reduction: Reduction, x: Array) -> ComplexArray:
         columns, of_effects = self._motion(reduction, x)
@@ -248,15 +256,15 @@ class ExtendedProblem(Problem):
 
     def _entries(self, reduction: Reduction, coefficients: Array, of_effects: list[Array]) -> ComplexArray:
         """The reduction's impedances (n_impedance, n, n_speed), N/m, effects and supports included."""
-        impedance = self._impedance_seen(coefficients, of_effects)
+        impedance = self._impedance_seen(coefficients, self.speed, of_effects)
         return np.stack([impedance[item.bearing, item.row, item.column] for item in reduction.impedances])
 
-    def _impedance_seen(self, coefficients: Array, of_effects: list[Array]) -> ComplexArray:
+    def _impedance_seen(self, coefficients: Array, speed: Array, of_effects: list[Array]) -> ComplexArray:
         """Impedances that the shaft feels at the ports, (n_bearing, 2, 2, n, n_speed) N/m, from coefficients
         (n, n_bearing, 8), effects and supports included."""
-        impedance = self._bearing_impedance(coefficients, self.speed, of_effects)
+        impedance = self._bearing_impedance(coefficients, speed, of_effects)
         for support in self._supports(of_effects):
-            impedance = in_series(impedance, support.compliance(self.speed))
+            impedance = in_series(impedance, support.compliance(speed))
         return impedance
 
     def _bearing_impedance(self, coefficients: Array, speed: Array, of_effects: list[Array]) -> ComplexArray:
@@ -294,7 +302,8 @@ class ExtendedProblem(Problem):
         """One set (1, d) without any reduction."""
         own, of_effects = self._parts(x)
         rotor = self._changed_rotor(rotor_at(self.base.rotor, self.base.unknowns, own[0]), x[0, self.costly])
-        impedance = self._impedance_seen(inputs_at(self.base.rotor, self.base.unknowns, own).coefficients, of_effects)
+        coefficients = inputs_at(self.base.rotor, self.base.unknowns, own).coefficients
+        impedance = self._impedance_seen(coefficients, self.speed, of_effects)
         stiffness = dense.dynamic_stiffness(assemble_free(rotor), self.speed)
         for bearing, values in zip(rotor.bearings, impedance[:, :, :, 0]):  # (2, 2, n_speed)
             lateral = node_dof(rotor.node_at(bearing.position, "bearing"))[:2]
@@ -313,4 +322,44 @@ class ExtendedProblem(Problem):
             stiffness, np.concatenate([force[..., None], *units], axis=2)
         )
         columns = with_forces(motion[None], others, self._seen_channels, self.speed)
-        return self._observed(columns[..., 0], of_effects)
+        return self._observed(columns[..., 0] + self._sweep_change(x), of_effects)
+
+    def _sweep_change(self, x: Array) -> ComplexArray:
+        """What a sweep of the speed adds to the motion at the seen channels, (n, n_speed, n_seen) m, for sets (n, d) with the
+        same rotor."""
+        change = np.zeros((len(x), len(self.speed), len(self._seen_channels)), dtype=complex)
+        for sweep in self._sweeps(self._parts(x)[1]):
+            moving = np.flatnonzero(sweep.acceleration)
+            if len(moving):
+                swept = Sweep(sweep.acceleration[moving], sweep.highest)
+                change[moving] = sweep_change(self._poles(x[moving], swept), self.speed, swept)
+        return change
+
+    def _sweeps(self, of_effects: list[Array]) -> list[Sweep]:
+        found = (effect.sweep(values) for effect, values in zip(self.effects, of_effects))
+        return [sweep for sweep in found if sweep is not None]
+
+    def _poles(self, x: Array, sweep: Sweep) -> Poles:
+        """Those of the motion at the seen channels, for sets (n, d) with the same rotor."""
+        own, of_effects = self._parts(x)
+        inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
+        rotor, nodes = self._changed_rotor(self.base.rotor, x[0, self.costly]), sweep.nodes
+        forces = self._forces(of_effects)
+        low = low_modes(rotor, searched_speed(nodes, nodes), tuple(site.position for site, _ in forces))
+        n_bearing = len(rotor.bearings)
+        ports = low.ports.reshape(n_bearing, 2, -1)
+        impedance = self._impedance_seen(inputs.coefficients, nodes, of_effects)
+        stiffness = np.einsum("bri,brcns,bcj->nijs", ports, impedance, ports, optimize=True)
+        stiffness += np.moveaxis(dense.dynamic_stiffness(low.matrices, nodes), 0, -1)
+        loads = [force_per_unbalance(rotor, nodes)]
+        loads += [effect.loads(rotor, nodes) for effect in self.effects if effect.has_loads]
+        sizes = np.concatenate([inputs.complex_unbalance, *self._sizes(of_effects)], axis=1)
+        force = np.einsum("di,sdl,nl->nis", low.basis, np.concatenate(loads, axis=2), sizes, optimize=True)
+        for site, coefficients in forces:
+            rows = site.rows(rotor) @ low.basis
+            force += np.stack([rows.T @ site.at_rest(each[None], nodes).T for each in coefficients])
+            if site.law.follows_motion:
+                added = np.stack([site.stiffness(each[None], nodes) for each in coefficients])
+                stiffness += np.einsum("ri,nsrc,cj->nijs", rows, added, rows, optimize=True)
+        seen = dense.channel_rows(rotor, self._seen_channels) @ low.basis
+        return synchronous_poles(parabola(stiffness, nodes), parabola(force, nodes), seen, low.matrices.gyroscopic)

@@ -14,6 +14,7 @@ from ksmea.channel import Channel
 from ksmea.parameters import Parameter
 from problems.rotor.data import Rotor
 from problems.rotor.problem import RotorProblem
+from problems.rotor.run_up import Sweep
 from problems.rotor.site_law import SiteLaw
 from problems.rotor.support import Support
 
@@ -56,6 +57,10 @@ class RotorHooks(ABC):
 
     def site_law(self) -> SiteLaw | None:
         """Where a force acts that follows a law, whose coefficients are its unknowns; None: nowhere."""
+        return None
+
+    def sweep(self, theta: Array) -> Sweep | None:
+        """How the speed sweeps while the motion is measured; None: it does not."""
         return None
 
     def needed_channels(self, channels: Sequence[Channel]) -> Sequence[Channel]:

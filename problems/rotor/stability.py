@@ -50,6 +50,7 @@ class LowModes:
     )
     ports: Array  # (n_port, n_low), the deflections at the bearings
     sites: Array  # (2 n_site, n_low), those in x and y at further positions
+    basis: Array  # (n_dof, n_low), those of the whole rotor
     highest: float  # rad/s, up to which the modes reach
 
     def with_attached(self, site: int, mass: Array, damping: Array, stiffness: Array) -> LowModes:
@@ -86,7 +87,7 @@ def low_modes(rotor: Rotor, highest: float, positions: tuple[float, ...] = ()) -
     parts = (free.damping, free.gyroscopic, free.stiffness, free.circulatory)
     matrices = Matrices(np.eye(basis.shape[1]), *(basis.T @ part @ basis for part in parts))
     sites = np.reshape(rows, (-1, len(basis))) @ basis
-    return LowModes(matrices, basis[dof], sites, REACH * highest)
+    return LowModes(matrices, basis[dof], sites, basis, REACH * highest)
 
 
 def searched_speed(own: Array, asked: Array) -> float:

@@ -28,6 +28,7 @@ EXPECTED = {
     "mass": 1,
     "probe_rotation": 1,
     "residual_bow": 2,
+    "run_up_acceleration": 1,
     "runout": 2,
     "speed_dependent_damping": 1,
     "speed_dependent_stiffness": 1,

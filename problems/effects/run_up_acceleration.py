@@ -1,0 +1,89 @@
+"""Run-up or coast-down: the speed sweeps at a constant rate α through the critical speeds while the response is measured.
+
+The peak comes late, at a higher speed in a run-up and at a lower one in a coast-down, is lower, and beats behind it
+(F. M. Lewis, Vibration during acceleration through a critical speed, Trans. ASME 54 (1932) 253–261). The response counts as that at the measured speed, an instant of it: a tracking filter that averages
+a turn or more blurs beats that are as fast. How it is computed, and what that leaves out: `problems/rotor/run_up.py`.
+
+Where each row is a turn of the shaft or more, |α| is no higher than Ω ΔΩ/2π. The limit is 1.5 times the median of that over the
+rows, which are not exactly alike. Run-up and coast-down are tried apart: amplitudes alone hardly tell one from the other,
+reversed about another critical speed, and searches end in either. Data are sorted by speed, which says nothing of it.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.errors import SettingError
+from ksmea.parameters import Parameter
+from ksmea.settings import setting
+from ksmea.units import RPM, TURN
+from problems.rotor.effect import RotorEffect, drawn
+from problems.rotor.problem import RotorProblem
+from problems.rotor.run_up import Sweep
+
+MARGIN = 1.5  # of the limit over one row per turn
+NOTICED = (0.05, 0.5)  # of the limit: a decade is drawn
+SIGNS = {"either": (-1.0, 1.0), "run-up": (0.0, 1.0), "coast-down": (-1.0, 0.0)}
+
+
+@dataclass(frozen=True)
+class RunUpAcceleration(RotorEffect):
+    """The speed sweeps while the response is measured, faster than steady states settle."""
+
+    direction: str = setting("either", "which way the speed goes", choices=tuple(SIGNS))
+    largest: float | None = setting(
+        None, "limit of the rate, either way; null: 1.5 rows per turn of the shaft", unit="rad/s²", above=0
+    )
+    full_speed: float | None = setting(
+        None, "the highest speed that modes must suit; null: that of the problem", unit="rad/s", above=0
+    )
+
+    aliases: ClassVar[Mapping[str, str]] = {
+        "speed_dependent_damping": "both lower a peak; a second run-up at another rate, a coast-down",
+        "speed_dependent_stiffness": "both move a peak; a second run-up at another rate, a coast-down",
+    }
+
+    def __str__(self) -> str:
+        return "whole rotor" if self.direction == "either" else self.direction
+
+    def locations(self, problem: RotorProblem) -> Sequence[RunUpAcceleration]:
+        if len(problem.speed) < 2 and self.largest is None:
+            return []
+        given = self.placed_on(problem)
+        if self.direction != "either":
+            return [given]
+        return [dataclasses.replace(given, direction=direction) for direction in SIGNS if direction != "either"]
+
+    def placed_on(self, problem: RotorProblem) -> RunUpAcceleration:
+        full_speed = float(np.max(problem.speed)) if self.full_speed is None else self.full_speed
+        return dataclasses.replace(self, largest=self._largest(problem), full_speed=full_speed)
+
+    def _largest(self, problem: RotorProblem) -> float:
+        if self.largest is not None:
+            return self.largest
+        if len(problem.speed) < 2:
+            raise SettingError("largest: expected a limit of the rate where one speed is measured, got none; give it")
+        return float(MARGIN * np.median(np.abs(np.diff(problem.speed**2))) / (2 * TURN))
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        lower, upper = (sign * self._largest(problem) for sign in SIGNS[self.direction])
+        return (Parameter("acceleration", "rpm/s", RPM, lower, upper),)
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        lower, upper = SIGNS[self.direction]
+        return (
+            self._largest(problem)
+            * rng.choice([sign for sign in (lower, upper) if sign])
+            * np.array([drawn(rng, *NOTICED)])
+        )
+
+    def sweep(self, theta: Array) -> Sweep:
+        if self.full_speed is None:
+            raise SettingError("full_speed: expected the highest speed, got none; add the effect to a problem")
+        return Sweep(theta[:, 0], self.full_speed)
