@@ -11,7 +11,7 @@ Sign convention: a real response is Re(q e^{iΩt}); complex responses q are in m
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.campaign import Campaign
 from ksmea.channel import Channel
 from ksmea.errors import SettingError
 from ksmea.identification import Identification, Streams
@@ -38,7 +39,8 @@ METHOD_PARTS = ("surrogate", "optimizer", "samples")  # what a method may own, e
 class Problem(ABC):
     """A rotor with unknowns, seen at given speeds through given channels. It never knows the true values.
 
-    Attributes or properties that every problem has: `parameters`, the unknowns; `speed`, (n_speed,) rad/s; `channels`.
+    Attributes or properties that every problem has: `parameters`, the unknowns; `speed`, (n_speed,) rad/s; `channels`;
+    `campaign`, the runs that its speeds belong to, None where they are those of one run without known weights.
     """
 
     if TYPE_CHECKING:  # read-only; a property would become the default of a dataclass's field of that name
@@ -49,10 +51,13 @@ class Problem(ABC):
         def speed(self) -> Array: ...
         @property
         def channels(self) -> tuple[Channel, ...]: ...
+        @property
+        def campaign(self) -> Campaign | None: ...
     else:
         parameters: Parameters
         speed: Array
         channels: tuple[Channel, ...]
+        campaign = None
 
     @abstractmethod
     def response(self, x: Array) -> ComplexArray:
@@ -61,6 +66,19 @@ class Problem(ABC):
     def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
         """The same rotor at other speeds (rad/s) and channels. Left out: it is only seen as it is."""
         raise self._refusal("can be seen at other speeds and channels", "measure what it has, or give it `at`")
+
+    def through(self, channels: Sequence[Channel]) -> Problem:
+        """The same rotor at the same speeds, and in the same runs, through other channels."""
+        return self.at(self.speed, channels)
+
+    @property
+    def machine(self) -> Problem:
+        """What effects are told of: the problem itself; of several runs the machine that all of them saw."""
+        return self
+
+    def changed(self, change: Callable[[Problem], Problem]) -> Problem:
+        """The problem with its machine changed, in all its runs."""
+        return change(self)
 
     def sensitivity(self, x: Array) -> ComplexArray:
         """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit. Left out: differences of the response take its

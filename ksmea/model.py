@@ -54,6 +54,9 @@ class CountedProblem(ProblemProxy):
     def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
         return CountedProblem(self._behind.at(speed, channels), self.count)
 
+    def through(self, channels: Sequence[Channel]) -> Problem:
+        return CountedProblem(self._behind.through(channels), self.count)
+
     def with_phase_origin(self) -> Problem:
         return CountedProblem(self._behind.with_phase_origin(), self.count)
 

@@ -101,7 +101,7 @@ class LawLikelihood(SumOfSquares):
         self.longest_step = np.full(len(self.lower), np.inf)
         self._base, self._unmodelled = base, site.unmodelled
         at_site = [Channel(position, axis) for axis in DIRECTIONS] if law.follows_motion else []
-        self._seen = problem.at(problem.speed, [*problem.channels, *at_site]) if at_site else problem
+        self._seen = problem.through([*problem.channels, *at_site]) if at_site else problem
 
     def at(self, theta: Array) -> Point:
         differences = central_differences(theta, STEP, self.lower, self.upper)

@@ -199,7 +199,7 @@ def _starts(
     kept = [index for index, channel in enumerate(problem.channels) if not unmodelled.reads(channel)]
     channels = tuple(problem.channels[index] for index in kept)
     part = dataclasses.replace(measurement, channels=channels, values=measurement.values[:, kept], noise=None)
-    found = screened(problem.at(problem.speed, channels), part, sobol(N_SCREENED, d, rng))
+    found = screened(problem.through(channels), part, sobol(N_SCREENED, d, rng))
     return found.apart(SCREENED_STARTS, START_DISTANCE).points
 
 

@@ -29,8 +29,10 @@ class RotorEffect(RotorHooks, Effect[RotorProblem]):
         """This effect as it sits on a problem; `SettingError` where it cannot sit there."""
         return self
 
-    def added_to(self, problem: Problem) -> ExtendedProblem:
-        """The problem with this effect."""
+    def added_to(self, problem: Problem) -> Problem:
+        """The problem with this effect, in all its runs."""
+        if problem.campaign is not None:
+            return problem.changed(self.added_to)
         if isinstance(problem, ExtendedProblem):
             return ExtendedProblem(problem.base, (*problem.effects, self.placed_on(problem.base)))
         if not isinstance(problem, RotorProblem):
