@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.campaign import Campaign, Run
+from ksmea.campaign import Campaign, Run, Weight
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.errors import SettingError, unknown
@@ -35,10 +35,6 @@ def in_runs(machine: Problem, campaign: Campaign) -> CampaignProblem:
     for name in campaign.own:
         if name not in (*machine.parameters.names, PHASE_ORIGIN):
             raise unknown("unknown in own:", name, machine.parameters.names)
-    weights = [weight for run in campaign.runs for weight in run.weights]
-    if weights:
-        # One of no size: the angles of weights are known, so that not all phases are free in any of the runs.
-        machine = machine.with_unbalance(weights[0].position, 0.0, 0.0)
     return CampaignProblem(machine, campaign)
 
 
@@ -109,8 +105,19 @@ class CampaignProblem(Problem):
     def through(self, channels: Sequence[Channel]) -> CampaignProblem:
         return self.changed(lambda base: base.through(channels))
 
+    @property
+    def has_free_phase(self) -> bool:
+        """Not where only the unbalance has unknown phases: the angles of weights are known."""
+        return self.base.has_free_phase and (not self._weights or PHASE_ORIGIN in self.base.parameters.names)
+
     def with_phase_origin(self) -> CampaignProblem:
-        return self.changed(lambda base: base.with_phase_origin())
+        if self.has_free_phase:
+            return self
+        if not self.base.has_free_phase:
+            return self.changed(lambda base: base.with_phase_origin())
+        # With a weight of no size the machine itself has not all of its phases free.
+        position = self._weights[0].position
+        return self.changed(lambda base: base.with_unbalance(position, 0.0, 0.0).with_phase_origin())
 
     def with_unbalance(self, position: float, magnitude: float, phase: float) -> CampaignProblem:
         """All runs again with one more weight."""
@@ -144,10 +151,6 @@ class CampaignProblem(Problem):
         return self.base.has_dense_route
 
     @property
-    def has_free_phase(self) -> bool:
-        return self.base.has_free_phase
-
-    @property
     def can_leave_phase_open(self) -> bool:
         return self.base.can_leave_phase_open
 
@@ -178,6 +181,10 @@ class CampaignProblem(Problem):
     def growth_rate(self, x: Array, speed: Array) -> Array:
         """The largest of any run."""
         return np.asarray(np.max([self.base.growth_rate(each, speed) for each in self._distinct(x)], axis=0))
+
+    @property
+    def _weights(self) -> tuple[Weight, ...]:
+        return tuple(weight for run in self.campaign.runs for weight in run.weights)
 
     def _is_own(self, name: str) -> bool:
         return name in self.campaign.own
