@@ -5,10 +5,13 @@ Whatever compares the two asks for it here, because a response at other speeds h
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.campaign_problem import CampaignProblem, in_runs
+from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.errors import SettingError
 from ksmea.measurement import Layout, Measurement
@@ -36,6 +39,11 @@ def aligned(problem: Problem, measured: Measurement | Layout) -> Problem:
             f" {type(problem).__name__}; use the amplitudes alone, or say that the origin is known"
         )
     return problem.with_phase_origin()
+
+
+def through(problem: Problem, channels: Sequence[Channel]) -> Problem:
+    """The problem at its speeds, and in its runs, through other channels."""
+    return problem.changed(lambda machine: machine.at(machine.speed, channels))
 
 
 def require_aligned(problem: Problem, measurement: Measurement) -> None:

@@ -102,9 +102,6 @@ class CampaignProblem(Problem):
         counts = [len(speed), *(0 for _ in runs[1:])]
         return CampaignProblem(self.base.at(speed, channels), further.with_counts(counts))
 
-    def through(self, channels: Sequence[Channel]) -> CampaignProblem:
-        return self.changed(lambda base: base.through(channels))
-
     @property
     def has_free_phase(self) -> bool:
         """Not where only the unbalance has unknown phases: the angles of weights are known."""

@@ -28,6 +28,7 @@ from ksmea.measurement import Layout, Measurement, Noise
 from ksmea.modes import Campbell, Mode
 from ksmea.objective import Minimum, Objective
 from ksmea.parameters import PHASE_ORIGIN, Parameter, Parameters
+from ksmea.predictor import Predictor
 from ksmea.records.hidden import HiddenEffect
 from ksmea.settings import Settings, part_fields
 from ksmea.stability import lowest_unstable_speed, scanned_speeds
@@ -66,10 +67,6 @@ class Problem(ABC):
     def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
         """The same rotor at other speeds (rad/s) and channels. Left out: it is only seen as it is."""
         raise self._refusal("can be seen at other speeds and channels", "measure what it has, or give it `at`")
-
-    def through(self, channels: Sequence[Channel]) -> Problem:
-        """The same rotor at the same speeds, and in the same runs, through other channels."""
-        return self.at(self.speed, channels)
 
     @property
     def machine(self) -> Problem:
@@ -312,31 +309,6 @@ class Effect(Settings, Generic[Seen]):
 
 
 AnyEffect = Effect[Any]  # on whatever kind of problems
-
-
-class Predictor(ABC):
-    """A fitted surrogate."""
-
-    @abstractmethod
-    def predict(self, u: Array) -> Array:
-        """(k, d) → (k, q)."""
-
-    def variance(self, u: Array) -> Array | None:
-        """Prediction variance of each output, (k, q). Left out: None, it is not known."""
-        return None
-
-    def leave_one_out(self) -> Array | None:
-        """Root mean square leave-one-out error of each output, (q,). Left out: None, the prediction counts as exact."""
-        return None
-
-    def append(self, u: Array, y: Array) -> Predictor | None:
-        """A new predictor with one more sample u (d,), y (q,), cheaper than a new fit. Left out: None, fit anew."""
-        return None
-
-    @property
-    def notes(self) -> Mapping[str, float]:
-        """What is worth keeping in the run's record (a nugget that grew, θ …). Left out: nothing."""
-        return {}
 
 
 @dataclass(frozen=True)

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import chi2, ncx2
 
+from ksmea.alignment import through
 from ksmea.arrays import Array
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
@@ -155,7 +156,7 @@ def _further(one: Problem, other: Problem) -> Iterator[tuple[str, tuple[Problem,
     for site in one.sites:
         probes = [Channel(float(site), direction) for direction in ("x", "y")]
         if not any(probe in channels for probe in probes):
-            yield f"probes in x and y at {site:.3g} m", (one.through(probes), other.through(probes))
+            yield f"probes in x and y at {site:.3g} m", (through(one, probes), through(other, probes))
     highest = np.max(speed)
     higher = np.linspace(highest, 1.5 * highest, len(speed) // 2 + 1)[1:]
     name = f"speeds up to {higher[-1] / RPM:.0f} rpm"

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ksmea.alignment import through
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import DIRECTIONS, Channel
 from ksmea.diagnosis.unknown_force import SiteFit
@@ -134,7 +135,7 @@ def _motion(fit: SiteFit, moved: Array, free: ComplexArray) -> ComplexArray | No
     unmodelled, problem, theta = fit.unmodelled, fit.likelihood.problem, fit.point.theta
     if unmodelled.kind != FORCE:
         return None
-    seen = problem.through([Channel(unmodelled.position, axis) for axis in DIRECTIONS])
+    seen = through(problem, [Channel(unmodelled.position, axis) for axis in DIRECTIONS])
     differences = cube_differences(theta)
     x = problem.parameters.to_si(np.concatenate([theta[None], differences.points]))
     columns = unmodelled.columns(seen, x)

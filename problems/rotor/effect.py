@@ -8,6 +8,7 @@ from typing import Self
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
+from ksmea.campaign_problem import CampaignProblem
 from ksmea.channel import Channel
 from ksmea.contracts import Effect, Problem
 from ksmea.errors import SettingError
@@ -31,7 +32,7 @@ class RotorEffect(RotorHooks, Effect[RotorProblem]):
 
     def added_to(self, problem: Problem) -> Problem:
         """The problem with this effect, in all its runs."""
-        if problem.campaign is not None:
+        if isinstance(problem, CampaignProblem):
             return problem.changed(self.added_to)
         if isinstance(problem, ExtendedProblem):
             return ExtendedProblem(problem.base, (*problem.effects, self.placed_on(problem.base)))

@@ -80,6 +80,12 @@ def test_a_changed_run_is_another_measurement(folder):
     assert CampaignFile(str(folder / "campaign.yaml")).fingerprint() != before
 
 
+def test_the_example_is_what_its_remarks_say(folder):
+    data = ksmea.read_measurement(ROOT / "docs/examples/campaign.yaml")
+    np.testing.assert_allclose(data.values, DATA.values, rtol=1e-7)
+    assert [len(run.weights) for run in data.campaign.runs] == [0, 1]
+
+
 WRONG = [  # what is written instead, and what the one line says
     (("trial.csv", "trail.csv"), "runs[2].file: ", "trail.csv: expected a CSV file, found none"),
     (("name: trial", "name: bare"), "runs: expected each name once, got bare 2 times"),
