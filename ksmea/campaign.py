@@ -15,6 +15,22 @@ import numpy as np
 from ksmea.arrays import Indices
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
+OF_RUN = "@"  # between the name of an unknown and that of the run whose own it is
+
+
+def own_name(name: str, run: str) -> str:
+    """The unknown of one run: u@trial."""
+    return f"{name}{OF_RUN}{run}"
+
+
+def shared_name(name: str) -> str:
+    """The unknown of the machine that an unknown is, or is one run's own of.
+
+    >>> shared_name("u@trial"), shared_name("kxx")
+    ('u', 'kxx')
+    """
+    return name.partition(OF_RUN)[0]
+
 
 @dataclass(frozen=True)
 class Weight:

@@ -13,7 +13,7 @@ from functools import cached_property
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.campaign import Campaign, Run, Weight
+from ksmea.campaign import Campaign, Run, Weight, own_name
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.errors import SettingError, unknown
@@ -64,9 +64,8 @@ class CampaignProblem(Problem):
     def parameters(self) -> Parameters:
         items = []
         for item in self.base.parameters:
-            names = (
-                [f"{item.name}@{run.name}" for run in self.campaign.runs] if self._is_own(item.name) else [item.name]
-            )
+            own = [own_name(item.name, run.name) for run in self.campaign.runs]
+            names = own if self._is_own(item.name) else [item.name]
             items += [dataclasses.replace(item, name=name) for name in names]
         return Parameters(tuple(items))
 

@@ -1,6 +1,7 @@
 """Several runs of one machine as one problem: against runs that are made by hand, and what they tell together."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -13,11 +14,13 @@ from ksmea.cramer_rao import identifiability
 from ksmea.diagnosis.fit_quality import residual_statistics
 from ksmea.diagnosis.trials import candidates
 from ksmea.errors import SettingError
+from ksmea.extension import located_yaml
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import maximise
 from ksmea.measurement import Noise
 from ksmea.model import Model
 from ksmea.parameters import Parameter
+from ksmea.records.extension import EffectRecord, ExtensionRecord
 from ksmea.registry import create
 from ksmea.units import GRAM_MILLIMETRE
 from problems.rotor.data import UnbalancePlane
@@ -196,3 +199,16 @@ def test_neighbours_of_different_runs_are_no_neighbours():
     np.testing.assert_allclose(ahead, swapped, rtol=1e-12)
     joined = residual_statistics(noise, [slice(0, 20)], scale_free=True)
     assert np.all(joined[:, 0] != ahead[:, 0])
+
+
+def test_an_extended_model_is_of_the_machine(tmp_path):
+    """It has one value of what each run had of its own, the first run's, so that it can be read again."""
+    effect = EffectRecord("runout", "at 0.5 m", {"position": 0.5})
+    values = {"kxx": 50.0, "u@bare": 210.0, "u@trial": 190.0, "phase_origin@bare": 3.0, "phase_origin@trial": 4.0}
+    values |= {"runout_x": 0.3, "runout_y": -0.2}
+    record = SimpleNamespace(extension=ExtensionRecord(effect, values, {}))
+    path = tmp_path / "extended.yaml"
+    path.write_text(located_yaml("three_disk", {}, record, ()), encoding="utf-8")
+    extended = create("problem", "extended", {"file": str(path)})
+    assert extended.reference()["u"] == pytest.approx(210e-6)
+    assert {"u", "phase_origin", "runout_x"} <= set(extended.build().parameters.names)
