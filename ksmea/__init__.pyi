@@ -3,7 +3,6 @@ from .contracts import Effect as Effect
 from .contracts import MeasurementSource as MeasurementSource
 from .contracts import Method as Method
 from .contracts import Optimizer as Optimizer
-from .contracts import Predictor as Predictor
 from .contracts import Problem as Problem
 from .contracts import ProblemSettings as ProblemSettings
 from .contracts import Surrogate as Surrogate
@@ -22,5 +21,6 @@ from .measurement import Measurement as Measurement
 from .measurement import Noise as Noise
 from .objective import Minimum as Minimum
 from .objective import Objective as Objective
+from .predictor import Predictor as Predictor
 from .settings import Settings as Settings
 from .settings import setting as setting

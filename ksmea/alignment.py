@@ -1,13 +1,17 @@
-"""A problem seen as a measurement sees the rotor: the same speeds and channels, and phases that begin where its own do.
+"""A problem seen as a measurement sees the rotor: the same speeds, runs and channels, and phases that begin where its own do.
 
 Whatever compares the two asks for it here, because a response at other speeds has the right shape and the wrong values.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ksmea.arrays import Array
+from ksmea.campaign_problem import CampaignProblem, in_runs
+from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.errors import SettingError
 from ksmea.measurement import Layout, Measurement
@@ -17,12 +21,15 @@ TRY = "make the problem with ksmea.alignment.aligned(problem, measurement)"
 
 
 def aligned(problem: Problem, measured: Measurement | Layout) -> Problem:
-    """The problem at the speeds and channels of a measurement, its phase origin unknown where that of the data is.
+    """The problem at the speeds and channels of a measurement and in its runs, its phase origin unknown where that of the
+    data is.
 
-    Raises `SettingError` where the problem cannot be seen so: a channel off its shaft, or phases that it has no use for.
+    Raises `SettingError` where the problem cannot be seen so: a channel or a weight off its shaft, or phases that it has no
+    use for.
     """
     layout = measured.layout if isinstance(measured, Measurement) else measured
-    if not (np.array_equal(problem.speed, layout.speed) and tuple(problem.channels) == tuple(layout.channels)):
+    has_speeds = np.array_equal(problem.speed, layout.speed) and problem.campaign == layout.campaign
+    if not (has_speeds and tuple(problem.channels) == tuple(layout.channels)):
         problem = _seen(problem, layout)
     if not layout.has_free_phase or problem.has_free_phase:
         return problem
@@ -34,10 +41,20 @@ def aligned(problem: Problem, measured: Measurement | Layout) -> Problem:
     return problem.with_phase_origin()
 
 
+def through(problem: Problem, channels: Sequence[Channel]) -> Problem:
+    """The problem at its speeds, and in its runs, through other channels."""
+    return problem.changed(lambda machine: machine.at(machine.speed, channels))
+
+
 def require_aligned(problem: Problem, measurement: Measurement) -> None:
     """Raise `SettingError` where a problem is not seen as the measurement: another number of speeds or channels, a speed
-    (beyond rounding) or a channel that differs, or a phase origin that is unknown in the data alone."""
+    (beyond rounding) or a channel that differs, other runs, or a phase origin that is unknown in the data alone."""
     _require_speeds(problem.speed, measurement.speed)
+    if problem.campaign != measurement.campaign:
+        raise SettingError(
+            f"runs: expected {measurement.campaign or 'one run'} as measured, got a problem seen in"
+            f" {problem.campaign or 'one run'}; {TRY}"
+        )
     if len(problem.channels) != len(measurement.channels):
         raise SettingError(
             f"channels: expected the {len(measurement.channels)} of the measurement, got a problem with"
@@ -70,7 +87,7 @@ def _require_speeds(own: Array, measured: Array) -> None:
 def _seen(problem: Problem, layout: Layout) -> Problem:
     """The problem at other speeds and channels; an error says which channel cannot be, and where it stands."""
     try:
-        return problem.at(layout.speed, layout.channels)
+        return _in_its_runs(problem, layout)
     except SettingError as error:
         for channel, location in zip(layout.channels, layout.locations):
             try:
@@ -78,3 +95,12 @@ def _seen(problem: Problem, layout: Layout) -> Problem:
             except SettingError as own:
                 raise SettingError(f"{location}: {own}") from own
         raise SettingError(f"{layout.source}: {error}") from error
+
+
+def _in_its_runs(problem: Problem, layout: Layout) -> Problem:
+    if problem.campaign is None and layout.campaign is None:
+        return problem.at(layout.speed, layout.channels)
+    machine = problem.machine.at(layout.speed, layout.channels)
+    if layout.campaign is None:
+        return machine
+    return in_runs(machine, layout.campaign) if problem.campaign is None else CampaignProblem(machine, layout.campaign)

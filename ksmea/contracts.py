@@ -11,7 +11,7 @@ Sign convention: a real response is Re(q e^{iΩt}); complex responses q are in m
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Generic, Self, TypeVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.campaign import Campaign
 from ksmea.channel import Channel
 from ksmea.errors import SettingError
 from ksmea.identification import Identification, Streams
@@ -27,6 +28,7 @@ from ksmea.measurement import Layout, Measurement, Noise
 from ksmea.modes import Campbell, Mode
 from ksmea.objective import Minimum, Objective
 from ksmea.parameters import PHASE_ORIGIN, Parameter, Parameters
+from ksmea.predictor import Predictor
 from ksmea.records.hidden import HiddenEffect
 from ksmea.settings import Settings, part_fields
 from ksmea.stability import lowest_unstable_speed, scanned_speeds
@@ -38,7 +40,8 @@ METHOD_PARTS = ("surrogate", "optimizer", "samples")  # what a method may own, e
 class Problem(ABC):
     """A rotor with unknowns, seen at given speeds through given channels. It never knows the true values.
 
-    Attributes or properties that every problem has: `parameters`, the unknowns; `speed`, (n_speed,) rad/s; `channels`.
+    Attributes or properties that every problem has: `parameters`, the unknowns; `speed`, (n_speed,) rad/s; `channels`;
+    `campaign`, the runs that its speeds belong to, None where they are those of one run without known weights.
     """
 
     if TYPE_CHECKING:  # read-only; a property would become the default of a dataclass's field of that name
@@ -49,10 +52,13 @@ class Problem(ABC):
         def speed(self) -> Array: ...
         @property
         def channels(self) -> tuple[Channel, ...]: ...
+        @property
+        def campaign(self) -> Campaign | None: ...
     else:
         parameters: Parameters
         speed: Array
         channels: tuple[Channel, ...]
+        campaign = None
 
     @abstractmethod
     def response(self, x: Array) -> ComplexArray:
@@ -61,6 +67,15 @@ class Problem(ABC):
     def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
         """The same rotor at other speeds (rad/s) and channels. Left out: it is only seen as it is."""
         raise self._refusal("can be seen at other speeds and channels", "measure what it has, or give it `at`")
+
+    @property
+    def machine(self) -> Problem:
+        """What effects are told of: the problem itself; of several runs the machine that all of them saw."""
+        return self
+
+    def changed(self, change: Callable[[Problem], Problem]) -> Problem:
+        """The problem with its machine changed, in all its runs."""
+        return change(self)
 
     def sensitivity(self, x: Array) -> ComplexArray:
         """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit. Left out: differences of the response take its
@@ -294,31 +309,6 @@ class Effect(Settings, Generic[Seen]):
 
 
 AnyEffect = Effect[Any]  # on whatever kind of problems
-
-
-class Predictor(ABC):
-    """A fitted surrogate."""
-
-    @abstractmethod
-    def predict(self, u: Array) -> Array:
-        """(k, d) → (k, q)."""
-
-    def variance(self, u: Array) -> Array | None:
-        """Prediction variance of each output, (k, q). Left out: None, it is not known."""
-        return None
-
-    def leave_one_out(self) -> Array | None:
-        """Root mean square leave-one-out error of each output, (q,). Left out: None, the prediction counts as exact."""
-        return None
-
-    def append(self, u: Array, y: Array) -> Predictor | None:
-        """A new predictor with one more sample u (d,), y (q,), cheaper than a new fit. Left out: None, fit anew."""
-        return None
-
-    @property
-    def notes(self) -> Mapping[str, float]:
-        """What is worth keeping in the run's record (a nugget that grew, θ …). Left out: nothing."""
-        return {}
 
 
 @dataclass(frozen=True)

@@ -63,14 +63,16 @@ def load_problem(name: str | Path, **settings: Any) -> LoadedProblem:
 
 
 def read_measurement(path: str | Path, **settings: Any) -> Measurement:
-    """A measured run from a CSV file (`measurements/file.py` has its columns): `incomplete="drop"`, `speed_from=…`.
+    """A measured run from a CSV file (`measurements/file.py` has its columns): `incomplete="drop"`, `speed_from=…`; or
+    several runs of one machine from the YAML file that describes them (`measurements/campaign.py`).
 
     >>> import ksmea
     >>> measurement = ksmea.read_measurement("docs/examples/run_up.csv")
     >>> str(measurement.kind), measurement.values.shape
     ('complex', (90, 2))
     """
-    source: MeasurementSource = registry.create("measurement", "file", {"path": str(path), **settings})
+    kind = "campaign" if Path(path).suffix in YAML else "file"
+    source: MeasurementSource = registry.create("measurement", kind, {"path": str(path), **settings})
     return source.read()
 
 

@@ -19,7 +19,7 @@ import numpy as np
 
 from ksmea.alignment import require_aligned
 from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.contracts import Method, Optimizer, Predictor, Problem, Surrogate
+from ksmea.contracts import Method, Optimizer, Problem, Surrogate
 from ksmea.descent import descend
 from ksmea.errors import BudgetSpent, SettingError
 from ksmea.final_step import most_likely
@@ -29,6 +29,7 @@ from ksmea.misfit import FORMS, Misfit
 from ksmea.model import Model, TrueModel
 from ksmea.objective import Objective
 from ksmea.parameters import Parameters
+from ksmea.predictor import Predictor
 from ksmea.sampling import latin_hypercube
 from ksmea.settings import part, setting
 from ksmea.stopping import simple_difference, squared_multiple_correlation

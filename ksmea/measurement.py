@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray
+from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.campaign import Campaign
 from ksmea.channel import Channel
 from ksmea.errors import SettingError
 from ksmea.kind import Kind
@@ -41,7 +43,8 @@ class Noise:
 @dataclass(frozen=True)
 class Layout:
     """What is measured, without the values: where, of what kind (one of `KINDS`), and whether it is known where phases
-    begin. `locations` says where in its source each channel stands, for messages; empty where that has no meaning."""
+    begin. `locations` says where in its source each channel stands, for messages; empty where that has no meaning.
+    `campaign` has the runs that the speeds belong to; None: one run."""
 
     speed: Array  # (n_speed,) rad/s
     channels: tuple[Channel, ...]
@@ -49,6 +52,17 @@ class Layout:
     source: str
     phase_known: bool = True
     locations: tuple[str, ...] = ()
+    campaign: Campaign | None = None
+
+    @property
+    def rows(self) -> tuple[slice, ...]:
+        """Where the speeds of each run lie."""
+        return (slice(0, len(self.speed)),) if self.campaign is None else self.campaign.rows
+
+    @property
+    def breaks(self) -> tuple[int, ...]:
+        """Where the speeds of each further run begin."""
+        return tuple(rows.start for rows in self.rows[1:])
 
     @property
     def has_free_phase(self) -> bool:
@@ -61,7 +75,8 @@ class Measurement:
     """Values (n_speed, n_channel), m 0-peak: real amplitudes or complex responses, at `speed` (rad/s).
 
     `noise` is None where its level is not known; `phase_known` is false where phases were measured from an origin that
-    nobody knows: the angle of the whole response is one more unknown then.
+    nobody knows: the angle of the whole response is one more unknown then. Speeds of several runs stand one run after the
+    other, as `campaign` says; without one they are those of one run.
     """
 
     speed: Array
@@ -70,6 +85,7 @@ class Measurement:
     noise: Noise | None
     source: str
     phase_known: bool = True
+    campaign: Campaign | None = None
 
     def __post_init__(self) -> None:
         expected = (len(self.speed), len(self.channels))
@@ -77,6 +93,8 @@ class Measurement:
             raise SettingError(
                 f"measurement: expected values of shape (n_speed, n_channel) = {expected}, got {self.values.shape}"
             )
+        if self.rows[-1].stop != len(self.speed):
+            raise SettingError(f"runs: expected {len(self.speed)} speeds in all, got {self.rows[-1].stop}")
         if not np.all(np.isfinite(self.values)):
             raise SettingError(
                 "measurement: expected finite values, got NaN or infinity; remove those speeds or channels"
@@ -98,7 +116,30 @@ class Measurement:
     @property
     def layout(self) -> Layout:
         """What was measured, without the values."""
-        return Layout(self.speed, self.channels, self.kind, self.source, self.phase_known)
+        return Layout(self.speed, self.channels, self.kind, self.source, self.phase_known, campaign=self.campaign)
+
+    @property
+    def rows(self) -> tuple[slice, ...]:
+        """Where the speeds of each run lie."""
+        return self.layout.rows
+
+    @property
+    def breaks(self) -> tuple[int, ...]:
+        """Where the speeds of each further run begin."""
+        return self.layout.breaks
+
+    def part(self, indices: Indices) -> Measurement:
+        """The measurement at some of its speeds, by rising index."""
+        noise = self.noise
+        if noise is not None and np.ndim(noise.floor):
+            noise = Noise(noise.relative, np.asarray(noise.floor)[indices])
+        return dataclasses.replace(
+            self,
+            speed=self.speed[indices],
+            values=self.values[indices],
+            noise=noise,
+            campaign=None if self.campaign is None else self.campaign.part(indices),
+        )
 
     @property
     def dimensions(self) -> int:

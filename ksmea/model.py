@@ -4,7 +4,7 @@ responses alone."""
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -13,12 +13,13 @@ import numpy as np
 from ksmea.alignment import require_aligned
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import Channel
-from ksmea.contracts import Predictor, Problem
+from ksmea.contracts import Problem
 from ksmea.differences import cube_differences
 from ksmea.errors import BudgetSpent
 from ksmea.load import Load
 from ksmea.misfit import Misfit
 from ksmea.objective import Objective
+from ksmea.predictor import Predictor
 from ksmea.proxy import ProblemProxy
 from ksmea.transforms import Transform
 
@@ -53,6 +54,13 @@ class CountedProblem(ProblemProxy):
 
     def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
         return CountedProblem(self._behind.at(speed, channels), self.count)
+
+    @property
+    def machine(self) -> Problem:
+        return CountedProblem(self._behind.machine, self.count)
+
+    def changed(self, change: Callable[[Problem], Problem]) -> Problem:
+        return CountedProblem(self._behind.changed(change), self.count)
 
     def with_phase_origin(self) -> Problem:
         return CountedProblem(self._behind.with_phase_origin(), self.count)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ksmea.arrays import Array
+from ksmea.campaign import Campaign
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.parameters import Parameters
@@ -15,6 +16,7 @@ class ProblemProxy(Problem):
     parameters: Parameters
     speed: Array
     channels: tuple[Channel, ...]
+    campaign: Campaign | None
 
     def __init__(self, behind: Problem) -> None:
         self._behind = behind

@@ -15,8 +15,9 @@ One row per speed and channel:
 - `sigma_um`, the standard deviation of the noise of this row: of the amplitude, and for complex data the total one,
   √2 times that of the real and of the imaginary part. On every row or on none: then the noise is estimated.
 - `time_s`, optional: kept for what asks for the order in time.
+- `run`, the name of a run, where `measurement=campaign` reads a file with several.
 
-The last three columns may be missing. Lines that begin with # are remarks, empty lines are left out. Nothing is guessed:
+The last columns may be missing. Lines that begin with # are remarks, empty lines are left out. Nothing is guessed:
 what does not fit is an error that names the line. docs/examples/run_up.csv is such a file.
 """
 
@@ -63,6 +64,11 @@ class File(MeasurementSource):
         if self.speed_from is not None and self.speed_to is not None and self.speed_from >= self.speed_to:
             raise SettingError(
                 f"speed_to: expected more than speed_from ({self.speed_from:g}), got {self.speed_to:g}; swap them"
+            )
+        if self._content[0].run is not None:
+            raise SettingError(
+                f"{self.path}: expected the rows of one run, got a column run; describe the runs in a YAML file and give"
+                " measurement=campaign measurement.path=campaign.yaml"
             )
         self._run_up  # noqa: B018 – reading is checking
 

@@ -29,8 +29,10 @@ class RunUp:
     remarks: tuple[str, ...]
 
 
-def run_up(rows: Rows, path: str, speed_from: float | None, speed_to: float | None, drop: bool) -> RunUp:
-    """Rows in any order as a table of speeds and channels, SI."""
+def run_up(
+    rows: Rows, path: str, speed_from: float | None, speed_to: float | None, drop: bool, least: int = 2
+) -> RunUp:
+    """Rows in any order as a table of `least` speeds or more and channels, SI."""
     low, high = speed_from or 0.0, speed_to or math.inf
     used = [index for index, speed in enumerate(rows.speed) if low <= speed <= high]
     if not used:
@@ -54,7 +56,7 @@ def run_up(rows: Rows, path: str, speed_from: float | None, speed_to: float | No
     dropped = len(by_speed) - len(complete)
     if dropped and not drop:
         _refuse_incomplete(path, rows, by_speed, first_lines)
-    _check_count(path, rows, complete, dropped)
+    _check_count(path, complete, dropped, least)
     order = np.array([[by_speed[speed][channel] for channel in first_lines] for speed in complete])
     amplitude = np.array(rows.amplitude)[order] * MICROMETRE
     _check_zeros(path, amplitude, first_lines)
@@ -89,11 +91,11 @@ def _refuse_incomplete(
     )
 
 
-def _check_count(path: str, rows: Rows, complete: Sequence[float], dropped: int) -> None:
-    if len(complete) < 2:
+def _check_count(path: str, complete: Sequence[float], dropped: int, least: int) -> None:
+    if len(complete) < least:
         hint = "the channels share too few speeds" if dropped else "one speed does not tell a response"
         only = f"1 ({complete[0]:g} rpm)" if complete else "none"
-        raise SettingError(f"{path}: expected at least 2 speeds with every channel, got {only}; {hint}")
+        raise SettingError(f"{path}: expected at least {least} speeds with every channel, got {only}; {hint}")
 
 
 def _check_zeros(path: str, amplitude: Array, first_lines: Mapping[tuple[float, str], int]) -> None:

@@ -17,7 +17,7 @@ from typing import Any, NoReturn
 from ksmea.errors import SettingError, unknown
 
 REQUIRED = ("speed_rpm", "position_m", "direction", "amplitude_um_0pk")
-OPTIONAL = ("phase_lead_deg", "sigma_um", "time_s")
+OPTIONAL = ("phase_lead_deg", "sigma_um", "time_s", "run")
 HEADER = ",".join((*REQUIRED, *OPTIONAL[:2]))
 
 MAX_ROWS = 100_000  # speeds × channels; an identification of as many takes minutes
@@ -40,6 +40,17 @@ class Rows:
     phase: list[float] | None
     sigma: list[float] | None
     time: list[float] | None
+    run: list[str] | None
+
+
+def rows_of_run(rows: Rows, name: str, path: str) -> Rows:
+    """The rows of one run, of a file with several."""
+    names = rows.run or []
+    if name not in names:
+        raise unknown(f"run of {path}:", name, [*dict.fromkeys(names)])
+    kept = [index for index, each in enumerate(names) if each == name]
+    columns = {key: values and [values[index] for index in kept] for key, values in vars(rows).items()}
+    return Rows(**columns)
 
 
 def read_bytes(path: str) -> bytes:
@@ -110,7 +121,7 @@ def rows_of(text: str, path: str) -> Rows:
     if not numbers:
         raise SettingError(f"{path} line {first[0]}: expected rows below the header, got none")
     optional = {name: _full_or_none(path, name, numbers, found[name]) for name in OPTIONAL}
-    _check_time(path, numbers, optional["time_s"])
+    _check_time(path, numbers, optional["time_s"], optional["run"])
     return Rows(
         numbers,
         found["speed_rpm"],
@@ -119,6 +130,7 @@ def rows_of(text: str, path: str) -> Rows:
         optional["phase_lead_deg"],
         optional["sigma_um"],
         optional["time_s"],
+        optional["run"],
     )
 
 
@@ -180,6 +192,8 @@ def _value(where: str, name: str, cell: str) -> float | str | None:
         return cell
     if not cell and name in OPTIONAL:
         return None
+    if name == "run":
+        return cell
     if not NUMBER.fullmatch(cell):
         _refuse_number(where, name, cell)
     value = float(cell)
@@ -223,11 +237,12 @@ def _full_or_none(path: str, name: str, lines: Sequence[int], values: list[Any])
     return values
 
 
-def _check_time(path: str, lines: Sequence[int], time: list[float] | None) -> None:
+def _check_time(path: str, lines: Sequence[int], time: list[float] | None, run: list[str] | None) -> None:
     if time is None:
         return
     for index in range(1, len(time)):
-        if time[index] < time[index - 1]:
+        is_same_run = run is None or run[index] == run[index - 1]
+        if is_same_run and time[index] < time[index - 1]:
             raise SettingError(
                 f"{path} line {lines[index]}: expected rows in the order of time, got {time[index]:g} s after"
                 f" {time[index - 1]:g} s; sort them by time_s"

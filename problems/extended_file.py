@@ -23,13 +23,13 @@ import numpy as np
 import yaml
 
 from ksmea import registry
+from ksmea.blocks import Block, inside
 from ksmea.contracts import AnyEffect, Problem, ProblemSettings
 from ksmea.errors import SettingError, unknown
 from ksmea.setting_types import TRUTHS
 from ksmea.settings import Settings, setting
-from problems.blocks import Block, inside
+from ksmea.strict_yaml import parse, read_bytes
 from problems.plugin_block import NAME, plugin_of
-from problems.strict_yaml import parse, read_bytes
 
 NESTED = "extended"  # the name that this problem is registered under
 

@@ -8,9 +8,9 @@ from functools import partial
 from typing import Any
 
 from ksmea import registry
+from ksmea.blocks import Block, inside
 from ksmea.errors import unknown
 from ksmea.setting_types import read_as
-from problems.blocks import Block, inside
 
 NAME = "name"
 

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array
+from ksmea.blocks import Block, Units, inside
 from ksmea.channel import Channel
 from ksmea.errors import described, unknown
 from ksmea.parameters import Parameter
 from ksmea.units import GIGAPASCAL
-from problems.blocks import Block, Units, inside
 from problems.rotor.data import (
     COEFFICIENTS,
     STIFFNESSES,

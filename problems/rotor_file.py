@@ -9,14 +9,14 @@ import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 
+from ksmea.blocks import Block
 from ksmea.contracts import ProblemSettings
 from ksmea.errors import SettingError
 from ksmea.settings import setting
-from problems.blocks import Block
+from ksmea.strict_yaml import parse, read_bytes
 from problems.rotor.problem import RotorProblem
 from problems.rotor_document import RotorDescription, read_description
 from problems.size import MAX_ELEMENTS
-from problems.strict_yaml import parse, read_bytes
 
 
 @dataclass(frozen=True)

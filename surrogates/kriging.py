@@ -15,8 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.contracts import Predictor, Surrogate
+from ksmea.contracts import Surrogate
 from ksmea.errors import SettingError
+from ksmea.predictor import Predictor
 from ksmea.settings import setting
 from ksmea.transforms import TRANSFORMS
 from surrogates.correlation import CORRELATIONS, squared_differences

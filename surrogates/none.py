@@ -8,7 +8,8 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.contracts import Predictor, Surrogate
+from ksmea.contracts import Surrogate
+from ksmea.predictor import Predictor
 from ksmea.settings import setting
 from ksmea.transforms import TRANSFORMS
 

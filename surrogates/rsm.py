@@ -12,8 +12,9 @@ from sklearn.pipeline import Pipeline, make_pipeline
 from sklearn.preprocessing import PolynomialFeatures
 
 from ksmea.arrays import Array
-from ksmea.contracts import Predictor, Surrogate
+from ksmea.contracts import Surrogate
 from ksmea.errors import SettingError
+from ksmea.predictor import Predictor
 from ksmea.settings import setting
 from ksmea.transforms import TRANSFORMS
 

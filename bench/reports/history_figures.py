@@ -12,7 +12,7 @@ from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
 from ksmea.records.curves import ResponseCurves, as_array
 from ksmea.records.identification import UpdateRecord
-from ksmea.show.style import OURS, PAPER, REFERENCE
+from ksmea.show.style import OURS, PAPER, REFERENCE, broken
 from ksmea.units import MICROMETRE, RPM
 
 MAX_ROWS = 8  # cells in one figure; more would be a poster
@@ -99,7 +99,7 @@ def _draw(panel: Axes, curves: ResponseCurves, styles: Mapping[str, str], remark
         for index, channel in enumerate(curves.channels):
             colour = (OURS, PAPER)[index % 2]
             panel.semilogy(
-                speed, values[:, index] / MICROMETRE, style, color=colour, markersize=4, linewidth=1,
+                broken(speed, curves.breaks), broken(values[:, index] / MICROMETRE, curves.breaks), style, color=colour, markersize=4, linewidth=1,
                 label=f"{name}{remark}, {channel}",
             )  # fmt: skip
     panel.set_ylabel("amplitude (µm)", fontsize=8)

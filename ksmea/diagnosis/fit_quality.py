@@ -5,6 +5,8 @@ residual, the mean square of one band and channel, and, where the noise is known
 residuals of the fit: noise minus its projection on the tangent of the fitted model. The smallest of their p-values is compared with that of the same simulations, so
 that together they reject a right model as often as they say (Westfall & Young 1993, min-P).
 
+Of several runs, neighbours and bands are those of one run.
+
 Standard tests do not hold here: Ljung–Box at a nominal 1 % rejects 6 to 10 % of clean data after a fit.
 """
 
@@ -14,16 +16,15 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ksmea.arrays import Array, ComplexArray
+from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.channel import Channel
 from ksmea.diagnosis.fitting import Fit
 from ksmea.fisher import span
 
 LAGS = 3  # of the autocorrelation, in speeds
 MAX_VALUES = 2**22  # numbers simulated at once, which bounds the memory
-N_BAND = 6  # equal numbers of speeds
+N_BAND = 6  # equal numbers of speeds, shared among the runs
 STATISTICS = (
     "autocorrelation over speed",
     "cross-channel correlation",
@@ -57,24 +58,24 @@ def fit_quality(fit: Fit, rng: np.random.Generator, *, n_simulated: int = 4000) 
     measurement = likelihood.measurement
     response = fit.response()
     residuals = (measurement.values - measurement.seen(response)) / fit.noise.sd(np.abs(response))
-    shape, real = residuals.shape, measurement.is_amplitude
+    shape, real, rows = residuals.shape, measurement.is_amplitude, measurement.rows
     n_mean = residuals.size * measurement.dimensions
     tangent = fit.point.whitened[:n_mean, : likelihood.d]
     directions = span(tangent)
     scale_free = likelihood.noise_is_estimated
-    sampled = [residual_statistics(residuals[None], scale_free=scale_free)]
+    sampled = [residual_statistics(residuals[None], rows, scale_free=scale_free)]
     n_chunk = max(1, MAX_VALUES // n_mean)
     for start in range(0, n_simulated, n_chunk):
         noise = rng.standard_normal((min(n_chunk, n_simulated - start), n_mean))
         noise -= (noise @ directions) @ directions.T
         simulated = noise.reshape(len(noise), *shape) if real else as_complex(noise, shape)
-        sampled.append(residual_statistics(simulated, scale_free=scale_free))
+        sampled.append(residual_statistics(simulated, rows, scale_free=scale_free))
     statistics = np.concatenate(sampled)
     # p of every sample among all of them, the data's own included: no p is below 1/(n + 1)
     ranks = np.array([upper_ranks(column) for column in statistics.T]).T / len(statistics)
     smallest = ranks.min(axis=1)
     names = STATISTICS if not likelihood.noise_is_estimated else STATISTICS[:-1]
-    band, channel, excess = _worst_location(residuals)
+    band, channel, excess = _worst_location(residuals, rows)
     speed = measurement.speed
     return FitQuality(
         p=float(np.mean(smallest <= smallest[0])),
@@ -94,16 +95,17 @@ def as_complex(noise: Array, shape: tuple[int, ...]) -> ComplexArray:
     return combined.reshape(len(noise), *shape)
 
 
-def residual_statistics(residuals: Array | ComplexArray, *, scale_free: bool) -> Array:
-    """Statistics (n, 4 or 5) of residuals (n, n_speed, n_channel); all but the last do not depend on their scale."""
+def residual_statistics(residuals: Array | ComplexArray, rows: Sequence[slice], *, scale_free: bool) -> Array:
+    """Statistics (n, 4 or 5) of residuals (n, n_speed, n_channel), each run at its `rows`; all but the last do not depend
+    on their scale."""
     squared = np.abs(residuals) ** 2
     total = squared.sum(axis=(1, 2))
     unit = residuals / np.sqrt(total / residuals[0].size)[:, None, None]
     statistics = [
-        _autocorrelation(unit),
+        np.sum([_autocorrelation(unit[:, run]) for run in rows], axis=0),
         _cross_correlation(unit),
         np.abs(unit).max(axis=(1, 2)),
-        _band_and_channel(np.abs(unit) ** 2),
+        _band_and_channel(np.abs(unit) ** 2, _bands(rows)),
     ]
     return np.stack(statistics if scale_free else [*statistics, total], axis=1)
 
@@ -124,27 +126,28 @@ def _cross_correlation(unit: Array | ComplexArray) -> Array:
     return total
 
 
-def _band_and_channel(squared: Array) -> Array:
+def _band_and_channel(squared: Array, bands: Sequence[Indices]) -> Array:
     """The largest mean square of one band and channel."""
-    bands = _bands(squared.shape[1])
     largest: Array = np.max(np.stack([squared[:, band].mean(axis=1).max(axis=1) for band in bands]), axis=0)
     return largest
 
 
-def _bands(n_speed: int) -> list[NDArray[np.intp]]:
-    return [part for part in np.array_split(np.arange(n_speed), N_BAND) if len(part)]
+def _bands(rows: Sequence[slice]) -> list[Indices]:
+    n_band = max(1, N_BAND // len(rows))
+    parts = [part for run in rows for part in np.array_split(np.arange(run.start, run.stop), n_band)]
+    return [part for part in parts if len(part)]
 
 
-def _worst_location(residuals: Array | ComplexArray) -> tuple[NDArray[np.intp], int, float]:
+def _worst_location(residuals: Array | ComplexArray, rows: Sequence[slice]) -> tuple[Indices, int, float]:
     """Band (indices of speeds), channel and relative mean square where it is largest."""
     squared = np.abs(residuals) ** 2
-    bands = _bands(len(residuals))
+    bands = _bands(rows)
     means = np.array([squared[band].mean(axis=0) for band in bands])
     band, channel = np.unravel_index(np.argmax(means), means.shape)
     return bands[band], int(channel), float(means[band, channel] / max(squared.mean(), np.finfo(float).tiny))
 
 
-def upper_ranks(values: Array) -> NDArray[np.intp]:
+def upper_ranks(values: Array) -> Indices:
     """How many of the values (n,) are at least as large as each."""
     return len(values) - np.searchsorted(np.sort(values), values, side="left")
 

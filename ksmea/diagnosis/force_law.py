@@ -17,6 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import stats
 
+from ksmea.alignment import through
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import DIRECTIONS, Channel
 from ksmea.deviance import log_term
@@ -102,7 +103,7 @@ class LawLikelihood(SumOfSquares):
         self.longest_step = np.full(len(self.lower), np.inf)
         self._base, self._unmodelled = base, site.unmodelled
         at_site = [Channel(position, axis) for axis in DIRECTIONS] if law.follows_motion else []
-        self._seen = problem.at(problem.speed, [*problem.channels, *at_site]) if at_site else problem
+        self._seen = through(problem, [*problem.channels, *at_site]) if at_site else problem
 
     def at(self, theta: Array) -> Point:
         differences = central_differences(theta, STEP, self.lower, self.upper)

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import least_squares
 
+from ksmea.alignment import through
 from ksmea.arrays import Array
 from ksmea.channel import DIRECTIONS
 from ksmea.contracts import Problem
@@ -199,7 +200,7 @@ def _starts(
     kept = [index for index, channel in enumerate(problem.channels) if not unmodelled.reads(channel)]
     channels = tuple(problem.channels[index] for index in kept)
     part = dataclasses.replace(measurement, channels=channels, values=measurement.values[:, kept], noise=None)
-    found = screened(problem.at(problem.speed, channels), part, sobol(N_SCREENED, d, rng))
+    found = screened(through(problem, channels), part, sobol(N_SCREENED, d, rng))
     return found.apart(SCREENED_STARTS, START_DISTANCE).points
 
 

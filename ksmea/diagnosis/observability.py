@@ -11,6 +11,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import chi2, ncx2
 
+from ksmea.alignment import through
 from ksmea.arrays import Array
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
@@ -52,7 +53,7 @@ class Split:
 def smallest_detectable(baseline: Fit, candidate: Candidate, level: float) -> list[Detectable]:
     """For each unknown of an effect, alone; `level` is the p-value below which it counts as detected."""
     problem = candidate.effect.added_to(baseline.problem)
-    parameters = candidate.effect.parameters(baseline.problem)
+    parameters = candidate.effect.parameters(baseline.problem.machine)
     information = np.sum(_left_of_effect(baseline, problem, len(parameters)) ** 2, axis=0)
     needed = _noncentrality(len(parameters), level)
     return [
@@ -123,7 +124,7 @@ def collinearity(trial: Trial, other: Candidate) -> float:
     """Collinearity of an effect, as fitted, with another: the cosine between its change of the data and the nearest change
     that the other makes, everything else being fitted along. At 1 the data cannot tell them apart."""
     problem = other.effect.added_to(trial.fit.problem)
-    n_other = len(other.effect.parameters(trial.fit.problem))
+    n_other = len(other.effect.parameters(trial.fit.problem.machine))
     u = np.concatenate([trial.fit.u, without_effects(problem, len(trial.fit.u))])
     whitened, of_noise = _whitened(problem, u, trial.fit)
     own = slice(len(u) - n_other - trial.n_unknown, len(u) - n_other)
@@ -155,8 +156,9 @@ def _further(one: Problem, other: Problem) -> Iterator[tuple[str, tuple[Problem,
     for site in one.sites:
         probes = [Channel(float(site), direction) for direction in ("x", "y")]
         if not any(probe in channels for probe in probes):
-            yield f"probes in x and y at {site:.3g} m", (one.at(speed, probes), other.at(speed, probes))
-    higher = np.linspace(speed[-1], 1.5 * speed[-1], len(speed) // 2 + 1)[1:]
+            yield f"probes in x and y at {site:.3g} m", (through(one, probes), through(other, probes))
+    highest = np.max(speed)
+    higher = np.linspace(highest, 1.5 * highest, len(speed) // 2 + 1)[1:]
     name = f"speeds up to {higher[-1] / RPM:.0f} rpm"
     yield name, (one.at(higher, channels), other.at(higher, channels))
     magnitudes = [item.upper / 2 for item in one.parameters if item.is_unbalance]

@@ -1,7 +1,7 @@
 """The predictive gain of an extended model: its elpd difference from the baseline model on left-out blocks of speeds.
 
 Contiguous blocks of speeds are left out in turn. A single speed left out would be predicted by its neighbours; a block
-must be predicted by the model. What is compared is the log density of the left-out data under the fit to the others.
+must be predicted by the model. Of several runs a block is a band that all of them leave out. What is compared is the log density of the left-out data under the fit to the others.
 """
 
 from __future__ import annotations
@@ -13,12 +13,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ksmea.contracts import Problem
+from ksmea.alignment import aligned
 from ksmea.diagnosis.fitting import Fit
 from ksmea.elpd import ElpdDifference
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import maximise
-from ksmea.measurement import Measurement, Noise
+from ksmea.measurement import Measurement
 from ksmea.model import Model
 
 Indices = NDArray[np.intp]  # of speeds
@@ -38,7 +38,8 @@ def predictive_gain(before: Fit, after: Fit, n_block: int, progress: Callable[[]
     measurement = before.likelihood.measurement
     n_block = min(n_block, len(measurement.speed))
     differences, squares = [], []
-    for block in np.array_split(np.arange(len(measurement.speed)), n_block):
+    for block in np.array_split(np.argsort(measurement.speed, kind="stable"), n_block):
+        block = np.sort(block)
         kept = np.setdiff1d(np.arange(len(measurement.speed)), block)
         results = [_left_out(fit, measurement, kept, block) for fit in (before, after)]
         differences.append(results[1][0] - results[0][0])
@@ -50,28 +51,15 @@ def predictive_gain(before: Fit, after: Fit, n_block: int, progress: Callable[[]
 
 def _left_out(fit: Fit, measurement: Measurement, kept: Indices, block: Indices) -> tuple[float, float]:
     """Log density of the data in a block under the model fitted to the others, and their summed squared residuals."""
-    likelihood = Likelihood(Model(_at(fit.problem, kept)), part_of(measurement, kept))
+    fitted = measurement.part(kept)
+    likelihood = Likelihood(Model(aligned(fit.problem, fitted)), fitted)
     start = np.clip(fit.point.theta, likelihood.lower, likelihood.upper)
     theta = maximise(likelihood, start, tolerance=1e-3).theta
-    problem = _at(fit.problem, block)
-    left_out = part_of(measurement, block)
+    left_out = measurement.part(block)
+    problem = aligned(fit.problem, left_out)
     if likelihood.noise_is_estimated:
         left_out = dataclasses.replace(left_out, noise=likelihood.noise(theta))
     test = Likelihood(Model(problem), left_out)
     response = problem.response(problem.parameters.to_si(theta[None, : likelihood.d]))[0]
     squares = float(np.sum(np.abs(left_out.seen(response) - left_out.values) ** 2))
     return test.log_density(theta[: likelihood.d]), squares
-
-
-def _at(problem: Problem, indices: Indices) -> Problem:
-    return problem.at(problem.speed[indices], problem.channels)
-
-
-def part_of(measurement: Measurement, indices: Indices) -> Measurement:
-    """The measurement at some of its speeds."""
-    noise = measurement.noise
-    if noise is not None and np.ndim(noise.floor):
-        noise = Noise(noise.relative, np.asarray(noise.floor)[indices])
-    return dataclasses.replace(
-        measurement, speed=measurement.speed[indices], values=measurement.values[indices], noise=noise
-    )

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from ksmea.alignment import through
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import DIRECTIONS, Channel
 from ksmea.diagnosis.unknown_force import SiteFit
@@ -31,11 +32,12 @@ WHIRLS = ("forward", "backward")
 class RecoveredForce:
     """The force (1 + n_draw, n_speed, k), N or N m, or the reading, m: the estimate first, then the draws. `columns` has
     direction and unit of each of the k. `motion` (1 + n_draw, n_speed, 2) is that of its site in x and y, m, where it is a
-    force."""
+    force; `speed` (n_speed,) rad/s."""
 
     force: ComplexArray
     columns: tuple[tuple[str, str], ...]
     motion: ComplexArray | None
+    speed: Array
 
     @property
     def names(self) -> tuple[tuple[str, str], ...]:
@@ -75,7 +77,7 @@ class RecoveredForce:
         if self.motion is None:
             return None
         motion, spread = with_whirl(self.motion)[0], np.std(self.parts[1:], axis=0)
-        return np.array([_followed(*each) for each in zip(self.parts[0].T, motion.T, spread.T)])
+        return np.array([_followed(self.speed, *each) for each in zip(self.parts[0].T, motion.T, spread.T)])
 
 
 def recovered_force(fit: SiteFit, rng: np.random.Generator, n_draw: int = N_DRAW) -> RecoveredForce:
@@ -87,8 +89,9 @@ def recovered_force(fit: SiteFit, rng: np.random.Generator, n_draw: int = N_DRAW
     real, imaginary = own_noise(fit) * rng.standard_normal((2, n_draw, *point.mean.shape)) / np.sqrt(2)
     noise = np.concatenate([np.zeros((1, *point.mean.shape)), real + 1j * imaginary])
     free = np.einsum("skc,nsc->nsk", solve, noise - np.einsum("scd,nd->nsc", point.change / sd, moved))
+    problem = fit.likelihood.problem
     return RecoveredForce(
-        point.free + free, fit.unmodelled.named_columns(fit.likelihood.problem), _motion(fit, moved, free)
+        point.free + free, fit.unmodelled.named_columns(problem), _motion(fit, moved, free), problem.speed
     )
 
 
@@ -114,9 +117,9 @@ def with_whirl(lateral: ComplexArray) -> ComplexArray:
     return np.concatenate([lateral, lateral @ WHIRL.T], axis=-1)
 
 
-def _followed(force: ComplexArray, motion: ComplexArray, spread: Array) -> float:
+def _followed(speed: Array, force: ComplexArray, motion: ComplexArray, spread: Array) -> float:
     """The part of a force (n_speed,) that a parabola over speed times the motion explains."""
-    powers = np.linspace(-1, 1, len(force))[:, None] ** np.arange(N_POWER)
+    powers = (speed[:, None] / np.max(speed)) ** np.arange(N_POWER)
     columns = motion[:, None] * powers / spread[:, None]
     target = force / spread
     left = target - columns @ np.linalg.lstsq(columns, target)[0]
@@ -132,7 +135,7 @@ def _motion(fit: SiteFit, moved: Array, free: ComplexArray) -> ComplexArray | No
     unmodelled, problem, theta = fit.unmodelled, fit.likelihood.problem, fit.point.theta
     if unmodelled.kind != FORCE:
         return None
-    seen = problem.at(problem.speed, [Channel(unmodelled.position, axis) for axis in DIRECTIONS])
+    seen = through(problem, [Channel(unmodelled.position, axis) for axis in DIRECTIONS])
     differences = cube_differences(theta)
     x = problem.parameters.to_si(np.concatenate([theta[None], differences.points]))
     columns = unmodelled.columns(seen, x)

@@ -62,7 +62,7 @@ def _sampled(point: ProjectedPoint, measurement: Measurement, noise: ComplexArra
     real = measurement.kind.real_parts(left.reshape(len(left), -1), axis=1)
     tangent = span(point.whitened)
     simulated = as_complex(real - (real @ tangent) @ tangent.T, point.residual.shape)
-    both = [residual_statistics(each, scale_free=False) for each in (point.residual[None], simulated)]
+    both = [residual_statistics(each, measurement.rows, scale_free=False) for each in (point.residual[None], simulated)]
     return np.concatenate(both)
 
 

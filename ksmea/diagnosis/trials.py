@@ -47,7 +47,7 @@ class Trial:
     @property
     def n_unknown(self) -> int:
         """Unknowns that the effect brought along, the last of the fit's."""
-        return len(self.candidate.effect.parameters(self.fit.problem))
+        return len(self.candidate.effect.parameters(self.fit.problem.machine))
 
 
 def candidates(problem: Problem, effects: Mapping[str, AnyEffect]) -> list[Candidate]:
@@ -75,8 +75,8 @@ def _located(name: str, effect: AnyEffect, problem: Problem) -> list[Candidate]:
     """One effect at every location, each tried by adding it to the problem."""
     known = set(problem.parameters.names)
     found = []
-    for located in effect.locations(problem):
-        if known.isdisjoint(parameter.name for parameter in located.parameters(problem)):
+    for located in effect.locations(problem.machine):
+        if known.isdisjoint(parameter.name for parameter in located.parameters(problem.machine)):
             located.added_to(problem)
             found.append(Candidate(name, located))
     return found

@@ -30,11 +30,13 @@ class Polar:
 
 @dataclass(frozen=True)
 class FineCurve:
-    """The fitted response at more speeds (rad/s) than were measured, to be drawn as a line."""
+    """The fitted response at more speeds (rad/s) than were measured, to be drawn as a line; `breaks` are where those of a
+    further run begin."""
 
     speed: Row
     amplitude: Matrix
     phase: Matrix | None = None
+    breaks: tuple[int, ...] = ()
 
 
 def check_shape(name: str, matrix: Matrix | None, n_row: int, n_column: int) -> None:
@@ -78,7 +80,7 @@ class FitCurves:
 class ResponseCurves:
     """Amplitudes (m, 0-peak) over speed (rad/s), (n_speed, n_channel) each: the measurement, the identified model,
     surrogate (`predicted`) and true model (`modelled`) at the surrogate's last optimum, and the response without noise
-    (`true`) where it is known; None where there is no such curve."""
+    (`true`) where it is known; None where there is no such curve. `breaks` are where the speeds of a further run begin."""
 
     speed: Row
     channels: tuple[str, ...]
@@ -87,6 +89,7 @@ class ResponseCurves:
     predicted: Matrix | None = None
     modelled: Matrix | None = None
     true: Matrix | None = None
+    breaks: tuple[int, ...] = ()
 
     def check(self) -> None:
         """Raise `SettingError` where curves are not as long as their speeds, or not of each channel."""

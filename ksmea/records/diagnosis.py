@@ -115,12 +115,13 @@ class ResidualsRecord(Record):
 
 @dataclass(frozen=True)
 class CurvesRecord(Record):
-    """What figures are drawn from, to five digits."""
+    """What figures are drawn from, to five digits; `breaks` are where the speeds of a further run begin."""
 
     speed: tuple[float, ...]  # rad/s
     channels: tuple[str, ...]
     responses: ResponsesRecord
     residuals: ResidualsRecord
+    breaks: tuple[int, ...] = ()
 
 
 @dataclass(frozen=True)

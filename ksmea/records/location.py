@@ -162,6 +162,7 @@ class LocationRecord(Record):
     hidden: tuple[HiddenEffect, ...] = ()
     seconds: float | None = None
     n_channel: int | None = None  # of the measurement; older records do not have it
+    breaks: tuple[int, ...] = ()  # where the speeds of a further run begin
 
     def told(self) -> dict[str, Any]:
         """Kind, accepted sites, law and work first; then all that was tried."""

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, TrialRecord, Values
-from ksmea.show.style import OURS, PAPER, REFERENCE, ShownFigure
+from ksmea.show.style import OURS, PAPER, REFERENCE, ShownFigure, broken
 from ksmea.units import MICROMETRE, RPM
 
 BEFORE, AFTER = PAPER, OURS  # colours
@@ -51,14 +51,15 @@ def _draw_channel(panels: np.ndarray, curves: CurvesRecord, column: int) -> None
     measured = _amplitude(responses.measured, column) / MICROMETRE
     top.semilogy(speed, measured, ".", color=REFERENCE, label="measured")
     before = _amplitude(responses.before, column) / MICROMETRE
-    top.semilogy(speed, before, color=BEFORE, linewidth=1, label="model before")
+    line = broken(speed, curves.breaks)
+    top.semilogy(line, broken(before, curves.breaks), color=BEFORE, linewidth=1, label="model before")
     _draw_residuals(middle, speed, residuals.before, column, BEFORE)
     if responses.after is None or residuals.after is None:
         bottom.set_axis_off()
         middle.set_xlabel("speed (rpm)", fontsize=8)
         return
     after = _amplitude(responses.after, column) / MICROMETRE
-    top.semilogy(speed, after, color=AFTER, linewidth=1, label="model after")
+    top.semilogy(line, broken(after, curves.breaks), color=AFTER, linewidth=1, label="model after")
     _draw_residuals(bottom, speed, residuals.after, column, AFTER)
     bottom.set_xlabel("speed (rpm)", fontsize=8)
 

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from ksmea.arrays import Array
 from ksmea.records.curves import FitCurves, Matrix, as_array
-from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE, ShownFigure
+from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE, ShownFigure, broken
 from ksmea.units import MICROMETRE, RPM
 
 MAX_CHANNELS = 6  # columns; the record has all
@@ -60,18 +60,19 @@ def draw_amplitude(panel: Axes, fit: FitCurves, index: int) -> None:
         sd = np.stack([np.minimum(sd, 0.95 * measured), sd])  # the axis is logarithmic
     panel.errorbar(speed, measured, sd, label="measured ± 1 σ" if sd is not None else "measured", **style)
     fine = fit.fine
+    speed, amplitude = as_array(fine.speed) / RPM, _column(fine.amplitude, index) / MICROMETRE
     panel.plot(
-        as_array(fine.speed) / RPM, _column(fine.amplitude, index) / MICROMETRE, color=PAPER, linewidth=1.3,
-        label="fitted", zorder=3,
-    )  # fmt: skip
+        broken(speed, fine.breaks), broken(amplitude, fine.breaks), color=PAPER, linewidth=1.3, label="fitted", zorder=3
+    )
     panel.set_yscale("log")
     panel.yaxis.set_major_formatter("{x:g}")
 
 
 def _phase(panel: Axes, fit: FitCurves, index: int) -> None:
     curve = _column(fit.fine.phase, index)
-    broken = np.where(np.abs(np.diff(curve, append=curve[-1])) > JUMP, np.nan, curve)
-    panel.plot(as_array(fit.fine.speed) / RPM, np.degrees(broken), color=PAPER, linewidth=1.3, zorder=3)
+    unwrapped = np.where(np.abs(np.diff(curve, append=curve[-1])) > JUMP, np.nan, curve)
+    speed, phase = (broken(values, fit.fine.breaks) for values in (as_array(fit.fine.speed), unwrapped))
+    panel.plot(speed / RPM, np.degrees(phase), color=PAPER, linewidth=1.3, zorder=3)
     panel.plot(
         as_array(fit.speed) / RPM, np.degrees(_column(fit.measured.phase, index)), "o", color=OURS,
         markersize=3.5, alpha=0.8,

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ksmea.arrays import Array
 from ksmea.records.location import NONE, NOTHING, PAIR, ForceRecord, LocationRecord, SeriesRecord
-from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE, ShownFigure, figure_of
+from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE, ShownFigure, broken, figure_of
 from ksmea.units import MICROMETRE, RPM
 
 COLOURS = {"force": OURS, "moment": PAPER, "reading": INTERVAL, "force and moment": "#8a5aa8", PAIR: "#7a7a7a"}
@@ -87,10 +90,10 @@ def _draw_amplitude(panel: Axes, record: LocationRecord, force: ForceRecord) -> 
     if record.law is not None and (record.law.position, record.law.kind) == (force.position, force.kind):
         for axis, amplitude in zip(("x", "y"), record.law.amplitude):
             label = f"{record.law.law}" if axis == "x" else None
-            panel.plot(np.array(record.speed) / RPM, amplitude, "--", color=REFERENCE, linewidth=1, label=label)
+            panel.plot(_rpm(record), _lines(record, amplitude), "--", color=REFERENCE, linewidth=1, label=label)
         for amplitude, sd in zip(record.law.amplitude, record.law.amplitude_sd):
-            low, high = (np.array(amplitude) + sign * N_SD * np.array(sd) for sign in (-1, 1))
-            panel.fill_between(np.array(record.speed) / RPM, low, high, color=REFERENCE, alpha=0.15, linewidth=0)
+            low, high = (_lines(record, np.array(amplitude) + sign * N_SD * np.array(sd)) for sign in (-1, 1))
+            panel.fill_between(_rpm(record), low, high, color=REFERENCE, alpha=0.15, linewidth=0)
     panel.set_yscale("log")
     panel.set_ylabel(f"{force.kind} ({'µm' if in_micrometre else force.parts[0].unit})", fontsize=9)
     panel.legend(fontsize=8, ncols=3, frameon=False)
@@ -111,9 +114,7 @@ def _draw_stiffness(panel: Axes, record: LocationRecord, force: ForceRecord) -> 
     shown = [each for each in force.stiffness if each.part in ("x", "y")]
     for each in shown:
         _draw_series(panel, record, each.real, each.part, MEGA)
-        panel.plot(
-            np.array(record.speed) / RPM, np.array(each.imaginary.value) / MEGA, ":", color=PART_COLOURS[each.part]
-        )
+        panel.plot(_rpm(record), _lines(record, each.imaginary.value) / MEGA, ":", color=PART_COLOURS[each.part])
     values = np.concatenate([each.real.value for each in shown]) / MEGA
     low, high = np.quantile(values, [0.05, 0.95])
     margin = max(high - low, 1e-3)
@@ -125,8 +126,16 @@ def _draw_stiffness(panel: Axes, record: LocationRecord, force: ForceRecord) -> 
 
 
 def _draw_series(panel: Axes, record: LocationRecord, series: SeriesRecord, part: str, scale: float = 1.0) -> None:
-    speed, colour = np.array(record.speed) / RPM, PART_COLOURS.get(part, REFERENCE)
-    panel.plot(speed, np.array(series.value) / scale, color=colour, linewidth=1.2, label=part)
-    panel.fill_between(
-        speed, np.array(series.low) / scale, np.array(series.high) / scale, color=colour, alpha=0.15, linewidth=0
-    )
+    colour = PART_COLOURS.get(part, REFERENCE)
+    value, low, high = (_lines(record, values) / scale for values in (series.value, series.low, series.high))
+    panel.plot(_rpm(record), value, color=colour, linewidth=1.2, label=part)
+    panel.fill_between(_rpm(record), low, high, color=colour, alpha=0.15, linewidth=0)
+
+
+def _rpm(record: LocationRecord) -> Array:
+    return _lines(record, record.speed) / RPM
+
+
+def _lines(record: LocationRecord, values: Sequence[float] | Array) -> Array:
+    """Values over speed, a line for each run."""
+    return broken(np.array(values), record.breaks)

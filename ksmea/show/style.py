@@ -3,9 +3,13 @@
 from __future__ import annotations
 
 import io
+from collections.abc import Sequence
 
+import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+
+from ksmea.arrays import Array
 
 OURS, PAPER, REFERENCE, INTERVAL = "#2b6ca3", "#c8501e", "#444444", "#3a8f4d"
 
@@ -22,6 +26,15 @@ def png(figure: Figure) -> bytes:
     content = io.BytesIO()
     figure.savefig(content, format="png", dpi=130)
     return content.getvalue()
+
+
+def broken(values: Array, breaks: Sequence[int]) -> Array:
+    """Values to be drawn as one line for each run: not a number before each further run.
+
+    >>> broken(np.array([1.0, 2.0, 1.0, 2.0]), [2])
+    array([ 1.,  2., nan,  1.,  2.])
+    """
+    return np.insert(np.asarray(values, dtype=float), list(breaks), np.nan)
 
 
 def figure_of(axes: Axes) -> Figure:

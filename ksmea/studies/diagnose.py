@@ -42,6 +42,7 @@ from ksmea.records.location import LocationRecord
 from ksmea.records.record import finite
 from ksmea.records.stability import StabilityRecord
 from ksmea.settings import Settings, setting
+from ksmea.studies.campaign_remarks import campaign_remarks
 from ksmea.studies.estimates import estimate_record
 from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.misreadings import misreadings
@@ -137,7 +138,9 @@ def diagnosis(
         remarks = (*remarks, *disagreements(found, where))
     if details and record.verdict != "located":  # where the data are explained they are not misread
         remarks = (*remarks, *_slips(found, problem, measurement))
-    return dataclasses.replace(record, left_out={**left_out, **record.left_out}, remarks=tuple(remarks))
+    return dataclasses.replace(
+        record, left_out={**left_out, **record.left_out}, remarks=(*campaign_remarks(measurement), *remarks)
+    )
 
 
 def _with_location(record: DiagnosisRecord, where: LocationRecord) -> DiagnosisRecord:
@@ -154,7 +157,7 @@ def disagreements(found: Diagnosis, where: LocationRecord) -> tuple[str, ...]:
         return ()
     said = []
     for candidate in found.applied:
-        places = candidate.effect.places(found.baseline.problem)
+        places = candidate.effect.places(found.baseline.problem.machine)
         if places and not any(where.accepts(place) for place in places):
             at = ", ".join(f"{site.kind} at {site.position:g} m" for site in where.sites)
             said.append(
@@ -321,6 +324,7 @@ def _curves(found: Diagnosis, measurement: Measurement) -> CurvesRecord:
             before=_parts(found.baseline_quality.residuals),
             after=None if found.best_quality is None else _parts(found.best_quality.residuals),
         ),
+        breaks=measurement.breaks,
     )
 
 

@@ -13,6 +13,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from ksmea.alignment import aligned
 from ksmea.arrays import Array
 from ksmea.contracts import Method, Problem
 from ksmea.cramer_rao import identifiability
@@ -24,7 +25,7 @@ from ksmea.intervals import Estimate, Interval, estimate
 from ksmea.likelihood import Likelihood
 from ksmea.load import FORCE
 from ksmea.maximisation import nearest_maximum
-from ksmea.measurement import Measurement, Noise
+from ksmea.measurement import Layout, Measurement, Noise
 from ksmea.misfit import Misfit
 from ksmea.model import Count, CountedProblem, Model
 from ksmea.parameters import Parameter, Parameters
@@ -40,6 +41,7 @@ from ksmea.records.identification import (
     UpdateRecord,
 )
 from ksmea.records.record import finite
+from ksmea.studies.campaign_remarks import campaign_remarks
 from ksmea.studies.enough_data import can_be_tested, require_enough
 from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.misreadings import misreadings
@@ -312,7 +314,7 @@ def _description(measurement: Measurement, remarks: Sequence[str], *, testable: 
         speed_from=float(np.min(measurement.speed)),
         speed_to=float(np.max(measurement.speed)),
         channels=tuple(str(channel) for channel in measurement.channels),
-        remarks=tuple(remarks),
+        remarks=(*campaign_remarks(measurement), *remarks),
         too_few_to_test=not testable,
     )
 
@@ -320,18 +322,25 @@ def _description(measurement: Measurement, remarks: Sequence[str], *, testable: 
 def fit_curves(problem: Problem, measurement: Measurement, x: Array, noise: Noise | None) -> FitCurves:
     """Data and fitted response at x (d,) SI over speed, with the noise where it is known or estimated."""
     fitted = problem.response(x[None])[0]
-    lowest, highest = float(np.min(measurement.speed)), float(np.max(measurement.speed))
-    speed = np.union1d(measurement.speed, np.linspace(lowest, highest, N_FINE))
+    layout = _finer(measurement)
     with_phase = not measurement.is_amplitude
-    fine = Polar.of(problem.at(speed, measurement.channels).response(x[None])[0], with_phase=with_phase)
+    fine = Polar.of(aligned(problem, layout).response(x[None])[0], with_phase=with_phase)
     return FitCurves(
         speed=row(measurement.speed),
         channels=tuple(str(channel) for channel in measurement.channels),
         measured=Polar.of(measurement.values, with_phase=with_phase),
         fitted=Polar.of(fitted, with_phase=with_phase),
         sd=None if noise is None or noise.is_absent else matrix(noise.sd(np.abs(fitted))),
-        fine=FineCurve(row(speed), **vars(fine)),
+        fine=FineCurve(row(layout.speed), **vars(fine), breaks=layout.breaks),
     )
+
+
+def _finer(measurement: Measurement) -> Layout:
+    """More speeds in the band of each run."""
+    bands = [measurement.speed[rows] for rows in measurement.rows]
+    finer = [np.union1d(speed, np.linspace(np.min(speed), np.max(speed), N_FINE)) for speed in bands]
+    campaign = measurement.campaign and measurement.campaign.with_counts([len(speed) for speed in finer])
+    return dataclasses.replace(measurement.layout, speed=np.concatenate(finer), campaign=campaign)
 
 
 def response_curves(problem: Problem, measurement: Measurement, found: Identification) -> ResponseCurves:
@@ -344,4 +353,5 @@ def response_curves(problem: Problem, measurement: Measurement, found: Identific
         identified=matrix(np.abs(identified)),
         predicted=None if found.predicted is None else matrix(np.abs(found.predicted)),
         modelled=None if found.modelled is None else matrix(np.abs(found.modelled)),
+        breaks=measurement.breaks,
     )

@@ -129,6 +129,7 @@ def location_record(
         interval_level=interval_level,
         laws=tuple(_law(fit, found.level) for fit in laws),
         n_channel=len(measurement.channels),
+        breaks=measurement.breaks,
         extension=extension,
         predictive_gain=gain,
     )

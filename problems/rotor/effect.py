@@ -8,6 +8,7 @@ from typing import Self
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
+from ksmea.campaign_problem import CampaignProblem
 from ksmea.channel import Channel
 from ksmea.contracts import Effect, Problem
 from ksmea.errors import SettingError
@@ -29,8 +30,10 @@ class RotorEffect(RotorHooks, Effect[RotorProblem]):
         """This effect as it sits on a problem; `SettingError` where it cannot sit there."""
         return self
 
-    def added_to(self, problem: Problem) -> ExtendedProblem:
-        """The problem with this effect."""
+    def added_to(self, problem: Problem) -> Problem:
+        """The problem with this effect, in all its runs."""
+        if isinstance(problem, CampaignProblem):
+            return problem.changed(self.added_to)
         if isinstance(problem, ExtendedProblem):
             return ExtendedProblem(problem.base, (*problem.effects, self.placed_on(problem.base)))
         if not isinstance(problem, RotorProblem):

@@ -30,7 +30,12 @@ OTHER_VALUES = {
     "method.budget": {"method.budget": 1000},
     "study.target": {"study.target": "kyy"},
 }
-WITHOUT_DEFAULTS = {("problem", "rotor"), ("problem", "extended"), ("measurement", "file")}  # nothing without a file
+WITHOUT_DEFAULTS = {  # nothing without a file
+    ("problem", "rotor"),
+    ("problem", "extended"),
+    ("measurement", "campaign"),
+    ("measurement", "file"),
+}
 
 
 @pytest.fixture(scope="module")

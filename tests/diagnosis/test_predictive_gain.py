@@ -6,7 +6,7 @@ import pytest
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.diagnosis.fitting import Fit
-from ksmea.diagnosis.predictive_gain import part_of, predictive_gain
+from ksmea.diagnosis.predictive_gain import predictive_gain
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import maximise
 from ksmea.measurement import Measurement, Noise
@@ -77,5 +77,5 @@ def test_a_true_extension_pays_and_a_superfluous_one_does_not():
 
 def test_parts_of_a_measurement_keep_their_own_noise():
     whole = Measurement(SPEED[:4], (Channel(0.0, "x"),), np.ones((4, 1)), NOISE, "test")
-    part = part_of(whole, np.array([1, 3]))
+    part = whole.part(np.array([1, 3]))
     assert part.speed == pytest.approx(SPEED[[1, 3]]) and part.values.shape == (2, 1)

@@ -8,11 +8,12 @@ import pytest
 
 from counted_runs import Counted, measured, streams
 from ksmea.channel import Channel
-from ksmea.contracts import Optimizer, Predictor, Problem, Surrogate
+from ksmea.contracts import Optimizer, Problem, Surrogate
 from ksmea.loop import KSMEA
 from ksmea.measurement import Noise
 from ksmea.misfit import Misfit
 from ksmea.parameters import Parameter, Parameters
+from ksmea.predictor import Predictor
 from ksmea.sampling import latin_hypercube
 from ksmea.transforms import make_transform
 from surrogates.none import NoSurrogate

@@ -33,6 +33,7 @@ EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 REQUIRED = {
     ("problem", "rotor"): {"file": str(EXAMPLES / "rotor.yaml")},
     ("problem", "extended"): {"file": str(EXAMPLES / "extended.yaml")},
+    ("measurement", "campaign"): {"path": str(EXAMPLES / "campaign.yaml")},
     ("measurement", "file"): {"path": str(EXAMPLES / "run_up.csv")},
 }
 PARTS = {"surrogate": ResponseSurface(), "optimizer": DE(), "samples": 40}  # what methods are made of

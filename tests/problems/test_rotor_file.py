@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from ksmea.errors import SettingError
+from ksmea.strict_yaml import LARGEST
 from problems.rotor.data import Bearing, Disk, UnbalancePlane
 from problems.rotor.unknowns import BearingTarget, UnbalanceTarget
 from problems.rotor_file import RotorFile
-from problems.strict_yaml import LARGEST
 from problems.three_disk import ThreeDisk
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "examples" / "rotor.yaml"

@@ -53,22 +53,23 @@ def parse(content: bytes, path: str) -> Any:
         # but for the first: an explicit tag (!!int, !!timestamp) that does not fit its value
         raise SettingError(f"{path}: expected YAML, got {_one_line(error)}") from error
     except RecursionError as error:
-        raise SettingError(f"{path}: expected a rotor's description, got lists nested too deeply") from error
+        raise SettingError(f"{path}: expected a description, got lists nested too deeply") from error
 
 
 class StrictLoader(yaml.SafeLoader):
     """PyYAML's safe loader without the surprises named above."""
 
-    yaml_implicit_resolvers: dict = {}  # noqa: RUF012 – PyYAML's own way to say which plain words are no texts
+    yaml_implicit_resolvers: dict[str, Any] = {}  # noqa: RUF012 – PyYAML's own way to say which plain words are no texts
     depth = 0  # of the node that is being read
 
     def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        peek: Any = self.peek_event
         if self.depth >= DEEPEST:
             raise yaml.composer.ComposerError(
                 None,
                 None,
                 f"lists nested too deeply, more than {DEEPEST} within each other",
-                self.peek_event().start_mark,
+                peek().start_mark,
             )
         self.depth += 1
         node = super().compose_node(parent, index)

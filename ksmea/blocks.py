@@ -36,12 +36,12 @@ class Block:
 
     file: str
     path: str  # "disks[2]"; empty for the document itself
-    values: dict
+    values: dict[Any, Any]
 
     @classmethod
-    def of_document(cls, file: str, document: Any) -> Block:
+    def of_document(cls, file: str, document: Any, what: str = "the rotor's description") -> Block:
         if not isinstance(document, dict) or not document:
-            raise SettingError(f"{file}: expected a mapping with the rotor's description, got {described(document)}")
+            raise SettingError(f"{file}: expected a mapping with {what}, got {described(document)}")
         return cls(file, "", document)
 
     def location(self, key: str = "") -> str:
@@ -110,7 +110,7 @@ class Block:
         """The mappings of a list, at least one."""
         return [self._block(f"{key}[{number}]", value) for number, value in enumerate(self.entries(key), start=1)]
 
-    def entries(self, key: str) -> list:
+    def entries(self, key: str) -> list[Any]:
         value = self.values.get(key)
         if not isinstance(value, list) or not value:
             raise self.error(key, f"expected a list with at least one entry, got {described(value)}")

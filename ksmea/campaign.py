@@ -1,0 +1,88 @@
+"""A campaign: several runs of one machine, such as one without and one with a trial weight, measured by the same probes.
+
+A measurement of a campaign has the speeds of its runs one after the other.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.arrays import Indices
+from ksmea.units import DEGREE, GRAM_MILLIMETRE
+
+OF_RUN = "@"  # between the name of an unknown and that of the run whose own it is
+
+
+def own_name(name: str, run: str) -> str:
+    """The unknown of one run: u@trial."""
+    return f"{name}{OF_RUN}{run}"
+
+
+def shared_name(name: str) -> str:
+    """The unknown of the machine that an unknown is, or is one run's own of.
+
+    >>> shared_name("u@trial"), shared_name("kxx")
+    ('u', 'kxx')
+    """
+    return name.partition(OF_RUN)[0]
+
+
+@dataclass(frozen=True)
+class Weight:
+    """A known unbalance (kg m) on the shaft at a position (m). Its angle (rad) counts from where those of the model's
+    unbalance do, towards the direction of rotation."""
+
+    position: float
+    magnitude: float
+    angle: float = 0.0
+
+    def __str__(self) -> str:
+        """For example '150 g mm at 0.2 m, 30°'."""
+        return f"{self.magnitude / GRAM_MILLIMETRE:g} g mm at {self.position:g} m, {self.angle / DEGREE:g}°"
+
+
+@dataclass(frozen=True)
+class Run:
+    """One run: how many speeds it has, and the known weights that the shaft carried. `direction` is a note: up, down,
+    steady or nothing."""
+
+    name: str
+    n_speed: int
+    weights: tuple[Weight, ...] = ()
+    direction: str = ""
+
+    def __str__(self) -> str:
+        """For example 'trial (45 speeds, up, 150 g mm at 0.2 m, 30°)'."""
+        parts = [f"{self.n_speed} speeds", self.direction, *map(str, self.weights)]
+        return f"{self.name} ({', '.join(part for part in parts if part)})"
+
+
+@dataclass(frozen=True)
+class Campaign:
+    """The runs in the order of their speeds, and the unknowns of which each run has its own; all others are shared."""
+
+    runs: tuple[Run, ...]
+    own: tuple[str, ...] = ()
+
+    def __str__(self) -> str:
+        return f"{len(self.runs)} runs of one machine: {', '.join(map(str, self.runs))}"
+
+    @property
+    def rows(self) -> tuple[slice, ...]:
+        """Where the speeds of each run lie."""
+        ends = np.cumsum([0, *(run.n_speed for run in self.runs)]).tolist()
+        return tuple(slice(start, stop) for start, stop in itertools.pairwise(ends))
+
+    def with_counts(self, counts: Sequence[int]) -> Campaign:
+        """The same runs with other numbers of speeds, which may be 0."""
+        runs = (dataclasses.replace(run, n_speed=int(count)) for run, count in zip(self.runs, counts, strict=True))
+        return dataclasses.replace(self, runs=tuple(runs))
+
+    def part(self, indices: Indices) -> Campaign:
+        """What is left of the runs at some of the speeds, by rising index."""
+        return self.with_counts([np.sum((indices >= rows.start) & (indices < rows.stop)) for rows in self.rows])

@@ -1,0 +1,189 @@
+"""Several measured runs of one machine: `measurement=campaign measurement.path=campaign.yaml`.
+
+    runs:
+      - {name: bare, file: bare.csv}
+      - {name: trial, file: trial.csv, weights: [{position: 0.2, g_mm: 150, angle_deg: 30}]}
+
+- `file`, a CSV file as `measurement=file` reads it, relative to the YAML file. Or one `file` beside `runs`, whose column
+  `run` has the names of the runs.
+- `weights`, the known unbalance that the shaft carried in this run besides its own: `position` from the left end (m), size
+  (g mm) and `angle_deg` (0 if not given), counted from where the model's unbalance phases are, towards the direction of
+  rotation. Where the model fixes the phase of its unbalance, angles are from there.
+- `direction` (up, down, steady), a note; `speeds: [from, to]`, those that are used (rpm).
+- `own: [names]` beside `runs`: unknowns of which each run has its own, called name@run. All others are shared: bearings,
+  unbalance and the origin of phases.
+- `noise: shared`: all runs have the same.
+
+All runs have the same channels, all of them phases or none, and all of them `sigma_um` or none. docs/campaigns.md says more.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property, partial
+from pathlib import Path
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.blocks import Block, inside
+from ksmea.campaign import Campaign, Run
+from ksmea.channel import Channel
+from ksmea.contracts import MeasurementSource, ProblemSettings
+from ksmea.errors import SettingError
+from ksmea.measurement import Layout, Measurement, Noise
+from ksmea.settings import setting
+from ksmea.strict_yaml import parse
+from ksmea.strict_yaml import read_bytes as read_yaml
+from measurements.campaign_document import Document, RunEntry, read_document
+from measurements.run_up import RunUp, run_up
+from measurements.run_up_rows import Rows, read_bytes, rows_of, rows_of_run, text_of
+
+
+@dataclass(frozen=True)
+class CampaignFile(MeasurementSource):
+    """Measured runs of one machine, with and without known weights, from a YAML file that names their CSV files."""
+
+    path: str = setting("", "the YAML file; docs/campaigns.md shows its keys")
+    incomplete: str = setting(
+        "refuse",
+        "what becomes of a speed that lacks a channel: an error, or the speed is left out",
+        choices=("refuse", "drop"),
+    )
+
+    def check(self) -> None:
+        if not self.path:
+            raise SettingError(
+                "path: expected the YAML file of a campaign, got none; give measurement.path=campaign.yaml"
+                " (docs/campaigns.md shows one)"
+            )
+        self._runs  # noqa: B018 – reading is checking
+
+    @property
+    def kind(self) -> str:
+        return "complex" if np.iscomplexobj(self._runs[0].values) else "amplitude"
+
+    @property
+    def noise(self) -> Noise | None:
+        """The noise as the files state it, datum by datum; None where they do not."""
+        sigma = [run.sigma for run in self._runs if run.sigma is not None]
+        return Noise(0.0, np.concatenate(sigma)) if sigma else None
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        """What was left out of the files, in words."""
+        names = [entry.name for entry in self._document.runs]
+        return tuple(f"run {name}: {remark}" for name, run in zip(names, self._runs) for remark in run.remarks)
+
+    def fingerprint(self) -> str:
+        """Hash of the content of all files: a changed one is another measurement."""
+        contents = hashlib.sha256(self._content)
+        for content in self._contents.values():
+            contents.update(hashlib.sha256(content).digest())
+        return contents.hexdigest()[:16]
+
+    def layout(self, settings: ProblemSettings) -> Layout:
+        """Speeds and channels of all runs; where they have phases, their origin is not known."""
+        first, file = self._runs[0], self._document.runs[0].file
+        return Layout(
+            np.concatenate([run.speed for run in self._runs]),
+            first.channels,
+            self.kind,
+            self.path,
+            phase_known=False,
+            locations=tuple(f"{file} line {line}" for line in first.first_lines),
+            campaign=self._campaign,
+        )
+
+    def read(self) -> Measurement:
+        """All runs, one after the other."""
+        return Measurement(
+            np.concatenate([run.speed for run in self._runs]),
+            self._runs[0].channels,
+            np.concatenate([run.values for run in self._runs]),
+            self.noise,
+            Path(self.path).name,
+            phase_known=False,
+            campaign=self._campaign,
+        )
+
+    @property
+    def _campaign(self) -> Campaign:
+        runs = (
+            Run(entry.name, len(run.speed), entry.weights, entry.direction)
+            for entry, run in zip(self._document.runs, self._runs)
+        )
+        return Campaign(tuple(runs), self._document.own)
+
+    @cached_property
+    def _content(self) -> bytes:
+        return read_yaml(self.path)
+
+    @cached_property
+    def _document(self) -> Document:
+        return read_document(Block.of_document(self.path, parse(self._content, self.path), "runs of one machine"))
+
+    @cached_property
+    def _contents(self) -> dict[str, bytes]:
+        """What each data file holds."""
+        return {
+            entry.file: inside(entry.block, "file", partial(read_bytes, entry.file)) for entry in self._document.runs
+        }
+
+    @cached_property
+    def _rows(self) -> dict[str, Rows]:
+        return {file: rows_of(text_of(content, file), file) for file, content in self._contents.items()}
+
+    @cached_property
+    def _runs(self) -> tuple[RunUp, ...]:
+        """The runs with the channels of the first, in its order."""
+        runs = [self._read(entry) for entry in self._document.runs]
+        return tuple(_alike(entry, run, runs[0]) for entry, run in zip(self._document.runs, runs))
+
+    def _read(self, entry: RunEntry) -> RunUp:
+        rows = self._rows[entry.file]
+        if self._document.is_one_file:
+            rows = inside(entry.block, "name", partial(rows_of_run, rows, entry.name, entry.file))
+        elif rows.run is not None:
+            raise entry.block.error("file", f"{entry.file}: expected one run, got a column run; give file beside runs")
+        drop = self.incomplete == "drop"
+        return inside(
+            entry.block, "", lambda: run_up(rows, entry.file, entry.speed_from, entry.speed_to, drop, least=1)
+        )
+
+
+def _alike(entry: RunEntry, run: RunUp, first: RunUp) -> RunUp:
+    """A run with its channels in the order of the first; `SettingError` where it has other ones, or is of another kind."""
+    if set(run.channels) != set(first.channels):
+        raise entry.block.error(
+            "file",
+            f"expected the channels of the first run ({_named(first.channels)}), got {_named(run.channels)}; leave out"
+            " what not all runs have",
+        )
+    for what, own, others in (
+        ("phases", np.iscomplexobj(run.values), np.iscomplexobj(first.values)),
+        ("sigma_um", run.sigma is not None, first.sigma is not None),
+    ):
+        if own != others:
+            raise entry.block.error("file", f"expected {what} in all runs or in none; add them, or leave them out")
+    order = [run.channels.index(channel) for channel in first.channels]
+    return _reordered(run, order)
+
+
+def _reordered(run: RunUp, order: Sequence[int]) -> RunUp:
+    values: Array | ComplexArray = run.values[:, order]
+    return RunUp(
+        run.speed,
+        tuple(run.channels[index] for index in order),
+        tuple(run.first_lines[index] for index in order),
+        values,
+        None if run.sigma is None else run.sigma[:, order],
+        run.time,
+        run.remarks,
+    )
+
+
+def _named(channels: Sequence[Channel]) -> str:
+    return ", ".join(map(str, channels))

@@ -1,0 +1,112 @@
+"""The YAML file of a campaign: its runs, where their data lie and which known weights the shaft carried.
+
+`measurements/campaign.py` says what the keys mean; each error names the place in the file.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+from ksmea.blocks import Block
+from ksmea.campaign import Weight
+from ksmea.units import DEGREE, GRAM_MILLIMETRE
+
+DIRECTIONS = ("up", "down", "steady")
+MAX_RUNS = 100
+MAX_ANGLE = 360.0  # degrees
+NAME = re.compile(r"[\w.-]+")  # of a run; an unknown of its own is called name@run
+
+
+@dataclass(frozen=True)
+class RunEntry:
+    """A run as the file describes it: speeds in rpm, None where all of its file are used."""
+
+    block: Block
+    name: str
+    file: str  # of its data, from the working directory
+    weights: tuple[Weight, ...]
+    direction: str
+    speed_from: float | None
+    speed_to: float | None
+
+
+@dataclass(frozen=True)
+class Document:
+    """A campaign as its file describes it; `is_one_file`: all runs are in one, told apart by its column `run`."""
+
+    runs: tuple[RunEntry, ...]
+    own: tuple[str, ...]
+    is_one_file: bool
+
+
+def read_document(block: Block) -> Document:
+    """The campaign that a file describes."""
+    is_one_file = "file" in block.values
+    block.check_keys(["runs"], ["file", "own", "noise"])
+    if "noise" in block.values and block.text("noise") != "shared":
+        raise block.error(
+            "noise", "expected shared, the same noise in all runs, which is all there is so far; leave it out"
+        )
+    blocks = block.blocks("runs")
+    if len(blocks) > MAX_RUNS:
+        raise block.error("runs", f"expected at most {MAX_RUNS}, got {len(blocks)}; leave some out")
+    runs = [_run(each, block if is_one_file else each, is_one_file) for each in blocks]
+    names = [run.name for run in runs]
+    for run in runs:
+        if names.count(run.name) > 1:
+            raise block.error(
+                "runs", f"expected each name once, got {run.name} {names.count(run.name)} times; rename one"
+            )
+    return Document(tuple(runs), _own(block), is_one_file)
+
+
+def _run(block: Block, of_file: Block, is_one_file: bool) -> RunEntry:
+    required = ["name"] if is_one_file else ["name", "file"]
+    block.check_keys(required, ["weights", "direction", "speeds"])
+    name = block.text("name")
+    if not NAME.fullmatch(name):
+        raise block.error("name", f"expected letters, digits, _ . and - alone, got {name!r}; rename the run")
+    weights = block.blocks("weights") if block.values.get("weights") else []
+    low, high = _speeds(block)
+    return RunEntry(
+        block,
+        name,
+        str(Path(block.file).parent / Path(of_file.text("file")).expanduser()),
+        tuple(map(_weight, weights)),
+        block.choice("direction", "direction", DIRECTIONS) if "direction" in block.values else "",
+        low,
+        high,
+    )
+
+
+def _weight(block: Block) -> Weight:
+    block.check_keys(["position", "g_mm"], ["angle_deg"])
+    angle = 0.0
+    if "angle_deg" in block.values:
+        angle = block.number("angle_deg", "deg", at_least=-MAX_ANGLE, at_most=MAX_ANGLE)
+    return Weight(
+        block.number("position", "m"), block.number("g_mm", "g mm", above=0) * GRAM_MILLIMETRE, angle * DEGREE
+    )
+
+
+def _speeds(block: Block) -> tuple[float | None, float | None]:
+    if "speeds" not in block.values:
+        return None, None
+    ends = block.entries("speeds")
+    if len(ends) != 2:
+        raise block.error("speeds", f"expected [from, to] in rpm, got {len(ends)} numbers")
+    pair = Block(block.file, block.path, {"speeds from": ends[0], "speeds to": ends[1]})
+    low = pair.number("speeds from", "rpm", at_least=0)
+    return low, pair.number("speeds to", "rpm", above=low)
+
+
+def _own(block: Block) -> tuple[str, ...]:
+    if not block.values.get("own"):
+        return ()
+    names = block.entries("own")
+    for name in names:
+        if not isinstance(name, str) or names.count(name) > 1:
+            raise block.error("own", f"expected names of unknowns, each once, got {name!r}")
+    return tuple(names)

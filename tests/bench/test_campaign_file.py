@@ -1,0 +1,160 @@
+"""Campaigns from files: what is read, what is refused in one line, and studies of them from the command line."""
+
+import dataclasses
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ksmea
+from campaigns import TRIAL, layout_of, measured, write
+from ksmea.errors import SettingError
+from measurements.campaign import CampaignFile
+from measurements.run_up_csv import as_csv
+from problems.three_disk import ThreeDisk
+
+ROOT = Path(__file__).resolve().parents[2]
+FINE = ThreeDisk(mesh=26).build()
+SPEEDS = [np.linspace(200, 1500, 20), np.linspace(300, 1400, 12)]
+LAYOUT = layout_of(FINE, SPEEDS, [("bare", ()), ("trial", (TRIAL,))])
+DATA = measured(FINE, LAYOUT)
+TWO_RUNS = """\
+runs:
+  - {name: bare, file: bare.csv}
+  - {name: trial, file: trial.csv, weights: [{position: 1.0, g_mm: 150, angle_deg: 60}]}
+"""
+
+
+@pytest.fixture
+def folder(tmp_path):
+    write(tmp_path, DATA)
+    return tmp_path
+
+
+def test_a_campaign_is_read_as_it_was_written(folder):
+    found = ksmea.read_measurement(folder / "campaign.yaml")
+    np.testing.assert_allclose(found.speed, DATA.speed, rtol=1e-9)
+    np.testing.assert_allclose(found.values, DATA.values, rtol=1e-7)  # eight digits in the file
+    assert found.rows == DATA.rows and not found.phase_known and found.noise is None
+    [weight] = found.campaign.runs[1].weights
+    np.testing.assert_allclose(dataclasses.astuple(weight), dataclasses.astuple(TRIAL), rtol=1e-6)
+
+
+def test_runs_may_stand_in_one_file(folder):
+    lines = {}
+    for name in ("bare", "trial"):
+        header, *lines[name] = (folder / f"{name}.csv").read_text().splitlines()
+    rows = [f"{line},{name}" for name, own in lines.items() for line in own]
+    (folder / "all.csv").write_text("\n".join([f"{header},run", *rows]))
+    text = TWO_RUNS.replace(", file: bare.csv", "").replace(", file: trial.csv", "")
+    (folder / "one.yaml").write_text("file: all.csv\n" + text)
+    one, two = (ksmea.read_measurement(folder / name) for name in ("one.yaml", "campaign.yaml"))
+    np.testing.assert_array_equal(one.values, two.values)
+    with pytest.raises(
+        SettingError, match=r"all.csv: expected the rows of one run, got a column run.*measurement=campaign"
+    ):
+        ksmea.read_measurement(folder / "all.csv")
+
+
+def test_channels_are_those_of_the_first_run_in_its_order(folder):
+    header, *rows = (folder / "trial.csv").read_text().splitlines()
+    (folder / "trial.csv").write_text("\n".join([header, *reversed(rows)]))
+    found = ksmea.read_measurement(folder / "campaign.yaml")
+    assert found.channels == DATA.channels
+    np.testing.assert_allclose(found.values, DATA.values, rtol=1e-7)
+
+
+def test_speeds_of_a_run_can_be_chosen(folder):
+    text = TWO_RUNS.replace("bare.csv}", "bare.csv, direction: down, speeds: [5000, 9000]}")
+    (folder / "some.yaml").write_text(text)
+    source = CampaignFile(str(folder / "some.yaml"))
+    bare, _ = source.read().campaign.runs
+    assert bare.direction == "down" and 0 < bare.n_speed < 20
+    assert any("run bare: " in remark and "left out" in remark for remark in source.remarks)
+
+
+def test_a_changed_run_is_another_measurement(folder):
+    before = CampaignFile(str(folder / "campaign.yaml")).fingerprint()
+    path = folder / "trial.csv"
+    path.write_text(path.read_text() + "# a remark\n")
+    assert CampaignFile(str(folder / "campaign.yaml")).fingerprint() != before
+
+
+def test_the_example_is_what_its_remarks_say(folder):
+    data = ksmea.read_measurement(ROOT / "docs/examples/campaign.yaml")
+    np.testing.assert_allclose(data.values, DATA.values, rtol=1e-7)
+    assert [len(run.weights) for run in data.campaign.runs] == [0, 1]
+
+
+WRONG = [  # what is written instead, and what the one line says
+    (("trial.csv", "trail.csv"), "runs[2].file: ", "trail.csv: expected a CSV file, found none"),
+    (("name: trial", "name: bare"), "runs: expected each name once, got bare 2 times"),
+    (("name: trial", "name: a b"), "runs[2].name: expected letters, digits, _ . and - alone, got 'a b'"),
+    (("angle_deg: 60", "angle_deg: 400"), "runs[2].weights[1].angle_deg: expected a number at least -360 and at most 360 (deg), got 400"),
+    (("angle_deg", "angle"), "runs[2].weights[1]: unknown key 'angle'; did you mean 'angle_deg'?"),
+    (("g_mm: 150", "g_mm: -1"), "runs[2].weights[1].g_mm: expected a number above 0 (g mm), got -1"),
+    (("g_mm: 150, ", ""), "runs[2].weights[1].g_mm: expected a value, got nothing"),
+    (("weights", "weight"), "runs[2]: unknown key 'weight'; did you mean 'weights'?"),
+    (("runs:", "nois: shared\nruns:"), "unknown key 'nois'; did you mean 'noise'?"),
+    (("runs:", "noise: own\nruns:"), "noise: expected shared, the same noise in all runs, which is all there is so far"),
+    (("bare.csv}", "bare.csv, direction: upwards}"), "runs[1].direction: unknown direction 'upwards'; did you mean 'up'?"),
+    (("bare.csv}", "bare.csv, speeds: [9000, 5000]}"), "runs[1].speeds to: expected a number above 9000 (rpm), got 5000"),
+    (("bare.csv}", "bare.csv, speeds: [1, 2]}"), "runs[1]: ", "expected speeds from 1 to 2 rpm"),
+    (("trial.csv", "other.csv"), "runs[2].file: expected the channels of the first run (x at 0.1 m, y at 0.1 m), got x at 0.1 m"),
+    (("trial.csv", "amplitudes.csv"), "runs[2].file: expected phases in all runs or in none"),
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("change, words", [(each[0], each[1:]) for each in WRONG])
+def test_a_wrong_campaign_is_one_clear_line(folder, change, words):
+    part = dataclasses.replace(DATA.part(np.arange(5)), campaign=None)
+    other = dataclasses.replace(part, channels=part.channels[:1], values=part.values[:, :1])
+    (folder / "other.csv").write_text(as_csv(other))
+    (folder / "amplitudes.csv").write_text(as_csv(dataclasses.replace(part, values=np.abs(part.values))))
+    assert change[0] in TWO_RUNS
+    (folder / "wrong.yaml").write_text(TWO_RUNS.replace(*change))
+    with pytest.raises(SettingError) as raised:
+        ksmea.read_measurement(folder / "wrong.yaml")
+    message = str(raised.value)
+    assert "\n" not in message and "wrong.yaml" in message
+    assert all(word in message for word in words), message
+
+
+@pytest.mark.parametrize(
+    "change, words",
+    [
+        (("position: 1.0", "position: 7"), "run trial, weight 150 g mm at 7 m, 60°: "),
+        (("g_mm: 150", "g_mm: 1.5e8"), "expected weights up to 500000 g mm, 1000 times the largest unbalance of the model"),
+        (("runs:", "own: [kxz]\nruns:"), "unknown in own: 'kxz'; did you mean 'kxx'?"),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_the_machine_is_refused_with_code_2(folder, enter, change, words):
+    (folder / "wrong.yaml").write_text(TWO_RUNS.replace(*change))
+    ended = enter("+experiment=identify", "measurement=campaign", "measurement.path=wrong.yaml")
+    assert ended.code == 2 and words in ended.err
+    assert len(ended.err.strip().splitlines()) == 1
+    assert not (folder / "results").exists()
+
+
+def test_identify_from_the_command_line(folder, enter):
+    words = ["+experiment=identify", "workers=1", "measurement=campaign", "measurement.path=campaign.yaml"]
+    ended = enter(*words, "study.level=0.999", output="results/identify_campaign")
+    assert ended.code == 0, ended.err
+    assert "2 runs of one machine: bare (20 speeds), trial (12 speeds, 150 g mm at 1 m, 60°)" in ended.out
+    table = ended.table("identify").set_index("parameter")
+    for name, value in (("kxx", 50), ("kyy", 70), ("u", 200)):
+        assert table.loc[name, "low"] < value < table.loc[name, "high"]  # 0.1 % of draws would not
+
+
+def test_diagnose_from_the_command_line(folder, enter):
+    words = ["+experiment=diagnose", "workers=1", "measurement=campaign", "measurement.path=campaign.yaml"]
+    ended = enter(*words, "study.effects=[runout,mass]", output="results/diagnose_campaign")
+    assert ended.code == 0, ended.err
+    assert "2 runs of one machine" in ended.out and "Verdict: adequate" in ended.out
+
+
+def test_a_weight_that_was_not_told_is_noticed(folder, enter):
+    """The runs differ by 75 % of the unbalance: no single model of the machine explains both."""
+    (folder / "untold.yaml").write_text(TWO_RUNS.replace(", weights: [{position: 1.0, g_mm: 150, angle_deg: 60}]", ""))
+    rotor, data = ksmea.load_problem("three_disk"), ksmea.read_measurement(folder / "untold.yaml")
+    assert ksmea.diagnose(rotor, data, effects=["none"], locate=False).verdict == "unknown"
