@@ -284,6 +284,9 @@ class Effect(Settings, Generic[Seen]):
     # Whether it is fitted from values all over its limits, not only from where the model without it fits: of effects
     # that move resonances, or hide them. Left out: yes.
     is_scanned: ClassVar[bool] = True
+    # Whether a diagnosis tries it only where it is asked for by name: of effects that cost far more than others, or that the
+    # data have to be known to allow. Left out: no.
+    on_request: ClassVar[bool] = False
 
     def locations(self, problem: Seen) -> Sequence[Self]:
         """This effect at each location of the problem where it may sit; empty where it cannot be. Left out: as it is."""

@@ -12,8 +12,8 @@ NO_EFFECT = "none"  # in place of names: an empty library
 
 
 def library(names: Sequence[str], without: Sequence[str]) -> tuple[dict[str, AnyEffect], Mapping[str, str]]:
-    """The effects that are asked for, by name – all that are registered if none is named, none if `NO_EFFECT` is – but for
-    those in `without`; and why others are left out, which none is that is asked for by name.
+    """The effects that are asked for, by name – all that are registered if none is named, but for those on request, and none
+    if `NO_EFFECT` is – but for those in `without`; and why others are left out, which none is that is asked for by name.
 
     Raises `SettingError` for a name that is not registered."""
     known = list(registry.registered("effect"))
@@ -26,4 +26,5 @@ def library(names: Sequence[str], without: Sequence[str]) -> tuple[dict[str, Any
             raise unknown("effect", name, [*known, NO_EFFECT])
     if names:
         return {name: registry.create("effect", name, {}) for name in names if name not in without}, {}
-    return registry.create_all("effect", [name for name in known if name not in without])
+    made, left_out = registry.create_all("effect", [name for name in known if name not in without])
+    return {name: effect for name, effect in made.items() if not effect.on_request}, left_out

@@ -49,6 +49,9 @@ class RunUpAcceleration(RotorEffect):
         "speed_dependent_stiffness": "both move a peak; a second run-up at another rate, a coast-down",
     }
 
+    # A machine has to be known to have swept, and each evaluation solves an eigenproblem.
+    on_request: ClassVar[bool] = True
+
     def __str__(self) -> str:
         return "whole rotor" if self.direction == "either" else self.direction
 

@@ -6,6 +6,7 @@ import pytest
 from ksmea import registry
 from ksmea.kind import Kind
 from ksmea.measurement import Measurement, Noise, observe
+from ksmea.studies.library import library
 from measurements.hidden_size import drawn_size
 from problems.three_disk import ThreeDisk
 
@@ -15,7 +16,8 @@ NOISE = Noise(0.07, 1e-7)
 
 
 def registered_effects(*without):
-    return {name: registry.create("effect", name, {}) for name in registry.registered("effect") if name not in without}
+    """Those of a diagnosis that asks for none by name."""
+    return library((), without)[0]
 
 
 @pytest.fixture(scope="session")
