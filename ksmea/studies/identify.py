@@ -88,7 +88,7 @@ def identification(
         raise SettingError(f"intervals: expected {' | '.join(INTERVALS)}, got {intervals!r}")
     if (details or unmodelled) and rng is None:
         raise SettingError(
-            "details, unmodelled: expected a generator for the simulations of their tests, got none; give rng"
+            f"{'details' if details else 'unmodelled'}: expected a generator for the simulations of its tests, got none; give rng"
         )
     beside = location_options(unmodelled, level)
     n_unknown, with_noise = len(problem.parameters), measurement.noise is None and intervals != "none"

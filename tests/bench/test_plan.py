@@ -29,6 +29,11 @@ OTHER_VALUES = {
     "measurement.sizes": {"measurement.hidden": ["mass"], "measurement.sizes": {"mass_change": 2.0}},
     "method.budget": {"method.budget": 1000},
     "study.target": {"study.target": "kyy"},
+    "study.unmodelled": {
+        "study.unmodelled": "auto",
+        "measurement.kind": "complex",
+        "problem.sensors": [0.1, 0.5],
+    },
 }
 WITHOUT_DEFAULTS = {  # nothing without a file
     ("problem", "rotor"),

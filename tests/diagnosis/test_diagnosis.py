@@ -14,6 +14,7 @@ from ksmea.diagnosis.trials import Candidate, candidates
 from ksmea.errors import SettingError
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.studies.diagnose import diagnosis
+from problems.effects.local_force import LocalForce
 from problems.effects.runout import Runout
 from problems.three_disk import ThreeDisk
 from tests.diagnosis.conftest import NOISE, TRUTH, registered_effects
@@ -185,7 +186,7 @@ def test_an_extended_problem_can_be_diagnosed_again(rotor, hide):
     measurement, located, _ = hide("runout", 1)
     extended = located.added_to(rotor)
     names = {candidate.name for candidate in candidates(extended, registered_effects())}
-    assert "runout" not in names and len(names) == 14
+    assert "runout" not in names and len(names) == 13
     assert diagnosed(extended, measurement, few("channel_gain", "unbalance", "runout")).verdict == "adequate"
 
 
@@ -211,9 +212,9 @@ def test_a_location_that_is_not_certain_is_said_to_be(rotor):
     assert found.locations == (tuple(near) if found.named else ())
 
 
-def test_nothing_to_fit_is_refused(rotor, hide):
+def test_effects_of_which_none_has_a_place_are_refused(rotor, hide):
     with pytest.raises(ValueError, match="expected effects"):
-        diagnose(rotor, hide(None, 0)[0], {}, np.random.default_rng(0))
+        diagnose(rotor, hide(None, 0)[0], {"local_force": LocalForce()}, np.random.default_rng(0))
 
 
 class Unfitting(Runout):
@@ -246,7 +247,7 @@ def test_an_effect_that_cannot_be_loaded_is_left_out_and_named(rotor, hide, tmp_
         with pytest.raises(SettingError, match="cannot be loaded"):
             _ = Diagnose(effects=["aaa_broken"]).parts
     registry.registered.cache_clear()
-    assert "runout" in made and n_part == len(made)
+    assert "runout" in made and n_part == sum(not effect.on_request for effect in made.values())
     assert list(left_out) == ["aaa_broken"]
     record = diagnosis(rotor, hide(None, 0)[0], few("runout"), np.random.default_rng(0), left_out=left_out)
     assert record.left_out["aaa_broken"].startswith(

@@ -73,6 +73,7 @@ class Constant:
     """A response that is its one unknown at every speed."""
 
     channels = (Channel(0.0, "x"),)
+    campaign = None
 
     def __init__(self, n_speed, *limits):
         self.speed = np.arange(1.0, n_speed + 1)
