@@ -114,7 +114,7 @@ def refuse(enter, monkeypatch):
     def work(job):
         raise AssertionError("bad input was worked on")
 
-    monkeypatch.setattr("bench.door.work", work)
+    monkeypatch.setattr("bench.run_experiment.work", work)
     return enter
 
 

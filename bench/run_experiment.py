@@ -1,0 +1,83 @@
+"""The words of an experiment on their way through Hydra: checked, composed, planned and done."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+import hydra
+from omegaconf import DictConfig
+
+from bench.command_line.config import register_schemas
+from bench.command_line.messages import USER_ERRORS, one_line
+from bench.command_line.offered import require_offered
+from bench.command_line.overrides import for_some_plugins, parse
+from bench.jobs.deal import job_of
+from bench.jobs.work import work
+from bench.storage.places import CONF
+from ksmea import registry
+from ksmea.errors import SettingError, unknown
+
+HYDRA_OPTIONS = (
+    "--multirun",
+    "-m",
+    "--cfg",
+    "-c",
+    "--info",
+    "-i",
+    "--config-dir",
+    "-cd",
+    "--package",
+    "-p",
+    "--resolve",
+    "--version",
+)
+
+
+def run_experiment(words: list[str]) -> int:
+    """Hand all words to Hydra, which plans, launches and collects through the plan sweeper; the exit code.
+
+    Raises `SettingError` for words that cannot be done.
+    """
+    try:
+        return _run(words)
+    except USER_ERRORS as error:
+        raise SettingError(one_line(error)) from error
+
+
+def _run(words: list[str]) -> int:
+    for word in words:
+        if word.startswith("-") and word.partition("=")[0] not in HYDRA_OPTIONS:
+            raise unknown("option", word, HYDRA_OPTIONS)
+    _check_names(words)
+    os.environ["HYDRA_FULL_ERROR"] = "1"  # errors come here as they are; this is the only place that prints them
+    register_schemas()
+    options = [word for word in words if word.startswith("-") or "=" not in word]  # argparse wants them side by side
+    settings = [word for word in words if word not in options]
+    if not any(word.startswith("-") for word in words):
+        settings = for_some_plugins(settings, registry.GROUPS)
+    sys.argv[1:] = [*options, *(f"+{word}" if word.startswith("experiment=") else word for word in settings)]
+    if not any(word.startswith("-") for word in words):
+        sys.argv.append("--multirun")  # conf/config.yaml says so too, but Hydra forgets it where composing fails
+    try:
+        _job()
+    except SystemExit as exit:
+        return int(exit.code or 0)
+    return 0
+
+
+def _check_names(words: list[str]) -> None:
+    """Every choice of a plugin is a name; Hydra itself fails on a number or null there, and merges a list. It knows no
+    setting of a plugin that has one which it cannot offer."""
+    for choice in parse([word for word in words if "=" in word and not word.startswith("-")]):
+        for name in choice.values:
+            if choice.key in registry.GROUPS and not isinstance(name, str):
+                raise unknown(choice.key, str(name), registry.registered(choice.key))
+            if choice.key in registry.GROUPS and name in registry.registered(choice.key):
+                require_offered(choice.key, name)
+
+
+@hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")
+def _job(config: DictConfig) -> None:
+    """One job: a share of the plan's runs."""
+    work(job_of(config))
