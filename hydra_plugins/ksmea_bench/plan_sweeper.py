@@ -15,7 +15,6 @@ from omegaconf import DictConfig, flag_override
 
 from bench.jobs.deal import dealt
 from bench.plan.experiment import Experiment
-from bench.reports.collect import collect, collect_all
 from bench.storage.locks import exclusive
 
 # A plain node: Hydra scans this file outside sys.modules, where a dataclass cannot resolve its annotations.
@@ -35,6 +34,8 @@ class PlanSweeper(Sweeper):
 
     def sweep(self, arguments: list[str]) -> Any:
         experiments = Experiment.compose_all(self.hydra_context.config_loader, self.config, arguments)
+        from bench.reports.collect import collect_all  # draws: what cannot be composed is refused before
+
         codes = [self._run(experiment) for experiment in experiments]
         if len(experiments) > 1:
             collect_all(Path(self.config.output), [experiment.output for experiment in experiments])
@@ -42,6 +43,8 @@ class PlanSweeper(Sweeper):
 
     def _run(self, experiment: Experiment) -> int:
         """Plan, launch and collect one experiment; its exit code."""
+        from bench.reports.collect import collect
+
         with exclusive(experiment.output / ".lock"):
             jobs = dealt(experiment)
             try:
