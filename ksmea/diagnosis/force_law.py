@@ -26,12 +26,13 @@ from ksmea.diagnosis.location import refitted
 from ksmea.diagnosis.recovered_force import own_noise
 from ksmea.diagnosis.unknown_force import SiteFit, SumOfSquares, Unmodelled
 from ksmea.differences import central_differences
-from ksmea.force_laws import LAWS, MOMENT_LAWS, Law, LawOfSpeed, NonlinearLaw, force_of
+from ksmea.force_laws import LAWS, MOMENT_LAWS, Law, LawOfSpeed, NonlinearLaw
 from ksmea.likelihood import Point
 from ksmea.load import FORCE, LOADS, MOMENT
 from ksmea.maximisation import maximise
 from ksmea.measurement import Noise
 from ksmea.smooth_force import smooth
+from ksmea.steady_motion import SiteMotion
 
 STEP = 1e-5  # of differences: of the unit cube, and of the scale of each coefficient
 SMALLEST = 1e-3  # of the largest coefficient in its unit: the scale of one that is next to nothing
@@ -124,7 +125,7 @@ class LawLikelihood(SumOfSquares):
         coefficients = theta[:, self.d :] * self.scale
         motion, per_force = response[:, :, n_channel:], columns[:, :, n_channel:]
         near = None if self.near is None else np.broadcast_to(self.near, motion.shape)
-        force = force_of(self.law, coefficients, self._seen.speed, motion, per_force, near)
+        force = self.law.steady(coefficients, SiteMotion(self._seen.speed, motion, per_force, near))
         return response[:, :, :n_channel] + (columns[:, :, :n_channel] @ force[..., None])[..., 0], force
 
 
