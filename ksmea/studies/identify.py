@@ -67,7 +67,7 @@ def identification(
     crlb: bool = True,
     details: bool = False,
     curves: bool = False,
-    unmodelled: str = "",
+    beside: LocationOptions | None = None,
     remarks: Sequence[str] = (),
     rng: np.random.Generator | None = None,
 ) -> IdentificationRecord:
@@ -78,19 +78,18 @@ def identification(
     cannot be computed the record says why. `crlb` adds Cramér–Rao bounds and correlations at the reported values.
     `details` adds what a report on one identification shows: the data in words with `remarks`, data and fit over speed,
     and a test of the fit by simulations. With it, and where data are few (`FEW_DATA`), intervals reach over all likely maxima
-    of the whole box. Both draw from `rng`. `curves` adds the amplitudes that figures compare. `unmodelled`, a position (m) or
-    `AUTO` for any, adds the unknowns beside a force there that the model lacks (`ksmea.studies.locate`): they stay true although
+    of the whole box. Both draw from `rng`. `curves` adds the amplitudes that figures compare. `beside`
+    (`location_options`) adds the unknowns beside a force that the model lacks (`ksmea.studies.locate`): they stay true although
     the model is wrong.
 
     Raises `SettingError` for settings that cannot be and for fewer data than unknowns, `ArithmeticError` where what was identified is not finite.
     """
     if intervals not in INTERVALS:
         raise SettingError(f"intervals: expected {' | '.join(INTERVALS)}, got {intervals!r}")
-    if (details or unmodelled) and rng is None:
+    if (details or beside) and rng is None:
         raise SettingError(
             f"{'details' if details else 'unmodelled'}: expected a generator for the simulations of its tests, got none; give rng"
         )
-    beside = location_options(unmodelled, level)
     n_unknown, with_noise = len(problem.parameters), measurement.noise is None and intervals != "none"
     require_enough(measurement.layout, n_unknown, with_noise=with_noise)
     testable = can_be_tested(measurement.layout, n_unknown, with_noise=with_noise)
