@@ -16,7 +16,7 @@ import numpy as np
 from ksmea.alignment import aligned
 from ksmea.arrays import Array
 from ksmea.contracts import Method, Problem
-from ksmea.cramer_rao import identifiability
+from ksmea.cramer_rao import Identifiability, identifiability
 from ksmea.diagnosis.fit_quality import fit_quality
 from ksmea.diagnosis.fitting import Fit, likely_maxima
 from ksmea.errors import LONGEST_NAME, SettingError, shortened
@@ -108,8 +108,9 @@ def identification(
             details=details,
             test=testable,
         )
-    if crlb and noise is not None and not noise.is_absent:
-        record = _with_crlb(record, problem, measurement, noise)
+    told = _told(problem, measurement, record.values, noise) if crlb else None
+    if told is not None:
+        record = _with_crlb(record, told)
     if details:
         x = record.values
         rejected = record.lack_of_fit is not None and record.lack_of_fit.rejected
@@ -120,7 +121,7 @@ def identification(
             record,
             data=_description(measurement, remarks, testable=testable),
             fit=fit_curves(problem, measurement, x, noise),
-            stability=stability_of(problem, x, noise, measurement.kind, noise_known=known, level=level),
+            stability=stability_of(problem, x, noise, measurement.kind, noise_known=known, level=level, told=told),
         )
     if beside is not None and rng is not None:
         record = dataclasses.replace(record, location=location(problem, measurement, rng, options=beside))
@@ -286,16 +287,18 @@ def _lack_of_fit(fit: Fit, rng: np.random.Generator) -> LackOfFit:
     return LackOfFit(float(tested.p), tested.worst_statistic, bool(tested.p < LACK_OF_FIT_LEVEL))
 
 
-def _with_crlb(
-    record: IdentificationRecord, problem: Problem, measurement: Measurement, noise: Noise
-) -> IdentificationRecord:
-    """The record with Cramér–Rao bounds and correlations at the reported values; None where they are infinite."""
+def _told(problem: Problem, measurement: Measurement, x: Array, noise: Noise | None) -> Identifiability | None:
+    """What data with this noise tell about the unknowns at x (d,) SI; None without noise, or where they have no response."""
+    if noise is None or noise.is_absent:
+        return None
     try:
-        told = identifiability(
-            problem, record.values, noise, measurement.kind, noise_known=measurement.noise is not None
-        )
+        return identifiability(problem, x, noise, measurement.kind, noise_known=measurement.noise is not None)
     except np.linalg.LinAlgError:
-        return record
+        return None
+
+
+def _with_crlb(record: IdentificationRecord, told: Identifiability) -> IdentificationRecord:
+    """The record with Cramér–Rao bounds and correlations at the reported values; None where they are infinite."""
     return dataclasses.replace(
         record,
         parameters=tuple(
