@@ -14,7 +14,7 @@ from bench.plan.setup import Setup
 from bench.plan.study import Study
 from ksmea.contracts import AnyEffect
 from ksmea.diagnosis.fitting import fit_from_values
-from ksmea.diagnosis.trials import candidates, candidates_and_left_out
+from ksmea.diagnosis.trials import candidates, candidates_and_left_out, none_located
 from ksmea.errors import SettingError
 from ksmea.measurement import Measurement
 from ksmea.records.diagnosis import DiagnosisRecord
@@ -57,9 +57,7 @@ class Diagnose(DiagnosisOptions, Study):
                 " made of a rotor, or other effects"
             )
         if effects and not found:
-            raise SettingError(
-                "study.effects: expected effects that this problem has a location for and does not have already, got none"
-            )
+            raise SettingError(f"study.effects: {none_located(effects)}")
         n_data = len(setup.problem.speed) * len(setup.problem.channels)
         least = 2 * len(setup.problem.parameters)
         if n_data < least:

@@ -32,7 +32,15 @@ from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_baseline, pol
 from ksmea.diagnosis.observability import Detectable, Split, best_split, collinearity, smallest_detectable
 from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
 from ksmea.diagnosis.stable_fits import settled_stable, stable_fit
-from ksmea.diagnosis.trials import Candidate, Trial, best_by_name, candidates_and_left_out, fitted, refined
+from ksmea.diagnosis.trials import (
+    Candidate,
+    Trial,
+    best_by_name,
+    candidates_and_left_out,
+    fitted,
+    none_located,
+    refined,
+)
 from ksmea.intervals import LOWER, Estimate
 from ksmea.maximisation import maximise, with_best_noise
 from ksmea.measurement import Measurement
@@ -92,7 +100,7 @@ def diagnose(
     half = level / 2
     found, left_out = candidates_and_left_out(problem, effects)
     if effects and not found:
-        raise ValueError("diagnosis: expected effects that the problem has a location for, got none")
+        raise ValueError(f"diagnosis: {none_located(effects)}")
     baseline = fit_baseline(problem, measurement, rng, effort)
     progress()
     baseline, quality, trials = _ranked_trials(baseline, found, half, rng, effort, progress)
