@@ -1,6 +1,7 @@
-"""What damaged files do: mutated rotors, extended problems, run-ups, plans and records, and how the program answers each.
+"""What damaged files do: mutated rotors, extended problems, run-ups, campaigns, plans and records, and how the program answers
+each.
 
-    python benchmarks/fuzz_files.py [rotor extended run_up plan records] [--trials 500] [--seed 0]
+    python benchmarks/fuzz_files.py [rotor extended run_up campaign campaign_runs plan records] [--trials 500] [--seed 0]
 
 A trial is one mutated file in a process of its own, with 25 s and 2 GB. A file may be fine or be refused in one line;
 everything else is counted, and the first of each kind is printed with the seed that makes it again (`--only SEED`).
@@ -38,15 +39,19 @@ from unittest.mock import patch
 
 from bench import door
 from bench.reports import summary
+from ksmea.alignment import aligned
 from ksmea.contracts import Problem
 from ksmea.errors import SettingError
+from measurements.campaign import CampaignFile
 from measurements.file import File
 from problems.extended_file import ExtendedFile
 from problems.rotor_file import RotorFile
+from problems.three_disk import ThreeDisk
 
 SECONDS, BYTES = 25, 2 * 2**30
 FAULTS = ("traceback", "hang", "memory", "control characters", "several lines", "died")
 EXAMPLES = Path(__file__).resolve().parents[1] / "docs" / "examples"
+CAMPAIGN, RUNS = "campaign.yaml", "two_runs.csv"
 SMALL = "+experiment=table3 optimizer.generations=5 optimizer.population=20 method.max_updates=2 samples=25,30"
 
 # fmt: off
@@ -185,10 +190,13 @@ def _mutate(data: Any, rng: random.Random) -> None:
         return
 
 
-def use_problem(settings: RotorFile | ExtendedFile) -> None:
-    """All that a program asks of a problem before it identifies it."""
-    problem: Problem = settings.build()
+def read_problem(settings: RotorFile | ExtendedFile) -> None:
     settings.reference(), settings.fingerprint()
+    use_problem(settings.build())
+
+
+def use_problem(problem: Problem) -> None:
+    """All that a program asks of a problem before it identifies it."""
     middle = (problem.parameters.lower + problem.parameters.upper) / 2
     problem.response(middle[None])
     if problem.has_sensitivity:
@@ -197,17 +205,37 @@ def use_problem(settings: RotorFile | ExtendedFile) -> None:
 
 def try_rotor(content: bytes, folder: Path) -> None:
     (folder / "rotor.yaml").write_bytes(content)
-    use_problem(RotorFile(file=str(folder / "rotor.yaml")))
+    read_problem(RotorFile(file=str(folder / "rotor.yaml")))
 
 
 def try_extended(content: bytes, folder: Path) -> None:
     (folder / "extended.yaml").write_bytes(content)
-    use_problem(ExtendedFile(file=str(folder / "extended.yaml")))
+    read_problem(ExtendedFile(file=str(folder / "extended.yaml")))
 
 
 def try_run_up(content: bytes, folder: Path) -> None:
     (folder / "run_up.csv").write_bytes(content)
     File(path=str(folder / "run_up.csv")).read()
+
+
+def try_campaign(content: bytes, folder: Path) -> None:
+    """The YAML file, beside the data that it names."""
+    (folder / RUNS).write_bytes((EXAMPLES / RUNS).read_bytes())
+    (folder / CAMPAIGN).write_bytes(content)
+    use_campaign(folder)
+
+
+def try_campaign_runs(content: bytes, folder: Path) -> None:
+    """The data, beside the YAML file that names them."""
+    (folder / RUNS).write_bytes(content)
+    (folder / CAMPAIGN).write_bytes((EXAMPLES / CAMPAIGN).read_bytes())
+    use_campaign(folder)
+
+
+def use_campaign(folder: Path) -> None:
+    source = CampaignFile(path=str(folder / CAMPAIGN), incomplete="drop")
+    source.remarks, source.fingerprint()
+    use_problem(aligned(ThreeDisk().build(), source.read()))
 
 
 def try_results(folder: Path) -> None:
@@ -243,6 +271,8 @@ KINDS = {
     "rotor": Kind("rotor.yaml", mutated_text, try_rotor),
     "extended": Kind("extended.yaml", mutated_text, try_extended),
     "run_up": Kind("run_up.csv", mutated_text, try_run_up),
+    "campaign": Kind(CAMPAIGN, mutated_text, try_campaign),
+    "campaign_runs": Kind(RUNS, mutated_text, try_campaign_runs),
     "plan": Kind("plan.jsonl", mutated_lines, try_plan),
     "records": Kind("records/batch-0000.jsonl", mutated_lines, try_records),
 }
@@ -251,7 +281,10 @@ KINDS = {
 def healthy(kind: str, folder: Path) -> bytes:
     """The healthy file; `folder` holds a small experiment (`SMALL`)."""
     file = Path(KINDS[kind].file)
-    content = (EXAMPLES / file if kind in ("rotor", "extended", "run_up") else folder / file).read_bytes()
+    example = EXAMPLES / file
+    content = (example if example.is_file() else folder / file).read_bytes()
+    if file.name == CAMPAIGN:  # what is optional stands in remarks
+        content = re.sub(rb"(?m)^( *)# (direction|speeds|own):", rb"\1\2:", content)
     if file.suffix == ".yaml":  # most of an example are remarks, whose mutations say nothing
         content = re.sub(rb"(?m)^ *#.*\n| +#.*$", b"", content)
     return content
@@ -317,7 +350,7 @@ def fuzz(kind: str, seeds: range, origin: Path, place: Path) -> dict[int, Outcom
 def report(kind: str, found: dict[int, Outcome], seconds: float) -> None:
     counts = Counter(outcome.kind for outcome in found.values())
     told = ", ".join(f"{counts[name]} {name}" for name in ("fine", "refused", *FAULTS) if counts[name])
-    print(f"{kind:8} {len(found):5d} files: {told} ({seconds:.0f} s)", flush=True)
+    print(f"{kind:13} {len(found):5d} files: {told} ({seconds:.0f} s)", flush=True)
     for fault in FAULTS:
         first = next(((seed, outcome) for seed, outcome in found.items() if outcome.kind == fault), None)
         if first is not None:

@@ -29,7 +29,7 @@ from ksmea.show.diagnosis import about_extension
 from ksmea.show.location import about_extension as about_law
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
 from ksmea.studies.identifiability import IdentifiabilityOptions, identifiability_study
-from ksmea.studies.identify import identification
+from ksmea.studies.identify import identification, location_options
 from ksmea.studies.library import library
 from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.plan import PlanOptions, planning_study
@@ -178,7 +178,7 @@ def identify(
         intervals=intervals,
         level=level,
         details=True,
-        unmodelled=str(unmodelled),
+        beside=location_options(str(unmodelled), level),
         rng=generator.spawn(1)[0],
     )
     return IdentificationResult(record)

@@ -22,7 +22,7 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import DIRECTIONS
 from ksmea.nonlinear_forces import ForceOfMotion, cubic_spring, rotating_asymmetry, rub, spring_above_an_amplitude
-from ksmea.steady_motion import steady_motion
+from ksmea.steady_motion import SiteMotion, steady_motion
 from ksmea.units import GRAM_MILLIMETRE, MICROMETRE
 
 FORWARD = np.array([1, -1j])
@@ -55,15 +55,11 @@ class Law(ABC):
         """What acts, (n, n_speed, 2) N, where the site moves by `motion` (n, n_speed, 2) m."""
 
     @abstractmethod
-    def steady(
-        self,
-        coefficients: Array,
-        speed: Array,
-        motion: ComplexArray,
-        per_force: ComplexArray,
-        near: ComplexArray | None = None,
-    ) -> ComplexArray:
-        """`force_of` this law."""
+    def steady(self, coefficients: Array, site: SiteMotion) -> ComplexArray:
+        """What acts, (n, n_speed, 2) N, with coefficients (n, n_coefficient) SI, in the steady motion that it is part of. Where
+        there are several, it is the one that `steady_motion` chooses.
+
+        Raises LinAlgError where there is none."""
 
 
 @dataclass(frozen=True)
@@ -79,15 +75,8 @@ class LawOfSpeed(Law):
     def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
         return np.asarray(np.einsum("nc,csk->nsk", coefficients, self.terms(speed)))
 
-    def steady(
-        self,
-        coefficients: Array,
-        speed: Array,
-        motion: ComplexArray,
-        per_force: ComplexArray,
-        near: ComplexArray | None = None,
-    ) -> ComplexArray:
-        return self.at_motion(coefficients, speed, motion)
+    def steady(self, coefficients: Array, site: SiteMotion) -> ComplexArray:
+        return self.at_motion(coefficients, site.speed, site.without_force)
 
 
 @dataclass(frozen=True)
@@ -99,17 +88,11 @@ class LinearLaw(Law):
     def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
         return np.asarray(-(self._stiffness(coefficients, speed) @ motion[..., None])[..., 0])
 
-    def steady(
-        self,
-        coefficients: Array,
-        speed: Array,
-        motion: ComplexArray,
-        per_force: ComplexArray,
-        near: ComplexArray | None = None,
-    ) -> ComplexArray:
-        stiffness = self._stiffness(coefficients, speed)
+    def steady(self, coefficients: Array, site: SiteMotion) -> ComplexArray:
+        stiffness = self._stiffness(coefficients, site.speed)
         unit = np.eye(len(DIRECTIONS))
-        return np.asarray(-np.linalg.solve(unit + stiffness @ per_force, stiffness @ motion[..., None])[..., 0])
+        motion = site.without_force[..., None]
+        return np.asarray(-np.linalg.solve(unit + stiffness @ site.per_force, stiffness @ motion)[..., 0])
 
     def _stiffness(self, coefficients: Array, speed: Array) -> ComplexArray:
         return np.asarray(np.einsum("nc,c...->n...", coefficients, self.terms(speed)))
@@ -129,16 +112,8 @@ class NonlinearLaw(Law):
     def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
         return self.of_motion(coefficients, motion).force
 
-    def steady(
-        self,
-        coefficients: Array,
-        speed: Array,
-        motion: ComplexArray,
-        per_force: ComplexArray,
-        near: ComplexArray | None = None,
-    ) -> ComplexArray:
-        moving = steady_motion(self.of_motion, coefficients, speed, motion, per_force, near)
-        return self.at_motion(coefficients, speed, moving)
+    def steady(self, coefficients: Array, site: SiteMotion) -> ComplexArray:
+        return self.of_motion(coefficients, steady_motion(self.of_motion, coefficients, site)).force
 
 
 def _rotating(power: int) -> OfSpeed:
@@ -202,20 +177,3 @@ MOMENT_LAWS = _by_key(
     ),
     LawOfSpeed("skew", "skewed disk, moment ∝ Ω²", _pair("M/Ω²", "kg m²", 1.0), _rotating(2)),
 )
-
-
-def force_of(
-    law: Law,
-    coefficients: Array,
-    speed: Array,
-    motion: ComplexArray,
-    per_force: ComplexArray,
-    near: ComplexArray | None = None,
-) -> ComplexArray:
-    """What acts, (n, n_speed, 2) N, with coefficients (n, n_coefficient) SI at speeds (n_speed,), where the site moves by
-    `motion` (n, n_speed, 2) m without it and by `per_force` (n, n_speed, 2, 2) m/N with each unit of it. A law that does not
-    follow the motion asks for neither. Where several motions are steady, `near` (n, n_speed, 2) says which is meant, else it is
-    the one that `steady_motion` chooses.
-
-    Raises LinAlgError where there is no steady motion."""
-    return law.steady(coefficients, speed, motion, per_force, near)

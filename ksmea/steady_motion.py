@@ -9,6 +9,7 @@ and turned motions.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from itertools import pairwise
 
 import numpy as np
@@ -26,20 +27,24 @@ PARTS = np.outer([1.0, 0.3, 0.1], np.exp(2j * np.pi * np.arange(6) / 6)).ravel()
 SHORTEST = 2.0**-12  # part of a Newton step
 
 
-def steady_motion(
-    force: ForceOfMotion,
-    coefficients: Array,
-    speed: Array,
-    motion: ComplexArray,
-    per_force: ComplexArray,
-    near: ComplexArray | None = None,
-) -> ComplexArray:
-    """q (n, n_speed, 2), m, of a force with coefficients (n, n_coefficient), at speeds (n_speed,), from Q (n, n_speed, 2), m,
-    and G (n, n_speed, 2, 2), m/N; `near` is a motion that Newton's method starts from in place of Q.
+@dataclass(frozen=True)
+class SiteMotion:
+    """How a site moves at speeds (n_speed,), rad/s: by Q (n, n_speed, 2), m, without a force on it, and by G
+    (n, n_speed, 2, 2), m/N, with each unit of that. `near` (n, n_speed, 2), m, is a motion that is known from elsewhere."""
+
+    speed: Array
+    without_force: ComplexArray
+    per_force: ComplexArray
+    near: ComplexArray | None = None
+
+
+def steady_motion(force: ForceOfMotion, coefficients: Array, site: SiteMotion) -> ComplexArray:
+    """q (n, n_speed, 2), m, under a force with coefficients (n, n_coefficient).
 
     Raises LinAlgError where no steady motion is found."""
-    found, is_found = _newton(force, coefficients, motion, per_force, motion if near is None else near)
-    rising = np.argsort(speed)
+    motion, per_force = site.without_force, site.per_force
+    found, is_found = _newton(force, coefficients, motion, per_force, motion if site.near is None else site.near)
+    rising = np.argsort(site.speed)
     for order in (rising, rising[::-1]):
         for last, index in pairwise(order):
             lacking = np.logical_not(is_found[:, index]) & is_found[:, last]

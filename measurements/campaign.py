@@ -32,7 +32,7 @@ from ksmea.blocks import Block, inside
 from ksmea.campaign import Campaign, Run
 from ksmea.channel import Channel
 from ksmea.contracts import MeasurementSource, ProblemSettings
-from ksmea.errors import SettingError
+from ksmea.errors import SettingError, shortened
 from ksmea.measurement import Layout, Measurement, Noise
 from ksmea.settings import setting
 from ksmea.strict_yaml import parse
@@ -75,7 +75,10 @@ class CampaignFile(MeasurementSource):
     def remarks(self) -> tuple[str, ...]:
         """What was left out of the files, in words."""
         names = [entry.name for entry in self._document.runs]
-        return tuple(f"run {name}: {remark}" for name, run in zip(names, self._runs) for remark in run.remarks)
+        of_runs = (f"run {name}: {remark}" for name, run in zip(names, self._runs) for remark in run.remarks)
+        others = dict.fromkeys(name for rows in self._rows.values() for name in rows.run or () if name not in names)
+        left_out = f"left out the rows of runs that are not named here: {shortened(', '.join(others))}"
+        return (*of_runs, *([left_out] if others else []))
 
     def fingerprint(self) -> str:
         """Hash of the content of all files: a changed one is another measurement."""

@@ -68,7 +68,7 @@ def _run(block: Block, of_file: Block, is_one_file: bool) -> RunEntry:
     name = block.text("name")
     if not NAME.fullmatch(name):
         raise block.error("name", f"expected letters, digits, _ . and - alone, got {name!r}; rename the run")
-    weights = block.blocks("weights") if block.values.get("weights") else []
+    weights = block.blocks("weights") if block.values.get("weights", []) != [] else []
     low, high = _speeds(block)
     return RunEntry(
         block,
@@ -103,7 +103,7 @@ def _speeds(block: Block) -> tuple[float | None, float | None]:
 
 
 def _own(block: Block) -> tuple[str, ...]:
-    if not block.values.get("own"):
+    if block.values.get("own", []) == []:
         return ()
     names = block.entries("own")
     for name in names:

@@ -260,11 +260,14 @@ def _within(parameter: Parameter, size: float) -> float:
 def _drawn_location(name: str, problem: Problem, rng: np.random.Generator) -> AnyEffect:
     """An effect at one of its locations, each as likely as any other."""
     try:
-        locations = registry.create("effect", name, {}).locations(problem)
+        effect = registry.create("effect", name, {})
+        locations = effect.locations(problem)
     except (SettingError, AttributeError) as error:
         raise SettingError(
             f"measurement.hidden: expected a problem that effects can be added to, got {type(problem).__name__} ({error})"
         ) from error
     if not locations:
-        raise SettingError(f"measurement.hidden: expected effects that have a location here, got {name}; leave it out")
+        raise SettingError(
+            f"measurement.hidden: expected effects that have a location here, got {name}; {effect.if_nowhere}"
+        )
     return locations[rng.integers(len(locations))]

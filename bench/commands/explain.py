@@ -8,7 +8,7 @@ from typing import Any
 
 from bench.commands.folders import folders
 from bench.jobs.lines import SCHEMA, Ended, SessionLine
-from bench.jobs.processors import processors
+from bench.jobs.processors import processor
 from bench.jobs.records import read_lines, read_records
 from bench.plan.outside import is_distribution, is_file
 from bench.plan.plan import PLAN_FILE, Plan, Run, read_plan
@@ -52,7 +52,7 @@ def _explanation(plan: Plan, run: Run, folder: Path) -> str:
     if last is None:
         lines += _why_stale(plan, run, folder) or ["missing: no attempt was made"]
     else:
-        done_on = processors(folder).get(run.key)
+        done_on = processor(last)
         lines.append(f"{last.status}{': ' + last.error if last.error else ''}{f' on {done_on}' if done_on else ''}")
         if last.traceback:
             lines.append(last.traceback.rstrip())

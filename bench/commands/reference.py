@@ -15,7 +15,7 @@ from typing import Any
 import pandas as pd
 
 from bench.jobs.lines import RESULTS
-from bench.jobs.processors import counted_processors, mixed_processors
+from bench.jobs.processors import counted_processors, mixed_processors, processors
 from bench.plan.plan import PLAN_FILE, Plan, plan_from_lines, plan_lines, read_plan
 from bench.plan.report import report_named
 from bench.storage.files import replace_file
@@ -30,9 +30,10 @@ def write_reference(output: Path, folder: Path = REFERENCE) -> list[Path]:
         raise SettingError(
             f"{output / PLAN_FILE}: expected results of committed code, got {plan.commit}; commit and run again"
         )
-    for processor in counted_processors(output, plan):  # one, or it is refused; the plan knows where it was planned
+    counts = counted_processors(processors(output), plan)
+    for processor in counts:  # one, or it is refused; the plan knows where it was planned
         plan = dataclasses.replace(plan, platform=processor)
-    if mixed := mixed_processors(output, plan):
+    if mixed := mixed_processors(counts):
         raise SettingError(
             f"{output}: expected results of one kind of processor, but {mixed}; choose another output=DIR"
         )

@@ -5,14 +5,23 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Mapping
 from pathlib import Path
+from typing import NamedTuple
 
 from bench.commands.folders import folders
 from bench.jobs.lines import RESULTS, UNREADABLE, RunLine, Started
-from bench.jobs.processors import mixed_processors
+from bench.jobs.processors import counted_processors, mixed_processors, processor
 from bench.jobs.records import read_records, running_sessions
 from bench.plan.plan import Plan, Run, key_of, read_plan
 from bench.plan.provenance import code_digest, library_versions, used_modules
 from ksmea.errors import SettingError, visible
+
+
+class _Told(NamedTuple):
+    """What records tell of a run."""
+
+    state: str
+    question: str
+    processor: str
 
 
 def status(words: list[str]) -> int:
@@ -24,12 +33,12 @@ def _status(output: Path) -> int:
     plan = read_plan(output)
     running = running_sessions(output)
 
-    def state_and_question(line: RunLine) -> tuple[str, str]:
+    def told(line: RunLine) -> _Told:
         is_running = isinstance(line, Started) and line.session in running
-        return "running" if is_running else line.status, line.question
+        return _Told("running" if is_running else line.status, line.question, processor(line))
 
-    records = read_records(output, state_and_question, plan)
-    answered = {question for state, question in records.values() if state in RESULTS}
+    records = read_records(output, told, plan)
+    answered = {each.question for each in records.values() if each.state in RESULTS}
     keys = _keys_now(plan)
     counts = Counter(_state(run, keys, records, answered) for run in plan.runs)
     n_done = sum(counts[state] for state in RESULTS)
@@ -43,7 +52,8 @@ def _status(output: Path) -> int:
         print(f"{label:>8} {count:6d}{'  (' + reasons + ')' if reasons else ''}")
     print(f"{'stale':>8} {counts['stale']:6d}{'  (answered by other code or libraries)' if counts['stale'] else ''}")
     print(f"{'missing':>8} {counts['missing']:6d}")
-    if mixed := mixed_processors(output, plan):
+    known = {key: each.processor for key, each in records.items()}
+    if mixed := mixed_processors(counted_processors(known, plan)):
         print(visible(f"note: {mixed}"))
     return 0 if n_done == len(plan.runs) else 1
 
@@ -61,9 +71,9 @@ def _keys_now(plan: Plan) -> dict[Run, str]:
     return {run: key_of(run.question, *codes[run.cell]) for run in plan.runs}
 
 
-def _state(run: Run, keys: Mapping[Run, str], records: Mapping[str, tuple[str, str]], answered: set[str]) -> str:
+def _state(run: Run, keys: Mapping[Run, str], records: Mapping[str, _Told], answered: set[str]) -> str:
     """A result is stale once its run has another key, by what was planned or by what is installed."""
-    state = records[run.key][0] if run.key in records else None
+    state = records[run.key].state if run.key in records else None
     if state in RESULTS:
         return state if keys[run] == run.key else "stale"
     return state or ("stale" if run.question in answered else "missing")

@@ -15,6 +15,7 @@ from __future__ import annotations
 import dataclasses
 import io
 import os
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -27,7 +28,7 @@ from tqdm import tqdm
 from bench.commands.reference import read_reference
 from bench.jobs.execute import execute
 from bench.jobs.lines import RESULTS
-from bench.jobs.pool import Limits, run_tasks
+from bench.jobs.pool import Limits, Task, run_tasks
 from bench.jobs.records import RecordWriter
 from bench.jobs.work import available_cores, own_modules
 from bench.plan.plan import Plan, all_runs, component_seeds
@@ -94,12 +95,9 @@ def _study_differences(plan: Plan, options: dict[str, Any], tolerance: float) ->
     asked = min(options["repetitions"] or repetitions, repetitions)
     plan = dataclasses.replace(plan, runs=all_runs(plan.cells, asked, plan.versions))
     tasks = [(run, (plan.cells[run.cell].settings, plan.seeds(run))) for run in plan.runs]
-    n_worker = min(options["workers"] or available_cores(), len(tasks))
     with TemporaryDirectory() as folder, RecordWriter(Path(folder), 0, plan) as writer:
-        with tqdm(total=len(tasks), desc=f"verify {name}", unit="run", disable=None) as bar:
-            for run, record in run_tasks(execute, tasks, n_worker, Limits(), lambda run: None, own_modules(plan)):
-                writer.result(run, record)
-                bar.update()
+        for run, record in _executed(plan, tasks, options["workers"]):
+            writer.result(run, record)
         made = report_named(plan.report.table).make(plan, Path(folder)).files
     runs = were[f"{name}.runs.csv"]
     compared = [(runs[runs["repetition"] < asked], pd.read_csv(io.BytesIO(made["runs.csv"])))]
@@ -144,13 +142,18 @@ def _recomputed(plan: Plan, reference: pd.DataFrame, workers: int | None) -> dic
         (row.key, (plan.cells[row.cell].settings, component_seeds(row.seed, row.repetition)))
         for row in reference.itertuples()
     ]
+    return {key: _identified(record) for key, record in _executed(plan, tasks, workers)}
+
+
+def _executed(
+    plan: Plan, tasks: Sequence[tuple[Task, tuple[Any, ...]]], workers: int | None
+) -> Iterator[tuple[Task, dict[str, Any]]]:
+    """Each task with the record of its run, in the order in which they end."""
     n_worker = min(workers or available_cores(), len(tasks))
     with tqdm(total=len(tasks), desc=f"verify {plan.name}", unit="run", disable=None) as bar:
-        found = {}
-        for key, record in run_tasks(execute, tasks, n_worker, Limits(), lambda key: None, own_modules(plan)):
-            found[key] = _identified(record)
+        for task, record in run_tasks(execute, tasks, n_worker, Limits(), lambda task: None, own_modules(plan)):
+            yield task, record
             bar.update()
-    return found
 
 
 def _run_differences(

@@ -50,7 +50,7 @@ class RunLine(msgspec.Struct, frozen=True, kw_only=True, tag_field="event"):
     traceback: str = ""
     elapsed: float | None = None  # s
     taken_from: str = ""  # the folder of another experiment, which did this run
-    platform: str = ""  # kind of processor that it was done on there
+    platform: str = ""  # kind of processor that it was done on
     raw: bytes = b""  # the line as it stands in its file
     body: Any = None  # its record, where it was read before
 
@@ -74,6 +74,10 @@ class RunLine(msgspec.Struct, frozen=True, kw_only=True, tag_field="event"):
             return msgspec.structs.replace(self, body=self.record(kind))
         except SettingError as error:
             return msgspec.structs.replace(self, status=UNREADABLE, error=str(error))
+
+    def computed_on(self, platform: str) -> RunLine:
+        """This line with the kind of processor that its session ran on, unless it was taken over and names its own."""
+        return self if self.platform else msgspec.structs.replace(self, platform=platform)
 
     def content(self) -> dict[str, Any]:
         """Status, error and the study's record as JSON data, without what identifies the line."""

@@ -4,34 +4,32 @@ do not, so that a sweep can be spread over or resumed on others."""
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 
-from bench.jobs.lines import SessionLine
-from bench.jobs.records import read_lines
+from bench.jobs.lines import RunLine
+from bench.jobs.records import read_records
 from bench.plan.plan import Plan
 
 
+def processor(line: RunLine) -> str:
+    """What a result was computed on (`bench.plan.provenance.platform_name`); empty where its record does not say so, and of
+    a run without a result."""
+    return line.platform if line.has_result else ""
+
+
 def processors(output: Path) -> dict[str, str]:
-    """What each result was computed on (`bench.plan.provenance.platform_name`), by key, where its record says so."""
-    sessions: dict[str, str] = {}
-    found: dict[str, str] = {}
-    for line in read_lines(output):
-        if isinstance(line, SessionLine):
-            sessions[line.session] = line.platform
-        elif line.has_result and (processor := line.platform or sessions.get(line.session)):
-            found.setdefault(line.key, processor)
-    return found
+    """What each result was computed on, by key."""
+    return read_records(output, processor)
 
 
-def counted_processors(output: Path, plan: Plan) -> Counter[str]:
-    """How many of the planned runs have a result that was computed on each."""
-    known = processors(output)
-    return Counter(known[key] for key in {run.key for run in plan.runs} if key in known)
+def counted_processors(known: Mapping[str, str], plan: Plan) -> Counter[str]:
+    """How many of the planned runs have a result that was computed on each, by what is known of their keys."""
+    return Counter(known[key] for key in {run.key for run in plan.runs} if known.get(key))
 
 
-def mixed_processors(output: Path, plan: Plan) -> str:
+def mixed_processors(counts: Counter[str]) -> str:
     """One line where the results of the planned runs were computed on several kinds of processors; else empty."""
-    counts = counted_processors(output, plan)
     if len(counts) < 2:
         return ""
     counted = ", ".join(f"{processor}: {count}" for processor, count in counts.most_common())

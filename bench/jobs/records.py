@@ -134,18 +134,24 @@ def read_records(
     output: Path, keep: Callable[[RunLine], Any] = lambda line: line, plan: Plan | None = None
 ) -> dict[str, Any]:
     """The last word on each key, as `keep` has it of the line: how the run ended, or that it was killed where it was
-    started and no more. A result is never replaced by a later failure.
+    started and no more. A result is never replaced by a later failure. The line's `platform` is that of its session, where it
+    names none of its own.
 
     With a plan, a result of one of its runs whose record its study cannot read is none, and is done again. `keep` picks what is
     needed while the file is read: a hundred thousand whole records would fill the memory.
     """
     kinds = {} if plan is None else record_kinds(plan)
     with_result: set[str] = set()
+    platforms: dict[str, str] = {}
     kept: dict[str, Any] = {}
     for line in read_lines(output):
-        if isinstance(line, SessionLine) or line.key in with_result:
+        if isinstance(line, SessionLine):
+            platforms[line.session] = line.platform
+            continue
+        if line.key in with_result:
             continue
         known = line.checked(kinds[line.key]) if line.has_result and line.key in kinds else line
+        known = known.computed_on(platforms.get(line.session, ""))
         if known.has_result:
             with_result.add(line.key)
         kept[line.key] = keep(known)

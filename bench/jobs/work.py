@@ -14,7 +14,6 @@ from bench.jobs.execute import execute
 from bench.jobs.lines import RESULTS, RunLine
 from bench.jobs.log import experiment_log
 from bench.jobs.pool import Limits, run_tasks
-from bench.jobs.processors import processors
 from bench.jobs.records import RecordWriter, finished_keys, read_records
 from bench.plan.plan import Plan, Run, read_plan
 from bench.plan.provenance import OURS, platform_name
@@ -96,10 +95,9 @@ def _take_over(todo: list[Run], share: tuple[Path, ...], writer: RecordWriter, p
         def wanted_line(line: RunLine) -> RunLine | None:
             return line if line.key in wanted and line.has_result else None
 
-        done_on = processors(folder)
         for key, line in read_records(folder, wanted_line, plan).items():
             if line is not None:
-                place = {"taken_from": str(folder), "platform": done_on.get(key, "")}
+                place = {"taken_from": str(folder), "platform": line.platform}
                 writer.result(wanted.pop(key), {**line.content(), **place})
     return list(wanted.values())
 

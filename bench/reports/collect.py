@@ -13,7 +13,7 @@ from pathlib import Path
 import pandas as pd
 
 from bench.jobs.lines import RESULTS
-from bench.jobs.processors import mixed_processors
+from bench.jobs.processors import counted_processors, mixed_processors, processors
 from bench.jobs.records import read_records
 from bench.plan.plan import Plan, read_plan
 from bench.plan.report import Drawing, report_named
@@ -60,7 +60,8 @@ def collect(output: Path, redraw: bool = True) -> int:
     print(visible_lines(made.text))
     there = sorted(path.name for pattern in ("*.csv", "*.png") for path in output.glob(pattern))
     counted = [_count_line(plan, made.runs)] if len(plan.runs) else []
-    counted += [f"note: {mixed}"] if (mixed := mixed_processors(output, plan)) else []
+    mixed = mixed_processors(counted_processors(processors(output), plan))
+    counted += [f"note: {mixed}"] if mixed else []
     print(visible_lines("\n" + "\n".join([*counted, f"in {output}: {', '.join(map(visible, there))}"])))
     return 0 if made.runs["status"].isin(RESULTS).all() else 1
 

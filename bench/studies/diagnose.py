@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import dataclasses
-import threading
 import time
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from tqdm import tqdm
-
 from bench.plan.draw import Draw
 from bench.plan.plan import generator
+from bench.plan.progress import progress_of
 from bench.plan.setup import Setup
 from bench.plan.study import Study
 from ksmea.contracts import AnyEffect
 from ksmea.diagnosis.fitting import fit_from_values
-from ksmea.diagnosis.trials import candidates, candidates_and_left_out
+from ksmea.diagnosis.trials import candidates, candidates_and_left_out, none_located
 from ksmea.errors import SettingError
 from ksmea.measurement import Measurement
 from ksmea.records.diagnosis import DiagnosisRecord
@@ -59,9 +57,7 @@ class Diagnose(DiagnosisOptions, Study):
                 " made of a rotor, or other effects"
             )
         if effects and not found:
-            raise SettingError(
-                "study.effects: expected effects that this problem has a location for and does not have already, got none"
-            )
+            raise SettingError(f"study.effects: {none_located(effects)}")
         n_data = len(setup.problem.speed) * len(setup.problem.channels)
         least = 2 * len(setup.problem.parameters)
         if n_data < least:
@@ -73,15 +69,9 @@ class Diagnose(DiagnosisOptions, Study):
         started = time.perf_counter()
         measurement = setup.measure(draw)
         effects, left_out = library(self.effects, self.without)
-        tqdm.set_lock(threading.RLock())  # a lock between processes would outlive this worker
         n_candidate = len(candidates(setup.problem, effects))
-        steps = 1 + 3 * n_candidate + self.blocks  # candidates are fitted, refined, and fitted as second effects
-        with tqdm(total=steps, desc="diagnosis", disable=None if draw.with_progress else True) as bar:
-
-            def progress() -> None:
-                bar.total = max(bar.total, bar.n + 1)
-                bar.update()
-
+        n_step = 1 + 3 * n_candidate + self.blocks  # candidates are fitted, refined, and fitted as second effects
+        with progress_of(draw, "diagnosis", n_step) as progress:
             found = diagnosis(
                 setup.problem,
                 measurement,
@@ -93,7 +83,6 @@ class Diagnose(DiagnosisOptions, Study):
                 details=not setup.truth,  # made data are not misread
                 progress=progress,
             )
-            bar.update(max(bar.total - bar.n, 0))
         found = dataclasses.replace(
             found,
             hidden=setup.hidden(draw),

@@ -25,6 +25,7 @@ from ksmea.records.record import Record
 from ksmea.settings import setting
 from ksmea.studies.enough_data import require_enough
 from ksmea.studies.identify import AUTO, INTERVALS, identification, location_options
+from ksmea.studies.locate import LocationOptions
 
 
 @dataclass(frozen=True)
@@ -59,6 +60,11 @@ class Identify(Study):
     record: ClassVar[type[Record]] = IdentificationRecord
     report: ClassVar[str] = "summary"
 
+    @property
+    def beside(self) -> LocationOptions | None:
+        """What `unmodelled` asks for."""
+        return location_options(self.unmodelled, self.level)
+
     def validate(self, setup: Setup) -> None:
         if self.basin and not setup.truth:
             raise SettingError(
@@ -66,7 +72,7 @@ class Identify(Study):
             )
         with_noise = self.intervals != "none" and not setup.source.noise_known
         require_enough(setup.source.layout(setup.settings), len(setup.problem.parameters), with_noise=with_noise)
-        if location_options(self.unmodelled, self.level) is not None:
+        if self.beside is not None:
             require_enough_to_locate(setup.problem, setup.source.kind)
         setup.method.validate(setup.problem)
 
@@ -83,7 +89,7 @@ class Identify(Study):
             crlb=self.details or not setup.truth,
             details=self.details,
             curves=draw.with_curves,
-            unmodelled=self.unmodelled,
+            beside=self.beside,
             remarks=setup.source.remarks,
             rng=generator(draw.seeds["diagnosis"]),
         )

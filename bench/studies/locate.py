@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import threading
 import time
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from tqdm import tqdm
-
 from bench.plan.draw import Draw
 from bench.plan.plan import generator
+from bench.plan.progress import progress_of
 from bench.plan.setup import Setup
 from bench.plan.study import Study
 from ksmea import registry
@@ -46,14 +44,13 @@ class Locate(LocationOptions, Study):
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
         started = time.perf_counter()
-        tqdm.set_lock(threading.RLock())  # a lock between processes would outlive this worker
-        with tqdm(desc="location", disable=None if draw.with_progress else True, unit=" steps") as bar:
+        with progress_of(draw, "location") as progress:
             found = location(
                 setup.problem,
                 setup.measure(draw),
                 generator(draw.seeds["diagnosis"]),
                 options=self,
-                progress=lambda: bar.update() and None,
+                progress=progress,
             )
         found = dataclasses.replace(found, hidden=setup.hidden(draw), seconds=time.perf_counter() - started)
         return {"status": "done", **found.to_data()}

@@ -32,14 +32,21 @@ from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_baseline, pol
 from ksmea.diagnosis.observability import Detectable, Split, best_split, collinearity, smallest_detectable
 from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
 from ksmea.diagnosis.stable_fits import settled_stable, stable_fit
-from ksmea.diagnosis.trials import Candidate, Trial, best_by_name, candidates_and_left_out, fitted, refined
-from ksmea.intervals import Estimate
+from ksmea.diagnosis.trials import (
+    Candidate,
+    Trial,
+    best_by_name,
+    candidates_and_left_out,
+    fitted,
+    none_located,
+    refined,
+)
+from ksmea.intervals import LOWER, Estimate
 from ksmea.maximisation import maximise, with_best_noise
 from ksmea.measurement import Measurement
 
 NEAR = 6.0  # ΔBIC within which effects cannot be told apart (Kass & Raftery 1995: strong evidence begins there)
 MAX_PAIRED = 3  # effects that a second one is fitted beside
-MOVED = 0.01  # deviance by which intervals must have found a higher maximum for a fit to move there
 MIN_OBSERVABLE = 0.5  # part of the effects that must be observable for a model to be called adequate
 
 
@@ -93,12 +100,12 @@ def diagnose(
     half = level / 2
     found, left_out = candidates_and_left_out(problem, effects)
     if effects and not found:
-        raise ValueError("diagnosis: expected effects that the problem has a location for, got none")
+        raise ValueError(f"diagnosis: {none_located(effects)}")
     baseline = fit_baseline(problem, measurement, rng, effort)
     progress()
     baseline, quality, trials = _ranked_trials(baseline, found, half, rng, effort, progress)
     baseline_fit, baseline_estimate = settled(baseline.best, interval_level)
-    if baseline_fit.deviance < baseline.best.deviance - MOVED:
+    if baseline_fit.deviance < baseline.best.deviance - LOWER:
         moved = BaselineFits(baseline_fit, (baseline.best, *baseline.others), baseline.screened)
         baseline, quality, trials = _ranked_trials(moved, found, half, rng, effort, progress)
         baseline_fit, baseline_estimate = settled(baseline.best, interval_level)
@@ -114,7 +121,7 @@ def diagnose(
     if explained is not None:
         best, best_estimate = settled_stable(explained.fit, interval_level)
         best_quality = explained.quality
-        if best.deviance < explained.fit.deviance - MOVED:
+        if best.deviance < explained.fit.deviance - LOWER:
             best_quality = fit_quality(best, rng)
     detectable = {
         name: (trial.location, tuple(smallest_detectable(baseline_fit, trial.candidate, half / len(found))))

@@ -26,12 +26,13 @@ from ksmea.diagnosis.location import refitted
 from ksmea.diagnosis.recovered_force import own_noise
 from ksmea.diagnosis.unknown_force import SiteFit, SumOfSquares, Unmodelled
 from ksmea.differences import central_differences
-from ksmea.force_laws import LAWS, MOMENT_LAWS, Law, LawOfSpeed, NonlinearLaw, force_of
+from ksmea.force_laws import LAWS, MOMENT_LAWS, Law, LawOfSpeed, NonlinearLaw
 from ksmea.likelihood import Point
 from ksmea.load import FORCE, LOADS, MOMENT
 from ksmea.maximisation import maximise
 from ksmea.measurement import Noise
 from ksmea.smooth_force import smooth
+from ksmea.steady_motion import SiteMotion
 
 STEP = 1e-5  # of differences: of the unit cube, and of the scale of each coefficient
 SMALLEST = 1e-3  # of the largest coefficient in its unit: the scale of one that is next to nothing
@@ -44,7 +45,7 @@ N_FIRST = 8  # sites of a force, and of a moment, at which laws are tried first
 N_NONLINEAR = 3  # of these at which each nonlinear one is
 N_KNOTS = (4, 6, 8, 12)  # of a smooth force
 N_SMOOTH = 2  # sites at which one is fitted
-LAWS_OF = {FORCE: LAWS, MOMENT: MOMENT_LAWS}
+LAWS_OF = {FORCE: tuple(LAWS.values()), MOMENT: tuple(MOMENT_LAWS.values())}
 
 
 @dataclass(frozen=True)
@@ -124,7 +125,7 @@ class LawLikelihood(SumOfSquares):
         coefficients = theta[:, self.d :] * self.scale
         motion, per_force = response[:, :, n_channel:], columns[:, :, n_channel:]
         near = None if self.near is None else np.broadcast_to(self.near, motion.shape)
-        force = force_of(self.law, coefficients, self._seen.speed, motion, per_force, near)
+        force = self.law.steady(coefficients, SiteMotion(self._seen.speed, motion, per_force, near))
         return response[:, :, :n_channel] + (columns[:, :, :n_channel] @ force[..., None])[..., 0], force
 
 
@@ -133,40 +134,66 @@ def fitted_laws(sites: Sequence[SiteFit], noise: Noise) -> list[LawFit]:
     is that of the location. The first sites of each kind are tried, then neighbours of the best fit until none is better: where
     many sites are accepted, the one of a law may leave no less than others."""
     first = [site for kind in LOADS for site in [each for each in sites if each.unmodelled.kind == kind][:N_FIRST]]
-    trials = sorted((trial for site in first for trial in _trials(site)), key=lambda trial: trial.bic)
+    trials = {site.unmodelled: _all_trials(site) for site in first}
+    fits = _all_fitted(_first_trials(trials.values()), noise)
+    seen: set[Unmodelled] = set()
+    while fits and fits[0].site.unmodelled not in seen:
+        best = fits[0]
+        seen.add(best.site.unmodelled)
+        beside = _beside(best.site.unmodelled, sites)
+        trials |= {site.unmodelled: _all_trials(site) for site in beside if site.unmodelled not in trials}
+        found = {(fit.site.unmodelled, fit.law.key) for fit in fits}
+        further = [
+            trial
+            for site in beside
+            for trial in _promising(trials[site.unmodelled], all_nonlinear=isinstance(best.law, NonlinearLaw))
+            if (site.unmodelled, trial.law.key) not in found
+        ]
+        fits = sorted([*fits, *_all_fitted(further, noise)], key=lambda fit: fit.bic)
+    return fits
+
+
+def _all_trials(site: SiteFit) -> list[LawTrial]:
+    return _trials(site, LAWS_OF[str(site.unmodelled.kind)])
+
+
+def _trials(site: SiteFit, laws: Sequence[Law]) -> list[LawTrial]:
+    return [LawTrial(site, law, starts) for law, starts in zip(laws, law_starts(site, laws))]
+
+
+def _first_trials(at_sites: Iterable[Sequence[LawTrial]]) -> list[LawTrial]:
+    """The laws that are worth a fit at the first sites, each nonlinear one where it comes nearest."""
     n_tried: Counter[str] = Counter()
     worth = []
-    for trial in trials:
+    for trial in sorted((trial for trials in at_sites for trial in _promising(trials)), key=lambda trial: trial.bic):
         n_tried[trial.law.key] += 1
         if n_tried[trial.law.key] <= N_NONLINEAR or not isinstance(trial.law, NonlinearLaw):
             worth.append(trial)
-    fits = _all_fitted(worth, noise)
-    seen: set[Unmodelled] = set()
-    while fits and fits[0].site.unmodelled not in seen:
-        seen.add(fits[0].site.unmodelled)
-        fits = sorted([*fits, *_all_fitted(_beside(fits, sites), noise)], key=lambda fit: fit.bic)
-    return fits
+    return worth
+
+
+def _promising(trials: Sequence[LawTrial], *, all_nonlinear: bool = False) -> list[LawTrial]:
+    """The laws that are worth a fit at a site: nonlinear ones that come near, or all where the best law is not linear."""
+    lowest = min(trial.bic for trial in trials if not isinstance(trial.law, NonlinearLaw))
+    return [
+        trial
+        for trial in trials
+        if all_nonlinear or not isinstance(trial.law, NonlinearLaw) or trial.bic < lowest + PROMISING
+    ]
+
+
+def _beside(place: Unmodelled, sites: Sequence[SiteFit]) -> list[SiteFit]:
+    """The site at a place and those next to it, of the same kind."""
+    of_kind = [site for site in sites if site.unmodelled.kind == place.kind]
+    along = sorted(of_kind, key=lambda site: site.unmodelled.position)
+    index = [site.unmodelled for site in along].index(place)
+    return along[max(index - 1, 0) : index + 2]
 
 
 def _all_fitted(trials: Iterable[LawTrial], noise: Noise) -> list[LawFit]:
     """The lowest BIC first; without those that have no steady motion."""
     fits = [_fitted(trial, noise) for trial in trials]
     return sorted((fit for fit in fits if fit is not None), key=lambda fit: fit.bic)
-
-
-def _beside(fits: Sequence[LawFit], sites: Sequence[SiteFit]) -> list[LawTrial]:
-    """What was not tried yet at the site of the best fit and at those next to it: all that is not linear where this is not."""
-    best = fits[0]
-    tried = {(fit.site.unmodelled, fit.law.key) for fit in fits}
-    of_kind = [site for site in sites if site.unmodelled.kind == best.site.unmodelled.kind]
-    along = sorted(of_kind, key=lambda site: site.unmodelled.position)
-    index = [site.unmodelled for site in along].index(best.site.unmodelled)
-    trials = [
-        trial
-        for site in along[max(index - 1, 0) : index + 2]
-        for trial in _trials(site, all_nonlinear=isinstance(best.law, NonlinearLaw))
-    ]
-    return [trial for trial in trials if (trial.site.unmodelled, trial.law.key) not in tried]
 
 
 def smooth_fits(sites: Sequence[SiteFit], noise: Noise) -> list[LawFit]:
@@ -176,26 +203,15 @@ def smooth_fits(sites: Sequence[SiteFit], noise: Noise) -> list[LawFit]:
     for site in [site for site in sites if site.unmodelled.kind == FORCE][:N_SMOOTH]:
         speed = site.likelihood.problem.speed
         counts = [n for n in N_KNOTS if 2 * n <= len(speed)]
-        tried = [fitted_law(site, smooth(np.quantile(speed, np.linspace(0, 1, n))), noise) for n in counts]
-        found += sorted((fit for fit in tried if fit is not None), key=lambda fit: fit.bic)[:1]
+        laws = [smooth(np.quantile(speed, np.linspace(0, 1, n))) for n in counts]
+        found += _all_fitted(_trials(site, laws), noise)[:1]
     return sorted(found, key=lambda fit: fit.bic)
 
 
 def fitted_law(site: SiteFit, law: Law, noise: Noise) -> LawFit | None:
     """A law at a site, from where it comes nearest to the free force; None where no fit has a steady motion."""
-    return _fitted(LawTrial(site, law, law_starts(site, [law])[law.key]), noise)
-
-
-def _trials(site: SiteFit, *, all_nonlinear: bool = False) -> list[LawTrial]:
-    """The laws that are worth a fit at a site: nonlinear ones that come near, or all."""
-    laws = LAWS_OF[str(site.unmodelled.kind)]
-    trials = [LawTrial(site, laws[key], starts) for key, starts in law_starts(site, laws.values()).items()]
-    lowest = min(trial.bic for trial in trials if not isinstance(trial.law, NonlinearLaw))
-    return [
-        trial
-        for trial in trials
-        if all_nonlinear or not isinstance(trial.law, NonlinearLaw) or trial.bic < lowest + PROMISING
-    ]
+    [trial] = _trials(site, [law])
+    return _fitted(trial, noise)
 
 
 def _fitted(trial: LawTrial, noise: Noise) -> LawFit | None:

@@ -30,10 +30,10 @@ class LawStart:
     bic: float
 
 
-def law_starts(site: SiteFit, laws: Iterable[Law]) -> dict[str, list[LawStart]]:
-    """Starts of each law at a site, by its key: of the fit there, and of the same with other values of what it does not show."""
+def law_starts(site: SiteFit, laws: Iterable[Law]) -> list[list[LawStart]]:
+    """Starts of each law at a site: of the fit there, and of the same with other values of what it does not show."""
     recovered = [(each, _recovered(each)) for each in (site, *_others(site))]
-    return {law.key: [_start(law, *each) for each in recovered] for law in laws}
+    return [[_start(law, *each) for each in recovered] for law in laws]
 
 
 def _others(site: SiteFit) -> list[SiteFit]:

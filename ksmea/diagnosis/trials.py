@@ -71,6 +71,12 @@ def candidates_and_left_out(
     return found, left_out
 
 
+def none_located(effects: Mapping[str, AnyEffect]) -> str:
+    """What to say of effects of which none has a location."""
+    advice = "; ".join(dict.fromkeys(effect.if_nowhere for effect in effects.values()))
+    return f"expected effects that this problem has a location for and does not have already, got {', '.join(effects)}; {advice}"
+
+
 def _located(name: str, effect: AnyEffect, problem: Problem) -> list[Candidate]:
     """One effect at every location, each tried by adding it to the problem."""
     known = set(problem.parameters.names)

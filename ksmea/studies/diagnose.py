@@ -133,7 +133,9 @@ def diagnosis(
     )
     record = diagnosis_record(found, measurement, options.interval_level)
     if options.locate and record.verdict in WRONG and not missing_to_locate(problem, measurement.kind):
-        where = location(problem, measurement, rng, options=options.location, progress=progress)
+        where = location(
+            problem, measurement, rng, options=options.location, baseline=found.baseline, progress=progress
+        )
         record = _with_location(record, where)
         remarks = (*remarks, *disagreements(found, where))
     if details and record.verdict != "located":  # where the data are explained they are not misread

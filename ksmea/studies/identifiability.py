@@ -104,7 +104,7 @@ def identifiability_study(
             for parameter, value, crlb in zip(problem.parameters, x, present.crlb)
         ),
         correlation=tuple(tuple(finite(entry) for entry in row) for row in present.correlation),
-        stability=stability_of(problem, x, noise, kind, noise_known=noise_known, level=options.level),
+        stability=stability_of(problem, x, noise, kind, noise_known=noise_known, level=options.level, told=present),
         worst_direction=Direction(tuple(present.worst_direction.tolist()), finite(present.worst_crlb)),
         variations=tuple(
             Variation(variation, value, tuple(finite(crlb) for crlb in identifiability_of(varied, x).crlb))

@@ -16,7 +16,7 @@ import numpy as np
 from ksmea.alignment import aligned
 from ksmea.arrays import Array
 from ksmea.contracts import Method, Problem
-from ksmea.cramer_rao import identifiability
+from ksmea.cramer_rao import Identifiability, identifiability
 from ksmea.diagnosis.fit_quality import fit_quality
 from ksmea.diagnosis.fitting import Fit, likely_maxima
 from ksmea.errors import LONGEST_NAME, SettingError, shortened
@@ -67,7 +67,7 @@ def identification(
     crlb: bool = True,
     details: bool = False,
     curves: bool = False,
-    unmodelled: str = "",
+    beside: LocationOptions | None = None,
     remarks: Sequence[str] = (),
     rng: np.random.Generator | None = None,
 ) -> IdentificationRecord:
@@ -78,19 +78,18 @@ def identification(
     cannot be computed the record says why. `crlb` adds Cramér–Rao bounds and correlations at the reported values.
     `details` adds what a report on one identification shows: the data in words with `remarks`, data and fit over speed,
     and a test of the fit by simulations. With it, and where data are few (`FEW_DATA`), intervals reach over all likely maxima
-    of the whole box. Both draw from `rng`. `curves` adds the amplitudes that figures compare. `unmodelled`, a position (m) or
-    `AUTO` for any, adds the unknowns beside a force there that the model lacks (`ksmea.studies.locate`): they stay true although
+    of the whole box. Both draw from `rng`. `curves` adds the amplitudes that figures compare. `beside`
+    (`location_options`) adds the unknowns beside a force that the model lacks (`ksmea.studies.locate`): they stay true although
     the model is wrong.
 
     Raises `SettingError` for settings that cannot be and for fewer data than unknowns, `ArithmeticError` where what was identified is not finite.
     """
     if intervals not in INTERVALS:
         raise SettingError(f"intervals: expected {' | '.join(INTERVALS)}, got {intervals!r}")
-    if (details or unmodelled) and rng is None:
+    if (details or beside) and rng is None:
         raise SettingError(
             f"{'details' if details else 'unmodelled'}: expected a generator for the simulations of its tests, got none; give rng"
         )
-    beside = location_options(unmodelled, level)
     n_unknown, with_noise = len(problem.parameters), measurement.noise is None and intervals != "none"
     require_enough(measurement.layout, n_unknown, with_noise=with_noise)
     testable = can_be_tested(measurement.layout, n_unknown, with_noise=with_noise)
@@ -109,8 +108,9 @@ def identification(
             details=details,
             test=testable,
         )
-    if crlb and noise is not None and not noise.is_absent:
-        record = _with_crlb(record, problem, measurement, noise)
+    told = _told(problem, measurement, record.values, noise) if crlb else None
+    if told is not None:
+        record = _with_crlb(record, told)
     if details:
         x = record.values
         rejected = record.lack_of_fit is not None and record.lack_of_fit.rejected
@@ -121,7 +121,7 @@ def identification(
             record,
             data=_description(measurement, remarks, testable=testable),
             fit=fit_curves(problem, measurement, x, noise),
-            stability=stability_of(problem, x, noise, measurement.kind, noise_known=known, level=level),
+            stability=stability_of(problem, x, noise, measurement.kind, noise_known=known, level=level, told=told),
         )
     if beside is not None and rng is not None:
         record = dataclasses.replace(record, location=location(problem, measurement, rng, options=beside))
@@ -287,16 +287,18 @@ def _lack_of_fit(fit: Fit, rng: np.random.Generator) -> LackOfFit:
     return LackOfFit(float(tested.p), tested.worst_statistic, bool(tested.p < LACK_OF_FIT_LEVEL))
 
 
-def _with_crlb(
-    record: IdentificationRecord, problem: Problem, measurement: Measurement, noise: Noise
-) -> IdentificationRecord:
-    """The record with Cramér–Rao bounds and correlations at the reported values; None where they are infinite."""
+def _told(problem: Problem, measurement: Measurement, x: Array, noise: Noise | None) -> Identifiability | None:
+    """What data with this noise tell about the unknowns at x (d,) SI; None without noise, or where they have no response."""
+    if noise is None or noise.is_absent:
+        return None
     try:
-        told = identifiability(
-            problem, record.values, noise, measurement.kind, noise_known=measurement.noise is not None
-        )
+        return identifiability(problem, x, noise, measurement.kind, noise_known=measurement.noise is not None)
     except np.linalg.LinAlgError:
-        return record
+        return None
+
+
+def _with_crlb(record: IdentificationRecord, told: Identifiability) -> IdentificationRecord:
+    """The record with Cramér–Rao bounds and correlations at the reported values; None where they are infinite."""
     return dataclasses.replace(
         record,
         parameters=tuple(

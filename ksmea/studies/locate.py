@@ -79,9 +79,11 @@ def location(
     rng: np.random.Generator,
     *,
     options: LocationOptions | None = None,
+    baseline: Fit | None = None,
     progress: Callable[[], None] = lambda: None,
 ) -> LocationRecord:
-    """At which sites an unknown force, moment or reading explains a measurement; `progress` is called at each step.
+    """At which sites an unknown force, moment or reading explains a measurement; `progress` is called at each step. `baseline`
+    is the fit of the model without any, where it is known already: what a law that holds adds is compared with it.
 
     Raises `SettingError` where problem and measurement are not aligned, or the data are too few to tell.
     """
@@ -97,11 +99,11 @@ def location(
         n_start=options.starts,
         progress=progress,
     )
-    return location_record(found, rng, options.interval_level, options.blocks)
+    return location_record(found, rng, options.interval_level, options.blocks, baseline)
 
 
 def location_record(
-    found: Location, rng: np.random.Generator, interval_level: float, n_block: int = 6
+    found: Location, rng: np.random.Generator, interval_level: float, n_block: int, baseline: Fit | None = None
 ) -> LocationRecord:
     """A location as plain data; values of unknowns in their units. The best site is that of the best law, where one holds,
     else the one that leaves least."""
@@ -111,7 +113,7 @@ def location_record(
     law = next((fit for fit in laws if fit.p >= found.level), None)
     best = None if law is None else law.site.unmodelled
     believed = sorted(believed, key=lambda fit: fit.unmodelled != best)  # those of no law stay in their order
-    extension, gain = (None, None) if law is None else _extended(law, found.plain, n_block)
+    extension, gain = (None, None) if law is None else _extended(law, found.plain, baseline, n_block)
     along = [*problem.sites, *problem.landmarks.values(), *(channel.position for channel in measurement.channels)]
     return LocationRecord(
         kind=NOTHING if found.is_plain_enough else (believed[0].unmodelled.kind or NONE) if believed else NONE,
@@ -243,20 +245,24 @@ def _amplitude_sd(fit: LawFit) -> tuple[tuple[float, ...], ...]:
     return tuple(_rounded(each) for each in sd.T)
 
 
-def _extended(law: LawFit, plain: SiteFit, n_block: int) -> tuple[ExtensionRecord | None, PredictiveGainRecord | None]:
-    """The model with a law as part of it, and its predictive gain; none where the problem does not take it – it is no rotor of
+def _extended(
+    law: LawFit, plain: SiteFit, baseline: Fit | None, n_block: int
+) -> tuple[ExtensionRecord | None, PredictiveGainRecord | None]:
+    """The model with a law as part of it, and its predictive gain over the baseline model; none where the problem does not take it – it is no rotor of
     this project, or has a force of this law already – or has no steady motion with it."""
     settings: dict[str, Any] = {"position": law.site.unmodelled.position, "law": law.law.key}
     if isinstance(law.law, SmoothForce):
         settings["knots"] = law.law.knots.tolist()
     problem = plain.likelihood.problem
-    before = fit_from_values(problem, problem.parameters.to_si(plain.point.theta), plain.likelihood.measurement)
+    if baseline is None:
+        x = problem.parameters.to_si(plain.point.theta)
+        baseline = fit_from_values(problem, x, plain.likelihood.measurement)
     extension = None
     with suppress(SettingError, np.linalg.LinAlgError):
         effect: AnyEffect = registry.create("effect", LOCAL_FORCE, settings)
-        fit = located_fit(effect.added_to(problem), law, plain, before)
+        fit = located_fit(effect.added_to(problem), law, plain, baseline)
         extension = _extension(EffectRecord(LOCAL_FORCE, str(effect), settings), fit)
-        gain = predictive_gain(before, fit, n_block, lambda: None)
+        gain = predictive_gain(baseline, fit, n_block, lambda: None)
         return extension, PredictiveGainRecord.of(gain.elpd, gain.rmse_before, gain.rmse_after)
     return extension, None
 

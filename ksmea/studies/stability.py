@@ -14,7 +14,7 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
-from ksmea.cramer_rao import identifiability
+from ksmea.cramer_rao import Identifiability, identifiability
 from ksmea.kind import Kind
 from ksmea.measurement import Noise
 from ksmea.records.record import finite
@@ -26,10 +26,17 @@ RANGE_INFORMATION = 12.0  # 1 / variance of a value drawn evenly from 0 to 1
 
 
 def stability_of(
-    problem: Problem, x: Array, noise: Noise | None, kind: Kind | str, *, noise_known: bool = True, level: float = 0.95
+    problem: Problem,
+    x: Array,
+    noise: Noise | None,
+    kind: Kind | str,
+    *,
+    noise_known: bool = True,
+    level: float = 0.95,
+    told: Identifiability | None = None,
 ) -> StabilityRecord | None:
     """The stability threshold at values x (d,) SI that data of a kind with this noise were fitted by; an interval only where
-    there is noise. None where the problem cannot tell."""
+    there is noise. None where the problem cannot tell. `told` is what such data tell about x, where it is known already."""
     if not problem.knows_stability:
         return None
     measured = float(np.max(problem.speed))
@@ -37,26 +44,25 @@ def stability_of(
     if noise is not None and not noise.is_absent:
         speed = scanned_speeds(SEARCHED * measured)
         rate = problem.growth_rate(x, speed)
-        reach = NormalDist().inv_cdf((1 + level) / 2) * _standard_deviation(
-            problem, x, speed, _information(problem, x, noise, kind, noise_known)
-        )
+        information = _information(problem, x, noise, kind, noise_known) if told is None else told.information
+        reach = NormalDist().inv_cdf((1 + level) / 2) * _standard_deviation(problem, x, speed, information)
         low, high = min(threshold, _onset(speed, rate + reach)), max(threshold, _onset(speed, rate - reach))
     return StabilityRecord(finite(threshold), finite(low), finite(high), level, measured, SEARCHED * measured)
 
 
 def _information(problem: Problem, x: Array, noise: Noise, kind: Kind | str, noise_known: bool) -> Array:
-    """Fisher information (d, d) in the unit cube; none where the response has no sensitivity."""
+    """Fisher information (d, d), 1/SI²; none where the response has no sensitivity."""
     try:
-        told = identifiability(problem, x, noise, str(kind), noise_known=noise_known)
+        return identifiability(problem, x, noise, str(kind), noise_known=noise_known).information
     except np.linalg.LinAlgError:
         return np.zeros((len(x), len(x)))
-    return told.information * np.outer(problem.parameters.width, problem.parameters.width)
 
 
 def _standard_deviation(problem: Problem, x: Array, speed: Array, information: Array) -> Array:
     """Of the growth rate at each speed, (n_speed,) 1/s."""
     parameters = problem.parameters
-    precision, directions = np.linalg.eigh(information + RANGE_INFORMATION * np.eye(len(x)))
+    in_cube = information * np.outer(parameters.width, parameters.width)
+    precision, directions = np.linalg.eigh(in_cube + RANGE_INFORMATION * np.eye(len(x)))
     u = parameters.to_cube(x)
     steps = (directions / np.sqrt(precision)).T
     ends = np.clip(u + np.stack([steps, -steps]), 0.0, 1.0)  # (2, d, d)

@@ -17,6 +17,7 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 
@@ -56,6 +57,8 @@ TYPED = {"/Ω²": "_per_speed2", "/Ω": "_per_speed", "Δk": "asymmetry", "k₃"
 @dataclass(frozen=True)
 class LocalForce(RotorEffect):
     """Something acts at one place, by a law whose cause is not named."""
+
+    if_nowhere: ClassVar[str] = "give its position, which takes a file (problem=extended problem.file=extended.yaml)"
 
     position: float | None = setting(None, "where it acts; has to be given", unit="m", at_least=0)
     law: str = setting("mass", "what it follows (docs/location.md)", choices=(*LAWS, *MOMENT_LAWS, SMOOTH))

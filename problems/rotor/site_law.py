@@ -15,8 +15,9 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import DIRECTIONS, Channel
 from ksmea.errors import SettingError
-from ksmea.force_laws import Law, NonlinearLaw, force_of
+from ksmea.force_laws import Law, NonlinearLaw
 from ksmea.load import FORCE, Load
+from ksmea.steady_motion import SiteMotion
 from problems.rotor.data import Rotor
 from problems.rotor.loads import unit_loads
 
@@ -50,16 +51,12 @@ class SiteLaw:
 
     def at_rest(self, coefficients: Array, speed: Array) -> ComplexArray:
         """The force (n_speed, 2), N, with coefficients (1, n_coefficient), on a site that does not move."""
-        return self._at(np.zeros((1, len(speed), 2), dtype=complex), coefficients, speed)
+        return self.law.at_motion(coefficients, speed, np.zeros((1, len(speed), 2), dtype=complex))[0]
 
     def stiffness(self, coefficients: Array, speed: Array) -> ComplexArray:
         """K (n_speed, 2, 2), N/m, of a linear law that follows the motion: f = −K q."""
         unit = np.broadcast_to(np.eye(2, dtype=complex)[:, None, None], (2, 1, len(speed), 2))
-        return -np.stack([self._at(motion, coefficients, speed) for motion in unit], axis=-1)
-
-    def _at(self, motion: ComplexArray, coefficients: Array, speed: Array) -> ComplexArray:
-        """The force at a motion that it does not change."""
-        return force_of(self.law, coefficients, speed, motion, np.zeros((1, len(speed), 2, 2), dtype=complex))[0]
+        return -np.stack([self.law.at_motion(coefficients, speed, motion)[0] for motion in unit], axis=-1)
 
 
 Force = tuple[SiteLaw, Array]  # with its coefficients (n, n_coefficient) SI
@@ -82,7 +79,7 @@ def with_forces(columns: ComplexArray, forces: Sequence[Force], seen: Sequence[C
             )
         for index in range(columns.shape[-1] if site.law.follows_motion else 1):
             column = columns[..., index]
-            force = force_of(site.law, coefficients, speed, column[:, :, rows], per_force[:, :, rows])
+            force = site.law.steady(coefficients, SiteMotion(speed, column[:, :, rows], per_force[:, :, rows]))
             columns[..., index] = column + (per_force @ force[..., None])[..., 0]
     return columns
 

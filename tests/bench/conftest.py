@@ -14,10 +14,6 @@ from hydra.core.global_hydra import GlobalHydra
 from bench import door
 from bench.plan.plan import Cell, ParameterFacts, Plan, ReportSettings, all_runs
 
-# As bench/__main__.py does for its workers, so that those of this process compute the same to the last digit.
-for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
-    os.environ.setdefault(variable, "1")
-
 
 @dataclass(frozen=True)
 class Ended:

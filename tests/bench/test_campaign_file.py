@@ -50,6 +50,11 @@ def test_runs_may_stand_in_one_file(folder):
     (folder / "one.yaml").write_text("file: all.csv\n" + text)
     one, two = (ksmea.read_measurement(folder / name) for name in ("one.yaml", "campaign.yaml"))
     np.testing.assert_array_equal(one.values, two.values)
+    assert CampaignFile(path=str(folder / "one.yaml")).remarks == ()
+    (folder / "all.csv").write_text("\n".join([f"{header},run", *rows, rows[-1].replace(",trial", ",trail")]))
+    left_out = "left out the rows of runs that are not named here: trail"
+    assert CampaignFile(path=str(folder / "one.yaml")).remarks == (left_out,)
+    (folder / "all.csv").write_text("\n".join([f"{header},run", *rows]))
     with pytest.raises(
         SettingError, match=r"all.csv: expected the rows of one run, got a column run.*measurement=campaign"
     ):
@@ -94,6 +99,8 @@ WRONG = [  # what is written instead, and what the one line says
     (("angle_deg", "angle"), "runs[2].weights[1]: unknown key 'angle'; did you mean 'angle_deg'?"),
     (("g_mm: 150", "g_mm: -1"), "runs[2].weights[1].g_mm: expected a number above 0 (g mm), got -1"),
     (("g_mm: 150, ", ""), "runs[2].weights[1].g_mm: expected a value, got nothing"),
+    (("weights: [{position: 1.0, g_mm: 150, angle_deg: 60}]", "weights: "), "runs[2].weights: expected a list with at least one entry, got nothing"),
+    (("runs:", "own: no\nruns:"), "own: expected a list with at least one entry, got 'no'"),
     (("weights", "weight"), "runs[2]: unknown key 'weight'; did you mean 'weights'?"),
     (("runs:", "nois: shared\nruns:"), "unknown key 'nois'; did you mean 'noise'?"),
     (("runs:", "noise: own\nruns:"), "noise: expected shared, the same noise in all runs, which is all there is so far"),

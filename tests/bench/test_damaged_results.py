@@ -54,7 +54,7 @@ def change_record(folder, change):
     return line["key"]
 
 
-@pytest.mark.parametrize("kind", ["rotor", "extended", "run_up", "plan", "records"])
+@pytest.mark.parametrize("kind", ["rotor", "extended", "run_up", "campaign", "campaign_runs", "plan", "records"])
 def test_damaged_files_are_read_or_refused_in_one_visible_line(kind, fuzzer, folder, monkeypatch):
     monkeypatch.setattr(fuzzer.summary, "summary_figure", lambda *arguments: b"")
     monkeypatch.setattr("bench.reports.summary._figures", lambda *arguments: {})

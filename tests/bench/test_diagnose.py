@@ -152,6 +152,8 @@ def test_many_runs_are_counted(enter):
         (["measurement.kind=complex"], "expected noise, without which any difference is a misfit"),
         (["measurement.relative=0.1", "study.effects=[runuot]"], "did you mean 'runout'?"),
         (["measurement.relative=0.1", "measurement.hidden=[mas]"], "did you mean 'mass'?"),
+        (["measurement.relative=0.1", "study.effects=[local_force]"], "got local_force; give its position"),
+        (["measurement.relative=0.1", "measurement.hidden=[local_force]"], "got local_force; give its position"),
         (["measurement.relative=0.1", "problem.n_speed=3"], "expected at least 10 data, twice the unknowns, got 6"),
         (["measurement=file", "measurement.path=nothing.csv"], "nothing.csv: expected a CSV file, found none"),
     ],

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 
 from ksmea.differences import central_differences
-from ksmea.force_laws import LAWS, NonlinearLaw, force_of
+from ksmea.force_laws import LAWS, NonlinearLaw
 from ksmea.nonlinear_forces import OF_CONJUGATE
+from ksmea.steady_motion import SiteMotion
 
 RNG = np.random.default_rng(4)
 MOTION = 1e-4 * (RNG.standard_normal((3, 5, 2)) + 1j * RNG.standard_normal((3, 5, 2)))
@@ -98,7 +99,7 @@ def test_what_acts_goes_with_the_motion_that_it_makes(key):
     coefficients = np.tile(sizes, (3, 1))
     per_force = 2e-8 * (RNG.standard_normal((3, 5, 2, 2)) + 1j * RNG.standard_normal((3, 5, 2, 2)))
     per_force = per_force + np.eye(2) * 1e-7
-    force = force_of(law, coefficients, SPEED, MOTION, per_force)
+    force = law.steady(coefficients, SiteMotion(SPEED, MOTION, per_force))
     moved = MOTION + (per_force @ force[..., None])[..., 0]
     np.testing.assert_allclose(law.at_motion(coefficients, SPEED, moved), force, rtol=1e-6, atol=1e-6)
 
@@ -106,14 +107,14 @@ def test_what_acts_goes_with_the_motion_that_it_makes(key):
 def test_one_that_is_linear_in_the_motion_is_solved_exactly():
     """A stop without clearance is a spring."""
     per_force = np.broadcast_to(np.eye(2) * (1e-7 - 2e-8j), (3, 5, 2, 2))
-    spring = force_of(LAWS["spring"], np.full((3, 2), 4e6), SPEED, MOTION, per_force)
-    stop = force_of(LAWS["spring_above_an_amplitude"], np.tile([4e6, 0.0], (3, 1)), SPEED, MOTION, per_force)
+    spring = LAWS["spring"].steady(np.full((3, 2), 4e6), SiteMotion(SPEED, MOTION, per_force))
+    stop = LAWS["spring_above_an_amplitude"].steady(np.tile([4e6, 0.0], (3, 1)), SiteMotion(SPEED, MOTION, per_force))
     np.testing.assert_allclose(stop, spring, rtol=1e-9)
 
 
 def test_nothing_acts_inside_of_the_clearance():
     per_force = np.broadcast_to(np.eye(2, dtype=complex) * 1e-7, (3, 5, 2, 2))
-    force = force_of(LAWS["rub"], np.tile([4e6, 1e-2, 0.3], (3, 1)), SPEED, MOTION, per_force)
+    force = LAWS["rub"].steady(np.tile([4e6, 1e-2, 0.3], (3, 1)), SiteMotion(SPEED, MOTION, per_force))
     assert np.all(force == 0)
 
 
@@ -122,10 +123,10 @@ def test_where_no_motion_is_steady_it_says_so():
     amplitude a leaves a (1 − N(a)), with the describing function N of a dead zone δ: less than 4 δ/π for any a."""
     per_force = np.broadcast_to(np.eye(2, dtype=complex) / 2**23, (3, 5, 2, 2))
     with pytest.raises(np.linalg.LinAlgError):
-        force_of(LAWS["spring"], np.full((3, 2), -(2.0**23)), SPEED, MOTION, per_force)
+        LAWS["spring"].steady(np.full((3, 2), -(2.0**23)), SiteMotion(SPEED, MOTION, per_force))
     line, along = np.tile([1e-4, 0j], (3, 5, 1)), per_force * np.diag([1, 0])
     with pytest.raises(np.linalg.LinAlgError, match="no steady motion"):
-        force_of(LAWS["spring_above_an_amplitude"], np.tile([-(2.0**23), 3e-5], (3, 1)), SPEED, line, along)
+        LAWS["spring_above_an_amplitude"].steady(np.tile([-(2.0**23), 3e-5], (3, 1)), SiteMotion(SPEED, line, along))
 
 
 def test_every_nonlinear_law_is_tested_here():

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ksmea.nonlinear_forces import cubic_spring
-from ksmea.steady_motion import steady_motion
+from ksmea.steady_motion import SiteMotion, steady_motion
 
 MASS, DAMPING, STIFFNESS, CUBIC, FORCE = 1.0, 0.02, 1.0, 1.0, 0.1
 SPEED = np.linspace(0.6, 2.0, 57)
@@ -20,7 +20,7 @@ def squared_amplitudes(speed, cubic):
 def moved(cubic, speed=SPEED, near=None):
     per_force = (1 / (STIFFNESS - MASS * speed**2 + 1j * DAMPING * speed))[None, :, None, None] * np.eye(2)
     alone = per_force @ (FORCE * np.array([1, -1j]))
-    return steady_motion(cubic_spring, np.array([[cubic]]), speed, alone, per_force, near)[0]
+    return steady_motion(cubic_spring, np.array([[cubic]]), SiteMotion(speed, alone, per_force, near))[0]
 
 
 @pytest.mark.parametrize("cubic", [CUBIC, -0.02])  # hardening, and softening, where the curve leans the other way
