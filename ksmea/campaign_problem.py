@@ -6,7 +6,7 @@ All unknowns are shared but those of which the campaign says that each run has i
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -20,6 +20,7 @@ from ksmea.errors import SettingError, unknown
 from ksmea.load import Load
 from ksmea.modes import Campbell, Mode
 from ksmea.parameters import PHASE_ORIGIN, Parameters
+from ksmea.proxy import ProblemProxy
 from ksmea.units import GRAM_MILLIMETRE
 
 LARGEST_WEIGHT = 1000.0  # times the largest unbalance that the model may have; more is a slip or another unit
@@ -54,28 +55,38 @@ def _check_weights(machine: Problem, run: Run) -> None:
 
 
 @dataclass(frozen=True, eq=False)
-class CampaignProblem(Problem):
+class CampaignProblem(ProblemProxy):
     """`base` is the machine at the speeds of all runs, without their weights: effects and texts are of it."""
 
     base: Problem
-    campaign: Campaign
+    seen_in: Campaign
+
+    @property
+    def behind(self) -> Problem:
+        return self.base
+
+    def around(self, behind: Problem) -> CampaignProblem:
+        return dataclasses.replace(self, base=behind)
+
+    @property
+    def machine(self) -> Problem:
+        return self.base
+
+    def changed(self, change: Callable[[Problem], Problem]) -> CampaignProblem:
+        return self.around(change(self.base))
+
+    @property
+    def campaign(self) -> Campaign:
+        return self.seen_in
 
     @cached_property
     def parameters(self) -> Parameters:
         items = []
         for item in self.base.parameters:
-            own = [own_name(item.name, run.name) for run in self.campaign.runs]
+            own = [own_name(item.name, run.name) for run in self.seen_in.runs]
             names = own if self._is_own(item.name) else [item.name]
             items += [dataclasses.replace(item, name=name) for name in names]
         return Parameters(tuple(items))
-
-    @property
-    def speed(self) -> Array:
-        return self.base.speed
-
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        return self.base.channels
 
     def response(self, x: Array) -> ComplexArray:
         """(n, d) SI → (n, n_speed, n_channel), m."""
@@ -96,8 +107,8 @@ class CampaignProblem(Problem):
 
     def at(self, speed: Array, channels: Sequence[Channel]) -> CampaignProblem:
         """As a further run without weights would see it; where runs have unknowns of their own, with those of the first."""
-        runs = [dataclasses.replace(run, weights=()) for run in self.campaign.runs]
-        further = dataclasses.replace(self.campaign, runs=tuple(runs))
+        runs = [dataclasses.replace(run, weights=()) for run in self.seen_in.runs]
+        further = dataclasses.replace(self.seen_in, runs=tuple(runs))
         counts = [len(speed), *(0 for _ in runs[1:])]
         return CampaignProblem(self.base.at(speed, channels), further.with_counts(counts))
 
@@ -115,52 +126,9 @@ class CampaignProblem(Problem):
         position = self._weights[0].position
         return self.changed(lambda base: base.with_unbalance(position, 0.0, 0.0).with_phase_origin())
 
-    def with_unbalance(self, position: float, magnitude: float, phase: float) -> CampaignProblem:
-        """All runs again with one more weight."""
-        return self.changed(lambda base: base.with_unbalance(position, magnitude, phase))
-
-    @property
-    def machine(self) -> Problem:
-        return self.base
-
-    def changed(self, change: Callable[[Problem], Problem]) -> CampaignProblem:
-        return dataclasses.replace(self, base=change(self.base))
-
     @property
     def costly(self) -> Indices:
         return np.flatnonzero(np.isin(self._origin, self.base.costly))
-
-    @property
-    def sites(self) -> Array:
-        return self.base.sites
-
-    @property
-    def landmarks(self) -> Mapping[str, float]:
-        return self.base.landmarks
-
-    @property
-    def has_sensitivity(self) -> bool:
-        return self.base.has_sensitivity
-
-    @property
-    def has_dense_route(self) -> bool:
-        return self.base.has_dense_route
-
-    @property
-    def can_leave_phase_open(self) -> bool:
-        return self.base.can_leave_phase_open
-
-    @property
-    def takes_unbalance(self) -> bool:
-        return self.base.takes_unbalance
-
-    @property
-    def takes_loads(self) -> bool:
-        return self.base.takes_loads
-
-    @property
-    def knows_stability(self) -> bool:
-        return self.base.knows_stability
 
     def critical_speeds(self, x: Array, highest: float | None = None) -> Array:
         """Those of all runs, rising: where runs have unknowns of their own they differ."""
@@ -180,15 +148,15 @@ class CampaignProblem(Problem):
 
     @property
     def _weights(self) -> tuple[Weight, ...]:
-        return tuple(weight for run in self.campaign.runs for weight in run.weights)
+        return tuple(weight for run in self.seen_in.runs for weight in run.weights)
 
     def _is_own(self, name: str) -> bool:
-        return name in self.campaign.own
+        return name in self.seen_in.own
 
     @cached_property
     def _origin(self) -> Indices:
         """Which unknown of the machine each unknown is."""
-        counts = [len(self.campaign.runs) if self._is_own(name) else 1 for name in self.base.parameters.names]
+        counts = [len(self.seen_in.runs) if self._is_own(name) else 1 for name in self.base.parameters.names]
         return np.repeat(np.arange(len(counts)), counts)
 
     def _columns(self, run: int) -> Indices:
@@ -201,7 +169,7 @@ class CampaignProblem(Problem):
     def _seen(self) -> tuple[tuple[slice, Indices, Problem], ...]:
         """Rows, columns among the unknowns and the problem of each run that has speeds."""
         found = []
-        for index, (run, rows) in enumerate(zip(self.campaign.runs, self.campaign.rows)):
+        for index, (run, rows) in enumerate(zip(self.seen_in.runs, self.seen_in.rows)):
             if run.n_speed:
                 problem = self.base.at(self.speed[rows], self.channels)
                 for weight in run.weights:
@@ -211,8 +179,8 @@ class CampaignProblem(Problem):
 
     def _distinct(self, x: Array) -> list[Array]:
         """The values (d,) of the machine's unknowns in each run, each set once."""
-        values = [np.asarray(x)[self._columns(index)] for index in range(len(self.campaign.runs))]
-        return values if self.campaign.own else values[:1]
+        values = [np.asarray(x)[self._columns(index)] for index in range(len(self.seen_in.runs))]
+        return values if self.seen_in.own else values[:1]
 
     def _stacked(self, x: Array, evaluate: Callable[[Problem, Array], ComplexArray]) -> ComplexArray:
         """What is evaluated of sets (n, d) run by run, (n, n_speed, …)."""
