@@ -41,6 +41,9 @@ class ProblemProxy(Problem):
     def with_unbalance(self, position: float, magnitude: float, phase: float) -> Problem:
         return self.around(self.behind.with_unbalance(position, magnitude, phase))
 
+    def with_unknown_unbalance(self, position: float, names: tuple[str, str], at_most: float) -> Problem:
+        return self.around(self.behind.with_unknown_unbalance(position, names, at_most))
+
 
 def _handed_on(name: str) -> property:
     return property(lambda self: getattr(self.behind, name))

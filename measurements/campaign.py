@@ -8,7 +8,8 @@
   `run` has the names of the runs.
 - `weights`, the known unbalance that the shaft carried in this run besides its own: `position` from the left end (m), size
   (g mm) and `angle_deg` (0 if not given), counted from where the model's unbalance phases are, towards the direction of
-  rotation. Where the model fixes the phase of its unbalance, angles are from there.
+  rotation. Where the model fixes the phase of its unbalance, angles are from there. A weight without `g_mm` is to be found:
+  two unknowns of the run, within `at_most_g_mm` (the largest unbalance of the model if not given).
 - `direction` (up, down, steady), a note; `speeds: [from, to]`, those that are used (rpm).
 - `own: [names]` beside `runs`: unknowns of which each run has its own, called name@run. All others are shared: bearings,
   unbalance and the origin of phases.
@@ -112,7 +113,7 @@ class CampaignFile(MeasurementSource):
     @property
     def _campaign(self) -> Campaign:
         runs = (
-            Run(entry.name, len(run.speed), entry.weights, entry.direction)
+            Run(entry.name, len(run.speed), entry.weights, entry.direction, entry.unknown_weights)
             for entry, run in zip(self._document.runs, self._runs)
         )
         return Campaign(tuple(runs), self._document.own)

@@ -17,6 +17,7 @@ from ksmea.records.hidden import HiddenEffect
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record
 from ksmea.records.stability import StabilityRecord
+from ksmea.records.weights import WeightsRecord
 from ksmea.units import TURN
 
 # Fields of a parameter that had other names in records before schema 3.
@@ -170,6 +171,7 @@ class IdentificationRecord(Record):
     location: LocationRecord | None = (
         None  # of what the model lacks, and the unknowns beside it; None where not asked for
     )
+    weights: WeightsRecord | None = None  # of a campaign with weights on the shaft, with details
     stability: StabilityRecord | None = None  # None without details, and where the problem cannot tell
 
     def check(self) -> None:

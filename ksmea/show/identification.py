@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from ksmea.errors import SettingError
 from ksmea.records.curves import FitCurves, as_array
 from ksmea.records.identification import DataDescription, IdentificationRecord, LackOfFit, ParameterRecord
-from ksmea.show import hidden, location
+from ksmea.show import hidden, location, weights
 from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.fit_figure import draw_amplitude, fit_figure
 from ksmea.show.stability import stability_text
@@ -44,6 +44,8 @@ def frame(record: IdentificationRecord) -> pd.DataFrame:
         for part in record.parameters
     ]
     table = pd.DataFrame(rows, columns=list(COLUMNS))
+    if record.weights is not None:
+        table = pd.concat([table, weights.frame(record.weights).assign(at_limit=False)], ignore_index=True)
     if record.location is None:
         return table
     beside = [each.over_sites for each in record.location.coefficients]
@@ -88,6 +90,8 @@ def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:
         yield from (f"  note: {remark}" for remark in record.data.remarks)
     for parameter in record.parameters:
         yield f"  {_value_text(record, parameter)}"
+    if record.weights is not None:
+        yield from weights.lines(record.weights)
     if record.ended_short:
         yield _search_text(record)
     if record.interval_error is not None:

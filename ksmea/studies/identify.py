@@ -47,6 +47,7 @@ from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.misreadings import misreadings
 from ksmea.studies.slips import slips
 from ksmea.studies.stability import stability_of
+from ksmea.studies.weights import weights_found
 from ksmea.units import TURN
 
 AUTO = "auto"
@@ -232,6 +233,7 @@ def _with_intervals(
         deviance=finite(fit.deviance),
         search_excess=finite(_excess(fit, record.x)),
         lack_of_fit=_lack_of_fit(fit, rng) if details and rng is not None and test else None,
+        weights=weights_found(fit, level) if details else None,
     ), estimated.noise
 
 

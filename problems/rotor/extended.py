@@ -151,6 +151,16 @@ class ExtendedProblem(ProblemProxy):
         damping = impedance.imag / speed[:, None, None, None]
         return growth_rate(low, speed, impedance.real, damping, self._supports(of_effects))
 
+    def unbalance(self, x: Array) -> dict[float, complex]:
+        """That of the rotor itself, and of effects that are unbalance too, by position (m), kg m."""
+        own, of_effects = self._parts(checked_sets(np.asarray(x)[None], self.parameters))
+        found = self.base.unbalance(own[0])
+        origin = inputs_at(self.base.rotor, self.base.unknowns, own).origin[0]
+        for effect, values in zip(self.effects, of_effects):
+            for position, size in effect.unbalance(values[0]).items():
+                found[position] = found.get(position, 0.0) + size * complex(np.exp(-1j * origin))
+        return found
+
     @cached_property
     def _columns(self) -> list[Indices]:
         """Where the unknowns of the rotor itself lie, then those of each effect."""
