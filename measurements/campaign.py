@@ -13,7 +13,7 @@
 - `direction` (up, down, steady), a note; `speeds: [from, to]`, those that are used (rpm).
 - `own: [names]` beside `runs`: unknowns of which each run has its own, called name@run. All others are shared: bearings,
   unbalance and the origin of phases.
-- `noise: shared`: all runs have the same.
+- `noise`: `shared`, all runs have the same where it is estimated, or `own`, each its own relative part and floor.
 
 All runs have the same channels, all of them phases or none, and all of them `sigma_um` or none. docs/campaigns.md says more.
 """
@@ -116,7 +116,7 @@ class CampaignFile(MeasurementSource):
             Run(entry.name, len(run.speed), entry.weights, entry.direction, entry.unknown_weights)
             for entry, run in zip(self._document.runs, self._runs)
         )
-        return Campaign(tuple(runs), self._document.own)
+        return Campaign(tuple(runs), self._document.own, self._document.has_own_noise)
 
     @cached_property
     def _content(self) -> bytes:

@@ -14,6 +14,8 @@ from ksmea.campaign import UnknownWeight, Weight
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
 DIRECTIONS = ("up", "down", "steady")
+OWN = "own"
+NOISES = ("shared", OWN)  # whether runs have the same noise, or each its own
 MAX_RUNS = 100
 MAX_ANGLE = 360.0  # degrees
 NAME = re.compile(r"[\w.-]+")  # of a run; an unknown of its own is called name@run
@@ -39,6 +41,7 @@ class Document:
 
     runs: tuple[RunEntry, ...]
     own: tuple[str, ...]
+    has_own_noise: bool
     is_one_file: bool
 
 
@@ -46,10 +49,7 @@ def read_document(block: Block) -> Document:
     """The campaign that a file describes."""
     is_one_file = "file" in block.values
     block.check_keys(["runs"], ["file", "own", "noise"])
-    if "noise" in block.values and block.text("noise") != "shared":
-        raise block.error(
-            "noise", "expected shared, the same noise in all runs, which is all there is so far; leave it out"
-        )
+    has_own_noise = "noise" in block.values and block.choice("noise", "noise", NOISES) == OWN
     blocks = block.blocks("runs")
     if len(blocks) > MAX_RUNS:
         raise block.error("runs", f"expected at most {MAX_RUNS}, got {len(blocks)}; leave some out")
@@ -60,7 +60,7 @@ def read_document(block: Block) -> Document:
             raise block.error(
                 "runs", f"expected each name once, got {run.name} {names.count(run.name)} times; rename one"
             )
-    return Document(tuple(runs), _own(block), is_one_file)
+    return Document(tuple(runs), _own(block), has_own_noise, is_one_file)
 
 
 def _run(block: Block, of_file: Block, is_one_file: bool) -> RunEntry:

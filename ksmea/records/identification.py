@@ -102,9 +102,10 @@ class Seconds:
 class NoiseLevel:
     """Noise that the intervals were made with: s² = (relative · |μ|)² + floor²."""
 
-    relative: float
-    floor: float  # m; rms where each datum has its own
+    relative: float  # rms of the runs where each has its own
+    floor: float  # m; rms where each datum or run has its own
     estimated: bool  # from the same data, or known beforehand
+    by_run: tuple[tuple[str, float, float], ...] = ()  # name, relative, floor of each run that has its own
 
 
 @dataclass(frozen=True)

@@ -165,7 +165,10 @@ def _noise_text(record: IdentificationRecord) -> Iterator[str]:
     if record.intervals is None:
         return
     noise = record.intervals.noise
-    if noise.estimated:
+    if noise.by_run:
+        said = "; ".join(f"{name} {_noise_parts(relative, floor)}" for name, relative, floor in noise.by_run)
+        yield f"noise {'estimated' if noise.estimated else 'as stated'} run by run: {said}"
+    elif noise.estimated:
         yield f"noise estimated: {_noise_parts(*_telling_parts(record, noise.relative, noise.floor))}"
     elif noise.relative == 0:
         yield f"noise as stated datum by datum: {_two_digits(noise.floor / MICROMETRE)} µm (rms)"

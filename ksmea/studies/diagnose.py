@@ -296,7 +296,7 @@ def _noise(found: Diagnosis, measurement: Measurement) -> NoiseRecord:
 
 
 def _noise_level(noise: Noise) -> NoiseLevelRecord:
-    return NoiseLevelRecord(float(noise.relative), float(np.median(noise.floor)))
+    return NoiseLevelRecord(float(np.median(noise.relative)), float(np.median(noise.floor)))
 
 
 def _detectable(location: str, detectable: Detectable) -> DetectableRecord:

@@ -221,7 +221,7 @@ def _with_intervals(
         return dataclasses.replace(record, interval_error=str(error)), measurement.noise
     effort = IntervalEffort(
         level=level,
-        noise=_noise_level(estimated.noise, is_estimated=measurement.noise is None),
+        noise=_noise_level(estimated.noise, measurement),
         model_evaluations=counted.count.evaluations,
         model_jacobians=counted.count.jacobians,
         seconds=time.perf_counter() - started,
@@ -280,8 +280,11 @@ def _with_end(
     )
 
 
-def _noise_level(noise: Noise, *, is_estimated: bool) -> NoiseLevel:
-    return NoiseLevel(float(noise.relative), float(np.sqrt(np.mean(np.square(noise.floor)))), is_estimated)
+def _noise_level(noise: Noise, measurement: Measurement) -> NoiseLevel:
+    relative, floor = (float(np.sqrt(np.mean(np.square(part)))) for part in (noise.relative, noise.floor))
+    names = [run.name for run in measurement.campaign.runs] if noise.rows and measurement.campaign else []
+    by_run = tuple((name, *level) for name, level in zip(names, noise.levels))
+    return NoiseLevel(relative, floor, measurement.noise is None, by_run)
 
 
 def _lack_of_fit(fit: Fit, rng: np.random.Generator) -> LackOfFit:

@@ -98,7 +98,7 @@ WRONG = [  # what is written instead, and what the one line says
     (("g_mm: 150, angle_deg: 60", "at_most_g_mm: 0"), "runs[2].weights[1].at_most_g_mm: expected a number above 0 (g mm), got 0"),
     (("weights", "weight"), "runs[2]: unknown key 'weight'; did you mean 'weights'?"),
     (("runs:", "nois: shared\nruns:"), "unknown key 'nois'; did you mean 'noise'?"),
-    (("runs:", "noise: own\nruns:"), "noise: expected shared, the same noise in all runs, which is all there is so far"),
+    (("runs:", "noise: each\nruns:"), "noise: unknown noise 'each'"),
     (("bare.csv}", "bare.csv, direction: upwards}"), "runs[1].direction: unknown direction 'upwards'; did you mean 'up'?"),
     (("bare.csv}", "bare.csv, speeds: [9000, 5000]}"), "runs[1].speeds to: expected a number above 9000 (rpm), got 5000"),
     (("bare.csv}", "bare.csv, speeds: [1, 2]}"), "runs[1]: ", "expected speeds from 1 to 2 rpm"),
