@@ -151,7 +151,9 @@ class CampaignFile(MeasurementSource):
             raise entry.block.error("file", f"{entry.file}: expected one run, got a column run; give file beside runs")
         drop = self.incomplete == "drop"
         return inside(
-            entry.block, "", lambda: run_up(rows, entry.file, entry.speed_from, entry.speed_to, drop, least=1)
+            entry.block,
+            "",
+            lambda: run_up(rows, entry.file, entry.speed_from, entry.speed_to, drop, least=1, repeats=True),
         )
 
 

@@ -16,6 +16,7 @@ from ksmea.records.curves import FitCurves, Matrix, ResponseCurves, check_shape,
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record
+from ksmea.records.repeats import RepeatsRecord
 from ksmea.records.stability import StabilityRecord
 from ksmea.records.weights import WeightsRecord
 from ksmea.units import TURN
@@ -172,6 +173,7 @@ class IdentificationRecord(Record):
     location: LocationRecord | None = (
         None  # of what the model lacks, and the unknowns beside it; None where not asked for
     )
+    repeats: RepeatsRecord | None = None  # of a campaign, with details
     weights: WeightsRecord | None = None  # of a campaign with weights on the shaft, with details
     stability: StabilityRecord | None = None  # None without details, and where the problem cannot tell
 

@@ -46,6 +46,7 @@ from ksmea.studies.campaign_remarks import campaign_remarks
 from ksmea.studies.estimates import estimate_record
 from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.misreadings import misreadings
+from ksmea.studies.repeats import repeats_of
 from ksmea.studies.slips import slips
 from ksmea.studies.stability import stability_of
 
@@ -139,7 +140,10 @@ def diagnosis(
     if details and record.verdict != "located":  # where the data are explained they are not misread
         remarks = (*remarks, *_slips(found, problem, measurement))
     return dataclasses.replace(
-        record, left_out={**left_out, **record.left_out}, remarks=(*campaign_remarks(measurement), *remarks)
+        record,
+        left_out={**left_out, **record.left_out},
+        remarks=(*campaign_remarks(measurement), *remarks),
+        repeats=repeats_of(measurement),
     )
 
 

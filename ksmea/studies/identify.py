@@ -45,6 +45,7 @@ from ksmea.studies.campaign_remarks import campaign_remarks
 from ksmea.studies.enough_data import can_be_tested, require_enough
 from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.misreadings import misreadings
+from ksmea.studies.repeats import repeats_of
 from ksmea.studies.slips import slips
 from ksmea.studies.stability import stability_of
 from ksmea.studies.weights import weights_found
@@ -121,6 +122,7 @@ def identification(
         record = dataclasses.replace(
             record,
             data=_description(measurement, remarks, testable=testable),
+            repeats=repeats_of(measurement),
             fit=fit_curves(problem, measurement, x, noise),
             stability=stability_of(problem, x, noise, measurement.kind, noise_known=known, level=level),
         )

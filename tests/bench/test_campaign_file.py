@@ -174,3 +174,14 @@ def test_a_weight_that_was_not_told_is_noticed(folder, enter):
     (folder / "untold.yaml").write_text(TWO_RUNS.replace(", weights: [{position: 1.0, g_mm: 150, angle_deg: 60}]", ""))
     rotor, data = ksmea.load_problem("three_disk"), ksmea.read_measurement(folder / "untold.yaml")
     assert ksmea.diagnose(rotor, data, effects=["none"], locate=False).verdict == "unknown"
+
+
+def test_a_speed_may_be_measured_several_times(folder):
+    header, *rows = (folder / "bare.csv").read_text().splitlines()
+    (folder / "bare.csv").write_text("\n".join([header, *rows, *rows[:4]]))
+    found = ksmea.read_measurement(folder / "campaign.yaml")
+    assert len(found.speed) == len(DATA.speed) + 2  # two channels a speed
+    np.testing.assert_allclose(found.values[[0, 2]], found.values[[1, 3]])
+    (folder / "bare.csv").write_text("\n".join([header, *rows, *rows[:1]]))
+    with pytest.raises(SettingError, match=r"expected every channel at every speed, got no y at 0.1 m"):
+        ksmea.read_measurement(folder / "campaign.yaml")
