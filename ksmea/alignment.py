@@ -103,4 +103,9 @@ def _in_its_runs(problem: Problem, layout: Layout) -> Problem:
     machine = problem.machine.at(layout.speed, layout.channels)
     if layout.campaign is None:
         return machine
+    if layout.campaign.weight_names and layout.kind != "complex":
+        raise SettingError(
+            "weights: expected phases, without which the angle of an unknown weight is not known, got amplitudes; give the"
+            " weight's g_mm and angle_deg, or measure phases"
+        )
     return in_runs(machine, layout.campaign) if problem.campaign is None else CampaignProblem(machine, layout.campaign)

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -47,27 +48,57 @@ class Weight:
 
 
 @dataclass(frozen=True)
+class UnknownWeight:
+    """An unbalance of unknown size and angle at a position (m): its components lie within ± `at_most` (kg m; None: the
+    largest unbalance that the model may have)."""
+
+    position: float
+    at_most: float | None = None
+
+    def __str__(self) -> str:
+        return f"an unknown weight at {self.position:g} m"
+
+
+@dataclass(frozen=True)
 class Run:
-    """One run: how many speeds it has, and the known weights that the shaft carried. `direction` is a note: up, down,
-    steady or nothing."""
+    """One run: how many speeds it has, and the weights that the shaft carried. `direction` is a note: up, down, steady or
+    nothing."""
 
     name: str
     n_speed: int
     weights: tuple[Weight, ...] = ()
     direction: str = ""
+    unknown_weights: tuple[UnknownWeight, ...] = ()
 
     def __str__(self) -> str:
         """For example 'trial (45 speeds, up, 150 g mm at 0.2 m, 30°)'."""
-        parts = [f"{self.n_speed} speeds", self.direction, *map(str, self.weights)]
+        parts = [f"{self.n_speed} speeds", self.direction, *map(str, (*self.weights, *self.unknown_weights))]
         return f"{self.name} ({', '.join(part for part in parts if part)})"
+
+
+def weight_names(run: str, number: int) -> tuple[str, str]:
+    """The two components of an unknown weight of a run, counted from 1: weight_x@trial, the second is weight2_x@trial."""
+    which = "" if number == 1 else str(number)
+    return own_name(f"weight{which}_x", run), own_name(f"weight{which}_y", run)
+
+
+def is_weight(name: str) -> bool:
+    """Whether an unknown is a component of an unknown weight.
+
+    >>> is_weight("weight_x@trial"), is_weight("u@trial")
+    (True, False)
+    """
+    return re.fullmatch(rf"weight\d*_[xy]{OF_RUN}.*", name) is not None
 
 
 @dataclass(frozen=True)
 class Campaign:
-    """The runs in the order of their speeds, and the unknowns of which each run has its own; all others are shared."""
+    """The runs in the order of their speeds, and the unknowns of which each run has its own; all others are shared. With
+    `own_noise` each run has noise of its own level, where that is estimated."""
 
     runs: tuple[Run, ...]
     own: tuple[str, ...] = ()
+    own_noise: bool = False
 
     def __str__(self) -> str:
         return f"{len(self.runs)} runs of one machine: {', '.join(map(str, self.runs))}"
@@ -77,6 +108,16 @@ class Campaign:
         """Where the speeds of each run lie."""
         ends = np.cumsum([0, *(run.n_speed for run in self.runs)]).tolist()
         return tuple(slice(start, stop) for start, stop in itertools.pairwise(ends))
+
+    @property
+    def weight_names(self) -> tuple[str, ...]:
+        """The unknowns that the unknown weights of all runs are."""
+        return tuple(
+            name
+            for run in self.runs
+            for number in range(1, len(run.unknown_weights) + 1)
+            for name in weight_names(run.name, number)
+        )
 
     def with_counts(self, counts: Sequence[int]) -> Campaign:
         """The same runs with other numbers of speeds, which may be 0."""

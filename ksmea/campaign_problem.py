@@ -1,6 +1,7 @@
-"""A machine seen in all runs of a campaign: each run at its own speeds and with its known weights.
+"""A machine seen in all runs of a campaign: each run at its own speeds and with its weights.
 
-All unknowns are shared but those of which the campaign says that each run has its own: these are named `name@run`.
+All unknowns are shared but those of which the campaign says that each run has its own: these are named `name@run`. The
+components of weights that are not known come before them, so that what effects add is last, as on the machine alone.
 """
 
 from __future__ import annotations
@@ -13,13 +14,14 @@ from functools import cached_property
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.campaign import Campaign, Run, Weight, own_name
+from ksmea.campaign import Campaign, Run, Weight, own_name, shared_name, weight_names
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.errors import SettingError, unknown
 from ksmea.load import Load
 from ksmea.modes import Campbell, Mode
-from ksmea.parameters import PHASE_ORIGIN, Parameters
+from ksmea.parameters import PHASE_ORIGIN, Parameter, Parameters
+from ksmea.proxy import ProblemProxy
 from ksmea.units import GRAM_MILLIMETRE
 
 LARGEST_WEIGHT = 1000.0  # times the largest unbalance that the model may have; more is a slip or another unit
@@ -40,7 +42,7 @@ def in_runs(machine: Problem, campaign: Campaign) -> CampaignProblem:
 
 def _check_weights(machine: Problem, run: Run) -> None:
     """Raise `SettingError` for a weight that the machine cannot carry."""
-    largest = LARGEST_WEIGHT * max((item.upper for item in machine.parameters if item.is_unbalance), default=np.inf)
+    largest = LARGEST_WEIGHT * largest_unbalance(machine)
     for weight in run.weights:
         if weight.magnitude > largest:
             raise SettingError(
@@ -51,31 +53,63 @@ def _check_weights(machine: Problem, run: Run) -> None:
             machine.with_unbalance(weight.position, weight.magnitude, weight.angle)
         except SettingError as error:
             raise SettingError(f"run {run.name}, weight {weight}: {error}") from error
+    for number, sought in enumerate(run.unknown_weights, start=1):
+        if sought.at_most is None and not np.isfinite(largest):
+            raise SettingError(
+                f"run {run.name}, {sought}: expected a model with an unknown unbalance, whose largest bounds the weight, got"
+                " none; give at_most_g_mm"
+            )
+        try:
+            machine.with_unknown_unbalance(sought.position, weight_names(run.name, number), sought.at_most or largest)
+        except SettingError as error:
+            raise SettingError(f"run {run.name}, {sought}: {error}") from error
+
+
+def largest_unbalance(machine: Problem) -> float:
+    """kg m, within the limits of the machine's unknowns; infinite where none of them is an unbalance."""
+    return max((item.upper for item in machine.parameters if item.is_unbalance), default=np.inf)
 
 
 @dataclass(frozen=True, eq=False)
-class CampaignProblem(Problem):
-    """`base` is the machine at the speeds of all runs, without their weights: effects and texts are of it."""
+class CampaignProblem(ProblemProxy):
+    """`base` is the machine at the speeds of all runs, without their weights: effects and texts are of it. The shaft carries
+    no weights unless it `is_weighted`, though all unknowns are the same."""
 
     base: Problem
-    campaign: Campaign
+    seen_in: Campaign
+    is_weighted: bool = True
+
+    @property
+    def behind(self) -> Problem:
+        return self.base
+
+    def around(self, behind: Problem) -> CampaignProblem:
+        return dataclasses.replace(self, base=behind)
+
+    @property
+    def machine(self) -> Problem:
+        return self.base
+
+    def changed(self, change: Callable[[Problem], Problem]) -> CampaignProblem:
+        return self.around(change(self.base))
+
+    @property
+    def campaign(self) -> Campaign:
+        return self.seen_in
 
     @cached_property
     def parameters(self) -> Parameters:
-        items = []
+        largest, items = largest_unbalance(self.base), []
+        for run in self.seen_in.runs:
+            for number, weight in enumerate(run.unknown_weights, start=1):
+                reach = weight.at_most or largest
+                both = weight_names(run.name, number)
+                items += [Parameter(name, "g mm", GRAM_MILLIMETRE, -reach, reach) for name in both]
         for item in self.base.parameters:
-            own = [own_name(item.name, run.name) for run in self.campaign.runs]
+            own = [own_name(item.name, run.name) for run in self.seen_in.runs]
             names = own if self._is_own(item.name) else [item.name]
             items += [dataclasses.replace(item, name=name) for name in names]
         return Parameters(tuple(items))
-
-    @property
-    def speed(self) -> Array:
-        return self.base.speed
-
-    @property
-    def channels(self) -> tuple[Channel, ...]:
-        return self.base.channels
 
     def response(self, x: Array) -> ComplexArray:
         """(n, d) SI → (n, n_speed, n_channel), m."""
@@ -96,10 +130,8 @@ class CampaignProblem(Problem):
 
     def at(self, speed: Array, channels: Sequence[Channel]) -> CampaignProblem:
         """As a further run without weights would see it; where runs have unknowns of their own, with those of the first."""
-        runs = [dataclasses.replace(run, weights=()) for run in self.campaign.runs]
-        further = dataclasses.replace(self.campaign, runs=tuple(runs))
-        counts = [len(speed), *(0 for _ in runs[1:])]
-        return CampaignProblem(self.base.at(speed, channels), further.with_counts(counts))
+        counts = [len(speed), *(0 for _ in self.seen_in.runs[1:])]
+        return CampaignProblem(self.base.at(speed, channels), self.seen_in.with_counts(counts), is_weighted=False)
 
     @property
     def has_free_phase(self) -> bool:
@@ -115,52 +147,14 @@ class CampaignProblem(Problem):
         position = self._weights[0].position
         return self.changed(lambda base: base.with_unbalance(position, 0.0, 0.0).with_phase_origin())
 
-    def with_unbalance(self, position: float, magnitude: float, phase: float) -> CampaignProblem:
-        """All runs again with one more weight."""
-        return self.changed(lambda base: base.with_unbalance(position, magnitude, phase))
-
-    @property
-    def machine(self) -> Problem:
-        return self.base
-
-    def changed(self, change: Callable[[Problem], Problem]) -> CampaignProblem:
-        return dataclasses.replace(self, base=change(self.base))
-
     @property
     def costly(self) -> Indices:
-        return np.flatnonzero(np.isin(self._origin, self.base.costly))
+        costly = [self.base.parameters.names[index] for index in self.base.costly]
+        return np.flatnonzero([shared_name(name) in costly for name in self.parameters.names])
 
-    @property
-    def sites(self) -> Array:
-        return self.base.sites
-
-    @property
-    def landmarks(self) -> Mapping[str, float]:
-        return self.base.landmarks
-
-    @property
-    def has_sensitivity(self) -> bool:
-        return self.base.has_sensitivity
-
-    @property
-    def has_dense_route(self) -> bool:
-        return self.base.has_dense_route
-
-    @property
-    def can_leave_phase_open(self) -> bool:
-        return self.base.can_leave_phase_open
-
-    @property
-    def takes_unbalance(self) -> bool:
-        return self.base.takes_unbalance
-
-    @property
-    def takes_loads(self) -> bool:
-        return self.base.takes_loads
-
-    @property
-    def knows_stability(self) -> bool:
-        return self.base.knows_stability
+    def unbalance(self, x: Array) -> Mapping[float, complex]:
+        """Of the first run, without weights."""
+        return self.base.unbalance(self._distinct(x)[0])
 
     def critical_speeds(self, x: Array, highest: float | None = None) -> Array:
         """Those of all runs, rising: where runs have unknowns of their own they differ."""
@@ -180,39 +174,44 @@ class CampaignProblem(Problem):
 
     @property
     def _weights(self) -> tuple[Weight, ...]:
-        return tuple(weight for run in self.campaign.runs for weight in run.weights)
+        return tuple(weight for run in self.seen_in.runs for weight in run.weights)
 
     def _is_own(self, name: str) -> bool:
-        return name in self.campaign.own
+        return name in self.seen_in.own
 
-    @cached_property
-    def _origin(self) -> Indices:
-        """Which unknown of the machine each unknown is."""
-        counts = [len(self.campaign.runs) if self._is_own(name) else 1 for name in self.base.parameters.names]
-        return np.repeat(np.arange(len(counts)), counts)
-
-    def _columns(self, run: int) -> Indices:
-        """Where the values of a run lie among the unknowns."""
-        is_first = np.concatenate([[True], np.diff(self._origin) > 0])
-        own = np.array([self._is_own(name) for name in self.base.parameters.names])
-        return np.asarray(np.flatnonzero(is_first) + run * own)
+    def _columns(self, run: Run, names: Sequence[str]) -> Indices:
+        """Where unknowns of a run, as the machine names them, lie among all."""
+        everyone = self.parameters.names
+        own = [own_name(name, run.name) if self._is_own(name) else name for name in names]
+        return np.array([everyone.index(name) for name in own], dtype=int)
 
     @cached_property
     def _seen(self) -> tuple[tuple[slice, Indices, Problem], ...]:
         """Rows, columns among the unknowns and the problem of each run that has speeds."""
         found = []
-        for index, (run, rows) in enumerate(zip(self.campaign.runs, self.campaign.rows)):
+        for run, rows in zip(self.seen_in.runs, self.seen_in.rows):
             if run.n_speed:
-                problem = self.base.at(self.speed[rows], self.channels)
-                for weight in run.weights:
-                    problem = problem.with_unbalance(weight.position, weight.magnitude, weight.angle)
-                found.append((rows, self._columns(index), problem))
+                problem = self._weighted(self.base.at(self.speed[rows], self.channels), run)
+                found.append((rows, self._columns(run, problem.parameters.names), problem))
         return tuple(found)
+
+    def _weighted(self, problem: Problem, run: Run) -> Problem:
+        """The machine with the weights of a run."""
+        if not self.is_weighted:
+            return problem
+        for weight in run.weights:
+            problem = problem.with_unbalance(weight.position, weight.magnitude, weight.angle)
+        largest = largest_unbalance(self.base)
+        for number, sought in enumerate(run.unknown_weights, start=1):
+            names = weight_names(run.name, number)
+            problem = problem.with_unknown_unbalance(sought.position, names, sought.at_most or largest)
+        return problem
 
     def _distinct(self, x: Array) -> list[Array]:
         """The values (d,) of the machine's unknowns in each run, each set once."""
-        values = [np.asarray(x)[self._columns(index)] for index in range(len(self.campaign.runs))]
-        return values if self.campaign.own else values[:1]
+        names = self.base.parameters.names
+        values = [np.asarray(x)[self._columns(run, names)] for run in self.seen_in.runs]
+        return values if self.seen_in.own else values[:1]
 
     def _stacked(self, x: Array, evaluate: Callable[[Problem, Array], ComplexArray]) -> ComplexArray:
         """What is evaluated of sets (n, d) run by run, (n, n_speed, …)."""

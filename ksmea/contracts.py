@@ -126,6 +126,16 @@ class Problem(ABC):
         none."""
         raise self._refusal("takes a trial unbalance", "leave the trial run out")
 
+    def with_unknown_unbalance(self, position: float, names: tuple[str, str], at_most: float) -> Problem:
+        """The same rotor with an unbalance of unknown size and angle added at a position (m): two unknowns of these names, its
+        components at 0° and 90° within ± `at_most` (kg m). Left out: it takes none."""
+        raise self._refusal("takes an unknown weight", "give the weight's g_mm")
+
+    def unbalance(self, x: Array) -> Mapping[float, complex]:
+        """The rotor's unbalance at values x (d,) SI by position (m), kg m, angles from where those of `with_unbalance` count.
+        Left out: it cannot tell."""
+        return {}
+
     @property
     def takes_unbalance(self) -> bool:
         return type(self).with_unbalance is not Problem.with_unbalance

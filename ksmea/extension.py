@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from ksmea import registry
-from ksmea.campaign import shared_name
+from ksmea.campaign import is_weight, shared_name
 from ksmea.errors import visible
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.extension import EffectRecord
@@ -45,7 +45,8 @@ def _document(
 ) -> str:
     of_machine: dict[str, float] = {}
     for unknown, value in values.items():  # of what each run has of its own, that of the first run
-        of_machine.setdefault(shared_name(unknown), value)
+        if not is_weight(unknown):
+            of_machine.setdefault(shared_name(unknown), value)
     effects = [(effect.name, registry.create("effect", effect.name, effect.settings)) for effect in applied]
     extended: Any = registry.plugin_class("problem", "extended")  # knows the form of its own file
     document: str = extended.document(name, settings, effects, of_machine, "phase_origin" in of_machine)

@@ -30,13 +30,14 @@ def whitened_sensitivity(
 ) -> Array:
     """J (m, d) of data with this response (n_speed, n_channel) and sensitivity (n_speed, n_channel, d).
 
-    Where the noise's level is not known, two columns follow, of ln relative and ln floor: (m, d + 2).
+    Where the noise's level is not known, two columns follow, of ln relative and ln floor: (m, d + 2); two for each run where
+    runs have noise of their own.
     """
     magnitude = np.abs(response)
     sd = noise.sd(magnitude)  # a floor may differ from datum to datum
     of_mean = kind.seen_sensitivity(response, sensitivity) / sd[..., None]
     of_amplitude = amplitude_sensitivity(response, sensitivity)
-    of_variance = 2 * noise.relative**2 * magnitude[..., None] * of_amplitude / sd[..., None] ** 2
+    of_variance = (2 * noise.relative**2 * magnitude)[..., None] * of_amplitude / sd[..., None] ** 2
     rows = _rows(of_mean, of_variance, kind)
     if noise_known:
         return rows
@@ -44,11 +45,21 @@ def whitened_sensitivity(
 
 
 def whitened_noise_sensitivity(magnitude: Array, noise: Noise, kind: Kind) -> Array:
-    """The columns (m, 2) that ln relative and ln floor have in J: they show in the variances alone. `magnitude`
-    (n_speed, n_channel), m."""
-    parts = [(noise.relative * magnitude) ** 2, np.broadcast_to(np.square(noise.floor), magnitude.shape)]
-    of_variance = 2 * np.stack(parts, axis=-1) / noise.sd(magnitude)[..., None] ** 2
-    return _rows(np.zeros_like(of_variance), of_variance, kind)
+    """The columns (m, 2 n_level) that ln relative and ln floor of each level have in J: they show in the variances alone.
+    `magnitude` (n_speed, n_channel), m."""
+    parts = noise_variance_slopes(magnitude, noise) / noise.sd(magnitude)[..., None] ** 2
+    return _rows(np.zeros_like(parts), parts, kind)
+
+
+def noise_variance_slopes(magnitude: Array, noise: Noise) -> Array:
+    """∂s²/∂(ln relative, ln floor) of each level of the noise (n_speed, n_channel, 2 n_level), m²."""
+    columns = []
+    for rows in noise.rows or (slice(None),):
+        for part in ((noise.relative * magnitude) ** 2, np.broadcast_to(np.square(noise.floor), magnitude.shape)):
+            column = np.zeros_like(magnitude)
+            column[rows] = 2 * part[rows]
+            columns.append(column)
+    return np.stack(columns, axis=-1)
 
 
 def whitened_difference(response: ComplexArray, other: ComplexArray, noise: Noise, kind: Kind) -> Array:

@@ -292,5 +292,4 @@ def _unbiased(likelihood: Likelihood, maximum: Point) -> Noise:
     left = likelihood.n_residual - likelihood.d
     if not likelihood.noise_is_estimated or left <= 0:
         return noise
-    factor = float(np.sqrt(likelihood.n_residual / left))
-    return Noise(noise.relative * factor, noise.floor * factor)
+    return noise.scaled(float(np.sqrt(likelihood.n_residual / left)))

@@ -88,8 +88,15 @@ class JournaledProblem(ProblemProxy):
     elsewhere has no journal: its answers are for these speeds and channels."""
 
     def __init__(self, problem: Problem, journal: Journal) -> None:
-        super().__init__(problem)
+        self._behind = problem
         self._journal = journal
+
+    @property
+    def behind(self) -> Problem:
+        return self._behind
+
+    def around(self, behind: Problem) -> Problem:
+        return behind
 
     def response(self, x: Array) -> ComplexArray:
         """One parameter set after the other, so that a run that is killed among them loses the one in work alone."""

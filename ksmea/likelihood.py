@@ -4,8 +4,8 @@ With mean μ(u), r = μ − y and s(μ)² = (relative · |μ|)² + floor², its 
 s₀ = s(y) as the misfit `likelihood` has it, or |y| where the noise is unknown.
 
 The ln s² term stays: without it the estimate is biased towards large responses, and with s taken from the data towards
-small ones. Where the noise is unknown, ln relative and ln floor are two further unknowns. `ksmea.maximisation` finds
-the maximum.
+small ones. Where the noise is unknown, ln relative and ln floor are two further unknowns, or two for each run of a campaign
+whose runs have noise of their own. `ksmea.maximisation` finds the maximum.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ import numpy as np
 from ksmea.alignment import require_aligned
 from ksmea.arrays import Array, ComplexArray
 from ksmea.deviance import deviance, log_term, reference_variance
-from ksmea.fisher import whitened_difference, whitened_sensitivity
+from ksmea.fisher import noise_variance_slopes, whitened_difference, whitened_sensitivity
 from ksmea.kind import amplitude_sensitivity
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
@@ -31,6 +31,7 @@ FLOOR_RANGE = (1e-5, 1.0)
 # may grow, and would go to its upper limit at any damping.
 LONGEST_NOISE_STEP = 1.0
 N_GRID = 25  # levels of each part of the noise that a start is chosen from
+N_START = 3  # starts of the noise: with the best floor, with none, with one as large as the small residuals
 
 BEND = 0.1  # of a step, at which its curvature is measured
 
@@ -93,10 +94,14 @@ class Likelihood:
 
     def noise(self, theta: Array) -> Noise:
         """The noise level at θ."""
+        return self.noise_of(theta, self.measurement)
+
+    def noise_of(self, theta: Array, measurement: Measurement) -> Noise:
+        """The same of another measurement by the same runs."""
         if self._known_noise is not None:
             return self._known_noise
-        relative, floor = np.exp(theta[self.d :])
-        return Noise(float(relative), float(floor))
+        levels = [(float(relative), float(floor)) for relative, floor in np.exp(theta[self.d :]).reshape(-1, 2)]
+        return Noise(*levels[0]) if len(levels) == 1 else Noise.of_runs(levels, measurement.layout.noise_rows)
 
     def start(self, u: Array) -> Array:
         """θ at a point (d,) of the unit cube, the noise as the residuals there have it."""
@@ -105,16 +110,27 @@ class Likelihood:
         return np.concatenate([u, self.noise_starts(u)[0]])
 
     def noise_starts(self, u: Array) -> list[Array]:
-        """ln relative and ln floor (2,) to start from at u (d,): those that fit the residuals there best, best without
-        a floor, and best with a floor as large as the small ones among the residuals. A maximum can lie near each."""
+        """ln relative and ln floor (2,), of each run that has its own, to start from at u (d,): those that fit the residuals
+        there best, best without a floor, and best with a floor as large as the small ones among the residuals. A maximum can
+        lie near each."""
         mean = self.measurement.seen(self.model.response(u[None])[0])
-        squared = np.abs(mean - self.measurement.values).ravel() ** 2
-        lower, upper = self._noise_limits
+        squared = np.abs(mean - self.measurement.values) ** 2
+        of_rows = [
+            self._starts_of(np.abs(mean[rows]).ravel(), squared[rows].ravel(), self._reference_variance[rows].ravel())
+            for rows in self.measurement.layout.noise_rows
+        ]
+        return [np.concatenate(parts) for parts in zip(*of_rows, strict=True)]
+
+    def _starts_of(self, magnitude: Array, squared: Array, reference: Array) -> list[Array]:
+        """The same of data (n,) that share a level; without any, the middle of the limits."""
+        lower, upper = noise_limits(self.measurement.values)
+        if not magnitude.size:
+            return [(lower + upper) / 2] * N_START
         small = 0.5 * np.log(np.quantile(squared, 0.1) + np.exp(lower[1]) ** 2)
         floor = np.append(np.linspace(lower[1], upper[1], N_GRID), min(small, upper[1]))
         relative = np.linspace(lower[0], upper[0], N_GRID)
-        variance = (np.exp(relative)[:, None, None] * np.abs(mean).ravel()) ** 2 + np.exp(floor)[:, None] ** 2
-        by_noise = deviance(squared, variance, self._reference_variance.ravel(), self.measurement.kind, axis=-1)
+        variance = (np.exp(relative)[:, None, None] * magnitude) ** 2 + np.exp(floor)[:, None] ** 2
+        by_noise = deviance(squared, variance, reference, self.measurement.kind, axis=-1)
         best = np.unravel_index(np.argmin(by_noise), by_noise.shape)[1]
         return [np.array([relative[np.argmin(by_noise[:, column])], floor[column]]) for column in (best, 0, -1)]
 
@@ -123,7 +139,8 @@ class Likelihood:
         if not self.noise_is_estimated:
             return []
         starts = [np.concatenate([theta[: self.d], noise]) for noise in self.noise_starts(theta[: self.d])]
-        return [start for start in starts if abs(start[-1] - theta[-1]) > LONGEST_NOISE_STEP]
+        floors = slice(self.d + 1, None, 2)
+        return [start for start in starts if np.any(np.abs(start[floors] - theta[floors]) > LONGEST_NOISE_STEP)]
 
     def at(self, theta: Array) -> Point:
         """Deviance, gradient and information at θ: one Jacobian of the model."""
@@ -132,11 +149,11 @@ class Likelihood:
         residual, magnitude = self._residual(response), np.abs(response)
         variance = noise.variance(magnitude)
         d_mean = kind.seen_sensitivity(response, slope)
-        d_variance = 2 * noise.relative**2 * magnitude[..., None] * amplitude_sensitivity(response, slope)
+        d_variance = (2 * noise.relative**2 * magnitude)[..., None] * amplitude_sensitivity(response, slope)
         if self.noise_is_estimated:
-            parts = [2 * (noise.relative * magnitude) ** 2, np.full_like(magnitude, 2 * noise.floor**2)]
-            d_variance = np.concatenate([d_variance, np.stack(parts, axis=-1)], axis=-1)
-            d_mean = np.concatenate([d_mean, np.zeros((*magnitude.shape, 2))], axis=-1)
+            of_noise = noise_variance_slopes(magnitude, noise)
+            d_variance = np.concatenate([d_variance, of_noise], axis=-1)
+            d_mean = np.concatenate([d_mean, np.zeros_like(of_noise)], axis=-1)
         excess = (1 - np.abs(residual) ** 2 / variance) / variance  # what a change of the variance costs
         gradient = kind.dimensions * (
             excess[..., None] * d_variance + 2 * (np.conj(residual)[..., None] * d_mean).real / variance[..., None]
@@ -193,7 +210,9 @@ class Likelihood:
     def _noise_limits(self) -> tuple[Array, Array]:
         if not self.noise_is_estimated:
             return np.empty(0), np.empty(0)
-        return noise_limits(self.measurement.values)
+        n_level = len(self.measurement.layout.noise_rows)
+        lower, upper = noise_limits(self.measurement.values)
+        return np.tile(lower, n_level), np.tile(upper, n_level)
 
 
 def noise_limits(values: Array | ComplexArray) -> tuple[Array, Array]:

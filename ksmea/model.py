@@ -4,7 +4,7 @@ responses alone."""
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
@@ -12,7 +12,6 @@ import numpy as np
 
 from ksmea.alignment import require_aligned
 from ksmea.arrays import Array, ComplexArray
-from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.differences import cube_differences
 from ksmea.errors import BudgetSpent
@@ -29,8 +28,15 @@ class CountedProblem(ProblemProxy):
     sensitivities as Jacobians; one with the response at its point (`linearised`) is one Jacobian. Modes are not counted."""
 
     def __init__(self, behind: Problem, count: Count | None = None) -> None:
-        super().__init__(behind)
+        self._behind = behind
         self.count = Count() if count is None else count
+
+    @property
+    def behind(self) -> Problem:
+        return self._behind
+
+    def around(self, behind: Problem) -> Problem:
+        return CountedProblem(behind, self.count)
 
     def response(self, x: Array) -> ComplexArray:
         with self.count.adds(evaluations=len(x)):
@@ -51,22 +57,6 @@ class CountedProblem(ProblemProxy):
     def linearised(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
         with self.count.adds(jacobians=1):
             return self._behind.linearised(x)
-
-    def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
-        return CountedProblem(self._behind.at(speed, channels), self.count)
-
-    @property
-    def machine(self) -> Problem:
-        return CountedProblem(self._behind.machine, self.count)
-
-    def changed(self, change: Callable[[Problem], Problem]) -> Problem:
-        return CountedProblem(self._behind.changed(change), self.count)
-
-    def with_phase_origin(self) -> Problem:
-        return CountedProblem(self._behind.with_phase_origin(), self.count)
-
-    def with_unbalance(self, position: float, magnitude: float, phase: float) -> Problem:
-        return CountedProblem(self._behind.with_unbalance(position, magnitude, phase), self.count)
 
 
 @dataclass

@@ -2,30 +2,57 @@
 
 from __future__ import annotations
 
+from abc import abstractmethod
+from collections.abc import Callable, Sequence
+
 from ksmea.arrays import Array
-from ksmea.campaign import Campaign
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
-from ksmea.parameters import Parameters
+
+# Made of other members, each proxy's own: what it says of its response or growth rate holds for these too.
+DERIVED = ("linearised", "stability_threshold", "is_stable")
 
 
 class ProblemProxy(Problem):
     """Base of problems that see to what another one, `behind`, is asked. Members of the contract that a subclass leaves out
-    are those of the problem behind; `linearised` is made of its own response and sensitivity."""
+    are those of the problem behind, but for those that are made of others (`DERIVED`)."""
 
-    parameters: Parameters
-    speed: Array
-    channels: tuple[Channel, ...]
-    campaign: Campaign | None
+    @property
+    @abstractmethod
+    def behind(self) -> Problem: ...
 
-    def __init__(self, behind: Problem) -> None:
-        self._behind = behind
+    @abstractmethod
+    def around(self, behind: Problem) -> Problem:
+        """The same before another problem: the one behind, changed."""
+
+    def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
+        return self.around(self.behind.at(speed, channels))
+
+    @property
+    def machine(self) -> Problem:
+        return self.around(self.behind.machine)
+
+    def changed(self, change: Callable[[Problem], Problem]) -> Problem:
+        return self.around(self.behind.changed(change))
+
+    def with_phase_origin(self) -> Problem:
+        return self.around(self.behind.with_phase_origin())
+
+    def with_unbalance(self, position: float, magnitude: float, phase: float) -> Problem:
+        return self.around(self.behind.with_unbalance(position, magnitude, phase))
+
+    def with_unknown_unbalance(self, position: float, names: tuple[str, str], at_most: float) -> Problem:
+        return self.around(self.behind.with_unknown_unbalance(position, names, at_most))
 
 
 def _handed_on(name: str) -> property:
-    return property(lambda self: getattr(self._behind, name))
+    return property(lambda self: getattr(self.behind, name))
 
 
-for _name in (*ProblemProxy.__annotations__, *vars(Problem)):
-    if not _name.startswith("_") and _name not in ("response", "linearised"):
-        setattr(ProblemProxy, _name, _handed_on(_name))
+HANDED_ON = tuple(
+    name
+    for name in (*Problem.__annotations__, *vars(Problem))
+    if not (name.startswith("_") or name in vars(ProblemProxy) or name in (*DERIVED, "response"))
+)
+for _name in HANDED_ON:
+    setattr(ProblemProxy, _name, _handed_on(_name))

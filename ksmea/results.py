@@ -24,7 +24,7 @@ from ksmea.records.identification import IdentificationRecord
 from ksmea.records.location import LocationRecord
 from ksmea.records.plan import PlanRecord
 from ksmea.records.record import Record
-from ksmea.show import diagnosis, identifiability, identification, location, plan
+from ksmea.show import diagnosis, identifiability, identification, location, plan, weights
 
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 
@@ -89,6 +89,10 @@ class IdentificationResult(Result[IdentificationRecord]):
 
     def to_frame(self) -> pd.DataFrame:
         return identification.frame(self.record)
+
+    def influence(self) -> pd.DataFrame | None:
+        """Influence coefficients of the planes of a campaign with weights; None of other data."""
+        return None if self.record.weights is None else weights.influence_frame(self.record.weights)
 
     def plot(self, axes: Axes | None = None) -> Figure:
         return identification.plot(self.record, axes)

@@ -8,11 +8,12 @@
   `run` has the names of the runs.
 - `weights`, the known unbalance that the shaft carried in this run besides its own: `position` from the left end (m), size
   (g mm) and `angle_deg` (0 if not given), counted from where the model's unbalance phases are, towards the direction of
-  rotation. Where the model fixes the phase of its unbalance, angles are from there.
+  rotation. Where the model fixes the phase of its unbalance, angles are from there. A weight without `g_mm` is to be found:
+  two unknowns of the run, within `at_most_g_mm` (the largest unbalance of the model if not given).
 - `direction` (up, down, steady), a note; `speeds: [from, to]`, those that are used (rpm).
 - `own: [names]` beside `runs`: unknowns of which each run has its own, called name@run. All others are shared: bearings,
   unbalance and the origin of phases.
-- `noise: shared`: all runs have the same.
+- `noise`: `shared`, all runs have the same where it is estimated, or `own`, each its own relative part and floor.
 
 All runs have the same channels, all of them phases or none, and all of them `sigma_um` or none. docs/campaigns.md says more.
 """
@@ -115,10 +116,10 @@ class CampaignFile(MeasurementSource):
     @property
     def _campaign(self) -> Campaign:
         runs = (
-            Run(entry.name, len(run.speed), entry.weights, entry.direction)
+            Run(entry.name, len(run.speed), entry.weights, entry.direction, entry.unknown_weights)
             for entry, run in zip(self._document.runs, self._runs)
         )
-        return Campaign(tuple(runs), self._document.own)
+        return Campaign(tuple(runs), self._document.own, self._document.has_own_noise)
 
     @cached_property
     def _content(self) -> bytes:
@@ -153,7 +154,9 @@ class CampaignFile(MeasurementSource):
             raise entry.block.error("file", f"{entry.file}: expected one run, got a column run; give file beside runs")
         drop = self.incomplete == "drop"
         return inside(
-            entry.block, "", lambda: run_up(rows, entry.file, entry.speed_from, entry.speed_to, drop, least=1)
+            entry.block,
+            "",
+            lambda: run_up(rows, entry.file, entry.speed_from, entry.speed_to, drop, least=1, repeats=True),
         )
 
 

@@ -10,10 +10,12 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ksmea.blocks import Block
-from ksmea.campaign import Weight
+from ksmea.campaign import UnknownWeight, Weight
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
 DIRECTIONS = ("up", "down", "steady")
+OWN = "own"
+NOISES = ("shared", OWN)  # whether runs have the same noise, or each its own
 MAX_RUNS = 100
 MAX_ANGLE = 360.0  # degrees
 NAME = re.compile(r"[\w.-]+")  # of a run; an unknown of its own is called name@run
@@ -27,6 +29,7 @@ class RunEntry:
     name: str
     file: str  # of its data, from the working directory
     weights: tuple[Weight, ...]
+    unknown_weights: tuple[UnknownWeight, ...]
     direction: str
     speed_from: float | None
     speed_to: float | None
@@ -38,6 +41,7 @@ class Document:
 
     runs: tuple[RunEntry, ...]
     own: tuple[str, ...]
+    has_own_noise: bool
     is_one_file: bool
 
 
@@ -45,10 +49,7 @@ def read_document(block: Block) -> Document:
     """The campaign that a file describes."""
     is_one_file = "file" in block.values
     block.check_keys(["runs"], ["file", "own", "noise"])
-    if "noise" in block.values and block.text("noise") != "shared":
-        raise block.error(
-            "noise", "expected shared, the same noise in all runs, which is all there is so far; leave it out"
-        )
+    has_own_noise = "noise" in block.values and block.choice("noise", "noise", NOISES) == OWN
     blocks = block.blocks("runs")
     if len(blocks) > MAX_RUNS:
         raise block.error("runs", f"expected at most {MAX_RUNS}, got {len(blocks)}; leave some out")
@@ -59,7 +60,7 @@ def read_document(block: Block) -> Document:
             raise block.error(
                 "runs", f"expected each name once, got {run.name} {names.count(run.name)} times; rename one"
             )
-    return Document(tuple(runs), _own(block), is_one_file)
+    return Document(tuple(runs), _own(block), has_own_noise, is_one_file)
 
 
 def _run(block: Block, of_file: Block, is_one_file: bool) -> RunEntry:
@@ -74,7 +75,8 @@ def _run(block: Block, of_file: Block, is_one_file: bool) -> RunEntry:
         block,
         name,
         str(Path(block.file).parent / Path(of_file.text("file")).expanduser()),
-        tuple(map(_weight, weights)),
+        tuple(_weight(each) for each in weights if "g_mm" in each.values),
+        tuple(_unknown_weight(each) for each in weights if "g_mm" not in each.values),
         block.choice("direction", "direction", DIRECTIONS) if "direction" in block.values else "",
         low,
         high,
@@ -89,6 +91,18 @@ def _weight(block: Block) -> Weight:
     return Weight(
         block.number("position", "m"), block.number("g_mm", "g mm", above=0) * GRAM_MILLIMETRE, angle * DEGREE
     )
+
+
+def _unknown_weight(block: Block) -> UnknownWeight:
+    block.check_keys(["position"], ["at_most_g_mm", "g_mm", "angle_deg"])
+    if "angle_deg" in block.values:
+        raise block.error(
+            "angle_deg", "expected g_mm beside it; a weight of unknown size has no known angle: leave it out"
+        )
+    at_most = None
+    if "at_most_g_mm" in block.values:
+        at_most = block.number("at_most_g_mm", "g mm", above=0) * GRAM_MILLIMETRE
+    return UnknownWeight(block.number("position", "m"), at_most)
 
 
 def _speeds(block: Block) -> tuple[float | None, float | None]:

@@ -30,9 +30,16 @@ class RunUp:
 
 
 def run_up(
-    rows: Rows, path: str, speed_from: float | None, speed_to: float | None, drop: bool, least: int = 2
+    rows: Rows,
+    path: str,
+    speed_from: float | None,
+    speed_to: float | None,
+    drop: bool,
+    least: int = 2,
+    repeats: bool = False,
 ) -> RunUp:
-    """Rows in any order as a table of `least` speeds or more and channels, SI."""
+    """Rows in any order as a table of `least` speeds or more and channels, SI. With `repeats` a speed may be measured several
+    times: the n-th rows of its channels belong together."""
     low, high = speed_from or 0.0, speed_to or math.inf
     used = [index for index, speed in enumerate(rows.speed) if low <= speed <= high]
     if not used:
@@ -41,11 +48,13 @@ def run_up(
             " change speed_from or speed_to"
         )
     first_lines: dict[tuple[float, str], int] = {}
-    by_speed: dict[float, dict[tuple[float, str], int]] = {}
+    by_speed: dict[tuple[float, int], dict[tuple[float, str], int]] = {}  # and by how many times it was measured before
     for index in used:
         speed, channel, line = rows.speed[index], rows.channel[index], rows.line[index]
         first_lines.setdefault(channel, line)
-        there = by_speed.setdefault(speed, {})
+        earlier = 0
+        while channel in (there := by_speed.setdefault((speed, earlier), {})) and repeats:
+            earlier += 1
         if channel in there:
             raise SettingError(
                 f"{path} line {line}: expected each speed and channel once, got {speed:g} rpm, {Channel(*channel)} again"
@@ -56,7 +65,7 @@ def run_up(
     dropped = len(by_speed) - len(complete)
     if dropped and not drop:
         _refuse_incomplete(path, rows, by_speed, first_lines)
-    _check_count(path, complete, dropped, least)
+    _check_count(path, [speed for speed, _ in complete], dropped, least)
     order = np.array([[by_speed[speed][channel] for channel in first_lines] for speed in complete])
     amplitude = np.array(rows.amplitude)[order] * MICROMETRE
     _check_zeros(path, amplitude, first_lines)
@@ -65,7 +74,7 @@ def run_up(
         len(used) < len(rows.line)
     )
     return RunUp(
-        speed=np.array(complete) * RPM,
+        speed=np.array([speed for speed, _ in complete]) * RPM,
         channels=tuple(Channel(*channel) for channel in first_lines),
         first_lines=tuple(first_lines.values()),
         values=amplitude if rows.phase is None else amplitude * np.exp(1j * DEGREE * np.array(rows.phase)[order]),
@@ -78,7 +87,7 @@ def run_up(
 def _refuse_incomplete(
     path: str,
     rows: Rows,
-    by_speed: Mapping[float, Mapping[tuple[float, str], int]],
+    by_speed: Mapping[tuple[float, int], Mapping[tuple[float, str], int]],
     first_lines: Mapping[tuple[float, str], int],
 ) -> NoReturn:
     lacking = [there for there in by_speed.values() if len(there) < len(first_lines)]

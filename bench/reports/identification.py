@@ -21,6 +21,7 @@ from ksmea.records.identification import IdentificationRecord
 from ksmea.show.hidden import COLUMN, in_one_line
 from ksmea.show.identification import COLUMNS, frame, plot, text
 from ksmea.show.style import png
+from ksmea.show.weights import influence_frame
 
 MAX_BLOCKS = 4  # runs with sentences and a figure; the tables have all
 
@@ -37,11 +38,13 @@ class IdentificationReport(Report):
         blocks = [text(record, _title(plan, run, record)) for run, record in shown.items()]
         if len(found) > len(shown):
             blocks.append(f"and {len(found) - len(shown)} more in {plan.name}.csv")
+        influence = _influence(found)
         return Made(
             "\n\n".join(blocks) or "nothing was identified",
             {
                 f"{plan.name}.csv": csv_text(identification_frame(plan, found)).encode(),
                 "runs.csv": csv_text(runs).encode(),
+                **({} if influence is None else {"influence.csv": csv_text(influence).encode()}),
             },
             runs,
             lambda: _figures(plan, shown),
@@ -62,6 +65,16 @@ def identification_frame(plan: Plan, found: Mapping[Run, IdentificationRecord]) 
     if not frames:
         return pd.DataFrame(columns=[*COLUMNS, "cell", "repetition", *plan.axes])
     return pd.concat(frames, ignore_index=True)
+
+
+def _influence(found: Mapping[Run, IdentificationRecord]) -> pd.DataFrame | None:
+    """Influence coefficients of all runs of campaigns with weights; None without any."""
+    frames = [
+        influence_frame(record.weights).assign(cell=run.cell, repetition=run.repetition)
+        for run, record in found.items()
+        if record.weights is not None
+    ]
+    return pd.concat(frames, ignore_index=True) if frames else None
 
 
 def _figures(plan: Plan, shown: Mapping[Run, IdentificationRecord]) -> dict[str, bytes]:

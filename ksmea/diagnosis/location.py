@@ -248,5 +248,13 @@ def _noise(measurement: Measurement, fit: SiteFit) -> Noise:
     if measurement.noise is not None:
         return measurement.noise
     point = fit.point
-    measured = fit.likelihood.measured
-    return restricted_noise(measured - point.response, point.columns, point.mean, measured, point.n_searched)
+    measured, groups = fit.likelihood.measured, measurement.layout.noise_rows
+    levels: list[tuple[float, float]] = []
+    for rows in groups:
+        residual, n_searched = (
+            measured[rows] - point.response[rows],
+            point.n_searched * (rows.stop - rows.start) / len(measured),
+        )
+        found = restricted_noise(residual, point.columns[rows], point.mean[rows], measured[rows], n_searched)
+        levels += found.levels
+    return Noise(*levels[0]) if len(groups) == 1 else Noise.of_runs(levels, groups)

@@ -171,9 +171,9 @@ def _further(one: Problem, other: Problem) -> Iterator[tuple[str, tuple[Problem,
 
 def _separation(data: Sequence[tuple[Problem, Problem]], one: Fit, other: Fit) -> float:
     """Expected deviance difference between the model that makes the data and the other, all of whose unknowns are fitted
-    along: the squared distance of the two predictions from the tangent of the other. Where each datum came with a noise of its own,
-    all have the median."""
-    noise = Noise(one.noise.relative, float(np.median(one.noise.floor)))
+    along: the squared distance of the two predictions from the tangent of the other. Where each datum or run has a noise of its
+    own, all have the median."""
+    noise = Noise(float(np.median(one.noise.relative)), float(np.median(one.noise.floor)))
     kind = one.likelihood.measurement.kind
     distances, tangents = [], []
     for made, fitted in data:

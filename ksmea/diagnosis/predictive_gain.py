@@ -58,7 +58,7 @@ def _left_out(fit: Fit, measurement: Measurement, kept: Indices, block: Indices)
     left_out = measurement.part(block)
     problem = aligned(fit.problem, left_out)
     if likelihood.noise_is_estimated:
-        left_out = dataclasses.replace(left_out, noise=likelihood.noise(theta))
+        left_out = dataclasses.replace(left_out, noise=likelihood.noise_of(theta, left_out))
     test = Likelihood(Model(problem), left_out)
     response = problem.response(problem.parameters.to_si(theta[None, : likelihood.d]))[0]
     squares = float(np.sum(np.abs(left_out.seen(response) - left_out.values) ** 2))

@@ -19,6 +19,7 @@ from ksmea.records.extension import EffectRecord, PredictiveGainRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record
+from ksmea.records.repeats import RepeatsRecord
 from ksmea.records.stability import StabilityRecord
 
 Values = tuple[tuple[float | tuple[float, float], ...], ...]  # (n_speed, n_channel), complex as (real, imaginary)
@@ -154,6 +155,7 @@ class DiagnosisRecord(Record):
     left_out: Mapping[str, str] = field(default_factory=dict)  # effects that were not fitted, and why
     source: str = ""  # of the measurement; older records do not say
     remarks: tuple[str, ...] = ()  # on the data: what was left out of them, and what looks like a slip
+    repeats: RepeatsRecord | None = None  # of a campaign
     stability: StabilityRecord | None = None  # of the model that is believed; None in older records
     location: LocationRecord | None = (
         None  # without the library; None where the model is adequate or the data are too few

@@ -28,5 +28,5 @@ class EstimateRecord(Record):
 class NoiseLevelRecord(Record):
     """Standard deviation s of a response q: s² = (relative · |q|)² + floor²."""
 
-    relative: float
-    floor: float  # m; the median where each datum has its own
+    relative: float  # the median where each run has its own
+    floor: float  # m; the median where each datum or run has its own

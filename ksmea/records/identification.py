@@ -16,7 +16,9 @@ from ksmea.records.curves import FitCurves, Matrix, ResponseCurves, check_shape,
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record
+from ksmea.records.repeats import RepeatsRecord
 from ksmea.records.stability import StabilityRecord
+from ksmea.records.weights import WeightsRecord
 from ksmea.units import TURN
 
 # Fields of a parameter that had other names in records before schema 3.
@@ -101,9 +103,10 @@ class Seconds:
 class NoiseLevel:
     """Noise that the intervals were made with: s² = (relative · |μ|)² + floor²."""
 
-    relative: float
-    floor: float  # m; rms where each datum has its own
+    relative: float  # rms of the runs where each has its own
+    floor: float  # m; rms where each datum or run has its own
     estimated: bool  # from the same data, or known beforehand
+    by_run: tuple[tuple[str, float, float], ...] = ()  # name, relative, floor of each run that has its own
 
 
 @dataclass(frozen=True)
@@ -170,6 +173,8 @@ class IdentificationRecord(Record):
     location: LocationRecord | None = (
         None  # of what the model lacks, and the unknowns beside it; None where not asked for
     )
+    repeats: RepeatsRecord | None = None  # of a campaign, with details
+    weights: WeightsRecord | None = None  # of a campaign with weights on the shaft, with details
     stability: StabilityRecord | None = None  # None without details, and where the problem cannot tell
 
     def check(self) -> None:

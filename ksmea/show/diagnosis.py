@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import cast
 
 import numpy as np
@@ -12,7 +13,7 @@ from matplotlib.figure import Figure
 from ksmea.records.diagnosis import DiagnosisRecord, FitQualityRecord, TrialRecord
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.location import NOTHING
-from ksmea.show import hidden, location
+from ksmea.show import hidden, location, repeats
 from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
 from ksmea.show.predictive_gain import gain_lines
 from ksmea.show.stability import stability_text
@@ -27,6 +28,7 @@ def text(record: DiagnosisRecord) -> str:
     """The diagnosis as an engineer would say it; below it, apart, what synthetic data were made to hide."""
     blocks = [
         "\n".join(f"Note: {remark}" for remark in record.remarks),
+        _sentence(repeats.lines(record.repeats)),
         _what_is_wrong(record),
         _cause(record),
         _predictive_gain(record),
@@ -37,6 +39,10 @@ def text(record: DiagnosisRecord) -> str:
         hidden.paragraph(record.hidden, "diagnosis"),
     ]
     return "\n\n".join(block for block in blocks if block)
+
+
+def _sentence(lines: Iterable[str]) -> str:
+    return "\n".join(f"{line[0].upper()}{line[1:]}." for line in lines)
 
 
 def about_extension(record: DiagnosisRecord) -> list[str]:

@@ -12,11 +12,11 @@ from matplotlib.figure import Figure
 from ksmea.errors import SettingError
 from ksmea.records.curves import FitCurves, as_array
 from ksmea.records.identification import DataDescription, IdentificationRecord, LackOfFit, ParameterRecord
-from ksmea.show import hidden, location
+from ksmea.show import hidden, location, repeats, weights
 from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.fit_figure import draw_amplitude, fit_figure
 from ksmea.show.stability import stability_text
-from ksmea.show.text import number
+from ksmea.show.text import noise_parts, number, two_digits
 from ksmea.units import MICROMETRE, RPM
 
 SLIGHT = 0.1  # parts of the noise below this part of the whole everywhere are not mentioned
@@ -44,6 +44,8 @@ def frame(record: IdentificationRecord) -> pd.DataFrame:
         for part in record.parameters
     ]
     table = pd.DataFrame(rows, columns=list(COLUMNS))
+    if record.weights is not None:
+        table = pd.concat([table, weights.frame(record.weights).assign(at_limit=False)], ignore_index=True)
     if record.location is None:
         return table
     beside = [each.over_sites for each in record.location.coefficients]
@@ -88,11 +90,14 @@ def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:
         yield from (f"  note: {remark}" for remark in record.data.remarks)
     for parameter in record.parameters:
         yield f"  {_value_text(record, parameter)}"
+    if record.weights is not None:
+        yield from weights.lines(record.weights)
     if record.ended_short:
         yield _search_text(record)
     if record.interval_error is not None:
         yield f"no intervals: {record.interval_error}"
     yield from _noise_text(record)
+    yield from repeats.lines(record.repeats)
     yield f"hard to tell apart (correlation beyond ± {ALIKE}): {_alike_text(record)}"
     yield from stability_text(record.stability)
     if record.lack_of_fit is not None:
@@ -161,12 +166,15 @@ def _noise_text(record: IdentificationRecord) -> Iterator[str]:
     if record.intervals is None:
         return
     noise = record.intervals.noise
-    if noise.estimated:
-        yield f"noise estimated: {_noise_parts(*_telling_parts(record, noise.relative, noise.floor))}"
+    if noise.by_run:
+        said = "; ".join(f"{name} {noise_parts(relative, floor)}" for name, relative, floor in noise.by_run)
+        yield f"noise {'estimated' if noise.estimated else 'as stated'} run by run: {said}"
+    elif noise.estimated:
+        yield f"noise estimated: {noise_parts(*_telling_parts(record, noise.relative, noise.floor))}"
     elif noise.relative == 0:
-        yield f"noise as stated datum by datum: {_two_digits(noise.floor / MICROMETRE)} µm (rms)"
+        yield f"noise as stated datum by datum: {two_digits(noise.floor / MICROMETRE)} µm (rms)"
     else:
-        yield f"noise as stated: {_noise_parts(noise.relative, noise.floor)}"
+        yield f"noise as stated: {noise_parts(noise.relative, noise.floor)}"
 
 
 def _telling_parts(record: IdentificationRecord, relative: float, floor: float) -> tuple[float, float]:
@@ -177,16 +185,6 @@ def _telling_parts(record: IdentificationRecord, relative: float, floor: float) 
     if relative * amplitude.max() < SLIGHT * floor:
         return 0.0, floor
     return relative, 0.0 if floor < SLIGHT * relative * amplitude.min() else floor
-
-
-def _noise_parts(relative: float, floor: float) -> str:
-    parts = [f"{_two_digits(100 * relative)} %"] if relative else []
-    parts += [f"{_two_digits(floor / MICROMETRE)} µm"] if floor else []
-    return " + ".join(parts) or "none"
-
-
-def _two_digits(value: float) -> str:
-    return f"{value:.2g}" if abs(value) < 100 else f"{value:.0f}"
 
 
 def _alike_text(record: IdentificationRecord) -> str:

@@ -6,6 +6,8 @@ from typing import Any
 
 import pandas as pd
 
+from ksmea.units import MICROMETRE
+
 
 def aligned(head: list[str], lines: list[list[str]]) -> str:
     """Columns of text, right-aligned."""
@@ -15,3 +17,14 @@ def aligned(head: list[str], lines: list[list[str]]) -> str:
 
 def number(value: Any, digits: int = 4) -> str:
     return "–" if pd.isna(value) else f"{value:.{digits}g}"
+
+
+def noise_parts(relative: float, floor: float) -> str:
+    """For example '4.6 % + 0.017 µm', a part that is 0 left out."""
+    parts = [f"{two_digits(100 * relative)} %"] if relative else []
+    parts += [f"{two_digits(floor / MICROMETRE)} µm"] if floor else []
+    return " + ".join(parts) or "none"
+
+
+def two_digits(value: float) -> str:
+    return f"{value:.2g}" if abs(value) < 100 else f"{value:.0f}"

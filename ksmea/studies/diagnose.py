@@ -46,6 +46,7 @@ from ksmea.studies.campaign_remarks import campaign_remarks
 from ksmea.studies.estimates import estimate_record
 from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.misreadings import misreadings
+from ksmea.studies.repeats import repeats_of
 from ksmea.studies.slips import slips
 from ksmea.studies.stability import stability_of
 
@@ -141,7 +142,10 @@ def diagnosis(
     if details and record.verdict != "located":  # where the data are explained they are not misread
         remarks = (*remarks, *_slips(found, problem, measurement))
     return dataclasses.replace(
-        record, left_out={**left_out, **record.left_out}, remarks=(*campaign_remarks(measurement), *remarks)
+        record,
+        left_out={**left_out, **record.left_out},
+        remarks=(*campaign_remarks(measurement), *remarks),
+        repeats=repeats_of(measurement),
     )
 
 
@@ -298,7 +302,7 @@ def _noise(found: Diagnosis, measurement: Measurement) -> NoiseRecord:
 
 
 def _noise_level(noise: Noise) -> NoiseLevelRecord:
-    return NoiseLevelRecord(float(noise.relative), float(np.median(noise.floor)))
+    return NoiseLevelRecord(float(np.median(noise.relative)), float(np.median(noise.floor)))
 
 
 def _detectable(location: str, detectable: Detectable) -> DetectableRecord:

@@ -15,20 +15,20 @@ def n_real(layout: Layout) -> int:
     return len(layout.speed) * len(layout.channels) * Kind(layout.kind).dimensions
 
 
-def n_sought(n_unknown: int, *, with_noise: bool) -> int:
-    """How many numbers are sought, those of the noise among them where it is estimated."""
-    return n_unknown + (N_NOISE if with_noise else 0)
+def n_noise(layout: Layout, *, with_noise: bool) -> int:
+    """Unknowns of the noise, of each run that has its own; none where it is not estimated."""
+    return N_NOISE * len(layout.noise_rows) if with_noise else 0
 
 
 def require_enough(layout: Layout, n_unknown: int, *, with_noise: bool) -> None:
     """Raise `SettingError` for fewer real data than numbers sought: infinitely many answers fit them."""
-    found, needed = n_real(layout), n_sought(n_unknown, with_noise=with_noise)
+    found, needed = n_real(layout), n_unknown + n_noise(layout, with_noise=with_noise)
     if found >= needed:
         return
     n_speed, n_channel = len(layout.speed), len(layout.channels)
     said = f"{n_speed} speed{_s(n_speed)} × {n_channel} channel{_s(n_channel)}"
     said += " × amplitude and phase" if Kind(layout.kind) is Kind.COMPLEX else ""
-    noise = f" and {N_NOISE} of the noise" if with_noise else ""
+    noise = f" and {needed - n_unknown} of the noise" if with_noise else ""
     remedy = ", or state the noise (sigma_um)" if with_noise else ""
     raise SettingError(
         f"{layout.source}: expected at least {needed} data for {n_unknown} unknown{_s(n_unknown)}{noise}, got {found}"
@@ -38,7 +38,7 @@ def require_enough(layout: Layout, n_unknown: int, *, with_noise: bool) -> None:
 
 def can_be_tested(layout: Layout, n_unknown: int, *, with_noise: bool) -> bool:
     """Whether data are many enough that a wrong model would show in what the fit leaves."""
-    return n_real(layout) >= TO_TEST * n_sought(n_unknown, with_noise=with_noise)
+    return n_real(layout) >= TO_TEST * (n_unknown + n_noise(layout, with_noise=with_noise))
 
 
 def _s(count: int) -> str:

@@ -168,7 +168,7 @@ def _position(data: Data, n_position: int) -> Iterator[tuple[Value, Data]]:
 
 def _noise(data: Data, factors: Sequence[float]) -> Iterator[tuple[Value, Data]]:
     for factor in sorted(set(factors)):
-        noise = Noise(factor * data.noise.relative, factor * data.noise.floor)
+        noise = data.noise.scaled(factor)
         yield factor, dataclasses.replace(data, noise=noise)
 
 
@@ -190,7 +190,7 @@ def _description(data: Data) -> DataDescription:
         channels=tuple(str(channel) for channel in data.problem.channels),
         positions=tuple(sorted({float(channel.position) for channel in data.problem.channels})),
         kind=data.kind,
-        relative=data.noise.relative,
+        relative=float(data.noise.relative),
         floor=float(data.noise.floor),
         noise_known=data.noise_known,
     )

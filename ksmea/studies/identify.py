@@ -45,8 +45,10 @@ from ksmea.studies.campaign_remarks import campaign_remarks
 from ksmea.studies.enough_data import can_be_tested, require_enough
 from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.misreadings import misreadings
+from ksmea.studies.repeats import repeats_of
 from ksmea.studies.slips import slips
 from ksmea.studies.stability import stability_of
+from ksmea.studies.weights import weights_found
 from ksmea.units import TURN
 
 AUTO = "auto"
@@ -120,6 +122,7 @@ def identification(
         record = dataclasses.replace(
             record,
             data=_description(measurement, remarks, testable=testable),
+            repeats=repeats_of(measurement),
             fit=fit_curves(problem, measurement, x, noise),
             stability=stability_of(problem, x, noise, measurement.kind, noise_known=known, level=level, told=told),
         )
@@ -220,7 +223,7 @@ def _with_intervals(
         return dataclasses.replace(record, interval_error=str(error)), measurement.noise
     effort = IntervalEffort(
         level=level,
-        noise=_noise_level(estimated.noise, is_estimated=measurement.noise is None),
+        noise=_noise_level(estimated.noise, measurement),
         model_evaluations=counted.count.evaluations,
         model_jacobians=counted.count.jacobians,
         seconds=time.perf_counter() - started,
@@ -232,6 +235,7 @@ def _with_intervals(
         deviance=finite(fit.deviance),
         search_excess=finite(_excess(fit, record.x)),
         lack_of_fit=_lack_of_fit(fit, rng) if details and rng is not None and test else None,
+        weights=weights_found(fit, level) if details else None,
     ), estimated.noise
 
 
@@ -278,8 +282,11 @@ def _with_end(
     )
 
 
-def _noise_level(noise: Noise, *, is_estimated: bool) -> NoiseLevel:
-    return NoiseLevel(float(noise.relative), float(np.sqrt(np.mean(np.square(noise.floor)))), is_estimated)
+def _noise_level(noise: Noise, measurement: Measurement) -> NoiseLevel:
+    relative, floor = (float(np.sqrt(np.mean(np.square(part)))) for part in (noise.relative, noise.floor))
+    names = [run.name for run in measurement.campaign.runs] if noise.rows and measurement.campaign else []
+    by_run = tuple((name, *level) for name, level in zip(names, noise.levels))
+    return NoiseLevel(relative, floor, measurement.noise is None, by_run)
 
 
 def _lack_of_fit(fit: Fit, rng: np.random.Generator) -> LackOfFit:

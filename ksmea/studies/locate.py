@@ -119,7 +119,7 @@ def location_record(
         kind=NOTHING if found.is_plain_enough else (believed[0].unmodelled.kind or NONE) if believed else NONE,
         candidates=tuple(_site(found, index) for index in found.ranked),
         plain=PlainRecord(found.plain_quality.p, found.plain.point.deviance, found.plain.point.n_left),
-        noise=NoiseLevelRecord(float(found.noise.relative), float(np.median(found.noise.floor))),
+        noise=NoiseLevelRecord(float(np.median(found.noise.relative)), float(np.median(found.noise.floor))),
         noise_known=measurement.noise is not None,
         coefficients=_coefficients(found.plain, believed, interval_level),
         force=_force(believed[0], recovered_force(believed[0], rng), interval_level) if believed else None,

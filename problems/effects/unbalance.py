@@ -81,6 +81,9 @@ class FurtherUnbalance(RotorEffect):
     def load_sizes(self, theta: Array) -> ComplexArray:
         return forward_vector(theta)[:, None]
 
+    def unbalance(self, theta: Array) -> Mapping[float, complex]:
+        return {} if self.position is None else {self.position: complex(*theta)}
+
 
 def free_disks(rotor: Rotor) -> list[float]:
     """Positions of the disks that carry no unbalance plane, m."""

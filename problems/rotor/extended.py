@@ -12,6 +12,7 @@ from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from typing import cast
 
 import numpy as np
 
@@ -22,6 +23,7 @@ from ksmea.differences import central_differences
 from ksmea.errors import SettingError
 from ksmea.load import Load
 from ksmea.parameters import Parameters
+from ksmea.proxy import ProblemProxy
 from problems.rotor import dense
 from problems.rotor.assembly import assemble_free, node_dof
 from problems.rotor.data import COEFFICIENTS, STIFFNESSES, Rotor
@@ -41,7 +43,7 @@ MAX_REDUCTIONS = 64  # kept of rotors that an effect has changed
 
 
 @dataclass(frozen=True, eq=False)
-class ExtendedProblem(Problem):
+class ExtendedProblem(ProblemProxy):
     """A rotor problem with effects."""
 
     base: RotorProblem
@@ -67,20 +69,23 @@ class ExtendedProblem(Problem):
         )
 
     @property
-    def speed(self) -> Array:
-        return self.base.speed
+    def behind(self) -> Problem:
+        return self.base
+
+    def around(self, behind: Problem) -> Problem:
+        return dataclasses.replace(self, base=cast(RotorProblem, behind))
 
     @property
-    def channels(self) -> tuple[Channel, ...]:
-        return self.base.channels
+    def machine(self) -> Problem:
+        return self
 
-    @property
-    def sites(self) -> Array:
-        return self.base.sites
+    def changed(self, change: Callable[[Problem], Problem]) -> Problem:
+        return change(self)
 
-    @property
-    def landmarks(self) -> dict[str, float]:
-        return self.base.landmarks
+    # Of a rotor with effects nobody knows the modes: they are not those of the rotor behind.
+    critical_speeds = Problem.critical_speeds
+    modes = Problem.modes
+    campbell = Problem.campbell
 
     @property
     def rotor(self) -> Rotor:
@@ -90,19 +95,6 @@ class ExtendedProblem(Problem):
     def unknowns(self) -> tuple[Unknown, ...]:
         """Those of the rotor itself."""
         return self.base.unknowns
-
-    def at(self, speed: Array, channels: Sequence[Channel]) -> ExtendedProblem:
-        return dataclasses.replace(self, base=self.base.at(speed, channels))
-
-    def with_unbalance(self, position: float, magnitude: float, phase: float) -> ExtendedProblem:
-        return dataclasses.replace(self, base=self.base.with_unbalance(position, magnitude, phase))
-
-    @property
-    def has_free_phase(self) -> bool:
-        return self.base.has_free_phase
-
-    def with_phase_origin(self) -> ExtendedProblem:
-        return dataclasses.replace(self, base=self.base.with_phase_origin())
 
     def response(self, x: Array) -> ComplexArray:
         """(n, d) SI → (n, n_speed, n_channel), m."""
@@ -158,6 +150,16 @@ class ExtendedProblem(Problem):
             low = low.with_attached(index, *attached(force, speed))
         damping = impedance.imag / speed[:, None, None, None]
         return growth_rate(low, speed, impedance.real, damping, self._supports(of_effects))
+
+    def unbalance(self, x: Array) -> dict[float, complex]:
+        """That of the rotor itself, and of effects that are unbalance too, by position (m), kg m."""
+        own, of_effects = self._parts(checked_sets(np.asarray(x)[None], self.parameters))
+        found = self.base.unbalance(own[0])
+        origin = inputs_at(self.base.rotor, self.base.unknowns, own).origin[0]
+        for effect, values in zip(self.effects, of_effects):
+            for position, size in effect.unbalance(values[0]).items():
+                found[position] = found.get(position, 0.0) + size * complex(np.exp(-1j * origin))
+        return found
 
     @cached_property
     def _columns(self) -> list[Indices]:

@@ -6,7 +6,7 @@ Values of an effect's unknowns are rows of θ (n, e), SI, in the order of its `p
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import ClassVar
 
 from ksmea.arrays import Array, ComplexArray
@@ -54,6 +54,10 @@ class RotorHooks(ABC):
     def load_sizes(self, theta: Array) -> ComplexArray:
         """How large each load is, (n, n_load)."""
         raise NotImplementedError
+
+    def unbalance(self, theta: Array) -> Mapping[float, complex]:
+        """What of its loads is unbalance at one set of values (e,), by position (m), kg m in the direction of the force."""
+        return {}
 
     def site_law(self) -> SiteLaw | None:
         """Where a force acts that follows a law, whose coefficients are its unknowns; None: nowhere."""

@@ -19,6 +19,7 @@ from ksmea.errors import SettingError
 from ksmea.load import Load
 from ksmea.modes import Campbell, Mode
 from ksmea.parameters import PHASE_ORIGIN, Parameter, Parameters
+from ksmea.units import GRAM_MILLIMETRE
 from problems.rotor import dense
 from problems.rotor.critical_speeds import critical_speeds
 from problems.rotor.data import DAMPINGS, STIFFNESSES, Rotor, UnbalancePlane
@@ -27,6 +28,7 @@ from problems.rotor.modes import campbell_diagram, natural_modes
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
 from problems.rotor.stability import growth_rate, low_modes, searched_speed
 from problems.rotor.unknowns import (
+    CARTESIAN_PARTS,
     BearingTarget,
     Inputs,
     OriginTarget,
@@ -104,9 +106,7 @@ class RotorProblem(Problem):
             if isinstance(target, OriginTarget):
                 return 1j * np.einsum("cus,u->cs", channel_per_unbalance, unbalance)
             if isinstance(target, UnbalanceTarget):
-                phase = inputs.unbalance[0, target.plane, 1]
-                change = np.exp(1j * phase) if target.part == "magnitude" else 1j * unbalance[target.plane]
-                return channel_per_unbalance[:, target.plane] * change
+                return channel_per_unbalance[:, target.plane] * _unbalance_change(inputs, target)
             impedance = _impedance_of(target)
             factor = 1.0 if target.coefficient in STIFFNESSES else 1j * self.speed
             return -factor * channel_per_port[:, impedance.row_port] * port_motion[impedance.column_port]
@@ -165,12 +165,31 @@ class RotorProblem(Problem):
         rotor = dataclasses.replace(self.rotor, unbalance=(*self.rotor.unbalance, added))
         return dataclasses.replace(self, rotor=rotor)
 
+    def with_unknown_unbalance(self, position: float, names: tuple[str, str], at_most: float) -> RotorProblem:
+        """The same rotor with an unbalance of unknown size and angle at a position (m): two unknowns more, its components at
+        0° and 90° within ± `at_most` (kg m)."""
+        plane = len(self.rotor.unbalance)
+        rotor = dataclasses.replace(self.rotor, unbalance=(*self.rotor.unbalance, UnbalancePlane(position)))
+        added = (
+            Unknown(Parameter(name, "g mm", GRAM_MILLIMETRE, -at_most, at_most), (UnbalanceTarget(plane, part),))
+            for name, part in zip(names, CARTESIAN_PARTS, strict=True)
+        )
+        return dataclasses.replace(self, rotor=rotor, unknowns=(*self.unknowns, *added))
+
+    def unbalance(self, x: Array) -> dict[float, complex]:
+        """At values x (d,) SI, by position (m): kg m, angles from where those of `with_unbalance` count."""
+        inputs = inputs_at(self.rotor, self.unknowns, checked_sets(np.asarray(x)[None], self.parameters))
+        found: dict[float, complex] = {}
+        for plane, size in zip(self.rotor.unbalance, inputs.complex_unbalance[0] * np.exp(-1j * inputs.origin[0])):
+            found[plane.position] = found.get(plane.position, 0.0) + complex(size)
+        return found
+
     @property
     def has_free_phase(self) -> bool:
         """Whether the phases of all unbalance are unknown."""
         targets = {target for item in self.unknowns for target in item.targets}
-        planes = range(len(self.rotor.unbalance))
-        return OriginTarget() in targets or all(UnbalanceTarget(plane, "phase") in targets for plane in planes)
+        turning = {target.plane for target in targets if isinstance(target, UnbalanceTarget) and target.turns}
+        return OriginTarget() in targets or len(turning) == len(self.rotor.unbalance)
 
     def with_phase_origin(self) -> RotorProblem:
         """With the phase of all unbalance unknown. One and a half turns: each angle lies a quarter turn or more from the
@@ -260,6 +279,13 @@ def impedances_of(rotor: Rotor, unknowns: Sequence[Unknown]) -> tuple[Impedance,
         or bearing.damping[row, column]
         or Impedance(index, row, column) in unknown
     )
+
+
+def _unbalance_change(inputs: Inputs, target: UnbalanceTarget) -> complex:
+    """∂(m e e^{iφ})/∂x of a plane for what an unknown sets of it."""
+    magnitude, phase = inputs.unbalance[0, target.plane]
+    turned = {"x": 1, "y": 1j}.get(target.part, np.exp(1j * (phase - inputs.origin[0])))
+    return complex(np.exp(1j * inputs.origin[0]) * turned * (1j * magnitude if target.part == "phase" else 1.0))
 
 
 def _impedance_of(target: BearingTarget) -> Impedance:

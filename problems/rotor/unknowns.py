@@ -6,6 +6,7 @@ An unknown with several targets ties them: two equal bearings have one kxx that 
 from __future__ import annotations
 
 import dataclasses
+from collections import defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -17,6 +18,7 @@ from ksmea.parameters import Parameter
 from problems.rotor.data import COEFFICIENTS, Rotor
 
 UNBALANCE_PARTS = ("magnitude", "phase")
+CARTESIAN_PARTS = ("x", "y")  # in their place: the components at 0° and at 90°, of either sign
 
 
 @dataclass(frozen=True)
@@ -33,14 +35,21 @@ class BearingTarget:
 
 @dataclass(frozen=True)
 class UnbalanceTarget:
-    """The magnitude (kg m) or the phase (rad) of the unbalance in one plane, by its index in `Rotor.unbalance`."""
+    """The magnitude (kg m), the phase (rad) or a Cartesian component (kg m) of the unbalance in one plane, by its index in
+    `Rotor.unbalance`."""
 
     plane: int
     part: str = "magnitude"
 
     def __post_init__(self) -> None:
-        if self.part not in UNBALANCE_PARTS:
-            raise unknown("part of an unbalance", self.part, UNBALANCE_PARTS)
+        known = (*UNBALANCE_PARTS, *CARTESIAN_PARTS)
+        if self.part not in known:
+            raise unknown("part of an unbalance", self.part, known)
+
+    @property
+    def turns(self) -> bool:
+        """Whether it frees the angle of its plane, alone or with the other component."""
+        return self.part != "magnitude"
 
 
 @dataclass(frozen=True)
@@ -65,6 +74,7 @@ class Inputs:
 
     coefficients: Array  # (n, n_bearing, 8) in the order of COEFFICIENTS, N/m and N s/m
     unbalance: Array  # (n, n_plane, 2): magnitude in kg m, phase in rad
+    origin: Array  # (n,) rad, by which all phases are turned
 
     @property
     def complex_unbalance(self) -> ComplexArray:  # (n, n_plane) kg m
@@ -75,16 +85,21 @@ def inputs_at(rotor: Rotor, unknowns: Sequence[Unknown], x: Array) -> Inputs:
     """The rotor's own numbers with the unknowns' values (n, d) put in."""
     coefficients = np.array([[getattr(bearing, name) for name in COEFFICIENTS] for bearing in rotor.bearings])
     unbalance = np.array([[getattr(plane, part) for part in UNBALANCE_PARTS] for plane in rotor.unbalance])
-    inputs = Inputs(np.tile(coefficients, (len(x), 1, 1)), np.tile(unbalance, (len(x), 1, 1)))
+    inputs = Inputs(np.tile(coefficients, (len(x), 1, 1)), np.tile(unbalance, (len(x), 1, 1)), np.zeros(len(x)))
+    components: dict[int, ComplexArray] = defaultdict(lambda: np.zeros(len(x), dtype=complex))
     for column, item in enumerate(unknowns):
         for target in item.targets:
             if isinstance(target, BearingTarget):
                 inputs.coefficients[:, target.bearing, COEFFICIENTS.index(target.coefficient)] = x[:, column]
-            elif isinstance(target, UnbalanceTarget):
+            elif isinstance(target, OriginTarget):
+                inputs.origin[:] = x[:, column]
+            elif target.part in CARTESIAN_PARTS:
+                components[target.plane] += (1 if target.part == "x" else 1j) * x[:, column]
+            else:
                 inputs.unbalance[:, target.plane, UNBALANCE_PARTS.index(target.part)] = x[:, column]
-    for column, item in enumerate(unknowns):  # after all phases are set
-        if any(isinstance(target, OriginTarget) for target in item.targets):
-            inputs.unbalance[:, :, 1] += x[:, column, None]
+    for plane, vector in components.items():
+        inputs.unbalance[:, plane] = np.stack([np.abs(vector), np.angle(vector)], axis=-1)
+    inputs.unbalance[:, :, 1] += inputs.origin[:, None]  # after all phases are set
     return inputs
 
 

@@ -4,6 +4,7 @@ import dataclasses
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 import ksmea
@@ -98,12 +99,13 @@ WRONG = [  # what is written instead, and what the one line says
     (("angle_deg: 60", "angle_deg: 400"), "runs[2].weights[1].angle_deg: expected a number at least -360 and at most 360 (deg), got 400"),
     (("angle_deg", "angle"), "runs[2].weights[1]: unknown key 'angle'; did you mean 'angle_deg'?"),
     (("g_mm: 150", "g_mm: -1"), "runs[2].weights[1].g_mm: expected a number above 0 (g mm), got -1"),
-    (("g_mm: 150, ", ""), "runs[2].weights[1].g_mm: expected a value, got nothing"),
     (("weights: [{position: 1.0, g_mm: 150, angle_deg: 60}]", "weights: "), "runs[2].weights: expected a list with at least one entry, got nothing"),
     (("runs:", "own: no\nruns:"), "own: expected a list with at least one entry, got 'no'"),
+    (("g_mm: 150, ", ""), "runs[2].weights[1].angle_deg: expected g_mm beside it"),
+    (("g_mm: 150, angle_deg: 60", "at_most_g_mm: 0"), "runs[2].weights[1].at_most_g_mm: expected a number above 0 (g mm), got 0"),
     (("weights", "weight"), "runs[2]: unknown key 'weight'; did you mean 'weights'?"),
     (("runs:", "nois: shared\nruns:"), "unknown key 'nois'; did you mean 'noise'?"),
-    (("runs:", "noise: own\nruns:"), "noise: expected shared, the same noise in all runs, which is all there is so far"),
+    (("runs:", "noise: each\nruns:"), "noise: unknown noise 'each'"),
     (("bare.csv}", "bare.csv, direction: upwards}"), "runs[1].direction: unknown direction 'upwards'; did you mean 'up'?"),
     (("bare.csv}", "bare.csv, speeds: [9000, 5000]}"), "runs[1].speeds to: expected a number above 9000 (rpm), got 5000"),
     (("bare.csv}", "bare.csv, speeds: [1, 2]}"), "runs[1]: ", "expected speeds from 1 to 2 rpm"),
@@ -132,6 +134,7 @@ def test_a_wrong_campaign_is_one_clear_line(folder, change, words):
     [
         (("position: 1.0", "position: 7"), "run trial, weight 150 g mm at 7 m, 60°: "),
         (("g_mm: 150", "g_mm: 1.5e8"), "expected weights up to 500000 g mm, 1000 times the largest unbalance of the model"),
+        (("position: 1.0, g_mm: 150, angle_deg: 60", "position: 7"), "run trial, an unknown weight at 7 m: "),
         (("runs:", "own: [kxz]\nruns:"), "unknown in own: 'kxz'; did you mean 'kxx'?"),
     ],
 )  # fmt: skip
@@ -153,6 +156,19 @@ def test_identify_from_the_command_line(folder, enter):
         assert table.loc[name, "low"] < value < table.loc[name, "high"]  # 0.1 % of draws would not
 
 
+def test_an_unknown_weight_is_found_from_the_command_line(folder, enter):
+    (folder / "campaign.yaml").write_text(TWO_RUNS.replace(", g_mm: 150, angle_deg: 60", ""))
+    words = ["+experiment=identify", "workers=1", "measurement=campaign", "measurement.path=campaign.yaml"]
+    ended = enter(*words, "study.level=0.999", output="results/identify_campaign")
+    assert ended.code == 0, ended.err
+    assert "weight in run trial at 1 m (disk 3): " in ended.out
+    table = ended.table("identify").set_index("parameter")
+    for name, value in (("weight at 1 m@trial, size", 150), ("weight at 1 m@trial, angle", 60)):
+        assert table.loc[name, "low"] < value < table.loc[name, "high"]  # 0.1 % of draws would not
+    influence = pd.read_csv(folder / "results/identify_campaign/influence.csv")
+    assert set(influence["plane"]) == {"disk 1", "disk 2", "disk 3"}
+
+
 def test_diagnose_from_the_command_line(folder, enter):
     words = ["+experiment=diagnose", "workers=1", "measurement=campaign", "measurement.path=campaign.yaml"]
     ended = enter(*words, "study.effects=[runout,mass]", output="results/diagnose_campaign")
@@ -165,3 +181,14 @@ def test_a_weight_that_was_not_told_is_noticed(folder, enter):
     (folder / "untold.yaml").write_text(TWO_RUNS.replace(", weights: [{position: 1.0, g_mm: 150, angle_deg: 60}]", ""))
     rotor, data = ksmea.load_problem("three_disk"), ksmea.read_measurement(folder / "untold.yaml")
     assert ksmea.diagnose(rotor, data, effects=["none"], locate=False).verdict == "unknown"
+
+
+def test_a_speed_may_be_measured_several_times(folder):
+    header, *rows = (folder / "bare.csv").read_text().splitlines()
+    (folder / "bare.csv").write_text("\n".join([header, *rows, *rows[:4]]))
+    found = ksmea.read_measurement(folder / "campaign.yaml")
+    assert len(found.speed) == len(DATA.speed) + 2  # two channels a speed
+    np.testing.assert_allclose(found.values[[0, 2]], found.values[[1, 3]])
+    (folder / "bare.csv").write_text("\n".join([header, *rows, *rows[:1]]))
+    with pytest.raises(SettingError, match=r"expected every channel at every speed, got no y at 0.1 m"):
+        ksmea.read_measurement(folder / "campaign.yaml")

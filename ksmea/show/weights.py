@@ -1,0 +1,88 @@
+"""Unknown weights, weights that cancel the unbalance, and influence coefficients as sentences and tables."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+import pandas as pd
+
+from ksmea.records.curves import as_array
+from ksmea.records.weights import VectorRecord, WeightsRecord
+from ksmea.show.text import number
+from ksmea.units import DEGREE, GRAM_MILLIMETRE, MICROMETRE, RPM, TURN
+
+
+def lines(record: WeightsRecord) -> Iterator[str]:
+    """A line for each weight that was found, one for those that cancel the unbalance, one for what they leave."""
+    for weight in record.weights:
+        yield f"weight in run {weight.run} {_vector(weight)}"
+    if record.corrections:
+        yield f"weights that cancel the identified unbalance: {'; '.join(map(_vector, record.corrections))}"
+        parts = ", ".join(
+            f"{channel} {number(before / MICROMETRE, 3)} to {number(after / MICROMETRE, 2)}"
+            for channel, before, after in zip(record.channels, record.before, record.after)
+        )
+        yield f"with them the largest 1X at the measured speeds is expected to fall (µm): {parts}"
+
+
+def _vector(vector: VectorRecord) -> str:
+    """For example 'at 1 m (disk 2): 150.2 g mm [148.1, 152.4] at 59.8° [59.0, 60.5]'."""
+    at = f"at {vector.position:g} m" + (f" ({vector.plane})" if vector.plane else "")
+    size = _with_ends(
+        vector.size / GRAM_MILLIMETRE, vector.size_low / GRAM_MILLIMETRE, vector.size_high / GRAM_MILLIMETRE
+    )
+    if vector.angle_low is None or vector.angle_high is None:
+        return f"{at}: {_with_unit(size, ' g mm')} at any angle"
+    turn = TURN if vector.angle <= -TURN / 2 + 1e-6 else 0.0  # 180° rather than −180°
+    angle = _with_ends(*((each + turn) / DEGREE for each in (vector.angle, vector.angle_low, vector.angle_high)))
+    return f"{at}: {_with_unit(size, ' g mm')} at {_with_unit(angle, '°')}"
+
+
+def _with_ends(value: float, low: float, high: float) -> tuple[str, str]:
+    decimals = int(np.clip(1 - np.floor(np.log10(high - low)), 0, 6)) if high - low > 1e-6 else 1
+    ends = f" [{low:.{decimals}f}, {high:.{decimals}f}]" if high - low > 1e-6 else ""
+    return f"{value:.{decimals}f}", ends
+
+
+def _with_unit(parts: tuple[str, str], unit: str) -> str:
+    value, ends = parts
+    return f"{value}{unit}{ends}"
+
+
+def frame(record: WeightsRecord) -> pd.DataFrame:
+    """Size and angle of each weight that was found and of each that cancels unbalance, as rows of the table of unknowns."""
+    rows = []
+    for kind, vectors in (("weight", record.weights), ("correction", record.corrections)):
+        for vector in vectors:
+            name = f"{kind} at {vector.position:g} m" + (f"@{vector.run}" if vector.run else "")
+            size = (vector.size, vector.size_low, vector.size_high)
+            angle = (vector.angle, vector.angle_low, vector.angle_high)
+            for what, unit, si, values in (("size", "g mm", GRAM_MILLIMETRE, size), ("angle", "deg", DEGREE, angle)):
+                value, low, high = (np.nan if each is None else each / si for each in values)
+                rows.append((f"{name}, {what}", unit, value, low, high, "region"))
+    return pd.DataFrame(rows, columns=["parameter", "unit", "value", "low", "high", "kind"])
+
+
+def influence_frame(record: WeightsRecord) -> pd.DataFrame:
+    """A row per plane, speed and channel: the influence coefficient, 1 µm/(g mm) = 1 m/(kg m), with standard errors."""
+    speed = as_array((record.speed,))[0] / RPM
+    rows = [
+        {
+            "plane_m": plane.position,
+            "plane": plane.plane,
+            "speed_rpm": speed[line],
+            "channel": channel,
+            "influence_um_per_g_mm": amplitude[line, column],
+            "phase_lead_deg": phase[line, column] / DEGREE,
+            "influence_se": amplitude_sd[line, column],
+            "phase_se_deg": phase_sd[line, column] / DEGREE,
+        }
+        for plane in record.influence
+        for amplitude, phase, amplitude_sd, phase_sd in [
+            [as_array(part) for part in (plane.amplitude, plane.phase, plane.amplitude_sd, plane.phase_sd)]
+        ]
+        for line in range(len(speed))
+        for column, channel in enumerate(record.channels)
+    ]
+    return pd.DataFrame(rows)

@@ -1,0 +1,198 @@
+"""What a campaign tells a balancer: unknown weights, influence coefficients, and weights that cancel the unbalance.
+
+All of it follows from the unknowns and their covariance C at the maximum of the likelihood (inverse Fisher information). A
+function g of them has the covariance J C Jᵀ with J = ∂g/∂x (delta method). A weight has two components w; the interval of
+its size, or of its angle, is what that takes in the region (w − ŵ)ᵀ C⁻¹ (w − ŵ) ≤ c with c the critical rise of one
+unknown: the profile likelihood of a function of the two (D. M. Bates and D. G. Watts, Nonlinear Regression Analysis and Its
+Applications, 1988, chapter 6).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.campaign import Campaign, weight_names
+from ksmea.contracts import Problem
+from ksmea.critical_rise import critical_rise
+from ksmea.diagnosis.fitting import Fit
+from ksmea.differences import central_differences
+from ksmea.records.curves import matrix, row
+from ksmea.records.weights import InfluenceRecord, VectorRecord, WeightsRecord
+from ksmea.units import GRAM_MILLIMETRE
+
+N_ANGLE = 720  # points on the edge of a region of two components: its extremes are met within 1e-5 of its width
+STEP = 1e-6  # of central differences, in parts of each unknown's range
+SAME_PLACE = 1e-6  # m
+TRIAL = GRAM_MILLIMETRE  # kg m, of which the response is divided by: small beside any unbalance, far above rounding
+
+
+@dataclass(frozen=True)
+class _Estimate:
+    """Values (d,) SI of a problem's unknowns, their covariance (d, d) and the critical rise of an interval."""
+
+    problem: Problem
+    x: Array
+    covariance: Array
+    rise: float
+
+
+def weights_found(fit: Fit, level: float) -> WeightsRecord | None:
+    """Of a fit of a campaign in which the shaft carried weights; None of any other, and of a problem that takes none."""
+    problem, measurement = fit.problem, fit.likelihood.measurement
+    campaign = measurement.campaign
+    if campaign is None or not _positions(campaign) or measurement.is_amplitude or not _can_tell(problem):
+        return None
+    found = _Estimate(problem, fit.x, _covariance(fit), critical_rise(fit.likelihood, level))
+    unweighted = problem.at(np.unique(measurement.speed), problem.channels)
+    unbalance = problem.unbalance(found.x)
+    influence = {
+        position: _influence(unweighted, found.x, position) for position in _planes(problem, campaign, unbalance)
+    }
+    before, after = _amplitudes(unweighted, found, unbalance, {each: influence[each][0] for each in unbalance})
+    return WeightsRecord(
+        level=level,
+        weights=tuple(_weights(found, campaign)),
+        corrections=tuple(_corrections(found)),
+        speed=row(unweighted.speed),
+        channels=tuple(map(str, problem.channels)),
+        influence=tuple(
+            _influence_record(problem, position, *values, found.covariance) for position, values in influence.items()
+        ),
+        before=tuple(before.max(axis=0).tolist()),
+        after=tuple(after.max(axis=0).tolist()),
+    )
+
+
+def _can_tell(problem: Problem) -> bool:
+    return problem.takes_unbalance and problem.has_sensitivity
+
+
+def _covariance(fit: Fit) -> Array:
+    """Of the unknowns (d, d) SI, the noise estimated along."""
+    d = fit.likelihood.d
+    scale = np.outer(fit.problem.parameters.width, fit.problem.parameters.width)
+    return np.asarray(np.linalg.pinv(fit.point.information, hermitian=True)[:d, :d] * scale)
+
+
+def _positions(campaign: Campaign) -> list[float]:
+    """Where the shaft carried weights in any run, m."""
+    known = [weight.position for run in campaign.runs for weight in run.weights]
+    return known + [weight.position for run in campaign.runs for weight in run.unknown_weights]
+
+
+def _planes(problem: Problem, campaign: Campaign, unbalance: Mapping[float, complex]) -> list[float]:
+    """Where weights were, where the unbalance is and where disks are, from the left, m; where the unbalance is as it is."""
+    planes = list(unbalance)
+    disks = [position for name, position in problem.landmarks.items() if name.startswith("disk")]
+    for position in (*_positions(campaign), *disks):
+        if all(abs(position - other) > SAME_PLACE for other in planes):
+            planes.append(position)
+    return sorted(planes)
+
+
+def _weights(found: _Estimate, campaign: Campaign) -> list[VectorRecord]:
+    names = found.problem.parameters.names
+    return [
+        _vector(found, weight.position, run.name, found.x[columns], np.eye(len(names))[columns])
+        for run in campaign.runs
+        for number, weight in enumerate(run.unknown_weights, start=1)
+        for columns in [[names.index(name) for name in weight_names(run.name, number)]]
+    ]
+
+
+def _corrections(found: _Estimate) -> list[VectorRecord]:
+    unbalance, slope = _unbalance_slope(found)
+    return [
+        _vector(found, position, "", -np.array([size.real, size.imag]), -np.stack([change.real, change.imag]))
+        for (position, size), change in zip(unbalance.items(), slope)
+    ]
+
+
+def _unbalance_slope(found: _Estimate) -> tuple[dict[float, complex], ComplexArray]:
+    """The unbalance by position and its derivatives (n_plane, d), kg m per SI unit."""
+    parameters = found.problem.parameters
+    differences = central_differences(found.x, STEP * parameters.width, parameters.lower, parameters.upper)
+    values = np.array([list(found.problem.unbalance(x).values()) for x in differences.points])
+    return dict(found.problem.unbalance(found.x)), differences.derivative(values.astype(complex))
+
+
+def _vector(found: _Estimate, position: float, run: str, value: Array, slope: Array) -> VectorRecord:
+    """A vector (2,) that depends on the unknowns by a slope (2, d)."""
+    covariance = slope @ found.covariance @ slope.T
+    values, directions = np.linalg.eigh(covariance)
+    axes = directions * np.sqrt(found.rise * np.maximum(values, 0.0))
+    turn = np.linspace(0.0, 2 * np.pi, N_ANGLE, endpoint=False)
+    edge = np.array([1, 1j]) @ (value[:, None] + axes @ np.stack([np.cos(turn), np.sin(turn)]))
+    best = complex(*value)
+    away = np.angle(edge * np.conj(best)) if best else np.zeros(1)
+    holds_zero = bool(np.ptp(away) > np.pi)  # seen from 0 the region reaches all around
+    return VectorRecord(
+        position=position,
+        plane=_plane(found.problem, position),
+        run=run,
+        x=best.real,
+        y=best.imag,
+        size=abs(best),
+        size_low=0.0 if holds_zero else float(np.min(np.abs(edge))),
+        size_high=float(np.max(np.abs(edge))),
+        angle=float(np.angle(best)),
+        angle_low=None if holds_zero else float(np.angle(best) + np.min(away)),
+        angle_high=None if holds_zero else float(np.angle(best) + np.max(away)),
+    )
+
+
+def _plane(problem: Problem, position: float) -> str:
+    return next((name for name, place in problem.landmarks.items() if abs(place - position) <= SAME_PLACE), "")
+
+
+def _influence(problem: Problem, x: Array, position: float) -> tuple[ComplexArray, ComplexArray]:
+    """Influence coefficients of a plane (n_speed, n_channel), m/(kg m), and their slope (n_speed, n_channel, d)."""
+    (loaded, loaded_slope), (bare, slope) = (
+        problem.with_unbalance(position, TRIAL, 0.0).linearised(x),
+        problem.linearised(x),
+    )
+    return (loaded - bare) / TRIAL, (loaded_slope - slope) / TRIAL
+
+
+def _influence_record(
+    problem: Problem, position: float, influence: ComplexArray, slope: ComplexArray, covariance: Array
+) -> InfluenceRecord:
+    relative = (
+        slope / influence[..., None]
+    )  # its real part is that of ln |influence|, its imaginary part that of the phase
+    logarithm, phase = (np.sqrt(_quadratic(part, covariance)) for part in (relative.real, relative.imag))
+    return InfluenceRecord(
+        position=position,
+        plane=_plane(problem, position),
+        amplitude=matrix(np.abs(influence)),
+        phase=matrix(np.angle(influence)),
+        amplitude_sd=matrix(np.abs(influence) * logarithm),
+        phase_sd=matrix(phase),
+    )
+
+
+def _quadratic(slope: Array, covariance: Array) -> Array:
+    """Variances (…) of what depends on the unknowns by slopes (…, d)."""
+    return np.asarray(np.einsum("...i,ij,...j->...", slope, covariance, slope))
+
+
+def _amplitudes(
+    problem: Problem, found: _Estimate, unbalance: Mapping[float, complex], influence: Mapping[float, ComplexArray]
+) -> tuple[Array, Array]:
+    """1X amplitudes (n_speed, n_channel), m, without weights, and what is expected with the corrections: what the model has
+    besides unbalance, and the unbalance that is there less the one that was found."""
+    corrected = problem
+    for position, size in unbalance.items():
+        corrected = corrected.with_unbalance(position, abs(size), float(np.angle(-size)))
+    left = corrected.response(found.x[None])[0]
+    _, of_unbalance = _unbalance_slope(found)
+    slope = sum(
+        (coefficient[..., None] * change for coefficient, change in zip(influence.values(), of_unbalance)),
+        np.zeros((*left.shape, len(found.x)), dtype=complex),
+    )
+    variance = _quadratic(slope.real, found.covariance) + _quadratic(slope.imag, found.covariance)
+    return np.abs(problem.response(found.x[None])[0]), np.sqrt(np.abs(left) ** 2 + variance)

@@ -1,0 +1,90 @@
+"""Runs with noise of their own: the joint likelihood is that of the runs side by side, and each level is found."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from campaigns import TRIAL, TRUTH, layout_of, measured
+from ksmea.alignment import aligned
+from ksmea.cramer_rao import identifiability
+from ksmea.diagnosis.fitting import Fit
+from ksmea.diagnosis.predictive_gain import predictive_gain
+from ksmea.intervals import estimate
+from ksmea.likelihood import Likelihood
+from ksmea.maximisation import nearest_maximum
+from ksmea.measurement import Noise
+from ksmea.model import Model
+from problems.three_disk import ThreeDisk
+
+PROBLEM = ThreeDisk(sensors=[0.1, 0.5]).build()
+SPEEDS = [np.linspace(200, 1500, 27), np.linspace(300, 1400, 40)]
+LAYOUT = layout_of(PROBLEM, SPEEDS, [("bare", ()), ("trial", (TRIAL,))])
+OWN = dataclasses.replace(LAYOUT, campaign=dataclasses.replace(LAYOUT.campaign, own_noise=True))
+LEVELS = ((0.01, 1e-8), (0.10, 3e-8))
+NOISE = Noise.of_runs(LEVELS, LAYOUT.rows)
+DATA = measured(PROBLEM, OWN, noise=NOISE)
+SEEN = aligned(PROBLEM, OWN)
+X = np.array([TRUTH[name] for name in SEEN.parameters.names])
+U = SEEN.parameters.to_cube(X)
+THETA = np.concatenate([U + 1e-4, np.log(LEVELS).ravel()])
+
+
+def _alone(rows, problem):
+    part = dataclasses.replace(DATA.part(np.arange(rows.start, rows.stop)), campaign=None)
+    return Likelihood(Model(problem), part)
+
+
+def _runs():
+    return [_alone(rows, run) for rows, (_, _, run) in zip(LAYOUT.rows, SEEN._seen)]
+
+
+def test_the_joint_deviance_is_the_sum_of_those_of_the_runs_each_with_its_own_noise():
+    joint, alone = Likelihood(Model(SEEN), DATA), _runs()
+    parts = [THETA[: len(U)], *np.log(LEVELS)]
+    point = joint.at(THETA)
+    points = [run.at(np.concatenate([parts[0], own])) for run, own in zip(alone, parts[1:])]
+    assert joint.deviance(THETA) == pytest.approx(sum(each.deviance for each in points), rel=1e-10)
+    gradient = np.concatenate(
+        [sum(each.gradient[: len(U)] for each in points), *(each.gradient[-2:] for each in points)]
+    )
+    np.testing.assert_allclose(point.gradient, gradient, rtol=1e-8, atol=1e-6)
+    d, information = len(U), np.zeros((len(THETA), len(THETA)))
+    for index, each in enumerate(points):
+        where = [*range(d), d + 2 * index, d + 2 * index + 1]
+        information[np.ix_(where, where)] += each.information
+    np.testing.assert_allclose(point.information, information, rtol=1e-8, atol=1e-8 * np.abs(information).max())
+
+
+def test_each_level_is_found():
+    found = estimate(Likelihood(Model(SEEN), DATA), nearest_maximum(Likelihood(Model(SEEN), DATA), U), level=0.95)
+    # the larger part of n data of a run is known within 1/√(2 n) of itself: 7 % and 6 % here; 4 standard errors
+    np.testing.assert_allclose([found.noise.levels[0][0], found.noise.levels[1][0]], [0.01, 0.10], rtol=0.3)
+
+
+def test_a_noisy_run_costs_the_clean_one_nothing():
+    """With one level for both, the clean run would count as little as the noisy one, and intervals be wider."""
+    shared = dataclasses.replace(DATA, campaign=LAYOUT.campaign)
+    both = []
+    for data in (DATA, shared):
+        seen = aligned(PROBLEM, data)
+        likelihood = Likelihood(Model(seen), data)
+        both.append(estimate(likelihood, nearest_maximum(likelihood, U), level=0.95).intervals)
+    own, together = ([each.high - each.low for each in intervals] for intervals in both)
+    assert np.all(np.array(own)[:2] < 0.5 * np.array(together)[:2])  # of the stiffnesses
+
+
+def test_the_bound_of_runs_with_known_noise_is_that_of_their_information_added():
+    crlb = identifiability(SEEN, X, NOISE, "complex").crlb
+    alone = [
+        identifiability(run, X, Noise(*level), "complex").information for (_, _, run), level in zip(SEEN._seen, LEVELS)
+    ]
+    np.testing.assert_allclose(crlb, np.sqrt(np.diag(np.linalg.inv(sum(alone)))), rtol=1e-6)
+
+
+def test_left_out_blocks_have_the_noise_of_their_runs():
+    """A block leaves out other numbers of speeds of each run than are kept; a model is not better than itself."""
+    likelihood = Likelihood(Model(SEEN), DATA)
+    fit = Fit(SEEN, likelihood, nearest_maximum(likelihood, U))
+    gain = predictive_gain(fit, fit, 5, lambda: None)
+    assert gain.elpd.total == 0 and np.isfinite(gain.rmse_after)
