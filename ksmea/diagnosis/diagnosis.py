@@ -29,8 +29,9 @@ import numpy as np
 from ksmea.contracts import AnyEffect, Problem
 from ksmea.diagnosis.fit_quality import FitQuality, fit_quality
 from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_baseline, polished, settled
-from ksmea.diagnosis.observability import Detectable, Split, best_split, collinearity, smallest_detectable
+from ksmea.diagnosis.observability import Detectable, collinearity, smallest_detectable
 from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
+from ksmea.diagnosis.split import Split, best_split
 from ksmea.diagnosis.stable_fits import settled_stable, stable_fit
 from ksmea.diagnosis.trials import Candidate, Trial, best_by_name, candidates_and_left_out, fitted, refined
 from ksmea.intervals import Estimate
@@ -305,10 +306,11 @@ def _verdict(
 
 
 def _split(explained: _Explained | None) -> Split | None:
-    """What would tell the best effect or pair from its first rival."""
+    """What would tell the best effect or pair from its rivals, and these from each other."""
     if explained is None or not explained.rivals:
         return None
-    return best_split(explained.fit, next(iter(explained.rivals.values())))
+    own = " and ".join(candidate.name for candidate in explained.applied)
+    return best_split({own: explained.fit, **explained.rivals})
 
 
 def _collinearities(lead: Trial, trials: Sequence[Trial]) -> dict[str, float]:
