@@ -23,6 +23,7 @@ from ksmea.records.plan import Candidates, Family, PlanRecord, Step, Unknown
 from ksmea.records.record import finite
 from ksmea.settings import Settings, setting
 from ksmea.studies.stability import stability_of
+from ksmea.trial_weights import equal_unbalance
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
 
@@ -247,22 +248,15 @@ def _trial_run(present: _Present, options: PlanOptions) -> Family | str:
             "study.trial_phases is empty" if not options.trial_phases else "there is no site; give study.trial_sites"
         )
         return f"no trial run is considered: {reason}"
-    magnitude = _equal_unbalance(present, sites) if options.trial_unbalance is None else options.trial_unbalance
-    trials = [
-        (float(site), magnitude * GRAM_MILLIMETRE, phase * DEGREE) for site in sites for phase in options.trial_phases
-    ]
+    run = problem if problem.campaign is None else problem.at(problem.speed[problem.campaign.rows[0]], problem.channels)
+    if options.trial_unbalance is None:
+        magnitude = equal_unbalance(problem, present.x, sites)
+    else:
+        magnitude = options.trial_unbalance * GRAM_MILLIMETRE
+    trials = [(float(site), magnitude, phase * DEGREE) for site in sites for phase in options.trial_phases]
     additions = [Addition(position=site, magnitude=size, phase=phase) for site, size, phase in trials]
-    blocks = [_flat(present.rows_of(problem.with_unbalance(*trial))) for trial in trials]
-    return _family(present, "trial run", additions, blocks, 1, lambda count: present.rows)
-
-
-def _equal_unbalance(present: _Present, sites: Array) -> float:
-    """The unbalance (g mm, two digits) that makes as much vibration as there is, rms, at the site where it makes most."""
-    problem, x = present.problem, present.x[None]
-    response = problem.response(x)[0]
-    unit = [problem.with_unbalance(float(site), GRAM_MILLIMETRE, 0.0).response(x)[0] - response for site in sites]
-    ratio = np.linalg.norm(response) / max(np.linalg.norm(change) for change in unit)
-    return float(f"{ratio:.1e}")
+    blocks = [_flat(present.rows_of(run.with_unbalance(*trial))) for trial in trials]
+    return _family(present, "trial run", additions, blocks, 1, lambda count: _flat(present.rows_of(run)))
 
 
 def _family(
