@@ -26,10 +26,15 @@ def equal_unbalance(problem: Problem, x: Array, positions: Sequence[float] | Arr
     return float(f"{ratio:.1e}") * GRAM_MILLIMETRE
 
 
+def weight_positions(problem: Problem) -> list[float]:
+    """Where on the shaft a weight could be fixed, m: at its disks, or at any site where it has none."""
+    disks = {position for name, position in problem.landmarks.items() if name.startswith("disk")}
+    return sorted(disks) or problem.sites.tolist()
+
+
 def trial_weights(problem: Problem, x: Array) -> list[Weight]:
-    """Weights of that size at each place that has a name, such as a disk, or at any site where none has, each at four angles.
-    None where the problem takes none."""
-    positions = sorted(set(problem.landmarks.values())) or problem.sites.tolist()
+    """Weights of that size at each of these positions and at four angles. None where the problem takes none."""
+    positions = weight_positions(problem)
     if not problem.takes_unbalance or not positions:
         return []
     magnitude = equal_unbalance(problem, x, positions)

@@ -23,7 +23,7 @@ from ksmea.records.plan import Candidates, Family, PlanRecord, Step, Unknown
 from ksmea.records.record import finite
 from ksmea.settings import Settings, setting
 from ksmea.studies.stability import stability_of
-from ksmea.trial_weights import equal_unbalance
+from ksmea.trial_weights import equal_unbalance, weight_positions
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
 
@@ -58,7 +58,10 @@ class PlanOptions(Settings):
         above=0,
     )
     trial_sites: list[float] | None = setting(
-        None, "where a trial unbalance may sit; null: at any of the problem's sites", unit="m", at_least=0
+        None,
+        "where a trial unbalance may sit; null: at the disks, or at any site where there is none",
+        unit="m",
+        at_least=0,
     )
     trial_phases: list[float] = setting(
         [0.0, 90.0, 180.0, 270.0], "phases that it may have; an empty list: no trial run is considered", unit="deg"
@@ -242,7 +245,7 @@ def _trial_run(present: _Present, options: PlanOptions) -> Family | str:
     problem = present.problem
     if not problem.takes_unbalance:
         return "no trial run is considered: the problem takes no trial unbalance"
-    sites = problem.sites if options.trial_sites is None else np.array(options.trial_sites)
+    sites = weight_positions(problem) if options.trial_sites is None else options.trial_sites
     if not len(sites) or not options.trial_phases:
         reason = (
             "study.trial_phases is empty" if not options.trial_phases else "there is no site; give study.trial_sites"
