@@ -4,7 +4,7 @@
     python -m benchmarks.closing_the_loop rows.csv [figure.png]
 
 The first makes draws that the file does not have yet, in two processes, and writes a row for each; both print the rates, the second
-draws expected against achieved separations too. Three-disk rotor, complex data or amplitudes of one or two planes, 53 speeds,
+draws expected against achieved separations too. Three-disk rotor, complex data or amplitudes of one plane, 24 speeds,
 3 to 7 % noise and a floor of 0.1 µm, which the fit is not told, nor where phases begin. The data come from the dense route with
 26 elements and hide one effect of the library; its location and its size are drawn. Where the diagnosis is ambiguous and recommends
 a measurement, that is made of the same rotor with noise of its own, and all data are diagnosed together.
@@ -39,20 +39,15 @@ from measurements.hidden_size import drawn_size
 from problems.three_disk import ThreeDisk
 
 FLOOR, RELATIVES = 1e-7, (0.03, 0.05, 0.07)
-PLANES = ([0.1], [0.1, 0.5])
-BANDS = ((100.0, 400.0), (200.0, 1500.0))  # rad/s: through the first critical speed, and through four
-N_SPEED = 30
+PLANES = (0.1, 0.5, 1.0)
+N_SPEED = 24
 REFERENCE = ThreeDisk().reference()
-CAUSES = (
-    *("residual_bow", "runout", "unbalance", "unequal_bearings", "cross_coupling_symmetric", "probe_rotation"),
-    *("channel_gain", "speed_dependent_stiffness", "speed_dependent_damping", "flexible_pedestal"),
-    *("youngs_modulus", "mass"),
-)
+# What one plane of probes often leaves open; docs/diagnosis.md says which effects look alike.
+CAUSES = ("probe_rotation", "cross_coupling_symmetric", "speed_dependent_stiffness", "flexible_pedestal", "mass")
+OTHERS = ("residual_bow", "runout", "unbalance", "unequal_bearings")  # further effects that are tried
 N_PROCESS = 2
-LIBRARY = library([], [])[0]
-EFFORT = Effort(
-    screening=1024, starts=8, scan=100, scan_values=10
-)  # half of the default, to have the time for many draws
+LIBRARY = library([*CAUSES, *OTHERS], [])[0]  # without youngs_modulus, which is the same as mass to all such data
+EFFORT = Effort(screening=1024, starts=6, scan=64, scan_values=8, effect_starts=3)  # less than half of the default
 
 
 @dataclass(frozen=True)
@@ -89,21 +84,20 @@ def row(task: tuple[str, int]) -> dict[str, Any]:
     """One draw: what was hidden, what was found at first, what was recommended, and what was found then."""
     cause, seed = task
     rng = np.random.default_rng([seed, *cause.encode()])
-    kind, planes = str(rng.choice(["complex", "amplitude"])), PLANES[rng.integers(len(PLANES))]
-    noise, band = Noise(float(rng.choice(RELATIVES)), FLOOR), BANDS[rng.integers(len(BANDS))]
-    settings = ThreeDisk(sensors=planes, speed_from=band[0], speed_to=band[1], n_speed=N_SPEED)
+    kind, plane = str(rng.choice(["complex", "amplitude"])), float(rng.choice(PLANES))
+    noise = Noise(float(rng.choice(RELATIVES)), FLOOR)
+    settings = ThreeDisk(sensors=[plane], n_speed=N_SPEED)
     problem = settings.build()
     layout = Layout(problem.speed, problem.channels, kind, "made", phase_known=False)
     machine = Machine.drawn(cause, dataclasses.replace(settings, mesh=26), layout, noise, rng)
     started = time.process_time()
     first = machine.measured(layout, rng)
-    before = diagnose(aligned(problem, layout), first, LIBRARY, rng, effort=EFFORT)
+    before = diagnose(aligned(problem, layout), first, LIBRARY, rng, effort=EFFORT, n_block=2)
     found = {
         "cause": cause,
         "seed": seed,
         "kind": kind,
-        "planes": len(planes),
-        "highest": band[1],
+        "plane": plane,
         "relative": noise.relative,
     }
     found |= {
@@ -115,7 +109,7 @@ def row(task: tuple[str, int]) -> dict[str, Any]:
     if before.split is not None:
         split = before.split
         all_data = with_further(first, machine.measured(split.layout, rng))
-        after = diagnose(aligned(problem, split.layout), all_data, LIBRARY, rng, effort=EFFORT)
+        after = diagnose(aligned(problem, split.layout), all_data, LIBRARY, rng, effort=EFFORT, n_block=2)
         found |= _recommended(split, cause) | _closed(after, cause, before)
     return found | {"seconds": time.process_time() - started}
 
@@ -191,7 +185,7 @@ def main(arguments: list[str]) -> None:
 
 
 COLUMNS = [
-    *("cause", "seed", "kind", "planes", "highest", "relative", "size", "deviance_drop", "first", "group"),
+    *("cause", "seed", "kind", "plane", "relative", "size", "deviance_drop", "first", "group"),
     *("recommended", "what", "tells_all", "together", "now", "expected"),
     *("second", "second_named", "second_group", "achieved", "lack_of_fit_p", "closed", "seconds"),
 ]

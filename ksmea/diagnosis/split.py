@@ -3,14 +3,15 @@
 What may be added, by rising effort: a run with a known weight at a disk, probes in another plane, a run at higher speeds. Each
 is judged by all ordered pairs of explanations: one makes the data, the other is fitted to them with all of its unknowns. What
 that fit leaves, in units of the noise, is their separation. A linear fit ranks the candidates of a kind; those that come
-first are judged by the fit itself, which goes where the linear one cannot.
+first are judged by the fit itself, which goes where the linear one cannot. An effect may explain the data with other signs of its
+sizes as well, as amplitudes leave them open: each may be the truth, and a fit starts from all of them.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -20,7 +21,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.campaign import Campaign, Run, Weight, shared_name
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
-from ksmea.diagnosis.fitting import Fit
+from ksmea.diagnosis.fitting import Fit, without_effects
 from ksmea.fisher import projected, whitened_difference, whitened_sensitivity
 from ksmea.kind import Kind
 from ksmea.likelihood import Likelihood
@@ -33,6 +34,7 @@ from ksmea.units import RPM
 # Deviance from which two explanations are told apart: noise moves it by twice its root, so that at 20 it stays above the 6
 # within which effects are called ambiguous in 94 of 100 draws.
 ENOUGH = 20.0
+NEAR = 6.0  # deviance within which other signs explain the data about as well
 N_REFITTED = 3  # candidates of a kind that are judged by fits
 HIGHER = 1.5  # times the highest speed, up to which a further run goes
 EXPECTED_GAIN = 0.1  # of the deviance, below which a fit is at its end
@@ -71,15 +73,16 @@ class Split:
         return tuple(pair for pair in self.pairs if pair.then < ENOUGH)
 
 
-def best_split(explanations: Mapping[str, Fit]) -> Split | None:
+def best_split(explanations: Mapping[str, Fit], d: int) -> Split | None:
     """The further measurement of least effort that tells all fitted explanations, by name, apart, or the one that comes
-    nearest to it; None where none tells any two apart."""
-    names, fits = tuple(explanations), tuple(explanations.values())
+    nearest to it; None where none tells any two apart. The unknowns behind the first d are those of effects."""
+    names, first = tuple(explanations), next(iter(explanations.values()))
+    fits = [_with_other_signs(fit, d) for fit in explanations.values()]
     pairs = list(itertools.combinations(range(len(fits)), 2))
-    now = _Seen.of(fits, fits[0].likelihood.measurement.layout).separations(pairs)
+    now = _Seen.of(fits, first.likelihood.measurement.layout).separations(pairs)
     best, best_then = None, now
     for kind in (_with_weights, _through_other_planes, _at_higher_speeds):
-        candidates = [(further, _Seen.of(fits, further.layout)) for further in kind(fits[0])]
+        candidates = [(further, _Seen.of(fits, further.layout)) for further in kind(first)]
         candidates.sort(key=lambda candidate: _merit(candidate[1].linear_separations(pairs)), reverse=True)
         for further, seen in candidates[:N_REFITTED]:
             then = seen.separations(pairs)
@@ -94,6 +97,18 @@ def best_split(explanations: Mapping[str, Fit]) -> Split | None:
         for (one, other), before, after in zip(pairs, now, best_then)
     )
     return Split(best.words, best.layout, tuple(told), best.weight)
+
+
+def _with_other_signs(fit: Fit, d: int) -> tuple[Fit, ...]:
+    """The fit, and those from other signs of the sizes of its effects that explain the data about as well."""
+    likelihood, u = fit.likelihood, fit.u
+    zero, found = without_effects(fit.problem, d), [fit]
+    for signs in list(itertools.product((1, -1), repeat=len(zero)))[1:]:
+        turned = np.concatenate([u[:d], np.clip(zero + signs * (u[d:] - zero), 0, 1), fit.point.theta[len(u) :]])
+        point = maximise(likelihood, turned, max_iterations=MAX_ITERATIONS, tolerance=EXPECTED_GAIN)
+        if point.deviance < fit.deviance + NEAR:
+            found.append(Fit(fit.problem, likelihood, point))
+    return tuple(found)
 
 
 def _merit(separations: Array) -> tuple[int, float]:
@@ -171,17 +186,18 @@ class _Explanation:
 class _Seen:
     """All explanations as a layout sees them; the noise is that of the first fit."""
 
-    explanations: tuple[_Explanation, ...]
+    explanations: tuple[tuple[_Explanation, ...], ...]  # of each name
     layout: Layout
     noise: Noise
     noise_is_estimated: bool
 
     @classmethod
-    def of(cls, fits: Sequence[Fit], layout: Layout) -> _Seen:
+    def of(cls, fits: Sequence[Sequence[Fit]], layout: Layout) -> _Seen:
         """Where each datum came with a noise of its own, all have the median."""
-        noise = Noise(fits[0].noise.relative, float(np.median(fits[0].noise.floor)))
-        explanations = tuple(_Explanation.of(fit, layout) for fit in fits)
-        return cls(explanations, layout, noise, fits[0].likelihood.noise_is_estimated)
+        first = fits[0][0]
+        noise = Noise(first.noise.relative, float(np.median(first.noise.floor)))
+        explanations = tuple(tuple(_Explanation.of(fit, layout) for fit in own) for own in fits)
+        return cls(explanations, layout, noise, first.likelihood.noise_is_estimated)
 
     @property
     def kind(self) -> Kind:
@@ -189,28 +205,39 @@ class _Seen:
 
     def separations(self, pairs: Sequence[tuple[int, int]]) -> Array:
         """Deviances by which the two of each pair are told apart, whichever of them makes the data."""
-        found = np.array([min(self._fitted(one, other), self._fitted(other, one)) for one, other in pairs])
+        found = self._least(pairs, self._fitted)
         if not self.noise_is_estimated:
             return found
-        n = self.explanations[0].response.size * self.kind.dimensions
+        n = self.explanations[0][0].response.size * self.kind.dimensions
         return np.asarray(n * np.log1p(found / n))  # what is not explained counts as noise
 
     def linear_separations(self, pairs: Sequence[tuple[int, int]]) -> Array:
         """The same by linear fits, the noise known."""
-        return np.array([min(self._linear(one, other), self._linear(other, one)) for one, other in pairs])
+        return self._least(pairs, self._linear)
 
-    def _linear(self, one: int, other: int) -> float:
+    def _least(
+        self, pairs: Sequence[tuple[int, int]], separation: Callable[[_Explanation, _Explanation], float]
+    ) -> Array:
+        """The least separation between any two explanations of each pair of names, (n_pair,)."""
+        either_way = [(self.explanations[one], self.explanations[other]) for one, other in pairs]
+        return np.array(
+            [
+                min(min(separation(a, b), separation(b, a)) for a, b in itertools.product(one, other))
+                for one, other in either_way
+            ]
+        )
+
+    def _linear(self, made: _Explanation, fitted: _Explanation) -> float:
         """Squared distance of what one explanation predicts from the tangent of another."""
-        made, fitted = self.explanations[one], self.explanations[other]
         distance = whitened_difference(made.response, fitted.response, self.noise, self.kind)
         tangent = whitened_sensitivity(fitted.response, fitted.slope, self.noise, self.kind)[: len(distance)]
         length = np.linalg.norm(tangent, axis=0)
         scaled = tangent[:, length > 0] / length[length > 0]
         return float(np.sum(projected(distance[:, None], scaled) ** 2))
 
-    def _fitted(self, one: int, other: int) -> float:
+    def _fitted(self, made: _Explanation, fitted: _Explanation) -> float:
         """Deviance of an explanation that is fitted to what another predicts, above that of the other."""
-        made, fitted, layout = self.explanations[one], self.explanations[other], self.layout
+        layout = self.layout
         told = Measurement(
             layout.speed,
             layout.channels,
