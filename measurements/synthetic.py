@@ -3,12 +3,15 @@
 Here, and nowhere in what identifies, the true values are known. Data may hide effects that the problem's model lacks:
 `hidden` names them, their locations and sizes are drawn, and only the record of a run says what they were. A rotor that is
 unstable anywhere up to the highest measured speed has no steady response there: it is drawn anew, or refused.
+
+`runs` makes several runs of the machine, each at all speeds, with its own noise and its known weights. What is hidden is
+drawn for the machine and acts in all runs; the first run is the same whatever runs follow it.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,12 +20,14 @@ import numpy as np
 from ksmea import registry
 from ksmea.alignment import aligned
 from ksmea.arrays import Array, ComplexArray
+from ksmea.campaign import Campaign, Run
 from ksmea.contracts import AnyEffect, MeasurementSource, Problem, ProblemSettings
 from ksmea.errors import SettingError, unknown
 from ksmea.kind import Kind
 from ksmea.measurement import KINDS, Layout, Measurement, Noise, observe
 from ksmea.parameters import Parameter
 from ksmea.records.hidden import HiddenEffect, TrueValue
+from ksmea.run_notation import weights_of
 from ksmea.settings import setting
 from ksmea.units import MICROMETRE, RPM
 from measurements.hidden_size import drawn_size
@@ -78,6 +83,11 @@ class Synthetic(MeasurementSource):
     sizes: dict[str, float] = setting(
         {}, "sizes of hidden effects by name of their parameters, in their units; a name left out: drawn"
     )
+    runs: list[str] = setting(
+        [],
+        "all runs of the machine, each with its own noise: bare, or known weights as g mm @ m @ degrees, joined by +, such"
+        " as [bare,150@0.2,150@0.2@30+80@1]; an empty list: one run, bare",
+    )
 
     def check(self) -> None:
         for name in self.hidden:
@@ -85,6 +95,8 @@ class Synthetic(MeasurementSource):
                 raise unknown("effect in hidden:", name, registry.registered("effect"))
         if self.sizes and not self.hidden:
             raise SettingError("sizes: expected hidden effects that have them, got none; name them in hidden")
+        for run in self.runs:
+            weights_of(run)
 
     def layout(self, settings: ProblemSettings) -> Layout:
         """The problem's own speeds and channels."""
@@ -94,8 +106,7 @@ class Synthetic(MeasurementSource):
         """True value of every unknown by name, SI; 0 for those that this measurement brings along. Raises `SettingError`
         where there are no such data: a name or a location is missing, or the rotor is unstable."""
         values = self._values(settings)
-        model = self._model(settings)
-        self._hide(model, self._x(values, model), np.random.default_rng(0))
+        self._hide(self._machine(settings), values, np.random.default_rng(0))
         return values
 
     def _values(self, settings: ProblemSettings) -> dict[str, float]:
@@ -121,9 +132,12 @@ class Synthetic(MeasurementSource):
     ) -> Measurement:
         """One noisy measurement of the problem at the true values (SI); effects are drawn by `hidden`."""
         layout = self._layout(self._source(settings).build())
-        values = observe(self.response(settings, truth, hidden), self.kind, self.noise, noise)
+        response = self.response(settings, truth, hidden)
+        values = np.concatenate([observe(response[rows], self.kind, self.noise, noise) for rows in layout.rows])
         told = self.noise if self.noise_known else None
-        return Measurement(layout.speed, layout.channels, values, told, layout.source, layout.phase_known)
+        return Measurement(
+            layout.speed, layout.channels, values, told, layout.source, layout.phase_known, layout.campaign
+        )
 
     @property
     def noise(self) -> Noise:
@@ -139,16 +153,16 @@ class Synthetic(MeasurementSource):
         self, settings: ProblemSettings, truth: Mapping[str, float], hidden: np.random.Generator
     ) -> ComplexArray:
         """The noise-free response (n_speed, n_channel), m, that is measured."""
-        plain = self._model(settings)
-        own = self._x(truth, plain)
-        problem, effects = self._hide(plain, own, hidden)
-        x = np.concatenate([own, *(each.theta for each in effects)])[None]
+        problem = self._as_measured(self._source(settings).build())
+        own = np.array([truth[name] for name in problem.parameters.names])
+        problem, theta = _with(problem, self._hide(self._machine(settings), truth, hidden))
+        x = np.concatenate([own, theta])[None]
         return problem.response(x)[0] if self.route == "reduced" else problem.dense_response(x)[0]
 
     def hidden_effects(self, settings: ProblemSettings, hidden: np.random.Generator) -> tuple[HiddenEffect, ...]:
         """What data drawn by `hidden` hide: name, location, and values in their units."""
-        problem = self._model(settings)
-        effects = self._hide(problem, self._x(self._values(settings), problem), hidden)[1]
+        problem = self._machine(settings)
+        effects = self._hide(problem, self._values(settings), hidden)
         return tuple(HiddenEffect(each.name, str(each.effect), _true_values(each, problem)) for each in effects)
 
     def with_hidden(
@@ -157,21 +171,18 @@ class Synthetic(MeasurementSource):
         """A problem with what data drawn by `hidden` hide, and the true values (e,) SI of the unknowns that this adds."""
         if not self.hidden:
             return None
-        model = self._model(settings)
-        effects = self._hide(model, self._x(self._values(settings), model), hidden)[1]
-        for each in effects:
-            problem = each.effect.added_to(problem)
-        return problem, np.concatenate([np.empty(0), *(each.theta for each in effects)])
+        return _with(problem, self._hide(self._machine(settings), self._values(settings), hidden))
 
-    def _hide(self, problem: Problem, x: Array, rng: np.random.Generator) -> tuple[Problem, list[Hidden]]:
-        """The problem with the effects that its data hide, at values x (d,) SI of its own unknowns."""
+    def _hide(self, problem: Problem, truth: Mapping[str, float], rng: np.random.Generator) -> list[Hidden]:
+        """The effects that data of a problem hide, at the true values (SI) of its own unknowns."""
+        x = np.array([truth[name] for name in problem.parameters.names])
         if not problem.is_stable(x):
             raise _unstable("measurement.truth", problem, x)
         for _ in range(MAX_DRAWS):
             extended, effects, is_drawn = self._drawn(problem, x, rng)
             values = np.concatenate([x, *(each.theta for each in effects)])
             if not effects or extended.is_stable(values):
-                return extended, effects
+                return effects
             if not is_drawn:
                 raise _unstable("measurement.sizes", extended, values)
         raise SettingError(
@@ -201,20 +212,23 @@ class Synthetic(MeasurementSource):
                 raise unknown("parameter in measurement.sizes:", name, sized)
         return extended, found, is_drawn
 
-    @staticmethod
-    def _x(values: Mapping[str, float], problem: Problem) -> Array:
-        """Values by name as those of a problem's unknowns, (d,) SI."""
-        return np.array([values[name] for name in problem.parameters.names])
-
-    def _model(self, settings: ProblemSettings) -> Problem:
-        """The model that makes the data, as far as the problem knows it."""
-        return self._as_measured(self._source(settings).build())
-
-    def _layout(self, problem: Problem) -> Layout:
-        return Layout(problem.speed, problem.channels, self.kind, "synthetic", self.phase_known)
+    def _machine(self, settings: ProblemSettings) -> Problem:
+        """The model that makes the data, as far as the problem knows it, in one run without weights."""
+        problem = self._source(settings).build()
+        return aligned(problem, self._layout_of_one(problem))
 
     def _as_measured(self, problem: Problem) -> Problem:
         return aligned(problem, self._layout(problem))
+
+    def _layout(self, problem: Problem) -> Layout:
+        one, n_run = self._layout_of_one(problem), len(self.runs)
+        if not n_run:
+            return one
+        runs = (Run(f"run{number}", len(one.speed), weights_of(run)) for number, run in enumerate(self.runs, start=1))
+        return dataclasses.replace(one, speed=np.tile(one.speed, n_run), campaign=Campaign(tuple(runs)))
+
+    def _layout_of_one(self, problem: Problem) -> Layout:
+        return Layout(problem.speed, problem.channels, self.kind, "synthetic", self.phase_known)
 
     def _source(self, settings: ProblemSettings) -> ProblemSettings:
         if self.mesh is None:
@@ -226,6 +240,13 @@ class Synthetic(MeasurementSource):
             return dataclasses.replace(settings, **changed)
         except SettingError as error:
             raise SettingError(f"measurement.{error}") from error
+
+
+def _with(problem: Problem, effects: Sequence[Hidden]) -> tuple[Problem, Array]:
+    """The problem with hidden effects in all its runs, and the values (e,) SI of their unknowns."""
+    for each in effects:
+        problem = each.effect.added_to(problem)
+    return problem, np.concatenate([np.empty(0), *(each.theta for each in effects)])
 
 
 def _unstable(where: str, problem: Problem, x: Array) -> SettingError:

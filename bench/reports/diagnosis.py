@@ -21,6 +21,7 @@ from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import result_runs
 from bench.reports.hidden import hidden_by_cell, hidden_paragraph
+from bench.reports.next_measurement import CAMPAIGN_FILE, Next, next_measurement
 from bench.reports.tables import csv_text
 from ksmea.extension import extended_yaml
 from ksmea.records.diagnosis import DiagnosisRecord
@@ -35,7 +36,7 @@ from ksmea.show.text import aligned, number
 CLEARLY_VISIBLE = 60.0  # deviance drop that the true model makes
 SHORT = 1.0  # of a deviance drop that misses this much of it
 COLLINEAR = 0.95  # collinearity from which two effects count as one
-OF_ONE_RUN = ("diagnosis.json", "extended.yaml", "residuals.png", "effects.png", "location.png")
+OF_ONE_RUN = ("diagnosis.json", "extended.yaml", CAMPAIGN_FILE, "residuals.png", "effects.png", "location.png")
 OF_THE_BENCH = ("curves", "hidden", "hidden_deviance_drop")  # fields that are no part of what was found
 
 
@@ -54,17 +55,20 @@ class DiagnosisReport(Report):
         if len(plan.runs) != 1 or not done:
             return Made(_summary_text(plan, runs), files, runs, outdated=OF_ONE_RUN)
         cell, record = plan.cells[done[0].cell], lines[done[0].key].record(DiagnosisRecord)
-        files["diagnosis.json"] = (json.dumps(public(record), indent=1) + "\n").encode()
+        following = next_measurement(plan, cell, record.split.run if record.split else "", output)
+        files["diagnosis.json"] = (json.dumps(public(record, following), indent=1) + "\n").encode()
         chosen, settings = cell.chosen("problem"), cell.settings["problem"]
         if text_of_extension := extended_yaml(chosen, settings, record, about_extension(record)):
             files["extended.yaml"] = text_of_extension.encode()
+        files |= following.files if following else {}
         figures: dict[str, Callable[[], Figure]] = {"residuals.png": lambda: residual_figure(record)}
         if record.ranking:
             figures["effects.png"] = lambda: ranking_figure(record)
         if (location := record.location) is not None:
             figures["location.png"] = lambda: plot(location)
+        written = f"written: {', '.join(name for name in files if not name.endswith('.csv'))}"
         return Made(
-            f"{text(record)}\n\nwritten: {', '.join(name for name in files if not name.endswith('.csv'))}",
+            "\n\n".join([text(record), written, *([following.text] if following else [])]),
             files,
             runs,
             lambda: {name: png(draw()) for name, draw in figures.items()},
@@ -72,10 +76,12 @@ class DiagnosisReport(Report):
         )
 
 
-def public(record: DiagnosisRecord) -> dict[str, Any]:
-    """What diagnosis.json holds: what was found, and last, in a field of its own, what synthetic data were made to hide."""
+def public(record: DiagnosisRecord, following: Next | None = None) -> dict[str, Any]:
+    """What diagnosis.json holds: what was found, what to do next, and last, in a field of its own, what synthetic data were
+    made to hide."""
     data = record.told()
     found = {name: value for name, value in data.items() if name not in OF_THE_BENCH}
+    found |= {"next": following.to_data()} if following else {}
     return found | ({"hidden": data["hidden"]} if record.hidden else {})
 
 

@@ -15,6 +15,7 @@ from bench.plan.naming import cell_name, telling_axes
 from bench.plan.plan import Plan, Run
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import first_results, run_lines
+from bench.reports.next_measurement import next_measurement
 from bench.reports.tables import csv_text
 from ksmea.records.plan import PlanRecord
 from ksmea.show.plan import frame, text
@@ -32,7 +33,7 @@ class PlanReport(Report):
         lines = run_lines(plan, output)
         runs = pd.DataFrame([_run_row(plan, run, lines.get(run.key)) for run in plan.runs])
         found = first_results(plan, lines, PlanRecord)
-        sections = [text(record, _title(plan, cell, ":")) for cell, record in found.items()]
+        sections = [_section(plan, cell, record, output) for cell, record in found.items()]
         files = {f"{plan.name}.csv": csv_text(_frame(plan, found)).encode(), "runs.csv": csv_text(runs).encode()}
         return Made(
             "\n\n".join(sections),
@@ -40,6 +41,12 @@ class PlanReport(Report):
             runs,
             lambda: {f"{plan.name}.png": png(plan_figure(plan, found))} if found else {},
         )
+
+
+def _section(plan: Plan, cell: int, record: PlanRecord, output: Path) -> str:
+    """The plan of one cell, and what follows from the trial run that it recommends."""
+    following = next_measurement(plan, plan.cells[cell], record.trial_run, output)
+    return "\n\n".join([text(record, _title(plan, cell, ":")), *([following.text] if following else [])])
 
 
 def plan_figure(plan: Plan, found: Mapping[int, PlanRecord]) -> Figure:

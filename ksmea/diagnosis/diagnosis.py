@@ -29,8 +29,9 @@ import numpy as np
 from ksmea.contracts import AnyEffect, Problem
 from ksmea.diagnosis.fit_quality import FitQuality, fit_quality
 from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_baseline, polished, settled
-from ksmea.diagnosis.observability import Detectable, Split, best_split, collinearity, smallest_detectable
+from ksmea.diagnosis.observability import Detectable, collinearity, smallest_detectable
 from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
+from ksmea.diagnosis.split import Split, best_split
 from ksmea.diagnosis.stable_fits import settled_stable, stable_fit
 from ksmea.diagnosis.trials import (
     Candidate,
@@ -144,7 +145,7 @@ def diagnose(
         best_estimate=best_estimate,
         best_quality=best_quality,
         predictive_gain=None if best is None else predictive_gain(baseline_fit, best, n_block, progress),
-        split=_split(explained) if verdict == "ambiguous" else None,
+        split=_split(explained, len(problem.parameters)) if verdict == "ambiguous" else None,
         collinearity=collinearities,
         detectable=detectable,
         level=level,
@@ -311,11 +312,12 @@ def _verdict(
     return "not observable" if observable and np.mean(observable) < MIN_OBSERVABLE else "adequate"
 
 
-def _split(explained: _Explained | None) -> Split | None:
-    """What would tell the best effect or pair from its first rival."""
+def _split(explained: _Explained | None, d: int) -> Split | None:
+    """What would tell the best effect or pair from its rivals, and these from each other."""
     if explained is None or not explained.rivals:
         return None
-    return best_split(explained.fit, next(iter(explained.rivals.values())))
+    own = " and ".join(candidate.name for candidate in explained.applied)
+    return best_split({own: explained.fit, **explained.rivals}, d)
 
 
 def _collinearities(lead: Trial, trials: Sequence[Trial]) -> dict[str, float]:

@@ -1,28 +1,24 @@
-"""Which effects data could show: the smallest detectable size, how collinear two effects are, and which further
-measurement would tell them apart. All from sensitivities in units of the noise, those of the model's own unknowns and of
-the noise level projected out: what is left of an effect when everything else is fitted along."""
+"""Which effects data could show: the smallest detectable size, and how collinear two effects are. Both from sensitivities in
+units of the noise, those of the model's own unknowns and of the noise level projected out: what is left of an effect when
+everything else is fitted along."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq
 from scipy.stats import chi2, ncx2
 
-from ksmea.alignment import through
 from ksmea.arrays import Array
-from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.diagnosis.fitting import Fit, without_effects
 from ksmea.diagnosis.trials import Candidate, Trial
-from ksmea.fisher import projected, span, whitened_difference, whitened_sensitivity
-from ksmea.measurement import Noise
+from ksmea.fisher import projected, span, whitened_sensitivity
 from ksmea.model import Model
 from ksmea.parameters import Parameter
 from ksmea.stability import last_stable
-from ksmea.units import GRAM_MILLIMETRE, RPM
 
 POWER = 0.9  # chance of detecting an effect of the smallest detectable size
 
@@ -39,15 +35,6 @@ class Detectable:
     @property
     def is_observable(self) -> bool:
         return self.size < self.largest
-
-
-@dataclass(frozen=True)
-class Split:
-    """A further measurement and the deviance by which it is expected to tell two effects apart, now and with it."""
-
-    measurement: str
-    now: float
-    then: float
 
 
 def smallest_detectable(baseline: Fit, candidate: Candidate, level: float) -> list[Detectable]:
@@ -136,52 +123,3 @@ def collinearity(trial: Trial, other: Candidate) -> float:
         return 0.0
     directions = span(_scaled(reach), tolerance=1e-8)
     return float(np.linalg.norm(directions.T @ change) / np.linalg.norm(change))
-
-
-def best_split(one: Fit, other: Fit) -> Split | None:
-    """The further measurement that would tell two fitted effects apart best; None where none would."""
-    now = _separation([(one.problem, other.problem)], one, other)
-    present = (one.problem, other.problem)
-    splits = [
-        Split(name, now, _separation([present, added], one, other))
-        for name, added in _further(one.problem, other.problem)
-    ]
-    best = max(splits, key=lambda split: split.then, default=None)
-    return best if best is not None and best.then > now + 1.0 else None
-
-
-def _further(one: Problem, other: Problem) -> Iterator[tuple[str, tuple[Problem, Problem]]]:
-    """Measurements that might be added, as both models see them."""
-    speed, channels = one.speed, one.channels
-    for site in one.sites:
-        probes = [Channel(float(site), direction) for direction in ("x", "y")]
-        if not any(probe in channels for probe in probes):
-            yield f"probes in x and y at {site:.3g} m", (through(one, probes), through(other, probes))
-    highest = np.max(speed)
-    higher = np.linspace(highest, 1.5 * highest, len(speed) // 2 + 1)[1:]
-    name = f"speeds up to {higher[-1] / RPM:.0f} rpm"
-    yield name, (one.at(higher, channels), other.at(higher, channels))
-    magnitudes = [item.upper / 2 for item in one.parameters if item.is_unbalance]
-    if magnitudes and one.takes_unbalance:
-        magnitude = min(magnitudes)
-        for site in one.sites:
-            name = f"a second run with {magnitude / GRAM_MILLIMETRE:.3g} g mm at {site:.3g} m"
-            yield name, (one.with_unbalance(site, magnitude, 0.0), other.with_unbalance(site, magnitude, 0.0))
-
-
-def _separation(data: Sequence[tuple[Problem, Problem]], one: Fit, other: Fit) -> float:
-    """Expected deviance difference between the model that makes the data and the other, all of whose unknowns are fitted
-    along: the squared distance of the two predictions from the tangent of the other. Where each datum or run has a noise of its
-    own, all have the median."""
-    noise = Noise(float(np.median(one.noise.relative)), float(np.median(one.noise.floor)))
-    kind = one.likelihood.measurement.kind
-    distances, tangents = [], []
-    for made, fitted in data:
-        response = made.response(one.x[None])[0]
-        found, slope = Model(fitted).linearise(fitted.parameters.to_cube(other.x))
-        sensitivity = slope / fitted.parameters.width * other.problem.parameters.width
-        distances.append(whitened_difference(response, found, noise, kind))
-        whitened = whitened_sensitivity(found, sensitivity, noise, kind)
-        tangents.append(whitened[: len(distances[-1])])
-    distance = np.concatenate(distances)
-    return float(np.sum(projected(distance[:, None], _scaled(np.vstack(tangents))) ** 2))

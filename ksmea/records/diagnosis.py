@@ -90,11 +90,14 @@ class DetectableRecord(Record):
 
 @dataclass(frozen=True)
 class SplitRecord(Record):
-    """A further measurement, and the deviance difference that is expected between two explanations, now and with it."""
+    """A further measurement, and the deviance difference that is expected between the least separated two of the explanations
+    that it tells apart, now and with it."""
 
     measurement: str
     now: float
     then: float
+    together: tuple[tuple[str, str], ...] = ()  # pairs of explanations that it does not tell apart
+    run: str = ""  # a further run with a weight as `measurement.runs` has it; '': it is another measurement
 
 
 @dataclass(frozen=True)

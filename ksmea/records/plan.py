@@ -14,8 +14,10 @@ from typing import Any
 import numpy as np
 
 from ksmea.arrays import Array
+from ksmea.campaign import Weight
 from ksmea.records.record import Record
 from ksmea.records.stability import StabilityRecord
+from ksmea.run_notation import notation
 
 # Names in records that say 'bound' and 'gain'.
 _RENAMED = {
@@ -104,6 +106,16 @@ class PlanRecord(Record):
     @property
     def target_unknown(self) -> Unknown | None:
         return None if self.target_index is None else self.parameters[self.target_index]
+
+    @property
+    def trial_run(self) -> str:
+        """The further run with a weight as `measurement.runs` has it; '' where none makes the target known better."""
+        for family in self.families:
+            step = family.steps[-1]
+            is_of_use = self.target not in self.unknown_with(step.crlb)
+            if step.position is not None and step.magnitude is not None and step.phase is not None and is_of_use:
+                return notation([Weight(step.position, step.magnitude, step.phase)])
+        return ""
 
     def unknown_with(self, crlb: Sequence[float | None]) -> tuple[str, ...]:
         """The unknowns that data with these CRLBs (d,) tell less of than the limits of the search do."""

@@ -177,8 +177,11 @@ def _split(record: DiagnosisRecord) -> list[str]:
     split = record.split
     if split is None:
         return [*said, "None of the measurements that were considered would tell them apart."]
-    expected = f"(expected Δχ² {split.then:.3g}, now {split.now:.3g})"
-    return [*said, f"{split.measurement} would tell them apart {expected}."]
+    not_told = (
+        f", but not {' nor '.join(f'{one} from {other}' for one, other in split.together)}" if split.together else ""
+    )
+    expected = f"(expected Δχ² at least {split.then:.3g}, now {split.now:.3g})"
+    return [*said, f"{split.measurement} would tell them apart {expected}{not_told}."]
 
 
 def _not_in_library(record: DiagnosisRecord, names: str) -> list[str]:

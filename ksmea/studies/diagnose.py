@@ -18,6 +18,7 @@ from ksmea.diagnosis.fit_quality import FitQuality, whirl_parts
 from ksmea.diagnosis.fitting import Effort, Fit
 from ksmea.diagnosis.location import missing_to_locate
 from ksmea.diagnosis.observability import Detectable
+from ksmea.diagnosis.split import Split
 from ksmea.diagnosis.trials import Candidate, Trial
 from ksmea.intervals import Estimate, estimate
 from ksmea.measurement import Measurement, Noise
@@ -41,6 +42,7 @@ from ksmea.records.extension import EffectRecord, PredictiveGainRecord
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import finite
 from ksmea.records.stability import StabilityRecord
+from ksmea.run_notation import notation
 from ksmea.settings import Settings, setting
 from ksmea.studies.campaign_remarks import campaign_remarks
 from ksmea.studies.estimates import estimate_record
@@ -200,7 +202,7 @@ def diagnosis_record(found: Diagnosis, measurement: Measurement, interval_level:
             name: tuple(_detectable(location, each) for each in parts)
             for name, (location, parts) in found.detectable.items()
         },
-        split=None if found.split is None else SplitRecord(**vars(found.split)),
+        split=None if found.split is None else _split(found.split),
         collinearity=dict(found.collinearity),
         aliases={name: text for candidate in found.applied for name, text in candidate.effect.aliases.items()},
         effects=tuple(dict.fromkeys(trial.name for trial in found.trials)),
@@ -216,6 +218,16 @@ def _stability(found: Diagnosis, measurement: Measurement, level: float) -> Stab
     fit = found.best if found.best is not None and found.named else found.baseline
     known = measurement.noise is not None
     return stability_of(fit.problem, fit.x, fit.noise, measurement.kind, noise_known=known, level=level)
+
+
+def _split(split: Split) -> SplitRecord:
+    return SplitRecord(
+        split.measurement,
+        now=min(pair.now for pair in split.told),
+        then=min(pair.then for pair in split.told),
+        together=tuple((pair.one, pair.other) for pair in split.together),
+        run="" if split.weight is None else notation([split.weight]),
+    )
 
 
 def _effect(candidate: Candidate) -> EffectRecord:

@@ -23,6 +23,7 @@ from ksmea.records.plan import Candidates, Family, PlanRecord, Step, Unknown
 from ksmea.records.record import finite
 from ksmea.settings import Settings, setting
 from ksmea.studies.stability import stability_of
+from ksmea.trial_weights import equal_unbalance, weight_positions
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
 
@@ -57,7 +58,10 @@ class PlanOptions(Settings):
         above=0,
     )
     trial_sites: list[float] | None = setting(
-        None, "where a trial unbalance may sit; null: at any of the problem's sites", unit="m", at_least=0
+        None,
+        "where a trial unbalance may sit; null: at the disks, or at any site where there is none",
+        unit="m",
+        at_least=0,
     )
     trial_phases: list[float] = setting(
         [0.0, 90.0, 180.0, 270.0], "phases that it may have; an empty list: no trial run is considered", unit="deg"
@@ -241,28 +245,21 @@ def _trial_run(present: _Present, options: PlanOptions) -> Family | str:
     problem = present.problem
     if not problem.takes_unbalance:
         return "no trial run is considered: the problem takes no trial unbalance"
-    sites = problem.sites if options.trial_sites is None else np.array(options.trial_sites)
+    sites = weight_positions(problem) if options.trial_sites is None else options.trial_sites
     if not len(sites) or not options.trial_phases:
         reason = (
             "study.trial_phases is empty" if not options.trial_phases else "there is no site; give study.trial_sites"
         )
         return f"no trial run is considered: {reason}"
-    magnitude = _equal_unbalance(present, sites) if options.trial_unbalance is None else options.trial_unbalance
-    trials = [
-        (float(site), magnitude * GRAM_MILLIMETRE, phase * DEGREE) for site in sites for phase in options.trial_phases
-    ]
+    run = problem if problem.campaign is None else problem.at(problem.speed[problem.campaign.rows[0]], problem.channels)
+    if options.trial_unbalance is None:
+        magnitude = equal_unbalance(problem, present.x, sites)
+    else:
+        magnitude = options.trial_unbalance * GRAM_MILLIMETRE
+    trials = [(float(site), magnitude, phase * DEGREE) for site in sites for phase in options.trial_phases]
     additions = [Addition(position=site, magnitude=size, phase=phase) for site, size, phase in trials]
-    blocks = [_flat(present.rows_of(problem.with_unbalance(*trial))) for trial in trials]
-    return _family(present, "trial run", additions, blocks, 1, lambda count: present.rows)
-
-
-def _equal_unbalance(present: _Present, sites: Array) -> float:
-    """The unbalance (g mm, two digits) that makes as much vibration as there is, rms, at the site where it makes most."""
-    problem, x = present.problem, present.x[None]
-    response = problem.response(x)[0]
-    unit = [problem.with_unbalance(float(site), GRAM_MILLIMETRE, 0.0).response(x)[0] - response for site in sites]
-    ratio = np.linalg.norm(response) / max(np.linalg.norm(change) for change in unit)
-    return float(f"{ratio:.1e}")
+    blocks = [_flat(present.rows_of(run.with_unbalance(*trial))) for trial in trials]
+    return _family(present, "trial run", additions, blocks, 1, lambda count: _flat(present.rows_of(run)))
 
 
 def _family(

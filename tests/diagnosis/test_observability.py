@@ -1,4 +1,4 @@
-"""Smallest detectable sizes, collinearity and splits: against closed forms and against refits of simulated data."""
+"""Smallest detectable sizes and collinearity: against closed forms and against refits of simulated data."""
 
 import numpy as np
 import pytest
@@ -6,7 +6,7 @@ from scipy.stats import chi2, ncx2
 
 from ksmea import registry
 from ksmea.diagnosis.fitting import Fit, fit_nearby
-from ksmea.diagnosis.observability import POWER, best_split, collinearity, smallest_detectable
+from ksmea.diagnosis.observability import POWER, collinearity, smallest_detectable
 from ksmea.diagnosis.trials import Candidate, trial_of
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import maximise
@@ -99,20 +99,3 @@ def test_mass_and_modulus_are_collinear_and_runout_is_not(rotor):
     trial, _, _ = trial_with(rotor, "youngs_modulus", 0.02)
     assert collinearity(trial, candidate("mass", rotor)) > 0.999
     assert collinearity(trial, candidate("runout", rotor)) < 0.5
-
-
-def test_a_split_is_a_measurement_that_helps(rotor):
-    """Antisymmetric cross-coupling against internal damping: nearly collinear here, and less so with more data."""
-    one, measurement, without = trial_with(rotor, "cross_coupling_antisymmetric", 2e5)
-    chosen = candidate("internal_damping", rotor)
-    other = trial_of(chosen, fit_nearby(chosen.effect.added_to(rotor), measurement, without), without, 1)
-    split = best_split(one.fit, other.fit)
-    assert split is not None and split.then > split.now + 1 >= 1
-
-
-def test_mass_and_modulus_cannot_be_split_by_more_of_the_same(rotor):
-    one, measurement, without = trial_with(rotor, "youngs_modulus", 0.02)
-    chosen = candidate("mass", rotor)
-    other = trial_of(chosen, fit_nearby(chosen.effect.added_to(rotor), measurement, without), without, 1)
-    split = best_split(one.fit, other.fit)
-    assert split is None or "g mm" in split.measurement  # only a known unbalance has a scale of its own

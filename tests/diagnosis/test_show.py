@@ -110,7 +110,7 @@ def test_an_ambiguous_extended_model_says_first_that_it_is_one_of_several(tmp_pa
     assert lines[:5] == [
         "# One of several models: the diagnosis is ambiguous.",
         "# These explain the data about as well: runout, mass.",
-        "# A trial weight would tell them apart (expected Δχ² 90, now 2).",
+        "# A trial weight would tell them apart (expected Δχ² at least 90, now 2).",
         f'# This file holds runout ({RECORD.applied[0].location}), fitted to the measurement "run\\nup.csv":',
         f"#   runout_x = {size.value:.4g} [{size.low:.4g}, {size.high:.4g}] µm",
     ]

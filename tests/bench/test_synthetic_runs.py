@@ -1,0 +1,117 @@
+"""Synthetic data of several runs: the first run is as it would be alone, the others carry what they say."""
+
+import json
+
+import numpy as np
+import pytest
+
+import ksmea
+from bench.plan.plan import component_seeds, generator
+from ksmea.errors import SettingError
+from ksmea.run_notation import notation, weights_of
+from ksmea.units import DEGREE, GRAM_MILLIMETRE
+from measurements.synthetic import Synthetic
+from problems.three_disk import ThreeDisk
+
+PROBLEM = ThreeDisk(sensors=[0.1, 0.5], n_speed=9)
+RUNS = ["bare", "150@0.2", "150@0.2@30+80@1@-90"]
+NOISY = {"kind": "complex", "relative": 0.05, "floor": 0.1}
+
+
+def made(**settings):
+    """A measurement, and what it was made from, always by the same seeds."""
+    source = Synthetic(**NOISY | settings)
+    truth = source.true_values(PROBLEM)
+    streams = [generator(component_seeds(3, 0)[name]) for name in ("noise", "hidden")]
+    return source.measure(PROBLEM, truth, *streams), source
+
+
+def hidden_by(source):
+    return source.hidden_effects(PROBLEM, generator(component_seeds(3, 0)["hidden"]))
+
+
+@pytest.mark.parametrize(
+    "settings", [{}, {"hidden": ["runout", "mass"]}, {"kind": "amplitude"}, {"phase_known": False}]
+)
+def test_the_first_run_is_the_same_whatever_follows(settings):
+    alone, source = made(**settings)
+    campaign, of_runs = made(**settings, runs=RUNS)
+    assert alone.campaign is None and len(campaign.campaign.runs) == 3
+    first = campaign.rows[0]
+    np.testing.assert_array_equal(campaign.values[first], alone.values)
+    np.testing.assert_array_equal(campaign.speed[first], alone.speed)
+    assert hidden_by(source) == hidden_by(of_runs)
+
+
+def test_each_run_carries_its_weights_and_has_noise_of_its_own():
+    still = {"relative": 0.0, "floor": 0.0, "noise_known": False}
+    campaign, _ = made(**still, runs=RUNS)
+    problem = PROBLEM.build()
+    x = np.array([PROBLEM.reference()[name] for name in problem.parameters.names])[None]
+    one = problem.with_unbalance(0.2, 150 * GRAM_MILLIMETRE, 30 * DEGREE)
+    both = one.with_unbalance(1.0, 80 * GRAM_MILLIMETRE, -90 * DEGREE)
+    expected = [problem, problem.with_unbalance(0.2, 150 * GRAM_MILLIMETRE, 0.0), both]
+    for rows, run in zip(campaign.rows, expected):
+        np.testing.assert_allclose(campaign.values[rows], run.response(x)[0], rtol=1e-12)
+    twice, _ = made(runs=["bare", "bare"])
+    first, second = (twice.values[rows] for rows in twice.rows)
+    assert np.all(first != second) and np.abs(first - second).max() < 0.5 * np.abs(first).max()
+
+
+def test_what_is_hidden_acts_in_all_runs():
+    """A runout is what a bare run and one with a weight have in common, whatever the weight."""
+    runs = ["bare", "150@0.2", "300@0.2"]
+    plain, _ = made(relative=0.0, floor=1e-9, runs=runs)
+    hiding, _ = made(relative=0.0, floor=1e-9, runs=runs, hidden=["runout"], sizes={"runout_x": 3.0, "runout_y": 4.0})
+    shift = (hiding.values - plain.values).reshape(3, 9, 4)
+    np.testing.assert_allclose(shift, np.broadcast_to(shift[:1], shift.shape), atol=1e-12)
+    assert np.abs(shift).max() == pytest.approx(5e-6, rel=0.5)
+
+
+def test_a_run_reads_back_from_its_word():
+    for run in ("bare", "150@0.2", "150@0.2@30", "0.5@0.123456789@-12.5+80@1"):
+        assert notation(weights_of(run)) == run
+
+
+@pytest.mark.parametrize(
+    "run", ["", "bar", "150", "150@", "150@0.2@30@1", "-1@0.2", "0@0.2", "nan@0.2", "1@inf", "1@1++1@1"]
+)
+def test_a_word_that_is_no_run_is_refused_in_one_line(run):
+    with pytest.raises(SettingError, match=r"runs: expected bare, or weights such as 150@0\.2@30") as caught:
+        Synthetic(runs=[run])
+    assert "\n" not in str(caught.value)
+
+
+def test_a_weight_off_the_shaft_is_refused(enter):
+    ended = enter("+experiment=identify", "measurement.runs=[bare,150@7]")
+    assert ended.code == 2 and "run run2, weight 150 g mm at 7 m, 0°" in ended.err and ended.err.count("\n") == 1
+
+
+def test_from_python_a_weight_makes_the_unbalance_known():
+    """Far below the first critical speed one run shows the unbalance over a stiffness alone."""
+    rotor = ksmea.load_problem("three_disk", speed_from=20.0, speed_to=100.0, n_speed=20)
+    widths = []
+    for runs in ([], ["bare", "200@0.5"]):
+        data = ksmea.synthetic_measurement(rotor, relative=0.02, kind="complex", runs=runs, rng=1)
+        found = ksmea.identify(rotor, data, intervals="wald")["u"]
+        widths.append((found.high or 500.0) - (found.low or 50.0))
+    assert widths[1] < 0.1 * widths[0]
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ["+experiment=identify", "method=direct", "optimizer=lm", "optimizer.screening=500", "optimizer.starts=2"],
+        ["+experiment=identifiability", "study.variations=[]"],
+        ["+experiment=plan", "study.sensors=0", "study.add=2"],
+        ["+experiment=diagnose", "study.effects=[runout,mass]", "study.locate=false"],
+    ],
+)
+def test_every_study_takes_them_from_the_command_line(enter, words):
+    name = words[0].partition("=")[2]
+    data = ["measurement.kind=complex", "measurement.relative=0.05", "problem.n_speed=20", "repetitions=1"]
+    ended = enter(*words, *data, "measurement.runs=[bare,150@0.2,150@0.2@30+80@1@-90]", output=f"results/{name}")
+    assert ended.code == 0, ended.err
+    [cell] = ended.cells()
+    assert cell["settings"]["measurement"]["runs"] == RUNS
+    assert json.loads((ended.output / "plan.jsonl").read_text().splitlines()[0])["command"][-1].endswith("80@1@-90]")
