@@ -33,7 +33,7 @@ from problems.rotor.run_up import Sweep, parabola, sweep_change
 from problems.rotor.site_law import Force, SiteLaw, attached, dense_parts, with_forces
 from problems.rotor.stability import growth_rate, low_modes, searched_speed
 from problems.rotor.support import Support, in_series
-from problems.rotor.synchronous_poles import Poles, block_diagonal, poles_on, spectrum
+from problems.rotor.synchronous_poles import Poles, block_diagonal, poles_on, spectrum, unit_force
 from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
 from problems.rotor.unknowns import Unknown, inputs_at, rotor_at
 
@@ -345,10 +345,10 @@ class ExtendedProblem(Problem):
         own, of_effects = self._parts(x)
         inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
         rotor, nodes = self._changed_rotor(self.base.rotor, x[0, self.costly]), sweep.nodes
-        loads = [force_per_unbalance(rotor, nodes)]
-        loads += [effect.loads(rotor, nodes) for effect in self.effects if effect.has_loads]
-        sizes = np.concatenate([inputs.complex_unbalance, *self._sizes(of_effects)], axis=1)
-        force = np.moveaxis(np.concatenate(loads, axis=2) @ sizes.T, 1, 2)  # (3, n, n_dof)
+        force = nodes[:, None, None] ** 2 * (inputs.complex_unbalance @ unit_force(rotor).T)  # (3, n, n_dof)
+        for effect, values in zip(self.effects, of_effects):
+            if effect.has_loads:
+                force = force + np.moveaxis(effect.loads(rotor, nodes) @ effect.load_sizes(values).T, 1, 2)
         impedance = list(self._impedance_seen(inputs.coefficients, nodes, of_effects).transpose(0, 4, 3, 1, 2))
         positions = []
         for site, coefficients in self._forces(of_effects):
@@ -356,10 +356,5 @@ class ExtendedProblem(Problem):
             if site.law.follows_motion:
                 positions.append(site.position)
                 impedance.append(np.stack([site.stiffness(each[None], nodes) for each in coefficients], axis=1))
-        return poles_on(
-            spectrum(rotor, searched_speed(nodes, nodes), tuple(positions)),
-            parabola(block_diagonal(impedance), nodes),
-            parabola(force, nodes),
-            dense.channel_rows(rotor, self._seen_channels),
-            sweep.reach,
-        )
+        nominal = spectrum(rotor, searched_speed(nodes, nodes), self._seen_channels, tuple(positions))
+        return poles_on(nominal, parabola(block_diagonal(impedance), nodes), parabola(force, nodes), sweep.reach)

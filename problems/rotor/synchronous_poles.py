@@ -22,10 +22,13 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import Channel
 from problems.rotor.assembly import Matrices
 from problems.rotor.data import Rotor
+from problems.rotor.dense import channel_rows
 from problems.rotor.receptance import NOMINAL_PHASE
 from problems.rotor.stability import low_modes, nominal_springs
+from problems.rotor.unbalance import force_per_unbalance
 
 N_MODE = 40  # of the rotor on nominal springs, and its deflections under forces at its ports: frequencies within 1e-7
 N_NEWTON = 3  # steps from the small eigenproblem to the poles: its errors of 1e-2 become rounding
@@ -44,7 +47,8 @@ class Poles:
 
 @dataclass(frozen=True, eq=False)
 class Spectrum:
-    """D₀⁻¹ as a sum over its K poles, seen from p ports; columns of `basis` (n_dof, m) are what modes are made of."""
+    """D₀⁻¹ as a sum over its K poles, seen from p ports and read by channels; columns of `basis` (n_dof, m) are what
+    modes are made of."""
 
     speed: ComplexArray  # (K,) Ω_k, rad/s
     shapes: ComplexArray  # (m, K) x_k
@@ -53,6 +57,11 @@ class Spectrum:
     nominal: ComplexArray  # (p,) impedances, N/m
     gyroscopic: Array  # (m, m) G, by which D changes with the spin alone: ∂D/∂Ω = iω G at a fixed frequency ω
     basis: Array
+    rows: Array  # (n_channel, n_dof) that read the motion
+
+    @cached_property
+    def read(self) -> ComplexArray:  # (n_channel, K)
+        return self.rows @ self.basis @ self.shapes
 
     @cached_property
     def at_ports(self) -> ComplexArray:  # (p, K)
@@ -71,7 +80,7 @@ class Spectrum:
         return self.left @ self.gyroscopic @ self.shapes
 
 
-def spectrum_of(matrices: Matrices, ports: Array, nominal: ComplexArray, basis: Array) -> Spectrum:
+def spectrum_of(matrices: Matrices, ports: Array, nominal: ComplexArray, basis: Array, rows: Array) -> Spectrum:
     """The spectrum of matrices (m, m) with nominal impedances (p,) N/m at ports (p, m)."""
     m = len(matrices.mass)
     stiffness = matrices.stiffness + ports.T @ (nominal[:, None] * ports)
@@ -80,22 +89,23 @@ def spectrum_of(matrices: Matrices, ports: Array, nominal: ComplexArray, basis: 
     lower = -np.linalg.solve(of_square, np.hstack([stiffness, of_speed]))
     speed, vectors = np.linalg.eig(np.vstack([np.hstack([np.zeros((m, m)), np.eye(m)]), lower]))
     left = np.linalg.inv(vectors)[:, m:] @ np.linalg.inv(of_square)
-    return Spectrum(speed, vectors[:m], left, ports, nominal, matrices.gyroscopic, basis)
+    return Spectrum(speed, vectors[:m], left, ports, nominal, matrices.gyroscopic, basis, rows)
 
 
 @lru_cache(maxsize=64)
-def spectrum(rotor: Rotor, highest: float, positions: tuple[float, ...]) -> Spectrum:
+def spectrum(
+    rotor: Rotor, highest: float, channels: tuple[Channel, ...], positions: tuple[float, ...] = ()
+) -> Spectrum:
     """That of a rotor on impedances as large as those of its bearings, but well damped; further ports lie at positions (m)."""
     low = low_modes(rotor, highest, positions, N_MODE)
     nominal = np.concatenate([NOMINAL_PHASE * nominal_springs(rotor), np.zeros(len(low.sites))])
-    return spectrum_of(low.matrices, np.vstack([low.ports, low.sites]), nominal, low.basis)
+    return spectrum_of(low.matrices, np.vstack([low.ports, low.sites]), nominal, low.basis, channel_rows(rotor, channels))
 
 
-def poles_on(spectrum: Spectrum, impedance: ComplexArray, force: ComplexArray, rows: Array, reach: float) -> Poles:
+def poles_on(spectrum: Spectrum, impedance: ComplexArray, force: ComplexArray, reach: float) -> Poles:
     """Poles with |Ω_r| up to about `reach` (rad/s), with impedances at the ports in place of the nominal ones.
 
-    `impedance` (3, n, p, p) N/m and `force` (3, n, n_dof) N are coefficients of Ω⁰, Ω¹, Ω²; `rows` (n_channel, n_dof) read the
-    motion.
+    `impedance` (3, n, p, p) N/m and `force` (3, n, n_dof) N are coefficients of Ω⁰, Ω¹, Ω².
     """
     change = impedance.copy()
     change[0] -= np.diag(spectrum.nominal)
@@ -110,8 +120,14 @@ def poles_on(spectrum: Spectrum, impedance: ComplexArray, force: ComplexArray, r
     of_spin = 1j * speed * np.sum((shape_left @ spectrum.spin) * shape, axis=-1)
     modal = force @ spectrum.basis @ spectrum.left.T  # (3, n, K)
     size = sum(speed[group] ** power * np.sum(shape_left[group] * part[:, None], axis=-1) for power, part in enumerate(modal))
-    read = shape @ (rows @ spectrum.basis @ spectrum.shapes).T  # (n, r, n_channel)
+    read = shape @ spectrum.read.T  # (n, r, n_channel)
     return Poles(speed[group], (1 - of_spin).real[group], size[..., None] * read[group])
+
+
+@lru_cache(maxsize=64)
+def unit_force(rotor: Rotor) -> ComplexArray:
+    """Nodal forces per unit of unbalance at 1 rad/s, (n_dof, n_plane)."""
+    return np.asarray(force_per_unbalance(rotor, np.ones(1))[0])
 
 
 def block_diagonal(blocks: Sequence[ComplexArray]) -> ComplexArray:

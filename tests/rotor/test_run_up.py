@@ -31,9 +31,9 @@ def closed_form(matrices, rate, speed=SPEED):
     """Steady and swept amplitudes, (n_speed, 3) each. On nominal springs at two of the masses there are other poles."""
     steady = np.linalg.solve(dynamic_stiffness(matrices, speed), (speed**2 * UNBALANCE[:, None]).T[..., None])[..., 0]
     sweep = Sweep(np.array([rate]), float(SPEED.max()))
-    nominal = spectrum_of(matrices, np.eye(3)[:2], np.array([5e3 + 5e3j, 2e4]), np.eye(3))
+    nominal = spectrum_of(matrices, np.eye(3)[:2], np.array([5e3 + 5e3j, 2e4]), np.eye(3), np.eye(3))
     none = np.zeros((3, 1, 2, 2), dtype=complex)
-    poles = poles_on(nominal, none, parabola(sweep.nodes[:, None, None] ** 2 * UNBALANCE, sweep.nodes), np.eye(3), sweep.reach)
+    poles = poles_on(nominal, none, parabola(sweep.nodes[:, None, None] ** 2 * UNBALANCE, sweep.nodes), sweep.reach)
     return steady, steady + sweep_change(poles, speed, sweep)[0]
 
 
