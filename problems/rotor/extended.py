@@ -31,10 +31,11 @@ from problems.rotor.hooks import RotorHooks
 from problems.rotor.loads import unit_loads
 from problems.rotor.problem import CHUNK_BYTES, RotorProblem, checked_sets, finite, impedances_of
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
-from problems.rotor.run_up import Poles, Sweep, parabola, sweep_change, synchronous_poles
+from problems.rotor.run_up import Sweep, parabola, sweep_change
 from problems.rotor.site_law import Force, SiteLaw, attached, dense_parts, with_forces
 from problems.rotor.stability import growth_rate, low_modes, searched_speed
 from problems.rotor.support import Support, in_series
+from problems.rotor.synchronous_poles import Poles, block_diagonal, poles_on, spectrum, unit_force
 from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
 from problems.rotor.unknowns import Unknown, inputs_at, rotor_at
 
@@ -346,22 +347,16 @@ class ExtendedProblem(ProblemProxy):
         own, of_effects = self._parts(x)
         inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
         rotor, nodes = self._changed_rotor(self.base.rotor, x[0, self.costly]), sweep.nodes
-        forces = self._forces(of_effects)
-        low = low_modes(rotor, searched_speed(nodes, nodes), tuple(site.position for site, _ in forces))
-        n_bearing = len(rotor.bearings)
-        ports = low.ports.reshape(n_bearing, 2, -1)
-        impedance = self._impedance_seen(inputs.coefficients, nodes, of_effects)
-        stiffness = np.einsum("bri,brcns,bcj->nijs", ports, impedance, ports, optimize=True)
-        stiffness += np.moveaxis(dense.dynamic_stiffness(low.matrices, nodes), 0, -1)
-        loads = [force_per_unbalance(rotor, nodes)]
-        loads += [effect.loads(rotor, nodes) for effect in self.effects if effect.has_loads]
-        sizes = np.concatenate([inputs.complex_unbalance, *self._sizes(of_effects)], axis=1)
-        force = np.einsum("di,sdl,nl->nis", low.basis, np.concatenate(loads, axis=2), sizes, optimize=True)
-        for site, coefficients in forces:
-            rows = site.rows(rotor) @ low.basis
-            force += np.stack([rows.T @ site.at_rest(each[None], nodes).T for each in coefficients])
+        force = nodes[:, None, None] ** 2 * (inputs.complex_unbalance @ unit_force(rotor).T)  # (3, n, n_dof)
+        for effect, values in zip(self.effects, of_effects):
+            if effect.has_loads:
+                force = force + np.moveaxis(effect.loads(rotor, nodes) @ effect.load_sizes(values).T, 1, 2)
+        impedance = list(self._impedance_seen(inputs.coefficients, nodes, of_effects).transpose(0, 4, 3, 1, 2))
+        positions = []
+        for site, coefficients in self._forces(of_effects):
+            force = force + np.stack([site.at_rest(each[None], nodes) for each in coefficients], axis=1) @ site.rows(rotor)
             if site.law.follows_motion:
-                added = np.stack([site.stiffness(each[None], nodes) for each in coefficients])
-                stiffness += np.einsum("ri,nsrc,cj->nijs", rows, added, rows, optimize=True)
-        seen = dense.channel_rows(rotor, self._seen_channels) @ low.basis
-        return synchronous_poles(parabola(stiffness, nodes), parabola(force, nodes), seen, low.matrices.gyroscopic)
+                positions.append(site.position)
+                impedance.append(np.stack([site.stiffness(each[None], nodes) for each in coefficients], axis=1))
+        nominal = spectrum(rotor, searched_speed(nodes, nodes), self._seen_channels, tuple(positions))
+        return poles_on(nominal, parabola(block_diagonal(impedance), nodes), parabola(force, nodes), sweep.reach)

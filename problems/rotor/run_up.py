@@ -16,8 +16,7 @@ else changes with the speed (the damping of a mode, its shape, the coefficients 
 critical speed. D and the forces are parabolas in Ω through three speeds: exact for bearings that follow straight lines.
 
 The sweep has lasted so long that its start has died out. A mode that does not decay has no such response and is left as it
-is. Poles are those of the rotor's lowest modes, whose frequencies are right within 1e-6 on the RK-4 and 1e-4 on the three-disk rotor: where damping ratios are as small, what
-is left of a steady peak shows in the few rows that lie on it.
+is. How the poles are found: `problems/rotor/synchronous_poles.py`.
 """
 
 from __future__ import annotations
@@ -28,9 +27,12 @@ import numpy as np
 from scipy.special import wofz
 
 from ksmea.arrays import Array, ComplexArray
+from problems.rotor.synchronous_poles import Poles
 
-REACH = 4.0  # poles up to this many times the highest speed: of those beyond a sweep changes 1e-7 of the peak
+REACH = 2.5  # poles up to this many times the highest speed: of those beyond a sweep changes 1e-6 of the peak
 NODES = np.array([1.0, 2.0, 3.0]) / 3  # of the highest speed: where D and the forces are met
+FAR = 7.0  # |z| beyond which the series of w(z) takes over: its first five terms are right within 1e-8
+SERIES = (945 / 32, 105 / 16, 15 / 8, 3 / 4, 1 / 2)  # of z⁻² in i√π z w(z) = −1 − …, from the highest power (7.1.23 of the same)
 
 
 @dataclass(frozen=True, eq=False)
@@ -45,47 +47,37 @@ class Sweep:
         """The three speeds (rad/s) at which stiffness and forces are to be given."""
         return NODES * self.highest
 
-
-@dataclass(frozen=True, eq=False)
-class Poles:
-    """Poles of the synchronous response of n parameter sets."""
-
-    speed: ComplexArray  # (n, n_pole) Ω_r, rad/s
-    haste: Array  # (n, n_pole) β/α
-    residue: ComplexArray  # (n, n_pole, n_channel) R_r, m rad/s
+    @property
+    def reach(self) -> float:
+        """How far poles matter, rad/s."""
+        return REACH * self.highest
 
 
 def parabola(values: ComplexArray, nodes: Array) -> ComplexArray:
-    """Coefficients of Ω⁰, Ω¹, Ω² through values (…, 3) at three speeds (rad/s), (3, …)."""
-    return np.moveaxis(values @ np.linalg.inv(np.vander(nodes, increasing=True)).T, -1, 0)
-
-
-def synchronous_poles(stiffness: ComplexArray, force: ComplexArray, rows: Array, gyroscopic: Array) -> Poles:
-    """Poles of rows D⁻¹ f from coefficients of the powers of Ω.
-
-    `stiffness` (3, n, m, m), N/m and so on, `force` (3, n, m), N and so on; `rows` (n_channel, m) read the motion, and
-    `gyroscopic` (m, m) is G, by which D changes with the spin alone: ∂D/∂Ω = iω G at a fixed frequency ω.
-    """
-    n, m = stiffness.shape[1:3]
-    lower = -np.linalg.solve(stiffness[2], np.concatenate([stiffness[0], stiffness[1]], axis=2))
-    upper = np.broadcast_to(np.hstack([np.zeros((m, m)), np.eye(m)]), (n, m, 2 * m))
-    speed, vectors = np.linalg.eig(np.concatenate([upper, lower], axis=1))
-    shapes = vectors[:, :m]  # (n, m, n_pole)
-    left = np.linalg.solve(stiffness[2].swapaxes(1, 2), np.linalg.inv(vectors)[:, :, m:].swapaxes(1, 2))
-    at_pole = sum(part[:, :, None] * speed[:, None] ** power for power, part in enumerate(force))
-    residue = np.einsum("cm,nmp,nkp,nkp->npc", rows, shapes, left, at_pole, optimize=True)
-    of_spin = 1j * speed * np.einsum("nmp,mk,nkp->np", left, gyroscopic, shapes, optimize=True)
-    return Poles(speed, (1 - of_spin).real, residue)
+    """Coefficients (3, …) of Ω⁰, Ω¹, Ω² through values (3, …) at three speeds (rad/s)."""
+    return np.tensordot(np.linalg.inv(np.vander(nodes, increasing=True)), values, axes=1)
 
 
 def sweep_change(poles: Poles, speed: Array, sweep: Sweep) -> ComplexArray:
     """What n sweeps, at rates that are not 0, add to the steady response at speeds (n_speed,) rad/s, (n, n_speed, n_channel) m."""
-    swept = (poles.speed.imag > 0) & (poles.haste > 0) & (np.abs(poles.speed) < REACH * sweep.highest)
+    swept = (poles.speed.imag > 0) & (poles.haste > 0) & (np.abs(poles.speed) < sweep.reach)
     pole = poles.speed[swept][:, None]
     root = 2 * np.sqrt(-0.5j * (sweep.acceleration[:, None] * poles.haste)[swept])[:, None]
-    argument = (pole - speed) / root
-    # a rotor that starts from rest crosses no critical speed below zero: what would ring from there is left out
-    side = np.where((pole.real > 0) | (argument.imag > 0), 1, -1)
     change = np.zeros((*poles.speed.shape, len(speed)), dtype=complex)
-    change[swept] = 1j * np.sqrt(np.pi) / root * side * wofz(side * argument) - 1 / (speed - pole)
-    return np.asarray(change.swapaxes(1, 2) @ poles.residue)
+    change[swept] = _swept_less_steady((pole - speed) / root, pole) / root
+    residue = np.where(swept[..., None], poles.residue, 0)
+    return np.asarray(change.swapaxes(1, 2) @ residue)
+
+
+def _swept_less_steady(argument: ComplexArray, pole: ComplexArray) -> ComplexArray:
+    """i√π w(z) + 1/z. Behind the pole (Im z < 0) there is 2 exp(−z²) in w, which is the ringing. A rotor that starts from rest crosses
+    no critical speed below zero, and nothing rings from there."""
+    found = np.empty_like(argument)
+    is_far = np.abs(argument) > FAR
+    near, far = argument[~is_far], argument[is_far]
+    above = np.where(near.imag > 0, 1, -1)
+    found[~is_far] = 1j * np.sqrt(np.pi) * above * wofz(above * near) + 1 / near
+    found[is_far] = -np.polyval((*SERIES, 0), far**-2.0) / far
+    passed = (pole.real > 0) & (argument.imag < 0)
+    found[passed] += 2j * np.sqrt(np.pi) * np.exp(-(argument[passed] ** 2))
+    return found

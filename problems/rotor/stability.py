@@ -64,16 +64,17 @@ class LowModes:
 
 
 @lru_cache(maxsize=64)
-def low_modes(rotor: Rotor, highest: float, positions: tuple[float, ...] = ()) -> LowModes:
-    """The rotor on springs about as stiff as its bearings: modes up to `REACH` times a speed (rad/s), and its deflections
-    under forces at the bearings and at further positions (m)."""
+def low_modes(
+    rotor: Rotor, highest: float, positions: tuple[float, ...] = (), least: int = MIN_MODES
+) -> LowModes:
+    """The rotor on springs about as stiff as its bearings: modes up to `REACH` times a speed (rad/s), `least` or more, and its
+    deflections under forces at the bearings and at further positions (m)."""
     free = assemble_free(rotor)
     dof = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
-    springs = np.concatenate([np.diag(bearing.stiffness) for bearing in rotor.bearings])
     stiffness = free.stiffness.copy()
-    stiffness[dof, dof] += np.maximum(np.abs(springs), WEAKEST * np.max(np.abs(springs)))
+    stiffness[dof, dof] += nominal_springs(rotor)
     squared, shapes = scipy.linalg.eigh(stiffness, free.mass)
-    n_mode = max(MIN_MODES, int(np.count_nonzero(squared <= (REACH * highest) ** 2)))
+    n_mode = max(least, int(np.count_nonzero(squared <= (REACH * highest) ** 2)))
     rows = [displacement_row(rotor, position, axis) for position in positions for axis in DIRECTIONS]
     forces = np.column_stack([np.eye(len(stiffness))[:, dof], *rows])
     # the highest speed stands in for a spring where nothing holds the rotor
@@ -88,6 +89,12 @@ def low_modes(rotor: Rotor, highest: float, positions: tuple[float, ...] = ()) -
     matrices = Matrices(np.eye(basis.shape[1]), *(basis.T @ part @ basis for part in parts))
     sites = np.reshape(rows, (-1, len(basis))) @ basis
     return LowModes(matrices, basis[dof], sites, basis, REACH * highest)
+
+
+def nominal_springs(rotor: Rotor) -> Array:
+    """Springs at the ports about as stiff as the bearings, (n_port,) N/m."""
+    springs = np.abs(np.concatenate([np.diag(bearing.stiffness) for bearing in rotor.bearings]))
+    return np.maximum(springs, WEAKEST * np.max(springs))
 
 
 def searched_speed(own: Array, asked: Array) -> float:

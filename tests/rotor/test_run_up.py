@@ -9,7 +9,8 @@ from ksmea.force_laws import LAWS, NonlinearLaw
 from problems.rk4_two_disk import RK4TwoDisk
 from problems.rotor.assembly import Matrices
 from problems.rotor.dense import dynamic_stiffness
-from problems.rotor.run_up import Sweep, parabola, sweep_change, synchronous_poles
+from problems.rotor.run_up import Sweep, parabola, sweep_change
+from problems.rotor.synchronous_poles import poles_on, spectrum_of
 from swept_rotor import swept, swept_response
 
 SPEED = np.linspace(85.0, 260.0, 176)
@@ -27,14 +28,12 @@ def chain(gyroscopic=NONE):
 
 
 def closed_form(matrices, rate, speed=SPEED):
-    """Steady and swept amplitudes, (n_speed, 3) each."""
+    """Steady and swept amplitudes, (n_speed, 3) each. On nominal springs at two of the masses there are other poles."""
     steady = np.linalg.solve(dynamic_stiffness(matrices, speed), (speed**2 * UNBALANCE[:, None]).T[..., None])[..., 0]
     sweep = Sweep(np.array([rate]), float(SPEED.max()))
-    stiffness = np.moveaxis(dynamic_stiffness(matrices, sweep.nodes), 0, -1)[None]
-    force = UNBALANCE[None, :, None] * sweep.nodes**2
-    poles = synchronous_poles(
-        parabola(stiffness, sweep.nodes), parabola(force, sweep.nodes), np.eye(3), matrices.gyroscopic
-    )
+    nominal = spectrum_of(matrices, np.eye(3)[:2], np.array([5e3 + 5e3j, 2e4]), np.eye(3), np.eye(3))
+    none = np.zeros((3, 1, 2, 2), dtype=complex)
+    poles = poles_on(nominal, none, parabola(sweep.nodes[:, None, None] ** 2 * UNBALANCE, sweep.nodes), sweep.reach)
     return steady, steady + sweep_change(poles, speed, sweep)[0]
 
 
