@@ -41,7 +41,9 @@ class Poles:
     """Poles of the synchronous response of n parameter sets."""
 
     speed: ComplexArray  # (n, n_pole) Ω_r, rad/s
-    haste: Array  # (n, n_pole) 1 − dω_r/dΩ at a fixed frequency: by how much faster or slower a mode sees the speed change
+    haste: (
+        Array  # (n, n_pole) 1 − dω_r/dΩ at a fixed frequency: by how much faster or slower a mode sees the speed change
+    )
     residue: ComplexArray  # (n, n_pole, n_channel) R_r, m rad/s
 
 
@@ -99,7 +101,9 @@ def spectrum(
     """That of a rotor on impedances as large as those of its bearings, but well damped; further ports lie at positions (m)."""
     low = low_modes(rotor, highest, positions, N_MODE)
     nominal = np.concatenate([NOMINAL_PHASE * nominal_springs(rotor), np.zeros(len(low.sites))])
-    return spectrum_of(low.matrices, np.vstack([low.ports, low.sites]), nominal, low.basis, channel_rows(rotor, channels))
+    return spectrum_of(
+        low.matrices, np.vstack([low.ports, low.sites]), nominal, low.basis, channel_rows(rotor, channels)
+    )
 
 
 def poles_on(spectrum: Spectrum, impedance: ComplexArray, force: ComplexArray, reach: float) -> Poles:
@@ -114,12 +118,16 @@ def poles_on(spectrum: Spectrum, impedance: ComplexArray, force: ComplexArray, r
     change = change[:, first]
     speed, right, left, slope = _roots(spectrum, change, *_guess(spectrum, change, reach))
     inverse = 1 / (speed[..., None] - spectrum.speed)  # (n, r, K)
-    shape = -inverse * (_times(_at(change, speed), right) @ spectrum.from_ports.T)  # (n, r, K), as sums of nominal modes
+    shape = -inverse * (
+        _times(_at(change, speed), right) @ spectrum.from_ports.T
+    )  # (n, r, K), as sums of nominal modes
     shape /= np.sum(left * _times(slope, right), axis=-1, keepdims=True)
     shape_left = inverse * (left @ spectrum.at_ports)  # (n, r, K)
     of_spin = 1j * speed * np.sum((shape_left @ spectrum.spin) * shape, axis=-1)
     modal = force @ spectrum.basis @ spectrum.left.T  # (3, n, K)
-    size = sum(speed[group] ** power * np.sum(shape_left[group] * part[:, None], axis=-1) for power, part in enumerate(modal))
+    size = sum(
+        speed[group] ** power * np.sum(shape_left[group] * part[:, None], axis=-1) for power, part in enumerate(modal)
+    )
     read = shape @ spectrum.read.T  # (n, r, n_channel)
     return Poles(speed[group], (1 - of_spin).real[group], size[..., None] * read[group])
 
@@ -151,7 +159,10 @@ def _guess(spectrum: Spectrum, change: ComplexArray, reach: float) -> tuple[Comp
     centre = CENTRE * reach
     flexibility = (spectrum.at_ports[:, ~near] / (centre - spectrum.speed[~near])) @ spectrum.from_ports[~near]
     seen = np.hstack([out, flexibility])
-    constant, of_speed = change[0] - centre**2 * change[2], change[1] + 2 * centre * change[2]  # the tangent at the centre
+    constant, of_speed = (
+        change[0] - centre**2 * change[2],
+        change[1] + 2 * centre * change[2],
+    )  # the tangent at the centre
     p = len(out)
     fixed = np.zeros((n, n_near + p, n_near + p), dtype=complex)
     fixed[:, :n_near] = np.hstack([np.diag(centre - spectrum.speed[near]), -into])
