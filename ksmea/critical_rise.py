@@ -19,7 +19,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import numpy as np
-from scipy import stats
+import scipy
 from scipy.optimize import brentq
 
 from ksmea.arrays import Array
@@ -46,16 +46,16 @@ def _quantile(likelihood: Likelihood, level: float) -> float:
     """The same for one maximum."""
     n, left = likelihood.n_residual, likelihood.n_residual - likelihood.d
     if not likelihood.noise_is_estimated:
-        return float(stats.chi2.ppf(level, 1))
-    return float(n * np.log1p(stats.f.ppf(level, 1, left) / left)) if left > 0 else np.inf
+        return float(scipy.stats.chi2.ppf(level, 1))
+    return float(n * np.log1p(scipy.stats.f.ppf(level, 1, left) / left)) if left > 0 else np.inf
 
 
 def _tail(likelihood: Likelihood, rise: Array) -> Array:
     """The chance of a larger rise around one maximum."""
     n, left = likelihood.n_residual, likelihood.n_residual - likelihood.d
     if not likelihood.noise_is_estimated:
-        return np.asarray(stats.chi2.sf(rise, 1))
-    return np.asarray(stats.f.sf(left * np.expm1(rise / n), 1, left))
+        return np.asarray(scipy.stats.chi2.sf(rise, 1))
+    return np.asarray(scipy.stats.f.sf(left * np.expm1(rise / n), 1, left))
 
 
 def _excess(likelihood: Likelihood, maxima: Sequence[Point]) -> Array:
@@ -65,7 +65,7 @@ def _excess(likelihood: Likelihood, maxima: Sequence[Point]) -> Array:
         return np.zeros(1)
     differences = _differences(likelihood, *maxima)  # (n_other, m)
     triangle = np.linalg.qr(differences.T, mode="r")  # (k, n_other); δᵀδ' is that of its columns
-    normal = stats.norm.ppf(sobol(N_NORMAL, len(triangle)) + 0.5 / N_NORMAL)
+    normal = scipy.stats.norm.ppf(sobol(N_NORMAL, len(triangle)) + 0.5 / N_NORMAL)
     rise = np.sum(differences**2, axis=1) + 2 * normal @ triangle
     return np.asarray(np.maximum(-np.min(rise, axis=1), 0.0))
 

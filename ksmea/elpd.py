@@ -19,7 +19,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from ksmea.arrays import Array
 
@@ -62,13 +62,15 @@ class ElpdDifference:
     def p_sign(self) -> float:
         """Exact one-sided sign test: the chance of so many better blocks where either model is as likely to be better."""
         unequal = int(np.sum(self.by_block != 0))
-        return float(stats.binomtest(self.n_better, unequal, alternative="greater").pvalue) if unequal else 1.0
+        return float(scipy.stats.binomtest(self.n_better, unequal, alternative="greater").pvalue) if unequal else 1.0
 
     @property
     def p_wilcoxon(self) -> float:
         """Exact one-sided Wilcoxon signed-rank test of the differences; equal blocks are left out."""
         unequal = self.by_block[self.by_block != 0]
-        return float(stats.wilcoxon(unequal, alternative="greater", method="exact").pvalue) if len(unequal) else 1.0
+        return (
+            float(scipy.stats.wilcoxon(unequal, alternative="greater", method="exact").pvalue) if len(unequal) else 1.0
+        )
 
     @property
     def is_supported(self) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import qmc
+import scipy
 
 from ksmea.arrays import Array
 
@@ -14,4 +14,4 @@ def latin_hypercube(samples: int, d: int, rng: np.random.Generator) -> Array:
     M. D. McKay, R. J. Beckman and W. J. Conover, Technometrics 21 (1979) 239–245, doi 10.2307/1268522. The paper names
     the Latin hypercube and no more, so nothing is optimised on top of it.
     """
-    return qmc.LatinHypercube(d, rng=rng).random(samples)
+    return scipy.stats.qmc.LatinHypercube(d, rng=rng).random(samples)

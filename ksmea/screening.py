@@ -13,7 +13,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import qmc
+import scipy
 
 from ksmea.arrays import Array, ComplexArray
 
@@ -63,7 +63,9 @@ def joined(*parts: Screened) -> Screened:
 def sobol(n: int, d: int, rng: np.random.Generator | None = None) -> Array:
     """The first n points (n, d) of a Sobol' sequence, scrambled where there is a generator; balanced best where n is a
     power of two."""
-    return np.asarray(qmc.Sobol(d, scramble=rng is not None, rng=rng).random_base2((n - 1).bit_length())[:n])
+    return np.asarray(
+        scipy.stats.qmc.Sobol(d, scramble=rng is not None, rng=rng).random_base2((n - 1).bit_length())[:n]
+    )
 
 
 def log_ratio(predicted: Array | ComplexArray, measured: Array | ComplexArray) -> Array | ComplexArray:

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+import scipy
 from scipy.optimize import Bounds, differential_evolution
-from scipy.stats import qmc
 
 from ksmea.arrays import Array
 from ksmea.contracts import Optimizer
@@ -65,7 +65,7 @@ class DE(Optimizer):
                 mutation=self.mutation_factor,
                 recombination=self.crossover_rate,
                 maxiter=self.generations,
-                init=qmc.LatinHypercube(objective.dim, rng=rng).random(self.population),
+                init=scipy.stats.qmc.LatinHypercube(objective.dim, rng=rng).random(self.population),
                 rng=rng,
                 vectorized=True,
                 updating="deferred",

@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import qmc
+import scipy
 
 from ksmea.contracts import Optimizer
 from ksmea.global_generators import global_generators
@@ -44,7 +44,7 @@ class PSO(Optimizer):
 
     def minimize(self, objective: Objective, rng: np.random.Generator) -> Minimum:
         """Move a Latin hypercube of particles."""
-        start = qmc.LatinHypercube(objective.dim, rng=rng).random(self.population)
+        start = scipy.stats.qmc.LatinHypercube(objective.dim, rng=rng).random(self.population)
         with global_generators(rng), logging_unconfigured():
             swarm = GlobalBestPSO(
                 n_particles=self.population,

@@ -5,11 +5,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from math import comb
+from typing import TYPE_CHECKING
 
 import numpy as np
-from sklearn.linear_model import LinearRegression
-from sklearn.pipeline import Pipeline, make_pipeline
-from sklearn.preprocessing import PolynomialFeatures
 
 from ksmea.arrays import Array
 from ksmea.contracts import Surrogate
@@ -17,6 +15,9 @@ from ksmea.errors import SettingError
 from ksmea.predictor import Predictor
 from ksmea.settings import setting
 from ksmea.transforms import TRANSFORMS
+
+if TYPE_CHECKING:
+    from sklearn.pipeline import Pipeline
 
 
 @dataclass(frozen=True)
@@ -78,6 +79,10 @@ class ResponseSurface(Surrogate):
 
 def fit_response_surface(degree: int, samples: Array, outputs: Array) -> ResponseSurfacePredictor:
     """Ordinary least squares of outputs (n, q) on the polynomial of samples (n, d)."""
+    from sklearn.linear_model import LinearRegression  # takes a second to import, which other runs need not wait for
+    from sklearn.pipeline import make_pipeline
+    from sklearn.preprocessing import PolynomialFeatures
+
     # The constant is a term of the polynomial; a second one fitted apart would be one too many for the hat matrix.
     pipeline = make_pipeline(PolynomialFeatures(degree), LinearRegression(fit_intercept=False))
     return ResponseSurfacePredictor(pipeline.fit(samples, outputs), samples, outputs)

@@ -20,6 +20,7 @@ from bench.plan.provenance import OURS, platform_name
 
 JOURNALS = "journals"
 GIGABYTE = 2**30
+SLOW_TO_IMPORT = ("scipy.stats",)  # imported where it is first used, which would be in each worker
 
 
 @dataclass(frozen=True)
@@ -74,7 +75,7 @@ def unfinished(runs: Iterable[Run], finished: set[str]) -> list[Run]:
 
 def own_modules(plan: Plan) -> list[str]:
     """Modules that workers may find loaded: not those of outside plugins, which could harm all workers at once."""
-    return [name for name in plan.modules if name.partition(".")[0] in OURS]
+    return [*SLOW_TO_IMPORT, *(name for name in plan.modules if name.partition(".")[0] in OURS)]
 
 
 def _arguments(plan: Plan, run: Run, job: Job) -> tuple[Any, ...]:

@@ -6,14 +6,15 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import ClassVar
-
-import pandas as pd
+from typing import TYPE_CHECKING, ClassVar
 
 from bench.plan.plan import Plan
 from ksmea import registry
 from ksmea.errors import SettingError
 from ksmea.settings import Settings
+
+if TYPE_CHECKING:
+    import pandas as pd  # needed when there is something to report
 
 Drawing = bytes | Callable[[], bytes]  # the content of a file, or what makes it when it is written
 

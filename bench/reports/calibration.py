@@ -9,9 +9,9 @@ from typing import ClassVar
 
 import numpy as np
 import pandas as pd
+import scipy
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy.stats import norm
 
 from bench.jobs.lines import RESULTS
 from bench.plan.columns import place_columns
@@ -26,7 +26,7 @@ from ksmea.show.text import aligned, number
 # Two maxima of the likelihood with deviances that differ by less than this are one and the same: searches for a maximum
 # end where the deviance falls by less than 1e-7, and no two basins are found to be as equal.
 SAME_MAXIMUM = 1e-3
-NORMAL_IQR = 2 * norm.ppf(0.75)  # interquartile range of a normal distribution with unit variance
+NORMAL_IQR = 2 * scipy.stats.norm.ppf(0.75)  # interquartile range of a normal distribution with unit variance
 
 
 @dataclass(frozen=True)
@@ -95,7 +95,7 @@ def _errors(results: pd.DataFrame, facts: ParameterFacts) -> dict[str, float]:
 
 def _sigmas(level: float) -> float:
     """Half-width of a normal interval of this confidence, in standard deviations."""
-    return float(norm.ppf((1 + level) / 2))
+    return float(scipy.stats.norm.ppf((1 + level) / 2))
 
 
 def _level(cell: Cell) -> float:
@@ -176,7 +176,7 @@ def calibration_figure(plan: Plan, frame: pd.DataFrame, runs: pd.DataFrame) -> F
             errors, positions=positions, orientation="horizontal", whis=(2.5, 97.5), showfliers=False, widths=0.6,
             medianprops={"color": OURS, "linewidth": 2},
         )  # fmt: skip
-        for at in (-norm.ppf(0.975), 0, norm.ppf(0.975)):
+        for at in (-scipy.stats.norm.ppf(0.975), 0, scipy.stats.norm.ppf(0.975)):
             left.axvline(at, color=REFERENCE, linestyle=":" if at else "-", linewidth=0.8)
         _scale(left)
         left.set_yticks(positions, labels, fontsize=8)

@@ -15,7 +15,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from ksmea.alignment import through
 from ksmea.arrays import Array, ComplexArray
@@ -248,7 +248,11 @@ def _law_fit(site: SiteFit, likelihood: LawLikelihood, found: Point, noise: Nois
     beyond, n_more = _beyond(site, likelihood, found)
     measurement, sd = site.likelihood.measurement, site.likelihood.sd
     is_known = measurement.noise is not None
-    p = stats.chi2.sf(beyond, n_more) if is_known else stats.f.sf(beyond / n_more, n_more, site.point.n_left)
+    p = (
+        scipy.stats.chi2.sf(beyond, n_more)
+        if is_known
+        else scipy.stats.f.sf(beyond / n_more, n_more, site.point.n_left)
+    )
     # weights differ from law to law: the whole deviance is compared
     sizes = log_term(sd**2, noise.variance(np.abs(measurement.values)), measurement.kind)
     covariance = own_noise(site) ** 2 * np.linalg.pinv(found.information)[likelihood.d :, likelihood.d :]

@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+import scipy
 from scipy.optimize import brentq
-from scipy.stats import chi2, ncx2
 
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
@@ -103,8 +103,8 @@ def _whitened(problem: Problem, u: Array, fit: Fit) -> tuple[Array, Array]:
 
 def _noncentrality(n_unknown: int, level: float) -> float:
     """Of χ² with so many degrees of freedom, such that it exceeds its `level` quantile with probability POWER."""
-    critical = chi2.isf(level, n_unknown)
-    return float(brentq(lambda value: ncx2.sf(critical, n_unknown, value) - POWER, 1e-3, 1e4))
+    critical = scipy.stats.chi2.isf(level, n_unknown)
+    return float(brentq(lambda value: scipy.stats.ncx2.sf(critical, n_unknown, value) - POWER, 1e-3, 1e4))
 
 
 def collinearity(trial: Trial, other: Candidate) -> float:

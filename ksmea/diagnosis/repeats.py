@@ -18,7 +18,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+import scipy
 from scipy.optimize import minimize
 
 from ksmea.arrays import Array, ComplexArray, Indices
@@ -155,7 +155,7 @@ def _compared(
 
     def spread(what: str, sum_of_squares: float, n: int, n_compared: int = 1) -> Spread:
         ratio = float(sum_of_squares / n) * unbiased
-        return Spread(what, ratio, min(1.0, n_compared * float(stats.f.sf(ratio, n, found.degrees))))
+        return Spread(what, ratio, min(1.0, n_compared * float(scipy.stats.f.sf(ratio, n, found.degrees))))
 
     names = [run.name for run in measurement.campaign.runs] if measurement.campaign else []
     compared = np.flatnonzero(n_of_run)

@@ -9,7 +9,7 @@ close in on them.
 from __future__ import annotations
 
 import numpy as np
-from scipy.stats import norm
+import scipy
 
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
@@ -52,7 +52,7 @@ def refined_by_clouds(problem: Problem, measurement: Measurement, found: Screene
     """Clouds of points around the best ones, narrower and narrower; unknowns that are costly to change take few
     values."""
     d = found.points.shape[1]
-    cloud = norm.ppf(sobol(CLOUD_POINTS, d) + 0.5 / CLOUD_POINTS)
+    cloud = scipy.stats.norm.ppf(sobol(CLOUD_POINTS, d) + 0.5 / CLOUD_POINTS)
     costly = list(problem.costly)
     cloud[:, costly] = np.clip(np.rint(cloud[:, costly]), -1, 1)
     for width in CLOUDS:

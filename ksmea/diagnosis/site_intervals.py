@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
-from scipy import stats
+import scipy
 
 from ksmea.diagnosis.location import HOPELESS
 from ksmea.diagnosis.recovered_force import own_noise
@@ -18,10 +18,10 @@ def site_intervals(fit: SiteFit, level: float) -> list[Interval]:
     `UNSEEN`. Those of a model that is far from the data are not checked."""
     if fit.likelihood.measurement.noise is None:
         likelihood = fit.likelihood.with_sd(own_noise(fit) * fit.likelihood.sd)
-        rise = float(stats.f.ppf(level, 1, fit.point.n_left))
+        rise = float(scipy.stats.f.ppf(level, 1, fit.point.n_left))
     else:
         likelihood = fit.likelihood
-        rise = float(stats.chi2.ppf(level, 1))
+        rise = float(scipy.stats.chi2.ppf(level, 1))
     point, intervals = likelihood.at(fit.point.theta), None
     if fit.point.excess <= HOPELESS:
         _, intervals = checked_intervals(likelihood, [point], np.full(likelihood.d, rise))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import chi2
+import scipy
 
 from ksmea.contracts import AnyEffect, Problem
 from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_from, fit_from_scan, fit_nearby, start_nearby
@@ -95,7 +95,7 @@ def trial_of(candidate: Candidate, fit: Fit, without: Fit, n_candidate: int) -> 
     drop = max(without.deviance - fit.deviance, 0.0)
     # The noise is estimated along: the drop is n ln(1 + e F/(n − d)) in a linear model, about χ² when scaled by (n − d)/n
     scaled = drop * (n - fit.likelihood.d) / n if fit.likelihood.noise_is_estimated else drop
-    p = min(1.0, n_candidate * float(chi2.sf(scaled, e)))
+    p = min(1.0, n_candidate * float(scipy.stats.chi2.sf(scaled, e)))
     return Trial(candidate, fit, drop, float(drop - e * np.log(n)), p)
 
 
