@@ -291,14 +291,13 @@ class Effect(Settings, Generic[Seen]):
 
     # Effects that can look alike, by name, and what separates them. Left out: none.
     aliases: ClassVar[Mapping[str, str]] = MappingProxyType({})
+    if_nowhere: ClassVar[str] = "leave it out"  # what a message says to do where a problem has no location for it
     # Whether it is fitted from values all over its limits, not only from where the model without it fits: of effects
     # that move resonances, or hide them. Left out: yes.
     is_scanned: ClassVar[bool] = True
     # Whether a diagnosis tries it only where it is asked for by name: of effects that cost far more than others, or that the
     # data have to be known to allow. Left out: no.
     on_request: ClassVar[bool] = False
-    # What to do where a problem has no location for it, in the words of a message. Left out: leave it out.
-    if_nowhere: ClassVar[str] = "leave it out"
 
     def locations(self, problem: Seen) -> Sequence[Self]:
         """This effect at each location of the problem where it may sit; empty where it cannot be. Left out: as it is."""

@@ -77,8 +77,17 @@ class ExtendedFile(ProblemSettings):
         reference: Mapping[str, float],
         phase_origin: bool = False,
     ) -> str:
-        """The file of such a problem: see `extended_document`."""
-        return extended_document(name, settings, effects, reference, phase_origin)
+        """The YAML of a problem, by registered name and settings, with effects, by name and location.
+
+        Reference values are in the units of the unknowns. A file that the settings name is written with its full path. A
+        problem that is extended already becomes one with all the effects, its own reference values where none are given.
+        """
+        settings = {key: value for key, value in settings.items() if key != NAME}
+        if name == NESTED:
+            return _further_extended(ExtendedFile(**settings), effects, reference, phase_origin)
+        if isinstance(settings.get("file"), str) and settings["file"]:
+            settings["file"] = str(Path(settings["file"]).absolute())
+        return _dumped({NAME: name, **settings}, [_described(*pair) for pair in effects], reference, phase_origin)
 
     @property
     def parts(self) -> Sequence[Settings]:
@@ -148,26 +157,6 @@ class ExtendedFile(ProblemSettings):
                 raise self._document.error("reference", unknown("parameter", name, names))
 
 
-def extended_document(
-    name: str,
-    settings: Mapping[str, Any],
-    effects: Sequence[tuple[str, AnyEffect]],
-    reference: Mapping[str, float],
-    phase_origin: bool = False,
-) -> str:
-    """The YAML of a problem, by registered name and settings, with effects, by name and location.
-
-    Reference values are in the units of the unknowns. A file that the settings name is written with its full path. A
-    problem that is extended already becomes one with all the effects, its own reference values where none are given.
-    """
-    settings = {key: value for key, value in settings.items() if key != NAME}
-    if name == NESTED:
-        return _further_extended(ExtendedFile(**settings), effects, reference, phase_origin)
-    if isinstance(settings.get("file"), str) and settings["file"]:
-        settings["file"] = str(Path(settings["file"]).absolute())
-    return _dumped({NAME: name, **settings}, [_described(*pair) for pair in effects], reference, phase_origin)
-
-
 def _further_extended(
     inner: ExtendedFile, effects: Sequence[tuple[str, AnyEffect]], reference: Mapping[str, float], phase_origin: bool
 ) -> str:
@@ -176,7 +165,7 @@ def _further_extended(
     names = [block.values[NAME] for block in inner._effect_blocks]
     before = list(zip(names, inner._effects))
     values = {**inner._given, **reference}
-    return extended_document(
+    return ExtendedFile.document(
         block.values[NAME], settings, [*before, *effects], values, phase_origin or inner._has_phase_origin
     )
 

@@ -98,6 +98,15 @@ class Setup:
                 f" {', '.join(missing)}; use measurement=synthetic, with measurement.truth where nothing is published"
             )
 
+    def refuse_exact_data(self, who: str) -> None:
+        """Raise `SettingError` where data have no noise; its level need not be known."""
+        noise = self.source.noise
+        if noise is not None and noise.is_absent:
+            raise SettingError(
+                f"{who}: expected noise, without which any difference is a misfit, got none; say measurement.relative=0.05 or"
+                " measurement.floor=0.1 (µm)"
+            )
+
     def require_noise(self, who: str) -> Noise:
         """The noise of the measurement; `SettingError` where there is none."""
         noise = self.source.noise

@@ -42,12 +42,7 @@ class Diagnose(DiagnosisOptions, Study):
         return list(library(self.effects, self.without)[0].values())
 
     def validate(self, setup: Setup) -> None:
-        noise = setup.source.noise
-        if noise is not None and noise.is_absent:
-            raise SettingError(
-                "study=diagnose: expected noise, without which any difference is a misfit, got none; say"
-                " measurement.relative=0.05 or measurement.floor=0.1 (µm)"
-            )
+        setup.refuse_exact_data("study=diagnose")
         effects, _ = library(self.effects, self.without)
         found, left_out = candidates_and_left_out(setup.problem, effects)
         if not found and left_out:

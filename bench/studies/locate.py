@@ -15,7 +15,6 @@ from bench.plan.study import Study
 from ksmea import registry
 from ksmea.contracts import AnyEffect
 from ksmea.diagnosis.location import require_enough
-from ksmea.errors import SettingError
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record
 from ksmea.studies.locate import LOCAL_FORCE, LocationOptions, location
@@ -34,12 +33,7 @@ class Locate(LocationOptions, Study):
         return [registry.create("effect", LOCAL_FORCE, {})]  # what a law that holds becomes
 
     def validate(self, setup: Setup) -> None:
-        noise = setup.source.noise
-        if noise is not None and noise.is_absent:
-            raise SettingError(
-                "study=locate: expected noise, without which any difference is a misfit, got none; say"
-                " measurement.relative=0.05 or measurement.floor=0.1 (µm)"
-            )
+        setup.refuse_exact_data("study=locate")
         require_enough(setup.problem, setup.source.kind)
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:

@@ -52,6 +52,15 @@ def test_a_session_says_what_code_and_versions_compute(tmp_path, plan, file):
     assert all("\n" not in line and line["schema"] == lines[0]["schema"] for line in lines)
 
 
+def test_a_line_is_read_with_the_processor_of_its_session_or_with_its_own(tmp_path, plan, monkeypatch):
+    one, two = plan.runs[:2]
+    for run, processor, own in ((one, "abacus", {}), (two, "slide rule", {"platform": "quipu"})):
+        monkeypatch.setattr("bench.jobs.records.platform_name", lambda processor=processor: processor)
+        with RecordWriter(tmp_path, 0, plan) as writer:
+            writer.result(run, {"status": "done", **own})
+    assert read_records(tmp_path, lambda line: line.platform) == {one.key: "abacus", two.key: "quipu"}
+
+
 def test_a_writer_without_runs_leaves_nothing_to_read(tmp_path, plan):
     write(tmp_path, plan)
     assert read_records(tmp_path) == {}

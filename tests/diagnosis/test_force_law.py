@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from ksmea.diagnosis.force_law import LawLikelihood, fitted_law, fitted_laws
+from ksmea.diagnosis.law_start import law_starts
 from ksmea.diagnosis.location import locate
 from ksmea.force_laws import LAWS
 from ksmea.load import Load
@@ -109,16 +110,24 @@ def test_the_law_that_acts_is_found_with_its_size(name, site_of):
 
 
 def test_laws_are_sought_along_the_shaft_from_where_one_is_best(monkeypatch):
-    """Tried first two elements away, as happens where that leaves less beside a free force."""
+    """Tried first two elements away, as happens where that leaves less beside a free force. Each site is prepared once."""
     position, rotor, _ = HIDDEN["mass"]
     response = dense.dense_response(rotor, FINE.speed, FINE.channels)
     values = observe(response, "complex", Noise(0.05, 1e-7), np.random.default_rng(4))
     data = Measurement(PROBLEM.speed, PROBLEM.channels, values, None, "test")
     positions = [0.8, 0.9, position]
     found = locate(PROBLEM, data, np.random.default_rng(0), positions=positions, kinds=["force"])
+    prepared = []
+
+    def law_starts_of(site, laws):
+        prepared.append(site.unmodelled.position)
+        return law_starts(site, laws)
+
     monkeypatch.setattr("ksmea.diagnosis.force_law.N_FIRST", 1)
+    monkeypatch.setattr("ksmea.diagnosis.force_law.law_starts", law_starts_of)
     best = fitted_laws(found.sites, found.noise)[0]
     assert (best.law.name, best.site.unmodelled.position) == ("mass", position)
+    assert sorted(prepared) == positions
 
 
 @pytest.mark.parametrize("name, wrong", [("unbalance, ∝ Ω²", "constant, turning with the shaft"), ("mass", "spring")])

@@ -7,7 +7,7 @@ import pytest
 
 from ksmea import registry
 from ksmea.errors import SettingError
-from problems.extended_file import ExtendedFile, extended_document
+from problems.extended_file import ExtendedFile
 from problems.rotor.problem import RotorProblem
 from problems.three_disk import ThreeDisk
 
@@ -93,19 +93,21 @@ def test_what_is_written_is_read_again(write):
         ("flexible_pedestal", effect("flexible_pedestal")),
     ]
     values = {"kxx": 50.1, "runout_x": np.float64(1e-7), "stiffness_slope": -12.0, "u": 1e20}
-    written = ExtendedFile(file=write(extended_document("three_disk", settings, effects, values, True)))
+    written = ExtendedFile(file=write(ExtendedFile.document("three_disk", settings, effects, values, True)))
     problem = written.build()
     assert problem.effects == tuple(each for _, each in effects)
     assert problem.parameters.names[5] == "phase_origin" and problem.parameters.upper[0] == 90.5e6
     reference = written.reference()
     units = {parameter.name: parameter.si_per_unit for parameter in problem.parameters}
     assert {name: reference[name] / units[name] for name in values} == pytest.approx(values)
-    assert ExtendedFile(file=write(extended_document("three_disk", {}, [], {}))).reference() == ThreeDisk().reference()
+    assert (
+        ExtendedFile(file=write(ExtendedFile.document("three_disk", {}, [], {}))).reference() == ThreeDisk().reference()
+    )
 
 
 def test_an_extended_problem_is_extended_further(write):
     write(SMALL)
-    text = extended_document(
+    text = ExtendedFile.document(
         "extended", {"file": "extended.yaml", "mesh": None}, [("residual_bow", effect("residual_bow"))], {"kxx": 60}
     )
     further = ExtendedFile(file=write(text, "further.yaml"))
@@ -117,7 +119,7 @@ def test_an_extended_problem_is_extended_further(write):
 
 def test_a_file_that_the_problem_names_is_found_from_anywhere(write, tmp_path, monkeypatch):
     write(EXAMPLE.read_text(), "rotor.yaml")
-    file = write(extended_document("rotor", {"file": "rotor.yaml"}, [("mass", effect("mass"))], {}))
+    file = write(ExtendedFile.document("rotor", {"file": "rotor.yaml"}, [("mass", effect("mass"))], {}))
     (tmp_path / "below").mkdir()
     monkeypatch.chdir(tmp_path / "below")
     assert ExtendedFile(file=f"../{file}").build().parameters.names[-1] == "mass_change"
