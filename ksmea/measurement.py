@@ -149,6 +149,11 @@ class Measurement:
         return self.kind is Kind.AMPLITUDE
 
     @property
+    def is_by_differences(self) -> bool:
+        """Whether its runs are compared with each other alone (`ksmea.difference_likelihood`)."""
+        return self.campaign is not None and bool(self.campaign.reference)
+
+    @property
     def layout(self) -> Layout:
         """What was measured, without the values."""
         return Layout(self.speed, self.channels, self.kind, self.source, self.phase_known, campaign=self.campaign)

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from ksmea.records.diagnosis import DiagnosisRecord, FitQualityRecord, TrialRecord
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.location import NOTHING
-from ksmea.show import hidden, location, repeats
+from ksmea.show import both_ways, hidden, location, repeats
 from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
 from ksmea.show.predictive_gain import gain_lines
 from ksmea.show.stability import stability_text
@@ -29,6 +29,7 @@ def text(record: DiagnosisRecord) -> str:
     blocks = [
         "\n".join(f"Note: {remark}" for remark in record.remarks),
         _sentence(repeats.lines(record.repeats)),
+        _sentence(both_ways.lines(record.both_ways)),
         _what_is_wrong(record),
         _cause(record),
         _predictive_gain(record),

@@ -8,6 +8,8 @@ import pandas as pd
 
 from ksmea.units import MICROMETRE
 
+SMALLEST = 1e-15  # p that is told: rounding
+
 
 def aligned(head: list[str], lines: list[list[str]]) -> str:
     """Columns of text, right-aligned."""
@@ -24,6 +26,11 @@ def noise_parts(relative: float, floor: float) -> str:
     parts = [f"{two_digits(100 * relative)} %"] if relative else []
     parts += [f"{two_digits(floor / MICROMETRE)} µm"] if floor else []
     return " + ".join(parts) or "none"
+
+
+def chance(p: float) -> str:
+    """For example 'p = 0.012'."""
+    return f"p = {p:.2g}" if p > SMALLEST else f"p < {SMALLEST:g}"
 
 
 def two_digits(value: float) -> str:

@@ -42,7 +42,8 @@ from ksmea.records.location import LocationRecord
 from ksmea.records.record import finite
 from ksmea.records.stability import StabilityRecord
 from ksmea.settings import Settings, setting
-from ksmea.studies.campaign_remarks import campaign_remarks
+from ksmea.studies.both_ways import both_ways
+from ksmea.studies.campaign_remarks import campaign_remarks, refuse_differences
 from ksmea.studies.estimates import estimate_record
 from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.misreadings import misreadings
@@ -120,6 +121,7 @@ def diagnosis(
     there are has a location on the problem.
     """
     require_aligned(problem, measurement)
+    refuse_differences(measurement, "diagnose")
     options = options or DiagnosisOptions()
     found = diagnose(
         problem,
@@ -144,6 +146,7 @@ def diagnosis(
         left_out={**left_out, **record.left_out},
         remarks=(*campaign_remarks(measurement), *remarks),
         repeats=repeats_of(measurement),
+        both_ways=both_ways(problem, measurement, found.baseline.x) if details else None,
     )
 
 

@@ -16,9 +16,10 @@ import numpy as np
 from ksmea.alignment import aligned
 from ksmea.arrays import Array
 from ksmea.contracts import Method, Problem
-from ksmea.cramer_rao import identifiability
+from ksmea.cramer_rao import Identifiability, identifiability
 from ksmea.diagnosis.fit_quality import fit_quality
 from ksmea.diagnosis.fitting import Fit, likely_maxima
+from ksmea.difference_likelihood import likelihood_of
 from ksmea.errors import LONGEST_NAME, SettingError, shortened
 from ksmea.identification import Identification, Streams, at_limit
 from ksmea.intervals import Estimate, Interval, estimate
@@ -41,6 +42,8 @@ from ksmea.records.identification import (
     UpdateRecord,
 )
 from ksmea.records.record import finite
+from ksmea.run_differences import as_searched
+from ksmea.studies.both_ways import both_ways
 from ksmea.studies.campaign_remarks import campaign_remarks
 from ksmea.studies.enough_data import can_be_tested, require_enough
 from ksmea.studies.locate import LocationOptions, location
@@ -97,8 +100,12 @@ def identification(
     require_enough(measurement.layout, n_unknown, with_noise=with_noise)
     testable = can_be_tested(measurement.layout, n_unknown, with_noise=with_noise)
     counted = CountedProblem(problem)
-    found = _within_a_turn(problem.parameters, method.identify(counted, measurement, streams))
-    record = _method_record(problem, measurement, found, counted.count)
+    searched, data = as_searched(counted, measurement)
+    found = method.identify(searched, data, streams)
+    if measurement.is_by_differences and (measurement.noise is None or measurement.has_noise):
+        found = dataclasses.replace(found, x=_nearest(counted, measurement, found.x))
+    found = _within_a_turn(problem.parameters, found)
+    record = _method_record(*as_searched(problem, measurement), found, counted.count)
     noise = measurement.noise
     if intervals != "none" and (noise is None or measurement.has_noise):
         record, noise = _with_intervals(
@@ -118,13 +125,14 @@ def identification(
         rejected = record.lack_of_fit is not None and record.lack_of_fit.rejected
         misread = misreadings(problem, measurement, x, noise, rejected=rejected)
         remarks = (*remarks, *(misread or slips(problem, x, measurement)))
-        known = measurement.noise is not None
+        known, told_noise = measurement.noise is not None, None if measurement.is_by_differences else noise
         record = dataclasses.replace(
             record,
+            both_ways=both_ways(problem, measurement, x),
             data=_description(measurement, remarks, testable=testable),
             repeats=repeats_of(measurement),
             fit=fit_curves(problem, measurement, x, noise),
-            stability=stability_of(problem, x, noise, measurement.kind, noise_known=known, level=level),
+            stability=stability_of(problem, x, told_noise, measurement.kind, noise_known=known, level=level),
         )
     if beside is not None and rng is not None:
         record = dataclasses.replace(record, location=location(problem, measurement, rng, options=beside))
@@ -147,6 +155,13 @@ def location_options(unmodelled: str, level: float) -> LocationOptions | None:
             f"unmodelled: expected {AUTO} or the position of a site in m, got {shortened(unmodelled, LONGEST_NAME)!r}"
         ) from None
     return LocationOptions(interval_level=level, positions=[position], kinds=[FORCE])
+
+
+def _nearest(problem: Problem, measurement: Measurement, x: Array) -> Array:
+    """The maximum of the likelihood nearest to x (d,) SI: of differences, where a search takes their noise for independent."""
+    likelihood, parameters = likelihood_of(Model(problem), measurement), problem.parameters
+    nearest = nearest_maximum(likelihood, np.clip(parameters.to_cube(x), 0.0, 1.0))
+    return parameters.to_si(nearest.theta[: likelihood.d])
 
 
 def _within_a_turn(parameters: Parameters, found: Identification) -> Identification:
@@ -212,7 +227,7 @@ def _with_intervals(
     for, and with details and `test` the fit is tested."""
     started = time.perf_counter()
     counted = CountedProblem(problem)
-    likelihood = Likelihood(Model(counted), measurement)
+    likelihood = likelihood_of(Model(counted), measurement)
     try:
         maxima = [nearest_maximum(likelihood, problem.parameters.to_cube(record.x))]
         if details or (check and _has_few_data(likelihood)):
@@ -299,9 +314,7 @@ def _with_crlb(
 ) -> IdentificationRecord:
     """The record with Cramér–Rao bounds and correlations at the reported values; None where they are infinite."""
     try:
-        told = identifiability(
-            problem, record.values, noise, measurement.kind, noise_known=measurement.noise is not None
-        )
+        told = _identifiability(problem, measurement, record.values, noise)
     except np.linalg.LinAlgError:
         return record
     return dataclasses.replace(
@@ -313,6 +326,19 @@ def _with_crlb(
     )
 
 
+def _identifiability(problem: Problem, measurement: Measurement, x: Array, noise: Noise) -> Identifiability:
+    """What the data tell at x (d,) SI; of differences between runs, what these do."""
+    if not measurement.is_by_differences:
+        return identifiability(problem, x, noise, measurement.kind, noise_known=measurement.noise is not None)
+    parameters = problem.parameters
+    whitened = _with_noise(problem, measurement, noise).at(parameters.to_cube(x)).whitened / parameters.width
+    return Identifiability(x, whitened, np.where(x == 0, parameters.width, np.abs(x)))
+
+
+def _with_noise(problem: Problem, measurement: Measurement, noise: Noise) -> Likelihood:
+    return likelihood_of(Model(problem), dataclasses.replace(measurement, noise=noise))
+
+
 def _description(measurement: Measurement, remarks: Sequence[str], *, testable: bool) -> DataDescription:
     return DataDescription(
         source=measurement.source,
@@ -322,16 +348,22 @@ def _description(measurement: Measurement, remarks: Sequence[str], *, testable: 
         speed_to=float(np.max(measurement.speed)),
         channels=tuple(str(channel) for channel in measurement.channels),
         remarks=(*campaign_remarks(measurement), *remarks),
+        reference=measurement.campaign.reference if measurement.campaign else "",
         too_few_to_test=not testable,
     )
 
 
 def fit_curves(problem: Problem, measurement: Measurement, x: Array, noise: Noise | None) -> FitCurves:
-    """Data and fitted response at x (d,) SI over speed, with the noise where it is known or estimated."""
+    """Data and fitted response at x (d,) SI over speed, with the noise where it is known or estimated. Where only differences
+    between runs count, what these show alike is added, at the measured speeds alone."""
     fitted = problem.response(x[None])[0]
     layout = _finer(measurement)
     with_phase = not measurement.is_amplitude
-    fine = Polar.of(aligned(problem, layout).response(x[None])[0], with_phase=with_phase)
+    if measurement.is_by_differences and noise is not None:
+        likelihood = _with_noise(problem, measurement, noise)
+        fitted, layout = fitted + likelihood.alike(problem.parameters.to_cube(x), fitted), measurement.layout
+    responses = aligned(problem, layout).response(x[None])[0] if layout.speed is not measurement.speed else fitted
+    fine = Polar.of(responses, with_phase=with_phase)
     return FitCurves(
         speed=row(measurement.speed),
         channels=tuple(str(channel) for channel in measurement.channels),

@@ -43,6 +43,7 @@ from ksmea.records.location import (
 )
 from ksmea.settings import Settings, setting
 from ksmea.smooth_force import SmoothForce
+from ksmea.studies.campaign_remarks import refuse_differences
 from ksmea.studies.estimates import estimate_record
 
 LOCAL_FORCE = "local_force"  # the effect that a law at a place is
@@ -86,6 +87,7 @@ def location(
     Raises `SettingError` where problem and measurement are not aligned, or the data are too few to tell.
     """
     require_aligned(problem, measurement)
+    refuse_differences(measurement, "locate")
     options = options or LocationOptions()
     found = locate(
         problem,
