@@ -13,7 +13,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ksmea.alignment import aligned
 from ksmea.arrays import Array
 from ksmea.contracts import Method, Problem
 from ksmea.cramer_rao import Identifiability, identifiability
@@ -26,11 +25,10 @@ from ksmea.intervals import Estimate, Interval, estimate
 from ksmea.likelihood import Likelihood
 from ksmea.load import FORCE
 from ksmea.maximisation import nearest_maximum
-from ksmea.measurement import Layout, Measurement, Noise
+from ksmea.measurement import Measurement, Noise
 from ksmea.misfit import Misfit
 from ksmea.model import Count, CountedProblem, Model
 from ksmea.parameters import Parameter, Parameters
-from ksmea.records.curves import FineCurve, FitCurves, Polar, ResponseCurves, matrix, row
 from ksmea.records.identification import (
     DataDescription,
     IdentificationRecord,
@@ -46,6 +44,7 @@ from ksmea.run_differences import as_searched
 from ksmea.studies.both_ways import both_ways
 from ksmea.studies.campaign_remarks import campaign_remarks
 from ksmea.studies.enough_data import can_be_tested, require_enough
+from ksmea.studies.fitted_curves import fit_curves, response_curves, with_noise
 from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.misreadings import misreadings
 from ksmea.studies.repeats import repeats_of
@@ -58,7 +57,6 @@ AUTO = "auto"
 INTERVALS = ("profile", "information", "none")
 FEW_DATA = 10  # for each unknown and noise level: with fewer, intervals hold what is likely all over the box
 LACK_OF_FIT_LEVEL = 0.01  # chance of rejecting a right model
-N_FINE = 1000  # speeds that a fitted curve is drawn at, besides those measured
 
 
 def identification(
@@ -331,12 +329,8 @@ def _identifiability(problem: Problem, measurement: Measurement, x: Array, noise
     if not measurement.is_by_differences:
         return identifiability(problem, x, noise, measurement.kind, noise_known=measurement.noise is not None)
     parameters = problem.parameters
-    whitened = _with_noise(problem, measurement, noise).at(parameters.to_cube(x)).whitened / parameters.width
+    whitened = with_noise(problem, measurement, noise).at(parameters.to_cube(x)).whitened / parameters.width
     return Identifiability(x, whitened, np.where(x == 0, parameters.width, np.abs(x)))
-
-
-def _with_noise(problem: Problem, measurement: Measurement, noise: Noise) -> Likelihood:
-    return likelihood_of(Model(problem), dataclasses.replace(measurement, noise=noise))
 
 
 def _description(measurement: Measurement, remarks: Sequence[str], *, testable: bool) -> DataDescription:
@@ -350,47 +344,4 @@ def _description(measurement: Measurement, remarks: Sequence[str], *, testable: 
         remarks=(*campaign_remarks(measurement), *remarks),
         reference=measurement.campaign.reference if measurement.campaign else "",
         too_few_to_test=not testable,
-    )
-
-
-def fit_curves(problem: Problem, measurement: Measurement, x: Array, noise: Noise | None) -> FitCurves:
-    """Data and fitted response at x (d,) SI over speed, with the noise where it is known or estimated. Where only differences
-    between runs count, what these show alike is added, at the measured speeds alone."""
-    fitted = problem.response(x[None])[0]
-    layout = _finer(measurement)
-    with_phase = not measurement.is_amplitude
-    if measurement.is_by_differences and noise is not None:
-        likelihood = _with_noise(problem, measurement, noise)
-        fitted, layout = fitted + likelihood.alike(problem.parameters.to_cube(x), fitted), measurement.layout
-    responses = aligned(problem, layout).response(x[None])[0] if layout.speed is not measurement.speed else fitted
-    fine = Polar.of(responses, with_phase=with_phase)
-    return FitCurves(
-        speed=row(measurement.speed),
-        channels=tuple(str(channel) for channel in measurement.channels),
-        measured=Polar.of(measurement.values, with_phase=with_phase),
-        fitted=Polar.of(fitted, with_phase=with_phase),
-        sd=None if noise is None or noise.is_absent else matrix(noise.sd(np.abs(fitted))),
-        fine=FineCurve(row(layout.speed), **vars(fine), breaks=layout.breaks),
-    )
-
-
-def _finer(measurement: Measurement) -> Layout:
-    """More speeds in the band of each run."""
-    bands = [measurement.speed[rows] for rows in measurement.rows]
-    finer = [np.union1d(speed, np.linspace(np.min(speed), np.max(speed), N_FINE)) for speed in bands]
-    campaign = measurement.campaign and measurement.campaign.with_counts([len(speed) for speed in finer])
-    return dataclasses.replace(measurement.layout, speed=np.concatenate(finer), campaign=campaign)
-
-
-def response_curves(problem: Problem, measurement: Measurement, found: Identification) -> ResponseCurves:
-    """Amplitudes of measurement, identified model, and surrogate and true model at the surrogate's last optimum."""
-    identified = problem.response(found.x[None])[0]
-    return ResponseCurves(
-        speed=row(measurement.speed),
-        channels=tuple(str(channel) for channel in measurement.channels),
-        measured=matrix(np.abs(measurement.values)),
-        identified=matrix(np.abs(identified)),
-        predicted=None if found.predicted is None else matrix(np.abs(found.predicted)),
-        modelled=None if found.modelled is None else matrix(np.abs(found.modelled)),
-        breaks=measurement.breaks,
     )
