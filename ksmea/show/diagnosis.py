@@ -17,8 +17,8 @@ from ksmea.show import both_ways, hidden, location, repeats
 from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
 from ksmea.show.predictive_gain import gain_lines
 from ksmea.show.stability import stability_text
-from ksmea.show.text import aligned, number
-from ksmea.units import MICROMETRE, RPM
+from ksmea.show.text import aligned, noise_level, number
+from ksmea.units import RPM
 
 MAX_RANKED = 6  # effects that the text lists
 FEWEST_TO_LOCATE = 3  # channels: an unknown force takes two at each speed
@@ -140,8 +140,7 @@ def _noise(record: DiagnosisRecord) -> str:
     if record.verdict == "located" and record.location is not None:
         believed = record.location.noise
     said = "known" if noise.known else "estimated"
-    floor = believed.floor / MICROMETRE
-    return f"Noise ({said}): {100 * believed.relative:.3g} % of each value and {floor:.3g} µm."
+    return f"Noise ({said}): {noise_level(believed)}."
 
 
 def _cause(record: DiagnosisRecord) -> str:

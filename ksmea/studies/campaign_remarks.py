@@ -11,13 +11,11 @@ def campaign_remarks(measurement: Measurement) -> tuple[str, ...]:
     campaign = measurement.campaign
     if campaign is None:
         return ()
-    own = f"{', '.join(campaign.own)} of its own for each" if campaign.own else "all unknowns shared"
-    own += (
-        f"; by differences from run {campaign.reference}: what is alike in all runs cancels"
-        if campaign.reference
-        else ""
-    )
-    return (f"{campaign}; {own}",)
+    said = [f"{', '.join(campaign.own)} of its own for each" if campaign.own else "all unknowns shared"]
+    said += ["noise of its own for each"] if campaign.own_noise else []
+    if campaign.reference:
+        said.append(f"by differences from run {campaign.reference}: what is alike in all runs cancels")
+    return (f"{campaign}; {'; '.join(said)}",)
 
 
 def refuse_differences(measurement: Measurement, study: str) -> None:

@@ -20,7 +20,7 @@ from ksmea.diagnosis.location import missing_to_locate
 from ksmea.diagnosis.observability import Detectable
 from ksmea.diagnosis.trials import Candidate, Trial
 from ksmea.intervals import Estimate, estimate
-from ksmea.measurement import Measurement, Noise
+from ksmea.measurement import Measurement
 from ksmea.parameters import Parameter
 from ksmea.records.diagnosis import (
     CoefficientRecord,
@@ -36,7 +36,7 @@ from ksmea.records.diagnosis import (
     TrialRecord,
     Values,
 )
-from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
+from ksmea.records.estimate import EstimateRecord
 from ksmea.records.extension import EffectRecord, PredictiveGainRecord
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import finite
@@ -44,7 +44,7 @@ from ksmea.records.stability import StabilityRecord
 from ksmea.settings import Settings, setting
 from ksmea.studies.both_ways import both_ways
 from ksmea.studies.campaign_remarks import campaign_remarks, refuse_differences
-from ksmea.studies.estimates import estimate_record
+from ksmea.studies.estimates import estimate_record, noise_record
 from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.misreadings import misreadings
 from ksmea.studies.repeats import repeats_of
@@ -297,13 +297,9 @@ def _noise(found: Diagnosis, measurement: Measurement) -> NoiseRecord:
     return NoiseRecord(
         known=noise is not None,
         by_datum=noise is not None and np.ndim(noise.floor) > 0,
-        before=_noise_level(found.baseline_estimate.noise),
-        after=None if found.best_estimate is None else _noise_level(found.best_estimate.noise),
+        before=noise_record(found.baseline_estimate.noise, measurement),
+        after=None if found.best_estimate is None else noise_record(found.best_estimate.noise, measurement),
     )
-
-
-def _noise_level(noise: Noise) -> NoiseLevelRecord:
-    return NoiseLevelRecord(float(np.median(noise.relative)), float(np.median(noise.floor)))
 
 
 def _detectable(location: str, detectable: Detectable) -> DetectableRecord:

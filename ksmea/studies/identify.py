@@ -297,9 +297,7 @@ def _with_end(
 
 def _noise_level(noise: Noise, measurement: Measurement) -> NoiseLevel:
     relative, floor = (float(np.sqrt(np.mean(np.square(part)))) for part in (noise.relative, noise.floor))
-    names = [run.name for run in measurement.campaign.runs] if noise.rows and measurement.campaign else []
-    by_run = tuple((name, *level) for name, level in zip(names, noise.levels))
-    return NoiseLevel(relative, floor, measurement.noise is None, by_run)
+    return NoiseLevel(relative, floor, measurement.noise is None, measurement.by_run(noise))
 
 
 def _lack_of_fit(fit: Fit, rng: np.random.Generator) -> LackOfFit:
