@@ -94,11 +94,13 @@ def is_weight(name: str) -> bool:
 @dataclass(frozen=True)
 class Campaign:
     """The runs in the order of their speeds, and the unknowns of which each run has its own; all others are shared. With
-    `own_noise` each run has noise of its own level, where that is estimated."""
+    `own_noise` each run has noise of its own level, where that is estimated. With a `reference`, the name of a run, only how
+    the others differ from it counts."""
 
     runs: tuple[Run, ...]
     own: tuple[str, ...] = ()
     own_noise: bool = False
+    reference: str = ""
 
     def __str__(self) -> str:
         return f"{len(self.runs)} runs of one machine: {', '.join(map(str, self.runs))}"

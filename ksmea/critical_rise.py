@@ -23,7 +23,7 @@ import scipy
 from scipy.optimize import brentq
 
 from ksmea.arrays import Array
-from ksmea.fisher import projected, whitened_difference
+from ksmea.fisher import projected
 from ksmea.likelihood import Likelihood, Point
 from ksmea.screening import sobol
 
@@ -72,8 +72,7 @@ def _excess(likelihood: Likelihood, maxima: Sequence[Point]) -> Array:
 
 def _differences(likelihood: Likelihood, best: Point, *others: Point) -> Array:
     """δ of other maxima (n_other, m)."""
-    n, d = likelihood.n_residual, likelihood.d
+    d = likelihood.d
     mean, *means = likelihood.model.response(np.array([point.theta[:d] for point in (best, *others)]))
-    noise, kind = likelihood.noise(best.theta), likelihood.measurement.kind
-    away = [whitened_difference(other, mean, noise, kind)[:, None] for other in means]
-    return np.array([projected(delta, point.whitened[:n, :d])[:, 0] for delta, point in zip(away, others)])
+    away = [likelihood.whitened_difference(other, mean, best.theta)[:, None] for other in means]
+    return np.array([projected(delta, point.whitened[: len(delta), :d])[:, 0] for delta, point in zip(away, others)])

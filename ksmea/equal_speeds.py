@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ksmea.arrays import Array, Indices
 
 SAME_SPEED = 1e-4  # relative: beside a resonance of quality 100 a response changes by 2 % over as much
+
+COMMON_SPEED = (
+    1e-3  # relative, of differences: each run is modelled at its own speed, only what cancels has to be the same
+)
 
 
 def equal_speeds(speed: Array, tolerance: float = SAME_SPEED) -> list[Indices]:
@@ -23,3 +29,14 @@ def equal_speeds(speed: Array, tolerance: float = SAME_SPEED) -> list[Indices]:
         else:
             groups.append([index])
     return [np.array(sorted(group)) for group in groups]
+
+
+def common_speeds(speed: Array, rows: Sequence[slice]) -> Indices:
+    """Indices, rising, of the speeds (n_speed,) that all runs have, each run at its rows, within `COMMON_SPEED`.
+
+    >>> common_speeds(np.array([1.0, 2.0, 2.0, 3.0]), [slice(0, 2), slice(2, 4)])
+    array([1, 2])
+    """
+    run = np.repeat(np.arange(len(rows)), [each.stop - each.start for each in rows])
+    groups = [group for group in equal_speeds(speed, COMMON_SPEED) if len(np.unique(run[group])) == len(rows)]
+    return np.sort(np.concatenate(groups)) if groups else np.empty(0, dtype=int)

@@ -113,13 +113,17 @@ class Likelihood:
         """ln relative and ln floor (2,), of each run that has its own, to start from at u (d,): those that fit the residuals
         there best, best without a floor, and best with a floor as large as the small ones among the residuals. A maximum can
         lie near each."""
-        mean = self.measurement.seen(self.model.response(u[None])[0])
-        squared = np.abs(mean - self.measurement.values) ** 2
+        magnitude, squared = self._for_noise(u)
         of_rows = [
-            self._starts_of(np.abs(mean[rows]).ravel(), squared[rows].ravel(), self._reference_variance[rows].ravel())
+            self._starts_of(magnitude[rows].ravel(), squared[rows].ravel(), self._reference_variance[rows].ravel())
             for rows in self.measurement.layout.noise_rows
         ]
         return [np.concatenate(parts) for parts in zip(*of_rows, strict=True)]
+
+    def _for_noise(self, u: Array) -> tuple[Array, Array]:
+        """What the relative part of the noise is of, and squared residuals, at u (d,): (n_speed, n_channel) each."""
+        mean = self.measurement.seen(self.model.response(u[None])[0])
+        return np.abs(mean), np.abs(mean - self.measurement.values) ** 2
 
     def _starts_of(self, magnitude: Array, squared: Array, reference: Array) -> list[Array]:
         """The same of data (n,) that share a level; without any, the middle of the limits."""
@@ -170,7 +174,7 @@ class Likelihood:
             response = self.model.response(theta[None, : self.d])[0]
         except np.linalg.LinAlgError:
             return np.inf
-        return self._deviance(self._residual(response), self.noise(theta).variance(np.abs(response)))
+        return self._deviance(self._residual(response), self._variance(theta, response))
 
     def is_stable(self, theta: Array) -> bool:
         """Whether the rotor is stable at θ."""
@@ -188,10 +192,30 @@ class Likelihood:
         two evaluations of the model."""
         ends = np.stack([point.theta, point.theta + BEND * step])[:, : self.d]
         start, end = self.model.response(ends)
-        change = whitened_difference(end, start, self.noise(point.theta), self.measurement.kind)
+        change = self.whitened_difference(end, start, point.theta)
         curvature = np.zeros(len(point.whitened))
         curvature[: len(change)] = 2 / BEND * (change / BEND - point.whitened[: len(change)] @ step)
         return curvature
+
+    def whitened_difference(self, response: ComplexArray, other: ComplexArray, theta: Array) -> Array:
+        """Difference of two responses (n_speed, n_channel) in units of the noise, as the rows of `whitened` for the means."""
+        return whitened_difference(response, other, self.noise(theta), self.measurement.kind)
+
+    def left(self, theta: Array, response: ComplexArray) -> Array | ComplexArray:
+        """What a response (n_speed, n_channel) leaves of the data, in units of the noise."""
+        return -self._residual(response) / self.noise(theta).sd(np.abs(response))
+
+    def nuisance(self, theta: Array) -> Array:
+        """What is fitted along besides the unknowns, as columns beside those of `whitened` for the means: (m, 0)."""
+        return np.empty((self.measurement.values.size * self.measurement.dimensions, 0))
+
+    def alike(self, theta: Array, response: ComplexArray) -> ComplexArray:
+        """What is fitted along besides the unknowns at a response (n_speed, n_channel), m: nothing."""
+        return np.zeros_like(response)
+
+    def _variance(self, theta: Array, response: Array | ComplexArray) -> Array:
+        """s² (n_speed, n_channel), m²."""
+        return self.noise(theta).variance(np.abs(response))
 
     def _residual(self, response: ComplexArray) -> Array | ComplexArray:
         return self.measurement.seen(response) - self.measurement.values

@@ -135,6 +135,11 @@ class Measurement:
                 "measurement: expected finite values, got NaN or infinity; remove those speeds or channels"
             )
 
+    def by_run(self, noise: Noise) -> tuple[tuple[str, float, float], ...]:
+        """Name, relative part and floor (m) of each run, of noise that has levels of its own for each."""
+        names = [run.name for run in self.campaign.runs] if noise.rows and self.campaign else []
+        return tuple((name, *level) for name, level in zip(names, noise.levels))
+
     @property
     def has_noise(self) -> bool:
         """Whether noise of a known level is in the values."""
@@ -147,6 +152,11 @@ class Measurement:
     @property
     def is_amplitude(self) -> bool:
         return self.kind is Kind.AMPLITUDE
+
+    @property
+    def is_by_differences(self) -> bool:
+        """Whether its runs are compared with each other alone (`ksmea.difference_likelihood`)."""
+        return self.campaign is not None and bool(self.campaign.reference)
 
     @property
     def layout(self) -> Layout:

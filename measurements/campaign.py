@@ -39,6 +39,7 @@ from ksmea.settings import setting
 from ksmea.strict_yaml import parse
 from ksmea.strict_yaml import read_bytes as read_yaml
 from measurements.campaign_document import Document, RunEntry, read_document
+from measurements.common_speeds import at_common_speeds
 from measurements.run_up import RunUp, run_up
 from measurements.run_up_rows import Rows, read_bytes, rows_of, rows_of_run, text_of
 
@@ -52,6 +53,11 @@ class CampaignFile(MeasurementSource):
         "refuse",
         "what becomes of a speed that lacks a channel: an error, or the speed is left out",
         choices=("refuse", "drop"),
+    )
+    reference: str = setting(
+        "",
+        "name of a run: only how the others differ from it counts, at the speeds that all have, so that what is alike in all"
+        " runs cancels; which run it is makes no difference; empty: all data count",
     )
 
     def check(self) -> None:
@@ -119,7 +125,7 @@ class CampaignFile(MeasurementSource):
             Run(entry.name, len(run.speed), entry.weights, entry.direction, entry.unknown_weights)
             for entry, run in zip(self._document.runs, self._runs)
         )
-        return Campaign(tuple(runs), self._document.own, self._document.has_own_noise)
+        return Campaign(tuple(runs), self._document.own, self._document.has_own_noise, self.reference)
 
     @cached_property
     def _content(self) -> bytes:
@@ -144,7 +150,9 @@ class CampaignFile(MeasurementSource):
     def _runs(self) -> tuple[RunUp, ...]:
         """The runs with the channels of the first, in its order."""
         runs = [self._read(entry) for entry in self._document.runs]
-        return tuple(_alike(entry, run, runs[0]) for entry, run in zip(self._document.runs, runs))
+        alike = [_alike(entry, run, runs[0]) for entry, run in zip(self._document.runs, runs)]
+        names = [entry.name for entry in self._document.runs]
+        return tuple(at_common_speeds(alike, names, self.reference, self.path) if self.reference else alike)
 
     def _read(self, entry: RunEntry) -> RunUp:
         rows = self._rows[entry.file]

@@ -13,10 +13,10 @@ from bench.plan.study import Study
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
 from ksmea.diagnosis.location import require_enough as require_enough_to_locate
+from ksmea.difference_likelihood import likelihood_of
 from ksmea.errors import SettingError
 from ksmea.identification import Streams
 from ksmea.journal import Journal, JournaledProblem
-from ksmea.likelihood import Likelihood
 from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement
 from ksmea.model import Model
@@ -103,4 +103,4 @@ class Identify(Study):
 
 def _deviance_near(x: Array, problem: Problem, measurement: Measurement) -> float:
     """The deviance at the maximum of the likelihood nearest to x (d,) SI."""
-    return nearest_maximum(Likelihood(Model(problem), measurement), problem.parameters.to_cube(x)).deviance
+    return nearest_maximum(likelihood_of(Model(problem), measurement), problem.parameters.to_cube(x)).deviance

@@ -57,11 +57,11 @@ def fit_quality(fit: Fit, rng: np.random.Generator, *, n_simulated: int = 4000) 
     likelihood = fit.likelihood
     measurement = likelihood.measurement
     response = fit.response()
-    residuals = (measurement.values - measurement.seen(response)) / fit.noise.sd(np.abs(response))
+    residuals = likelihood.left(fit.point.theta, response)
     shape, real, rows = residuals.shape, measurement.is_amplitude, measurement.rows
     n_mean = residuals.size * measurement.dimensions
     tangent = fit.point.whitened[:n_mean, : likelihood.d]
-    directions = span(tangent)
+    directions = span(np.hstack([tangent, likelihood.nuisance(fit.point.theta)]))
     scale_free = likelihood.noise_is_estimated
     sampled = [residual_statistics(residuals[None], rows, scale_free=scale_free)]
     n_chunk = max(1, MAX_VALUES // n_mean)
@@ -81,7 +81,9 @@ def fit_quality(fit: Fit, rng: np.random.Generator, *, n_simulated: int = 4000) 
         p=float(np.mean(smallest <= smallest[0])),
         p_by_statistic=dict(zip(names, map(float, ranks[0]))),
         residuals=residuals,
-        reduced_chi2=float(np.sum(np.abs(residuals) ** 2) * measurement.dimensions / max(n_mean - likelihood.d, 1)),
+        reduced_chi2=float(
+            np.sum(np.abs(residuals) ** 2) * measurement.dimensions / max(likelihood.n_residual - likelihood.d, 1)
+        ),
         worst_band=(float(speed[band][0]), float(speed[band][-1])),
         worst_channel=channel,
         worst_excess=excess,

@@ -14,6 +14,7 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import Problem
 from ksmea.diagnosis.screening import scanned, screened
+from ksmea.difference_likelihood import likelihood_of
 from ksmea.intervals import Estimate, estimate
 from ksmea.likelihood import Likelihood, Point
 from ksmea.maximisation import best_maxima, distinct, maximise, nearest_maximum, with_best_noise
@@ -94,7 +95,7 @@ def fit_baseline(
     to count its evaluations."""
     n = 2 ** (effort.screening - 1).bit_length()
     found = screened(problem, measurement, sobol(n, len(problem.parameters), rng))
-    likelihood = likelihood or Likelihood(Model(problem), measurement)
+    likelihood = likelihood or likelihood_of(Model(problem), measurement)
     starts = [likelihood.start(u) for u in found.apart(effort.starts, START_DISTANCE).points]
     maxima = [with_best_noise(likelihood, point) for point in _maxima(likelihood, starts, effort)]
     maxima.sort(key=lambda point: point.deviance)
@@ -136,7 +137,7 @@ def settled(fit: Fit, level: float) -> tuple[Fit, Estimate]:
 def fit_nearby(problem: Problem, measurement: Measurement, baseline: Fit) -> Fit:
     """A problem whose last unknowns are those of effects, 0 where there is no effect, fitted jointly with all others
     from where the baseline model fits."""
-    likelihood = Likelihood(Model(problem), measurement)
+    likelihood = likelihood_of(Model(problem), measurement)
     return Fit(problem, likelihood, maximise(likelihood, start_nearby(problem, baseline), tolerance=1e-4))
 
 
@@ -149,7 +150,7 @@ def start_nearby(problem: Problem, baseline: Fit) -> Array:
 def fit_from_scan(problem: Problem, measurement: Measurement, baseline: BaselineFits, effort: Effort) -> Fit:
     """The same from the best points of screenings at values of the effects all over their limits, and from other
     maxima of the baseline model."""
-    likelihood = Likelihood(Model(problem), measurement)
+    likelihood = likelihood_of(Model(problem), measurement)
     zero = without_effects(problem, baseline.best.likelihood.d)
     starts = [np.concatenate([fit.u, zero]) for fit in baseline.others]
     found = scanned(problem, measurement, baseline.screened.thinned(effort.scan), zero, effort.scan_values)
@@ -160,7 +161,7 @@ def fit_from_scan(problem: Problem, measurement: Measurement, baseline: Baseline
 
 def fit_from(problem: Problem, measurement: Measurement, starts: Sequence[Fit], d: int) -> Fit:
     """The same from where other fits have the baseline model's d unknowns, without any effect."""
-    likelihood = Likelihood(Model(problem), measurement)
+    likelihood = likelihood_of(Model(problem), measurement)
     zero = without_effects(problem, d)
     points = [
         maximise(likelihood, likelihood.start(np.concatenate([fit.u[:d], zero])), tolerance=1e-4) for fit in starts
@@ -170,7 +171,7 @@ def fit_from(problem: Problem, measurement: Measurement, starts: Sequence[Fit], 
 
 def fit_from_values(problem: Problem, x: Array, measurement: Measurement) -> Fit:
     """A problem fitted from given values (d,) SI of its unknowns, as near as they lie to its limits."""
-    likelihood = Likelihood(Model(problem), measurement)
+    likelihood = likelihood_of(Model(problem), measurement)
     return Fit(problem, likelihood, nearest_maximum(likelihood, np.clip(problem.parameters.to_cube(x), 0.0, 1.0)))
 
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from ksmea.alignment import aligned
 from ksmea.diagnosis.fitting import Fit
+from ksmea.difference_likelihood import likelihood_of
 from ksmea.elpd import ElpdDifference
-from ksmea.likelihood import Likelihood
 from ksmea.maximisation import maximise
 from ksmea.measurement import Measurement
 from ksmea.model import Model
@@ -52,14 +52,14 @@ def predictive_gain(before: Fit, after: Fit, n_block: int, progress: Callable[[]
 def _left_out(fit: Fit, measurement: Measurement, kept: Indices, block: Indices) -> tuple[float, float]:
     """Log density of the data in a block under the model fitted to the others, and their summed squared residuals."""
     fitted = measurement.part(kept)
-    likelihood = Likelihood(Model(aligned(fit.problem, fitted)), fitted)
+    likelihood = likelihood_of(Model(aligned(fit.problem, fitted)), fitted)
     start = np.clip(fit.point.theta, likelihood.lower, likelihood.upper)
     theta = maximise(likelihood, start, tolerance=1e-3).theta
     left_out = measurement.part(block)
     problem = aligned(fit.problem, left_out)
     if likelihood.noise_is_estimated:
         left_out = dataclasses.replace(left_out, noise=likelihood.noise_of(theta, left_out))
-    test = Likelihood(Model(problem), left_out)
+    test = likelihood_of(Model(problem), left_out)
     response = problem.response(problem.parameters.to_si(theta[None, : likelihood.d]))[0]
     squares = float(np.sum(np.abs(left_out.seen(response) - left_out.values) ** 2))
     return test.log_density(theta[: likelihood.d]), squares

@@ -15,6 +15,7 @@ from ksmea.arrays import Array
 from ksmea.contracts import Problem
 from ksmea.measurement import Measurement
 from ksmea.parameters import PHASE_ORIGIN
+from ksmea.run_differences import as_searched
 from ksmea.screening import Screened, joined, log_ratio, mean_log_misfit, ranked, sobol
 from ksmea.units import TURN
 
@@ -30,6 +31,7 @@ CLOUD_POINTS = 32  # points of each cloud
 def screened(problem: Problem, measurement: Measurement, points: Array) -> Screened:
     """Points (n, d) of the unit cube by their misfit, the common factor of all unbalance and the common phase set to
     what suits the data."""
+    problem, measurement = as_searched(problem, measurement)
     n_chunk = max(1, MAX_VALUES // measurement.values.size)
     parts = [
         _aligned(problem, measurement, points[start : start + n_chunk]) for start in range(0, len(points), n_chunk)

@@ -11,6 +11,7 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
 from ksmea.diagnosis.fitting import Fit, settled
+from ksmea.difference_likelihood import likelihood_of
 from ksmea.intervals import Estimate
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import maximise
@@ -46,7 +47,7 @@ def settled_stable(fit: Fit, level: float) -> tuple[Fit, Estimate]:
 
 def _bounded(fit: Fit) -> Likelihood:
     """The likelihood of a fit, with unstable values refused."""
-    return Likelihood(Model(fit.problem), fit.likelihood.measurement, stable_only=True)
+    return likelihood_of(Model(fit.problem), fit.likelihood.measurement, stable_only=True)
 
 
 def _names_stable(problem: Problem, estimated: Estimate) -> bool:

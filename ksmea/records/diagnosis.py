@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ksmea.elpd import ElpdDifference
+from ksmea.records.both_ways import BothWaysRecord
 from ksmea.records.diagnosis_upgrade import is_older, renamed
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
 from ksmea.records.extension import EffectRecord, PredictiveGainRecord
@@ -159,6 +160,7 @@ class DiagnosisRecord(Record):
     source: str = ""  # of the measurement; older records do not say
     remarks: tuple[str, ...] = ()  # on the data: what was left out of them, and what looks like a slip
     repeats: RepeatsRecord | None = None  # of a campaign
+    both_ways: BothWaysRecord | None = None  # of a campaign whose runs differ at common speeds
     stability: StabilityRecord | None = None  # of the model that is believed; None in older records
     location: LocationRecord | None = (
         None  # without the library; None where the model is adequate or the data are too few

@@ -30,3 +30,4 @@ class NoiseLevelRecord(Record):
 
     relative: float  # the median where each run has its own
     floor: float  # m; the median where each datum or run has its own
+    by_run: tuple[tuple[str, float, float], ...] = ()  # name, relative, floor of each run that has its own

@@ -12,6 +12,7 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.parameters import Parameter, Parameters
+from ksmea.records.both_ways import BothWaysRecord
 from ksmea.records.curves import FitCurves, Matrix, ResponseCurves, check_shape, matrix
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.location import LocationRecord
@@ -140,6 +141,7 @@ class DataDescription:
     speed_to: float
     channels: tuple[str, ...]
     remarks: tuple[str, ...] = ()
+    reference: str = ""  # run from which the others' differences were taken; empty: all data counted
     too_few_to_test: bool = False  # the fit: a model with so many unknowns follows whatever was measured
 
 
@@ -174,6 +176,7 @@ class IdentificationRecord(Record):
         None  # of what the model lacks, and the unknowns beside it; None where not asked for
     )
     repeats: RepeatsRecord | None = None  # of a campaign, with details
+    both_ways: BothWaysRecord | None = None  # of a campaign whose runs differ at common speeds
     weights: WeightsRecord | None = None  # of a campaign with weights on the shaft, with details
     stability: StabilityRecord | None = None  # None without details, and where the problem cannot tell
 

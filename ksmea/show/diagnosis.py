@@ -13,12 +13,12 @@ from matplotlib.figure import Figure
 from ksmea.records.diagnosis import DiagnosisRecord, FitQualityRecord, TrialRecord
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.location import NOTHING
-from ksmea.show import hidden, location, repeats
+from ksmea.show import both_ways, hidden, location, repeats
 from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
 from ksmea.show.predictive_gain import gain_lines
 from ksmea.show.stability import stability_text
-from ksmea.show.text import aligned, number
-from ksmea.units import MICROMETRE, RPM
+from ksmea.show.text import aligned, noise_level, number
+from ksmea.units import RPM
 
 MAX_RANKED = 6  # effects that the text lists
 FEWEST_TO_LOCATE = 3  # channels: an unknown force takes two at each speed
@@ -29,6 +29,7 @@ def text(record: DiagnosisRecord) -> str:
     blocks = [
         "\n".join(f"Note: {remark}" for remark in record.remarks),
         _sentence(repeats.lines(record.repeats)),
+        _sentence(both_ways.lines(record.both_ways)),
         _what_is_wrong(record),
         _cause(record),
         _predictive_gain(record),
@@ -139,8 +140,7 @@ def _noise(record: DiagnosisRecord) -> str:
     if record.verdict == "located" and record.location is not None:
         believed = record.location.noise
     said = "known" if noise.known else "estimated"
-    floor = believed.floor / MICROMETRE
-    return f"Noise ({said}): {100 * believed.relative:.3g} % of each value and {floor:.3g} µm."
+    return f"Noise ({said}): {noise_level(believed)}."
 
 
 def _cause(record: DiagnosisRecord) -> str:

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from ksmea.errors import SettingError
 from ksmea.records.curves import FitCurves, as_array
 from ksmea.records.identification import DataDescription, IdentificationRecord, LackOfFit, ParameterRecord
-from ksmea.show import hidden, location, repeats, weights
+from ksmea.show import both_ways, hidden, location, repeats, weights
 from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.fit_figure import draw_amplitude, fit_figure
 from ksmea.show.stability import stability_text
@@ -98,6 +98,7 @@ def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:
         yield f"no intervals: {record.interval_error}"
     yield from _noise_text(record)
     yield from repeats.lines(record.repeats)
+    yield from both_ways.lines(record.both_ways)
     yield f"hard to tell apart (correlation beyond ± {ALIKE}): {_alike_text(record)}"
     yield from stability_text(record.stability)
     if record.lack_of_fit is not None:
@@ -124,6 +125,8 @@ def _value_text(record: IdentificationRecord, parameter: ParameterRecord) -> str
     best = f"{_number(value, digits)} {unit}"
     if parameter.kind is None:
         said = f"{name} = {best}"
+    elif parameter.kind == "not identifiable" and record.data is not None and record.data.reference:
+        return f"{name}: not known from differences: what is alike in all runs cancels"
     elif parameter.kind == "not identifiable":
         return f"{name}: not identifiable from these data: any value of the search fits about as well"
     elif np.isnan(low):

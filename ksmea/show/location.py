@@ -24,7 +24,7 @@ from ksmea.records.location import (
 from ksmea.show.law_words import law_words
 from ksmea.show.location_figure import plot
 from ksmea.show.predictive_gain import gain_lines
-from ksmea.show.text import aligned, number
+from ksmea.show.text import aligned, noise_level, number
 from ksmea.units import MICROMETRE, RPM
 
 __all__ = ["frame", "plot", "text"]
@@ -99,7 +99,7 @@ def landmark(record: LocationRecord, position: float) -> str:
 
 def _plain(record: LocationRecord) -> str:
     said = "known" if record.noise_known else "estimated"
-    noise = f"{100 * record.noise.relative:.3g} % of each value and {record.noise.floor / MICROMETRE:.3g} µm"
+    noise = noise_level(record.noise)
     is_enough = record.kind == NOTHING
     lines = [
         f"What the model leaves over could be noise (p = {record.plain.p:.2g}): nothing needs to be located."

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from ksmea.records.repeats import RepeatsRecord
-from ksmea.show.text import noise_parts, number
+from ksmea.show.text import chance, noise_parts, number
 
 DIFFER = 0.01  # p below which runs that are alike are said to differ
 
@@ -22,9 +22,9 @@ def lines(record: RepeatsRecord | None) -> Iterator[str]:
     if between is None:
         yield said
     elif between.p >= DIFFER:
-        yield f"{said}; runs with the same weights differ no more than that (p = {between.p:.2g})"
+        yield f"{said}; runs with the same weights differ no more than that ({chance(between.p)})"
     else:
         times = number(np.sqrt(between.ratio), 2)
         most = ", ".join(f"{each.what} ({number(np.sqrt(each.ratio), 2)} times)" for each in record.standing_out)
         where = f": {most}" if most else ""
-        yield f"{said}; runs with the same weights differ {times} times as much (p = {between.p:.2g}){where}"
+        yield f"{said}; runs with the same weights differ {times} times as much ({chance(between.p)}){where}"

@@ -6,7 +6,10 @@ from typing import Any
 
 import pandas as pd
 
+from ksmea.records.estimate import NoiseLevelRecord
 from ksmea.units import MICROMETRE
+
+SMALLEST = 1e-15  # p that is told: rounding
 
 
 def aligned(head: list[str], lines: list[list[str]]) -> str:
@@ -24,6 +27,22 @@ def noise_parts(relative: float, floor: float) -> str:
     parts = [f"{two_digits(100 * relative)} %"] if relative else []
     parts += [f"{two_digits(floor / MICROMETRE)} µm"] if floor else []
     return " + ".join(parts) or "none"
+
+
+def noise_level(level: NoiseLevelRecord) -> str:
+    """For example '5 % of each value and 0.1 µm', or the same of each run that has its own."""
+    if not level.by_run:
+        return _level(level.relative, level.floor)
+    return "; ".join(f"run {name} {_level(relative, floor)}" for name, relative, floor in level.by_run)
+
+
+def _level(relative: float, floor: float) -> str:
+    return f"{100 * relative:.3g} % of each value and {floor / MICROMETRE:.3g} µm"
+
+
+def chance(p: float) -> str:
+    """For example 'p = 0.012'."""
+    return f"p = {p:.2g}" if p > SMALLEST else f"p < {SMALLEST:g}"
 
 
 def two_digits(value: float) -> str:

@@ -21,7 +21,7 @@ from ksmea.diagnosis.observability import Detectable
 from ksmea.diagnosis.split import Split
 from ksmea.diagnosis.trials import Candidate, Trial
 from ksmea.intervals import Estimate, estimate
-from ksmea.measurement import Measurement, Noise
+from ksmea.measurement import Measurement
 from ksmea.parameters import Parameter
 from ksmea.records.diagnosis import (
     CoefficientRecord,
@@ -37,15 +37,16 @@ from ksmea.records.diagnosis import (
     TrialRecord,
     Values,
 )
-from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
+from ksmea.records.estimate import EstimateRecord
 from ksmea.records.extension import EffectRecord, PredictiveGainRecord
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import finite
 from ksmea.records.stability import StabilityRecord
 from ksmea.run_notation import notation
 from ksmea.settings import Settings, setting
-from ksmea.studies.campaign_remarks import campaign_remarks
-from ksmea.studies.estimates import estimate_record
+from ksmea.studies.both_ways import both_ways
+from ksmea.studies.campaign_remarks import campaign_remarks, refuse_differences
+from ksmea.studies.estimates import estimate_record, noise_record
 from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.misreadings import misreadings
 from ksmea.studies.repeats import repeats_of
@@ -122,6 +123,7 @@ def diagnosis(
     there are has a location on the problem.
     """
     require_aligned(problem, measurement)
+    refuse_differences(measurement, "diagnose")
     options = options or DiagnosisOptions()
     found = diagnose(
         problem,
@@ -148,6 +150,7 @@ def diagnosis(
         left_out={**left_out, **record.left_out},
         remarks=(*campaign_remarks(measurement), *remarks),
         repeats=repeats_of(measurement),
+        both_ways=both_ways(problem, measurement, found.baseline.x) if details else None,
     )
 
 
@@ -308,13 +311,9 @@ def _noise(found: Diagnosis, measurement: Measurement) -> NoiseRecord:
     return NoiseRecord(
         known=noise is not None,
         by_datum=noise is not None and np.ndim(noise.floor) > 0,
-        before=_noise_level(found.baseline_estimate.noise),
-        after=None if found.best_estimate is None else _noise_level(found.best_estimate.noise),
+        before=noise_record(found.baseline_estimate.noise, measurement),
+        after=None if found.best_estimate is None else noise_record(found.best_estimate.noise, measurement),
     )
-
-
-def _noise_level(noise: Noise) -> NoiseLevelRecord:
-    return NoiseLevelRecord(float(np.median(noise.relative)), float(np.median(noise.floor)))
 
 
 def _detectable(location: str, detectable: Detectable) -> DetectableRecord:

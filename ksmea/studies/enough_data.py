@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from ksmea.equal_speeds import COMMON_SPEED, equal_speeds
 from ksmea.errors import SettingError
 from ksmea.kind import Kind
 from ksmea.measurement import Layout
@@ -11,8 +12,11 @@ TO_TEST = 2  # real data per unknown below which the fit is not tested: it follo
 
 
 def n_real(layout: Layout) -> int:
-    """Real numbers that were measured: one of an amplitude, two of an amplitude and its phase."""
-    return len(layout.speed) * len(layout.channels) * Kind(layout.kind).dimensions
+    """Real numbers that were measured: one of an amplitude, two of an amplitude and its phase; of differences between runs
+    those of one run less."""
+    is_by_differences = layout.campaign is not None and layout.campaign.reference
+    n_cancelled = len(equal_speeds(layout.speed, COMMON_SPEED)) if is_by_differences else 0
+    return (len(layout.speed) - n_cancelled) * len(layout.channels) * Kind(layout.kind).dimensions
 
 
 def n_noise(layout: Layout, *, with_noise: bool) -> int:

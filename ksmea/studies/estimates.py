@@ -1,13 +1,21 @@
-"""An unknown with its interval as records have it."""
+"""An unknown with its interval, and the noise, as records have them."""
 
 from __future__ import annotations
 
+import numpy as np
+
 from ksmea.intervals import Interval
+from ksmea.measurement import Measurement, Noise
 from ksmea.parameters import Parameter
-from ksmea.records.estimate import EstimateRecord
+from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
 from ksmea.records.record import finite
 
 AT_LIMIT = 1e-3  # parts of the range within which a value lies on its limit
+
+
+def noise_record(noise: Noise, measurement: Measurement) -> NoiseLevelRecord:
+    """The noise of a fit to a measurement."""
+    return NoiseLevelRecord(float(np.median(noise.relative)), float(np.median(noise.floor)), measurement.by_run(noise))
 
 
 def estimate_record(parameter: Parameter, value: float, interval: Interval) -> EstimateRecord:

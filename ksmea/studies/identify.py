@@ -13,23 +13,22 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ksmea.alignment import aligned
 from ksmea.arrays import Array
 from ksmea.contracts import Method, Problem
 from ksmea.cramer_rao import Identifiability, identifiability
 from ksmea.diagnosis.fit_quality import fit_quality
 from ksmea.diagnosis.fitting import Fit, likely_maxima
+from ksmea.difference_likelihood import likelihood_of
 from ksmea.errors import LONGEST_NAME, SettingError, shortened
 from ksmea.identification import Identification, Streams, at_limit
 from ksmea.intervals import Estimate, Interval, estimate
 from ksmea.likelihood import Likelihood
 from ksmea.load import FORCE
 from ksmea.maximisation import nearest_maximum
-from ksmea.measurement import Layout, Measurement, Noise
+from ksmea.measurement import Measurement, Noise
 from ksmea.misfit import Misfit
 from ksmea.model import Count, CountedProblem, Model
 from ksmea.parameters import Parameter, Parameters
-from ksmea.records.curves import FineCurve, FitCurves, Polar, ResponseCurves, matrix, row
 from ksmea.records.identification import (
     DataDescription,
     IdentificationRecord,
@@ -41,8 +40,11 @@ from ksmea.records.identification import (
     UpdateRecord,
 )
 from ksmea.records.record import finite
+from ksmea.run_differences import as_searched
+from ksmea.studies.both_ways import both_ways
 from ksmea.studies.campaign_remarks import campaign_remarks
 from ksmea.studies.enough_data import can_be_tested, require_enough
+from ksmea.studies.fitted_curves import fit_curves, response_curves, with_noise
 from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.misreadings import misreadings
 from ksmea.studies.repeats import repeats_of
@@ -55,7 +57,6 @@ AUTO = "auto"
 INTERVALS = ("profile", "information", "none")
 FEW_DATA = 10  # for each unknown and noise level: with fewer, intervals hold what is likely all over the box
 LACK_OF_FIT_LEVEL = 0.01  # chance of rejecting a right model
-N_FINE = 1000  # speeds that a fitted curve is drawn at, besides those measured
 
 
 def identification(
@@ -96,8 +97,12 @@ def identification(
     require_enough(measurement.layout, n_unknown, with_noise=with_noise)
     testable = can_be_tested(measurement.layout, n_unknown, with_noise=with_noise)
     counted = CountedProblem(problem)
-    found = _within_a_turn(problem.parameters, method.identify(counted, measurement, streams))
-    record = _method_record(problem, measurement, found, counted.count)
+    searched, data = as_searched(counted, measurement)
+    found = method.identify(searched, data, streams)
+    if measurement.is_by_differences and (measurement.noise is None or measurement.has_noise):
+        found = dataclasses.replace(found, x=_nearest(counted, measurement, found.x))
+    found = _within_a_turn(problem.parameters, found)
+    record = _method_record(*as_searched(problem, measurement), found, counted.count)
     noise = measurement.noise
     if intervals != "none" and (noise is None or measurement.has_noise):
         record, noise = _with_intervals(
@@ -118,13 +123,14 @@ def identification(
         rejected = record.lack_of_fit is not None and record.lack_of_fit.rejected
         misread = misreadings(problem, measurement, x, noise, rejected=rejected)
         remarks = (*remarks, *(misread or slips(problem, x, measurement)))
-        known = measurement.noise is not None
+        known, told_noise = measurement.noise is not None, None if measurement.is_by_differences else noise
         record = dataclasses.replace(
             record,
+            both_ways=both_ways(problem, measurement, x),
             data=_description(measurement, remarks, testable=testable),
             repeats=repeats_of(measurement),
             fit=fit_curves(problem, measurement, x, noise),
-            stability=stability_of(problem, x, noise, measurement.kind, noise_known=known, level=level, told=told),
+            stability=stability_of(problem, x, told_noise, measurement.kind, noise_known=known, level=level, told=told),
         )
     if beside is not None and rng is not None:
         record = dataclasses.replace(record, location=location(problem, measurement, rng, options=beside))
@@ -147,6 +153,13 @@ def location_options(unmodelled: str, level: float) -> LocationOptions | None:
             f"unmodelled: expected {AUTO} or the position of a site in m, got {shortened(unmodelled, LONGEST_NAME)!r}"
         ) from None
     return LocationOptions(interval_level=level, positions=[position], kinds=[FORCE])
+
+
+def _nearest(problem: Problem, measurement: Measurement, x: Array) -> Array:
+    """The maximum of the likelihood nearest to x (d,) SI: of differences, where a search takes their noise for independent."""
+    likelihood, parameters = likelihood_of(Model(problem), measurement), problem.parameters
+    nearest = nearest_maximum(likelihood, np.clip(parameters.to_cube(x), 0.0, 1.0))
+    return parameters.to_si(nearest.theta[: likelihood.d])
 
 
 def _within_a_turn(parameters: Parameters, found: Identification) -> Identification:
@@ -212,7 +225,7 @@ def _with_intervals(
     for, and with details and `test` the fit is tested."""
     started = time.perf_counter()
     counted = CountedProblem(problem)
-    likelihood = Likelihood(Model(counted), measurement)
+    likelihood = likelihood_of(Model(counted), measurement)
     try:
         maxima = [nearest_maximum(likelihood, problem.parameters.to_cube(record.x))]
         if details or (check and _has_few_data(likelihood)):
@@ -284,9 +297,7 @@ def _with_end(
 
 def _noise_level(noise: Noise, measurement: Measurement) -> NoiseLevel:
     relative, floor = (float(np.sqrt(np.mean(np.square(part)))) for part in (noise.relative, noise.floor))
-    names = [run.name for run in measurement.campaign.runs] if noise.rows and measurement.campaign else []
-    by_run = tuple((name, *level) for name, level in zip(names, noise.levels))
-    return NoiseLevel(relative, floor, measurement.noise is None, by_run)
+    return NoiseLevel(relative, floor, measurement.noise is None, measurement.by_run(noise))
 
 
 def _lack_of_fit(fit: Fit, rng: np.random.Generator) -> LackOfFit:
@@ -299,7 +310,7 @@ def _told(problem: Problem, measurement: Measurement, x: Array, noise: Noise | N
     if noise is None or noise.is_absent:
         return None
     try:
-        return identifiability(problem, x, noise, measurement.kind, noise_known=measurement.noise is not None)
+        return _identifiability(problem, measurement, x, noise)
     except np.linalg.LinAlgError:
         return None
 
@@ -315,6 +326,15 @@ def _with_crlb(record: IdentificationRecord, told: Identifiability) -> Identific
     )
 
 
+def _identifiability(problem: Problem, measurement: Measurement, x: Array, noise: Noise) -> Identifiability:
+    """What the data tell at x (d,) SI; of differences between runs, what these do."""
+    if not measurement.is_by_differences:
+        return identifiability(problem, x, noise, measurement.kind, noise_known=measurement.noise is not None)
+    parameters = problem.parameters
+    whitened = with_noise(problem, measurement, noise).at(parameters.to_cube(x)).whitened / parameters.width
+    return Identifiability(x, whitened, np.where(x == 0, parameters.width, np.abs(x)))
+
+
 def _description(measurement: Measurement, remarks: Sequence[str], *, testable: bool) -> DataDescription:
     return DataDescription(
         source=measurement.source,
@@ -324,43 +344,6 @@ def _description(measurement: Measurement, remarks: Sequence[str], *, testable: 
         speed_to=float(np.max(measurement.speed)),
         channels=tuple(str(channel) for channel in measurement.channels),
         remarks=(*campaign_remarks(measurement), *remarks),
+        reference=measurement.campaign.reference if measurement.campaign else "",
         too_few_to_test=not testable,
-    )
-
-
-def fit_curves(problem: Problem, measurement: Measurement, x: Array, noise: Noise | None) -> FitCurves:
-    """Data and fitted response at x (d,) SI over speed, with the noise where it is known or estimated."""
-    fitted = problem.response(x[None])[0]
-    layout = _finer(measurement)
-    with_phase = not measurement.is_amplitude
-    fine = Polar.of(aligned(problem, layout).response(x[None])[0], with_phase=with_phase)
-    return FitCurves(
-        speed=row(measurement.speed),
-        channels=tuple(str(channel) for channel in measurement.channels),
-        measured=Polar.of(measurement.values, with_phase=with_phase),
-        fitted=Polar.of(fitted, with_phase=with_phase),
-        sd=None if noise is None or noise.is_absent else matrix(noise.sd(np.abs(fitted))),
-        fine=FineCurve(row(layout.speed), **vars(fine), breaks=layout.breaks),
-    )
-
-
-def _finer(measurement: Measurement) -> Layout:
-    """More speeds in the band of each run."""
-    bands = [measurement.speed[rows] for rows in measurement.rows]
-    finer = [np.union1d(speed, np.linspace(np.min(speed), np.max(speed), N_FINE)) for speed in bands]
-    campaign = measurement.campaign and measurement.campaign.with_counts([len(speed) for speed in finer])
-    return dataclasses.replace(measurement.layout, speed=np.concatenate(finer), campaign=campaign)
-
-
-def response_curves(problem: Problem, measurement: Measurement, found: Identification) -> ResponseCurves:
-    """Amplitudes of measurement, identified model, and surrogate and true model at the surrogate's last optimum."""
-    identified = problem.response(found.x[None])[0]
-    return ResponseCurves(
-        speed=row(measurement.speed),
-        channels=tuple(str(channel) for channel in measurement.channels),
-        measured=matrix(np.abs(measurement.values)),
-        identified=matrix(np.abs(identified)),
-        predicted=None if found.predicted is None else matrix(np.abs(found.predicted)),
-        modelled=None if found.modelled is None else matrix(np.abs(found.modelled)),
-        breaks=measurement.breaks,
     )

@@ -25,7 +25,7 @@ from ksmea.diagnosis.unknown_force import KINDS, LATERAL, READING, SiteFit
 from ksmea.errors import SettingError, unknown
 from ksmea.load import FORCE, LOADS, MOMENT
 from ksmea.measurement import Measurement
-from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
+from ksmea.records.estimate import EstimateRecord
 from ksmea.records.extension import EffectRecord, ExtensionRecord, PredictiveGainRecord
 from ksmea.records.location import (
     NONE,
@@ -43,7 +43,8 @@ from ksmea.records.location import (
 )
 from ksmea.settings import Settings, setting
 from ksmea.smooth_force import SmoothForce
-from ksmea.studies.estimates import estimate_record
+from ksmea.studies.campaign_remarks import refuse_differences
+from ksmea.studies.estimates import estimate_record, noise_record
 
 LOCAL_FORCE = "local_force"  # the effect that a law at a place is
 
@@ -88,6 +89,7 @@ def location(
     Raises `SettingError` where problem and measurement are not aligned, or the data are too few to tell.
     """
     require_aligned(problem, measurement)
+    refuse_differences(measurement, "locate")
     options = options or LocationOptions()
     found = locate(
         problem,
@@ -119,7 +121,7 @@ def location_record(
         kind=NOTHING if found.is_plain_enough else (believed[0].unmodelled.kind or NONE) if believed else NONE,
         candidates=tuple(_site(found, index) for index in found.ranked),
         plain=PlainRecord(found.plain_quality.p, found.plain.point.deviance, found.plain.point.n_left),
-        noise=NoiseLevelRecord(float(np.median(found.noise.relative)), float(np.median(found.noise.floor))),
+        noise=noise_record(found.noise, measurement),
         noise_known=measurement.noise is not None,
         coefficients=_coefficients(found.plain, believed, interval_level),
         force=_force(believed[0], recovered_force(believed[0], rng), interval_level) if believed else None,

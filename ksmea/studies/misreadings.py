@@ -18,6 +18,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import Problem
 from ksmea.diagnosis.fitting import Fit
 from ksmea.diagnosis.screening import screened
+from ksmea.difference_likelihood import likelihood_of
 from ksmea.errors import SettingError
 from ksmea.likelihood import Likelihood, Point
 from ksmea.maximisation import MAX_ITERATIONS, maximise
@@ -53,7 +54,7 @@ def misreadings(
     if not (rejected or too_noisy):
         return ()
     data = dataclasses.replace(measurement, noise=None)
-    likelihood = Likelihood(Model(problem), data)
+    likelihood = likelihood_of(Model(problem), data)
     start = likelihood.start(np.clip(problem.parameters.to_cube(x), 0.0, 1.0))
     as_read = Fit(problem, likelihood, _climbed(likelihood, start))
     again = _fit(problem, data)
@@ -79,7 +80,7 @@ def _fit(problem: Problem, measurement: Measurement) -> Fit | None:
     """The problem fitted to data from a few starts, near its maximum if it has a good one; None where it cannot be."""
     try:
         problem = aligned(problem, measurement)
-        likelihood = Likelihood(Model(problem), measurement)
+        likelihood = likelihood_of(Model(problem), measurement)
         points = sobol(SCREENING, likelihood.d) + 0.5 / SCREENING
         starts = screened(problem, measurement, points).apart(STARTS, START_DISTANCE).points
         first = [_climbed(likelihood, likelihood.start(u), FIRST_ITERATIONS) for u in starts]

@@ -52,18 +52,19 @@ def weights_found(fit: Fit, level: float) -> WeightsRecord | None:
     influence = {
         position: _influence(unweighted, found.x, position) for position in _planes(problem, campaign, unbalance)
     }
+    by_differences = measurement.is_by_differences  # the unbalance of all runs is not known
     before, after = _amplitudes(unweighted, found, unbalance, {each: influence[each][0] for each in unbalance})
     return WeightsRecord(
         level=level,
         weights=tuple(_weights(found, campaign)),
-        corrections=tuple(_corrections(found)),
+        corrections=() if by_differences else tuple(_corrections(found)),
         speed=row(unweighted.speed),
         channels=tuple(map(str, problem.channels)),
         influence=tuple(
             _influence_record(problem, position, *values, found.covariance) for position, values in influence.items()
         ),
-        before=tuple(before.max(axis=0).tolist()),
-        after=tuple(after.max(axis=0).tolist()),
+        before=() if by_differences else tuple(before.max(axis=0).tolist()),
+        after=() if by_differences else tuple(after.max(axis=0).tolist()),
     )
 
 

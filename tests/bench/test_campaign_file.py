@@ -192,3 +192,33 @@ def test_a_speed_may_be_measured_several_times(folder):
     (folder / "bare.csv").write_text("\n".join([header, *rows, *rows[:1]]))
     with pytest.raises(SettingError, match=r"expected every channel at every speed, got no y at 0.1 m"):
         ksmea.read_measurement(folder / "campaign.yaml")
+
+
+def test_differences_are_of_common_speeds(folder):
+    header, *rows = (folder / "bare.csv").read_text().splitlines()
+    (folder / "trial.csv").write_text("\n".join([header, *rows[6:20]]))
+    source = CampaignFile(str(folder / "campaign.yaml"), reference="trial")
+    found = source.read()
+    assert found.is_by_differences and [run.n_speed for run in found.campaign.runs] == [7, 7]
+    assert any("run bare: 13 of 20 speeds left out: not all runs have them" in remark for remark in source.remarks)
+
+
+@pytest.mark.parametrize(
+    "reference, words",
+    [
+        ("bear", "unknown run of measurement.reference: 'bear'; did you mean 'bare'?"),
+        ("bare", "expected speeds that all runs have for differences, equal within 0.1 %, got none"),
+    ],
+)
+def test_differences_that_cannot_be_are_refused_with_code_2(folder, enter, reference, words):
+    words_given = ["+experiment=identify", "measurement=campaign", "measurement.path=campaign.yaml"]
+    ended = enter(*words_given, f"measurement.reference={reference}")
+    assert ended.code == 2 and words in ended.err and len(ended.err.strip().splitlines()) == 1
+
+
+def test_differences_want_phases(folder):
+    for name, rows in zip(("bare", "trial"), DATA.rows):
+        part = dataclasses.replace(DATA.part(np.arange(rows.start, rows.stop)), campaign=None)
+        (folder / f"{name}.csv").write_text(as_csv(dataclasses.replace(part, values=np.abs(part.values))))
+    with pytest.raises(SettingError, match="expected phases for differences between runs, got amplitudes"):
+        ksmea.read_measurement(folder / "campaign.yaml", reference="bare")

@@ -204,7 +204,14 @@ def test_neighbours_of_different_runs_are_no_neighbours():
 def test_an_extended_model_is_of_the_machine(tmp_path):
     """It has one value of what each run had of its own, the first run's, so that it can be read again."""
     effect = EffectRecord("runout", "at 0.5 m", {"position": 0.5})
-    values = {"kxx": 50.0, "u@bare": 210.0, "u@trial": 190.0, "phase_origin@bare": 3.0, "phase_origin@trial": 4.0}
+    values = {
+        "weight_x@trial": 9.0,
+        "kxx": 50.0,
+        "u@bare": 210.0,
+        "u@trial": 190.0,
+        "phase_origin@bare": 3.0,
+        "phase_origin@trial": 4.0,
+    }
     values |= {"runout_x": 0.3, "runout_y": -0.2}
     record = SimpleNamespace(extension=ExtensionRecord(effect, values, {}))
     path = tmp_path / "extended.yaml"

@@ -5,6 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
+import ksmea
 from campaigns import TRIAL, TRUTH, layout_of, measured
 from ksmea.alignment import aligned
 from ksmea.cramer_rao import identifiability
@@ -15,6 +16,7 @@ from ksmea.likelihood import Likelihood
 from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Noise
 from ksmea.model import Model
+from ksmea.registry import create
 from problems.three_disk import ThreeDisk
 
 PROBLEM = ThreeDisk(sensors=[0.1, 0.5]).build()
@@ -88,3 +90,23 @@ def test_left_out_blocks_have_the_noise_of_their_runs():
     fit = Fit(SEEN, likelihood, nearest_maximum(likelihood, U))
     gain = predictive_gain(fit, fit, 5, lambda: None)
     assert gain.elpd.total == 0 and np.isfinite(gain.rmse_after)
+
+
+def test_a_diagnosis_says_the_noise_of_each_run():
+    rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5])
+    found = ksmea.diagnose(rotor, DATA, effects=["none"])
+    (bare, *bare_level), (trial, *trial_level) = found.record.noise.before.by_run
+    assert (bare, trial) == ("bare", "trial")
+    np.testing.assert_allclose([bare_level[0], trial_level[0]], [0.01, 0.10], rtol=0.3)  # as above
+    assert found.verdict == "adequate" and "run bare " in str(found) and "noise of its own for each" in str(found)
+
+
+def test_an_unknown_force_is_located_beside_the_noise_of_each_run():
+    """Unbalance on the first disk, that the model has not: where it acts is found, in the noise that each run has."""
+    hidden = create("effect", "unbalance", {"position": 0.2}).added_to(SEEN)
+    x = np.append(X, [4e-5, 2e-5])
+    data = dataclasses.replace(DATA, values=DATA.values + (hidden.response(x[None]) - SEEN.response(X[None]))[0])
+    found = ksmea.locate(PROBLEM, data, positions=[0.2, 1.2], kinds=["force"])
+    assert found.sites == (0.2,)
+    levels = [relative for _, relative, _ in found.record.noise.by_run]
+    assert levels[0] < 0.3 * levels[1]

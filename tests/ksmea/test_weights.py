@@ -129,6 +129,17 @@ def test_a_weight_that_may_be_none_has_any_angle():
     assert weight.size_low == 0 and weight.angle_low is None and weight.size_high < 1e-5
 
 
+def test_a_run_may_have_several_weights_each_with_its_bound():
+    """Beside a known one, and in place of one weight two whose sum it is, in the same plane."""
+    two = _untold(MADE.campaign, UnknownWeight(1.0), UnknownWeight(1.0, 1e-5))
+    seen = aligned(PLAIN, dataclasses.replace(DATA, campaign=two))
+    names = ("weight_x@trial", "weight_y@trial", "weight2_x@trial", "weight2_y@trial")
+    assert seen.parameters.names[:4] == names == two.weight_names
+    np.testing.assert_allclose(seen.parameters.upper[:4], [5e-4, 5e-4, 1e-5, 1e-5])  # the model's u reaches 500 g mm
+    x = np.concatenate([[VECTOR.real - 4e-6, VECTOR.imag, 4e-6, 0.0], X[2:]])
+    np.testing.assert_allclose(seen.response(x[None]), SEEN.response(X[None]), rtol=1e-9)
+
+
 def test_an_effect_keeps_its_unknowns_last():
     extended = create("effect", "unbalance", {"position": 0.2}).added_to(SEEN)
     assert extended.parameters.names == (*SEEN.parameters.names, "unbalance_x", "unbalance_y")
