@@ -83,7 +83,7 @@ def test_a_word_that_is_no_run_is_refused_in_one_line(run):
 
 
 def test_a_weight_off_the_shaft_is_refused(enter):
-    ended = enter("+experiment=identify", "measurement.runs=[bare,150@7]")
+    ended = enter("+experiment=plan", "measurement.runs=[bare,150@7]")
     assert ended.code == 2 and "run run2, weight 150 g mm at 7 m, 0°" in ended.err and ended.err.count("\n") == 1
 
 
@@ -93,7 +93,7 @@ def test_from_python_a_weight_makes_the_unbalance_known():
     widths = []
     for runs in ([], ["bare", "200@0.5"]):
         data = ksmea.synthetic_measurement(rotor, relative=0.02, kind="complex", runs=runs, rng=1)
-        found = ksmea.identify(rotor, data, intervals="wald")["u"]
+        found = ksmea.identify(rotor, data, intervals="information")["u"]
         widths.append((found.high or 500.0) - (found.low or 50.0))
     assert widths[1] < 0.1 * widths[0]
 
@@ -101,7 +101,7 @@ def test_from_python_a_weight_makes_the_unbalance_known():
 @pytest.mark.parametrize(
     "words",
     [
-        ["+experiment=identify", "method=direct", "optimizer=lm", "optimizer.screening=500", "optimizer.starts=2"],
+        ["+experiment=identify", "measurement=synthetic", "optimizer.screening=500", "optimizer.starts=2"],
         ["+experiment=identifiability", "study.variations=[]"],
         ["+experiment=plan", "study.sensors=0", "study.add=2"],
         ["+experiment=diagnose", "study.effects=[runout,mass]", "study.locate=false"],
