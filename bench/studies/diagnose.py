@@ -72,7 +72,7 @@ class Diagnose(DiagnosisOptions, Study):
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
         started = time.perf_counter()
         measurement = setup.measure(draw)
-        effects, left_out = library(self.effects, self.without)
+        effects, left_out = library(self.effects, self.without, measurement)
         tqdm.set_lock(threading.RLock())  # a lock between processes would outlive this worker
         n_candidate = len(candidates(setup.problem, effects))
         steps = 1 + 3 * n_candidate + self.blocks  # candidates are fitted, refined, and fitted as second effects

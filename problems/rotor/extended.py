@@ -352,7 +352,9 @@ class ExtendedProblem(Problem):
         impedance = list(self._impedance_seen(inputs.coefficients, nodes, of_effects).transpose(0, 4, 3, 1, 2))
         positions = []
         for site, coefficients in self._forces(of_effects):
-            force = force + np.stack([site.at_rest(each[None], nodes) for each in coefficients], axis=1) @ site.rows(rotor)
+            force = force + np.stack([site.at_rest(each[None], nodes) for each in coefficients], axis=1) @ site.rows(
+                rotor
+            )
             if site.law.follows_motion:
                 positions.append(site.position)
                 impedance.append(np.stack([site.stiffness(each[None], nodes) for each in coefficients], axis=1))

@@ -64,9 +64,7 @@ class LowModes:
 
 
 @lru_cache(maxsize=64)
-def low_modes(
-    rotor: Rotor, highest: float, positions: tuple[float, ...] = (), least: int = MIN_MODES
-) -> LowModes:
+def low_modes(rotor: Rotor, highest: float, positions: tuple[float, ...] = (), least: int = MIN_MODES) -> LowModes:
     """The rotor on springs about as stiff as its bearings: modes up to `REACH` times a speed (rad/s), `least` or more, and its
     deflections under forces at the bearings and at further positions (m)."""
     free = assemble_free(rotor)

@@ -41,7 +41,9 @@ class Poles:
     """Poles of the synchronous response of n parameter sets."""
 
     speed: ComplexArray  # (n, n_pole) Ω_r, rad/s
-    haste: Array  # (n, n_pole) 1 − dω_r/dΩ at a fixed frequency: by how much faster or slower a mode sees the speed change
+    haste: (
+        Array  # (n, n_pole) 1 − dω_r/dΩ at a fixed frequency: by how much faster or slower a mode sees the speed change
+    )
     residue: ComplexArray  # (n, n_pole, n_channel) R_r, m rad/s
 
 
@@ -99,7 +101,9 @@ def spectrum(
     """That of a rotor on impedances as large as those of its bearings, but well damped; further ports lie at positions (m)."""
     low = low_modes(rotor, highest, positions, N_MODE)
     nominal = np.concatenate([NOMINAL_PHASE * nominal_springs(rotor), np.zeros(len(low.sites))])
-    return spectrum_of(low.matrices, np.vstack([low.ports, low.sites]), nominal, low.basis, channel_rows(rotor, channels))
+    return spectrum_of(
+        low.matrices, np.vstack([low.ports, low.sites]), nominal, low.basis, channel_rows(rotor, channels)
+    )
 
 
 def poles_on(spectrum: Spectrum, impedance: ComplexArray, force: ComplexArray, reach: float) -> Poles:
@@ -114,12 +118,16 @@ def poles_on(spectrum: Spectrum, impedance: ComplexArray, force: ComplexArray, r
     change = change[:, first]
     speed, right, left, slope = _roots(spectrum, change, *_guess(spectrum, change, reach))
     inverse = 1 / (speed[..., None] - spectrum.speed)  # (n, r, K)
-    shape = -inverse * (_times(_at(change, speed), right) @ spectrum.from_ports.T)  # (n, r, K), as sums of nominal modes
+    shape = -inverse * (
+        _times(_at(change, speed), right) @ spectrum.from_ports.T
+    )  # (n, r, K), as sums of nominal modes
     shape /= np.sum(left * _times(slope, right), axis=-1, keepdims=True)
     shape_left = inverse * (left @ spectrum.at_ports)  # (n, r, K)
     of_spin = 1j * speed * np.sum((shape_left @ spectrum.spin) * shape, axis=-1)
     modal = force @ spectrum.basis @ spectrum.left.T  # (3, n, K)
-    size = sum(speed[group] ** power * np.sum(shape_left[group] * part[:, None], axis=-1) for power, part in enumerate(modal))
+    size = sum(
+        speed[group] ** power * np.sum(shape_left[group] * part[:, None], axis=-1) for power, part in enumerate(modal)
+    )
     read = shape @ spectrum.read.T  # (n, r, n_channel)
     return Poles(speed[group], (1 - of_spin).real[group], size[..., None] * read[group])
 
@@ -151,7 +159,10 @@ def _guess(spectrum: Spectrum, change: ComplexArray, reach: float) -> tuple[Comp
     centre = CENTRE * reach
     flexibility = (spectrum.at_ports[:, ~near] / (centre - spectrum.speed[~near])) @ spectrum.from_ports[~near]
     seen = np.hstack([out, flexibility])
-    constant, of_speed = change[0] - centre**2 * change[2], change[1] + 2 * centre * change[2]  # the tangent at the centre
+    constant, of_speed = (
+        change[0] - centre**2 * change[2],
+        change[1] + 2 * centre * change[2],
+    )  # the tangent at the centre
     p = len(out)
     fixed = np.zeros((n, n_near + p, n_near + p), dtype=complex)
     fixed[:, :n_near] = np.hstack([np.diag(centre - spectrum.speed[near]), -into])
@@ -162,11 +173,11 @@ def _guess(spectrum: Spectrum, change: ComplexArray, reach: float) -> tuple[Comp
     moving[:, n_near:] = of_speed @ seen
     inverse, vectors = np.linalg.eig(np.linalg.solve(fixed, moving))  # −1/(Ω − centre)
     order = np.argsort(-np.abs(inverse), axis=1)[:, :n_near]
-    speed = centre - 1 / np.take_along_axis(inverse, order, axis=1)
+    speed: ComplexArray = np.asarray(centre - 1 / np.take_along_axis(inverse, order, axis=1), dtype=complex)
     right = np.take_along_axis(vectors, order[:, None], axis=2)
     left = np.linalg.solve(fixed.swapaxes(1, 2), np.linalg.inv(vectors).swapaxes(1, 2))
     left = np.take_along_axis(left, order[:, None], axis=2)[:, n_near:]
-    return speed, np.swapaxes(seen @ right, 1, 2), np.swapaxes(left, 1, 2)
+    return speed, (seen @ right).swapaxes(1, 2).astype(complex), left.swapaxes(1, 2).astype(complex)
 
 
 def _roots(
@@ -176,8 +187,8 @@ def _roots(
     for _ in range(N_NEWTON):
         speed = speed * (1 + OFF_POLE)
         matrix, slope = _matrix_and_slope(spectrum, change, speed)
-        right = _unit(np.linalg.solve(matrix, _times(slope, right)[..., None])[..., 0])
-        left = _unit(np.linalg.solve(matrix.swapaxes(2, 3), _times(slope.swapaxes(2, 3), left)[..., None])[..., 0])
+        right = _solved(matrix, _times(slope, right))
+        left = _solved(matrix.swapaxes(2, 3), _times(slope.swapaxes(2, 3), left))
         speed = speed - np.sum(left * _times(matrix, right), axis=-1) / np.sum(left * _times(slope, right), axis=-1)
     return speed, right, left, slope
 
@@ -192,7 +203,8 @@ def _matrix_and_slope(
     slope = -(inverse**2 @ spectrum.outer).reshape(*speed.shape, p, p)
     impedance = _at(change, speed)
     of_impedance = change[1][:, None] + 2 * speed[..., None, None] * change[2][:, None]
-    return np.eye(p) + receptance @ impedance, slope @ impedance + receptance @ of_impedance
+    matrix, of_matrix = np.eye(p) + receptance @ impedance, slope @ impedance + receptance @ of_impedance
+    return matrix.astype(complex), of_matrix
 
 
 def _at(coefficients: ComplexArray, speed: ComplexArray) -> ComplexArray:
@@ -206,5 +218,7 @@ def _times(matrices: ComplexArray, vectors: ComplexArray) -> ComplexArray:
     return (matrices @ vectors[..., None])[..., 0]
 
 
-def _unit(vectors: ComplexArray) -> ComplexArray:
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+def _solved(matrices: ComplexArray, vectors: ComplexArray) -> ComplexArray:
+    """What these matrices (…, p, p) take to the vectors (…, p), each of length 1."""
+    found: ComplexArray = np.asarray(np.linalg.solve(matrices, vectors[..., None])[..., 0], dtype=complex)
+    return found / np.linalg.norm(found, axis=-1, keepdims=True)
