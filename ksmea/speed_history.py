@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
+ACCELERATION = "acceleration"  # the unknown that is the rate of a sweep
 DIRECTIONS = ("run-up", "coast-down")
 CONSTANT = 0.2  # of the mean rate, by which the rates of the two halves of a run may differ
 

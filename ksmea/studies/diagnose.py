@@ -48,6 +48,7 @@ from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.misreadings import misreadings
 from ksmea.studies.slips import slips
 from ksmea.studies.stability import stability_of
+from ksmea.studies.sweep_remarks import sweep_remarks
 
 WRONG = ("named", "ambiguous", "unknown")  # verdicts on a model that is not adequate
 
@@ -132,6 +133,7 @@ def diagnosis(
         progress=progress,
     )
     record = diagnosis_record(found, measurement, options.interval_level)
+    remarks = (*remarks, *sweep_remarks(found, measurement.history))
     if options.locate and record.verdict in WRONG and not missing_to_locate(problem, measurement.kind):
         where = location(problem, measurement, rng, options=options.location, progress=progress)
         record = _with_location(record, where)

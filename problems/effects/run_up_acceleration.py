@@ -28,7 +28,7 @@ from ksmea.errors import SettingError
 from ksmea.measurement import Measurement
 from ksmea.parameters import Parameter
 from ksmea.settings import setting
-from ksmea.speed_history import SpeedHistory
+from ksmea.speed_history import ACCELERATION, SpeedHistory
 from ksmea.units import RPM, TURN
 from problems.rotor.effect import RotorEffect, drawn
 from problems.rotor.problem import RotorProblem
@@ -102,7 +102,7 @@ class RunUpAcceleration(RotorEffect):
         if self.rate is not None:
             return ()
         lower, upper = (sign * self._largest(problem) for sign in SIGNS[self.direction])
-        return (Parameter("acceleration", "rpm/s", RPM, lower, upper),)
+        return (Parameter(ACCELERATION, "rpm/s", RPM, lower, upper),)
 
     def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
         lower, upper = SIGNS[self.direction]
