@@ -295,13 +295,20 @@ class Effect(Settings, Generic[Seen]):
     # Whether it is fitted from values all over its limits, not only from where the model without it fits: of effects
     # that move resonances, or hide them. Left out: yes.
     is_scanned: ClassVar[bool] = True
-    # Whether a diagnosis tries it only where it is asked for by name: of effects that cost far more than others, or that the
-    # data have to be known to allow. Left out: no.
-    on_request: ClassVar[bool] = False
 
     def locations(self, problem: Seen) -> Sequence[Self]:
         """This effect at each location of the problem where it may sit; empty where it cannot be. Left out: as it is."""
         return (self,)
+
+    def seen_in(self, measurement: Measurement) -> Self | None:
+        """This effect with what a measurement says of it besides its values, such as the direction of a run; None where nothing
+        speaks for it, and it is tried only where it is asked for by name. Left out: as it is."""
+        return self
+
+    def path(self, problem: Seen) -> Array:
+        """Values (n, e) SI of its unknowns that lead away from 0: fits go along them, each from where the last one ended, in place
+        of a scan of its limits. Left out: none."""
+        return np.empty((0, 0))
 
     @abstractmethod
     def parameters(self, problem: Seen) -> tuple[Parameter, ...]:

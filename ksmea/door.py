@@ -263,7 +263,7 @@ def diagnose(
     data = _measurement(measurement)
     seen = aligned(problem.problem, data)
     options = DiagnosisOptions(**settings)
-    chosen, left_out = library(effects, without)
+    chosen, left_out = library(effects, without, data)
     record = diagnosis(seen, data, chosen, _generator(rng), options=options, left_out=left_out)
     return DiagnosisResult(record, extended_yaml(problem.name, _own(problem), record, about_extension(record)))
 

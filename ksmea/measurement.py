@@ -13,6 +13,7 @@ from ksmea.campaign import Campaign
 from ksmea.channel import Channel
 from ksmea.errors import SettingError
 from ksmea.kind import Kind
+from ksmea.speed_history import SpeedHistory
 
 KINDS = tuple(kind.value for kind in Kind)
 
@@ -111,7 +112,8 @@ class Measurement:
 
     `noise` is None where its level is not known; `phase_known` is false where phases were measured from an origin that
     nobody knows: the angle of the whole response is one more unknown then. Speeds of several runs stand one run after the
-    other, as `campaign` says; without one they are those of one run.
+    other, as `campaign` says; without one they are those of one run. `history` says how the speed of that one went; None: not known,
+    or in steady states.
     """
 
     speed: Array
@@ -121,6 +123,7 @@ class Measurement:
     source: str
     phase_known: bool = True
     campaign: Campaign | None = None
+    history: SpeedHistory | None = None
 
     def __post_init__(self) -> None:
         expected = (len(self.speed), len(self.channels))

@@ -194,6 +194,7 @@ def _reordered(run: RunUp, order: Sequence[int]) -> RunUp:
         tuple(run.first_lines[index] for index in order),
         values,
         None if run.sigma is None else run.sigma[:, order],
+        run.history,
         run.time,
         run.remarks,
     )

@@ -14,7 +14,7 @@ One row per speed and channel:
   (amplitudes). Instruments often show a lag: that is its negative. Where it is counted from does not matter.
 - `sigma_um`, the standard deviation of the noise of this row: of the amplitude, and for complex data the total one,
   √2 times that of the real and of the imaginary part. On every row or on none: then the noise is estimated.
-- `time_s`, optional: kept for what asks for the order in time.
+- `time_s`, optional: says how fast the speed went, which a diagnosis takes for the rate of a sweep.
 - `run`, the name of a run, where `measurement=campaign` reads a file with several.
 
 The last columns may be missing. Lines that begin with # are remarks, empty lines are left out. Nothing is guessed:
@@ -108,7 +108,15 @@ class File(MeasurementSource):
     def read(self) -> Measurement:
         """What the file holds."""
         run_up, name = self._run_up, Path(self.path).name
-        return Measurement(run_up.speed, run_up.channels, run_up.values, self.noise, name, phase_known=False)
+        return Measurement(
+            run_up.speed,
+            run_up.channels,
+            run_up.values,
+            self.noise,
+            name,
+            phase_known=False,
+            history=run_up.history,
+        )
 
     @cached_property
     def _content(self) -> tuple[Rows, str]:

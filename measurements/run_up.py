@@ -12,8 +12,10 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import Channel
 from ksmea.errors import SettingError
+from ksmea.speed_history import SpeedHistory
 from ksmea.units import DEGREE, MICROMETRE, RPM
 from measurements.run_up_rows import Rows
+from measurements.speed_history import speed_history
 
 
 @dataclass(frozen=True)
@@ -25,6 +27,7 @@ class RunUp:
     first_lines: tuple[int, ...]
     values: Array | ComplexArray  # (n_speed, n_channel) m
     sigma: Array | None  # (n_speed, n_channel) m
+    history: SpeedHistory | None
     time: Array | None  # (n_speed,) s
     remarks: tuple[str, ...]
 
@@ -73,13 +76,17 @@ def run_up(
     remarks += [f"{len(rows.line) - len(used)} of {len(rows.line)} rows left out by speed_from and speed_to"] * (
         len(used) < len(rows.line)
     )
+    speeds = np.array([speed for speed, _ in complete]) * RPM
+    recorded = np.argsort(order.min(axis=1))
+    time = None if rows.time is None else np.array(rows.time)[order].min(axis=1)
     return RunUp(
-        speed=np.array([speed for speed, _ in complete]) * RPM,
+        speed=speeds,
         channels=tuple(Channel(*channel) for channel in first_lines),
         first_lines=tuple(first_lines.values()),
         values=amplitude if rows.phase is None else amplitude * np.exp(1j * DEGREE * np.array(rows.phase)[order]),
         sigma=None if rows.sigma is None else np.array(rows.sigma)[order] * MICROMETRE,
-        time=None if rows.time is None else np.array(rows.time)[order].min(axis=1),
+        history=None if dropped else speed_history(speeds[recorded], None if time is None else time[recorded]),
+        time=time,
         remarks=tuple(remarks),
     )
 

@@ -63,7 +63,7 @@ class Diagnose(DiagnosisOptions, Study):
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
         started = time.perf_counter()
         measurement = setup.measure(draw)
-        effects, left_out = library(self.effects, self.without)
+        effects, left_out = library(self.effects, self.without, measurement)
         n_candidate = len(candidates(setup.problem, effects))
         n_step = 1 + 3 * n_candidate + self.blocks  # candidates are fitted, refined, and fitted as second effects
         with progress_of(draw, "diagnosis", n_step) as progress:

@@ -13,7 +13,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import Problem
-from ksmea.diagnosis.screening import scanned, screened
+from ksmea.diagnosis.screening import scanned, screened, screened_at
 from ksmea.difference_likelihood import likelihood_of
 from ksmea.intervals import Estimate, estimate
 from ksmea.likelihood import Likelihood, Point
@@ -29,6 +29,10 @@ START_DISTANCE = 0.1  # starts of the baseline model are not nearer to each othe
 SCREENED, STARTS, FIRST_ITERATIONS, SURVIVORS = 4096, 30, 8, 10
 REACH = 25.0
 EFFECT_START_DISTANCE = 0.02  # nor starts of an extended one
+
+
+PATH_ITERATIONS = 4  # of each fit on a path of values
+LAST_DECADE = 0.1  # of the last value of a path, from where on its values are screened
 
 
 @dataclass(frozen=True)
@@ -145,6 +149,26 @@ def start_nearby(problem: Problem, baseline: Fit) -> Array:
     """θ (p,) where the baseline model fits, without any effect."""
     d = baseline.likelihood.d
     return np.concatenate([baseline.u, without_effects(problem, d), baseline.point.theta[d:]])
+
+
+def fit_along(problem: Problem, measurement: Measurement, baseline: BaselineFits, path: Array, effort: Effort) -> Fit:
+    """The same from the best points on a path, fits at values (n, 1) SI of the effect's unknown, each from where the last one
+    ended, the first from where the baseline model fits; and from the best points of screenings at those of the last decade."""
+    likelihood, d = Likelihood(Model(problem), measurement), baseline.best.likelihood.d
+    item = problem.parameters.items[d]
+    values = (path - item.lower) / (item.upper - item.lower)
+    theta = start_nearby(problem, baseline.best)
+    points: list[Point] = []
+    for value in values:
+        theta = np.concatenate([theta[:d], value, theta[d + 1 :]])
+        points.append(maximise(likelihood, theta, fixed=d, max_iterations=PATH_ITERATIONS, tolerance=1e-2))
+        theta = points[-1].theta
+    best = sorted(points, key=lambda point: point.deviance)[: effort.survivors]
+    last = values[np.abs(path[:, 0]) >= LAST_DECADE * np.abs(path[-1, 0])]
+    screened = screened_at(problem, measurement, baseline.screened.thinned(effort.scan), last)
+    starts = [likelihood.start(u) for u in screened.apart(effort.starts, START_DISTANCE).points]
+    points = [maximise(likelihood, point.theta, tolerance=1e-4) for point in best] + _maxima(likelihood, starts, effort)
+    return Fit(problem, likelihood, min(points, key=lambda point: point.deviance))
 
 
 def fit_from_scan(problem: Problem, measurement: Measurement, baseline: BaselineFits, effort: Effort) -> Fit:

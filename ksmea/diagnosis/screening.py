@@ -43,11 +43,17 @@ def scanned(problem: Problem, measurement: Measurement, points: Array, zero: Arr
     """The best points of an extended problem: screenings of the baseline model's points (n, d) at values of the
     effects' unknowns all over their limits, and clouds around the best of them. `zero` (e,) is where there is no
     effect."""
+    found = screened_at(problem, measurement, points, scan_values(zero, n_value))
+    return refined_by_clouds(problem, measurement, found)
+
+
+def screened_at(problem: Problem, measurement: Measurement, points: Array, values: Array) -> Screened:
+    """The best of the baseline model's points (n, d) at each of the values (m, e) of effects' unknowns, in the unit cube."""
     best = []
-    for value in scan_values(zero, n_value):
+    for value in values:
         found = screened(problem, measurement, np.hstack([points, np.tile(value, (len(points), 1))]))
         best.append(found.best(PER_VALUE))
-    return refined_by_clouds(problem, measurement, joined(*best))
+    return joined(*best)
 
 
 def refined_by_clouds(problem: Problem, measurement: Measurement, found: Screened) -> Screened:

@@ -9,7 +9,16 @@ import numpy as np
 import scipy
 
 from ksmea.contracts import AnyEffect, Problem
-from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_from, fit_from_scan, fit_nearby, start_nearby
+from ksmea.diagnosis.fitting import (
+    BaselineFits,
+    Effort,
+    Fit,
+    fit_along,
+    fit_from,
+    fit_from_scan,
+    fit_nearby,
+    start_nearby,
+)
 from ksmea.diagnosis.stable_fits import stable_fit
 from ksmea.measurement import Measurement
 
@@ -125,12 +134,15 @@ def refined(
     effort: Effort,
     progress: Callable[[], None],
 ) -> list[Trial]:
-    """The same trials, each with the better of its fit and further ones: from a scan of the effect's whole range where it
-    needs that, and else from the unknowns of the baseline model's other maxima and of the best trials."""
+    """The same trials, each with the better of its fit and further ones: along the effect's path, from a scan of its whole
+    range where it needs that, and else from the unknowns of the baseline model's other maxima and of the best trials."""
     better = []
     starts = [*baseline.others, *(trial.fit for trial in trials[:2])]
     for trial in trials:
-        if trial.candidate.effect.is_scanned:
+        path = trial.candidate.effect.path(baseline.best.problem.machine)
+        if len(path):
+            fit = fit_along(trial.fit.problem, measurement, baseline, path, effort)
+        elif trial.candidate.effect.is_scanned:
             fit = fit_from_scan(trial.fit.problem, measurement, baseline, effort)
         else:
             fit = fit_from(trial.fit.problem, measurement, starts, baseline.best.likelihood.d)

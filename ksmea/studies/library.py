@@ -7,13 +7,17 @@ from collections.abc import Mapping, Sequence
 from ksmea import registry
 from ksmea.contracts import AnyEffect
 from ksmea.errors import SettingError, unknown
+from ksmea.measurement import Measurement
 
 NO_EFFECT = "none"  # in place of names: an empty library
 
 
-def library(names: Sequence[str], without: Sequence[str]) -> tuple[dict[str, AnyEffect], Mapping[str, str]]:
-    """The effects that are asked for, by name – all that are registered if none is named, but for those on request, and none
-    if `NO_EFFECT` is – but for those in `without`; and why others are left out, which none is that is asked for by name.
+def library(
+    names: Sequence[str], without: Sequence[str], measurement: Measurement | None = None
+) -> tuple[dict[str, AnyEffect], Mapping[str, str]]:
+    """The effects that are asked for, by name – all that are registered if none is named, but for those that
+    nothing in the measurement speaks for, where one is given, and none if `NO_EFFECT` is – but for those in `without`; and why others are left out,
+    which none is that is asked for by name.
 
     Raises `SettingError` for a name that is not registered."""
     known = list(registry.registered("effect"))
@@ -25,6 +29,12 @@ def library(names: Sequence[str], without: Sequence[str]) -> tuple[dict[str, Any
         if name not in known:
             raise unknown("effect", name, [*known, NO_EFFECT])
     if names:
-        return {name: registry.create("effect", name, {}) for name in names if name not in without}, {}
+        asked = {name: registry.create("effect", name, {}) for name in names if name not in without}
+        return {name: _seen_in(effect, measurement) or effect for name, effect in asked.items()}, {}
     made, left_out = registry.create_all("effect", [name for name in known if name not in without])
-    return {name: effect for name, effect in made.items() if not effect.on_request}, left_out
+    seen = {name: _seen_in(effect, measurement) for name, effect in made.items()}
+    return {name: effect for name, effect in seen.items() if effect is not None}, left_out
+
+
+def _seen_in(effect: AnyEffect, measurement: Measurement | None) -> AnyEffect | None:
+    return effect if measurement is None else effect.seen_in(measurement)

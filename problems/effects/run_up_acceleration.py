@@ -4,9 +4,14 @@ The peak comes late, at a higher speed in a run-up and at a lower one in a coast
 (F. M. Lewis, Vibration during acceleration through a critical speed, Trans. ASME 54 (1932) 253–261). The response counts as that at the measured speed, an instant of it: a tracking filter that averages
 a turn or more blurs beats that are as fast. How it is computed, and what that leaves out: `problems/rotor/run_up.py`.
 
-Where each row is a turn of the shaft or more, |α| is no higher than Ω ΔΩ/2π. The limit is 1.5 times the median of that over the
-rows, which are not exactly alike. Run-up and coast-down are tried apart: amplitudes alone hardly tell one from the other,
-reversed about another critical speed, and searches end in either. Data are sorted by speed, which says nothing of it.
+A diagnosis tries it where a file has its rows in the order of time or a campaign says which way its runs went
+(`ksmea/speed_history.py`). Where nothing says which way, run-up and coast-down are tried apart: amplitudes alone hardly tell one
+from the other, reversed about another critical speed, and searches end in either. Every beat is a maximum of the likelihood; the
+search goes from steady states along rising rates, where each fit begins where the last one ended.
+
+The limit of the rate is 1.5 times what times or rows of a turn each say it is. Without these it is as if each row were a turn:
+|α| is no higher than Ω ΔΩ/2π where each is a turn or more, and the limit 1.5 times the median of that. A rate that is known is
+the setting `rate`: the effect has no unknown then.
 """
 
 from __future__ import annotations
@@ -20,14 +25,17 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
+from ksmea.measurement import Measurement
 from ksmea.parameters import Parameter
 from ksmea.settings import setting
+from ksmea.speed_history import ACCELERATION, SpeedHistory
 from ksmea.units import RPM, TURN
 from problems.rotor.effect import RotorEffect, drawn
 from problems.rotor.problem import RotorProblem
 from problems.rotor.run_up import Sweep
 
-MARGIN = 1.5  # of the limit over one row per turn
+MARGIN = 1.5  # of the limit over the rate that is known, or that of one row per turn
+PATH = (1e-3, 32)  # of the limit, where the path of rates begins; and how many, a factor of 1.25 from one to the next
 NOTICED = (0.05, 0.5)  # of the limit: a decade is drawn
 SIGNS = {"either": (-1.0, 1.0), "run-up": (0.0, 1.0), "coast-down": (-1.0, 0.0)}
 
@@ -40,6 +48,9 @@ class RunUpAcceleration(RotorEffect):
     largest: float | None = setting(
         None, "limit of the rate, either way; null: 1.5 rows per turn of the shaft", unit="rad/s²", above=0
     )
+    rate: float | None = setting(
+        None, "the rate where it is known, negative in a coast-down; null: an unknown", unit="rpm/s"
+    )
     full_speed: float | None = setting(
         None, "the highest speed that modes must suit; null: that of the problem", unit="rad/s", above=0
     )
@@ -49,11 +60,24 @@ class RunUpAcceleration(RotorEffect):
         "speed_dependent_stiffness": "both move a peak; a second run-up at another rate, a coast-down",
     }
 
-    # A machine has to be known to have swept, and each evaluation solves an eigenproblem.
-    on_request: ClassVar[bool] = True
+    is_scanned: ClassVar[bool] = False
 
     def __str__(self) -> str:
         return "whole rotor" if self.direction == "either" else self.direction
+
+    def seen_in(self, measurement: Measurement) -> RunUpAcceleration | None:
+        """With the direction of the run, and the limit that a known rate sets; None of steady states, or runs of both directions."""
+        history = measurement.history
+        if measurement.campaign is not None:
+            history = _of_runs({run.direction for run in measurement.campaign.runs})
+        if history is None or self.direction != "either":
+            return None if history is None else self
+        largest = self.largest if history.rate is None else MARGIN * abs(history.rate)
+        return dataclasses.replace(self, direction=history.direction, largest=largest)
+
+    def path(self, problem: RotorProblem) -> Array:
+        signs = SIGNS[self.direction]
+        return np.outer(np.geomspace(PATH[0], 1, PATH[1]), self._largest(problem) * (signs[0] or signs[1]))
 
     def locations(self, problem: RotorProblem) -> Sequence[RunUpAcceleration]:
         if len(problem.speed) < 2 and self.largest is None:
@@ -75,8 +99,10 @@ class RunUpAcceleration(RotorEffect):
         return float(MARGIN * np.median(np.abs(np.diff(problem.speed**2))) / (2 * TURN))
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        if self.rate is not None:
+            return ()
         lower, upper = (sign * self._largest(problem) for sign in SIGNS[self.direction])
-        return (Parameter("acceleration", "rpm/s", RPM, lower, upper),)
+        return (Parameter(ACCELERATION, "rpm/s", RPM, lower, upper),)
 
     def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
         lower, upper = SIGNS[self.direction]
@@ -89,4 +115,11 @@ class RunUpAcceleration(RotorEffect):
     def sweep(self, theta: Array) -> Sweep:
         if self.full_speed is None:
             raise SettingError("full_speed: expected the highest speed, got none; add the effect to a problem")
-        return Sweep(theta[:, 0], self.full_speed)
+        acceleration = theta[:, 0] if self.rate is None else np.full(len(theta), self.rate * RPM)
+        return Sweep(acceleration, self.full_speed)
+
+
+def _of_runs(directions: set[str]) -> SpeedHistory | None:
+    """What runs of a campaign have in common."""
+    known = {"up": "run-up", "down": "coast-down"}
+    return SpeedHistory(known[direction]) if len(directions) == 1 and (direction := directions.pop()) in known else None

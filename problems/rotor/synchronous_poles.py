@@ -173,11 +173,11 @@ def _guess(spectrum: Spectrum, change: ComplexArray, reach: float) -> tuple[Comp
     moving[:, n_near:] = of_speed @ seen
     inverse, vectors = np.linalg.eig(np.linalg.solve(fixed, moving))  # −1/(Ω − centre)
     order = np.argsort(-np.abs(inverse), axis=1)[:, :n_near]
-    speed = centre - 1 / np.take_along_axis(inverse, order, axis=1)
+    speed: ComplexArray = np.asarray(centre - 1 / np.take_along_axis(inverse, order, axis=1), dtype=complex)
     right = np.take_along_axis(vectors, order[:, None], axis=2)
     left = np.linalg.solve(fixed.swapaxes(1, 2), np.linalg.inv(vectors).swapaxes(1, 2))
     left = np.take_along_axis(left, order[:, None], axis=2)[:, n_near:]
-    return speed, np.swapaxes(seen @ right, 1, 2), np.swapaxes(left, 1, 2)
+    return speed, (seen @ right).swapaxes(1, 2).astype(complex), left.swapaxes(1, 2).astype(complex)
 
 
 def _roots(
@@ -187,8 +187,8 @@ def _roots(
     for _ in range(N_NEWTON):
         speed = speed * (1 + OFF_POLE)
         matrix, slope = _matrix_and_slope(spectrum, change, speed)
-        right = _unit(np.linalg.solve(matrix, _times(slope, right)[..., None])[..., 0])
-        left = _unit(np.linalg.solve(matrix.swapaxes(2, 3), _times(slope.swapaxes(2, 3), left)[..., None])[..., 0])
+        right = _solved(matrix, _times(slope, right))
+        left = _solved(matrix.swapaxes(2, 3), _times(slope.swapaxes(2, 3), left))
         speed = speed - np.sum(left * _times(matrix, right), axis=-1) / np.sum(left * _times(slope, right), axis=-1)
     return speed, right, left, slope
 
@@ -203,7 +203,8 @@ def _matrix_and_slope(
     slope = -(inverse**2 @ spectrum.outer).reshape(*speed.shape, p, p)
     impedance = _at(change, speed)
     of_impedance = change[1][:, None] + 2 * speed[..., None, None] * change[2][:, None]
-    return np.eye(p) + receptance @ impedance, slope @ impedance + receptance @ of_impedance
+    matrix, of_matrix = np.eye(p) + receptance @ impedance, slope @ impedance + receptance @ of_impedance
+    return matrix.astype(complex), of_matrix
 
 
 def _at(coefficients: ComplexArray, speed: ComplexArray) -> ComplexArray:
@@ -217,5 +218,7 @@ def _times(matrices: ComplexArray, vectors: ComplexArray) -> ComplexArray:
     return (matrices @ vectors[..., None])[..., 0]
 
 
-def _unit(vectors: ComplexArray) -> ComplexArray:
-    return vectors / np.linalg.norm(vectors, axis=-1, keepdims=True)
+def _solved(matrices: ComplexArray, vectors: ComplexArray) -> ComplexArray:
+    """What these matrices (…, p, p) take to the vectors (…, p), each of length 1."""
+    found: ComplexArray = np.asarray(np.linalg.solve(matrices, vectors[..., None])[..., 0], dtype=complex)
+    return found / np.linalg.norm(found, axis=-1, keepdims=True)

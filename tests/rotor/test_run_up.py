@@ -1,5 +1,7 @@
 """A sweep of the speed in closed form, against integration over time and what is known of a peak that is swept through."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -10,7 +12,8 @@ from problems.rk4_two_disk import RK4TwoDisk
 from problems.rotor.assembly import Matrices
 from problems.rotor.dense import dynamic_stiffness
 from problems.rotor.run_up import Sweep, parabola, sweep_change
-from problems.rotor.synchronous_poles import poles_on, spectrum_of
+from problems.rotor.stability import low_modes
+from problems.rotor.synchronous_poles import N_MODE, poles_on, spectrum, spectrum_of
 from swept_rotor import swept, swept_response
 
 SPEED = np.linspace(85.0, 260.0, 176)
@@ -126,3 +129,27 @@ def test_run_up_and_coast_down_are_tried_apart_up_to_a_row_per_turn():
     assert (rising.upper, falling.lower) == pytest.approx((1.5 * 24.0, -1.5 * 24.0), rel=1e-6)
     one = problem.at(problem.speed[:1], problem.channels)
     assert registry.create("effect", "run_up_acceleration", {}).locations(one) == []
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_poles_are_those_of_the_whole_eigenproblem(seed):
+    """Bearings anywhere within the limits, ten times off the nominal ones and more: poles near the measured speeds are those of
+    the same matrices in one eigenproblem, within its rounding."""
+    problem, _ = rk4()
+    parameters = problem.parameters
+    x = parameters.to_si(np.random.default_rng(seed).random(len(parameters)))
+    highest = float(problem.speed.max())
+    low = low_modes(problem.rotor, 1.5 * highest, (), N_MODE)
+    stiffness, damping = (np.repeat([[x[at], x[at + 1]]], 2, axis=0).ravel() for at in (0, 2))
+    added = low.ports.T @ (stiffness[:, None] * low.ports), low.ports.T @ (damping[:, None] * low.ports)
+    matrices = dataclasses.replace(
+        low.matrices, stiffness=low.matrices.stiffness + added[0], damping=low.matrices.damping + added[1]
+    )
+    whole = spectrum_of(matrices, low.ports, np.zeros(4), low.basis, low.basis.T).speed
+    impedance = np.zeros((3, 1, 4, 4), dtype=complex)
+    impedance[:2, 0] = np.diag(stiffness), 1j * np.diag(damping)
+    nominal = spectrum(problem.rotor, 1.5 * highest, problem.channels)
+    found = poles_on(nominal, impedance, np.zeros((3, 1, len(low.basis))), 2.5 * highest).speed[0]
+    expected = whole[(np.abs(whole) < 1.2 * highest) & (np.abs(whole.real) > whole.imag)]
+    assert len(expected) >= 2
+    assert np.abs(found[:, None] - expected).min(axis=0).max() < 1e-7 * highest
