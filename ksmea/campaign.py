@@ -34,15 +34,17 @@ def shared_name(name: str) -> str:
 
 @dataclass(frozen=True)
 class Weight:
-    """A known unbalance (kg m) on the shaft at a position (m). Its angle (rad) counts from where those of the model's
-    unbalance do, towards the direction of rotation."""
+    """An unbalance (kg m) on the shaft at a position (m). Its angle (rad) counts from where those of the model's
+    unbalance do, towards the direction of rotation. `magnitude` is None where neither is known."""
 
     position: float
-    magnitude: float
+    magnitude: float | None
     angle: float = 0.0
 
     def __str__(self) -> str:
         """For example '150 g mm at 0.2 m, 30°'."""
+        if self.magnitude is None:
+            return f"an unknown weight at {self.position:g} m"
         return f"{self.magnitude / GRAM_MILLIMETRE:g} g mm at {self.position:g} m, {self.angle / DEGREE:g}°"
 
 

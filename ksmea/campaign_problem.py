@@ -42,6 +42,10 @@ def _check_weights(machine: Problem, run: Run) -> None:
     """Raise `SettingError` for a weight that the machine cannot carry."""
     largest = LARGEST_WEIGHT * max((item.upper for item in machine.parameters if item.is_unbalance), default=np.inf)
     for weight in run.weights:
+        if weight.magnitude is None:
+            raise SettingError(
+                f"run {run.name}: expected weights of known size, got {weight}; give g_mm, or use study=balance"
+            )
         if weight.magnitude > largest:
             raise SettingError(
                 f"run {run.name}: expected weights up to {largest / GRAM_MILLIMETRE:g} g mm, {LARGEST_WEIGHT:g} times the"

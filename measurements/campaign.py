@@ -8,11 +8,13 @@
   `run` has the names of the runs.
 - `weights`, the known unbalance that the shaft carried in this run besides its own: `position` from the left end (m), size
   (g mm) and `angle_deg` (0 if not given), counted from where the model's unbalance phases are, towards the direction of
-  rotation. Where the model fixes the phase of its unbalance, angles are from there.
+  rotation. Where the model fixes the phase of its unbalance, angles are from there. A weight without `g_mm` is unknown.
 - `direction` (up, down, steady), a note; `speeds: [from, to]`, those that are used (rpm).
 - `own: [names]` beside `runs`: unknowns of which each run has its own, called name@run. All others are shared: bearings,
   unbalance and the origin of phases.
 - `noise: shared`: all runs have the same.
+
+A file with a column `time_s` (s, of one clock for all runs) may have a speed and channel several times in a run: repeats.
 
 All runs have the same channels, all of them phases or none, and all of them `sigma_um` or none. docs/campaigns.md says more.
 """
@@ -98,7 +100,8 @@ class CampaignFile(MeasurementSource):
         )
 
     def read(self) -> Measurement:
-        """All runs, one after the other."""
+        """All runs, one after the other; their times where all of them have a column `time_s`."""
+        times = [run.time for run in self._runs if run.time is not None]
         return Measurement(
             np.concatenate([run.speed for run in self._runs]),
             self._runs[0].channels,
@@ -107,6 +110,7 @@ class CampaignFile(MeasurementSource):
             Path(self.path).name,
             phase_known=False,
             campaign=self._campaign,
+            time=np.concatenate(times) if len(times := [run.time for run in self._runs if run.time is not None]) == len(self._runs) else None,
         )
 
     @property
@@ -150,7 +154,7 @@ class CampaignFile(MeasurementSource):
             raise entry.block.error("file", f"{entry.file}: expected one run, got a column run; give file beside runs")
         drop = self.incomplete == "drop"
         return inside(
-            entry.block, "", lambda: run_up(rows, entry.file, entry.speed_from, entry.speed_to, drop, least=1)
+            entry.block, "", lambda: run_up(rows, entry.file, entry.speed_from, entry.speed_to, drop, least=1, repeats=True)
         )
 
 

@@ -82,13 +82,17 @@ def _run(block: Block, of_file: Block, is_one_file: bool) -> RunEntry:
 
 
 def _weight(block: Block) -> Weight:
-    block.check_keys(["position", "g_mm"], ["angle_deg"])
+    """A weight; without `g_mm` neither its size nor its angle is known."""
+    block.check_keys(["position"], ["g_mm", "angle_deg"])
+    position = block.number("position", "m")
+    if "g_mm" not in block.values:
+        if "angle_deg" in block.values:
+            raise block.error("angle_deg", "expected g_mm beside it, got none; leave both out where they are not known")
+        return Weight(position, None)
     angle = 0.0
     if "angle_deg" in block.values:
         angle = block.number("angle_deg", "deg", at_least=-MAX_ANGLE, at_most=MAX_ANGLE)
-    return Weight(
-        block.number("position", "m"), block.number("g_mm", "g mm", above=0) * GRAM_MILLIMETRE, angle * DEGREE
-    )
+    return Weight(position, block.number("g_mm", "g mm", above=0) * GRAM_MILLIMETRE, angle * DEGREE)
 
 
 def _speeds(block: Block) -> tuple[float | None, float | None]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import NoReturn
@@ -30,9 +31,16 @@ class RunUp:
 
 
 def run_up(
-    rows: Rows, path: str, speed_from: float | None, speed_to: float | None, drop: bool, least: int = 2
+    rows: Rows,
+    path: str,
+    speed_from: float | None,
+    speed_to: float | None,
+    drop: bool,
+    least: int = 2,
+    repeats: bool = False,
 ) -> RunUp:
-    """Rows in any order as a table of `least` speeds or more and channels, SI."""
+    """Rows in any order as a table of `least` speeds or more and channels, SI. With `repeats`, a speed that rows with times
+    have several times stands there as often."""
     low, high = speed_from or 0.0, speed_to or math.inf
     used = [index for index, speed in enumerate(rows.speed) if low <= speed <= high]
     if not used:
@@ -41,11 +49,14 @@ def run_up(
             " change speed_from or speed_to"
         )
     first_lines: dict[tuple[float, str], int] = {}
-    by_speed: dict[float, dict[tuple[float, str], int]] = {}
+    by_speed: dict[tuple[float, int], dict[tuple[float, str], int]] = {}  # speed and its how manieth repeat
+    seen: Counter[tuple[float, tuple[float, str]]] = Counter()
     for index in used:
         speed, channel, line = rows.speed[index], rows.channel[index], rows.line[index]
         first_lines.setdefault(channel, line)
-        there = by_speed.setdefault(speed, {})
+        repeat = seen[speed, channel] if repeats and rows.time is not None else 0
+        seen[speed, channel] += 1
+        there = by_speed.setdefault((speed, repeat), {})
         if channel in there:
             raise SettingError(
                 f"{path} line {line}: expected each speed and channel once, got {speed:g} rpm, {Channel(*channel)} again"
@@ -65,7 +76,7 @@ def run_up(
         len(used) < len(rows.line)
     )
     return RunUp(
-        speed=np.array(complete) * RPM,
+        speed=np.array([speed for speed, _ in complete]) * RPM,
         channels=tuple(Channel(*channel) for channel in first_lines),
         first_lines=tuple(first_lines.values()),
         values=amplitude if rows.phase is None else amplitude * np.exp(1j * DEGREE * np.array(rows.phase)[order]),
@@ -78,7 +89,7 @@ def run_up(
 def _refuse_incomplete(
     path: str,
     rows: Rows,
-    by_speed: Mapping[float, Mapping[tuple[float, str], int]],
+    by_speed: Mapping[tuple[float, int], Mapping[tuple[float, str], int]],
     first_lines: Mapping[tuple[float, str], int],
 ) -> NoReturn:
     lacking = [there for there in by_speed.values() if len(there) < len(first_lines)]
@@ -91,10 +102,10 @@ def _refuse_incomplete(
     )
 
 
-def _check_count(path: str, complete: Sequence[float], dropped: int, least: int) -> None:
+def _check_count(path: str, complete: Sequence[tuple[float, int]], dropped: int, least: int) -> None:
     if len(complete) < least:
         hint = "the channels share too few speeds" if dropped else "one speed does not tell a response"
-        only = f"1 ({complete[0]:g} rpm)" if complete else "none"
+        only = f"1 ({complete[0][0]:g} rpm)" if complete else "none"
         raise SettingError(f"{path}: expected at least {least} speeds with every channel, got {only}; {hint}")
 
 
