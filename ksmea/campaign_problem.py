@@ -209,7 +209,8 @@ class CampaignProblem(Problem):
             if run.n_speed:
                 problem = self.base.at(self.speed[rows], self.channels)
                 for weight in run.weights:
-                    problem = problem.with_unbalance(weight.position, weight.magnitude, weight.angle)
+                    if weight.magnitude is not None:  # `in_runs` has refused the others
+                        problem = problem.with_unbalance(weight.position, weight.magnitude, weight.angle)
                 found.append((rows, self._columns(index), problem))
         return tuple(found)
 

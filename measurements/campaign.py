@@ -110,7 +110,9 @@ class CampaignFile(MeasurementSource):
             Path(self.path).name,
             phase_known=False,
             campaign=self._campaign,
-            time=np.concatenate(times) if len(times := [run.time for run in self._runs if run.time is not None]) == len(self._runs) else None,
+            time=np.concatenate(times)
+            if len(times := [run.time for run in self._runs if run.time is not None]) == len(self._runs)
+            else None,
         )
 
     @property
@@ -154,7 +156,9 @@ class CampaignFile(MeasurementSource):
             raise entry.block.error("file", f"{entry.file}: expected one run, got a column run; give file beside runs")
         drop = self.incomplete == "drop"
         return inside(
-            entry.block, "", lambda: run_up(rows, entry.file, entry.speed_from, entry.speed_to, drop, least=1, repeats=True)
+            entry.block,
+            "",
+            lambda: run_up(rows, entry.file, entry.speed_from, entry.speed_to, drop, least=1, repeats=True),
         )
 
 

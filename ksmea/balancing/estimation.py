@@ -27,13 +27,9 @@ class WeightEstimate:
     planes: Indices
     weights: ComplexArray
     covariance: ComplexArray
+    chi2: float
+    n_left: int
     p: float
-    dof: float
-
-    def radius2(self, level: float) -> float:
-        """Squared radius, in units of the complex standard deviation, of the region of one weight that holds it with a
-        probability of `level`: |w - w0|² < r² · variance."""
-        return float(f_distribution.ppf(level, 2, 2 * self.dof)) if np.isfinite(self.dof) else float(-np.log1p(-level))
 
 
 def estimated(fit: Fit, run: int, planes: Indices) -> WeightEstimate:
@@ -78,9 +74,10 @@ def estimated(fit: Fit, run: int, planes: Indices) -> WeightEstimate:
     return WeightEstimate(
         planes,
         weights[0, planes],
-        found_covariance / np.outer(slope, slope),
+        np.asarray(found_covariance / np.outer(slope, slope)),
+        chi2,
+        n_left,
         tail(chi2, n_left, fit.dof),
-        fit.dof,
     )
 
 
@@ -91,9 +88,7 @@ def tail(chi2: float, n: int, dof: float) -> float:
     return float(f_distribution.sf(chi2 / n, 2 * n, 2 * dof if np.isfinite(dof) else 1e9))
 
 
-def polar_interval(
-    value: complex, radius: float
-) -> tuple[tuple[float, float], tuple[float, float] | None]:
+def polar_interval(value: complex, radius: float) -> tuple[tuple[float, float], tuple[float, float] | None]:
     """Sizes and angles (rad) within a circle around a complex number; no angle where the circle holds 0.
 
     >>> size, angle = polar_interval(2.0 + 0j, 1.0)
@@ -105,4 +100,3 @@ def polar_interval(
         return (0.0, size + radius), None
     half, middle = float(np.arcsin(radius / size)), float(np.angle(value))
     return (size - radius, size + radius), (middle - half, middle + half)
-

@@ -62,7 +62,7 @@ class Fit:
     @property
     def load(self) -> Array:
         """Σ |w|² / scale² of every run; unknown weights count as none."""
-        return np.sum(np.abs(np.nan_to_num(self.readings.weights) / self.influence.scale) ** 2, axis=1)
+        return np.asarray(np.sum(np.abs(np.nan_to_num(self.readings.weights) / self.influence.scale) ** 2, axis=1))
 
     def covariance(self, runs: Indices, others: Indices) -> ComplexArray:
         """Of the responses of runs with those of others, both flat over runs and entries."""
@@ -101,7 +101,7 @@ class Solution:
         self._factor = cho_factor(fit.covariance(runs, runs), lower=True)
         residual = fit.residual(runs).reshape(-1)
         self.columns_solved = weighted = cho_solve(self._factor, self.columns)
-        self.coefficient_covariance = np.linalg.inv(self.columns.conj().T @ weighted)
+        self.coefficient_covariance = np.asarray(np.linalg.inv(self.columns.conj().T @ weighted), dtype=np.complex128)
         self.step = self.coefficient_covariance @ (weighted.conj().T @ residual)
         self.left = residual - self.columns @ self.step
         self.white = cho_solve(self._factor, self.left)
@@ -168,16 +168,18 @@ def _with_components(plain: Fit, drift: str, slope: str, growth: str) -> Fit:
     can_grow = len(sizes) > N_SIZES  # one of them is 0
     moves = bool(np.max(np.std(readings.deviation[plain.used], axis=0)) > SMALLEST_DEVIATION)
     if drift == YES and readings.time is None:
-        raise SettingError("study.drift: expected a column time_s in the files, got none; add it, or leave the drift out")
+        raise SettingError(
+            "study.drift: expected a column time_s in the files, got none; add it, or leave the drift out"
+        )
     terms = Terms(moves and slope != NO, can_grow and growth != NO)
     without = _iterated(dataclasses.replace(plain, terms=terms), can_grow, N_ITERATION)
     fit, value = without
     gained = None
     if drift != NO and readings.time is not None:
         fit, value = _iterated(_started_with_drift(without[0]), can_grow, N_ITERATION)
-        n_entry = readings.response.shape[1]
+        n_entry, n_speed = readings.response.shape[1], len(readings.speed)
         gained = 2 * (without[1] - value)
-        if drift == AUTO and gained < (n_entry**2 + 1) * np.log(2 * len(plain.used) * n_entry):
+        if drift == AUTO and gained < (n_speed**2 + (n_entry // n_speed) ** 2) * np.log(2 * len(plain.used) * n_entry):
             fit = without[0]
     kept = Terms(
         terms.slope and (slope == YES or slope_p(fit) < SLOPE_LEVEL),
@@ -209,7 +211,11 @@ def _iterated(fit: Fit, can_grow: bool, n: int) -> tuple[Fit, float]:
     for number in range(n):
         time = None if fit.readings.time is None else fit.readings.time[fit.used]
         likelihood = RestrictedLikelihood(
-            fit.residual(fit.used), fit.columns(fit.used, fit.readings.weights[fit.used]), time, fit.load[fit.used]
+            fit.residual(fit.used),
+            fit.columns(fit.used, fit.readings.weights[fit.used]),
+            time,
+            fit.load[fit.used],
+            len(fit.readings.speed),
         )
         start = dataclasses.replace(fit.components, growth=max(fit.components.growth, 0.1) if can_grow else 0.0)
         components, value = likelihood.fitted(start, searched=number == SEARCH and can_grow, timed=number == SEARCH)
@@ -236,3 +242,6 @@ def _wald(values: ComplexArray, covariance: ComplexArray) -> float:
     return float(chi2.sf(statistic, 2 * len(values)))
 
 
+def refitted(fit: Fit) -> Fit:
+    """The same terms fitted to the runs used now, τ and κ as they are."""
+    return _iterated(fit, fit.components.growth > 0, 1)[0]

@@ -28,12 +28,12 @@ class Influence:
 
     @property
     def bare(self) -> ComplexArray:
-        return self.coefficients[0]
+        return np.asarray(self.coefficients[0])
 
     @property
     def planes(self) -> ComplexArray:
         """(n_plane, n_entry) m/(kg m)."""
-        return self.coefficients[1:]
+        return np.asarray(self.coefficients[1:])
 
     def effective(self, weights: ComplexArray) -> ComplexArray:
         """Weights (…, n_plane) of linear influence coefficients that do what these weights do."""
@@ -74,7 +74,7 @@ class Influence:
         n_slope = len(self.slope) if with_slope else 0
         return Influence(
             self.coefficients + step[:n].reshape(self.coefficients.shape),
-            self.slope + step[n : n + n_slope] if with_slope else self.slope,
+            np.asarray(self.slope + step[n : n + n_slope]) if with_slope else self.slope,
             self.growth + complex(step[-1]) if with_growth else self.growth,
             self.scale,
             self.speed_of_entry,
@@ -85,6 +85,6 @@ def plain_influence(response: ComplexArray, weights: ComplexArray, speed_of_entr
     """Least squares without slopes or growth."""
     regressors = np.column_stack([np.ones(len(weights)), weights])
     size = float(np.max(np.abs(weights), initial=0.0)) or 1.0
-    coefficients = np.linalg.lstsq(regressors / np.r_[1, np.full(weights.shape[1], size)], response, rcond=None)[0]
-    coefficients[1:] /= size
+    solved = np.linalg.lstsq(regressors / np.r_[1, np.full(weights.shape[1], size)], response, rcond=None)[0]
+    coefficients: ComplexArray = np.concatenate([solved[:1], solved[1:] / size])
     return Influence(coefficients, np.zeros(n_speed, dtype=complex), 0j, size, speed_of_entry)

@@ -10,14 +10,15 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.stats import f as f_distribution
+from scipy.stats import median_abs_deviation, norm
 
 from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.balancing.estimation import tail
 from ksmea.balancing.fit import Fit, fitted
 from ksmea.balancing.readings import Readings
 
 N_ROUND = 4  # fits without the runs that did not fit; the worst may hide others
 LARGEST_SHARE = 0.1  # of the runs that may be left out
+TAIL_DOF = 4.0  # complex; an assumption: entries scatter as Student's t with 8 degrees of freedom, not as a normal
 DEGREE = 2  # of the polynomial over speed that neighbouring speeds are compared by
 FEWEST_SPEEDS = DEGREE + 3  # complex numbers: one speed left out, and one degree of freedom still there
 
@@ -33,7 +34,7 @@ class Prediction:
     @property
     def chi2(self) -> Array:
         solved = np.linalg.solve(self.covariance, self.residual[:, :, None])[:, :, 0]
-        return np.einsum("ie,ie->i", self.residual.conj(), solved).real
+        return np.asarray(np.einsum("ie,ie->i", self.residual.conj(), solved).real)
 
     @property
     def entry(self) -> ComplexArray:
@@ -56,7 +57,7 @@ def predicted(fit: Fit) -> Prediction:
     blocks = own.reshape(n_run, n_entry, n_run, n_entry)[np.arange(n_run), :, np.arange(n_run)]
     covariance = np.linalg.inv(blocks)
     white = solution.white.reshape(n_run, n_entry, 1)
-    return Prediction((covariance @ white)[:, :, 0], covariance)
+    return Prediction((covariance @ white)[:, :, 0], np.asarray(covariance))
 
 
 def fitted_without_misfits(
@@ -65,7 +66,8 @@ def fitted_without_misfits(
     """A fit to the runs whose known weights explain their response, and p of each of the others by its index.
 
     Where covariances are not estimated from the runs themselves nothing is left out."""
-    fit, out = fitted(readings, used, drift, slope, growth), {}
+    fit = fitted(readings, used, drift, slope, growth)
+    out: dict[int, float] = {}
     for _ in range(N_ROUND):
         if not fit.is_free:
             break
@@ -79,9 +81,12 @@ def fitted_without_misfits(
 
 
 def run_p(fit: Fit) -> Array:
-    """p of each run used by a fit: its response at its known weights, as the others predict it."""
-    n_entry = fit.readings.response.shape[1]
-    return np.array([tail(float(value), n_entry, fit.dof) for value in predicted(fit).chi2])
+    """p of each run used by a fit: of its distance from what the others predict at its known weights, were that as those of
+    the others. Runs scatter more than a normal distribution has it; the logarithms of their χ² are nearly normal, and their
+    median and median deviation take no notice of a few that are wrong."""
+    log = np.log(predicted(fit).chi2)
+    deviation = float(median_abs_deviation(log, scale="normal"))
+    return np.asarray(norm.sf((log - np.median(log)) / deviation))
 
 
 @dataclass(frozen=True)
@@ -103,7 +108,7 @@ def misfits_beside_channels(fit: Fit, level: float) -> list[EntryMisfit]:
     prediction = predicted(fit)
     ratio = prediction.entry
     sd = 1 / np.sqrt(np.einsum("iee->ie", np.linalg.inv(prediction.covariance)).real)
-    p = f_distribution.sf(np.abs(ratio) ** 2, 2, 2 * fit.dof)
+    p = f_distribution.sf(np.abs(ratio) ** 2, 2, 2 * min(fit.dof, TAIL_DOF))
     measured = fit.readings.response[fit.used]
     return [
         EntryMisfit(

@@ -5,8 +5,9 @@ Responses of runs i and j have the covariance (over entries, circular complex)
     exp(-|t_i - t_j| / τ) D + δ_ij (1 + κ Σ_p |w_ip|² / scale²) S
 
 with D of a drift (an Ornstein–Uhlenbeck process), S of the spread between runs and κ of its growth with the weights, since
-the error of a weight is a part of it. All are found by restricted maximum likelihood: Patterson & Thompson, Biometrika 58
-(1971) 545–554. D and S are free Hermitian matrices, of which the Cholesky factors are varied.
+the error of a weight is a part of it. D and S are Kronecker products of a Hermitian matrix over speeds and one over channels, in
+units of what plain influence coefficients leave of each entry; their Cholesky factors are varied. All is found by restricted
+maximum likelihood: Patterson & Thompson, Biometrika 58 (1971) 545–554.
 """
 
 from __future__ import annotations
@@ -15,7 +16,7 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize
+from scipy.optimize import fmin_l_bfgs_b, minimize
 
 from ksmea.arrays import Array, ComplexArray
 
@@ -53,10 +54,11 @@ class RestrictedLikelihood:
     columns: ComplexArray
     time: Array | None
     load: Array
+    n_speed: int
 
     @property
     def n_entry(self) -> int:
-        return self.residual.shape[1]
+        return int(self.residual.shape[1])
 
     def fitted(self, start: Components, searched: bool = True, timed: bool = True) -> tuple[Components, float]:
         """The components of the highest likelihood found from a start, and their −ln L. Without a drift in the start there is
@@ -64,21 +66,21 @@ class RestrictedLikelihood:
         unit = np.sqrt(np.mean(np.abs(self.residual) ** 2, axis=0))
         has_drift = start.drift is not None
         names = [*(["time_constant"] if has_drift and timed else []), *(["growth"] if searched else [])]
-        best = _packed(start, unit)
+        best = _packed(start, unit, self.n_speed)
 
         def inner(scalars: Array) -> float:
             nonlocal best
             rotated = self._rotated(dataclasses.replace(start, **dict(zip(names, np.exp(scalars).tolist()))))
-            found = minimize(
-                lambda theta: rotated.value_and_gradient(theta, unit),
+            best, value, _ = fmin_l_bfgs_b(
+                rotated.value_and_gradient,
                 best,
-                jac=True,
-                method="L-BFGS-B",
-                bounds=_bounds(len(unit), 1 + has_drift),
-                options={"maxiter": N_STEP, "maxfun": 2 * N_STEP, "ftol": F_TOLERANCE},
+                args=(unit, self.n_speed),
+                bounds=_bounds(len(unit), self.n_speed, 1 + has_drift),
+                factr=F_TOLERANCE / np.finfo(float).eps,
+                maxiter=N_STEP,
+                maxfun=2 * N_STEP,
             )
-            best = found.x
-            return float(found.fun)
+            return float(value)
 
         first = np.log([getattr(start, name) for name in names])
         if names:
@@ -91,7 +93,7 @@ class RestrictedLikelihood:
             )
             first = outer.x
         value = inner(first)
-        spread, *drift = (factor @ factor.conj().T for factor in _factors(best, unit))
+        spread, *drift = (factor @ factor.conj().T for factor in _factors(best, unit, self.n_speed))
         scalars = dict(zip(names, np.exp(first).tolist()))
         return dataclasses.replace(start, spread=spread, drift=drift[0] if drift else None, **scalars), value
 
@@ -115,9 +117,9 @@ class _Rotated:
     share: Array  # (n_run,) of the drift in each direction
     constant: float
 
-    def value_and_gradient(self, theta: Array, unit: Array) -> tuple[float, Array]:
+    def value_and_gradient(self, theta: Array, unit: Array, n_speed: int) -> tuple[float, Array]:
         """−ln L and its derivative by the packed factors."""
-        factors = _factors(theta, unit)
+        pairs, factors = _pairs(theta, len(unit), n_speed), _factors(theta, unit, n_speed)
         covariance = factors[0] @ factors[0].conj().T + np.zeros((len(self.share), 1, 1))
         if len(factors) > 1:
             covariance = covariance + self.share[:, None, None] * (factors[1] @ factors[1].conj().T)
@@ -136,42 +138,71 @@ class _Rotated:
         taken = weighted @ np.linalg.inv(information) @ weighted.conj().transpose(0, 2, 1)
         slope = inverse - white[:, :, None] * white[:, None, :].conj() - taken
         totals = [slope.sum(axis=0), np.tensordot(self.share, slope, axes=1)][: len(factors)]
-        gradient = [_packed_gradient(2 * total @ factor, factor, unit) for total, factor in zip(totals, factors)]
+        gradient = [
+            _packed_gradient(2 * total @ factor, pair, unit) for total, factor, pair in zip(totals, factors, pairs)
+        ]
         return float(value), np.concatenate(gradient)
 
 
-def _packed(components: Components, unit: Array) -> Array:
-    """The Cholesky factors of spread and drift in units of the residuals: real and imaginary parts below the diagonal, and
-    logarithms of that."""
+def _packed(components: Components, unit: Array, n_speed: int) -> Array:
+    """The factors of spread and drift in units of the residuals."""
     matrices = [components.spread, *([] if components.drift is None else [components.drift])]
-    packed = []
-    for matrix in matrices:
-        scaled = matrix / np.outer(unit, unit)
-        factor = np.linalg.cholesky(scaled + 1e-9 * np.trace(scaled).real / len(unit) * np.eye(len(unit)))
-        below = factor[np.tril_indices(len(unit), -1)]
-        packed += [below.real, below.imag, np.clip(np.log(np.diag(factor).real), LOG_SMALLEST, LOG_LARGEST)]
-    return np.concatenate(packed)
+    return np.concatenate([_packed_one(matrix / np.outer(unit, unit), n_speed) for matrix in matrices])
 
 
-def _factors(theta: Array, unit: Array) -> list[ComplexArray]:
-    n = len(unit)
+def _packed_one(matrix: ComplexArray, n_speed: int) -> Array:
+    """Cholesky factors of the matrices over speeds and over channels whose Kronecker product is nearest, the first entry of
+    the former being 1."""
+    n_channel = len(matrix) // n_speed
+    blocks = matrix.reshape(n_speed, n_channel, n_speed, n_channel)
+    of_speeds = np.einsum("vcwc->vw", blocks) / np.trace(blocks[0, :, 0]).real
+    of_channels = np.einsum("vcvd,v->cd", blocks, 1 / np.diag(of_speeds).real) / n_speed
+    return np.concatenate([_packed_factor(each) for each in (of_speeds, of_channels)])
+
+
+def _packed_factor(matrix: ComplexArray) -> Array:
+    """Real and imaginary parts below the diagonal of the Cholesky factor, and logarithms of that."""
+    n = len(matrix)
+    factor = np.linalg.cholesky(matrix + 1e-9 * np.trace(matrix).real / n * np.eye(n))
+    below = factor[np.tril_indices(n, -1)]
+    return np.concatenate([below.real, below.imag, np.clip(np.log(np.diag(factor).real), LOG_SMALLEST, LOG_LARGEST)])
+
+
+def _factor(packed: Array) -> ComplexArray:
+    n = int(np.sqrt(len(packed)))
     rows, columns = np.tril_indices(n, -1)
+    factor = np.zeros((n, n), dtype=complex)
+    factor[rows, columns] = packed[: len(rows)] + 1j * packed[len(rows) : 2 * len(rows)]
+    factor[np.arange(n), np.arange(n)] = np.exp(packed[2 * len(rows) :])
+    return factor
+
+
+def _pairs(theta: Array, n_entry: int, n_speed: int) -> list[tuple[ComplexArray, ComplexArray]]:
+    """Factors over speeds and over channels, of the spread and, if there is one, of the drift."""
+    length = n_speed**2 + (n_entry // n_speed) ** 2
+    return [(_factor(part[: n_speed**2]), _factor(part[n_speed**2 :])) for part in theta.reshape(-1, length)]
+
+
+def _factors(theta: Array, unit: Array, n_speed: int) -> list[ComplexArray]:
+    return [unit[:, None] * np.kron(*pair) for pair in _pairs(theta, len(unit), n_speed)]
+
+
+def _packed_gradient(by_factor: ComplexArray, pair: tuple[ComplexArray, ComplexArray], unit: Array) -> Array:
+    """The derivative by packed factors, of that by the real and imaginary parts of their Kronecker product."""
+    of_speeds, of_channels = pair
+    n_speed, n_channel = len(of_speeds), len(of_channels)
+    scaled = (by_factor * unit[:, None]).reshape(n_speed, n_channel, n_speed, n_channel)
+    by_speeds = np.einsum("vcwd,cd->vw", scaled, of_channels.conj())
+    by_channels = np.einsum("vcwd,vw->cd", scaled, of_speeds.conj())
     found = []
-    for part in theta.reshape(-1, n * n):
-        factor = np.zeros((n, n), dtype=complex)
-        factor[rows, columns] = part[: len(rows)] + 1j * part[len(rows) : 2 * len(rows)]
-        factor[np.arange(n), np.arange(n)] = np.exp(part[2 * len(rows) :])
-        found.append(unit[:, None] * factor)
-    return found
+    for gradient, factor in ((by_speeds, of_speeds), (by_channels, of_channels)):
+        below = gradient[np.tril_indices(len(factor), -1)]
+        found += [below.real, below.imag, np.diag(gradient).real * np.diag(factor).real]
+    return np.concatenate(found)
 
 
-def _packed_gradient(by_factor: ComplexArray, factor: ComplexArray, unit: Array) -> Array:
-    scaled = by_factor * unit[:, None]
-    below = scaled[np.tril_indices(len(unit), -1)]
-    return np.concatenate([below.real, below.imag, np.diag(scaled).real * np.diag(factor).real / unit])
-
-
-def _bounds(n_entry: int, n_matrix: int) -> list[tuple[float | None, float | None]]:
-    free: list[tuple[float | None, float | None]] = [(None, None)] * (n_entry * (n_entry - 1))
-    limited: list[tuple[float | None, float | None]] = [(LOG_SMALLEST, LOG_LARGEST)] * n_entry
-    return [*free, *limited] * n_matrix
+def _bounds(n_entry: int, n_speed: int, n_matrix: int) -> list[tuple[float | None, float | None]]:
+    found: list[tuple[float | None, float | None]] = []
+    for n, first in ((n_speed, (0.0, 0.0)), (n_entry // n_speed, (LOG_SMALLEST, LOG_LARGEST))):
+        found += [(None, None)] * (n * (n - 1)) + [first] + [(LOG_SMALLEST, LOG_LARGEST)] * (n - 1)
+    return found * n_matrix
