@@ -7,6 +7,7 @@ from .contracts import Problem as Problem
 from .contracts import ProblemSettings as ProblemSettings
 from .contracts import Surrogate as Surrogate
 from .door import SyntheticData as SyntheticData
+from .door import balance as balance
 from .door import diagnose as diagnose
 from .door import identifiability as identifiability
 from .door import identify as identify

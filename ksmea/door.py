@@ -23,10 +23,19 @@ from ksmea.identification import Streams
 from ksmea.loaded import LoadedProblem
 from ksmea.measurement import Measurement, Noise
 from ksmea.records.hidden import HiddenEffect
-from ksmea.results import DiagnosisResult, IdentifiabilityResult, IdentificationResult, LocationResult, PlanResult
+from ksmea.results import (
+    BalanceResult,
+    DiagnosisResult,
+    IdentifiabilityResult,
+    IdentificationResult,
+    LocationResult,
+    PlanResult,
+)
 from ksmea.settings import own_fields
 from ksmea.show.diagnosis import about_extension
 from ksmea.show.location import about_extension as about_law
+from ksmea.studies.balance import BalanceOptions
+from ksmea.studies.balance import balance as balancing
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
 from ksmea.studies.identifiability import IdentifiabilityOptions, identifiability_study
 from ksmea.studies.identify import identification, location_options
@@ -290,6 +299,23 @@ def locate(problem: LoadedProblem | Problem, measurement: Data, *, rng: Seed = 0
     if not isinstance(problem, LoadedProblem):
         return LocationResult(record)
     return LocationResult(record, located_yaml(problem.name, _own(problem), record, about_law(record)))
+
+
+def balance(measurement: Data, *, rng: Seed = 0, **settings: Any) -> BalanceResult:
+    """Influence coefficients, unknown weights and correction weights of a campaign, without a model of the rotor.
+
+    The runs are at the same speeds, with phases; a weight without `g_mm` is unknown. `settings` are those of `study=balance`:
+    drift, leave_out, level …
+
+    >>> import ksmea
+    >>> found = ksmea.balance(ksmea.read_measurement("docs/examples/balancing.yaml"))
+    >>> {position: (round(size, 3), round(angle, 1)) for position, (size, angle) in found.correction.items()}
+    {}
+
+    Raises `SettingError` for data without phases or weights, and runs that do not tell the planes apart.
+    """
+    record = balancing(_measurement(measurement), _generator(rng), options=BalanceOptions(**settings))
+    return BalanceResult(record)
 
 
 def _own(problem: LoadedProblem) -> dict[str, Any]:

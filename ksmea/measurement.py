@@ -112,8 +112,8 @@ class Measurement:
 
     `noise` is None where its level is not known; `phase_known` is false where phases were measured from an origin that
     nobody knows: the angle of the whole response is one more unknown then. Speeds of several runs stand one run after the
-    other, as `campaign` says; without one they are those of one run. `history` says how the speed of that one went; None: not known,
-    or in steady states.
+    other, as `campaign` says; without one they are those of one run. `history` says how the speed of that one went; None: not
+    known, or in steady states. `time` (n_speed,) is when each was measured, s from any origin; None where nobody says.
     """
 
     speed: Array
@@ -124,6 +124,7 @@ class Measurement:
     phase_known: bool = True
     campaign: Campaign | None = None
     history: SpeedHistory | None = None
+    time: Array | None = None
 
     def __post_init__(self) -> None:
         expected = (len(self.speed), len(self.channels))
@@ -184,6 +185,7 @@ class Measurement:
             values=self.values[indices],
             noise=None if self.noise is None else self.noise.part(indices),
             campaign=None if self.campaign is None else self.campaign.part(indices),
+            time=None if self.time is None else self.time[indices],
         )
 
     @property

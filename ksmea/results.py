@@ -18,13 +18,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ksmea.errors import unknown
+from ksmea.records.balance import BalanceRecord
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.identifiability import IdentifiabilityRecord
 from ksmea.records.identification import IdentificationRecord
 from ksmea.records.location import LocationRecord
 from ksmea.records.plan import PlanRecord
 from ksmea.records.record import Record
-from ksmea.show import diagnosis, identifiability, identification, location, plan, weights
+from ksmea.show import balance, diagnosis, identifiability, identification, location, plan, weights
 
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 
@@ -188,3 +189,23 @@ class LocationResult(Result[LocationRecord]):
 
     def plot(self, axes: Axes | None = None) -> Figure:
         return location.plot(self.record, axes)
+
+
+@dataclass(frozen=True)
+class BalanceResult(Result[BalanceRecord]):
+    """Influence coefficients, unknown weights and corrections of a campaign."""
+
+    @property
+    def correction(self) -> dict[float, tuple[float, float]]:
+        """Size (g mm) and angle (deg) of the correction weight by the position of its plane, m."""
+        found = self.record.correction
+        return {position: (each.size, each.angle) for position, each in zip(found.position, found.weight)}
+
+    def __str__(self) -> str:
+        return balance.text(self.record)
+
+    def to_frame(self) -> pd.DataFrame:
+        return balance.frame(self.record)
+
+    def plot(self, axes: Axes | None = None) -> Figure:
+        return balance.plot(self.record, axes)

@@ -15,6 +15,9 @@
   unbalance and the origin of phases.
 - `noise`: `shared`, all runs have the same where it is estimated, or `own`, each its own relative part and floor.
 
+A speed and channel may stand several times in a run: repeats. A column `time_s` (s, of one clock for all runs) says when each was
+measured, from which a drift over time is seen.
+
 All runs have the same channels, all of them phases or none, and all of them `sigma_um` or none. docs/campaigns.md says more.
 """
 
@@ -108,7 +111,8 @@ class CampaignFile(MeasurementSource):
         )
 
     def read(self) -> Measurement:
-        """All runs, one after the other."""
+        """All runs, one after the other; their times where all of them have a column `time_s`."""
+        times = [run.time for run in self._runs if run.time is not None]
         return Measurement(
             np.concatenate([run.speed for run in self._runs]),
             self._runs[0].channels,
@@ -117,6 +121,7 @@ class CampaignFile(MeasurementSource):
             Path(self.path).name,
             phase_known=False,
             campaign=self._campaign,
+            time=np.concatenate(times) if len(times) == len(self._runs) else None,
         )
 
     @property

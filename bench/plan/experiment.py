@@ -159,23 +159,28 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) ->
         )
     study.validate(setup)
     settings |= {FINGERPRINTS[group]: fingerprint for group, fingerprint in fingerprints(plugins).items()}
-    if parts := modules_of_parts(plugins.values()):
+    if parts := modules_of_parts(filter(None, plugins.values())):
         settings[PARTS] = parts
     ignored = {*study.ignores, *plugins["method"].ignores}
     for part in ignored:
         settings[part] = None
-    # A model that is worth a journal is too expensive to be evaluated where nothing keeps the answer.
-    crlbs = [None] * len(setup.problem.parameters) if config.journal else setup.crlb()
-    parameters = tuple(
-        ParameterFacts(parameter.name, parameter.unit, parameter.si_per_unit, setup.truth.get(parameter.name), crlb)
-        for parameter, crlb in zip(setup.problem.parameters, crlbs)
-    )
+    parameters = () if setup.aligned_problem is None else _facts(setup, config.journal)
     used = used_modules(settings)
     modules |= used
     samples = None if "samples" in ignored and "samples" not in point else config.samples
     place = {"samples": samples} | point
     seed = own_seed(config.seed, config.label) if config.own_seeds else config.seed
     return Cell(place, settings, seed, parameters, code_digest(used))
+
+
+def _facts(setup: Setup, journal: bool) -> tuple[ParameterFacts, ...]:
+    """What tables need to know of the unknowns."""
+    # A model that is worth a journal is too expensive to be evaluated where nothing keeps the answer.
+    crlbs = [None] * len(setup.problem.parameters) if journal else setup.crlb()
+    return tuple(
+        ParameterFacts(parameter.name, parameter.unit, parameter.si_per_unit, setup.truth.get(parameter.name), crlb)
+        for parameter, crlb in zip(setup.problem.parameters, crlbs)
+    )
 
 
 def _table(asked: str | None, cells: Sequence[Cell]) -> str:

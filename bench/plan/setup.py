@@ -27,11 +27,11 @@ PARTS_FIRST = sorted(registry.GROUPS, key=lambda group: group == "method")  # a 
 
 @dataclass(frozen=True)
 class Setup:
-    """`plugins` by group, None where a part is ignored; `truth` by name, SI, as far as it is known to anyone: empty for
-    what was really measured."""
+    """`plugins` by group, None where a part is ignored; `aligned_problem` is None for a study that asks for none; `truth` by
+    name, SI, as far as it is known to anyone: empty for what was really measured."""
 
     plugins: Mapping[str, Any]
-    problem: Problem
+    aligned_problem: Problem | None
     truth: Mapping[str, float]
 
     @classmethod
@@ -44,8 +44,17 @@ class Setup:
                     f"the {group}'s file has changed since the experiment was planned; give its command again"
                 )
         source: MeasurementSource = plugins["measurement"]
+        if "problem" in plugins["study"].ignores:
+            return cls(plugins | {"problem": None}, None, {})
         problem = aligned(plugins["problem"].build(), source.layout(plugins["problem"]))
         return cls(plugins, problem, source.true_values(plugins["problem"]))
+
+    @property
+    def problem(self) -> Problem:
+        """The problem as the measurement sees it; of studies that ask for one."""
+        if self.aligned_problem is None:
+            raise TypeError("a study that ignores the problem asks for it")
+        return self.aligned_problem
 
     @property
     def settings(self) -> ProblemSettings:
@@ -129,7 +138,7 @@ class Setup:
 
 def fingerprints(plugins: Mapping[str, Any]) -> dict[str, str]:
     """Hash of the content of each plugin's file, by group, of those that name one."""
-    return {group: found for group in FINGERPRINTS if (found := plugins[group].fingerprint())}
+    return {group: found for group in FINGERPRINTS if plugins[group] and (found := plugins[group].fingerprint())}
 
 
 def plugins_of(settings: Mapping[str, Any]) -> dict[str, Any]:

@@ -1,0 +1,69 @@
+"""A balancing in sentences, as `balance.json`, as tables and as a figure."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, ClassVar
+
+import pandas as pd
+
+from bench.jobs.lines import RunLine
+from bench.jobs.records import read_records
+from bench.plan.plan import Plan
+from bench.plan.report import Made, Report
+from bench.reports.by_cell import result_runs
+from bench.reports.tables import csv_text
+from ksmea.records.balance import BalanceRecord
+from ksmea.show.balance import frame, left_out_frame, plot, text
+from ksmea.show.style import png
+
+OF_ONE_RUN = ("balance.json", "coefficients.csv", "weights.csv", "left_out.csv", "balance.png")
+
+
+@dataclass(frozen=True)
+class BalanceReport(Report):
+    study: ClassVar[str] = "balance"
+
+    def make(self, plan: Plan, output: Path) -> Made:
+        lines = read_records(output, plan=plan)
+        runs = balance_runs(plan, lines)
+        files: dict[str, bytes] = {"runs.csv": csv_text(runs).encode()}
+        done = [run for run in plan.runs if run.key in lines and lines[run.key].has_result]
+        if len(plan.runs) != 1 or not done:
+            return Made(f"{len(done)} of {len(plan.runs)} runs have a result", files, runs, outdated=OF_ONE_RUN)
+        record = lines[done[0].key].record(BalanceRecord)
+        files["balance.json"] = (json.dumps(record.told(), indent=1) + "\n").encode()
+        files["coefficients.csv"] = csv_text(frame(record)).encode()
+        if record.weights:
+            files["weights.csv"] = csv_text(left_out_frame(record.weights)).encode()
+        if record.left_out is not None:
+            files["left_out.csv"] = csv_text(left_out_frame(record.left_out.weights)).encode()
+        outdated = tuple(name for name in OF_ONE_RUN[:-1] if name not in files)
+        written = ", ".join(name for name in OF_ONE_RUN if name not in outdated)
+        return Made(
+            f"{text(record)}\n\nwritten: {written}",
+            files,
+            runs,
+            lambda: {"balance.png": png(plot(record))},
+            outdated=outdated,
+        )
+
+
+def balance_runs(plan: Plan, lines: Mapping[str, RunLine]) -> pd.DataFrame:
+    """A row per planned run with its correction weights."""
+    return result_runs(plan, lines, BalanceRecord, _row)
+
+
+def _row(record: BalanceRecord) -> dict[str, Any]:
+    found = record.correction
+    return {
+        "n_used": record.n_used,
+        "method": record.method,
+        "misfits": "; ".join(each.run for each in record.run_misfits),
+        "seconds": record.seconds,
+        **{f"g_mm@{position:g}": weight.size for position, weight in zip(found.position, found.weight)},
+        **{f"angle_deg@{position:g}": weight.angle for position, weight in zip(found.position, found.weight)},
+    }

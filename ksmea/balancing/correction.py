@@ -1,0 +1,74 @@
+"""Correction weights: least squares over speeds and channels, and what is left with them.
+
+Goodman, J. Eng. Ind. 86 (1964) 273–279, eq. (7): w = −(CᴴC)⁻¹ Cᴴ y0. Intervals are from draws of y0 and C.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.balancing.estimation import tail
+from ksmea.balancing.fit import Fit
+
+N_DRAW = 1000  # of the coefficients; the ends of 95 % intervals are then known to a twentieth of their width
+
+
+@dataclass(frozen=True)
+class Correction:
+    """Weights (n_plane,) kg m and what is left (n_entry,) m; draws of the weights' errors and of the amplitudes left, which are
+    empty where the covariance is not known. `p` is that of the bare response being from unbalance in the planes alone."""
+
+    weights: ComplexArray
+    variance: Array | None  # (n_plane,) of the complex error, (kg m)²
+    left: ComplexArray
+    left_draws: Array  # (n_draw, n_entry) m
+    p: float | None
+
+
+def correction(fit: Fit, rng: np.random.Generator) -> Correction:
+    """The weights that, added to the bare rotor at the nominal speeds, leave least vibration; drift is not counted, it has mean 0."""
+    coefficients = fit.influence.coefficients
+    linear = least_squares(coefficients)
+    weights = fit.influence.marked(linear)
+    left = coefficients[0] + linear @ coefficients[1:]
+    if fit.dof == 0:
+        return Correction(weights, None, left, np.empty((0, len(left))), None)
+    n = coefficients.size
+    covariance = fit.solution.coefficient_covariance[:n, :n]
+    scale = np.sqrt(np.diag(covariance).real) + np.finfo(float).tiny
+    factor = np.linalg.cholesky(covariance / np.outer(scale, scale) + 1e-12 * np.eye(n))
+    normal = rng.standard_normal((N_DRAW, n, 2)) @ np.array([1, 1j]) / np.sqrt(2)
+    draws = coefficients + ((normal @ factor.T) * scale).reshape(N_DRAW, *coefficients.shape)
+    drawn = np.array([least_squares(each) for each in draws])
+    left_draws = np.abs(draws[:, 0] + np.einsum("p,dpe->de", linear, draws[:, 1:]))
+    return Correction(
+        weights, np.mean(np.abs(drawn - linear) ** 2, axis=0), left, left_draws, _p_of_unbalance(fit, linear)
+    )
+
+
+def least_squares(coefficients: ComplexArray) -> ComplexArray:
+    """Weights (n_plane,) that leave least of the bare response, of coefficients (1 + n_plane, n_entry).
+
+    >>> least_squares(np.array([[2.0, 4.0j], [1.0, 0.0], [0.0, 2.0j]], dtype=complex))
+    array([-2.+0.j, -2.+0.j])
+    """
+    return np.asarray(np.linalg.lstsq(coefficients[1:].T, -coefficients[0], rcond=None)[0])
+
+
+def _p_of_unbalance(fit: Fit, linear: ComplexArray) -> float | None:
+    """p of the bare response, were it that of weights in the planes alone; None where entries are no more than planes."""
+    n_plane, n_entry = fit.influence.planes.shape
+    if n_entry <= n_plane:
+        return None
+    n = fit.influence.coefficients.size
+    regressors = np.kron(np.r_[1.0, linear], np.eye(n_entry))
+    covariance = regressors @ fit.solution.coefficient_covariance[:n, :n] @ regressors.conj().T
+    by = fit.influence.planes.T
+    bare = fit.influence.bare
+    weighted = np.linalg.solve(covariance, by)
+    left = bare - by @ np.linalg.solve(by.conj().T @ weighted, weighted.conj().T @ bare)
+    chi2 = float(np.vdot(left, np.linalg.solve(covariance, left)).real)
+    return tail(chi2, n_entry - n_plane, fit.dof)

@@ -1,0 +1,168 @@
+"""What does not fit: runs whose weights are not what their mark says, and single entries beside their neighbours.
+
+All p values are of a test alone; `level / number of tests` is what they are to be compared with (Bonferroni).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import f as f_distribution
+from scipy.stats import median_abs_deviation, norm
+
+from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.balancing.fit import Fit, fitted
+from ksmea.balancing.readings import Readings
+
+N_ROUND = 4  # fits without the runs that did not fit; the worst may hide others
+LARGEST_SHARE = 0.1  # of the runs that may be left out
+TAIL_DOF = 4.0  # complex; an assumption: entries scatter as Student's t with 8 degrees of freedom, not as a normal
+DEGREE = 2  # of the polynomial over speed that neighbouring speeds are compared by
+FEWEST_SPEEDS = DEGREE + 3  # complex numbers: one speed left out, and one degree of freedom still there
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """Of the response of each run used by a fit, from the others: residuals (n_run, n_entry) m at its known weights, and
+    their covariances (n_run, n_entry, n_entry) m²."""
+
+    residual: ComplexArray
+    covariance: ComplexArray
+
+    @property
+    def chi2(self) -> Array:
+        solved = np.linalg.solve(self.covariance, self.residual[:, :, None])[:, :, 0]
+        return np.asarray(np.einsum("ie,ie->i", self.residual.conj(), solved).real)
+
+    @property
+    def entry(self) -> ComplexArray:
+        """Residual of each entry beside the other entries of its run, each of variance 1, (n_run, n_entry)."""
+        inverse = np.linalg.inv(self.covariance)
+        solved = np.einsum("ief,if->ie", inverse, self.residual)
+        return np.asarray(solved / np.sqrt(np.einsum("iee->ie", inverse).real))
+
+
+def predicted(fit: Fit) -> Prediction:
+    """Each run from all others: with Q the inverse covariance of what the coefficients leave, Q_ii⁻¹ (Q y)_i and Q_ii⁻¹.
+
+    Dubrule, Math. Geology 15 (1983) 687–699, has the identity for kriging.
+    """
+    solution = fit.solution
+    n_run, n_entry = len(fit.used), fit.readings.response.shape[1]
+    own = np.linalg.inv(fit.covariance(fit.used, fit.used))
+    solved = solution.columns_solved
+    own = own - solved @ solution.coefficient_covariance @ solved.conj().T
+    blocks = own.reshape(n_run, n_entry, n_run, n_entry)[np.arange(n_run), :, np.arange(n_run)]
+    covariance = np.linalg.inv(blocks)
+    white = solution.white.reshape(n_run, n_entry, 1)
+    return Prediction((covariance @ white)[:, :, 0], np.asarray(covariance))
+
+
+def fitted_without_misfits(
+    readings: Readings, used: Indices, level: float, drift: str, slope: str, growth: str
+) -> tuple[Fit, dict[int, float]]:
+    """A fit to the runs whose known weights explain their response, and p of each of the others by its index.
+
+    Where covariances are not estimated from the runs themselves nothing is left out."""
+    fit = fitted(readings, used, drift, slope, growth)
+    out: dict[int, float] = {}
+    for _ in range(N_ROUND):
+        if not fit.is_free:
+            break
+        p = run_p(fit)
+        worst = {int(run): float(value) for run, value in zip(fit.used, p) if value < level / len(used)}
+        if not worst or len(out) + len(worst) > LARGEST_SHARE * len(used):
+            break
+        out |= worst
+        fit = fitted(readings, np.setdiff1d(used, list(out)), drift, slope, growth)
+    return fit, out
+
+
+def run_p(fit: Fit) -> Array:
+    """p of each run used by a fit: of its distance from what the others predict at its known weights, were that as those of
+    the others. Runs scatter more than a normal distribution has it; the logarithms of their χ² are nearly normal, and their
+    median and median deviation take no notice of a few that are wrong."""
+    log = np.log(predicted(fit).chi2)
+    deviation = float(median_abs_deviation(log, scale="normal"))
+    return np.asarray(norm.sf((log - np.median(log)) / deviation))
+
+
+@dataclass(frozen=True)
+class EntryMisfit:
+    """An entry that is unlike its neighbours, which have it at `expected` (m); `n_test` entries were tested."""
+
+    run: int
+    entry: int
+    p: float
+    n_test: int
+    measured: complex
+    expected: complex
+
+
+def misfits_beside_channels(fit: Fit, level: float) -> list[EntryMisfit]:
+    """Entries that do not fit the other speeds and channels of their run."""
+    if not fit.is_free:
+        return []
+    prediction = predicted(fit)
+    ratio = prediction.entry
+    sd = 1 / np.sqrt(np.einsum("iee->ie", np.linalg.inv(prediction.covariance)).real)
+    p = f_distribution.sf(np.abs(ratio) ** 2, 2, 2 * min(fit.dof, TAIL_DOF))
+    measured = fit.readings.response[fit.used]
+    return [
+        EntryMisfit(
+            int(fit.used[i]), int(e), float(p[i, e]), p.size, measured[i, e], measured[i, e] - ratio[i, e] * sd[i, e]
+        )
+        for i, e in zip(*np.nonzero(p < level / p.size))
+    ]
+
+
+def misfits_beside_speeds(readings: Readings, level: float) -> list[EntryMisfit]:
+    """Entries that do not fit the other speeds of their run and channel: the one most unlike is left out as long as it is
+    unlikely.
+
+    Each response over speed is a polynomial of low degree; externally studentised residuals are F distributed, the
+    variance pooled over the runs of a channel. Cook & Weisberg, *Residuals and Influence in Regression*, 1982, ch. 2.
+    """
+    n_run, n_speed, n_channel = len(readings.names), len(readings.speed), len(readings.channels)
+    if n_speed < FEWEST_SPEEDS:
+        return []
+    values = readings.response.reshape(n_run, n_speed, n_channel)
+    keep = np.ones(values.shape, dtype=bool)
+    found: list[EntryMisfit] = []
+    while worst := _most_unlike(values, keep, readings.speed, level):
+        run, speed, channel = np.unravel_index(worst.entry, values.shape)
+        keep[run, speed, channel] = False
+        found.append(dataclasses.replace(worst, run=int(run), entry=int(speed * n_channel + channel)))
+    return found
+
+
+def _most_unlike(values: ComplexArray, keep: Array, speed: Array, level: float) -> EntryMisfit | None:
+    """The entry, by its flat index, with the lowest p, where that is below the level over the number of tests."""
+    best: EntryMisfit | None = None
+    n_run, _, n_channel = values.shape
+    n_test = values.size
+    scaled = (speed - speed.mean()) / np.ptp(speed)
+    for channel in range(n_channel):
+        squares, dof, tests = 0.0, 0, []
+        for run in range(n_run):
+            kept = np.flatnonzero(keep[run, :, channel])
+            if len(kept) < FEWEST_SPEEDS - 1:
+                continue
+            basis = np.vander(scaled[kept], DEGREE + 1)
+            hat = basis @ np.linalg.pinv(basis)
+            left = values[run, kept, channel] - hat @ values[run, kept, channel]
+            deleted = left / (1 - np.diag(hat))  # measured - expected of the others
+            squares += float(np.sum(np.abs(left) ** 2))
+            dof += len(kept) - DEGREE - 1
+            tests += list(zip([run] * len(kept), kept, np.abs(left) ** 2 / (1 - np.diag(hat)), deleted))
+        for run, index, square, deleted in tests:
+            if dof < 2 or squares - square <= 0:
+                continue
+            p = float(f_distribution.sf(square / ((squares - square) / (dof - 1)), 2, 2 * (dof - 1)))
+            if p < level / n_test and (best is None or p < best.p):
+                measured = complex(values[run, index, channel])
+                flat = int(np.ravel_multi_index((run, index, channel), values.shape))
+                best = EntryMisfit(run, flat, p, n_test, measured, measured - complex(deleted))
+    return best

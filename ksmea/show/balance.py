@@ -1,0 +1,217 @@
+"""A balancing in sentences and tables: corrections first, then weights, coefficients, what moves and what does not fit."""
+
+from __future__ import annotations
+
+import pandas as pd
+
+from ksmea.records.balance import BalanceRecord, EntryRecord, LeftOutRecord, PolarRecord, WeightRecord
+from ksmea.show.balance_figure import plot
+from ksmea.show.text import aligned, number
+from ksmea.units import RPM
+
+__all__ = ["frame", "left_out_frame", "plot", "text"]
+
+MAX_LISTED = 12  # rows that the text lists; the files have all
+HOUR = 3600.0
+METHODS = {
+    "free": "estimated from the runs, with all its correlations",
+    "common": "one factor, from what weights and coefficients leave; speeds and channels count as uncorrelated",
+    "stated": "as sigma_um states it; too few runs to test that",
+    "repeats": "that of repeats alone, since no run is left to show the spread between runs",
+    "none": "not known: there is no run left, no repeat and no sigma_um, so no interval either",
+}
+
+
+def text(record: BalanceRecord) -> str:
+    """The balancing as an engineer would say it."""
+    blocks = [_data(record), _correction(record), _weights(record), _coefficients(record), _changes(record)]
+    blocks += [_misfits(record), "" if record.left_out is None else _left_out(record.left_out), *record.remarks]
+    return "\n\n".join(block for block in blocks if block)
+
+
+def frame(record: BalanceRecord) -> pd.DataFrame:
+    """A row per entry of the bare response (position empty, µm) and of each plane's influence coefficients, µm/(g mm)."""
+    rows = [(None, record.bare), *((plane.position, plane.coefficients) for plane in record.planes)]
+    return pd.DataFrame(
+        [
+            {"position_m": position, **_entry_columns(entry), **_polar_columns(value)}
+            for position, values in rows
+            for entry, value in zip(record.entries, values)
+        ]
+    )
+
+
+def left_out_frame(weights: tuple[WeightRecord, ...]) -> pd.DataFrame:
+    """A row per run and plane: the weight as told, and the known one beside it."""
+    return pd.DataFrame(
+        [
+            {
+                "run": each.run,
+                "position_m": each.position,
+                **_polar_columns(each.weight),
+                "p": each.p,
+                "known_size": None if each.known is None else each.known.size,
+                "known_angle_deg": None if each.known is None else each.known.angle,
+                "is_inside": each.is_inside,
+            }
+            for each in weights
+        ]
+    )
+
+
+def _entry_columns(entry: EntryRecord) -> dict[str, object]:
+    return {"speed_rpm": entry.speed / RPM, "channel": entry.channel}
+
+
+def _polar_columns(value: PolarRecord) -> dict[str, float | None]:
+    return {
+        "size": value.size,
+        "low": value.low,
+        "high": value.high,
+        "angle_deg": value.angle,
+        "angle_low": value.angle_low,
+        "angle_high": value.angle_high,
+    }
+
+
+def _data(record: BalanceRecord) -> str:
+    dof = "" if record.dof is None or record.dof == 0 else f" ({record.dof:g} complex degrees of freedom)"
+    return (
+        f"{record.n_used} of {record.n_run} runs, {len(record.entries)} complex numbers each (speed × channel), tell"
+        f" {len(record.planes)} planes.\nCovariance: {METHODS[record.method]}{dof}."
+    )
+
+
+def _correction(record: BalanceRecord) -> str:
+    found = record.correction
+    lines = [[f"{position:g}", *_cells(weight)] for position, weight in zip(found.position, found.weight)]
+    table = aligned(["plane m", "g mm", _level(record), "angle °", _level(record)], lines)
+    before, after = (sum(each.size**2 for each in values) ** 0.5 for values in (found.bare, found.left))
+    said = [f"Correction weights for the bare rotor:\n{table}", _left(record, before, after)]
+    if found.p is not None:
+        fits = found.p >= record.level
+        said.append(
+            f"The bare response {'can be' if fits else 'is not'} that of unbalance in these planes alone (p = {found.p:.2g})"
+            + (
+                ": the bare rotor's unbalance is opposite to the correction."
+                if fits
+                else ": runout, bow or unbalance elsewhere is a part of it."
+            )
+        )
+    return "\n".join(said)
+
+
+def _left(record: BalanceRecord, before: float, after: float) -> str:
+    worst = max(record.correction.left, key=lambda each: each.size)
+    entry = record.entries[record.correction.left.index(worst)]
+    ends = "" if worst.low is None else f" ({number(worst.low, 3)} to {number(worst.high, 3)})"
+    return (
+        f"With them the root sum of squares goes from {number(before, 3)} to {number(after, 3)} µm; most is left at"
+        f" {_place(entry)}: {number(worst.size, 3)} µm{ends}."
+    )
+
+
+def _weights(record: BalanceRecord) -> str:
+    if not record.weights:
+        return ""
+    lines = [
+        [each.run, f"{each.position:g}", *_cells(each.weight), f"{each.p:.2g}"] for each in record.weights[:MAX_LISTED]
+    ]
+    head = ["run", "plane m", "g mm", _level(record), "angle °", _level(record), "p"]
+    return f"Unknown weights:\n{aligned(head, lines)}{_more(len(record.weights))}"
+
+
+def _coefficients(record: BalanceRecord) -> str:
+    lines = [
+        [f"{plane.position:g}", f"{entry.speed / RPM:.5g}", entry.channel, *_cells(value)]
+        for plane in record.planes
+        for entry, value in zip(record.entries, plane.coefficients)
+    ]
+    head = ["plane m", "rpm", "channel", "µm/(g mm)", _level(record), "angle °", _level(record)]
+    return f"Influence coefficients:\n{aligned(head, lines[:MAX_LISTED])}{_more(len(lines))}"
+
+
+def _changes(record: BalanceRecord) -> str:
+    """What the response depends on besides the weights, and how far runs scatter."""
+    said = []
+    if record.slope:
+        slopes = ", ".join(f"{each:.2f}" for each in record.slope)
+        said.append(f"The response grows with the deviation of a run's speed: d ln y / d ln Ω = {slopes}.")
+    if record.growth is not None:
+        said.append(
+            f"Weights do not act in proportion: one of {number(record.growth_scale)} g mm does"
+            f" {100 * record.growth:+.3g} % more than small ones say."
+        )
+    if record.time_constant is not None:
+        gained = "" if record.deviance_of_drift is None else f"; deviance drop {record.deviance_of_drift:.0f}"
+        said.append(f"Responses drift, with a time constant of {record.time_constant / HOUR:.3g} h{gained}.")
+    elif record.deviance_of_drift is not None:
+        said.append(f"No drift is needed (deviance drop {record.deviance_of_drift:.0f}).")
+    if any(each.spread is not None for each in record.spread):
+        lines = [
+            [
+                f"{each.entry.speed / RPM:.5g}",
+                each.entry.channel,
+                *(number(value, 3) for value in (each.spread, each.drift, each.repeats)),
+                number(each.p, 2),
+            ]
+            for each in record.spread[:MAX_LISTED]
+        ]
+        head = ["rpm", "channel", "spread", "drift", "repeats", "p"]
+        said.append(f"Standard deviations, µm (p: runs scatter as repeats do):\n{aligned(head, lines)}")
+    return "\n".join(said)
+
+
+def _misfits(record: BalanceRecord) -> str:
+    said = []
+    for each in record.run_misfits:
+        told = "; ".join(
+            f"{weight.position:g} m: marked {_shown(weight.known)}, told {_shown(weight.weight)}"
+            for weight in each.weights
+        )
+        rest = each.weights[0].p
+        also = " No weights explain it." if rest < record.level / record.n_run else ""
+        said.append(
+            f"Run {each.run} does not fit its weights (p = {each.p:.1g}) and was left out. {told} (g mm).{also}"
+        )
+    for entry in record.entry_misfits:
+        said.append(
+            f"Run {entry.run}, {_place(entry.entry)}: {_shown(entry.measured)} µm does not fit {entry.beside}, by which it is"
+            f" {_shown(entry.expected)} µm (p = {entry.p:.1g}, {entry.n_test} tests)."
+        )
+    return "\n".join(said)
+
+
+def _left_out(found: LeftOutRecord) -> str:
+    angle = (
+        ""
+        if found.mean_angle is None
+        else (f", mean error of angles from {number(found.least_of_angle)} g mm on {number(found.mean_angle, 3)}°")
+    )
+    return (
+        f"Each run told by the others: RMSE of sizes {number(found.rms_size, 3)} g mm, mean absolute error"
+        f" {number(found.mean_size, 3)} g mm{angle}; {100 * found.coverage:.0f} % of the regions hold the known weight"
+        f" ({len(found.weights)} weights)."
+    )
+
+
+def _shown(value: PolarRecord | None) -> str:
+    return "–" if value is None else f"{number(value.size, 3)}@{value.angle:.0f}°"
+
+
+def _place(entry: EntryRecord) -> str:
+    return f"{entry.speed / RPM:.5g} rpm, {entry.channel}"
+
+
+def _cells(value: PolarRecord) -> list[str]:
+    size = "–" if value.low is None else f"{number(value.low)} to {number(value.high)}"
+    angle = "–" if value.angle_low is None else f"{value.angle_low:.1f} to {value.angle_high:.1f}"
+    return [number(value.size), size, f"{value.angle:.1f}", angle]
+
+
+def _level(record: BalanceRecord) -> str:
+    return f"{100 * record.interval_level:g} %"
+
+
+def _more(n: int) -> str:
+    return f"\n(and {n - MAX_LISTED} more)" if n > MAX_LISTED else ""
