@@ -111,7 +111,9 @@ def _nominal(speed: Array, tolerance: float) -> Indices:
 
 
 def _planes(campaign: Campaign) -> Array:
-    return np.array(sorted({each.position for run in campaign.runs for each in (*run.weights, *run.unknown_weights)}))
+    known = {weight.position for run in campaign.runs for weight in run.weights}
+    sought = {weight.position for run in campaign.runs for weight in run.unknown_weights}
+    return np.array(sorted(known | sought))
 
 
 def _weight(campaign: Campaign, run: int, plane: float) -> complex:
