@@ -122,8 +122,7 @@ class Problem(ABC):
         return type(self).with_phase_origin is not Problem.with_phase_origin
 
     def with_unbalance(self, position: float, magnitude: float, phase: float) -> Problem:
-        """The same rotor with a known unbalance (kg m, rad) added at a position (m): a trial run. Left out: it takes
-        none."""
+        """The same rotor with a known unbalance (kg m, rad) added at a position (m). Left out: it takes none."""
         raise self._refusal("takes a trial unbalance", "leave the trial run out")
 
     def with_unknown_unbalance(self, position: float, names: tuple[str, str], at_most: float) -> Problem:
@@ -132,8 +131,7 @@ class Problem(ABC):
         raise self._refusal("takes an unknown weight", "give the weight's g_mm")
 
     def unbalance(self, x: Array) -> Mapping[float, complex]:
-        """The rotor's unbalance at values x (d,) SI by position (m), kg m, angles from where those of `with_unbalance` count.
-        Left out: it cannot tell."""
+        """Its unbalance at x (d,) SI by position (m), kg m, angles as of `with_unbalance`. Left out: it cannot tell."""
         return {}
 
     @property
@@ -163,13 +161,11 @@ class Problem(ABC):
         raise self._has_no_modes()
 
     def modes(self, x: Array, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
-        """Its damped natural modes at values x (d,) SI and a spin speed (rad/s), the first `n_mode` or all. Left out: it
-        does not know them."""
+        """Its damped natural modes at x (d,) SI and a spin speed (rad/s), the first `n_mode` or all. Left out: as above."""
         raise self._has_no_modes()
 
     def campbell(self, x: Array, speed: Array, n_mode: int = 6) -> Campbell:
-        """Natural frequencies and damping ratios of its first modes over spin speeds (n_speed,) rad/s. Left out: it does
-        not know them."""
+        """Natural frequencies and damping ratios of its first modes over spin speeds (n_speed,) rad/s. Left out: as above."""
         raise self._has_no_modes()
 
     def growth_rate(self, x: Array, speed: Array) -> Array:
@@ -182,15 +178,13 @@ class Problem(ABC):
         return type(self).growth_rate is not Problem.growth_rate
 
     def stability_threshold(self, x: Array, highest: float) -> float:
-        """The lowest spin speed (rad/s) up to `highest` at which a free motion grows at values x (d,) SI; 0: from rest,
-        infinite: nowhere."""
+        """The lowest spin speed (rad/s) up to `highest` at which a free motion grows at x (d,) SI; 0: from rest, inf: nowhere."""
         return lowest_unstable_speed(lambda speed: self.growth_rate(x, speed), highest)
 
     def is_stable(self, x: Array) -> bool:
         """Whether no free motion grows at values x (d,) SI at any spin speed up to its highest, as far as it can tell."""
-        return not self.knows_stability or not np.any(
-            self.growth_rate(x, scanned_speeds(float(np.max(self.speed)))) > 0
-        )
+        speeds = scanned_speeds(float(np.max(self.speed)))
+        return not self.knows_stability or not np.any(self.growth_rate(x, speeds) > 0)
 
     def _has_no_modes(self) -> SettingError:
         return self._refusal("knows its natural modes", "take one that is made of a rotor")
