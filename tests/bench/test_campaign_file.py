@@ -99,8 +99,6 @@ WRONG = [  # what is written instead, and what the one line says
     (("angle_deg", "angle"), "runs[2].weights[1]: unknown key 'angle'; did you mean 'angle_deg'?"),
     (("g_mm: 150", "g_mm: -1"), "runs[2].weights[1].g_mm: expected a number above 0 (g mm), got -1"),
     (("g_mm: 150, ", ""), "runs[2].weights[1].g_mm: expected a value, got nothing"),
-    (("weights: [{position: 1.0, g_mm: 150, angle_deg: 60}]", "weights: "), "runs[2].weights: expected a list with at least one entry, got nothing"),
-    (("runs:", "own: no\nruns:"), "own: expected a list with at least one entry, got 'no'"),
     (("weights", "weight"), "runs[2]: unknown key 'weight'; did you mean 'weights'?"),
     (("runs:", "nois: shared\nruns:"), "unknown key 'nois'; did you mean 'noise'?"),
     (("runs:", "noise: own\nruns:"), "noise: expected shared, the same noise in all runs, which is all there is so far"),
@@ -109,6 +107,8 @@ WRONG = [  # what is written instead, and what the one line says
     (("bare.csv}", "bare.csv, speeds: [1, 2]}"), "runs[1]: ", "expected speeds from 1 to 2 rpm"),
     (("trial.csv", "other.csv"), "runs[2].file: expected the channels of the first run (x at 0.1 m, y at 0.1 m), got x at 0.1 m"),
     (("trial.csv", "amplitudes.csv"), "runs[2].file: expected phases in all runs or in none"),
+    (("weights: [{position: 1.0, g_mm: 150, angle_deg: 60}]", "weights: "), "runs[2].weights: expected a list with at least one entry, got nothing"),
+    (("runs:", "own: no\nruns:"), "own: expected a list with at least one entry, got 'no'"),
 ]  # fmt: skip
 
 
