@@ -111,6 +111,8 @@ WRONG = [  # what is written instead, and what the one line says
     (("bare.csv}", "bare.csv, speeds: [1, 2]}"), "runs[1]: ", "expected speeds from 1 to 2 rpm"),
     (("trial.csv", "other.csv"), "runs[2].file: expected the channels of the first run (x at 0.1 m, y at 0.1 m), got x at 0.1 m"),
     (("trial.csv", "amplitudes.csv"), "runs[2].file: expected phases in all runs or in none"),
+    (("weights: [{position: 1.0, g_mm: 150, angle_deg: 60}]", "weights: "), "runs[2].weights: expected a list with at least one entry, got nothing"),
+    (("runs:", "own: no\nruns:"), "own: expected a list with at least one entry, got 'no'"),
 ]  # fmt: skip
 
 
