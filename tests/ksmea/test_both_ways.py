@@ -1,6 +1,7 @@
 """Joint fit against the fit of differences: they agree where the model is right, and not where something alike is missing."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import ksmea
 from campaigns import NOISE, TRIAL, TRUTH, layout_of, measured
 from ksmea.alignment import aligned
 from ksmea.errors import SettingError
+from ksmea.records.identification import IdentificationRecord
 from ksmea.show.both_ways import lines
 from ksmea.studies.both_ways import both_ways
 from problems.three_disk import ThreeDisk
@@ -67,6 +69,7 @@ def test_identify_by_differences_says_what_it_cannot_know():
     assert "u: not known from differences" in text and "by differences from run bare" in text
     assert "search ended short" not in text and one.both_ways is None and one.weights.corrections == ()
     assert found["bare"]["kxx"].low < 50 < found["bare"]["kxx"].high  # 0.1 % of draws would not
+    assert IdentificationRecord.from_data(json.loads(found["bare"].to_json())) == one
     known = [pair for pair in zip(one.parameters, other.parameters) if None not in (pair[0].low, pair[0].high)]
     assert len(known) >= 3
     # two searches end at the same maximum within what a search leaves, 0.1 % of an interval
