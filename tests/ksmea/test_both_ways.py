@@ -10,6 +10,7 @@ import ksmea
 from campaigns import NOISE, TRIAL, TRUTH, layout_of, measured
 from ksmea.alignment import aligned
 from ksmea.errors import SettingError
+from ksmea.measurement import Noise
 from ksmea.records.identification import IdentificationRecord
 from ksmea.show.both_ways import lines
 from ksmea.studies.both_ways import both_ways
@@ -51,8 +52,8 @@ def test_differences_that_tell_nothing_are_not_compared():
     repeat = layout_of(PROBLEM, [SPEED, SPEED], [("one", ()), ("two", ())])
     elsewhere = layout_of(PROBLEM, [SPEED, SPEED + 20], [("bare", ()), ("trial", (TRIAL,))])
     amplitudes = dataclasses.replace(LAYOUT, kind="amplitude")
-    for layout in (repeat, elsewhere, amplitudes):
-        data = dataclasses.replace(measured(PROBLEM, layout), noise=NOISE)
+    for layout, noise in ((repeat, NOISE), (elsewhere, NOISE), (amplitudes, NOISE), (LAYOUT, Noise(0.0, 0.0))):
+        data = dataclasses.replace(measured(PROBLEM, layout), noise=noise)
         seen = aligned(PROBLEM, data)
         assert both_ways(seen, data, np.array([TRUTH[name] for name in seen.parameters.names])) is None
 
