@@ -11,6 +11,7 @@ from ksmea.campaign import Weight
 from ksmea.diagnosis.fit_quality import fit_quality
 from ksmea.diagnosis.fitting import Fit
 from ksmea.difference_likelihood import DifferenceLikelihood, likelihood_of
+from ksmea.errors import SettingError
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import maximise
 from ksmea.measurement import Noise
@@ -162,3 +163,10 @@ def test_the_lack_of_fit_test_keeps_its_level():
         fit = Fit(likelihood.model.problem, likelihood, point)
         p.append(fit_quality(fit, np.random.default_rng(seed), n_simulated=300).p)
     assert 1 <= np.sum(np.array(p) < 0.2) <= 16
+
+
+def test_differences_that_mean_nothing_are_refused():
+    with pytest.raises(SettingError, match="unknown run of the reference: 'bear'; did you mean 'bare'"):
+        _by_differences(DATA, "bear")
+    with pytest.raises(SettingError, match="reference: expected phases for differences between runs"):
+        _by_differences(dataclasses.replace(DATA, values=np.abs(DATA.values)))
