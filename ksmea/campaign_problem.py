@@ -156,6 +156,9 @@ class CampaignProblem(ProblemProxy):
         """Of the first run, without weights."""
         return self.base.unbalance(self._distinct(x)[0])
 
+    stability_threshold = Problem.stability_threshold  # by its own growth rate
+    is_stable = Problem.is_stable
+
     def critical_speeds(self, x: Array, highest: float | None = None) -> Array:
         """Those of all runs, rising: where runs have unknowns of their own they differ."""
         return np.unique(np.concatenate([self.base.critical_speeds(each, highest) for each in self._distinct(x)]))

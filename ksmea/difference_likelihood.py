@@ -72,15 +72,11 @@ class DifferenceLikelihood(Likelihood):
         variance = self._variance(theta, response)
         return self._left(-self._residual(response), variance) / np.sqrt(variance)
 
-    def nuisance(self, theta: Array) -> Array:
-        """What is alike in all runs, in units of the noise as the rows of `whitened` for the means: (m, 2 n_group n_channel)."""
-        n_speed, n_channel = self.measurement.values.shape
-        weight = 1 / np.sqrt(self._variance(theta, self.measurement.values))
-        columns = np.zeros((n_speed, n_channel, len(self._groups), n_channel))
-        for channel in range(n_channel):
-            columns[:, channel, :, channel] = self._member.T * weight[:, channel, None]
-        real = columns.reshape(n_speed * n_channel, -1)
-        return np.asarray(np.kron(np.eye(self.measurement.dimensions), real))
+    def without_alike(self, theta: Array, left: Array | ComplexArray) -> ComplexArray:
+        variance = self._variance(theta, self.measurement.values)[..., None]
+        values: ComplexArray = np.asarray(left, dtype=complex).transpose(1, 2, 0) * np.sqrt(variance)
+        remaining: ComplexArray = self._left(values, variance) / np.sqrt(variance)
+        return remaining.transpose(2, 0, 1)
 
     def alike(self, theta: Array, response: ComplexArray) -> ComplexArray:
         """What the data show alike in all runs beyond a response, (n_speed, n_channel), m."""

@@ -205,9 +205,10 @@ class Likelihood:
         """What a response (n_speed, n_channel) leaves of the data, in units of the noise."""
         return -self._residual(response) / self.noise(theta).sd(np.abs(response))
 
-    def nuisance(self, theta: Array) -> Array:
-        """What is fitted along besides the unknowns, as columns beside those of `whitened` for the means: (m, 0)."""
-        return np.empty((self.measurement.values.size * self.measurement.dimensions, 0))
+    def without_alike(self, theta: Array, left: Array | ComplexArray) -> Array | ComplexArray:
+        """Residuals (n, n_speed, n_channel) in units of the noise, less what is fitted along besides the unknowns: as they
+        are."""
+        return left
 
     def alike(self, theta: Array, response: ComplexArray) -> ComplexArray:
         """What is fitted along besides the unknowns at a response (n_speed, n_channel), m: nothing."""

@@ -11,7 +11,7 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.campaign import Campaign
 from ksmea.channel import Channel
-from ksmea.errors import SettingError
+from ksmea.errors import SettingError, unknown
 from ksmea.kind import Kind
 from ksmea.speed_history import SpeedHistory
 
@@ -134,6 +134,14 @@ class Measurement:
             )
         if self.rows[-1].stop != len(self.speed):
             raise SettingError(f"runs: expected {len(self.speed)} speeds in all, got {self.rows[-1].stop}")
+        if self.campaign and self.campaign.reference:
+            names = [run.name for run in self.campaign.runs]
+            if self.campaign.reference not in names:
+                raise unknown("run of the reference:", self.campaign.reference, names)
+            if self.is_amplitude:
+                raise SettingError(
+                    "reference: expected phases for differences between runs, got amplitudes; leave it out"
+                )
         if not np.all(np.isfinite(self.values)):
             raise SettingError(
                 "measurement: expected finite values, got NaN or infinity; remove those speeds or channels"

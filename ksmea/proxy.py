@@ -9,13 +9,11 @@ from ksmea.arrays import Array
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
 
-# Made of other members, each proxy's own: what it says of its response or growth rate holds for these too.
-DERIVED = ("linearised", "stability_threshold", "is_stable")
-
 
 class ProblemProxy(Problem):
     """Base of problems that see to what another one, `behind`, is asked. Members of the contract that a subclass leaves out
-    are those of the problem behind, but for those that are made of others (`DERIVED`)."""
+    are those of the problem behind; `linearised` is made of its own response and sensitivity. One with unknowns of its own
+    makes of its own members too what the contract makes of others."""
 
     @property
     @abstractmethod
@@ -52,7 +50,7 @@ def _handed_on(name: str) -> property:
 HANDED_ON = tuple(
     name
     for name in (*Problem.__annotations__, *vars(Problem))
-    if not (name.startswith("_") or name in vars(ProblemProxy) or name in (*DERIVED, "response"))
+    if not (name.startswith("_") or name in vars(ProblemProxy) or name in ("response", "linearised"))
 )
 for _name in HANDED_ON:
     setattr(ProblemProxy, _name, _handed_on(_name))

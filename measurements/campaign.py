@@ -11,6 +11,7 @@
   rotation. Where the model fixes the phase of its unbalance, angles are from there. A weight without `g_mm` is to be found:
   two unknowns of the run, within `at_most_g_mm` (the largest unbalance of the model if not given).
 - `direction` (up, down, steady), a note; `speeds: [from, to]`, those that are used (rpm).
+- A speed may be measured several times in a run.
 - `own: [names]` beside `runs`: unknowns of which each run has its own, called name@run. All others are shared: bearings,
   unbalance and the origin of phases.
 - `noise`: `shared`, all runs have the same where it is estimated, or `own`, each its own relative part and floor.

@@ -61,7 +61,7 @@ def fit_quality(fit: Fit, rng: np.random.Generator, *, n_simulated: int = 4000) 
     shape, real, rows = residuals.shape, measurement.is_amplitude, measurement.rows
     n_mean = residuals.size * measurement.dimensions
     tangent = fit.point.whitened[:n_mean, : likelihood.d]
-    directions = span(np.hstack([tangent, likelihood.nuisance(fit.point.theta)]))
+    directions = span(tangent)
     scale_free = likelihood.noise_is_estimated
     sampled = [residual_statistics(residuals[None], rows, scale_free=scale_free)]
     n_chunk = max(1, MAX_VALUES // n_mean)
@@ -69,6 +69,7 @@ def fit_quality(fit: Fit, rng: np.random.Generator, *, n_simulated: int = 4000) 
         noise = rng.standard_normal((min(n_chunk, n_simulated - start), n_mean))
         noise -= (noise @ directions) @ directions.T
         simulated = noise.reshape(len(noise), *shape) if real else as_complex(noise, shape)
+        simulated = likelihood.without_alike(fit.point.theta, simulated)  # the tangent has none of it
         sampled.append(residual_statistics(simulated, rows, scale_free=scale_free))
     statistics = np.concatenate(sampled)
     # p of every sample among all of them, the data's own included: no p is below 1/(n + 1)

@@ -93,15 +93,12 @@ def _scaled(columns: Array) -> Array:
 
 
 def _whitened(problem: Problem, u: Array, fit: Fit) -> tuple[Array, Array]:
-    """Sensitivities to the unknowns (m, d), and to all else that is fitted along (m, k): the noise level where it is not
-    known, and what cancels in differences."""
+    """Sensitivities to the unknowns (m, d), and to the noise level (m, 2) or (m, 0) where that is known."""
     response, sensitivity = Model(problem).linearise(u)
     noise_known = not fit.likelihood.noise_is_estimated
     kind = fit.likelihood.measurement.kind
     whitened = whitened_sensitivity(response, sensitivity, fit.noise, kind, noise_known=noise_known)
-    nuisance = fit.likelihood.nuisance(fit.point.theta)
-    padded = np.pad(nuisance, ((0, len(whitened) - len(nuisance)), (0, 0)))
-    return whitened[:, : len(u)], np.hstack([whitened[:, len(u) :], padded])
+    return whitened[:, : len(u)], whitened[:, len(u) :]
 
 
 def _noncentrality(n_unknown: int, level: float) -> float:

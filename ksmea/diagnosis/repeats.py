@@ -14,6 +14,7 @@ all together. So is each run alone against the others, and each channel; their p
 from __future__ import annotations
 
 import dataclasses
+from collections import defaultdict
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
@@ -134,35 +135,47 @@ def _compared(
     measurement: Measurement, found: Repeats, alike: Sequence[Sequence[_Cell]], levels: Sequence[Repeats]
 ) -> Repeats:
     """The repeats with how runs that are alike differ beyond them, each run with its level."""
-    if not alike:
+    if not alike or measurement.campaign is None:
         return found
     noises, n_part = [level.noise for level in levels], min(level.degrees for level in levels) / 2
     unbiased = (1 - 2 / n_part) * found.degrees / (found.degrees - 2)
     dimensions, n_channel = measurement.dimensions, len(measurement.channels)
-    squares, degrees = np.zeros(n_channel), 0  # between runs, by channel, in units of the noise
-    of_run, n_of_run = np.zeros(len(noises)), np.zeros(len(noises), dtype=int)  # each run against the others
-    for cells in alike:
-        means = np.array([cell.mean for cell in cells])
-        level = np.abs(means.mean(axis=0))
-        weight = np.array([cell.count / noises[cell.run].variance(level) for cell in cells])  # 1/m²
-        total = weight.sum(axis=0)
-        away = np.abs(means - np.sum(weight * means, axis=0) / total) ** 2 * weight
-        squares += dimensions * np.sum(away, axis=0)
-        degrees += dimensions * (len(cells) - 1)
-        for cell, own in zip(cells, away / (1 - weight / total)):  # a mean apart from that of the others
-            of_run[cell.run] += dimensions * np.sum(own)
-            n_of_run[cell.run] += dimensions * n_channel
 
-    def spread(what: str, sum_of_squares: float, n: int, n_compared: int = 1) -> Spread:
-        ratio = float(sum_of_squares / n) * unbiased
-        return Spread(what, ratio, min(1.0, n_compared * float(scipy.stats.f.sf(ratio, n, found.degrees))))
+    def spread(what: str, squares: float, degrees: int, n_compared: int = 1) -> Spread:
+        ratio = float(squares / degrees) * unbiased
+        p = n_compared * float(scipy.stats.f.sf(ratio, dimensions * degrees, found.degrees))
+        return Spread(what, ratio, min(1.0, p))
 
-    names = [run.name for run in measurement.campaign.runs] if measurement.campaign else []
-    compared = np.flatnonzero(n_of_run)
-    each = [
-        spread(f"run {names[run]}", of_run[run], n_of_run[run], len(compared)) for run in compared if len(compared) > 2
-    ]
-    each += [spread(str(item), own, degrees, n_channel) for item, own in zip(measurement.channels, squares)]
-    out = sorted((one for one in each if one.p < STANDS_OUT), key=lambda one: -one.ratio)
-    between = spread("runs", float(np.sum(squares)), degrees * n_channel)
-    return dataclasses.replace(found, between=between, standing_out=tuple(out))
+    def runs_standing_out(alike: Sequence[Sequence[_Cell]]) -> list[Spread]:
+        """Against all others: the one that does so most, then of the others among themselves."""
+        own: dict[int, list[Array]] = defaultdict(list)
+        for cells in alike:
+            away, share = _away(cells, noises)
+            for cell, each in zip(cells, away / (1 - share)):  # a mean apart from that of the others
+                own[cell.run].append(each)
+        if len(own) < 3:
+            return []
+        names = [run.name for run in measurement.campaign.runs] if measurement.campaign else []
+        each = {run: spread(f"run {names[run]}", np.sum(parts), np.size(parts), len(own)) for run, parts in own.items()}
+        most = max(each, key=lambda run: each[run].ratio)
+        if each[most].p >= STANDS_OUT:
+            return []
+        others = [[cell for cell in cells if cell.run != most] for cells in alike]
+        return [each[most], *runs_standing_out([cells for cells in others if len(cells) > 1])]
+
+    by_channel = np.sum([np.sum(_away(cells, noises)[0], axis=0) for cells in alike], axis=0)
+    degrees = sum(len(cells) - 1 for cells in alike)
+    channels = [spread(str(item), own, degrees, n_channel) for item, own in zip(measurement.channels, by_channel)]
+    channels = sorted((each for each in channels if each.p < STANDS_OUT), key=lambda each: -each.ratio)
+    between = spread("runs", float(np.sum(by_channel)), degrees * n_channel)
+    return dataclasses.replace(found, between=between, standing_out=(*runs_standing_out(alike), *channels))
+
+
+def _away(cells: Sequence[_Cell], noises: Sequence[Noise]) -> tuple[Array, Array]:
+    """How far the mean of each cell lies from that of all, squared and in units of its noise, and its share of that mean,
+    (n_cell, n_channel) each."""
+    means = np.array([cell.mean for cell in cells])
+    level = np.abs(means.mean(axis=0))
+    weight = np.array([cell.count / noises[cell.run].variance(level) for cell in cells])  # 1/m²
+    share = weight / weight.sum(axis=0)
+    return np.abs(means - np.sum(share * means, axis=0)) ** 2 * weight, share

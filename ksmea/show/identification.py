@@ -170,7 +170,7 @@ def _noise_text(record: IdentificationRecord) -> Iterator[str]:
         return
     noise = record.intervals.noise
     if noise.by_run:
-        said = "; ".join(f"{name} {noise_parts(relative, floor)}" for name, relative, floor in noise.by_run)
+        said = "; ".join(f"{name} {noise_parts(*_telling_parts(record, *level))}" for name, *level in noise.by_run)
         yield f"noise {'estimated' if noise.estimated else 'as stated'} run by run: {said}"
     elif noise.estimated:
         yield f"noise estimated: {noise_parts(*_telling_parts(record, noise.relative, noise.floor))}"

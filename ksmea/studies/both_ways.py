@@ -34,9 +34,11 @@ MOSTLY = 0.5  # of an unknown's variance in directions that differences tell, fo
 
 def both_ways(problem: Problem, measurement: Measurement, x: Array) -> BothWaysRecord | None:
     """Of a campaign fitted jointly at x (d,) SI; None where differences between its runs tell nothing: of amplitudes, other
-    speeds in each run, or the same weights."""
+    speeds in each run, the same weights, or no noise."""
     campaign = measurement.campaign
     if campaign is None or len(campaign.runs) < 2 or measurement.is_amplitude or campaign.reference:
+        return None
+    if measurement.noise is not None and measurement.noise.is_absent:
         return None
     common = common_speeds(measurement.speed, measurement.rows)
     if not len(common):

@@ -87,6 +87,8 @@ class ExtendedProblem(ProblemProxy):
     critical_speeds = Problem.critical_speeds
     modes = Problem.modes
     campbell = Problem.campbell
+    stability_threshold = Problem.stability_threshold  # by its own growth rate
+    is_stable = Problem.is_stable
 
     @property
     def rotor(self) -> Rotor:

@@ -283,9 +283,11 @@ def impedances_of(rotor: Rotor, unknowns: Sequence[Unknown]) -> tuple[Impedance,
 
 def _unbalance_change(inputs: Inputs, target: UnbalanceTarget) -> complex:
     """∂(m e e^{iφ})/∂x of a plane for what an unknown sets of it."""
-    magnitude, phase = inputs.unbalance[0, target.plane]
-    turned = {"x": 1, "y": 1j}.get(target.part, np.exp(1j * (phase - inputs.origin[0])))
-    return complex(np.exp(1j * inputs.origin[0]) * turned * (1j * magnitude if target.part == "phase" else 1.0))
+    if target.part == "phase":
+        return 1j * complex(inputs.complex_unbalance[0, target.plane])
+    if target.part == "magnitude":
+        return complex(np.exp(1j * inputs.unbalance[0, target.plane, 1]))
+    return complex(np.exp(1j * inputs.origin[0])) * (1 if target.part == "x" else 1j)
 
 
 def _impedance_of(target: BearingTarget) -> Impedance:

@@ -1,6 +1,7 @@
 """Joint fit against the fit of differences: they agree where the model is right, and not where something alike is missing."""
 
 import dataclasses
+import json
 
 import numpy as np
 import pytest
@@ -9,6 +10,8 @@ import ksmea
 from campaigns import NOISE, TRIAL, TRUTH, layout_of, measured
 from ksmea.alignment import aligned
 from ksmea.errors import SettingError
+from ksmea.measurement import Noise
+from ksmea.records.identification import IdentificationRecord
 from ksmea.show.both_ways import lines
 from ksmea.studies.both_ways import both_ways
 from problems.three_disk import ThreeDisk
@@ -49,8 +52,8 @@ def test_differences_that_tell_nothing_are_not_compared():
     repeat = layout_of(PROBLEM, [SPEED, SPEED], [("one", ()), ("two", ())])
     elsewhere = layout_of(PROBLEM, [SPEED, SPEED + 20], [("bare", ()), ("trial", (TRIAL,))])
     amplitudes = dataclasses.replace(LAYOUT, kind="amplitude")
-    for layout in (repeat, elsewhere, amplitudes):
-        data = dataclasses.replace(measured(PROBLEM, layout), noise=NOISE)
+    for layout, noise in ((repeat, NOISE), (elsewhere, NOISE), (amplitudes, NOISE), (LAYOUT, Noise(0.0, 0.0))):
+        data = dataclasses.replace(measured(PROBLEM, layout), noise=noise)
         seen = aligned(PROBLEM, data)
         assert both_ways(seen, data, np.array([TRUTH[name] for name in seen.parameters.names])) is None
 
@@ -67,6 +70,7 @@ def test_identify_by_differences_says_what_it_cannot_know():
     assert "u: not known from differences" in text and "by differences from run bare" in text
     assert "search ended short" not in text and one.both_ways is None and one.weights.corrections == ()
     assert found["bare"]["kxx"].low < 50 < found["bare"]["kxx"].high  # 0.1 % of draws would not
+    assert IdentificationRecord.from_data(json.loads(found["bare"].to_json())) == one
     known = [pair for pair in zip(one.parameters, other.parameters) if None not in (pair[0].low, pair[0].high)]
     assert len(known) >= 3
     # two searches end at the same maximum within what a search leaves, 0.1 % of an interval

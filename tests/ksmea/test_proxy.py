@@ -1,0 +1,48 @@
+"""What stands before a problem hands on what it does not see to, and nothing that its own unknowns make different."""
+
+import numpy as np
+import pytest
+
+from campaigns import TRIAL, TRUTH, layout_of
+from ksmea.alignment import aligned
+from ksmea.errors import SettingError
+from ksmea.model import CountedProblem
+from ksmea.registry import create
+from problems.three_disk import ThreeDisk
+
+PROBLEM = ThreeDisk().build()
+LAYOUT = layout_of(PROBLEM, [PROBLEM.speed[:9]] * 2, [("bare", ()), ("trial", (TRIAL,))], own=("kxx",))
+RUNS = aligned(PROBLEM, LAYOUT)
+X = np.array([TRUTH[name.partition("@")[0]] for name in RUNS.parameters.names])
+BOWED = create("effect", "residual_bow", {}).added_to(PROBLEM)
+
+
+@pytest.mark.parametrize("problem", [RUNS, BOWED, CountedProblem(RUNS), CountedProblem(BOWED)])
+def test_the_shaft_and_what_it_takes_are_those_behind(problem):
+    assert problem.landmarks == PROBLEM.landmarks and np.array_equal(problem.sites, PROBLEM.sites)
+    assert problem.channels == PROBLEM.channels and problem.takes_loads and problem.takes_unbalance
+    assert problem.has_sensitivity and problem.has_dense_route and problem.knows_stability
+
+
+def test_stability_is_asked_of_each_with_its_own_unknowns():
+    assert RUNS.is_stable(X) and CountedProblem(RUNS).is_stable(X)
+    assert RUNS.stability_threshold(X, 1500.0) == np.inf
+    x = np.append(np.array([ThreeDisk().reference()[name] for name in PROBLEM.parameters.names]), [0.0, 0.0])
+    assert BOWED.is_stable(x[: len(BOWED.parameters)])
+
+
+def test_the_modes_of_a_rotor_with_effects_are_not_those_of_the_rotor():
+    with pytest.raises(SettingError, match="knows its natural modes"):
+        BOWED.critical_speeds(np.zeros(len(BOWED.parameters)))
+
+
+def test_what_is_counted_stays_counted_through_every_change():
+    counted = CountedProblem(RUNS)
+    for problem in (
+        counted.at(PROBLEM.speed[:3], PROBLEM.channels),
+        counted.with_unbalance(0.2, 1e-5, 0.0),
+        counted.machine,
+    ):
+        before = counted.count.evaluations
+        problem.response(X[None, : len(problem.parameters)])
+        assert counted.count.evaluations == before + 1
