@@ -118,7 +118,15 @@ def test_a_campaign_gets_one_more_line(plan, tmp_path):
 
 def test_the_printed_command_closes_the_loop(shell, tmp_path):
     """Through bash as it is printed: mass and stiffness of the whole shaft are told apart by the run that is recommended."""
-    first = shell("+experiment=diagnose", *DATA, *SCALED, "study.locate=false", cwd=tmp_path, output="results/diagnose")
+    first = shell(
+        "+experiment=diagnose",
+        *DATA,
+        *SCALED,
+        "study.locate=false",
+        cwd=tmp_path,
+        output="results/diagnose",
+        timeout=400,
+    )
     assert first.code == 0, first.err
     found = json.loads((first.output / "diagnosis.json").read_text())
     assert found["verdict"] == "ambiguous" and list(found)[-2:] == ["next", "hidden"]
