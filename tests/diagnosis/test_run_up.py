@@ -13,6 +13,7 @@ from ksmea.diagnosis.diagnosis import diagnose
 from ksmea.diagnosis.fitting import Effort, fit_baseline, fit_from_values
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.units import DEGREE, MICROMETRE, RPM
+from measurements.speed_history import speed_history
 from problems.rk4_two_disk import RK4TwoDisk
 from swept_rotor import swept_response
 
@@ -64,5 +65,5 @@ def test_a_real_run_up_is_a_sweep_at_about_the_rate_that_its_rows_have():
     near = np.array([68e3, 82e3, 35.0, 23.0, 2.7e-6, -1.2, 0.5e-6, -4.4, 18.0])  # searched for by hand
     fit = fit_from_values(sweep.added_to(problem), near, measurement)
     assert steady.deviance - fit.deviance > 150 and fit.noise.relative < steady.noise.relative / 2
-    of_rows = np.polyfit(np.arange(len(speed)), measurement.speed**2, 1)[0] / (4 * np.pi)
-    assert 0.65 < fit.x[-1] / of_rows < 1.05
+    of_rows = speed_history(measurement.speed, None)
+    assert of_rows.is_constant and not of_rows.from_times and 0.65 < fit.x[-1] / of_rows.rate < 1.05
