@@ -117,8 +117,7 @@ def _record(
     order = every if data.time is None else np.argsort(data.time, kind="stable")
     p = np.full(len(every), np.nan)
     if fit.is_free:
-        p[fit.used] = run_p(fit)
-    p[list(out)] = list(out.values())
+        p[data.is_known] = run_p(fit, data.is_known)
     entries = _entries(data)
     misfits = [("other speeds", each) for each in misfits_beside_speeds(data, options.level)]
     misfits += [("other speeds and channels", each) for each in misfits_beside_channels(fit, options.level)]
