@@ -13,7 +13,7 @@ from scipy.stats import f as f_distribution
 from scipy.stats import median_abs_deviation, norm
 
 from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.balancing.fit import NO, Fit, fitted
+from ksmea.balancing.fit import NO, Asked, Fit, fitted
 from ksmea.balancing.readings import Readings
 
 N_ROUND = 5  # fits, each without the runs that did not fit the one before; the worst may hide others
@@ -61,15 +61,15 @@ def predicted(fit: Fit) -> Prediction:
 
 
 def fitted_without_misfits(
-    readings: Readings, known: Indices, level: float, drift: str, slope: str, growth: str
+    readings: Readings, known: Indices, level: float, asked: Asked
 ) -> tuple[Fit, dict[int, float]]:
     """A fit to the runs whose known weights explain their response, and p of each of the others by its index.
 
     Suspects are those of a fit without drift; each further fit judges all runs anew, so that one that only drifted comes back.
     Where covariances are not estimated from the runs themselves nothing is left out."""
-    fit = fitted(readings, known, NO, NO, NO)
+    fit = fitted(readings, known, Asked(NO, NO, NO))
     if not fit.is_free:
-        return fitted(readings, known, drift, slope, growth), {}
+        return fitted(readings, known, asked), {}
     out: dict[int, float] = {}
     for number in range(N_ROUND):
         before, p = set(out), run_p(fit, known)
@@ -77,7 +77,7 @@ def fitted_without_misfits(
         out = {run: value for value, run in worst if value < level / len(known)}
         if number and set(out) == before:
             break
-        fit = fitted(readings, np.setdiff1d(known, list(out)), drift, slope, growth)
+        fit = fitted(readings, np.setdiff1d(known, list(out)), asked)
     return fit, out
 
 

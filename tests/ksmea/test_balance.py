@@ -9,7 +9,7 @@ import ksmea
 from balancing_cases import PLANES, UNKNOWN, campaign, corrections, machine, polar
 from ksmea.balancing.correction import least_squares
 from ksmea.balancing.estimation import polar_interval
-from ksmea.balancing.fit import fitted
+from ksmea.balancing.fit import Asked, fitted
 from ksmea.balancing.influence import Influence
 from ksmea.balancing.misfits import misfits_beside_speeds, predicted
 from ksmea.balancing.readings import readings
@@ -133,7 +133,7 @@ def test_each_run_from_all_others_is_as_if_it_had_been_left_out():
     truth = machine(rng)
     weights = [{place: 20 * np.exp(2j * np.pi * rng.random()) for place in PLANES} for _ in range(30)]
     runs = [(f"r{number}", on, made(*truth, on, 0.1, rng)) for number, on in enumerate(weights)]
-    fit = fitted(readings(campaign(runs, SPEED), 0.01), np.arange(30), "no", "no", "no")
+    fit = fitted(readings(campaign(runs, SPEED), 0.01), np.arange(30), Asked("no", "no", "no"))
     without = fit.without(np.array([3]))
     np.testing.assert_allclose(predicted(fit).residual[3], without.residual(np.array([3]))[0], rtol=1e-6)
 
