@@ -16,8 +16,7 @@ from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.balancing.fit import NO, Asked, Fit, fitted
 from ksmea.balancing.readings import Readings
 
-N_ROUND = 5  # fits, each without the runs that did not fit the one before; the worst may hide others
-LARGEST_SHARE = 0.1  # of the runs that may be left out
+N_ROUND = 6  # fits, and so many runs that may be left out, each fit without those that did not fit the one before
 TAIL_DOF = 4.0  # complex; an assumption: entries scatter as Student's t with 8 degrees of freedom, not as a normal
 DEGREE = 2  # of the polynomial over speed that neighbouring speeds are compared by
 FEWEST_SPEEDS = DEGREE + 3  # complex numbers: one speed left out, and one degree of freedom still there
@@ -65,16 +64,18 @@ def fitted_without_misfits(
 ) -> tuple[Fit, dict[int, float]]:
     """A fit to the runs whose known weights explain their response, and p of each of the others by its index.
 
-    Suspects are those of a fit without drift; each further fit judges all runs anew, so that one that only drifted comes back.
+    The first to go is the worst of a fit without drift; each further fit judges all runs anew, takes the worst away and gives back
+    those that fit now. One at a time: runs that drifted together are the drift, and several at once would take it away.
     Where covariances are not estimated from the runs themselves nothing is left out."""
     fit = fitted(readings, known, Asked(NO, NO, NO))
     if not fit.is_free:
         return fitted(readings, known, asked), {}
     out: dict[int, float] = {}
     for number in range(N_ROUND):
-        before, p = set(out), run_p(fit, known)
-        worst = sorted(zip(p.tolist(), known.tolist()))[: int(LARGEST_SHARE * len(known))]
-        out = {run: value for value, run in worst if value < level / len(known)}
+        before, p = set(out), dict(zip(known.tolist(), run_p(fit, known).tolist()))
+        unlikely = [run for run in sorted(p, key=lambda run: p[run]) if p[run] < level / len(known)]
+        worst = [run for run in unlikely if run not in before][:1]
+        out = {run: p[run] for run in unlikely if run in {*before, *worst}}
         if number and set(out) == before:
             break
         fit = fitted(readings, np.setdiff1d(known, list(out)), asked)
