@@ -309,8 +309,8 @@ def balance(measurement: Data, *, rng: Seed = 0, **settings: Any) -> BalanceResu
 
     >>> import ksmea
     >>> found = ksmea.balance(ksmea.read_measurement("docs/examples/balancing.yaml"))
-    >>> {position: (round(size, 3), round(angle, 1)) for position, (size, angle) in found.correction.items()}
-    {}
+    >>> {position: (round(size, 1), round(angle)) for position, (size, angle) in found.correction.items()}
+    {0.2: (40.1, -104), 0.4: (25.2, 140)}
 
     Raises `SettingError` for data without phases or weights, and runs that do not tell the planes apart.
     """

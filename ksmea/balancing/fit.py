@@ -110,8 +110,17 @@ class Solution:
         return np.asarray(cho_solve(self._factor, right))
 
 
-def fitted(readings: Readings, used: Indices, drift: str = AUTO, slope: str = AUTO, growth: str = AUTO) -> Fit:
-    """The fit to runs with known weights; `drift`, `slope` and `growth` are yes, no or auto: where the data ask for them.
+@dataclass(frozen=True)
+class Asked:
+    """What is fitted beside constant influence coefficients: yes, no or auto, where the data ask for it."""
+
+    drift: str = AUTO
+    slope: str = AUTO
+    growth: str = AUTO
+
+
+def fitted(readings: Readings, used: Indices, asked: Asked) -> Fit:
+    """The fit to runs with known weights.
 
     Raises `SettingError` where the runs do not tell the planes apart, or a drift is asked for that they cannot show.
     """
@@ -123,7 +132,7 @@ def fitted(readings: Readings, used: Indices, drift: str = AUTO, slope: str = AU
     influence = plain_influence(response, weights, at, len(readings.speed))
     left = response - influence.response(weights, readings.deviation[used])
     if dof < RUNS_PER_ENTRY * n_entry:
-        if drift == YES:
+        if asked.drift == YES:
             raise SettingError(
                 f"study.drift: expected {RUNS_PER_ENTRY * n_entry + 1 + weights.shape[1]} runs with known weights or more to see"
                 f" a drift of {n_entry} entries, got {n_run}; leave it out"
@@ -131,7 +140,7 @@ def fitted(readings: Readings, used: Indices, drift: str = AUTO, slope: str = AU
         return _few_runs(readings, used, influence, left, dof)
     spread = left.T @ left.conj() / dof
     plain = Fit(readings, used, influence, Terms(), Components(None, spread, 1.0, 0.0), FREE, float(dof))
-    return _with_components(plain, drift, slope, growth)
+    return _with_components(plain, asked)
 
 
 def _require_rank(readings: Readings, weights: ComplexArray) -> None:
@@ -161,29 +170,31 @@ def _few_runs(readings: Readings, used: Indices, influence: Influence, left: Com
     return Fit(readings, used, influence, Terms(), components, method, of_base)
 
 
-def _with_components(plain: Fit, drift: str, slope: str, growth: str) -> Fit:
+def _with_components(plain: Fit, asked: Asked) -> Fit:
     """Drift by likelihood (BIC), then slopes and growth as far as they are larger than chance."""
     readings = plain.readings
     sizes = np.unique(np.round(np.abs(readings.weights[plain.used]) / plain.influence.scale, 6))
     can_grow = len(sizes) > N_SIZES  # one of them is 0
     moves = bool(np.max(np.std(readings.deviation[plain.used], axis=0)) > SMALLEST_DEVIATION)
-    if drift == YES and readings.time is None:
+    if asked.drift == YES and readings.time is None:
         raise SettingError(
             "study.drift: expected a column time_s in the files, got none; add it, or leave the drift out"
         )
-    terms = Terms(moves and slope != NO, can_grow and growth != NO)
+    terms = Terms(moves and asked.slope != NO, can_grow and asked.growth != NO)
     without = _iterated(dataclasses.replace(plain, terms=terms), can_grow, N_ITERATION)
     fit, value = without
     gained = None
-    if drift != NO and readings.time is not None:
+    if asked.drift != NO and readings.time is not None:
         fit, value = _iterated(_started_with_drift(without[0]), can_grow, N_ITERATION)
         n_entry, n_speed = readings.response.shape[1], len(readings.speed)
         gained = 2 * (without[1] - value)
-        if drift == AUTO and gained < (n_speed**2 + (n_entry // n_speed) ** 2) * np.log(2 * len(plain.used) * n_entry):
+        if asked.drift == AUTO and gained < (n_speed**2 + (n_entry // n_speed) ** 2) * np.log(
+            2 * len(plain.used) * n_entry
+        ):
             fit = without[0]
     kept = Terms(
-        terms.slope and (slope == YES or slope_p(fit) < SLOPE_LEVEL),
-        terms.growth and (growth == YES or growth_p(fit) < SLOPE_LEVEL),
+        terms.slope and (asked.slope == YES or slope_p(fit) < SLOPE_LEVEL),
+        terms.growth and (asked.growth == YES or growth_p(fit) < SLOPE_LEVEL),
     )
     if kept != terms:
         influence = dataclasses.replace(

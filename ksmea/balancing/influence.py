@@ -1,10 +1,10 @@
 """The mean response of a machine to weights: influence coefficients, with what the speed and the size of a weight change.
 
-    y = (y0 + Σ_p c_p w_p (1 + g |w_p|² / scale²)) (1 + γ_v (Ω / Ω_v - 1))
+    y = (y0 + Σ_p c_p w_p (1 + g |w_p / scale|²)) (1 + γ_v (Ω / Ω_v - 1))
 
 per entry, with weights w_p in planes p, the bare response y0, influence coefficients c_p, one slope γ_v = d ln y / d ln Ω per
-nominal speed Ω_v and one growth g for all: the cubic term of a weight that grows more than its mark says, or of a
-machine that answers so. Thearle, Trans. ASME 56 (1934) 745–753, has the first part of it.
+nominal speed Ω_v and one growth g for all: the cubic term of a machine that answers so, or of large weights that are more
+than their mark says. Thearle, Trans. ASME 56 (1934) 745–753, has the first part of it.
 """
 
 from __future__ import annotations
@@ -40,9 +40,9 @@ class Influence:
         return np.asarray(weights * (1 + self.growth * np.abs(weights / self.scale) ** 2))
 
     def marked(self, effective: ComplexArray) -> ComplexArray:
-        """The weights whose `effective` these are, by Newton's method on the size."""
+        """The weights whose `effective` these are, by iteration of the factor between them."""
         factor = np.ones(np.shape(effective), dtype=complex)
-        for _ in range(50):  # converges in a few steps where |growth| < 1/3; more do not hurt
+        for _ in range(50):  # each takes the error times 2 · growth or less
             factor = 1 + self.growth * np.abs(effective / factor / self.scale) ** 2
         return np.asarray(effective / factor)
 
@@ -64,8 +64,8 @@ class Influence:
             of_speed = at[:, None] == np.arange(len(self.slope))
             found.append((still * deviation[:, at])[:, :, None] * of_speed)
         if with_growth:
-            cubic = weights * np.abs(weights / self.scale) ** 2
-            found.append((gain * (cubic @ self.planes))[:, :, None])
+            more = weights * np.abs(weights / self.scale) ** 2
+            found.append((gain * (more @ self.planes))[:, :, None])
         return np.concatenate(found, axis=2)
 
     def stepped(self, step: ComplexArray, with_slope: bool, with_growth: bool) -> Influence:

@@ -13,11 +13,10 @@ from scipy.stats import f as f_distribution
 from scipy.stats import median_abs_deviation, norm
 
 from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.balancing.fit import Fit, fitted
+from ksmea.balancing.fit import NO, Asked, Fit, fitted
 from ksmea.balancing.readings import Readings
 
-N_ROUND = 4  # fits without the runs that did not fit; the worst may hide others
-LARGEST_SHARE = 0.1  # of the runs that may be left out
+N_ROUND = 6  # fits, and so many runs that may be left out, each fit without those that did not fit the one before
 TAIL_DOF = 4.0  # complex; an assumption: entries scatter as Student's t with 8 degrees of freedom, not as a normal
 DEGREE = 2  # of the polynomial over speed that neighbouring speeds are compared by
 FEWEST_SPEEDS = DEGREE + 3  # complex numbers: one speed left out, and one degree of freedom still there
@@ -61,32 +60,48 @@ def predicted(fit: Fit) -> Prediction:
 
 
 def fitted_without_misfits(
-    readings: Readings, used: Indices, level: float, drift: str, slope: str, growth: str
+    readings: Readings, known: Indices, level: float, asked: Asked
 ) -> tuple[Fit, dict[int, float]]:
     """A fit to the runs whose known weights explain their response, and p of each of the others by its index.
 
+    The first to go is the worst of a fit without drift; each further fit judges all runs anew, takes the worst away and gives back
+    those that fit now. One at a time: runs that drifted together are the drift, and several at once would take it away.
     Where covariances are not estimated from the runs themselves nothing is left out."""
-    fit = fitted(readings, used, drift, slope, growth)
+    fit = fitted(readings, known, Asked(NO, NO, NO))
+    if not fit.is_free:
+        return fitted(readings, known, asked), {}
     out: dict[int, float] = {}
-    for _ in range(N_ROUND):
-        if not fit.is_free:
+    for number in range(N_ROUND):
+        before, p = set(out), dict(zip(known.tolist(), run_p(fit, known).tolist()))
+        unlikely = [run for run in sorted(p, key=lambda run: p[run]) if p[run] < level / len(known)]
+        worst = [run for run in unlikely if run not in before][:1]
+        out = {run: p[run] for run in unlikely if run in {*before, *worst}}
+        if number and set(out) == before:
             break
-        p = run_p(fit)
-        worst = {int(run): float(value) for run, value in zip(fit.used, p) if value < level / len(used)}
-        if not worst or len(out) + len(worst) > LARGEST_SHARE * len(used):
-            break
-        out |= worst
-        fit = fitted(readings, np.setdiff1d(used, list(out)), drift, slope, growth)
+        fit = fitted(readings, np.setdiff1d(known, list(out)), asked)
     return fit, out
 
 
-def run_p(fit: Fit) -> Array:
-    """p of each run used by a fit: of its distance from what the others predict at its known weights, were that as those of
-    the others. Runs scatter more than a normal distribution has it; the logarithms of their χ² are nearly normal, and their
-    median and median deviation take no notice of a few that are wrong."""
-    log = np.log(predicted(fit).chi2)
-    deviation = float(median_abs_deviation(log, scale="normal"))
-    return np.asarray(norm.sf((log - np.median(log)) / deviation))
+def run_p(fit: Fit, runs: Indices) -> Array:
+    """p of each run: of its distance from what the others predict at its known weights, were that as those of the runs used.
+    Runs scatter more than a normal distribution has it; the logarithms of their χ² are nearly normal, and their median and
+    median deviation take no notice of a few that are wrong."""
+    used = dict(zip(fit.used.tolist(), np.log(predicted(fit).chi2)))
+    log = np.array([used[run] if run in used else np.log(_chi2(fit, run)) for run in runs.tolist()])
+    reference = np.array(list(used.values()))
+    deviation = float(median_abs_deviation(reference, scale="normal"))
+    return np.asarray(norm.sf((log - np.median(reference)) / deviation))
+
+
+def _chi2(fit: Fit, run: int) -> float:
+    """Of a run with known weights that the fit does not use."""
+    one, solution = np.array([run]), fit.solution
+    across = fit.covariance(one, solution.runs)
+    left = fit.residual(one)[0] - across @ solution.white
+    columns = fit.columns(one, fit.readings.weights[one])[0] - across @ solution.columns_solved
+    covariance = fit.covariance(one, one) - across @ solution.solve(across.conj().T)
+    covariance = covariance + columns @ solution.coefficient_covariance @ columns.conj().T
+    return float(np.vdot(left, np.linalg.solve(covariance, left)).real)
 
 
 @dataclass(frozen=True)

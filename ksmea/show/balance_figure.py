@@ -36,7 +36,7 @@ def _draw_responses(panel: Axes, record: BalanceRecord) -> None:
     for index, each in enumerate(found.left):
         if each.low is not None and each.high is not None:
             panel.plot([index + 0.2] * 2, [each.low, each.high], color=REFERENCE, linewidth=1.2)
-    labels = [f"{each.speed / RPM:.0f}\n{each.channel}" for each in record.entries]
+    labels = ["\n".join([f"{each.speed / RPM:.0f}", *each.channel.split(" at ")]) for each in record.entries]
     step = 1 + len(at) // 12
     panel.set_xticks(at[::step], labels[::step], fontsize=7)
     panel.set_ylabel("amplitude (µm)", fontsize=9)
@@ -56,7 +56,7 @@ def _draw_drift(panel: Axes, record: BalanceRecord) -> None:
         panel.axvline(float(pause) + 0.5, color=REFERENCE, linewidth=0.6, linestyle="--")
     panel.set_ylabel("drift (µm)\nline: real, dotted: imaginary", fontsize=8)
     panel.set_xlabel("run in the order of time; dashed: a pause", fontsize=8)
-    panel.legend(fontsize=6, ncols=2, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
+    panel.legend(fontsize=6, ncols=4, loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False)
 
 
 def _draw_runs(panel: Axes, record: BalanceRecord) -> None:

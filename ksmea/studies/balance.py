@@ -11,7 +11,7 @@ from scipy.stats import f as f_distribution
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.balancing.correction import Correction, correction
 from ksmea.balancing.estimation import WeightEstimate, estimated, polar_interval
-from ksmea.balancing.fit import AUTO, COMMON, FREE, NO, YES, Fit
+from ksmea.balancing.fit import AUTO, COMMON, FREE, NO, YES, Asked, Fit
 from ksmea.balancing.leave_out import conformal_radius2, folded, squared_errors
 from ksmea.balancing.misfits import (
     EntryMisfit,
@@ -69,6 +69,10 @@ class BalanceOptions(Settings):
         0.01, "neighbouring speeds that are nearer than this, relative, are one nominal speed", at_least=0, at_most=0.2
     )
 
+    @property
+    def asked(self) -> Asked:
+        return Asked(self.drift, self.slope, self.growth)
+
 
 def balance(
     measurement: Measurement,
@@ -84,7 +88,7 @@ def balance(
     options = options or BalanceOptions()
     data = readings(measurement, options.speed_tolerance)
     level = options.level if options.misfits else 0.0
-    fit, out = fitted_without_misfits(data, data.is_known, level, options.drift, options.slope, options.growth)
+    fit, out = fitted_without_misfits(data, data.is_known, level, options.asked)
     fit = scaled_by_unknown_runs(fit)
     progress()
     if options.leave_out and not fit.is_free:
@@ -117,8 +121,7 @@ def _record(
     order = every if data.time is None else np.argsort(data.time, kind="stable")
     p = np.full(len(every), np.nan)
     if fit.is_free:
-        p[fit.used] = run_p(fit)
-    p[list(out)] = list(out.values())
+        p[data.is_known] = run_p(fit, data.is_known)
     entries = _entries(data)
     misfits = [("other speeds", each) for each in misfits_beside_speeds(data, options.level)]
     misfits += [("other speeds and channels", each) for each in misfits_beside_channels(fit, options.level)]

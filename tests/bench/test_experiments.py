@@ -35,13 +35,16 @@ REPETITIONS = {  # of others than tables
     "identify": 1,
     "diagnose": 1,
     "locate": 1,
+    "balance": 1,
     "diagnosis_without": 6,
     "diagnosis_nulls": 100,
     "diagnosis_effects": 20,
 }
-RUN_UP = Path(__file__).parents[2] / "docs" / "examples" / "run_up.csv"
+EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
+RUN_UP = EXAMPLES / "run_up.csv"
 NEEDED = {  # to plan them at all
     "identify": [f"measurement.path={RUN_UP}"],
+    "balance": ["measurement=campaign", f"measurement.path={EXAMPLES / 'balancing.yaml'}"],
     "diagnose": ["measurement.relative=0.1"],
     "locate": ["measurement.relative=0.1", "measurement.kind=complex", "problem.sensors=[0.1,0.5]"],
 }
@@ -100,7 +103,9 @@ def test_every_experiment_of_the_folder_is_planned(compose_all, place):
         for experiment in compose_all(f"+experiment={name}", *NEEDED.get(name, [])):
             plan = experiment.plan
             assert len(plan.runs) == len(plan.cells) * REPETITIONS.get(plan.name, 0 if plan.name == "table5" else 20)
-            of_file = "_run_up" if name == "identify" else ""  # a measured file has a folder of its own
+            of_file = {"identify": "_run_up", "balance": "_balancing"}.get(
+                name, ""
+            )  # a measured file has a folder of its own
             assert experiment.output.is_relative_to(place / "results" / f"{name}{of_file}")
 
 

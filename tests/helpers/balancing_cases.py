@@ -1,0 +1,44 @@
+"""Made balancing jobs: a linear machine with two planes, several speeds and channels, and weights of any run."""
+
+import numpy as np
+
+from ksmea.campaign import Campaign, Run, Weight
+from ksmea.channel import Channel
+from ksmea.measurement import Measurement
+from ksmea.units import DEGREE, GRAM_MILLIMETRE, MICROMETRE, RPM
+
+PLANES = (0.2, 0.4)  # m
+UNKNOWN = None
+
+
+def campaign(runs, speed, time=None, noise=None, repeats=1):
+    """A measurement of runs, (name, {plane: complex weight in g mm or UNKNOWN}, response (n_speed · repeats, n_channel) in µm)."""
+    n_channel = np.shape(runs[0][2])[1]
+    channels = tuple(Channel(0.1 * (1 + index), "x") for index in range(n_channel))
+    speed = np.tile(np.repeat(speed, repeats), len(runs)) * RPM
+    counted = tuple(Run(name, len(values), tuple(map(weight, on.items()))) for name, on, values in runs)
+    values = np.concatenate([np.asarray(values, dtype=complex) for _, _, values in runs]) * MICROMETRE
+    return Measurement(speed, channels, values, noise, "made", False, Campaign(counted), time)
+
+
+def weight(item):
+    position, value = item
+    if value is UNKNOWN:
+        return Weight(position, None)
+    return Weight(position, abs(value) * GRAM_MILLIMETRE, float(np.angle(value)))
+
+
+def machine(rng, n_entry=4):
+    """Bare response (n_entry,) µm and influence coefficients (2, n_entry) µm/(g mm)."""
+    bare, one, two = rng.standard_normal((3, n_entry, 2)) @ np.array([1, 1j])
+    return 10 * bare, np.array([one, two]) * 0.2
+
+
+def polar(text):
+    """A complex number of 'size@degrees'; what stands behind a space is a remark."""
+    size, angle = text.split()[0].split("@")
+    return float(size) * np.exp(1j * float(angle) * DEGREE)
+
+
+def corrections(found):
+    return np.array([size * np.exp(1j * angle * DEGREE) for size, angle in found.correction.values()])
