@@ -185,7 +185,7 @@ def figure(rows: pd.DataFrame) -> Figure:
     """Achieved over expected separation of the truth from its nearest rival, with the noise of one draw."""
     made = Figure(figsize=(6, 5), layout="constrained")
     axes = made.subplots()
-    told = rows[rows["expected"].notna() & rows["achieved"].gt(0)]
+    told = rows[rows["expected"].gt(1) & rows["achieved"].gt(1)]
     line = np.geomspace(told["expected"].min(), told["expected"].max())
     axes.fill_between(line, np.maximum(line - 4 * np.sqrt(line), 1), line + 4 * np.sqrt(line), color="0.9", label="2 σ")
     axes.axline((100, 100), slope=1, color="0.6", lw=1)
