@@ -93,7 +93,7 @@ WRONG = [  # what is written instead, and what the one line says
     (("angle_deg: 60", "angle_deg: 400"), "runs[2].weights[1].angle_deg: expected a number at least -360 and at most 360 (deg), got 400"),
     (("angle_deg", "angle"), "runs[2].weights[1]: unknown key 'angle'; did you mean 'angle_deg'?"),
     (("g_mm: 150", "g_mm: -1"), "runs[2].weights[1].g_mm: expected a number above 0 (g mm), got -1"),
-    (("g_mm: 150, ", ""), "runs[2].weights[1].g_mm: expected a value, got nothing"),
+    (("g_mm: 150, ", ""), "runs[2].weights[1].angle_deg: expected g_mm beside it, got none"),
     (("weights", "weight"), "runs[2]: unknown key 'weight'; did you mean 'weights'?"),
     (("runs:", "nois: shared\nruns:"), "unknown key 'nois'; did you mean 'noise'?"),
     (("runs:", "noise: own\nruns:"), "noise: expected shared, the same noise in all runs, which is all there is so far"),
