@@ -154,7 +154,7 @@ def start_nearby(problem: Problem, baseline: Fit) -> Array:
 def fit_along(problem: Problem, measurement: Measurement, baseline: BaselineFits, path: Array, effort: Effort) -> Fit:
     """The same from the best points on a path, fits at values (n, 1) SI of the effect's unknown, each from where the last one
     ended, the first from where the baseline model fits; and from the best points of screenings at those of the last decade."""
-    likelihood, d = Likelihood(Model(problem), measurement), baseline.best.likelihood.d
+    likelihood, d = likelihood_of(Model(problem), measurement), baseline.best.likelihood.d
     item = problem.parameters.items[d]
     values = (path - item.lower) / (item.upper - item.lower)
     theta = start_nearby(problem, baseline.best)
