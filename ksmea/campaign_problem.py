@@ -194,7 +194,7 @@ class CampaignProblem(ProblemProxy):
         found = []
         for run, rows in zip(self.seen_in.runs, self.seen_in.rows):
             if run.n_speed:
-                problem = self._weighted(self.base.at(self.speed[rows], self.channels), run)
+                problem = self._weighted(self.base.going(run.direction).at(self.speed[rows], self.channels), run)
                 found.append((rows, self._columns(run, problem.parameters.names), problem))
         return tuple(found)
 

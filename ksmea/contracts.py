@@ -98,8 +98,7 @@ class Problem(ABC):
 
     @property
     def sites(self) -> Array:
-        """Where along the shaft a probe could look or a trial weight could sit, (n,) m. Left out: nowhere is known,
-        and other positions are not considered."""
+        """Where along the shaft a probe could look or a trial weight could sit, (n,) m. Left out: nowhere is known."""
         return np.empty(0)
 
     @property
@@ -126,9 +125,13 @@ class Problem(ABC):
         raise self._refusal("takes a trial unbalance", "leave the trial run out")
 
     def with_unknown_unbalance(self, position: float, names: tuple[str, str], at_most: float) -> Problem:
-        """The same rotor with an unbalance of unknown size and angle added at a position (m): two unknowns of these names, its
-        components at 0° and 90° within ± `at_most` (kg m). Left out: it takes none."""
+        """The same rotor with an unknown unbalance added at a position (m): two unknowns of these names, its components at 0° and
+        90° within ± `at_most` (kg m). Left out: it takes none."""
         raise self._refusal("takes an unknown weight", "give the weight's g_mm")
+
+    def going(self, direction: str) -> Problem:
+        """As the speed goes in one run of a campaign: up, down, steady, or '' where nobody says. Left out: as it is."""
+        return self
 
     def unbalance(self, x: Array) -> Mapping[float, complex]:
         """Its unbalance at x (d,) SI by position (m), kg m, angles as of `with_unbalance`. Left out: it cannot tell."""
@@ -148,7 +151,7 @@ class Problem(ABC):
         return type(self).load_response is not Problem.load_response
 
     def dense_response(self, x: Array) -> ComplexArray:
-        """`response` by a second and slower route, for comparison and for making data. Left out: there is none."""
+        """`response` by a second, slower route, for comparison and for making data. Left out: there is none."""
         raise self._refusal("has a dense route", "give measurement.route=reduced")
 
     @property
@@ -300,8 +303,7 @@ class Effect(Settings, Generic[Seen]):
         return self
 
     def path(self, problem: Seen) -> Array:
-        """Values (n, e) SI of its unknowns that lead away from 0: fits go along them, each from where the last one ended, in place
-        of a scan of its limits. Left out: none."""
+        """Values (n, e) SI leading away from 0: fits go along them, each from the last one. Left out: a scan instead."""
         return np.empty((0, 0))
 
     @abstractmethod
@@ -313,8 +315,7 @@ class Effect(Settings, Generic[Seen]):
         """The problem with this effect, whose unknowns follow its own: a problem like any other."""
 
     def places(self, problem: Seen) -> Sequence[float]:
-        """Where on the shaft it acts alone, or the plane of which it changes the reading, m: a second opinion on its name.
-        Left out: nowhere in particular."""
+        """Where on the shaft it acts alone, or whose reading it changes, m: a second opinion on its name. Left out: nowhere."""
         return ()
 
     @abstractmethod
@@ -362,8 +363,8 @@ class Optimizer(Settings):
 
 @dataclass(frozen=True)
 class Method(Settings):
-    """Settings of a way to identify. What it is made of is among its fields, marked as parts (`ksmea.settings.part`): a
-    `surrogate`, an `optimizer`, the number of `samples`. A run that uses it ignores the parts that it has not."""
+    """Settings of a way to identify. Fields marked as parts (`ksmea.settings.part`) are what it is made of: a `surrogate`,
+    an `optimizer`, the number of `samples`. A run that uses it ignores the parts that it has not."""
 
     @classmethod
     def part_names(cls) -> tuple[str, ...]:
@@ -376,8 +377,7 @@ class Method(Settings):
         return tuple(sorted(set(METHOD_PARTS) - set(self.part_names())))
 
     def validate(self, problem: Problem) -> None:
-        """Raise `SettingError` where its parts cannot work together on this problem, before anything is run. Left out:
-        they always can."""
+        """Raise `SettingError` where its parts cannot work together on this problem, before it runs. Left out: they can."""
 
     @abstractmethod
     def identify(self, problem: Problem, measurement: Measurement, streams: Streams) -> Identification:

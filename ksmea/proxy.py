@@ -26,6 +26,9 @@ class ProblemProxy(Problem):
     def at(self, speed: Array, channels: Sequence[Channel]) -> Problem:
         return self.around(self.behind.at(speed, channels))
 
+    def going(self, direction: str) -> Problem:
+        return self.around(self.behind.going(direction))
+
     @property
     def machine(self) -> Problem:
         return self.around(self.behind.machine)

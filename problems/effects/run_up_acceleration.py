@@ -11,7 +11,8 @@ search goes from steady states along rising rates, where each fit begins where t
 
 The limit of the rate is 1.5 times what times or rows of a turn each say it is. Without these it is as if each row were a turn:
 |α| is no higher than Ω ΔΩ/2π where each is a turn or more, and the limit 1.5 times the median of that. A rate that is known is
-the setting `rate`: the effect has no unknown then.
+the setting `rate`: the effect has no unknown then. Runs of a campaign that go up and down have one rate, with both signs: what
+beats behind the peak in one beats before it in the other, as nothing else does.
 """
 
 from __future__ import annotations
@@ -38,6 +39,8 @@ MARGIN = 1.5  # of the limit over the rate that is known, or that of one row per
 PATH = (1e-3, 32)  # of the limit, where the path of rates begins; and how many, a factor of 1.25 from one to the next
 NOTICED = (0.05, 0.5)  # of the limit: a decade is drawn
 SIGNS = {"either": (-1.0, 1.0), "run-up": (0.0, 1.0), "coast-down": (-1.0, 0.0)}
+ALIKE = "alike"
+OF_RUN = {ALIKE: 1.0, "up": 1.0, "down": -1.0, "steady": 0.0}  # times the rate
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,11 @@ class RunUpAcceleration(RotorEffect):
     rate: float | None = setting(
         None, "the rate where it is known, negative in a coast-down; null: an unknown", unit="rpm/s"
     )
+    of_run: str = setting(
+        ALIKE,
+        "up: runs of a campaign that go up have the rate, those that go down minus that; alike: all have it",
+        choices=tuple(OF_RUN),
+    )
     full_speed: float | None = setting(
         None, "the highest speed that modes must suit; null: that of the problem", unit="rad/s", above=0
     )
@@ -63,13 +71,18 @@ class RunUpAcceleration(RotorEffect):
     is_scanned: ClassVar[bool] = False
 
     def __str__(self) -> str:
+        if self.of_run != ALIKE:
+            return "runs up and down"
         return "whole rotor" if self.direction == "either" else self.direction
 
     def seen_in(self, measurement: Measurement) -> RunUpAcceleration | None:
-        """With the direction of the run, and the limit that a known rate sets; None of steady states, or runs of both directions."""
+        """With the direction of the runs, and the limit that a known rate sets; None of steady states, or where nobody says."""
         history = measurement.history
         if measurement.campaign is not None:
-            history = _of_runs({run.direction for run in measurement.campaign.runs})
+            directions = {run.direction for run in measurement.campaign.runs}
+            if self.direction == "either" and len(directions) > 1 and directions <= {*OF_RUN} - {ALIKE}:
+                return dataclasses.replace(self, direction="run-up", of_run="up")
+            history = _of_runs(directions)
         if history is None or self.direction != "either":
             return None if history is None else self
         largest = self.largest if history.rate is None else MARGIN * abs(history.rate)
@@ -116,7 +129,10 @@ class RunUpAcceleration(RotorEffect):
         if self.full_speed is None:
             raise SettingError("full_speed: expected the highest speed, got none; add the effect to a problem")
         acceleration = theta[:, 0] if self.rate is None else np.full(len(theta), self.rate * RPM)
-        return Sweep(acceleration, self.full_speed)
+        return Sweep(OF_RUN[self.of_run] * acceleration, self.full_speed)
+
+    def going(self, direction: str) -> RunUpAcceleration:
+        return self if self.of_run == ALIKE else dataclasses.replace(self, of_run=direction)
 
 
 def _of_runs(directions: set[str]) -> SpeedHistory | None:

@@ -83,6 +83,9 @@ class ExtendedProblem(ProblemProxy):
     def changed(self, change: Callable[[Problem], Problem]) -> Problem:
         return change(self)
 
+    def going(self, direction: str) -> ExtendedProblem:
+        return dataclasses.replace(self, effects=tuple(effect.going(direction) for effect in self.effects))
+
     # Of a rotor with effects nobody knows the modes: they are not those of the rotor behind.
     critical_speeds = Problem.critical_speeds
     modes = Problem.modes

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping, Sequence
-from typing import ClassVar
+from typing import ClassVar, Self
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import Channel
@@ -50,6 +50,10 @@ class RotorHooks(ABC):
     def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
         """Nodal forces per unit of each load, (n_speed, n_dof, n_load)."""
         raise NotImplementedError
+
+    def going(self, direction: str) -> Self:
+        """The same in a run in which the speed goes up, down or is steady. Left out: as it is."""
+        return self
 
     def load_sizes(self, theta: Array) -> ComplexArray:
         """How large each load is, (n, n_load)."""

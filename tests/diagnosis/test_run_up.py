@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from ksmea import registry
+from ksmea.alignment import aligned
+from ksmea.campaign import Campaign, Run
 from ksmea.channel import Channel
 from ksmea.diagnosis.diagnosis import diagnose
 from ksmea.diagnosis.fitting import Effort, fit_baseline, fit_from_values
@@ -42,6 +44,24 @@ def test_a_sweep_is_named_with_its_rate(rate, direction, seed):
     found = diagnosed(rate, seed)
     assert found.verdict == "named" and found.named == ("run_up_acceleration",)
     assert str(found.applied[0].effect) == direction
+    interval = found.best_estimate.intervals[-1]
+    assert abs(rate - (interval.low + interval.high) / 2) < interval.high - interval.low
+
+
+def test_runs_up_and_down_are_one_rate_with_both_signs():
+    """What rings behind the critical speed in one does so before it in the other."""
+    problem, rate = SETTINGS.build(), 24.0
+    x = np.array([SETTINGS.reference()[name] for name in problem.parameters.names])
+    runs = (Run("up", len(problem.speed), direction="up"), Run("down", len(problem.speed), direction="down"))
+    responses = [swept_response(problem, x, sign * rate, n_mode=6) for sign in (1, -1)]
+    values = observe(np.concatenate(responses), "complex", NOISE, np.random.default_rng(3))
+    speed = np.tile(problem.speed, 2)
+    measurement = Measurement(speed, problem.channels, values, None, "test", campaign=Campaign(runs))
+    effects = {name: registry.create("effect", name, {}).seen_in(measurement) for name in EFFECTS}
+    seen = aligned(problem, measurement)
+    found = diagnose(seen, measurement, effects, np.random.default_rng(3), effort=LITTLE)
+    assert found.verdict == "named" and found.named == ("run_up_acceleration",)
+    assert str(found.applied[0].effect) == "runs up and down"
     interval = found.best_estimate.intervals[-1]
     assert abs(rate - (interval.low + interval.high) / 2) < interval.high - interval.low
 
