@@ -85,8 +85,9 @@ class RunUpAcceleration(RotorEffect):
             history = _of_runs(directions)
         if history is None or self.direction != "either":
             return None if history is None else self
-        largest = self.largest if history.rate is None else MARGIN * abs(history.rate)
-        return dataclasses.replace(self, direction=history.direction, largest=largest)
+        if self.largest is not None or history.rate is None:
+            return dataclasses.replace(self, direction=history.direction)
+        return dataclasses.replace(self, direction=history.direction, largest=MARGIN * abs(history.rate))
 
     def path(self, problem: RotorProblem) -> Array:
         signs = SIGNS[self.direction]
@@ -96,7 +97,7 @@ class RunUpAcceleration(RotorEffect):
         if len(problem.speed) < 2 and self.largest is None:
             return []
         given = self.placed_on(problem)
-        if self.direction != "either":
+        if self.direction != "either" or self.rate is not None:
             return [given]
         return [dataclasses.replace(given, direction=direction) for direction in SIGNS if direction != "either"]
 
@@ -118,6 +119,8 @@ class RunUpAcceleration(RotorEffect):
         return (Parameter(ACCELERATION, "rpm/s", RPM, lower, upper),)
 
     def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        if self.rate is not None:
+            return np.empty(0)
         lower, upper = SIGNS[self.direction]
         return (
             self._largest(problem)
