@@ -62,12 +62,6 @@ def test_what_cannot_be_balanced_is_refused_in_one_line(shell, tmp_path, words, 
     assert ended.code == 2 and what in ended.err and len(ended.err.strip().splitlines()) == 1
 
 
-def test_a_weight_that_nobody_knows_is_refused_where_a_rotor_is_fitted(shell, tmp_path):
-    words = ["+experiment=identify", "measurement=campaign", f"measurement.path={EXAMPLES / 'balancing.yaml'}"]
-    ended = shell(*words, cwd=tmp_path)
-    assert ended.code == 2 and "expected weights of known size" in ended.err
-
-
 @pytest.fixture(scope="module")
 def rig(tmp_path_factory):
     """The weight campaign of the RK-4 rig, by the converter of the examples."""
