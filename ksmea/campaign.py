@@ -61,8 +61,7 @@ class UnknownWeight:
 
 @dataclass(frozen=True)
 class Run:
-    """One run: how many speeds it has, and the weights that the shaft carried. `direction` is a note: up, down, steady or
-    nothing."""
+    """One run: how many speeds it has, and the weights that the shaft carried. `direction`: up, down, steady or nothing."""
 
     name: str
     n_speed: int
@@ -70,9 +69,13 @@ class Run:
     direction: str = ""
     unknown_weights: tuple[UnknownWeight, ...] = ()
 
+    @property
+    def all_weights(self) -> tuple[Weight | UnknownWeight, ...]:
+        return (*self.weights, *self.unknown_weights)
+
     def __str__(self) -> str:
         """For example 'trial (45 speeds, up, 150 g mm at 0.2 m, 30°)'."""
-        parts = [f"{self.n_speed} speeds", self.direction, *map(str, (*self.weights, *self.unknown_weights))]
+        parts = [f"{self.n_speed} speeds", self.direction, *map(str, self.all_weights)]
         return f"{self.name} ({', '.join(part for part in parts if part)})"
 
 

@@ -111,9 +111,7 @@ def _nominal(speed: Array, tolerance: float) -> Indices:
 
 
 def _planes(campaign: Campaign) -> Array:
-    known = {weight.position for run in campaign.runs for weight in run.weights}
-    sought = {weight.position for run in campaign.runs for weight in run.unknown_weights}
-    return np.array(sorted(known | sought))
+    return np.array(sorted({weight.position for run in campaign.runs for weight in run.all_weights}))
 
 
 def _weight(campaign: Campaign, run: int, plane: float) -> complex:

@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from ksmea.contracts import Problem
 from ksmea.errors import SettingError
 from ksmea.measurement import Measurement
 
+SAME_PLACE = 1e-3  # m, between a weight and the disk that it sits on
 
-def campaign_remarks(measurement: Measurement) -> tuple[str, ...]:
-    """The runs with their weights and what they share; nothing of a single one."""
+
+def campaign_remarks(problem: Problem, measurement: Measurement) -> tuple[str, ...]:
+    """The runs with their weights and what they share, and weights on no disk; nothing of a single run."""
     campaign = measurement.campaign
     if campaign is None:
         return ()
@@ -15,7 +18,21 @@ def campaign_remarks(measurement: Measurement) -> tuple[str, ...]:
     said += ["noise of its own for each"] if campaign.own_noise else []
     if campaign.reference:
         said.append(f"by differences from run {campaign.reference}: what is alike in all runs cancels")
-    return (f"{campaign}; {'; '.join(said)}",)
+    return (f"{campaign}; {'; '.join(said)}", *_on_no_disk(problem, measurement))
+
+
+def _on_no_disk(problem: Problem, measurement: Measurement) -> list[str]:
+    """Weights that sit beside the disks, where the problem knows its disks."""
+    disks = {name: place for name, place in problem.landmarks.items() if name.startswith("disk")}
+    if measurement.campaign is None or not disks:
+        return []
+    where = ", ".join(f"{name} at {place:g} m" for name, place in disks.items())
+    return [
+        f"run {run.name}: {weight} sits on no disk ({where}); if that is a slip, mend its position"
+        for run in measurement.campaign.runs
+        for weight in run.all_weights
+        if all(abs(weight.position - place) > SAME_PLACE for place in disks.values())
+    ]
 
 
 def refuse_differences(measurement: Measurement, study: str) -> None:

@@ -150,7 +150,7 @@ def diagnosis(
     return dataclasses.replace(
         record,
         left_out={**left_out, **record.left_out},
-        remarks=(*campaign_remarks(measurement), *remarks),
+        remarks=(*campaign_remarks(problem, measurement), *remarks),
         repeats=repeats_of(measurement),
         both_ways=both_ways(problem, measurement, found.baseline.x) if details else None,
     )

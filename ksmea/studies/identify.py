@@ -127,7 +127,7 @@ def identification(
         record = dataclasses.replace(
             record,
             both_ways=both_ways(problem, measurement, x),
-            data=_description(measurement, remarks, testable=testable),
+            data=_description(problem, measurement, remarks, testable=testable),
             repeats=repeats_of(measurement),
             fit=fit_curves(problem, measurement, x, noise),
             stability=stability_of(problem, x, told_noise, measurement.kind, noise_known=known, level=level, told=told),
@@ -335,7 +335,9 @@ def _identifiability(problem: Problem, measurement: Measurement, x: Array, noise
     return Identifiability(x, whitened, np.where(x == 0, parameters.width, np.abs(x)))
 
 
-def _description(measurement: Measurement, remarks: Sequence[str], *, testable: bool) -> DataDescription:
+def _description(
+    problem: Problem, measurement: Measurement, remarks: Sequence[str], *, testable: bool
+) -> DataDescription:
     return DataDescription(
         source=measurement.source,
         kind=measurement.kind,
@@ -343,7 +345,7 @@ def _description(measurement: Measurement, remarks: Sequence[str], *, testable: 
         speed_from=float(np.min(measurement.speed)),
         speed_to=float(np.max(measurement.speed)),
         channels=tuple(str(channel) for channel in measurement.channels),
-        remarks=(*campaign_remarks(measurement), *remarks),
+        remarks=(*campaign_remarks(problem, measurement), *remarks),
         reference=measurement.campaign.reference if measurement.campaign else "",
         too_few_to_test=not testable,
     )

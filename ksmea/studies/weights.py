@@ -81,8 +81,7 @@ def _covariance(fit: Fit) -> Array:
 
 def _positions(campaign: Campaign) -> list[float]:
     """Where the shaft carried weights in any run, m."""
-    known = [weight.position for run in campaign.runs for weight in run.weights]
-    return known + [weight.position for run in campaign.runs for weight in run.unknown_weights]
+    return [weight.position for run in campaign.runs for weight in run.all_weights]
 
 
 def _planes(problem: Problem, campaign: Campaign, unbalance: Mapping[float, complex]) -> list[float]:
