@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ksmea.campaign import Campaign, Run, Weight
+from ksmea.campaign import Campaign, Run, UnknownWeight, Weight
 from ksmea.channel import Channel
 from ksmea.measurement import Measurement
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, MICROMETRE, RPM
@@ -16,16 +16,19 @@ def campaign(runs, speed, time=None, noise=None, repeats=1):
     n_channel = np.shape(runs[0][2])[1]
     channels = tuple(Channel(0.1 * (1 + index), "x") for index in range(n_channel))
     speed = np.tile(np.repeat(speed, repeats), len(runs)) * RPM
-    counted = tuple(Run(name, len(values), tuple(map(weight, on.items()))) for name, on, values in runs)
+    counted = tuple(run(name, on, len(values)) for name, on, values in runs)
     values = np.concatenate([np.asarray(values, dtype=complex) for _, _, values in runs]) * MICROMETRE
-    return Measurement(speed, channels, values, noise, "made", False, Campaign(counted), time)
+    return Measurement(speed, channels, values, noise, "made", False, Campaign(counted), time=time)
 
 
-def weight(item):
-    position, value = item
-    if value is UNKNOWN:
-        return Weight(position, None)
-    return Weight(position, abs(value) * GRAM_MILLIMETRE, float(np.angle(value)))
+def run(name, on, n_speed):
+    known = [
+        Weight(position, abs(value) * GRAM_MILLIMETRE, float(np.angle(value)))
+        for position, value in on.items()
+        if value is not UNKNOWN
+    ]
+    unknown = [UnknownWeight(position) for position, value in on.items() if value is UNKNOWN]
+    return Run(name, n_speed, tuple(known), unknown_weights=tuple(unknown))
 
 
 def machine(rng, n_entry=4):

@@ -14,6 +14,7 @@ from ksmea.balancing.influence import Influence
 from ksmea.balancing.misfits import misfits_beside_speeds, predicted
 from ksmea.balancing.readings import readings
 from ksmea.balancing.variance import Components, RestrictedLikelihood, _factors, _packed
+from ksmea.campaign import UnknownWeight
 from ksmea.errors import SettingError
 from ksmea.measurement import Noise
 from ksmea.studies.balance import BalanceOptions, balance
@@ -40,8 +41,8 @@ def job(rng, runs=TRIALS, noise=0.0, repeats=1, truth=None):
 def two_runs(known):
     """The same campaign, the second trial weight unknown."""
     bare, one, two = known.runs
-    lost = dataclasses.replace(two.weights[0], magnitude=None)
-    return dataclasses.replace(known, runs=(bare, one, dataclasses.replace(two, weights=(lost,))))
+    lost = dataclasses.replace(two, weights=(), unknown_weights=(UnknownWeight(two.weights[0].position),))
+    return dataclasses.replace(known, runs=(bare, one, lost))
 
 
 def test_two_planes_by_hand():
