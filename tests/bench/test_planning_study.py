@@ -172,7 +172,7 @@ class Bare(Problem):
 def test_a_problem_that_can_do_less_is_planned_for_as_far_as_it_goes():
     setup = Setup.of({**SETTINGS, "study": {"name": "plan", "target": "cyy", "n_candidate": 30}})
     study = setup.plugins["study"]
-    bare = dataclasses.replace(setup, problem=Bare(setup.problem))
+    bare = dataclasses.replace(setup, aligned_problem=Bare(setup.problem))
     study.validate(bare)
     found, whole = (study.run(each, None) for each in (bare, setup))
     assert [family["family"] for family in found["families"]] == ["speeds"]

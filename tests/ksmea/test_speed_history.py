@@ -82,7 +82,9 @@ def seen(history=None, *directions):
         (seen(None, "up", "up"), "run-up"),
         (seen(None, "down", "down"), "coast-down"),
         (seen(None, "steady", "steady"), None),
-        (seen(None, "up", "down"), None),
+        (seen(None, "up", "down"), "run-up"),  # at one rate, which has the other sign in the run down
+        (seen(None, "up", "steady"), "run-up"),
+        (seen(None, "up", ""), None),
     ],
 )
 def test_a_sweep_is_tried_where_something_speaks_for_one(measurement, direction):
