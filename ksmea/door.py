@@ -36,6 +36,7 @@ from ksmea.show.diagnosis import about_extension
 from ksmea.show.location import about_extension as about_law
 from ksmea.studies.balance import BalanceOptions
 from ksmea.studies.balance import balance as balancing
+from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
 from ksmea.studies.identifiability import IdentifiabilityOptions, identifiability_study
 from ksmea.studies.identify import identification, location_options
@@ -201,11 +202,14 @@ def identifiability(
     kind: str = "amplitude",
     noise_known: bool = True,
     values: Mapping[str, float] | None = None,
+    measurement: Data | None = None,
+    rng: Seed = 0,
     **settings: Any,
 ) -> IdentifiabilityResult:
     """How well data on the problem's speeds and channels with such noise would tell the unknowns, and how other data would.
 
-    `relative` and `floor` (µm) are the noise, `values` where the problem is linearised (published values by default).
+    `relative` and `floor` (µm) are the noise, `values` where the problem is linearised (published values by default). A
+    `measurement` stands in for all of these by its most likely values and noise, and is what further data are added to.
     `settings` are those of `study=identifiability`: level, variations …
 
     >>> import ksmea
@@ -213,12 +217,12 @@ def identifiability(
     >>> [f"{item.name} {100 * item.crlb / item.true:.2f} %" for item in result.record.parameters[:2]]
     ['kxx 0.11 %', 'kyy 0.11 %']
     """
-    noise = _noise(relative, floor)
     options = IdentifiabilityOptions(**settings)
-    x = problem.x(values)
-    return IdentifiabilityResult(
-        identifiability_study(problem.problem, x, noise, kind, noise_known=noise_known, options=options)
-    )
+    if measurement is None:
+        point = DesignPoint(problem.problem, problem.x(values), _noise(relative, floor), kind, noise_known)
+    else:
+        point = _most_likely(problem, measurement, rng)
+    return IdentifiabilityResult(identifiability_study(point, options))
 
 
 def plan(
@@ -230,6 +234,8 @@ def plan(
     kind: str = "amplitude",
     noise_known: bool = True,
     values: Mapping[str, float] | None = None,
+    measurement: Data | None = None,
+    rng: Seed = 0,
     **settings: Any,
 ) -> PlanResult:
     """Which speeds, probes or trial unbalance to add so that `target`, or all unknowns together, become known best.
@@ -242,8 +248,11 @@ def plan(
     ['speeds']
     """
     options = PlanOptions(target=target, **settings)
-    noise, x = _noise(relative, floor), problem.x(values)
-    return PlanResult(planning_study(problem.problem, x, noise, kind, noise_known=noise_known, options=options))
+    if measurement is None:
+        point = DesignPoint(problem.problem, problem.x(values), _noise(relative, floor), kind, noise_known)
+    else:
+        point = _most_likely(problem, measurement, rng)
+    return PlanResult(planning_study(point, options))
 
 
 def diagnose(
@@ -344,6 +353,11 @@ def _noise(relative: float, floor: float) -> Noise:
             "noise: expected some, without which every unknown is known exactly, got none; give relative=0.05 or floor=0.1 (µm)"
         )
     return noise
+
+
+def _most_likely(problem: LoadedProblem, data: Data, rng: Seed) -> DesignPoint:
+    measurement = _measurement(data)
+    return DesignPoint.of_measurement(aligned(problem.problem, measurement), measurement, _generator(rng))
 
 
 def _measurement(data: Data) -> Measurement:

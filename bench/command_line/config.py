@@ -42,6 +42,7 @@ class BenchConfig:
     figures: list[str] = field(default_factory=list)
     exact: float | None = None
     includes: list[str] = field(default_factory=list)
+    standard: dict[str, Any] = field(default_factory=dict)
     grid: list[dict[str, Any]] = field(default_factory=list)
     problem: Any = MISSING
     measurement: Any = MISSING

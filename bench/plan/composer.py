@@ -16,7 +16,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from bench.command_line.messages import unknown_key
 from bench.command_line.offered import require_offered
-from bench.command_line.overrides import Choice
+from bench.command_line.overrides import Choice, override
 from ksmea import registry
 from ksmea.errors import SettingError
 from ksmea.settings import own_fields
@@ -66,6 +66,7 @@ class Composer:
         """The configuration at one point: {setting or group: value}."""
         groups = {key: value for key, value in point.items() if key in registry.GROUPS}
         overrides = (
+            *self._standard(groups),
             *(choice.word for choice in self._fixed if self._concerns(choice, groups)),
             *(f"{group}={name}" for group, name in groups.items()),
         )
@@ -89,6 +90,13 @@ class Composer:
     def _concerns(self, choice: Choice, groups: Mapping[str, str]) -> bool:
         """Whether what is fixed is for a point: a setting of a plugin, where the one chosen there has it."""
         return not _of_plugin(choice) or self._has(choice.key, groups)
+
+    def _standard(self, groups: Mapping[str, str]) -> Iterable[str]:
+        """What the experiment sets of the plugins chosen at a point, as far as they have it."""
+        for key, value in self.outline.standard.items():
+            group, setting = key.split(".")
+            if setting in _settings(group, groups.get(group, self.outline[group].name)):
+                yield override(key, value)
 
     def _has(self, key: str, groups: Mapping[str, str]) -> bool:
         """Whether a setting is one of the plugin chosen at a point; of a group without alternatives it always is."""

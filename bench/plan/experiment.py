@@ -34,7 +34,19 @@ from ksmea.errors import SettingError, unknown
 
 FIGURES = ("updates", "response", "cost")
 # Settings of the whole experiment, which cannot be an axis of it.
-WHOLE = ("name", "repetitions", "output", "table", "paper", "figures", "exact", "includes", "own_seeds", "grid")
+WHOLE = (
+    "name",
+    "repetitions",
+    "output",
+    "table",
+    "paper",
+    "figures",
+    "exact",
+    "includes",
+    "own_seeds",
+    "standard",
+    "grid",
+)
 # Settings of how its jobs work, passed on to them; none of them changes a result.
 WORKING = ("batches", "workers", "timeout", "memory", "journal", "share")
 

@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 from bench.plan.draw import Draw
 from bench.plan.setup import Setup
 from bench.plan.study import Study
+from bench.studies.design_point import design_point, require_design_point
 from ksmea.records.identifiability import IdentifiabilityRecord
 from ksmea.records.record import Record
 from ksmea.studies.identifiability import IdentifiabilityOptions, identifiability_study
@@ -23,17 +24,8 @@ class IdentifiabilityStudy(IdentifiabilityOptions, Study):
     ignores: ClassVar[tuple[str, ...]] = ("samples", "surrogate", "optimizer", "method")
 
     def validate(self, setup: Setup) -> None:
-        setup.require_truth("study=identifiability")
-        setup.require_noise("study=identifiability")
+        require_design_point(setup, "study=identifiability")
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
-        measurement = setup.source
-        record = identifiability_study(
-            setup.problem,
-            setup.true_x,
-            setup.require_noise("study=identifiability"),
-            measurement.kind,
-            noise_known=measurement.noise_known,
-            options=self,
-        )
+        record = identifiability_study(design_point(setup, draw, "study=identifiability"), self)
         return {"status": "done", **record.to_data()}

@@ -1,4 +1,4 @@
-"""The study `plan`: which data to add, near the published values or measurement.truth."""
+"""The study `plan`: which data to add, near the published values or measurement.truth, or what a measurement makes most likely."""
 
 from __future__ import annotations
 
@@ -8,6 +8,7 @@ from typing import Any, ClassVar
 from bench.plan.draw import Draw
 from bench.plan.setup import Setup
 from bench.plan.study import Study
+from bench.studies.design_point import design_point, require_design_point
 from ksmea.records.plan import PlanRecord
 from ksmea.records.record import Record
 from ksmea.studies.plan import PlanOptions, planning_study
@@ -24,17 +25,8 @@ class Planning(PlanOptions, Study):
 
     def validate(self, setup: Setup) -> None:
         self.check_problem(setup.problem)
-        setup.require_truth("study=plan")
-        setup.require_noise("study=plan")
+        require_design_point(setup, "study=plan")
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
-        measurement = setup.source
-        record = planning_study(
-            setup.problem,
-            setup.true_x,
-            setup.require_noise("study=plan"),
-            measurement.kind,
-            noise_known=measurement.noise_known,
-            options=self,
-        )
+        record = planning_study(design_point(setup, draw, "study=plan"), self)
         return {"status": "done", **record.to_data()}

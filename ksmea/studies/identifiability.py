@@ -28,6 +28,7 @@ from ksmea.records.identifiability import (
 )
 from ksmea.records.record import finite
 from ksmea.settings import Settings, setting
+from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.stability import stability_of
 
 VARIATIONS = ("speeds", "band", "position", "noise", "kind")
@@ -70,22 +71,14 @@ class Data:
     noise_known: bool = True
 
 
-def identifiability_study(
-    problem: Problem,
-    x: Array,
-    noise: Noise,
-    kind: str = "amplitude",
-    *,
-    noise_known: bool = True,
-    options: IdentifiabilityOptions | None = None,
-) -> IdentifiabilityRecord:
-    """The CRLB of each unknown at x (d,), SI, from data of a kind ('amplitude' or 'complex') on the problem's speeds and
-    channels, and how it changes with the data.
+def identifiability_study(point: DesignPoint, options: IdentifiabilityOptions | None = None) -> IdentifiabilityRecord:
+    """The CRLB of each unknown at a point from data on the problem's speeds and channels, and how it changes with the data.
 
     Where the noise's level is not known, what it takes to estimate it is taken off.
     """
     options = options or IdentifiabilityOptions()
-    data = Data(problem, noise, kind, noise_known)
+    problem, x = point.problem, point.x
+    data = Data(problem, point.noise, point.kind, point.noise_known)
     present = identifiability_of(data, x)
     return IdentifiabilityRecord(
         level=options.level,
@@ -104,7 +97,9 @@ def identifiability_study(
             for parameter, value, crlb in zip(problem.parameters, x, present.crlb)
         ),
         correlation=tuple(tuple(finite(entry) for entry in row) for row in present.correlation),
-        stability=stability_of(problem, x, noise, kind, noise_known=noise_known, level=options.level, told=present),
+        stability=stability_of(
+            problem, x, point.noise, point.kind, noise_known=point.noise_known, level=options.level, told=present
+        ),
         worst_direction=Direction(tuple(present.worst_direction.tolist()), finite(present.worst_crlb)),
         variations=tuple(
             Variation(variation, value, tuple(finite(crlb) for crlb in identifiability_of(varied, x).crlb))

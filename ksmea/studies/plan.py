@@ -16,12 +16,12 @@ from ksmea.arrays import Array
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.errors import SettingError, unknown
-from ksmea.measurement import Noise
 from ksmea.parameters import Parameters
 from ksmea.planning import Criterion, choose, crlb, data_rows, information, mean_axis_reduction_pct
 from ksmea.records.plan import Candidates, Family, PlanRecord, Step, Unknown
 from ksmea.records.record import finite
 from ksmea.settings import Settings, setting
+from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.stability import stability_of
 from ksmea.trial_weights import equal_unbalance, weight_positions
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
@@ -110,23 +110,16 @@ class Addition:
     phase: float | None = None
 
 
-def planning_study(
-    problem: Problem,
-    x: Array,
-    noise: Noise,
-    kind: str = "amplitude",
-    *,
-    noise_known: bool = True,
-    options: PlanOptions | None = None,
-) -> PlanRecord:
-    """What to add to data of a kind ('amplitude' or 'complex') with this noise on the problem's speeds and channels, so
-    that one unknown (c-optimal) or all of them (D-optimal) become known best near x (d,), SI."""
+def planning_study(point: DesignPoint, options: PlanOptions | None = None) -> PlanRecord:
+    """What to add to data on the problem's speeds and channels, so that one unknown (c-optimal) or all of them (D-optimal)
+    become known best near a point."""
     options = options or PlanOptions()
+    problem, x, noise = point.problem, point.x, point.noise
     options.check_problem(problem)
     parameters = problem.parameters
 
     def rows_of(problem: Problem) -> Array:
-        return data_rows(problem, x, noise, kind, noise_known=noise_known)
+        return data_rows(problem, x, noise, point.kind, noise_known=point.noise_known)
 
     target = range(len(parameters)) if options.target is None else [parameters.names.index(options.target)]
     present = _Present(problem, x, Criterion(tuple(target)), rows_of)
@@ -155,7 +148,7 @@ def planning_study(
         crlb=_listed(present.crlb),
         families=tuple(entry for entry in found if isinstance(entry, Family)),
         remarks=tuple(remarks),
-        stability=stability_of(problem, x, noise, kind, noise_known=noise_known),
+        stability=stability_of(problem, x, noise, point.kind, noise_known=point.noise_known),
     )
 
 

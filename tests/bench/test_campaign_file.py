@@ -177,6 +177,19 @@ def test_an_unknown_weight_is_found_from_the_command_line(folder, enter):
     assert set(influence["plane"]) == {"disk 1", "disk 2", "disk 3"}
 
 
+@pytest.mark.parametrize(
+    ("study", "little", "value", "crlb"),
+    [("identifiability", "study.variations=[]", "true", "crlb_pct"), ("plan", "study.add=2", "value", "before_pct")],
+)
+def test_what_further_data_would_tell_starts_at_what_the_campaign_says(folder, enter, study, little, value, crlb):
+    """Most likely values and noise stand in for the true ones, which nobody knows."""
+    words = ["measurement=campaign", "measurement.path=campaign.yaml", little]
+    ended = enter(f"+experiment={study}", "workers=1", *words, output=f"results/{study}_campaign")
+    assert ended.code == 0, ended.err
+    told = ended.table(study).drop_duplicates("parameter").set_index("parameter").loc["kxx"]
+    assert told[value] == pytest.approx(50, rel=0.01) and 0 < told[crlb] < 1
+
+
 def test_diagnose_from_the_command_line(folder, enter):
     words = ["+experiment=diagnose", "workers=1", "measurement=campaign", "measurement.path=campaign.yaml"]
     ended = enter(*words, "study.effects=[runout,mass]", output="results/diagnose_campaign")

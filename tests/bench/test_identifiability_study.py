@@ -16,6 +16,7 @@ from ksmea.cramer_rao import identifiability
 from ksmea.measurement import Noise
 from ksmea.records.identifiability import IdentifiabilityRecord
 from ksmea.show.identifiability import COLUMNS, frame, plot, sentences, text
+from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.identifiability import (
     Data,
     IdentifiabilityOptions,
@@ -299,7 +300,7 @@ def test_given_axes_show_the_first_variation_or_the_data_as_they_are():
 
 def test_the_study_is_a_function_of_a_problem_and_its_noise(three_disk):
     x = np.array(list(ThreeDisk().reference().values()))
-    record = identifiability_study(ThreeDisk().build(), x, Noise(0.1, 0.0))
+    record = identifiability_study(DesignPoint(ThreeDisk().build(), x, Noise(0.1, 0.0), "amplitude"))
     assert IdentifiabilityRecord.from_data(three_disk) == record and three_disk["status"] == "done"
 
 

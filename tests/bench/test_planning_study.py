@@ -17,6 +17,7 @@ from ksmea.errors import SettingError
 from ksmea.measurement import Noise
 from ksmea.records.plan import PlanRecord
 from ksmea.show.plan import frame, plot, text
+from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.plan import PlanOptions, planning_study
 
 DATA = Path(__file__).parents[1] / "data"
@@ -169,6 +170,10 @@ class Bare(Problem):
         return Bare(self._whole.at(speed, channels))
 
 
+def point_of(setup, noise):
+    return DesignPoint(setup.problem, setup.true_x, noise, "amplitude")
+
+
 def test_a_problem_that_can_do_less_is_planned_for_as_far_as_it_goes():
     setup = Setup.of({**SETTINGS, "study": {"name": "plan", "target": "cyy", "n_candidate": 30}})
     study = setup.plugins["study"]
@@ -211,7 +216,7 @@ def test_bad_input_is_one_line(enter, words, said):
 def small():
     setup = Setup.of(SETTINGS)
     options = PlanOptions(target="cyy", n_candidate=20, add=2, sensors=1, trial_phases=[0.0])
-    return planning_study(setup.problem, setup.true_x, setup.plugins["measurement"].noise, options=options)
+    return planning_study(point_of(setup, setup.plugins["measurement"].noise), options)
 
 
 def test_the_study_is_a_function_of_a_problem_and_its_noise(small):
@@ -226,7 +231,7 @@ def test_the_study_is_a_function_of_a_problem_and_its_noise(small):
 def test_options_that_do_not_fit_are_refused_in_python():
     setup = Setup.of(SETTINGS)
     with pytest.raises(SettingError, match=r"unknown parameter in study\.target: 'czz'"):
-        planning_study(setup.problem, setup.true_x, Noise(0.1, 0.0), options=PlanOptions(target="czz"))
+        planning_study(point_of(setup, Noise(0.1, 0.0)), PlanOptions(target="czz"))
 
 
 def test_the_figure_has_a_panel_per_family_and_given_axes_the_first(small):

@@ -1,0 +1,29 @@
+"""Where the studies that look ahead linearise: at true values, or at the most likely ones of what was measured."""
+
+from __future__ import annotations
+
+from bench.plan.draw import Draw
+from bench.plan.plan import generator
+from bench.plan.setup import Setup
+from ksmea.contracts import MeasurementSource
+from ksmea.studies.design_point import DesignPoint
+
+
+def require_design_point(setup: Setup, who: str) -> None:
+    """Raise `SettingError` where there are neither true values with noise nor a measurement."""
+    if not _is_measured(setup.source):
+        setup.require_truth(who)
+        setup.require_noise(who)
+
+
+def design_point(setup: Setup, draw: Draw, who: str) -> DesignPoint:
+    """At the true values, or of a measurement at its most likely ones."""
+    source = setup.source
+    if _is_measured(source):
+        return DesignPoint.of_measurement(setup.problem, setup.measure(draw), generator(draw.seeds["diagnosis"]))
+    return DesignPoint(setup.problem, setup.true_x, setup.require_noise(who), source.kind, source.noise_known)
+
+
+def _is_measured(source: MeasurementSource) -> bool:
+    """Whether it holds a measurement whatever the problem is."""
+    return type(source).read is not MeasurementSource.read
