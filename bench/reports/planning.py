@@ -15,7 +15,7 @@ from bench.plan.naming import cell_name, telling_axes
 from bench.plan.plan import Plan, Run
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import first_results, run_lines
-from bench.reports.next_measurement import next_measurement
+from bench.reports.next_measurement import Next, next_measurement
 from bench.reports.tables import csv_text
 from ksmea.records.plan import PlanRecord
 from ksmea.show.plan import frame, text
@@ -33,8 +33,12 @@ class PlanReport(Report):
         lines = run_lines(plan, output)
         runs = pd.DataFrame([_run_row(plan, run, lines.get(run.key)) for run in plan.runs])
         found = first_results(plan, lines, PlanRecord)
-        sections = [_section(plan, cell, record, output) for cell, record in found.items()]
+        following = {cell: next_measurement(plan, plan.cells[cell], found[cell].trial_run, output) for cell in found}
+        if len(found) > 1:  # files of one name for all of them
+            following = {cell: each for cell, each in following.items() if each and not each.files}
+        sections = [_section(plan, cell, record, following.get(cell)) for cell, record in found.items()]
         files = {f"{plan.name}.csv": csv_text(_frame(plan, found)).encode(), "runs.csv": csv_text(runs).encode()}
+        files |= {name: content for each in following.values() if each for name, content in each.files.items()}
         return Made(
             "\n\n".join(sections),
             files,
@@ -43,9 +47,8 @@ class PlanReport(Report):
         )
 
 
-def _section(plan: Plan, cell: int, record: PlanRecord, output: Path) -> str:
+def _section(plan: Plan, cell: int, record: PlanRecord, following: Next | None) -> str:
     """The plan of one cell, and what follows from the trial run that it recommends."""
-    following = next_measurement(plan, plan.cells[cell], record.trial_run, output)
     return "\n\n".join([text(record, _title(plan, cell, ":")), *([following.text] if following else [])])
 
 

@@ -190,6 +190,21 @@ def test_what_further_data_would_tell_starts_at_what_the_campaign_says(folder, e
     assert told[value] == pytest.approx(50, rel=0.01) and 0 < told[crlb] < 1
 
 
+def test_a_plan_of_a_measured_run_writes_the_campaign_that_it_names(folder, enter):
+    ended = enter(
+        "+experiment=plan",
+        "workers=1",
+        "measurement=file",
+        "measurement.path=bare.csv",
+        "study.add=2",
+        output="results/plan_bare",
+    )
+    assert ended.code == 0, ended.err
+    assert "measurement=campaign measurement.path=results/plan_bare/campaign.yaml" in ended.out
+    with pytest.raises(SettingError, match=r"runs\[2\].file: .*further.csv: expected a CSV file, found none"):
+        ksmea.read_measurement(ended.output / "campaign.yaml")
+
+
 def test_diagnose_from_the_command_line(folder, enter):
     words = ["+experiment=diagnose", "workers=1", "measurement=campaign", "measurement.path=campaign.yaml"]
     ended = enter(*words, "study.effects=[runout,mass]", output="results/diagnose_campaign")
