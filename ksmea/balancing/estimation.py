@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import f as f_distribution
+import scipy
 
 from ksmea.arrays import ComplexArray, Indices
 from ksmea.balancing.fit import Fit
@@ -85,7 +85,7 @@ def tail(chi2: float, n: int, dof: float) -> float:
     """p of a sum of n squared complex residuals, each of variance 1, where the covariance has `dof` degrees of freedom."""
     if n <= 0 or dof <= 0:
         return 1.0
-    return float(f_distribution.sf(chi2 / n, 2 * n, 2 * dof if np.isfinite(dof) else 1e9))
+    return float(scipy.stats.f.sf(chi2 / n, 2 * n, 2 * dof if np.isfinite(dof) else 1e9))
 
 
 def polar_interval(value: complex, radius: float) -> tuple[tuple[float, float], tuple[float, float] | None]:

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+import scipy
 from scipy.linalg import cho_factor, cho_solve
-from scipy.stats import chi2
 
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.balancing.influence import Influence, plain_influence
@@ -250,7 +250,7 @@ def growth_p(fit: Fit) -> float:
 
 def _wald(values: ComplexArray, covariance: ComplexArray) -> float:
     statistic = 2 * np.vdot(values, np.linalg.solve(covariance, values)).real
-    return float(chi2.sf(statistic, 2 * len(values)))
+    return float(scipy.stats.chi2.sf(statistic, 2 * len(values)))
 
 
 def refitted(fit: Fit) -> Fit:

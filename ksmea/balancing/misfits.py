@@ -9,8 +9,7 @@ import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import f as f_distribution
-from scipy.stats import median_abs_deviation, norm
+import scipy
 
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.balancing.fit import NO, Asked, Fit, fitted
@@ -89,8 +88,8 @@ def run_p(fit: Fit, runs: Indices) -> Array:
     used = dict(zip(fit.used.tolist(), np.log(predicted(fit).chi2)))
     log = np.array([used[run] if run in used else np.log(_chi2(fit, run)) for run in runs.tolist()])
     reference = np.array(list(used.values()))
-    deviation = float(median_abs_deviation(reference, scale="normal"))
-    return np.asarray(norm.sf((log - np.median(reference)) / deviation))
+    deviation = float(scipy.stats.median_abs_deviation(reference, scale="normal"))
+    return np.asarray(scipy.stats.norm.sf((log - np.median(reference)) / deviation))
 
 
 def _chi2(fit: Fit, run: int) -> float:
@@ -123,7 +122,7 @@ def misfits_beside_channels(fit: Fit, level: float) -> list[EntryMisfit]:
     prediction = predicted(fit)
     ratio = prediction.entry
     sd = 1 / np.sqrt(np.einsum("iee->ie", np.linalg.inv(prediction.covariance)).real)
-    p = f_distribution.sf(np.abs(ratio) ** 2, 2, 2 * min(fit.dof, TAIL_DOF))
+    p = scipy.stats.f.sf(np.abs(ratio) ** 2, 2, 2 * min(fit.dof, TAIL_DOF))
     measured = fit.readings.response[fit.used]
     return [
         EntryMisfit(
@@ -175,7 +174,7 @@ def _most_unlike(values: ComplexArray, keep: Array, speed: Array, level: float) 
         for run, index, square, deleted in tests:
             if dof < 2 or squares - square <= 0:
                 continue
-            p = float(f_distribution.sf(square / ((squares - square) / (dof - 1)), 2, 2 * (dof - 1)))
+            p = float(scipy.stats.f.sf(square / ((squares - square) / (dof - 1)), 2, 2 * (dof - 1)))
             if p < level / n_test and (best is None or p < best.p):
                 measured = complex(values[run, index, channel])
                 flat = int(np.ravel_multi_index((run, index, channel), values.shape))

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.stats import f as f_distribution
+import scipy
 
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.balancing.correction import Correction, correction
@@ -188,7 +188,7 @@ def _radius2(fit: Fit, level: float) -> float:
     """Squared radius of the region of a complex number, in units of its variance."""
     if fit.dof == 0:
         return float("inf")
-    return float(f_distribution.ppf(level, 2, 2 * fit.dof)) if np.isfinite(fit.dof) else float(-np.log1p(-level))
+    return float(scipy.stats.f.ppf(level, 2, 2 * fit.dof)) if np.isfinite(fit.dof) else float(-np.log1p(-level))
 
 
 def _coefficients(fit: Fit, row: int, unit: float, level: float) -> tuple[PolarRecord, ...]:
@@ -256,7 +256,7 @@ def _spread(fit: Fit) -> tuple[SpreadRecord, ...]:
         p = None
         if spread is not None and repeat and fit.dof:
             between = spread + (drifting or 0.0)
-            p = float(f_distribution.sf(between / repeat, 2 * fit.dof, 2 * data.repeat_dof))
+            p = float(scipy.stats.f.sf(between / repeat, 2 * fit.dof, 2 * data.repeat_dof))
         found.append(SpreadRecord(entry, _sd(spread), _sd(drifting), _sd(repeat), p))
     return tuple(found)
 

@@ -13,7 +13,8 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
-from scipy import linalg, stats
+import scipy
+from scipy import linalg
 
 from ksmea.alignment import aligned
 from ksmea.arrays import Array
@@ -61,7 +62,7 @@ def both_ways(problem: Problem, measurement: Measurement, x: Array) -> BothWaysR
         return None
     variance = 1 / shares[told] - 1
     along = directions[:, told].T @ joint.information[:d, :d] @ (by_differences.theta[:d] - joint.theta[:d])
-    p = float(stats.chi2.sf(np.sum(along**2 / variance), np.sum(told)))
+    p = float(scipy.stats.chi2.sf(np.sum(along**2 / variance), np.sum(told)))
     moved = directions[:, told] @ along / np.sqrt(directions[:, told] ** 2 @ variance)  # in standard errors
     compared = np.sum(directions[:, told] ** 2, axis=1) > MOSTLY * np.sum(directions**2, axis=1)
     named = [index for index in np.argsort(-np.abs(moved)) if compared[index] and abs(moved[index]) > MOVED]
