@@ -7,11 +7,16 @@ from bench.plan.plan import generator
 from bench.plan.setup import Setup
 from ksmea.contracts import MeasurementSource
 from ksmea.studies.design_point import DesignPoint
+from ksmea.studies.enough_data import require_enough
 
 
 def require_design_point(setup: Setup, who: str) -> None:
-    """Raise `SettingError` where there are neither true values with noise nor a measurement."""
-    if not _is_measured(setup.source):
+    """Raise `SettingError` where there are neither true values with noise nor a measurement of enough data."""
+    source = setup.source
+    if _is_measured(source):
+        layout = source.layout(setup.settings)
+        require_enough(layout, len(setup.problem.parameters), with_noise=source.noise is None)
+    else:
         setup.require_truth(who)
         setup.require_noise(who)
 

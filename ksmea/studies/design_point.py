@@ -10,6 +10,7 @@ from ksmea.arrays import Array
 from ksmea.contracts import Problem
 from ksmea.diagnosis.fitting import Effort, fit_baseline
 from ksmea.measurement import Measurement, Noise
+from ksmea.studies.enough_data import require_enough
 
 
 @dataclass(frozen=True)
@@ -24,6 +25,9 @@ class DesignPoint:
 
     @classmethod
     def of_measurement(cls, problem: Problem, measurement: Measurement, rng: np.random.Generator) -> DesignPoint:
-        """What a measurement makes most likely, by a search of the whole box; the problem is aligned with it."""
+        """What a measurement makes most likely, by a search of the whole box; the problem is aligned with it.
+
+        Raises `SettingError` for fewer data than unknowns."""
+        require_enough(measurement.layout, len(problem.parameters), with_noise=measurement.noise is None)
         fit = fit_baseline(problem, measurement, rng, Effort()).best
         return cls(problem, fit.x, fit.noise, measurement.kind, measurement.noise is not None)

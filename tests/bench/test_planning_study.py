@@ -14,11 +14,12 @@ from bench.reports.planning import plan_figure
 from ksmea.contracts import Problem
 from ksmea.cramer_rao import identifiability
 from ksmea.errors import SettingError
-from ksmea.measurement import Noise
+from ksmea.measurement import Measurement, Noise
 from ksmea.records.plan import PlanRecord
 from ksmea.show.plan import frame, plot, text
 from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.plan import PlanOptions, planning_study
+from problems.three_disk import ThreeDisk
 
 DATA = Path(__file__).parents[1] / "data"
 ROTOR = Path(__file__).parents[2] / "docs" / "examples" / "rotor.yaml"
@@ -255,3 +256,12 @@ def test_a_record_that_says_bound_and_gain_is_read():
     assert speeds.steps[0].reduction_pct == pytest.approx(speeds.candidates.reduction_pct[1])
     assert "To know cyy better, its CRLB being 11 % now:" in text(found)
     assert PlanRecord.from_data(found.to_data()) == found
+
+
+def test_a_plan_from_fewer_measured_data_than_unknowns_is_refused():
+    problem = ThreeDisk(n_speed=3, sensors=[0.1], directions=["x"]).build()
+    measurement = Measurement(problem.speed, problem.channels, np.ones((3, 1)), None, "few.csv")
+    with pytest.raises(
+        SettingError, match=r"few.csv: expected at least 7 data for 5 unknowns and 2 of the noise, got 3"
+    ):
+        DesignPoint.of_measurement(problem, measurement, np.random.default_rng(0))
