@@ -16,7 +16,6 @@ import dataclasses
 import sys
 import time
 from dataclasses import dataclass
-from multiprocessing import Pool
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +24,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 from scipy.stats import binomtest
 
+from benchmarks.resumed import add_missing_rows
 from ksmea import registry
 from ksmea.alignment import aligned
 from ksmea.arrays import Array
@@ -48,7 +48,6 @@ REFERENCE = ThreeDisk().reference()
 WHOLE_SHAFT = ("mass", "youngs_modulus")
 CAUSES = (*WHOLE_SHAFT, "probe_rotation", "cross_coupling_symmetric", "speed_dependent_stiffness", "flexible_pedestal")
 OTHERS = ("residual_bow", "runout", "unbalance", "unequal_bearings")  # further effects that are tried
-N_PROCESS = 2
 LIBRARY = library([*CAUSES, *OTHERS], [])[0]
 EFFORT = Effort(screening=1024, starts=6, scan=64, scan_values=8, effect_starts=3)  # less than half of the default
 
@@ -83,9 +82,8 @@ def with_further(first: Measurement, both: Measurement) -> Measurement:
     return Measurement(both.speed, both.channels, values, None, "made", both.phase_known, both.campaign)
 
 
-def row(task: tuple[str, int]) -> dict[str, Any]:
+def row(cause: str, seed: int) -> dict[str, Any]:
     """One draw: what was hidden, what was found at first, what was recommended, and what was found then."""
-    cause, seed = task
     rng = np.random.default_rng([seed, *cause.encode()])
     kind, plane = str(rng.choice(["complex", "amplitude"])), float(rng.choice(PLANES))
     noise = Noise(float(rng.choice(RELATIVES)), FLOOR)
@@ -202,14 +200,7 @@ def figure(rows: pd.DataFrame) -> Figure:
 def main(arguments: list[str]) -> None:
     if arguments[0].isdigit():
         n_draw, path, causes = int(arguments[0]), Path(arguments[1]), arguments[2:] or list(CAUSES)
-        done = (
-            set() if not path.exists() else set(pd.read_csv(path)[["cause", "seed"]].itertuples(index=False, name=None))
-        )
-        tasks = [(cause, seed) for seed in range(n_draw) for cause in causes if (cause, seed) not in done]
-        with Pool(N_PROCESS) as pool:
-            for found in pool.imap_unordered(row, tasks):
-                head = not path.exists()
-                pd.DataFrame([found]).reindex(columns=COLUMNS).to_csv(path, mode="a", header=head, index=False)
+        add_missing_rows(path, COLUMNS, row, ((cause, seed) for seed in range(n_draw) for cause in causes))
     else:
         path = Path(arguments[0])
     rows = pd.read_csv(path)

@@ -14,18 +14,17 @@ about 10 s.
 from __future__ import annotations
 
 import contextlib
-import functools
 import sys
 import time
 from collections.abc import Callable
 from dataclasses import dataclass
-from multiprocessing import Pool
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from benchmarks.resumed import add_missing_rows
 from ksmea import registry
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.channel import Channel
@@ -52,7 +51,6 @@ FINE = ThreeDisk(mesh=26, sensors=SENSORS, n_speed=N_SPEED).build()
 PROBLEM = ThreeDisk(sensors=SENSORS, n_speed=N_SPEED).build()
 ROTOR, SPEED = rotor_at(FINE.rotor, FINE.unknowns, TRUTH), FINE.speed
 CLEAR, STRONG = 60.0, 1000.0  # Δχ² of what is clearly, and strongly, visible
-N_PROCESS = 2
 LARGEST_MOTION = 15e-6  # m, 0-peak
 
 
@@ -254,22 +252,11 @@ def summary(rows: pd.DataFrame) -> pd.DataFrame:
 def main(arguments: list[str]) -> None:
     if arguments[0].isdigit():
         n_draw, path, causes = int(arguments[0]), Path(arguments[1]), arguments[2:] or list(CAUSES)
-        done = (
-            set() if not path.exists() else set(pd.read_csv(path)[["cause", "seed"]].itertuples(index=False, name=None))
-        )
-        tasks = [(cause, seed) for seed in range(n_draw) for cause in causes if (cause, seed) not in done]
-        with Pool(N_PROCESS) as pool:
-            for found in pool.imap_unordered(functools.partial(_apply, row), tasks):
-                head = not path.exists()
-                pd.DataFrame([found]).reindex(columns=COLUMNS).to_csv(path, mode="a", header=head, index=False)
+        add_missing_rows(path, COLUMNS, row, ((cause, seed) for seed in range(n_draw) for cause in causes))
     else:
         path = Path(arguments[0])
     table = summary(pd.read_csv(path).sort_values("seed"))
     print(table.set_index("cause").T.to_string(float_format="{:.3g}".format))
-
-
-def _apply(function: Callable[..., dict[str, Any]], arguments: tuple[Any, ...]) -> dict[str, Any]:
-    return function(*arguments)
 
 
 COLUMNS = [

@@ -16,13 +16,13 @@ from __future__ import annotations
 
 import sys
 import time
-from multiprocessing import Pool
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
+from benchmarks.resumed import add_missing_rows
 from ksmea import registry
 from ksmea.arrays import Array, ComplexArray
 from ksmea.diagnosis.diagnosis import diagnose
@@ -37,7 +37,6 @@ SWEEP = "run_up_acceleration"
 EFFECTS = (SWEEP, "speed_dependent_damping", "speed_dependent_stiffness", "unbalance", "runout")
 NOISE = Noise(0.05, 1e-7)
 CLEAR = 60.0  # Δχ² of what is clearly visible
-N_PROCESS = 2
 RK4 = {"sensors": [0.12, 0.44], "directions": ["x", "y"], "n_speed": 40}
 THREE = {"sensors": [0.1, 0.5, 1.0], "speed_from": 375.0, "speed_to": 402.0, "n_speed": 109}
 ROTORS = {  # fitted, making data, δ in rad/s
@@ -113,23 +112,11 @@ def main(arguments: list[str]) -> None:
     path = Path(arguments[-1])
     if len(arguments) > 1:
         counts = {True: int(arguments[0]), False: int(arguments[1])}
-        done = set() if not path.exists() else set(pd.read_csv(path)[COLUMNS[:3]].itertuples(index=False, name=None))
         tasks = [
-            (rotor, sweeps, seed)
-            for sweeps in (False, True)
-            for seed in range(counts[sweeps])
-            for rotor in ROTORS
-            if (rotor, sweeps, seed) not in done
+            (rotor, sweeps, seed) for sweeps in (False, True) for seed in range(counts[sweeps]) for rotor in ROTORS
         ]
-        with Pool(N_PROCESS) as pool:
-            for found in pool.imap_unordered(_apply, tasks):
-                head = not path.exists()
-                pd.DataFrame([found]).reindex(columns=COLUMNS).to_csv(path, mode="a", header=head, index=False)
+        add_missing_rows(path, COLUMNS, row, tasks)
     print(summary(pd.read_csv(path)).set_index("rotor").T.to_string(float_format="{:.3g}".format))
-
-
-def _apply(arguments: tuple[str, bool, int]) -> dict[str, Any]:
-    return row(*arguments)
 
 
 if __name__ == "__main__":

@@ -1,0 +1,37 @@
+"""Rows of a CSV file that are computed in processes, each as soon as it is done; those that the file has already are not again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from multiprocessing import Pool
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+N_PROCESS = 2
+
+Task = tuple[Any, ...]
+
+
+def add_missing_rows(
+    path: Path, columns: Sequence[str], row: Callable[..., dict[str, Any]], tasks: Iterable[Task]
+) -> None:
+    """Adds `row(*task)` to the file for each task that it lacks; a task is the values of the first columns."""
+    tasks = list(dict.fromkeys(tasks))
+    if path.exists() and tasks:
+        done = set(pd.read_csv(path)[list(columns[: len(tasks[0])])].itertuples(index=False, name=None))
+        tasks = [task for task in tasks if task not in done]
+    with Pool(N_PROCESS) as pool:
+        for made in pool.imap_unordered(_Row(row), tasks):
+            pd.DataFrame([made]).reindex(columns=columns).to_csv(path, mode="a", header=not path.exists(), index=False)
+
+
+class _Row:
+    """A row of a task, in another process."""
+
+    def __init__(self, row: Callable[..., dict[str, Any]]) -> None:
+        self.row = row
+
+    def __call__(self, task: Task) -> dict[str, Any]:
+        return self.row(*task)
