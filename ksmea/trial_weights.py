@@ -9,6 +9,7 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.campaign import Weight
 from ksmea.contracts import Problem
+from ksmea.disks import disk_positions
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
 ANGLES = (0.0, 90.0, 180.0, 270.0)  # degrees
@@ -28,8 +29,7 @@ def equal_unbalance(problem: Problem, x: Array, positions: Sequence[float] | Arr
 
 def weight_positions(problem: Problem) -> list[float]:
     """Where on the shaft a weight could be fixed, m: at its disks, or at any site where it has none."""
-    disks = {position for name, position in problem.landmarks.items() if name.startswith("disk")}
-    return sorted(disks) or problem.sites.tolist()
+    return sorted(set(disk_positions(problem).values())) or problem.sites.tolist()
 
 
 def trial_weights(problem: Problem, x: Array) -> list[Weight]:

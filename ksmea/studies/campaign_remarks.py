@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from ksmea.contracts import Problem
+from ksmea.disks import disk_positions, is_on
 from ksmea.errors import SettingError
 from ksmea.measurement import Measurement
-
-SAME_PLACE = 1e-3  # m, between a weight and the disk that it sits on
 
 
 def campaign_remarks(problem: Problem, measurement: Measurement) -> tuple[str, ...]:
@@ -23,7 +22,7 @@ def campaign_remarks(problem: Problem, measurement: Measurement) -> tuple[str, .
 
 def _on_no_disk(problem: Problem, measurement: Measurement) -> list[str]:
     """Weights that sit beside the disks, where the problem knows its disks."""
-    disks = {name: place for name, place in problem.landmarks.items() if name.startswith("disk")}
+    disks = disk_positions(problem)
     if measurement.campaign is None or not disks:
         return []
     where = ", ".join(f"{name} at {place:g} m" for name, place in disks.items())
@@ -31,7 +30,7 @@ def _on_no_disk(problem: Problem, measurement: Measurement) -> list[str]:
         f"run {run.name}: {weight} sits on no disk ({where}); if that is a slip, mend its position"
         for run in measurement.campaign.runs
         for weight in run.all_weights
-        if all(abs(weight.position - place) > SAME_PLACE for place in disks.values())
+        if not any(is_on(weight.position, place) for place in disks.values())
     ]
 
 

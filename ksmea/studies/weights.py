@@ -20,13 +20,13 @@ from ksmea.contracts import Problem
 from ksmea.critical_rise import critical_rise
 from ksmea.diagnosis.fitting import Fit
 from ksmea.differences import central_differences
+from ksmea.disks import disk_positions, is_on
 from ksmea.records.curves import matrix, row
 from ksmea.records.weights import InfluenceRecord, VectorRecord, WeightsRecord
 from ksmea.units import GRAM_MILLIMETRE
 
 N_ANGLE = 720  # points on the edge of a region of two components: its extremes are met within 1e-5 of its width
 STEP = 1e-6  # of central differences, in parts of each unknown's range
-SAME_PLACE = 1e-6  # m
 TRIAL = GRAM_MILLIMETRE  # kg m, of which the response is divided by: small beside any unbalance, far above rounding
 
 
@@ -87,9 +87,8 @@ def _positions(campaign: Campaign) -> list[float]:
 def _planes(problem: Problem, campaign: Campaign, unbalance: Mapping[float, complex]) -> list[float]:
     """Where weights were, where the unbalance is and where disks are, from the left, m; where the unbalance is as it is."""
     planes = list(unbalance)
-    disks = [position for name, position in problem.landmarks.items() if name.startswith("disk")]
-    for position in (*_positions(campaign), *disks):
-        if all(abs(position - other) > SAME_PLACE for other in planes):
+    for position in (*_positions(campaign), *disk_positions(problem).values()):
+        if not any(is_on(position, other) for other in planes):
             planes.append(position)
     return sorted(planes)
 
@@ -146,7 +145,7 @@ def _vector(found: _Estimate, position: float, run: str, value: Array, slope: Ar
 
 
 def _plane(problem: Problem, position: float) -> str:
-    return next((name for name, place in problem.landmarks.items() if abs(place - position) <= SAME_PLACE), "")
+    return next((name for name, place in problem.landmarks.items() if is_on(position, place)), "")
 
 
 def _influence(problem: Problem, x: Array, position: float) -> tuple[ComplexArray, ComplexArray]:
