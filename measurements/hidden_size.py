@@ -1,4 +1,5 @@
-"""How large a hidden effect is that nobody gives a size: as large as the response itself, and the rotor stays stable.
+"""How large a hidden effect is that nobody gives a size: as large as the response itself, or as shows by a given drop of
+the deviance; and the rotor stays stable.
 
 A draw of an effect is kept where the rotor is stable with it, and the root mean square over speeds and channels of what it
 changes, as the data see it, is between `NOTICED` of that of the response without it. Else all its values are scaled by one
@@ -16,6 +17,10 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.contracts import AnyEffect, Problem
 from ksmea.kind import Kind
+from ksmea.likelihood import Likelihood
+from ksmea.maximisation import maximise
+from ksmea.measurement import Measurement, Noise
+from ksmea.model import Model
 from ksmea.parameters import Parameter
 
 # Of the rms of the response. The ends are a choice: a tenth stands out of noise of some per cent; two responses of one size
@@ -25,6 +30,7 @@ SMALLEST = 1e-4  # of the largest size: the least that is considered
 N_HALVING = 10  # of that range, in factors: the loss of stability is found within 1 %
 UNSEEN = 1e-9  # of the rms of the response: rounding
 N_SIZE = 33  # sizes that are looked at, each a third larger than the one before
+N_BISECTION = 6  # of a third: the size is found within 1 %
 
 
 def drawn_size(effect: AnyEffect, problem: Problem, x: Array, kind: Kind, rng: np.random.Generator) -> Array:
@@ -48,6 +54,42 @@ def drawn_size(effect: AnyEffect, problem: Problem, x: Array, kind: Kind, rng: n
     wanted = least * (most / least) ** part
     # the largest size up to which no size changes more than is wanted
     return theta * rising[max(int(np.searchsorted(change, wanted, side="right")) - 1, 0)]
+
+
+def size_of_drop(
+    effect: AnyEffect, problem: Problem, x: Array, drop: float, noise: Noise, kind: Kind, rng: np.random.Generator
+) -> Array:
+    """Values (e,) SI with which the nearest fit without the effect leaves a deviance of `drop` in data without noise: a draw,
+    scaled by one factor, as far as its limits and the stability of the rotor admit."""
+    theta = np.array(effect.draw(problem, rng), dtype=float)
+    extended = effect.added_to(problem)
+    largest = _largest_factor(theta, effect.parameters(problem))
+    largest = _largest_stable(lambda size: extended.is_stable(np.append(x, size * theta)), largest)
+    u = problem.parameters.to_cube(x)
+    below, above = 0.0, largest
+    for size in largest * SMALLEST ** (1 - np.arange(1, N_SIZE + 1) / N_SIZE):
+        left, fitted = _left_by_fit(problem, extended, np.append(x, size * theta), noise, kind, u)
+        if left >= drop:
+            above = size
+            break
+        below, u = size, fitted
+    for _ in range(N_BISECTION):
+        size = (below + above) / 2
+        left, fitted = _left_by_fit(problem, extended, np.append(x, size * theta), noise, kind, u)
+        below, above, u = (below, size, u) if left >= drop else (size, above, fitted)
+    return below * theta
+
+
+def _left_by_fit(
+    problem: Problem, extended: Problem, x: Array, noise: Noise, kind: Kind, start: Array
+) -> tuple[float, Array]:
+    """The deviance that a fit from a start (d,) in the unit cube leaves in the noise-free data of an extended problem at
+    values (d + e,) SI, and where it ends."""
+    data = Measurement(problem.speed, problem.channels, kind.seen(extended.response(x[None])[0]), noise, "made")
+    likelihood = Likelihood(Model(problem), data)
+    fitted = maximise(likelihood, start).theta
+    left = likelihood.left(fitted, problem.response(problem.parameters.to_si(fitted)[None])[0])
+    return float(kind.dimensions * np.sum(np.abs(left) ** 2)), fitted
 
 
 def relative_change(problem: Problem, extended: Problem, x: Array, sets: Array, kind: Kind) -> Array:

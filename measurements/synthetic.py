@@ -30,7 +30,7 @@ from ksmea.records.hidden import HiddenEffect, TrueValue
 from ksmea.run_notation import weights_of
 from ksmea.settings import setting
 from ksmea.units import MICROMETRE, RPM
-from measurements.hidden_size import drawn_size
+from measurements.hidden_size import drawn_size, size_of_drop
 
 ROUTES = ("reduced", "dense")
 MAX_DRAWS = 20  # of effects, for a stable rotor
@@ -62,6 +62,9 @@ class Synthetic(MeasurementSource):
     noise_known: bool = setting(
         True, "tell the identification the noise's level; false: it is estimated, relative part and floor together"
     )
+    stated: float = setting(
+        1.0, "noise that the identification is told, in parts of what is drawn, where it is told any", above=0
+    )
     phase_known: bool = setting(
         True, "where the phases of complex responses begin; false: not known, one more unknown, as with measured phases"
     )
@@ -82,6 +85,12 @@ class Synthetic(MeasurementSource):
     )
     sizes: dict[str, float] = setting(
         {}, "sizes of hidden effects by name of their parameters, in their units; a name left out: drawn"
+    )
+    expected_drop: float | None = setting(
+        None,
+        "deviance that a fit without it leaves of each hidden effect alone, by which its drawn size is scaled; null: sizes that"
+        " change the response by its own size",
+        above=0,
     )
     runs: list[str] = setting(
         [],
@@ -134,7 +143,7 @@ class Synthetic(MeasurementSource):
         layout = self._layout(self._source(settings).build())
         response = self.response(settings, truth, hidden)
         values = np.concatenate([observe(response[rows], self.kind, self.noise, noise) for rows in layout.rows])
-        told = self.noise if self.noise_known else None
+        told = self.noise.scaled(self.stated) if self.noise_known else None
         return Measurement(
             layout.speed, layout.channels, values, told, layout.source, layout.phase_known, layout.campaign
         )
@@ -196,7 +205,7 @@ class Synthetic(MeasurementSource):
         for name in self.hidden:
             effect = _drawn_location(name, problem, rng)
             try:
-                theta = drawn_size(effect, extended, x, Kind(self.kind), rng)
+                theta = self._size(effect, extended, x, rng)
                 extended = effect.added_to(extended)
             except SettingError as error:
                 raise SettingError(f"measurement.hidden: {name}: {error}") from error
@@ -211,6 +220,14 @@ class Synthetic(MeasurementSource):
             if name not in sized:
                 raise unknown("parameter in measurement.sizes:", name, sized)
         return extended, found, is_drawn
+
+    def _size(self, effect: AnyEffect, problem: Problem, x: Array, rng: np.random.Generator) -> Array:
+        """Values (e,) SI of an effect's unknowns, drawn."""
+        if self.expected_drop is None:
+            return drawn_size(effect, problem, x, Kind(self.kind), rng)
+        if self.noise.is_absent:
+            raise SettingError("expected_drop: expected noise, by which a deviance is measured, got none; give one")
+        return size_of_drop(effect, problem, x, self.expected_drop, self.noise, Kind(self.kind), rng)
 
     def _machine(self, settings: ProblemSettings) -> Problem:
         """The model that makes the data, as far as the problem knows it, in one run without weights."""

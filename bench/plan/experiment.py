@@ -181,7 +181,7 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) ->
     modules |= used
     samples = None if "samples" in ignored and "samples" not in point else config.samples
     place = {"samples": samples} | point
-    seed = own_seed(config.seed, config.label) if config.own_seeds else config.seed
+    seed = own_seed(config.seed, point) if config.own_seeds else config.seed
     return Cell(place, settings, seed, parameters, code_digest(used))
 
 

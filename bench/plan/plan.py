@@ -112,10 +112,11 @@ def component_seeds(seed: int, repetition: int) -> dict[str, list[int]]:
     return {component: [seed, repetition, place] for component, place in SEED_PLACES.items()}
 
 
-def own_seed(seed: int, label: str | None) -> int:
-    """The seed of cells with a label where an experiment gives each label its own: made of both, so that it stays the same
-    whatever other cells there are."""
-    return int(_hash([seed, label])[:8], 16)
+def own_seed(seed: int, place: Mapping[str, Any]) -> int:
+    """The seed of a cell where an experiment gives cells with other data their own: made of its label and of what its place
+    on the axes says of the measurement, so that it stays the same whatever other cells there are."""
+    data = {key: value for key, value in place.items() if key == "label" or key.startswith("measurement")}
+    return int(_hash([seed, data])[:8], 16)
 
 
 def global_entropy(seeds: Mapping[str, list[int]]) -> list[int]:

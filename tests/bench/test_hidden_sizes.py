@@ -7,8 +7,13 @@ import pytest
 
 from ksmea import registry
 from ksmea.errors import SettingError
+from ksmea.fisher import projected, whitened_sensitivity
 from ksmea.kind import Kind
-from measurements.hidden_size import NOTICED, drawn_size, relative_change
+from ksmea.likelihood import Likelihood
+from ksmea.maximisation import maximise
+from ksmea.measurement import Measurement, Noise
+from ksmea.model import Model
+from measurements.hidden_size import NOTICED, drawn_size, relative_change, size_of_drop
 from measurements.synthetic import Synthetic
 from problems.rotor.effect import RotorEffect
 from problems.three_disk import ThreeDisk
@@ -113,3 +118,54 @@ def test_a_size_that_leaves_the_rest_no_room_is_refused_after_some_draws():
     sizes = {"kxy_antisymmetric": 5.0}
     with pytest.raises(SettingError, match="got none in 20 draws; give measurement"):
         Synthetic(hidden=["cross_coupling_antisymmetric", "runout"], sizes=sizes).true_values(PROBLEM)
+
+
+@pytest.mark.parametrize("name", ["runout", "unbalance", "speed_dependent_stiffness"])
+def test_a_size_of_a_deviance_drop_is_that_of_the_sensitivities_where_the_effect_is_small(name):
+    noise, wanted = Noise(0.05, 1e-7), 40.0
+    effect = placed(name)
+    theta = size_of_drop(effect, PLAIN, X, wanted, noise, COMPLEX, np.random.default_rng(1))
+    response, sensitivity = effect.added_to(PLAIN).linearised(np.concatenate([X, 0 * theta]))
+    columns = np.append(PLAIN.parameters.width, theta)
+    whitened = whitened_sensitivity(response, sensitivity * columns, noise, COMPLEX)
+    left = projected(whitened[:, len(X) :].sum(axis=1, keepdims=True), whitened[:, : len(X)])
+    # 20 %: the response is not quite linear in the effect, and the fit has its variance from its own response
+    assert np.sum(left**2) == pytest.approx(wanted, rel=0.2)
+
+
+@pytest.mark.parametrize("name", ["flexible_pedestal", "mass"])
+def test_a_size_of_a_deviance_drop_holds_where_sensitivities_do_not(name):
+    noise, effect = Noise(0.05, 1e-7), placed(name)
+    small, large = (
+        size_of_drop(effect, PLAIN, X, drop, noise, COMPLEX, np.random.default_rng(1)) for drop in (10, 1e4)
+    )
+    assert np.linalg.norm(large) > 1.5 * np.linalg.norm(small)
+    response = effect.added_to(PLAIN).response(np.concatenate([X, large])[None])[0]
+    likelihood = Likelihood(Model(PLAIN), Measurement(PLAIN.speed, PLAIN.channels, response, noise, ""))
+    fits = [maximise(likelihood, PLAIN.parameters.to_cube(X * factor)) for factor in (1.0, 1.01, 0.99)]
+    absent = effect.added_to(PLAIN)
+    best = Likelihood(Model(absent), Measurement(PLAIN.speed, PLAIN.channels, response, noise, ""))
+    drop = min(fit.deviance for fit in fits) - best.deviance(absent.parameters.to_cube(np.concatenate([X, large])))
+    assert drop > 1e4 / 2  # no fit nearby explains half of what the size was drawn for
+
+
+def test_a_size_of_a_deviance_drop_ends_where_the_rotor_becomes_unstable():
+    effect = placed("internal_damping")
+    theta = size_of_drop(effect, PLAIN, X, 1e6, Noise(0.05, 1e-7), COMPLEX, np.random.default_rng(1))
+    extended = effect.added_to(PLAIN)
+    assert extended.is_stable(np.concatenate([X, theta]))
+    assert not extended.is_stable(np.concatenate([X, 1.1 * theta]))
+
+
+def test_a_deviance_drop_without_noise_is_refused():
+    data = Synthetic(kind="complex", hidden=["runout"], expected_drop=60.0)
+    with pytest.raises(SettingError, match="expected_drop: expected noise"):
+        data.true_values(PROBLEM)
+
+
+def test_stated_noise_is_what_the_fit_is_told_and_not_what_is_drawn():
+    settings = {"kind": "complex", "relative": 0.06, "floor": 0.1}
+    draw = lambda data: data.measure(PROBLEM, TRUTH, np.random.default_rng(1), np.random.default_rng(2))
+    right, wrong = draw(Synthetic(**settings)), draw(Synthetic(**settings, stated=0.5))
+    assert np.array_equal(right.values, wrong.values)
+    assert wrong.noise.levels == ((0.03, pytest.approx(0.05e-6)),)
