@@ -1,0 +1,110 @@
+"""What a diagnosis sees, as tables, figures and a page."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import pandas as pd
+
+from bench.jobs.records import read_records
+from bench.plan.plan import Plan
+from bench.plan.report import Made, Report
+from bench.reports.by_cell import result_runs
+from bench.reports.diagnosis import diagnosis_runs
+from bench.reports.page import figure_block, page, table_block
+from bench.reports.power import (
+    CLEARLY_VISIBLE,
+    EFFECT,
+    KIND,
+    confusion,
+    interval,
+    power_frame,
+    power_row,
+    rates,
+    with_places,
+)
+from bench.reports.power_figures import confusion_figure, detection_figure
+from bench.reports.tables import csv_text
+from ksmea.records.diagnosis import DiagnosisRecord
+from ksmea.show.style import png
+from ksmea.show.text import aligned, number
+
+TABLE_NAMES = {"in_set": "in reported set", "sizes_held": "in their intervals", "surplus": "one too many"}
+DETECTION = "Share of draws that are detected against size, in units of the smallest size that nine of ten draws are expected to show"
+CONFUSION = "What each hidden effect is called, in per cent of its clearly visible draws"
+
+
+@dataclass(frozen=True)
+class DiagnosisPowerReport(Report):
+    study: ClassVar[str] = "diagnose"
+
+    def make(self, plan: Plan, output: Path) -> Made:
+        lines = read_records(output, plan=plan)
+        runs = diagnosis_runs(plan, lines)
+        facts = result_runs(plan, lines, DiagnosisRecord, power_row)
+        told = with_places(plan, runs.merge(facts[["key", *facts.columns.difference(runs.columns)]], on="key"))
+        if told.empty:
+            return Made(f"{plan.name}: no result yet", {"runs.csv": csv_text(runs).encode()}, runs)
+        by_effect, by_kind = (in_words(rates(told, by)) for by in (EFFECT, KIND))
+        shares = confusion(told)
+        files = {
+            f"{plan.name}.csv": csv_text(power_frame(told)).encode(),
+            "confusion.csv": csv_text(shares.rename_axis(EFFECT).reset_index()).encode(),
+            "runs.csv": csv_text(runs).encode(),
+        }
+
+        def figures() -> dict[str, bytes]:
+            drawn = {"detection.png": png(detection_figure(told)), "confusion.png": png(confusion_figure(shares))}
+            blocks = [
+                *(table_block(name, table) for name, table in ((f"By {EFFECT}", by_effect), (f"By {KIND}", by_kind))),
+                figure_block("Detection", DETECTION, drawn["detection.png"]),
+                figure_block("Confusion", CONFUSION, drawn["confusion.png"]),
+            ]
+            return {**drawn, "index.html": page(plan, about(told, runs), blocks).encode()}
+
+        text = "\n\n".join([about(told, runs), *(_as_text(table) for table in (by_effect, by_kind))])
+        return Made(text, files, runs, figures)
+
+
+def about(told: pd.DataFrame, runs: pd.DataFrame) -> str:
+    """What the tables count, in a sentence or two."""
+    return (
+        f"{len(told)} of {len(runs)} runs have a result; tables count draws that are expected to leave a deviance of"
+        f" {CLEARLY_VISIBLE:g} or more, rates are with their 95 % intervals. A core takes {told['seconds'].median():.1f} s for a"
+        f" data set in the median, {told['seconds'].quantile(0.9):.1f} s for nine of ten."
+    )
+
+
+def in_words(counts: pd.DataFrame) -> pd.DataFrame:
+    """Counts as a table for people: of those detected, shares with their intervals."""
+    rows = []
+    for row in counts.to_dict("records"):
+        by = next(iter(row))
+        n = int(row["detected"])
+        rows.append(
+            {
+                by: str(row[by]),
+                "draws": str(row["draws"]),
+                "detected": f"{n} ({row['expected']:.0f} expected)",
+                **{TABLE_NAMES.get(name, name): _rate(int(row[name]), n) for name in ("in_set", "first")},
+                TABLE_NAMES["surplus"]: str(row["surplus"]),
+                "sizes": str(row["sizes"]),
+                TABLE_NAMES["sizes_held"]: _rate(int(row["sizes_held"]), int(row["sizes"])),
+                "s": number(row["seconds"], 2),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _rate(count: int, n: int) -> str:
+    """For example '19, 95 % (76–99)'."""
+    if not n:
+        return "–"
+    low, high = interval(count, n)
+    return f"{count}, {100 * count / n:.0f} % ({100 * low:.0f}–{100 * high:.0f})"
+
+
+def _as_text(table: pd.DataFrame) -> str:
+    return aligned(list(table.columns), table.to_numpy().tolist())
