@@ -8,23 +8,28 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from bench.reports.power import DROP, EFFECT, interval
+from bench.reports.power import DROP, EFFECT, chance, detectable_drop, interval
 from ksmea.show.style import OURS, REFERENCE
 
 COLUMNS = 5  # of small axes
+TICKS = (0.5, 1, 2, 4, 8)
 
 
 def detection_figure(told: pd.DataFrame) -> Figure:
     """The share of draws that are detected against size, per effect: 1 is the smallest detectable size, which nine of ten draws
     are expected to show. Bars are 95 % intervals, the line is what is expected."""
     effects = list(dict.fromkeys(told[EFFECT]))
-    rows = math.ceil(len(effects) / COLUMNS)
-    made = Figure(figsize=(2.5 * COLUMNS, 1.9 * rows + 0.6), layout="constrained")
-    grid = made.subplots(rows, COLUMNS, sharex=True, sharey=True, squeeze=False)
+    columns = min(COLUMNS, len(effects))
+    rows = math.ceil(len(effects) / columns)
+    made = Figure(figsize=(2.5 * columns + 0.6, 1.9 * rows + 0.6), layout="constrained")
+    grid = made.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
+    sizes = np.geomspace(min(0.5, told["size"].min()), max(2.0, told["size"].max()))
     for axes, effect in zip(grid.flat, effects):
         mine = told[told[EFFECT] == effect]
-        expected = mine.groupby("size")["predicted"].mean()
-        axes.plot(expected.index, 100 * expected, color=REFERENCE, lw=1)
+        unknowns, candidates, level = (mine[name].iloc[0] for name in ("unknowns", "candidates", "level"))
+        needed = detectable_drop(unknowns, candidates, level)
+        expected = [chance(size**2 * needed, unknowns, candidates, level) for size in sizes]
+        axes.plot(sizes, 100 * np.array(expected), color=REFERENCE, lw=1)
         for _, at_drop in mine.groupby(DROP):
             n, seen = len(at_drop), int(at_drop["detected"].sum())
             low, high = interval(seen, n)
@@ -33,6 +38,8 @@ def detection_figure(told: pd.DataFrame) -> Figure:
         axes.axvline(1.0, color=REFERENCE, lw=0.8, ls=":")
         axes.set_title(effect.replace("_", " "), fontsize=8)
         axes.set(xscale="log", ylim=(-5, 105))
+        axes.set_xticks(TICKS, [f"{tick:g}" for tick in TICKS])
+        axes.minorticks_off()
     for axes in list(grid.flat)[len(effects) :]:
         axes.set_axis_off()
     made.supxlabel("size / smallest detectable size", fontsize=9)

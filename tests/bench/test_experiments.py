@@ -39,6 +39,7 @@ REPETITIONS = {  # of others than tables
     "diagnosis_without": 6,
     "diagnosis_nulls": 100,
     "diagnosis_effects": 20,
+    "diagnosis_power": 2,
 }
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 RUN_UP = EXAMPLES / "run_up.csv"

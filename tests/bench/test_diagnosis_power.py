@@ -1,0 +1,89 @@
+"""`+experiment=diagnosis_power`: chances from closed forms, counts of draws made by hand, and its files."""
+
+import numpy as np
+import pandas as pd
+import pytest
+import scipy
+
+from bench.reports.power import DROP, EFFECT, KIND, chance, confusion, detectable_drop, rates
+from bench.reports.power_figures import confusion_figure
+
+FEW = "study.effects=[runout,channel_gain,mass]"
+
+
+def test_the_chance_of_detection_is_that_of_a_shifted_normal_for_one_unknown():
+    """A noncentral χ² with one degree of freedom is the square of a normal variable with unit variance."""
+    level, candidates, drop = 0.01, 5, 12.0
+    edge = scipy.stats.norm.isf(level / candidates / 2)
+    expected = scipy.stats.norm.sf(edge - np.sqrt(drop)) + scipy.stats.norm.cdf(-edge - np.sqrt(drop))
+    assert chance(drop, 1, candidates, level) == pytest.approx(expected, rel=1e-9)
+
+
+def test_nine_of_ten_see_the_smallest_detectable_size_and_more_candidates_need_more():
+    assert chance(detectable_drop(2, 40, 0.005), 2, 40, 0.005) == pytest.approx(0.9)
+    assert detectable_drop(2, 80, 0.005) > detectable_drop(2, 40, 0.005) > detectable_drop(1, 40, 0.005)
+
+
+@pytest.fixture
+def told():
+    """Draws of two effects: one always found, one taken for the other in half of its draws and unseen in one of four."""
+    common = {KIND: "complex", "predicted": 1.0, "surplus": 0, "sizes_compared": 1, "sizes_held": 1, "seconds": 2.0}
+    right = {EFFECT: "mass", DROP: 80.0, "group": "mass", "verdict": "named", "in_group": True, "is_first": True}
+    taken = {EFFECT: "bow", DROP: 80.0, "group": "mass", "verdict": "named", "in_group": False, "is_first": False}
+    unseen = {EFFECT: "bow", DROP: 80.0, "group": "", "verdict": "adequate", "in_group": False, "is_first": False}
+    unnamed = unseen | {"verdict": "unknown"}
+    weak = unseen | {DROP: 10.0}
+    rows = [right, right, taken, taken, unseen, unnamed, weak]
+    return pd.DataFrame([common | row | {"detected": row["verdict"] != "adequate"} for row in rows])
+
+
+def test_rates_count_what_is_clearly_visible_alone(told):
+    by_effect = rates(told, EFFECT).set_index(EFFECT)
+    assert by_effect.loc["bow", ["draws", "detected", "in_set"]].tolist() == [4, 3, 0]
+    assert by_effect.loc["all", ["draws", "detected", "in_set", "first"]].tolist() == [6, 5, 2, 2]
+
+
+def test_confusion_tells_what_each_is_called_and_what_ends_without_a_name(told):
+    shares = confusion(told)
+    assert shares.loc["bow", ["mass", "bow", "no name", "not seen"]].tolist() == [0.5, 0.0, 0.25, 0.25]
+    assert shares.loc["mass", ["mass", "bow", "no name", "not seen"]].tolist() == [1.0, 0.0, 0.0, 0.0]
+    drawn = [text.get_text() for text in confusion_figure(shares).axes[0].texts]
+    assert drawn == ["100", "50", "25", "25"]
+
+
+@pytest.fixture(scope="module")
+def ended(shell, tmp_path_factory):
+    words = [
+        "+experiment=diagnosis_power",
+        FEW,
+        "repetitions=1",
+        "measurement.expected_drop=20,1000",
+        "label='<b>data'",
+    ]
+    one = [
+        "measurement.kind=complex",
+        "measurement.relative=0.07",
+        "measurement.noise_known=false",
+        "measurement.stated=1",
+    ]
+    seen = ["problem.sensors=[0.1,0.5]", "problem.n_speed=27", "problem.speed_to=1500"]  # one kind of data
+    few = ["study.screening=256", "study.starts=4", "study.scan_values=4", "study.scan=32", "workers=1", *one, *seen]
+    hidden = "measurement.hidden=[runout],[channel_gain]"
+    return shell(*words, *few, hidden, cwd=tmp_path_factory.mktemp("power"), output="results/power")
+
+
+def test_its_files_hold_every_draw_and_the_page_shows_names_as_text(ended):
+    assert ended.code == 0, ended.err
+    assert {path.name for path in ended.output.iterdir()} >= {
+        "diagnosis_power.csv", "confusion.csv", "detection.png", "confusion.png", "index.html", "runs.csv",
+    }  # fmt: skip
+    counts = ended.table("diagnosis_power")
+    assert len(counts) == 4 and counts["draws"].sum() == len(ended.runs())
+    assert counts.loc[counts[DROP] == 1000, "detected"].sum() == counts.loc[counts[DROP] == 1000, "draws"].sum()
+    page = (ended.output / "index.html").read_text()
+    assert "&lt;b&gt;data" in page and "<b>" not in page and "http" not in page.replace("http-equiv", "")
+
+
+def test_each_cell_draws_noise_of_its_own(ended):
+    seeds = [cell["seed"] for cell in ended.cells()]
+    assert len(set(seeds)) == len(seeds) == 4
