@@ -22,6 +22,7 @@ from bench.plan.report import Made, Report
 from bench.reports.by_cell import result_runs
 from bench.reports.hidden import hidden_by_cell, hidden_paragraph
 from bench.reports.next_measurement import CAMPAIGN_FILE, Next, next_measurement
+from bench.reports.rates import interval
 from bench.reports.tables import csv_text
 from ksmea.extension import extended_yaml
 from ksmea.records.diagnosis import DiagnosisRecord
@@ -176,6 +177,10 @@ def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
                 "sizes": int(visible["sizes_compared"].sum()),
                 "sizes_held": int(visible["sizes_held"].sum()),
             }
+        elif len(results) and any(facts.truth is not None for facts in plan.cells[index].parameters):  # nothing is hidden
+            alarms = len(results) - row["adequate"] - row["not observable"]
+            low, high = interval(alarms, len(results))
+            row |= {"false_alarms": alarms, "false_alarms_pct_low": 100 * low, "false_alarms_pct_high": 100 * high}
         if index in hidden:
             row[COLUMN] = hidden[index]
         row["seconds_median"] = results["seconds"].median() if "seconds" in results else np.nan

@@ -19,13 +19,13 @@ from bench.reports.power import (
     EFFECT,
     KIND,
     confusion,
-    interval,
     power_frame,
     power_row,
     rates,
     with_places,
 )
 from bench.reports.power_figures import confusion_figure, detection_figure
+from bench.reports.rates import rate
 from bench.reports.tables import csv_text
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.show.style import png
@@ -88,22 +88,14 @@ def in_words(counts: pd.DataFrame) -> pd.DataFrame:
                 by: str(row[by]),
                 "draws": str(row["draws"]),
                 "detected": f"{n} ({row['expected']:.0f} expected)",
-                **{TABLE_NAMES.get(name, name): _rate(int(row[name]), n) for name in ("in_set", "first")},
+                **{TABLE_NAMES.get(name, name): rate(int(row[name]), n) for name in ("in_set", "first")},
                 TABLE_NAMES["surplus"]: str(row["surplus"]),
                 "sizes": str(row["sizes"]),
-                TABLE_NAMES["sizes_held"]: _rate(int(row["sizes_held"]), int(row["sizes"])),
+                TABLE_NAMES["sizes_held"]: rate(int(row["sizes_held"]), int(row["sizes"])),
                 "s": number(row["seconds"], 2),
             }
         )
     return pd.DataFrame(rows)
-
-
-def _rate(count: int, n: int) -> str:
-    """For example '19, 95 % (76–99)'."""
-    if not n:
-        return "–"
-    low, high = interval(count, n)
-    return f"{count}, {100 * count / n:.0f} % ({100 * low:.0f}–{100 * high:.0f})"
 
 
 def _as_text(table: pd.DataFrame) -> str:

@@ -24,7 +24,6 @@ EFFECT, DROP, KIND = "effect", "expected_drop", "kind of data"
 UNSEEN = ("adequate", "not observable")  # verdicts that say nothing against a model
 CERTAIN = 0.9  # chance of detection of the smallest detectable size
 CLEARLY_VISIBLE = 60.0  # deviance that is expected to be left
-LEVEL = 0.95  # of intervals of rates
 
 
 def power_row(record: DiagnosisRecord) -> dict[str, Any]:
@@ -129,11 +128,3 @@ def _shares(mine: pd.DataFrame, columns: list[str]) -> Mapping[str, float]:
     found = {name: sum(name in group for group in groups) / n for name in columns}
     seen = {"no name": sum(bool(verdict) and verdict not in UNSEEN for verdict in unnamed) / n}
     return found | seen | {"not seen": sum(verdict in UNSEEN for verdict in unnamed) / n}
-
-
-def interval(count: int, n: int) -> tuple[float, float]:
-    """Wilson's interval of a rate."""
-    if not n:
-        return 0.0, 1.0
-    found = scipy.stats.binomtest(count, n).proportion_ci(LEVEL, method="wilson")
-    return float(found.low), float(found.high)

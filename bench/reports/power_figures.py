@@ -8,7 +8,8 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from bench.reports.power import DROP, EFFECT, chance, detectable_drop, interval
+from bench.reports.power import DROP, EFFECT, chance, detectable_drop
+from bench.reports.rates import interval
 from ksmea.show.style import OURS, REFERENCE
 
 COLUMNS = 5  # of small axes

@@ -69,7 +69,7 @@ def ended(shell, tmp_path_factory):
     seen = ["problem.sensors=[0.1,0.5]", "problem.n_speed=27", "problem.speed_to=1500"]  # one kind of data
     few = ["study.screening=256", "study.starts=4", "study.scan_values=4", "study.scan=32", "workers=1", *one, *seen]
     hidden = "measurement.hidden=[runout],[channel_gain]"
-    return shell(*words, *few, hidden, cwd=tmp_path_factory.mktemp("power"), output="results/power")
+    return shell(*words, *few, hidden, cwd=tmp_path_factory.mktemp("power"), output="results/diagnosis_power")
 
 
 def test_its_files_hold_every_draw_and_the_page_shows_names_as_text(ended):

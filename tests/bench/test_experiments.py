@@ -37,7 +37,7 @@ REPETITIONS = {  # of others than tables
     "locate": 1,
     "balance": 1,
     "diagnosis_without": 6,
-    "diagnosis_nulls": 100,
+    "diagnosis_nulls": 300,
     "diagnosis_effects": 20,
     "diagnosis_power": 2,
 }
