@@ -25,12 +25,13 @@ from ksmea.fisher import span
 LAGS = 3  # of the autocorrelation, in speeds
 MAX_VALUES = 2**22  # numbers simulated at once, which bounds the memory
 N_BAND = 6  # equal numbers of speeds, shared among the runs
+CHI2 = "χ²"  # the one that depends on the size of the noise
 STATISTICS = (
     "autocorrelation over speed",
     "cross-channel correlation",
     "largest residual",
     "band and channel",
-    "χ²",
+    CHI2,
 )
 
 
