@@ -49,5 +49,6 @@ class Kind(StrEnum):
 
 
 def amplitude_sensitivity(response: ComplexArray, sensitivity: ComplexArray) -> Array:
-    """Derivatives (…, d) of |q| from the response q (…) and its derivatives (…, d): Re(q* ∂q) / |q|."""
-    return np.asarray((np.conj(response)[..., None] * sensitivity).real / np.abs(response)[..., None])
+    """Derivatives (…, d) of |q| from the response q (…) and its derivatives (…, d): Re(q* ∂q) / |q|, 0 where q is."""
+    amplitude = np.abs(response)[..., None]
+    return np.asarray((np.conj(response)[..., None] * sensitivity).real / np.where(amplitude == 0, 1.0, amplitude))

@@ -76,4 +76,4 @@ class ProbeRotation(RotorEffect):
 
 def _partner(channel: Channel) -> Channel:
     """The channel at right angles to one."""
-    return Channel(channel.position, "y" if channel.direction == "x" else "x")
+    return dataclasses.replace(channel, direction="y" if channel.direction == "x" else "x")

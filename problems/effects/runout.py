@@ -56,5 +56,6 @@ class Runout(RotorEffect):
         return drawn_vector(rng, *NOTICED)
 
     def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
-        read = [is_at(channel, self.position) * (1.0 if channel.direction == "x" else -1j) for channel in channels]
+        seen = [channel.is_1x and is_at(channel, self.position) for channel in channels]
+        read = [each * (1.0 if channel.direction == "x" else -1j) for each, channel in zip(seen, channels)]
         return response + forward_vector(theta)[:, None, None] * np.array(read)

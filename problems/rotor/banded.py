@@ -28,11 +28,13 @@ def band_of(matrix: Array) -> Array:
     return band
 
 
-def dynamic_stiffness_band(matrices: Matrices, speed: Array) -> ComplexArray:
-    """D(Ω) = K + ΩN + iΩ(C + ΩG) − Ω²M at each speed (rad/s), (n_speed, n_dof, WIDTH) N/m."""
-    omega = np.asarray(speed)
+def dynamic_stiffness_band(matrices: Matrices, speed: Array, harmonic: float = 1.0) -> ComplexArray:
+    """D = K + ΩN + iω(C + ΩG) − ω²M of a motion at ω = hΩ, h the harmonic, at each speed of rotation Ω (rad/s),
+    (n_speed, n_dof, WIDTH) N/m."""
+    spin = np.asarray(speed)
+    omega = harmonic * spin
     band = np.empty((len(omega), len(matrices.mass), WIDTH), dtype=complex)
-    powers = np.stack([np.ones_like(omega), omega, -(omega**2)], axis=1)
+    powers = np.stack([np.ones_like(omega), spin, -(omega**2)], axis=1)
     in_phase = np.stack([band_of(each) for each in (matrices.stiffness, matrices.circulatory, matrices.mass)])
     quadrature = np.stack([band_of(each) for each in (matrices.damping, matrices.gyroscopic)])
     band.real = np.tensordot(powers, in_phase, 1)

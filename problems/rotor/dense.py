@@ -1,6 +1,6 @@
 """The synchronous response by solving with the whole dynamic stiffness: the reference route.
 
-Sign convention: a real response is Re(q e^{iΩt}); q is complex, m, 0-peak.
+Sign convention: a real response is Re(q e^{iΩt}), at harmonic h Re(q e^{ihΩt}); q is complex, m, 0-peak.
 """
 
 from __future__ import annotations
@@ -16,11 +16,13 @@ from problems.rotor.data import Rotor
 from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
 
 
-def dynamic_stiffness(matrices: Matrices, speed: Array) -> ComplexArray:
-    """D(Ω) = K + ΩN + iΩ(C + ΩG) − Ω²M at each speed (rad/s), (n_speed, n_dof, n_dof) N/m."""
-    omega = np.asarray(speed)[:, None, None]
-    conservative = matrices.stiffness + omega * matrices.circulatory - omega**2 * matrices.mass
-    return conservative + 1j * omega * (matrices.damping + omega * matrices.gyroscopic)
+def dynamic_stiffness(matrices: Matrices, speed: Array, harmonic: float = 1.0) -> ComplexArray:
+    """D = K + ΩN + iω(C + ΩG) − ω²M of a motion at ω = hΩ, h the harmonic, at each speed of rotation Ω (rad/s),
+    (n_speed, n_dof, n_dof) N/m."""
+    spin = np.asarray(speed)[:, None, None]
+    omega = harmonic * spin
+    conservative = matrices.stiffness + spin * matrices.circulatory - omega**2 * matrices.mass
+    return conservative + 1j * omega * (matrices.damping + spin * matrices.gyroscopic)
 
 
 def dense_response(rotor: Rotor, speed: Array, channels: Sequence[Channel]) -> ComplexArray:
@@ -30,8 +32,9 @@ def dense_response(rotor: Rotor, speed: Array, channels: Sequence[Channel]) -> C
     return motion @ channel_rows(rotor, channels).T
 
 
-def channel_rows(rotor: Rotor, channels: Sequence[Channel]) -> Array:
-    """The rows that read each channel, (n_channel, n_dof)."""
+def channel_rows(rotor: Rotor, channels: Sequence[Channel], harmonic: float = 1.0) -> Array:
+    """The rows that read each channel of a motion at a harmonic, (n_channel, n_dof); zeros for channels of another one."""
     for channel in channels:
         rotor.require_on_shaft(channel.position, "sensor")
-    return np.stack([displacement_row(rotor, channel.position, channel.direction) for channel in channels])
+    rows = (displacement_row(rotor, channel.position, channel.direction) for channel in channels)
+    return np.stack([row if channel.harmonic == harmonic else 0.0 * row for row, channel in zip(rows, channels)])

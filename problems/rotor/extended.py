@@ -30,7 +30,7 @@ from problems.rotor.data import COEFFICIENTS, STIFFNESSES, Rotor
 from problems.rotor.hooks import RotorHooks
 from problems.rotor.loads import unit_loads
 from problems.rotor.problem import CHUNK_BYTES, RotorProblem, checked_sets, finite, impedances_of
-from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
+from problems.rotor.receptance import Impedance, Reduction, at_harmonic, reduce_rotor
 from problems.rotor.run_up import Sweep, parabola, sweep_change
 from problems.rotor.site_law import Force, SiteLaw, attached, dense_parts, with_forces
 from problems.rotor.stability import growth_rate, low_modes, searched_speed
@@ -194,19 +194,22 @@ class ExtendedProblem(ProblemProxy):
         return tuple(sorted(needed, key=lambda item: (item.bearing, item.row, item.column)))
 
     @cached_property
-    def _reductions(self) -> OrderedDict[tuple[tuple[float, ...], tuple[Load, ...]], Reduction]:
+    def _reductions(self) -> OrderedDict[tuple[tuple[float, ...], tuple[Load, ...], float], Reduction]:
         return OrderedDict()
 
-    def _reduction(self, changing: tuple[float, ...], loads: tuple[Load, ...]) -> Reduction:
-        """The rotor, as its effects have changed it, seen from its ports; columns of unit loads come last."""
-        kept, key = self._reductions, (changing, loads)
+    def _reduction(self, changing: tuple[float, ...], loads: tuple[Load, ...], harmonic: float = 1.0) -> Reduction:
+        """The rotor, as its effects have changed it, seen from its ports; columns of unit loads come last. At a harmonic
+        only these do anything."""
+        kept, key = self._reductions, (changing, loads, harmonic)
         if key not in kept:
             rotor = self._changed_rotor(self.base.rotor, np.array(changing))
-            forces = [] if (own := self._loads(rotor)) is None else [own]
+            forces = [] if (own := self._loads(rotor)) is None else [own * (harmonic == 1)]
             units = (*(load for each in self._site_laws for load in each.loads), *loads)
             forces += [unit_loads(rotor, units, len(self.speed))] if units else []
             together = np.concatenate(forces, axis=2) if forces else None
-            kept[key] = reduce_rotor(rotor, self._impedances, self.speed, self._seen_channels, together, banded=True)
+            kept[key] = reduce_rotor(
+                rotor, self._impedances, self.speed, self._seen_channels, together, harmonic=harmonic, banded=True
+            )
             if len(kept) > MAX_REDUCTIONS:
                 kept.popitem(last=False)
         kept.move_to_end(key)
@@ -264,15 +267,17 @@ class ExtendedProblem(ProblemProxy):
 
     def _entries(self, reduction: Reduction, coefficients: Array, of_effects: list[Array]) -> ComplexArray:
         """The reduction's impedances (n_impedance, n, n_speed), N/m, effects and supports included."""
-        impedance = self._impedance_seen(coefficients, self.speed, of_effects)
+        impedance = self._impedance_seen(coefficients, self.speed, of_effects, reduction.harmonic)
         return np.stack([impedance[item.bearing, item.row, item.column] for item in reduction.impedances])
 
-    def _impedance_seen(self, coefficients: Array, speed: Array, of_effects: list[Array]) -> ComplexArray:
-        """Impedances that the shaft feels at the ports, (n_bearing, 2, 2, n, n_speed) N/m, from coefficients
-        (n, n_bearing, 8), effects and supports included."""
-        impedance = self._bearing_impedance(coefficients, speed, of_effects)
+    def _impedance_seen(
+        self, coefficients: Array, speed: Array, of_effects: list[Array], harmonic: float = 1.0
+    ) -> ComplexArray:
+        """Impedances that the shaft feels at the ports in a motion at a harmonic, (n_bearing, 2, 2, n, n_speed) N/m, from
+        coefficients (n, n_bearing, 8), effects and supports included."""
+        impedance = at_harmonic(self._bearing_impedance(coefficients, speed, of_effects), harmonic)
         for support in self._supports(of_effects):
-            impedance = in_series(impedance, support.compliance(speed))
+            impedance = in_series(impedance, support.compliance(harmonic * speed))
         return impedance
 
     def _bearing_impedance(self, coefficients: Array, speed: Array, of_effects: list[Array]) -> ComplexArray:

@@ -9,7 +9,8 @@ rank-one update of Sherman and Morrison (Ann. Math. Stat. 21 (1950) 124–127, d
 
 one impedance after the other: exact, and the same few array operations for a whole batch of bearings.
 
-Sign convention: real quantities are Re(· e^{iΩt}); a bearing pushes the shaft with −z q.
+Sign convention: real quantities are Re(· e^{iΩt}); a bearing pushes the shaft with −z q. A motion at a harmonic h is
+Re(· e^{ihΩt}), with impedances at that frequency; unbalance does nothing there.
 """
 
 from __future__ import annotations
@@ -60,6 +61,7 @@ class Reduction:
     nominal: ComplexArray  # (n_impedance, n_speed) N/m
     # (n_port + n_channel, n_port + n_plane + n_load, n_speed): m/N, m per kg m of unbalance, m per unit of a load
     receptance: ComplexArray
+    harmonic: float = 1.0  # h of the motion
 
     @property
     def n_port(self) -> int:
@@ -88,7 +90,8 @@ class Reduction:
         """Impedances minus nominal, (n_impedance, n, n_speed)."""
         change = np.empty((*stiffness.shape, len(self.speed)), dtype=complex)
         np.subtract(stiffness[..., None], self.nominal.real[:, None], out=change.real)
-        np.subtract(damping[..., None] * self.speed, self.nominal.imag[:, None], out=change.imag)
+        frequency = self.harmonic * self.speed
+        np.subtract(damping[..., None] * frequency, self.nominal.imag[:, None], out=change.imag)
         return change
 
 
@@ -99,19 +102,22 @@ def reduce_rotor(
     channels: Sequence[Channel],
     loads: ComplexArray | None = None,
     *,
+    rows: Array | None = None,
+    harmonic: float = 1.0,
     banded: bool = False,
 ) -> Reduction:
     """The receptances of a rotor about nominal impedances as large as those of its bearings, but well damped.
 
-    `loads` (n_speed, n_dof, n_load) are nodal forces, N per unit, beside those of the unbalance planes. `banded` makes use
+    `loads` (n_speed, n_dof, n_load) are nodal forces, N per unit, beside those of the unbalance planes; `rows` (n_row, n_dof)
+    read the motion beside the channels. At a `harmonic` only its own channels read anything. `banded` makes use
     of the rotor being a chain, which is several times as fast: for rotors that are reduced again and again. One that is
     reduced once keeps the dense elimination that reference results were computed by, since evolutionary searches carry
     differences of rounding into their sixth digit.
     """
-    nominal = np.stack([_nominal_impedance(rotor.bearings, impedance, speed) for impedance in impedances])
+    nominal = np.stack([_nominal_impedance(rotor.bearings, impedance, harmonic * speed) for impedance in impedances])
     ports = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
     free = assemble_free(rotor)
-    stiffness = dynamic_stiffness_band(free, speed) if banded else dynamic_stiffness(free, speed)
+    stiffness = dynamic_stiffness_band(free, speed, harmonic) if banded else dynamic_stiffness(free, speed, harmonic)
     for impedance, values in zip(impedances, nominal, strict=True):
         row, column = ports[impedance.row_port], ports[impedance.column_port]
         place = (column, DIAGONAL + row - column) if banded else (row, column)
@@ -119,11 +125,22 @@ def reduce_rotor(
     n_dof = len(free.mass)
     port_rows = np.eye(n_dof)[ports]
     forces = np.broadcast_to(port_rows.T, (len(speed), n_dof, len(ports)))
-    further = [] if loads is None else [loads]
-    forces = np.concatenate([forces, force_per_unbalance(rotor, speed), *further], axis=2)
+    of_unbalance = (
+        force_per_unbalance(rotor, speed) if harmonic == 1 else np.zeros((len(speed), n_dof, len(rotor.unbalance)))
+    )
+    forces = np.concatenate([forces, of_unbalance, *([] if loads is None else [loads])], axis=2)
     motion = solve(stiffness, forces) if banded else np.linalg.solve(stiffness, forces)
-    receptance = np.concatenate([port_rows, channel_rows(rotor, channels)]) @ motion  # (n_speed, row, column)
-    return Reduction(speed, impedances, nominal, np.ascontiguousarray(np.moveaxis(receptance, 0, 2)))
+    read = [port_rows, channel_rows(rotor, channels, harmonic), *([] if rows is None else [rows])]
+    receptance = np.concatenate(read) @ motion  # (n_speed, row, column)
+    return Reduction(speed, impedances, nominal, np.ascontiguousarray(np.moveaxis(receptance, 0, 2)), harmonic)
+
+
+def at_harmonic(impedance: ComplexArray, harmonic: float) -> ComplexArray:
+    """What a motion at a harmonic h of the spin speed feels of bearings whose impedances are z at h = 1, Re z + i h Im z:
+    their coefficients are functions of the spin speed."""
+    changed = impedance.copy()
+    changed.imag *= harmonic
+    return changed
 
 
 def updated_receptance(
@@ -151,9 +168,9 @@ def _first_port(impedances: Sequence[Impedance], n_port: int) -> int:
     return min((min(impedance.row_port, impedance.column_port) for impedance in impedances), default=n_port)
 
 
-def _nominal_impedance(bearings: Sequence[Bearing], impedance: Impedance, speed: Array) -> ComplexArray:
-    """(n_speed,): the size of the given impedance at each speed with the nominal phase; none off the diagonal."""
+def _nominal_impedance(bearings: Sequence[Bearing], impedance: Impedance, frequency: Array) -> ComplexArray:
+    """(n_speed,): the size of the given impedance at each frequency with the nominal phase; none off the diagonal."""
     bearing, row, column = bearings[impedance.bearing], impedance.row, impedance.column
     if row != column:
-        return np.zeros(len(speed), dtype=complex)
-    return NOMINAL_PHASE * np.abs(bearing.stiffness[row, column] + 1j * speed * bearing.damping[row, column])
+        return np.zeros(len(frequency), dtype=complex)
+    return NOMINAL_PHASE * np.abs(bearing.stiffness[row, column] + 1j * frequency * bearing.damping[row, column])

@@ -2,7 +2,7 @@
 
 With z_b the bearing's impedance and a the support's dynamic compliance, the shaft feels z = (1 + z_b a)⁻¹ z_b, which at
 a = 0 is that of a bearing on rigid ground. The compliance is a function of the frequency of the motion, whatever the spin
-speed is: a = s / (1 + iη − s ω² m) for ω > 0, s the compliance of the spring.
+speed is: a = s / (1 + iη sgn ω − s ω² m), s the compliance of the spring.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ class Support:
     def compliance(self, frequency: Array) -> ComplexArray:
         """Dynamic compliance (2 axes, n, n_frequency) m/N at frequencies (n_frequency,) rad/s."""
         spring, mass = self.spring[:, :, None], self.mass[:, None]
-        return np.asarray(spring / (1 + 1j * self.loss_factor - spring * mass * frequency**2))
+        loss = self.loss_factor * np.sign(frequency)
+        return np.asarray(spring / (1 + 1j * loss - spring * mass * frequency**2))
 
 
 def in_series(impedance: ComplexArray, compliance: ComplexArray) -> ComplexArray:
