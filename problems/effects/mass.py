@@ -29,6 +29,7 @@ class Mass(RotorEffect):
     """The rotor is heavier or lighter throughout."""
 
     aliases: ClassVar[Mapping[str, str]] = {
+        "added_mass": "both lower natural frequencies; several critical speeds, whose modes move that place differently",
         "youngs_modulus": "both move all modes; weigh the rotor, or tap it hanging free",
         "speed_dependent_stiffness": "both move the peaks; several critical speeds, or weigh the rotor",
         "unbalance": "both change the mix of modes; a trial weight on each disk, a second mode in the band",
