@@ -41,6 +41,8 @@ class AxialForce(RotorEffect):
     aliases: ClassVar[Mapping[str, str]] = {
         "youngs_modulus": "both move all modes; a force moves the lowest most: several critical speeds, or tap the rotor"
         " hanging free",
+        "mass": "both move all modes; a force moves the lowest most: several critical speeds, or tap the rotor"
+        " hanging free",
     }
     changes_rotor: ClassVar[bool] = True
 

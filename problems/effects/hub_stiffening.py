@@ -45,6 +45,7 @@ class HubStiffening(RotorEffect):
 
     aliases: ClassVar[Mapping[str, str]] = {
         "youngs_modulus": "both stiffen the shaft; several critical speeds, whose modes bend that place differently",
+        "mass": "both move all modes; several critical speeds, whose modes bend that place differently",
     }
     changes_rotor: ClassVar[bool] = True
 
