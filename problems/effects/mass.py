@@ -29,6 +29,10 @@ class Mass(RotorEffect):
     """The rotor is heavier or lighter throughout."""
 
     aliases: ClassVar[Mapping[str, str]] = {
+        "added_mass": "both lower natural frequencies; several critical speeds, whose modes move that place differently",
+        "axial_force": "both move all modes; a force moves the lowest most: several critical speeds, or tap the rotor"
+        " hanging free",
+        "hub_stiffening": "both move all modes; several critical speeds, whose modes bend that place differently",
         "youngs_modulus": "both move all modes; weigh the rotor, or tap it hanging free",
         "speed_dependent_stiffness": "both move the peaks; several critical speeds, or weigh the rotor",
         "unbalance": "both change the mix of modes; a trial weight on each disk, a second mode in the band",

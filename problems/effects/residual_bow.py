@@ -12,6 +12,7 @@ Machines, 2010, chapter 6.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
@@ -47,7 +48,8 @@ class ResidualBow(RotorEffect):
         return drawn_vector(rng, *NOTICED)
 
     def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
-        force = assemble_free(rotor).stiffness @ bow_shape(rotor)
+        elastic = assemble_free(dataclasses.replace(rotor, axial_force=0.0)).stiffness  # an axial force has no memory
+        force = elastic @ bow_shape(rotor)
         return np.broadcast_to(force[:, None], (len(speed), len(force), 1))
 
     def load_sizes(self, theta: Array) -> ComplexArray:

@@ -28,6 +28,10 @@ class YoungsModulus(RotorEffect):
     """The shaft is stiffer or softer throughout."""
 
     aliases: ClassVar[Mapping[str, str]] = {
+        "axial_force": "both move all modes; a force moves the lowest most: several critical speeds, or tap the rotor"
+        " hanging free",
+        "hub_stiffening": "both stiffen the shaft; several critical speeds, whose modes bend that place differently",
+        "shear_theory": "both move all modes; shear moves the highest most: several critical speeds, or tap the shaft alone",
         "mass": "both move all modes; weigh the rotor, or tap it hanging free",
         "speed_dependent_stiffness": "both move the peaks; several critical speeds, or tap the rotor hanging free",
         "unbalance": "both change the mix of modes; a trial weight on each disk, a second mode in the band",

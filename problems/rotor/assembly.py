@@ -46,22 +46,27 @@ def assemble_free(rotor: Rotor) -> Matrices:
     """The matrices of the shaft and its disks alone, without bearings."""
     n_node = len(rotor.node_positions)
     n_dof = DOF_PER_NODE * n_node
-    mass, gyroscopic, stiffness = (np.zeros((n_dof, n_dof)) for _ in range(3))
-    of_segment = {}  # the elements of a segment are alike
+    mass, gyroscopic, stiffness, drag, geometric = (np.zeros((n_dof, n_dof)) for _ in range(5))
+    of_segment = {}  # the elements of a segment are alike but for hubs
     for index, element in enumerate(elements(rotor)):
         here = element_dof(index)
-        if element.segment not in of_segment:
-            of_segment[element.segment] = shaft.element_matrices(element)
-        matrices = of_segment[element.segment]
+        kind = element.segment, element.hubs
+        if kind not in of_segment:
+            of_segment[kind] = shaft.element_matrices(element)
+        matrices = of_segment[kind]
         mass[here, here] += matrices.mass
         gyroscopic[here, here] += matrices.gyroscopic
         stiffness[here, here] += matrices.stiffness
+        drag[here, here] += matrices.drag
+        geometric[here, here] += matrices.geometric
     for disk in rotor.disks:
         at_node = node_dof(rotor.node_at(disk.position, "disk"))
         mass[np.ix_(at_node, at_node)] += disk_mass(disk)
         gyroscopic[np.ix_(at_node, at_node)] += disk_gyroscopic(disk)
     internal = rotor.internal_damping * stiffness
-    return Matrices(mass, internal, gyroscopic, stiffness, internal @ np.kron(np.eye(n_node), AGAINST_SPIN))
+    circulatory = internal @ np.kron(np.eye(n_node), AGAINST_SPIN)
+    damping = internal + rotor.external_damping * drag
+    return Matrices(mass, damping, gyroscopic, stiffness + rotor.axial_force * geometric, circulatory)
 
 
 def displacement_row(rotor: Rotor, position: float, direction: str) -> Array:

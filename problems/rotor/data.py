@@ -53,10 +53,12 @@ class ShaftSegment:
     material: Material
     n_element: int = 1
     inner_radius: float = 0.0  # m
+    shear_flexibility: float = 1.0  # of that of Timoshenko's theory; 0: Euler–Bernoulli
 
     def __post_init__(self) -> None:
         _require_positive("length of a shaft segment", self.length, "m")
         _require_ring("shaft segment", self.inner_radius, self.outer_radius)
+        _require_not_negative("shear flexibility of a shaft segment", self.shear_flexibility, "")
         if self.n_element < 1:
             raise SettingError(
                 f"elements of a shaft segment: expected at least 1, got {self.n_element}; refine the mesh"
@@ -149,11 +151,27 @@ class UnbalancePlane:
 
 
 @dataclass(frozen=True)
+class Hub:
+    """What makes the shaft beneath it stiffer in bending, EI (1 + `stiffening`), over a width about a position."""
+
+    position: float  # m
+    width: float  # m
+    stiffening: float
+
+    def __post_init__(self) -> None:
+        _require_positive("width of a hub", self.width, "m")
+        if not -1 < self.stiffening <= LARGEST:
+            raise SettingError(f"stiffening of a hub: expected a number above -1, got {self.stiffening}")
+
+
+@dataclass(frozen=True)
 class Rotor:
     """Shaft segments from left to right, and what sits on them.
 
     `internal_damping` (s) is that of the turning shaft in proportion to its stiffness, C_i = β K_s: it damps motion as
     the shaft sees it, (Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, section 7.3).
+    `external_damping` (N s/m per m of shaft) is that of what surrounds the shaft and stands still, and `axial_force` (N) a
+    constant tension of the whole shaft.
     """
 
     segments: tuple[ShaftSegment, ...]
@@ -161,9 +179,15 @@ class Rotor:
     bearings: tuple[Bearing, ...] = ()
     unbalance: tuple[UnbalancePlane, ...] = ()
     internal_damping: float = 0.0
+    external_damping: float = 0.0
+    axial_force: float = 0.0
+    hubs: tuple[Hub, ...] = ()
 
     def __post_init__(self) -> None:
         _require_not_negative("internal damping", self.internal_damping, "s")
+        _require_not_negative("external damping", self.external_damping, "N s/m²")
+        if not abs(self.axial_force) <= LARGEST:
+            raise SettingError(f"axial force: expected a number in N, got {self.axial_force}")
         if not self.segments:
             raise SettingError("shaft: expected at least one segment, got none")
         for disk in self.disks:
@@ -172,6 +196,8 @@ class Rotor:
             self.node_at(bearing.position, "bearing")
         for plane in self.unbalance:
             self.require_on_shaft(plane.position, "unbalance")
+        for hub in self.hubs:
+            self.require_on_shaft(hub.position, "hub")
 
     @property
     def length(self) -> float:  # m

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -9,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.errors import SettingError
-from problems.rotor.data import Rotor, ShaftSegment
+from problems.rotor.data import Hub, Rotor, ShaftSegment
 
 DOF_PER_NODE = 4  # x, y, rotation about x, rotation about y
 
@@ -20,6 +21,7 @@ class Element:
 
     segment: ShaftSegment
     start: float  # m
+    hubs: tuple[tuple[float, float, float], ...] = ()  # from, to as fractions of its length; stiffening
 
     @property
     def length(self) -> float:  # m
@@ -29,7 +31,21 @@ class Element:
 def elements(rotor: Rotor) -> tuple[Element, ...]:
     """The elements of a rotor's shaft from left to right; element e lies between nodes e and e + 1."""
     owners = [segment for segment in rotor.segments for _ in range(segment.n_element)]
-    return tuple(Element(owner, start) for owner, start in zip(owners, rotor.node_positions[:-1], strict=True))
+    plain = (Element(owner, start) for owner, start in zip(owners, rotor.node_positions[:-1], strict=True))
+    return tuple(_with_hubs(element, rotor.hubs) for element in plain) if rotor.hubs else tuple(plain)
+
+
+def _with_hubs(element: Element, hubs: Sequence[Hub]) -> Element:
+    """The element with those hubs that reach over it."""
+    reach = [
+        tuple(
+            min(max((hub.position + side * hub.width / 2 - element.start) / element.length, 0.0), 1.0)
+            for side in (-1, 1)
+        )
+        for hub in hubs
+    ]
+    over = tuple((low, high, hub.stiffening) for (low, high), hub in zip(reach, hubs) if high > low)
+    return dataclasses.replace(element, hubs=over)
 
 
 def locate(rotor: Rotor, position: float) -> tuple[int, float]:

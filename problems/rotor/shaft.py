@@ -13,6 +13,7 @@ with the square of the element's length; for a slender shaft, where shear does n
 from __future__ import annotations
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -32,11 +33,13 @@ GAUSS_POINTS, GAUSS_WEIGHTS = (np.polynomial.legendre.leggauss(4)[0] + 1) / 2, n
 
 @dataclass(frozen=True)
 class ElementMatrices:
-    """Matrices of M q̈ + Ω G q̇ + K q = f, each (8, 8)."""
+    """Matrices of M q̈ + (c D + Ω G) q̇ + (K + N K_g) q = f, each (8, 8): external damping c, N s/m², and axial force N, N."""
 
     mass: Array
     gyroscopic: Array
     stiffness: Array
+    drag: Array  # D, m
+    geometric: Array  # K_g, 1/m
 
 
 def shear_coefficient(segment: ShaftSegment) -> float:
@@ -51,7 +54,8 @@ def shear_parameter(element: Element) -> float:
     """Φ = 12EI/(κGAl²), the flexibility in shear relative to that in bending; 0 for Euler–Bernoulli."""
     segment = element.segment
     shear_stiffness = shear_coefficient(segment) * segment.material.shear_modulus * segment.area
-    return 12 * segment.material.young_modulus * segment.second_moment / (shear_stiffness * element.length**2)
+    of_timoshenko = 12 * segment.material.young_modulus * segment.second_moment / (shear_stiffness * element.length**2)
+    return segment.shear_flexibility * of_timoshenko
 
 
 def deflection_shapes(element: Element, fraction: Array | float) -> Array:
@@ -82,19 +86,37 @@ def rotation_shapes(element: Element, fraction: Array | float) -> Array:
     ) / (1 + phi)
 
 
+def slope_shapes(element: Element, fraction: Array | float) -> Array:
+    """Slope dw/dz at fractions ξ (…) per degree of freedom of one plane, (…, 4); rad per m, per rad."""
+    xi, length, phi = np.asarray(fraction), element.length, shear_parameter(element)
+    return np.stack(
+        [
+            (6 * (xi**2 - xi) - phi) / length,
+            1 - 4 * xi + 3 * xi**2 + phi / 2 * (1 - 2 * xi),
+            (6 * (xi - xi**2) + phi) / length,
+            3 * xi**2 - 2 * xi - phi / 2 * (1 - 2 * xi),
+        ],
+        axis=-1,
+    ) / (1 + phi)
+
+
 def element_matrices(element: Element) -> ElementMatrices:
     """Consistent matrices of an element, both bending planes and their gyroscopic coupling."""
     segment, length = element.segment, element.length
     density = segment.material.density
-    translation = density * segment.area * _integral_of_products(deflection_shapes(element, GAUSS_POINTS), length)
+    drag = _integral_of_products(deflection_shapes(element, GAUSS_POINTS), length)
+    translation = density * segment.area * drag
     rotation = density * segment.second_moment * _integral_of_products(rotation_shapes(element, GAUSS_POINTS), length)
     polar = 2 * rotation  # a circular section's polar moment is twice that about a diameter
-    stiffness = plane_stiffness(element)
+    stiffness = stiffness_under_hubs(element) if element.hubs else plane_stiffness(element)
     return ElementMatrices(
         mass=_in_both_planes(translation + rotation),
         # Spin Ω turns a rotation rate φ̇_y into a moment I_p Ω φ̇_y about x, and φ̇_x into −I_p Ω φ̇_x about y.
         gyroscopic=X_PLANE.T @ polar @ Y_PLANE - Y_PLANE.T @ polar @ X_PLANE,
         stiffness=_in_both_planes(stiffness),
+        drag=_in_both_planes(drag),
+        # an axial force does the work ½ N ∫ (dw/dz)² dz (Nelson 1980)
+        geometric=_in_both_planes(_integral_of_products(slope_shapes(element, GAUSS_POINTS), length)),
     )
 
 
@@ -111,6 +133,20 @@ def plane_stiffness(element: Element) -> Array:
             [6 * length, far, -6 * length, near],
         ]
     )
+
+
+def stiffness_under_hubs(element: Element) -> Array:
+    """The same, (4, 4), where hubs make parts of the element stiffer in bending, from the flexibility of the part after the
+    other: with its left end held and P, M at its right one, the bending moment is P a + M at a distance a from the right."""
+    length, segment = element.length, element.segment
+    bending = segment.material.young_modulus * segment.second_moment
+    flexibility = np.diag([shear_parameter(element) * length**3 / (12 * bending), 0.0])
+    for left, right in pairwise(sorted({0.0, 1.0, *(edge for hub in element.hubs for edge in hub[:2])})):
+        stiffer = np.prod([1 + rise for low, high, rise in element.hubs if low <= left and right <= high])
+        first, second, third = (((1 - left) ** n - (1 - right) ** n) * length**n / n for n in (1, 2, 3))  # ∫ aⁿ⁻¹ da
+        flexibility += np.array([[third, second], [second, first]]) / (bending * stiffer)
+    relative = np.array([[-1, -length, 1, 0], [0, -1, 0, 1]])  # motion of the right end as seen from the left one
+    return relative.T @ np.linalg.solve(flexibility, relative)
 
 
 def displacement_row(element: Element, fraction: float, direction: str) -> Array:

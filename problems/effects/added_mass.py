@@ -1,0 +1,78 @@
+"""A mass that the model lacks at one place of the shaft, or has too much of: a coupling, a sleeve, a nut, a heavier disk.
+
+It resists acceleration along x and y, f = Ω² m q, and has no moments of inertia of its own: those of a part no longer than
+the shaft is thick hardly count (Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, section 5.3, for the
+matrices of a disk). Unlike `mass` it moves each critical speed by how much its place moves there, and not at all where that
+is a node of the mode.
+
+Places that are tried are those where things are mounted: disks, the ends of the shaft, and the middle of long spans.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.errors import SettingError
+from ksmea.force_laws import LAWS
+from ksmea.parameters import Parameter
+from ksmea.settings import setting
+from problems.rotor.data import Rotor
+from problems.rotor.effect import RotorEffect, drawn_either_side, require_on_shaft
+from problems.rotor.problem import RotorProblem
+from problems.rotor.site_law import SiteLaw
+from problems.rotor.sizes import rotor_mass
+
+LARGEST = 0.1  # of the rotor's mass, of either sign: more is a part that no drawing forgets
+NOTICED = (0.001, 0.05)  # of the rotor's mass, of either sign, are drawn
+LONG_SPAN = 0.25  # of the shaft's length, between disks, bearings and ends
+
+
+@dataclass(frozen=True)
+class AddedMass(RotorEffect):
+    """A place of the shaft carries more mass, or less."""
+
+    position: float | None = setting(None, "where it sits; null: on the first disk or end", unit="m", at_least=0)
+
+    aliases: ClassVar[Mapping[str, str]] = {
+        "mass": "both lower natural frequencies; several critical speeds, whose modes move that place differently",
+    }
+
+    def __str__(self) -> str:
+        return "the first disk or end" if self.position is None else f"at {self.position:g} m"
+
+    def locations(self, problem: RotorProblem) -> Sequence[AddedMass]:
+        return [dataclasses.replace(self, position=position) for position in mounting_places(problem.rotor)]
+
+    def placed_on(self, problem: RotorProblem) -> AddedMass:
+        require_on_shaft(problem, self.position, "mass")
+        return self if self.position is not None else self.locations(problem)[0]
+
+    def places(self, problem: RotorProblem) -> Sequence[float]:
+        return () if self.position is None else (self.position,)
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        largest = LARGEST * rotor_mass(problem)
+        return (Parameter("added_mass", "kg", 1.0, -largest, largest),)
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return np.array([rotor_mass(problem) * drawn_either_side(rng, *NOTICED)])
+
+    def site_law(self) -> SiteLaw:
+        if self.position is None:
+            raise SettingError("position: expected the place of the mass, got none; add the effect to a problem")
+        return SiteLaw(self.position, LAWS["mass"])
+
+
+def mounting_places(rotor: Rotor) -> list[float]:
+    """Disks, then the ends of the shaft, then the middle of each long span, m."""
+    disks, ends = [disk.position for disk in rotor.disks], [0.0, rotor.length]
+    stations = sorted({*disks, *ends, *(bearing.position for bearing in rotor.bearings)})
+    spans = [(left + right) / 2 for left, right in pairwise(stations) if right - left > LONG_SPAN * rotor.length]
+    return list(dict.fromkeys([*disks, *ends, *spans]))

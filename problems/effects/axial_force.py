@@ -1,0 +1,65 @@
+"""A constant axial force in the whole shaft: tension stiffens it in bending, compression softens it.
+
+Thrust, the pull of a magnet, a tie rod, or a shaft that is hindered from growing as it warms up. It does the work
+½ N ∫ (dw/dz)² dz, a geometric stiffness N K_g beside the elastic one: of a uniform beam on two pins
+ω_n² = (nπ/L)⁴ EI/μ + (nπ/L)² N/μ with μ its mass per length, so that low modes move most (H. D. Nelson, A finite rotating
+shaft element using Timoshenko beam theory, J. Mech. Design 102 (1980) 793–803, doi 10.1115/1.3254824). The shape functions
+are those of the element with its shear, and N acts along the bent axis. Internal damping and the load of a residual bow are
+those of the elastic stiffness alone.
+
+Its limits are a quarter of the shaft's buckling load on pins at its bearings (`problems/rotor/buckling.py`).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.errors import SettingError
+from ksmea.parameters import Parameter
+from problems.rotor.buckling import buckling_load, is_held
+from problems.rotor.data import Rotor
+from problems.rotor.effect import RotorEffect, drawn_either_side
+from problems.rotor.problem import RotorProblem
+
+LARGEST = (
+    0.25  # of the buckling load: ω₁ falls to √0.75 of what it is, and a shaft that is nearer buckles by its weight
+)
+NOTICED = (0.005, 0.15)  # of the buckling load, of either sign, are drawn
+
+
+@dataclass(frozen=True)
+class AxialForce(RotorEffect):
+    """The shaft is in tension or compression."""
+
+    if_nowhere: ClassVar[str] = "leave it out: its limits need bearings at two places"
+    aliases: ClassVar[Mapping[str, str]] = {
+        "youngs_modulus": "both move all modes; a force moves the lowest most: several critical speeds, or tap the rotor"
+        " hanging free",
+        "mass": "both move all modes; a force moves the lowest most: several critical speeds, or tap the rotor"
+        " hanging free",
+    }
+    changes_rotor: ClassVar[bool] = True
+
+    def locations(self, problem: RotorProblem) -> Sequence[AxialForce]:
+        return [self] if is_held(problem.rotor) else []
+
+    def placed_on(self, problem: RotorProblem) -> AxialForce:
+        if not self.locations(problem):
+            raise SettingError("axial force: expected bearings at two places or more, got one; leave this effect out")
+        return self
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        largest = LARGEST * buckling_load(problem.rotor)
+        return (Parameter("axial_force", "kN", 1e3, -largest, largest),)
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return np.array([buckling_load(problem.rotor) * drawn_either_side(rng, *NOTICED)])
+
+    def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
+        return dataclasses.replace(rotor, axial_force=rotor.axial_force + float(theta[0]))

@@ -1,0 +1,53 @@
+"""External damping: what surrounds the shaft and stands still, such as a liquid, damps it along its whole length.
+
+A force −c q̇ per length of shaft, with q̇ as it is seen from the ground. In a viscous liquid c grows as the gap around the
+shaft narrows; the mass that the liquid adds is another effect (M. W. Wambsganss, S. S. Chen & J. A. Jendrzejczyk, Added mass
+and damping of a vibrating rod in confined viscous fluids, Argonne National Laboratory, ANL-CT-75-08, 1974; for what it does to rotors: Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010,
+section 7.3). Of a uniform shaft it damps mode n with a ratio c/(2 μ ω_n), with μ the mass per length: low modes most. Disks
+have none of their own here. Whatever turns along with the shaft is `internal_damping`.
+
+Its limit is a damping ratio of 5 % of the rotor as a rigid mass on its stiffest bearing, c L = 2 ζ √(k m).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.parameters import Parameter
+from problems.rotor.data import Rotor
+from problems.rotor.effect import RotorEffect, drawn
+from problems.rotor.problem import RotorProblem
+from problems.rotor.sizes import rotor_mass, stiffness_scale
+
+LARGEST = 0.05  # damping ratio: pumps with liquid around the whole shaft
+NOTICED = (0.0005, 0.03)  # damping ratios are drawn
+
+
+@dataclass(frozen=True)
+class ExternalDamping(RotorEffect):
+    """What surrounds the shaft damps it."""
+
+    aliases: ClassVar[Mapping[str, str]] = {
+        "speed_dependent_damping": "both change peak heights; several critical speeds, of which some hardly move the bearings",
+    }
+    changes_rotor: ClassVar[bool] = True
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        return (Parameter("external_damping", "N s/m²", 1.0, 0.0, LARGEST * _per_damping_ratio(problem)),)
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return np.array([drawn(rng, *NOTICED) * _per_damping_ratio(problem)])
+
+    def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
+        return dataclasses.replace(rotor, external_damping=rotor.external_damping + float(theta[0]))
+
+
+def _per_damping_ratio(problem: RotorProblem) -> float:
+    """c of a damping ratio of 1, N s/m²."""
+    return float(2 * np.sqrt(stiffness_scale(problem) * rotor_mass(problem)) / problem.rotor.length)

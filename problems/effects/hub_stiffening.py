@@ -1,0 +1,91 @@
+"""A hub that stiffens the shaft beneath it: EI (1 + s) over the width of a disk's seat.
+
+Models put a disk on a point of the shaft, while a hub that is shrunk on carries bending along with it. Friswell, Penny,
+Garvey & Lees, Dynamics of Rotating Machines, 2010, example 5.8.3, compare models of such a seat; API 684 asks for it. Shear
+flexibility and mass stay. The width is measured about the disk's middle; ends of it may lie anywhere between nodes: the
+stiffness of an element that is covered in part is that of a stepped beam (`problems/rotor/shaft.py`).
+
+Where no width is given, it is the disk's thickness, as its moments of inertia tell it of a ring, h² = 12 (I_d − I_p/2)/m.
+Where they tell none, as of a disk that is a point, it is the shaft's diameter: hubs are about as long.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.errors import SettingError
+from ksmea.parameters import Parameter
+from ksmea.settings import setting
+from problems.rotor.data import Disk, Hub, Rotor
+from problems.rotor.effect import RotorEffect, drawn, require_on_shaft
+from problems.rotor.mesh import elements, locate
+from problems.rotor.problem import RotorProblem
+
+LARGEST = 4.0  # EI five times: a solid hub half as thick again as the shaft, 1.5⁴
+NOTICED = (0.1, 3.0)  # are drawn
+THINNEST = 1e-3  # of the shaft's diameter: a thickness below it is rounding of moments of inertia
+
+
+@dataclass(frozen=True)
+class HubStiffening(RotorEffect):
+    """A disk's seat is stiffer in bending than the shaft."""
+
+    if_nowhere: ClassVar[str] = "give its position and width where the rotor has no disk, or leave it out"
+
+    position: float | None = setting(None, "the middle of the hub; null: the first disk", unit="m", at_least=0)
+    width: float | None = setting(
+        None, "of the hub; null: the thickness of the disk there, or the shaft's diameter", unit="m", above=0
+    )
+
+    aliases: ClassVar[Mapping[str, str]] = {
+        "youngs_modulus": "both stiffen the shaft; several critical speeds, whose modes bend that place differently",
+        "mass": "both move all modes; several critical speeds, whose modes bend that place differently",
+    }
+    changes_rotor: ClassVar[bool] = True
+
+    def __str__(self) -> str:
+        return "the first disk" if self.position is None else f"at {self.position:g} m"
+
+    def locations(self, problem: RotorProblem) -> Sequence[HubStiffening]:
+        positions = dict.fromkeys(disk.position for disk in problem.rotor.disks)
+        return [dataclasses.replace(self, position=position).placed_on(problem) for position in positions]
+
+    def placed_on(self, problem: RotorProblem) -> HubStiffening:
+        require_on_shaft(problem, self.position, "hub")
+        if self.position is None:
+            if not (found := self.locations(problem)):
+                raise SettingError("position: expected a disk on the rotor, got none; give the place of the hub")
+            return found[0]
+        return self if self.width else dataclasses.replace(self, width=hub_width(problem.rotor, self.position))
+
+    def places(self, problem: RotorProblem) -> Sequence[float]:
+        return () if self.position is None else (self.position,)
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        return (Parameter("hub_stiffening", "%", 0.01, 0.0, LARGEST),)
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return np.array([drawn(rng, *NOTICED)])
+
+    def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
+        if self.position is None or self.width is None:
+            raise SettingError("position: expected the place of the hub, got none; add the effect to a problem")
+        return dataclasses.replace(rotor, hubs=(*rotor.hubs, Hub(self.position, self.width, float(theta[0]))))
+
+
+def hub_width(rotor: Rotor, position: float) -> float:
+    """Width of the hub of the disk at a position, m."""
+    diameter = 2 * elements(rotor)[locate(rotor, position)[0]].segment.outer_radius
+    told = [thickness(disk) for disk in rotor.disks if disk.position == position]
+    return next((width for width in told if width > THINNEST * diameter), diameter)
+
+
+def thickness(disk: Disk) -> float:
+    """That of a homogeneous ring with these moments of inertia, m; 0 where there is none."""
+    return float(np.sqrt(max(0.0, 12 * (disk.diametral_inertia - disk.polar_inertia / 2) / disk.mass)))

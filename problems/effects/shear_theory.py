@@ -1,0 +1,54 @@
+"""The other beam theory: shear flexibility of the shaft between Euler–Bernoulli's, none, and more than Timoshenko's.
+
+Φ = 12EI/(κGAl²) of each element (`problems/rotor/shaft.py`) is multiplied by 1 + s: s = −1 leaves no shear, s = 0 is the
+model as it is, s > 0 a shear coefficient κ that is lower than Cowper's by 1/(1 + s), as of slotted, laminated and built-up
+shafts. Where the model has no shear, s is in terms of Timoshenko's. Short waves feel shear most: it lowers ω_n² of a beam on
+two pins by about 1 + (nπ/L)² EI/(κGA). Rotary inertia stays: it follows from the density, and is no choice of theory.
+
+S. P. Timoshenko, On the correction for shear of the differential equation for transverse vibrations of prismatic bars,
+Phil. Mag. 41 (1921) 744–746, doi 10.1080/14786442108636264; G. R. Cowper, J. Appl. Mech. 33 (1966) 335–340,
+doi 10.1115/1.3625046.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.parameters import Parameter
+from problems.rotor.data import Rotor, ShaftSegment
+from problems.rotor.effect import RotorEffect, drawn
+from problems.rotor.problem import RotorProblem
+
+HIGHEST = 1.0  # twice Timoshenko's: κ of thin tubes is half of that of solid shafts
+NOTICED = (0.05, 1.0)  # parts of either limit are drawn
+
+
+@dataclass(frozen=True)
+class ShearTheory(RotorEffect):
+    """The shaft is softer or stiffer in shear than the model's beam theory has it."""
+
+    aliases: ClassVar[Mapping[str, str]] = {
+        "youngs_modulus": "both move all modes; shear moves the highest most: several critical speeds, or tap the shaft alone",
+    }
+    changes_rotor: ClassVar[bool] = True
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        least = min(segment.shear_flexibility for segment in problem.rotor.segments)
+        return (Parameter("shear_flexibility_change", "%", 0.01, -least, HIGHEST),)
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        [limits] = self.parameters(problem)
+        limit = rng.choice([end for end in (limits.lower, limits.upper) if end])
+        return np.array([limit * drawn(rng, *NOTICED)])
+
+    def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
+        def softer(segment: ShaftSegment) -> ShaftSegment:
+            return dataclasses.replace(segment, shear_flexibility=segment.shear_flexibility + float(theta[0]))
+
+        return dataclasses.replace(rotor, segments=tuple(map(softer, rotor.segments)))

@@ -1,0 +1,36 @@
+"""Buckling of a shaft that is pinned at its bearings: the compression N at which K φ = N K_g φ has a solution.
+
+For a uniform beam on two pins it is Euler's load π²EI/L², lowered by shear to 1/(L²/(π²EI) + 1/(κGA)) (F. Engesser;
+S. P. Timoshenko & J. M. Gere, Theory of Elastic Stability, 1961, section 2.17).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import lru_cache
+
+import numpy as np
+import scipy.linalg
+
+from problems.rotor import shaft
+from problems.rotor.assembly import assemble_free, element_dof, node_dof
+from problems.rotor.data import Rotor
+from problems.rotor.mesh import elements
+
+
+def is_held(rotor: Rotor) -> bool:
+    """Whether bearings at two places or more keep the shaft from turning over as a whole."""
+    return len({rotor.node_at(bearing.position, "bearing") for bearing in rotor.bearings}) > 1
+
+
+@lru_cache(maxsize=64)
+def buckling_load(rotor: Rotor) -> float:
+    """The least compression, N, under which a shaft buckles that `is_held`."""
+    stiffness = assemble_free(dataclasses.replace(rotor, axial_force=0.0)).stiffness
+    geometric = np.zeros_like(stiffness)
+    for index, element in enumerate(elements(rotor)):
+        geometric[element_dof(index), element_dof(index)] += shaft.element_matrices(element).geometric
+    pins = [node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings]
+    free = np.setdiff1d(np.arange(len(stiffness)), np.concatenate(pins))
+    per_load = scipy.linalg.eigh(geometric[np.ix_(free, free)], stiffness[np.ix_(free, free)], eigvals_only=True)
+    return float(1 / per_load[-1])

@@ -1,0 +1,30 @@
+"""Effects that change the shaft, hidden in data of a finer mesh: each is found beside what looks like it."""
+
+import numpy as np
+import pytest
+
+from ksmea import registry
+from ksmea.diagnosis.diagnosis import diagnose
+
+LEAST = 30  # of the deviance drop, of effects of one unknown: less may look like another effect
+
+
+@pytest.mark.parametrize(
+    ("name", "seed"),
+    [("added_mass", 1), ("axial_force", 1), ("external_damping", 1), ("hub_stiffening", 1), ("shear_theory", 3)],
+)
+def test_it_is_named_or_among_those_that_explain_the_data_as_well(rotor, hide, name, seed):
+    measurement, located, [size] = hide(name, seed)
+    effects = {
+        each: registry.create("effect", each, {}) for each in (name, *registry.create("effect", name, {}).aliases)
+    }
+    found = diagnose(rotor, measurement, effects, np.random.default_rng(0))
+    trial = next(trial for trial in found.trials if trial.name == name and trial.candidate.effect == located)
+    assert trial.deviance_drop >= LEAST, "the draw is too small to be asked for"
+    assert found.verdict in ("named", "ambiguous") and name in found.ambiguity_group
+    assert found.best_quality.p > found.level / 2
+    if found.named == (name,):
+        assert found.applied[0].effect == located
+        interval = found.best_estimate.intervals[-1]
+        middle, half = (interval.low + interval.high) / 2, interval.high - interval.low
+        assert abs(size - middle) < half  # 95 %, widened to twice the half-width: 99.99 %

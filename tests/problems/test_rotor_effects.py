@@ -1,0 +1,202 @@
+"""Effects that change the shaft, and a mass on it: closed forms of beam theory."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from beams import euler_load, frequencies_of_a_pinned_beam, pinned, uniform
+from ksmea import registry
+from ksmea.channel import Channel
+from ksmea.errors import SettingError
+from ksmea.parameters import Parameter
+from problems.rotor.assembly import assemble_free, displacement_row, node_dof
+from problems.rotor.buckling import buckling_load
+from problems.rotor.data import Bearing, Disk, Rotor, UnbalancePlane
+from problems.rotor.modes import natural_frequencies, natural_modes
+from problems.rotor.problem import RotorProblem
+from problems.rotor.shaft import shear_coefficient
+from problems.rotor.unknowns import BearingTarget, Unknown
+from problems.three_disk import ThreeDisk
+
+SETTINGS = ThreeDisk(sensors=[0.1, 0.2, 0.5], n_speed=14)
+PLAIN = SETTINGS.build()
+REFERENCE = np.array([SETTINGS.reference()[name] for name in PLAIN.parameters.names])
+STIFF = 1e12  # N/m: a pin beside shafts of 1e5 N/m and less
+
+
+def effect(name, **settings):
+    return registry.create("effect", name, settings)
+
+
+def on_pins(rotor):
+    ends = (Bearing(0.0, kxx=STIFF, kyy=STIFF), Bearing(rotor.length, kxx=STIFF, kyy=STIFF))
+    return dataclasses.replace(rotor, bearings=ends)
+
+
+def changed(name, rotor, value, **settings):
+    return effect(name, **settings).rotor(rotor, np.array([value]))
+
+
+def held(rotor, dof):
+    """Stiffness without held degrees of freedom, and which are left."""
+    left = np.setdiff1d(np.arange(4 * len(rotor.node_positions)), dof)
+    return assemble_free(rotor).stiffness[np.ix_(left, left)], left
+
+
+# a mass
+
+
+@pytest.mark.parametrize("position", [0.0, 0.2, 0.75])
+def test_an_added_mass_is_a_disk_without_moments_of_inertia(position):
+    fine = ThreeDisk(mesh=26, sensors=[0.1, 0.2, 0.5], n_speed=14).build()  # with a node at 0.75 m
+    heavier = dataclasses.replace(fine.rotor, disks=(*fine.rotor.disks, Disk(position, 4.0, 0.0, 0.0)))
+    expected = dataclasses.replace(fine, rotor=heavier).response(REFERENCE[None])
+    found = effect("added_mass", position=position).added_to(fine).response(np.append(REFERENCE, 4.0)[None])
+    assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
+
+
+def test_masses_are_looked_for_on_disks_ends_and_long_spans():
+    found = [str(place) for place in effect("added_mass").locations(PLAIN)]
+    assert found == ["at 0.2 m", "at 0.5 m", "at 1 m", "at 0 m", "at 1.3 m", "at 0.75 m"]
+    assert effect("added_mass").added_to(PLAIN).effects[0].position == 0.2
+
+
+# an axial force
+
+
+@pytest.mark.parametrize("part", [-0.5, 0.7])  # of the buckling load
+def test_tension_raises_the_frequencies_of_a_pinned_beam_and_compression_lowers_them(part):
+    """ω_n² = (nπ/L)⁴ EI/μ + (nπ/L)² N/μ of Euler and Bernoulli; a cubic element errs by (nπ/16)⁴/720."""
+    beam = uniform(16, radius=1e-3, shear_flexibility=0.0)
+    force = part * euler_load(beam)
+    found = natural_frequencies(pinned(changed("axial_force", beam, force)), 0.0)[:6:2]
+    assert found == pytest.approx(frequencies_of_a_pinned_beam(beam, 3, force), rel=2e-4)
+
+
+@pytest.mark.parametrize("radius", [0.01, 0.1])
+def test_a_shaft_on_two_pins_buckles_at_eulers_load_less_what_shear_takes(radius):
+    """1/(1/N_E + 1/(κGA)); Richardson's extrapolation takes off what constant shear in an element leaves out."""
+    beam = uniform(1, radius=radius)
+    segment = beam.segments[0]
+    of_shear = shear_coefficient(segment) * segment.material.shear_modulus * segment.area
+    coarse, fine = (buckling_load(on_pins(uniform(n, radius=radius))) for n in (8, 16))
+    assert (4 * fine - coarse) / 3 == pytest.approx(1 / (1 / euler_load(beam) + 1 / of_shear), rel=1e-5)
+
+
+def test_under_its_buckling_load_a_shaft_has_a_natural_frequency_of_zero():
+    beam = on_pins(uniform(8))
+    [lowest, *_] = natural_frequencies(pinned(changed("axial_force", beam, -buckling_load(beam))), 0.0)
+    assert lowest < 1e-3 * natural_frequencies(pinned(beam), 0.0)[0]
+
+
+def test_tension_straightens_a_bow():
+    """Of a sine on two pins 1/(1 + N/N_E) is left (Timoshenko & Gere 1961, section 1.12)."""
+    beam = dataclasses.replace(on_pins(uniform(16, shear_flexibility=0.0)), unbalance=(UnbalancePlane(0.5),))
+    unknown = Unknown(Parameter("kxx", "N/m", 1.0, 0.5 * STIFF, 1.5 * STIFF), (BearingTarget(0, "kxx"),))
+    problem = RotorProblem(beam, (unknown,), np.array([1e-3]), (Channel(0.5, "x"),))
+    both = effect("axial_force").added_to(effect("residual_bow").added_to(problem))
+    force = 0.2 * euler_load(beam)
+    [[[found]]] = both.response(np.array([[STIFF, 1e-5, 0.0, force]]))
+    assert found == pytest.approx(1e-5 / 1.2, rel=1e-5)  # the mesh: (π/16)⁴/720 = 2e-6
+
+
+def test_a_shaft_that_one_bearing_holds_has_no_axial_force():
+    rotor = dataclasses.replace(PLAIN.rotor, bearings=PLAIN.rotor.bearings[:1])
+    unknown = Unknown(Parameter("kxx", "N/m", 1.0, 1e7, 9e7), (BearingTarget(0, "kxx"),))
+    lonely = dataclasses.replace(PLAIN, rotor=rotor, unknowns=(unknown,))
+    assert effect("axial_force").locations(lonely) == []
+    with pytest.raises(SettingError, match="bearings at two places"):
+        effect("axial_force").added_to(lonely)
+
+
+# damping from outside
+
+
+def test_external_damping_of_a_uniform_shaft_falls_with_the_frequency_of_the_mode():
+    """ζ_n = c/(2 μ ω_n); rotary inertia and shear of so thin a shaft take off 1e-4."""
+    beam = on_pins(uniform(16, radius=5e-3))
+    segment, damping = beam.segments[0], 40.0
+    modes = natural_modes(changed("external_damping", beam, damping), 0.0, 6)[::2]
+    of_beam = frequencies_of_a_pinned_beam(beam, 3)
+    expected = damping / (2 * segment.material.density * segment.area * of_beam)
+    assert [mode.damping_ratio for mode in modes] == pytest.approx(expected, rel=3e-3)
+
+
+def test_external_damping_does_not_turn_with_the_shaft():
+    matrices = assemble_free(changed("external_damping", uniform(4), 40.0))
+    assert not matrices.circulatory.any() and matrices.damping.any()
+
+
+# the beam theory
+
+
+@pytest.mark.parametrize("change", [-1.0, -0.4, 1.0])
+def test_shear_flexibility_gives_the_frequencies_of_a_stubby_beam(change):
+    """Rayleigh's at −1, Timoshenko's with 1/(1 + s) of the shear stiffness above; extrapolated as in test_shaft.py."""
+    coarse, fine = (
+        natural_frequencies(pinned(changed("shear_theory", uniform(n, radius=0.1), change)), 0.0)[:4:2]
+        for n in (16, 32)
+    )
+    expected = frequencies_of_a_pinned_beam(uniform(1, radius=0.1), 2, shear_flexibility=1 + change, rotary=True)
+    assert (4 * fine - coarse) / 3 == pytest.approx(expected, rel=3e-5)
+
+
+def test_a_model_without_shear_can_only_have_more():
+    rotor = changed("shear_theory", PLAIN.rotor, -1.0)
+    bernoulli = dataclasses.replace(PLAIN, rotor=rotor)
+    [limits] = effect("shear_theory").parameters(bernoulli)
+    assert (limits.lower, limits.upper) == (0.0, 1.0)
+    draws = [effect("shear_theory").draw(bernoulli, np.random.default_rng(seed))[0] for seed in range(20)]
+    assert min(draws) > 0
+
+
+# the hub
+
+
+def stepped_deflection(beam, hub, stiffening):
+    """Middle of a beam on two pins under 1 N there, stiffer over a hub in its middle, m: bending and shear."""
+    [segment] = beam.segments
+    bending = segment.material.young_modulus * segment.second_moment
+    of_shear = shear_coefficient(segment) * segment.material.shear_modulus * segment.area
+    half, free = beam.length / 2, (beam.length - hub) / 2
+    return (free**3 + (half**3 - free**3) / (1 + stiffening)) / (6 * bending) + beam.length / (4 * of_shear)
+
+
+@pytest.mark.parametrize("width, n_element", [(0.5, 4), (0.3, 4), (0.13, 6), (0.05, 2), (3.0, 4)])
+def test_a_hub_makes_a_stepped_beam_whatever_the_mesh(width, n_element):
+    beam = uniform(n_element, radius=0.05)
+    rotor = changed("hub_stiffening", beam, 1.7, position=0.5, width=width)
+    load = displacement_row(rotor, 0.5, "x")
+    stiffness, left = held(rotor, [*node_dof(0)[:2], *node_dof(n_element)[:2]])
+    found = load[left] @ np.linalg.solve(stiffness, load[left])
+    assert found == pytest.approx(stepped_deflection(beam, min(width, 1.0), 1.7), rel=1e-9)  # exact but for rounding
+
+
+def test_hubs_that_overlap_multiply_and_a_hub_of_nothing_is_none():
+    beam = uniform(3)
+    twice = changed(
+        "hub_stiffening", changed("hub_stiffening", beam, 1.0, position=0.5, width=0.2), 0.5, position=0.5, width=0.2
+    )
+    once = changed("hub_stiffening", beam, 2.0, position=0.5, width=0.2)
+    assert assemble_free(twice).stiffness == pytest.approx(assemble_free(once).stiffness, rel=1e-12)
+    none = changed("hub_stiffening", beam, 0.0, position=0.45, width=0.2)
+    expected = assemble_free(beam).stiffness
+    assert np.abs(assemble_free(none).stiffness - expected).max() < 1e-12 * np.abs(expected).max()
+
+
+def test_a_hub_is_as_wide_as_its_disk_or_as_the_shaft_is_thick():
+    assert [place.width for place in effect("hub_stiffening").locations(PLAIN)] == pytest.approx([0.05, 0.05, 0.06])
+    rotor = dataclasses.replace(PLAIN.rotor, disks=(Disk(0.2, 10.0, 0.2, 0.1), Disk(0.5, 10.0, 0.0, 0.0)))
+    points = dataclasses.replace(PLAIN, rotor=rotor)
+    assert [place.width for place in effect("hub_stiffening").locations(points)] == pytest.approx([0.1, 0.1])
+    bare = dataclasses.replace(PLAIN, rotor=dataclasses.replace(PLAIN.rotor, disks=()))
+    assert effect("hub_stiffening").locations(bare) == []
+    with pytest.raises(SettingError, match="expected a disk on the rotor, got none"):
+        effect("hub_stiffening").added_to(bare)
+
+
+def test_a_rotor_refuses_what_is_no_number():
+    for name in ("external_damping", "axial_force"):
+        with pytest.raises(SettingError, match=name.replace("_", " ")):
+            Rotor(PLAIN.rotor.segments, **{name: float("nan")})
