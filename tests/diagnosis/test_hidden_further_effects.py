@@ -21,8 +21,10 @@ def library(name):
 @pytest.mark.parametrize(
     ("name", "seed"),
     [
+        ("annular_seal", 2),
         ("coupling_misalignment", 1),
         ("coupling_misalignment", 2),
+        ("short_journal_bearing", 2),
         ("skewed_disk", 2),
         ("thermal_bow", 1),
         ("timing_delay", 1),

@@ -19,6 +19,7 @@ from problems.rotor.unknowns import BearingTarget, Unknown
 from problems.three_disk import ThreeDisk, three_disk_rotor
 
 EXPECTED = {
+    "annular_seal": 2,
     "channel_gain": 1,
     "coupling_misalignment": 2,
     "cross_coupling_antisymmetric": 1,
@@ -31,6 +32,7 @@ EXPECTED = {
     "residual_bow": 2,
     "run_up_acceleration": 1,
     "runout": 2,
+    "short_journal_bearing": 1,
     "skewed_disk": 2,
     "speed_dependent_damping": 1,
     "speed_dependent_stiffness": 1,
@@ -99,7 +101,7 @@ def test_every_effect_tells_its_physics_and_what_looks_like_it(name):
 
 @pytest.mark.parametrize("name, nearest", [("runot", "runout"), ("cross_coupling", "cross_coupling_"), ("bow", "")])
 def test_a_mistyped_name_gets_the_nearest_one(name, nearest):
-    with pytest.raises(SettingError, match=f"unknown effect '{name}'; .*{nearest}.*known: channel_gain, ") as caught:
+    with pytest.raises(SettingError, match=f"unknown effect '{name}'; .*{nearest}.*known: annular_seal, ") as caught:
         effect(name)
     assert "\n" not in str(caught.value)
 
