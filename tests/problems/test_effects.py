@@ -19,7 +19,9 @@ from problems.rotor.unknowns import BearingTarget, Unknown
 from problems.three_disk import ThreeDisk, three_disk_rotor
 
 EXPECTED = {
+    "annular_seal": 2,
     "channel_gain": 1,
+    "coupling_misalignment": 2,
     "cross_coupling_antisymmetric": 1,
     "cross_coupling_symmetric": 1,
     "flexible_pedestal": 3,
@@ -30,13 +32,16 @@ EXPECTED = {
     "residual_bow": 2,
     "run_up_acceleration": 1,
     "runout": 2,
+    "short_journal_bearing": 1,
+    "skewed_disk": 2,
     "speed_dependent_damping": 1,
     "speed_dependent_stiffness": 1,
+    "thermal_bow": 2,
+    "timing_delay": 1,
     "unbalance": 2,
     "unequal_bearings": 2,
     "youngs_modulus": 1,
 }
-VECTORS = ("residual_bow", "runout", "unbalance")
 SETTINGS = ThreeDisk(sensors=[0.1, 0.2, 0.5], n_speed=14)
 PLAIN = SETTINGS.build()
 REFERENCE = np.array([SETTINGS.reference()[name] for name in PLAIN.parameters.names])
@@ -47,6 +52,7 @@ def effect(name, **settings):
     return registry.create("effect", name, settings)
 
 
+VECTORS = ("runout", *(name for name in NAMES if effect(name).has_loads))
 LINEAR = [key for key, law in LAWS.items() if not isinstance(law, NonlinearLaw)]
 
 
