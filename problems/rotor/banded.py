@@ -7,7 +7,7 @@ of nodes and not with its third power. Column j of a matrix A is stored as row j
 from __future__ import annotations
 
 import numpy as np
-from scipy.linalg.lapack import zgbsv
+from scipy.linalg.lapack import zgbsv, zgbtrf, zgbtrs
 
 from ksmea.arrays import Array, ComplexArray
 from problems.rotor.assembly import Matrices
@@ -50,3 +50,17 @@ def solve(band: ComplexArray, force: ComplexArray) -> ComplexArray:
         if info:
             raise np.linalg.LinAlgError("dynamic stiffness: expected a regular matrix, got a singular one")
     return np.swapaxes(motion, 1, 2)
+
+
+def solve_both_ways(band: ComplexArray, force: ComplexArray, rows: Array) -> tuple[ComplexArray, ComplexArray]:
+    """D⁻¹ f at each speed, (n_speed, n_dof, n_force), and rows (n_row, n_dof) times D⁻¹, (n_speed, n_row, n_dof), by one
+    factorisation; `band` is used up. `LinAlgError` where D is singular."""
+    motion = np.array(np.swapaxes(force, 1, 2), dtype=complex, order="C")
+    seen = np.array(np.broadcast_to(rows, (len(band), *rows.shape)), dtype=complex, order="C")
+    for columns, of_force, of_rows in zip(band, motion, seen, strict=True):
+        factors, pivots, info = zgbtrf(columns.T, HALF_BANDWIDTH, HALF_BANDWIDTH, overwrite_ab=True)
+        if info:
+            raise np.linalg.LinAlgError("dynamic stiffness: expected a regular matrix, got a singular one")
+        zgbtrs(factors, HALF_BANDWIDTH, HALF_BANDWIDTH, of_force.T, pivots, overwrite_b=True)
+        zgbtrs(factors, HALF_BANDWIDTH, HALF_BANDWIDTH, of_rows.T, pivots, trans=1, overwrite_b=True)
+    return np.swapaxes(motion, 1, 2), seen

@@ -19,7 +19,6 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
-from ksmea.differences import central_differences
 from ksmea.errors import SettingError
 from ksmea.load import Load
 from ksmea.parameters import Parameters
@@ -27,6 +26,7 @@ from ksmea.proxy import ProblemProxy
 from problems.rotor import dense
 from problems.rotor.assembly import assemble_free, node_dof
 from problems.rotor.data import COEFFICIENTS, STIFFNESSES, Rotor
+from problems.rotor.extended_sensitivity import differenced, linearised
 from problems.rotor.hooks import RotorHooks
 from problems.rotor.loads import unit_loads
 from problems.rotor.problem import CHUNK_BYTES, RotorProblem, checked_sets, finite, impedances_of
@@ -39,7 +39,6 @@ from problems.rotor.synchronous_poles import Poles, block_diagonal, poles_on, sp
 from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
 from problems.rotor.unknowns import Unknown, inputs_at, rotor_at
 
-STEP = 1e-6  # of central differences, in parts of each unknown's range: (1e-6)² and rounding of 1e-12 / 1e-6 are alike
 MAX_REDUCTIONS = 64  # kept of rotors that an effect has changed
 
 
@@ -126,7 +125,7 @@ class ExtendedProblem(ProblemProxy):
         with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
             for index in range(int(group.max(initial=-1)) + 1):
                 rows = np.flatnonzero(group == index)
-                reduction = self._reduction(tuple(changing[rows[0]]), loads)
+                reduction = self.reduction(tuple(changing[rows[0]]), loads)
                 n_chunk = max(1, CHUNK_BYTES // reduction.receptance.nbytes)
                 for start in range(0, len(rows), n_chunk):
                     chunk = rows[start : start + n_chunk]
@@ -134,10 +133,16 @@ class ExtendedProblem(ProblemProxy):
         return finite(found)
 
     def sensitivity(self, x: Array) -> ComplexArray:
-        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit, by central differences inside the limits."""
-        parameters = self.parameters
-        differences = central_differences(x, STEP * parameters.width, parameters.lower, parameters.upper)
-        return differences.derivative(self.response(differences.points))
+        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit."""
+        return self.linearised(x)[1]
+
+    def linearised(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Response and sensitivity by one solution; of a sweep of the speed by central differences inside the limits."""
+        [x] = checked_sets(np.asarray(x)[None], self.parameters)
+        with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
+            by = differenced if self._sweeps(self._parts(x[None])[1]) else linearised
+            response, sensitivity = by(self, x)
+        return finite(response), finite(sensitivity)
 
     def dense_response(self, x: Array) -> ComplexArray:
         """`response` by the dense route, the whole rotor per set and speed: slow, for comparison and for making data."""
@@ -149,7 +154,7 @@ class ExtendedProblem(ProblemProxy):
         own, of_effects = self._parts(checked_sets(np.asarray(x)[None], self.parameters))
         coefficients = inputs_at(self.base.rotor, self.base.unknowns, own).coefficients
         impedance = np.moveaxis(self._bearing_impedance(coefficients, speed, of_effects)[:, :, :, 0], -1, 0)
-        rotor = self._changed_rotor(self.base.rotor, np.asarray(x)[self.costly])
+        rotor = self.rotor_with(np.asarray(x))
         forces = [force for force in self._forces(of_effects) if force[0].is_linear and force[0].law.follows_motion]
         low = low_modes(rotor, searched_speed(self.speed, speed), tuple(site.position for site, _ in forces))
         for index, force in enumerate(forces):
@@ -185,7 +190,7 @@ class ExtendedProblem(ProblemProxy):
         return np.concatenate(changing) if changing else np.empty(0, dtype=int)
 
     @cached_property
-    def _impedances(self) -> tuple[Impedance, ...]:
+    def impedances(self) -> tuple[Impedance, ...]:
         """All that the rotor's own unknowns or an effect may set."""
         needed = set(impedances_of(self.base.rotor, self.base.unknowns))
         if any(effect.couples_axes for effect in self.effects):
@@ -197,23 +202,32 @@ class ExtendedProblem(ProblemProxy):
     def _reductions(self) -> OrderedDict[tuple[tuple[float, ...], tuple[Load, ...], float], Reduction]:
         return OrderedDict()
 
-    def _reduction(self, changing: tuple[float, ...], loads: tuple[Load, ...], harmonic: float = 1.0) -> Reduction:
+    def reduction(self, changing: tuple[float, ...], loads: tuple[Load, ...], harmonic: float = 1.0) -> Reduction:
         """The rotor, as its effects have changed it, seen from its ports; columns of unit loads come last. At a harmonic
         only these do anything."""
         kept, key = self._reductions, (changing, loads, harmonic)
         if key not in kept:
             rotor = self._changed_rotor(self.base.rotor, np.array(changing))
-            forces = [] if (own := self._loads(rotor)) is None else [own * (harmonic == 1)]
-            units = (*(load for each in self._site_laws for load in each.loads), *loads)
-            forces += [unit_loads(rotor, units, len(self.speed))] if units else []
-            together = np.concatenate(forces, axis=2) if forces else None
+            forces = self.further_forces(rotor, loads, harmonic)
             kept[key] = reduce_rotor(
-                rotor, self._impedances, self.speed, self._seen_channels, together, harmonic=harmonic, banded=True
+                rotor, self.impedances, self.speed, self.seen_channels, forces, harmonic=harmonic, banded=True
             )
             if len(kept) > MAX_REDUCTIONS:
                 kept.popitem(last=False)
         kept.move_to_end(key)
         return kept[key]
+
+    def further_forces(self, rotor: Rotor, loads: tuple[Load, ...], harmonic: float = 1.0) -> ComplexArray | None:
+        """Nodal forces (n_speed, n_dof, n) of all loads beside the unbalance planes: those of effects, which are 1X, unit ones
+        at the sites of laws, and the given ones."""
+        forces = [] if (own := self._loads(rotor)) is None else [own * (harmonic == 1)]
+        units = (*(load for each in self.site_laws for load in each.loads), *loads)
+        forces += [unit_loads(rotor, units, len(self.speed))] if units else []
+        return np.concatenate(forces, axis=2) if forces else None
+
+    def rotor_with(self, x: Array) -> Rotor:
+        """The rotor as effects change it at values (d,) SI; its bearings and unbalance are nominal."""
+        return self._changed_rotor(self.base.rotor, x[self.costly])
 
     def _changed_rotor(self, rotor: Rotor, values: Array) -> Rotor:
         start = 0
@@ -232,7 +246,7 @@ class ExtendedProblem(ProblemProxy):
         return [effect.load_sizes(values) for effect, values in zip(self.effects, of_effects) if effect.has_loads]
 
     @cached_property
-    def _site_laws(self) -> tuple[SiteLaw, ...]:
+    def site_laws(self) -> tuple[SiteLaw, ...]:
         """The laws of forces that effects add at sites, in the order in which they enter."""
         return tuple(site for site, _ in self._forces([np.empty(0)] * len(self.effects)))
 
@@ -244,16 +258,26 @@ class ExtendedProblem(ProblemProxy):
     def _motion(self, reduction: Reduction, x: Array) -> tuple[ComplexArray, list[Array]]:
         """Motion and responses to unit loads at the seen channels, (n, n_speed, n_seen, 1 + n_load), and the values of each
         effect."""
-        own, of_effects = self._parts(x)
-        inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
-        per_load = reduction.response_per_load(self._entries(reduction, inputs.coefficients, of_effects))
-        sizes = np.concatenate([inputs.complex_unbalance, *self._sizes(of_effects)], axis=1)
-        n_own = sizes.shape[1]
+        of_effects = self._parts(x)[1]
+        impedance, sizes = self.impedances_and_sizes(x)
+        per_load, n_own = reduction.response_per_load(impedance), sizes.shape[1]
         motion = np.einsum("clns,nl->nsc", per_load[:, :n_own], sizes, optimize=True)
         columns = np.concatenate([motion[..., None], per_load[:, n_own:].transpose(2, 3, 0, 1)], axis=-1)
-        columns = with_forces(columns, self._forces(of_effects), self._seen_channels, self.speed)
+        columns = with_forces(columns, self._forces(of_effects), self.seen_channels, self.speed)
         columns[..., 0] += self._sweep_change(x)
         return columns, of_effects
+
+    def shown(self, columns: ComplexArray, x: Array) -> ComplexArray:
+        """What the probes show (n, n_speed, n_channel), m, of motion and responses to unit forces at the sites of laws
+        (n, n_speed, n_seen, 1 + n_site_load), with these forces acting, for sets (n, d)."""
+        of_effects = self._parts(x)[1]
+        acting = with_forces(columns, self._forces(of_effects), self.seen_channels, self.speed)
+        return self._observed(acting[..., 0], of_effects)
+
+    @property
+    def shows_motion(self) -> bool:
+        """Whether no force follows a law and the probes show the motion as it is."""
+        return not self.site_laws and all(type(each).observed is RotorHooks.observed for each in self.effects)
 
     def _reduced_response(self, reduction: Reduction, x: Array) -> ComplexArray:
         columns, of_effects = self._motion(reduction, x)
@@ -265,10 +289,14 @@ class ExtendedProblem(ProblemProxy):
         at_rest = self._observed(np.zeros(motion.shape[1:], dtype=complex), of_effects)  # runout is read at rest too
         return np.stack([self._observed(each, of_effects) - at_rest for each in motion], axis=-1)
 
-    def _entries(self, reduction: Reduction, coefficients: Array, of_effects: list[Array]) -> ComplexArray:
-        """The reduction's impedances (n_impedance, n, n_speed), N/m, effects and supports included."""
-        impedance = self._impedance_seen(coefficients, self.speed, of_effects, reduction.harmonic)
-        return np.stack([impedance[item.bearing, item.row, item.column] for item in reduction.impedances])
+    def impedances_and_sizes(self, x: Array, harmonic: float = 1.0) -> tuple[ComplexArray, ComplexArray]:
+        """For sets (n, d), effects and supports included: the impedances (n_impedance, n, n_speed), N/m, at a harmonic, and how
+        large the unbalance of each plane and each load of effects are, (n, n_plane + n_load)."""
+        own, of_effects = self._parts(x)
+        inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
+        seen = self._impedance_seen(inputs.coefficients, self.speed, of_effects, harmonic)
+        sizes = np.concatenate([inputs.complex_unbalance, *self._sizes(of_effects)], axis=1)
+        return np.stack([seen[item.bearing, item.row, item.column] for item in self.impedances]), sizes
 
     def _impedance_seen(
         self, coefficients: Array, speed: Array, of_effects: list[Array], harmonic: float = 1.0
@@ -295,16 +323,16 @@ class ExtendedProblem(ProblemProxy):
         return [support for support in found if support is not None]
 
     @cached_property
-    def _seen_channels(self) -> tuple[Channel, ...]:
+    def seen_channels(self) -> tuple[Channel, ...]:
         """The channels, and behind them those that effects make them of, or whose motion a force may follow."""
         needed = dict.fromkeys(channel for effect in self.effects for channel in effect.needed_channels(self.channels))
-        needed |= dict.fromkeys(channel for each in self._site_laws for channel in each.channels)
+        needed |= dict.fromkeys(channel for each in self.site_laws for channel in each.channels)
         return (*self.channels, *(channel for channel in needed if channel not in self.channels))
 
     def _observed(self, response: ComplexArray, of_effects: list[Array]) -> ComplexArray:
         """What the probes show of the motion (n, n_speed, n_seen) at the seen channels."""
         for effect, values in self._in_stages(of_effects):
-            response = effect.observed(response, self._seen_channels, self.speed, values)
+            response = effect.observed(response, self.seen_channels, self.speed, values)
         return response[..., : len(self.channels)]
 
     def _in_stages(self, of_effects: list[Array]) -> list[tuple[RotorHooks, Array]]:
@@ -331,16 +359,16 @@ class ExtendedProblem(ProblemProxy):
                 stiffness, force = stiffness + added_stiffness, force + added_force
         others = [each for each in forces if not each[0].is_linear]
         units = [np.broadcast_to(site.rows(rotor).T, (*force.shape, 2)) for site, _ in others]
-        motion = dense.channel_rows(rotor, self._seen_channels) @ np.linalg.solve(
+        motion = dense.channel_rows(rotor, self.seen_channels) @ np.linalg.solve(
             stiffness, np.concatenate([force[..., None], *units], axis=2)
         )
-        columns = with_forces(motion[None], others, self._seen_channels, self.speed)
+        columns = with_forces(motion[None], others, self.seen_channels, self.speed)
         return self._observed(columns[..., 0] + self._sweep_change(x), of_effects)
 
     def _sweep_change(self, x: Array) -> ComplexArray:
         """What a sweep of the speed adds to the motion at the seen channels, (n, n_speed, n_seen) m, for sets (n, d) with the
         same rotor."""
-        change = np.zeros((len(x), len(self.speed), len(self._seen_channels)), dtype=complex)
+        change = np.zeros((len(x), len(self.speed), len(self.seen_channels)), dtype=complex)
         for sweep in self._sweeps(self._parts(x)[1]):
             moving = np.flatnonzero(sweep.acceleration)
             if len(moving):
@@ -356,7 +384,7 @@ class ExtendedProblem(ProblemProxy):
         """Those of the motion at the seen channels, for sets (n, d) with the same rotor."""
         own, of_effects = self._parts(x)
         inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
-        rotor, nodes = self._changed_rotor(self.base.rotor, x[0, self.costly]), sweep.nodes
+        rotor, nodes = self.rotor_with(x[0]), sweep.nodes
         force = nodes[:, None, None] ** 2 * (inputs.complex_unbalance @ unit_force(rotor).T)  # (3, n, n_dof)
         for effect, values in zip(self.effects, of_effects):
             if effect.has_loads:
@@ -370,5 +398,5 @@ class ExtendedProblem(ProblemProxy):
             if site.law.follows_motion:
                 positions.append(site.position)
                 impedance.append(np.stack([site.stiffness(each[None], nodes) for each in coefficients], axis=1))
-        nominal = spectrum(rotor, searched_speed(nodes, nodes), self._seen_channels, tuple(positions))
+        nominal = spectrum(rotor, searched_speed(nodes, nodes), self.seen_channels, tuple(positions))
         return poles_on(nominal, parabola(block_diagonal(impedance), nodes), parabola(force, nodes), sweep.reach)

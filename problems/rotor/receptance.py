@@ -80,10 +80,16 @@ class Reduction:
     def full_receptance(self, stiffness: Array, damping: Array) -> ComplexArray:
         """`receptance` on the actual bearings instead of the nominal ones, ports included, for one set of
         coefficients (n_impedance,), (n_port + n_channel, n_port + n_plane, n_speed)."""
+        return self._changed(self._change(stiffness[:, None], damping[:, None]))
+
+    def receptance_on(self, impedance: ComplexArray) -> ComplexArray:
+        """The same for impedances (n_impedance, n_speed), N/m, of whatever law over speed; further loads follow the planes."""
+        return self._changed((impedance - self.nominal)[:, None])
+
+    def _changed(self, change: ComplexArray) -> ComplexArray:
         ports = np.arange(self.n_port)
         # The update consumes the ports that it works on, so those to be kept are entered twice.
         rows, columns = (np.concatenate([ports, np.arange(size)]) for size in self.receptance.shape[:2])
-        change = self._change(stiffness[:, None], damping[:, None])
         return updated_receptance(self.receptance[np.ix_(rows, columns)], self.impedances, change, self.n_port)[:, :, 0]
 
     def _change(self, stiffness: Array, damping: Array) -> ComplexArray:

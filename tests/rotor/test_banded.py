@@ -7,7 +7,7 @@ import pytest
 
 from problems.rotor import dense
 from problems.rotor.assembly import Matrices, assemble
-from problems.rotor.banded import DIAGONAL, HALF_BANDWIDTH, dynamic_stiffness_band, solve
+from problems.rotor.banded import DIAGONAL, HALF_BANDWIDTH, dynamic_stiffness_band, solve, solve_both_ways
 from problems.three_disk import ThreeDisk
 
 SPEED = np.linspace(20.0, 2000.0, 40)
@@ -42,3 +42,14 @@ def test_a_singular_rotor_is_refused():
     none = np.zeros((8, 8))
     with pytest.raises(np.linalg.LinAlgError, match="singular"):
         solve(dynamic_stiffness_band(Matrices(none, none, none, none, none), SPEED[:2]), np.ones((2, 8, 1), complex))
+
+
+def test_motion_and_adjoint_rows_agree_with_dense_ones(matrices):
+    rng = np.random.default_rng(1)
+    n_dof = len(matrices.mass)
+    force = rng.standard_normal((len(SPEED), n_dof, 3, 2)) @ [1, 1j]
+    rows = rng.standard_normal((4, n_dof))
+    motion, seen = solve_both_ways(dynamic_stiffness_band(matrices, SPEED), force, rows)
+    inverse = np.linalg.inv(dense.dynamic_stiffness(matrices, SPEED))
+    for found, expected in ((motion, inverse @ force), (seen, rows @ inverse)):  # within rounding times the condition
+        assert np.abs(found - expected).max() < 1e-8 * np.abs(expected).max()
