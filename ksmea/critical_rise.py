@@ -33,7 +33,7 @@ HIGHEST = 100.0  # rise that is looked for
 
 def critical_rise(likelihood: Likelihood, level: float, maxima: Sequence[Point] = ()) -> float:
     """The rise of the deviance at the ends of an interval of confidence `level`; `maxima` are all that are known, best first."""
-    alone = _quantile(likelihood, level)
+    alone = linear_rise(likelihood, level)
     excess = _excess(likelihood, maxima)
 
     def too_likely(rise: float) -> float:
@@ -42,8 +42,8 @@ def critical_rise(likelihood: Likelihood, level: float, maxima: Sequence[Point] 
     return float(brentq(too_likely, alone, HIGHEST)) if np.isfinite(alone) and too_likely(alone) > 0 else alone
 
 
-def _quantile(likelihood: Likelihood, level: float) -> float:
-    """The same for one maximum."""
+def linear_rise(likelihood: Likelihood, level: float) -> float:
+    """The same for one maximum of a linear model."""
     n, left = likelihood.n_residual, likelihood.n_residual - likelihood.d
     if not likelihood.noise_is_estimated:
         return float(scipy.stats.chi2.ppf(level, 1))

@@ -1,8 +1,9 @@
 """Confidence intervals of identified unknowns from the likelihood of the measurement.
 
 The deviance of the profile likelihood, D(θᵢ) = min over all other unknowns of −2 ln L, rises from its minimum to both
-sides. The interval holds all values of θᵢ at which it has risen by less than `ksmea.critical_rise`. Where several maxima
-of the likelihood are as likely, it reaches from the lowest to the highest such value around any of them.
+sides. The interval holds all values of θᵢ at which it has risen by less than `ksmea.critical_rise`, or where data are few
+`ksmea.simulated_rise`. Where several maxima of the likelihood are as likely, it reaches from the lowest to the highest such
+value around any of them.
 
 Where the profile is a parabola, its ends lie at θ̂ ± √c · sd with sd from the Fisher information (Gauss–Newton); that
 is checked at both ends, and where it fails by more than `REGULAR` of the width, or a search limit is in the way, they
@@ -153,19 +154,22 @@ def estimate(
     level: float = 0.95,
     check: bool = True,
     others: Sequence[Point] = (),
+    rises: Array | None = None,
 ) -> Estimate:
     """The intervals of confidence `level` around a maximum of the likelihood and `others` that are known; they belong to the
-    highest of these and of any that a profile meets.
+    highest of these and of any that a profile meets. `rises` (n_maximum, d) of the deviance are those of each maximum and
+    unknown; where they are left out, the critical rise.
 
     Without `check`, and where a profile cannot be computed, the information at the maximum is believed, at no further
     evaluation of the model.
     """
-    rise = critical_rise(likelihood, level, [maximum, *others])
+    if rises is None:
+        rises = np.full((1 + len(others), likelihood.d), critical_rise(likelihood, level, [maximum, *others]))
     intervals = None
     if check:
-        maximum, intervals = checked_intervals(likelihood, [maximum, *others], np.full(likelihood.d, rise))
+        maximum, intervals = checked_intervals(likelihood, [maximum, *others], rises)
     if intervals is None:
-        intervals = [information_interval(likelihood, maximum, index, rise) for index in range(likelihood.d)]
+        intervals = [information_interval(likelihood, maximum, index, rise) for index, rise in enumerate(rises[0])]
     parameters = likelihood.model.problem.parameters
     return Estimate(
         parameters.to_si(maximum.theta[: likelihood.d]),
@@ -176,26 +180,32 @@ def estimate(
 
 
 def checked_intervals(
-    likelihood: Maximised, maxima: Sequence[Point], rise: Array
+    likelihood: Maximised, maxima: Sequence[Point], rises: Array
 ) -> tuple[Point, list[Interval] | None]:
-    """The best of some maxima and the intervals in the unit cube, in which the deviance of each unknown rises by less than `rise`
-    (d,); none where profile after profile finds a higher one, so uneven is the likelihood, or one cannot be computed."""
+    """The best of some maxima and the intervals in the unit cube, in which the deviance of each unknown rises by less than `rises`
+    (n_maximum, d); none where profile after profile finds a higher one, so uneven is the likelihood, or one cannot be computed.
+    One that is found takes the largest rises of all."""
     for _ in range(MAX_MOVES):
-        maxima = distinct(likelihood, maxima)
+        best = distinct(likelihood, maxima)
+        rises = np.array([next(rise for rise, point in zip(rises, maxima) if point is one) for one in best])
+        maxima = best
         try:
-            return maxima[0], [_joined(likelihood, maxima, index, rise[index]) for index in range(likelihood.d)]
+            return maxima[0], [_joined(likelihood, maxima, index, rises[:, index]) for index in range(likelihood.d)]
         except _BetterMaximum as found:
             maxima = [maximise(likelihood, found.point.theta), *maxima]
+            rises = np.vstack([rises.max(axis=0), rises])
         except np.linalg.LinAlgError:
             break
     return maxima[0], None
 
 
-def _joined(likelihood: Maximised, maxima: Sequence[Point], index: int, rise: float) -> Interval:
+def _joined(likelihood: Maximised, maxima: Sequence[Point], index: int, rises: Array) -> Interval:
     """The interval of one unknown in the unit cube around the best of some maxima, best first, and all that are likely enough."""
     lowest = maxima[0].deviance
     best, *others = (
-        _checked(likelihood, point, index, rise, lowest) for point in maxima if point.deviance - lowest < rise
+        _checked(likelihood, point, index, float(rise), lowest)
+        for point, rise in zip(maxima, rises)
+        if point.deviance - lowest < rise
     )
     beyond = [other for other in others if other.low < best.low or other.high > best.high]
     if not beyond:

@@ -24,7 +24,7 @@ def site_intervals(fit: SiteFit, level: float) -> list[Interval]:
         rise = float(scipy.stats.chi2.ppf(level, 1))
     point, intervals = likelihood.at(fit.point.theta), None
     if fit.point.excess <= HOPELESS:
-        _, intervals = checked_intervals(likelihood, [point], np.full(likelihood.d, rise))
+        _, intervals = checked_intervals(likelihood, [point], np.full((1, likelihood.d), rise))
     if intervals is None:
         intervals = [information_interval(likelihood, point, index, rise) for index in range(likelihood.d)]
     seen = np.any(point.whitened, axis=0)

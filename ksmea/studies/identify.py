@@ -42,6 +42,7 @@ from ksmea.records.identification import (
 )
 from ksmea.records.record import finite
 from ksmea.run_differences import as_searched
+from ksmea.simulated_rise import can_be_simulated, simulated_rise
 from ksmea.studies.both_ways import both_ways
 from ksmea.studies.campaign_remarks import campaign_remarks
 from ksmea.studies.enough_data import can_be_tested, require_enough
@@ -82,7 +83,8 @@ def identification(
     cannot be computed the record says why. `crlb` adds Cramér–Rao bounds and correlations at the reported values.
     `details` adds what a report on one identification shows: the data in words with `remarks`, data and fit over speed,
     and a test of the fit by simulations. With it, and where data are few (`FEW_DATA`), intervals reach over all likely maxima
-    of the whole box. Both draw from `rng`. `curves` adds the amplitudes that figures compare. `beside`
+    of the whole box; where they are few, simulations tell how far the deviance rises within them (`ksmea.simulated_rise`), if
+    there is a generator. All that draws from `rng`. `curves` adds the amplitudes that figures compare. `beside`
     (`location_options`) adds the unknowns beside a force that the model lacks (`ksmea.studies.locate`): they stay true although
     the model is wrong.
 
@@ -232,10 +234,14 @@ def _with_intervals(
     counted = CountedProblem(problem)
     likelihood = likelihood_of(Model(counted), measurement)
     try:
-        maxima = [nearest_maximum(likelihood, problem.parameters.to_cube(record.x))]
-        if details or (check and _has_few_data(likelihood)):
+        maxima, rises = [nearest_maximum(likelihood, problem.parameters.to_cube(record.x))], None
+        are_few = check and _has_few_data(likelihood)
+        if details or are_few:
             maxima = likely_maxima(likelihood, maxima[0], rng)
-        estimated = estimate(likelihood, maxima[0], others=maxima[1:], level=level, check=check)
+        if are_few and rng is not None and can_be_simulated(likelihood):
+            rises = simulated_rise(likelihood, level, maxima, rng.spawn(1)[0])
+            maxima = maxima[: len(rises)]
+        estimated = estimate(likelihood, maxima[0], others=maxima[1:], level=level, check=check, rises=rises)
         fit = Fit(problem, likelihood, estimated.point)
     except np.linalg.LinAlgError as error:
         return dataclasses.replace(record, interval_error=str(error)), measurement.noise
