@@ -38,10 +38,11 @@ MAX_DRAWS = 20  # of effects, for a stable rotor
 
 @dataclass(frozen=True)
 class Hidden:
-    """An effect at its location, and the values (e,) of its unknowns, SI."""
+    """An effect at its location, and its unknowns with their values (e,), SI."""
 
     name: str
     effect: AnyEffect
+    parameters: tuple[Parameter, ...]
     theta: Array
 
 
@@ -182,9 +183,8 @@ class Synthetic(MeasurementSource):
 
     def hidden_effects(self, settings: ProblemSettings, hidden: np.random.Generator) -> tuple[HiddenEffect, ...]:
         """What data drawn by `hidden` hide: name, location, and values in their units."""
-        problem = self._machine(settings)
-        effects = self._hide(problem, self._values(settings), hidden)
-        return tuple(HiddenEffect(each.name, str(each.effect), _true_values(each, problem)) for each in effects)
+        effects = self._hide(self._machine(settings), self._values(settings), hidden)
+        return tuple(HiddenEffect(each.name, str(each.effect), _true_values(each)) for each in effects)
 
     def with_hidden(
         self, settings: ProblemSettings, problem: Problem, hidden: np.random.Generator
@@ -215,18 +215,19 @@ class Synthetic(MeasurementSource):
         """The problem with effects, and whether any of their sizes was drawn."""
         extended, found, sized, is_drawn = problem, list[Hidden](), set(), False
         for name in self.hidden:
-            effect = _drawn_location(name, problem, rng)
+            effect = _drawn_location(name, problem, [each.effect for each in found], rng)
             try:
                 theta = self._size(effect, extended, x, rng)
                 extended = effect.added_to(extended)
             except SettingError as error:
                 raise SettingError(f"measurement.hidden: {name}: {error}") from error
-            for index, parameter in enumerate(effect.parameters(problem)):
+            parameters = extended.parameters.items[len(x) :]
+            for index, parameter in enumerate(parameters):
                 if parameter.name in self.sizes:
                     theta[index] = _within(parameter, self.sizes[parameter.name])
                 is_drawn |= parameter.name not in self.sizes
                 sized.add(parameter.name)
-            found.append(Hidden(name, effect, theta))
+            found.append(Hidden(name, effect, parameters, theta))
             x = np.concatenate([x, theta])
         for name in self.sizes:
             if name not in sized:
@@ -290,11 +291,10 @@ def _unstable(where: str, problem: Problem, x: Array) -> SettingError:
     )
 
 
-def _true_values(hidden: Hidden, problem: Problem) -> tuple[TrueValue, ...]:
-    parameters = hidden.effect.parameters(problem)
+def _true_values(hidden: Hidden) -> tuple[TrueValue, ...]:
     return tuple(
         TrueValue(item.name, item.unit, float(value / item.si_per_unit))
-        for item, value in zip(parameters, hidden.theta)
+        for item, value in zip(hidden.parameters, hidden.theta)
     )
 
 
@@ -309,11 +309,11 @@ def _within(parameter: Parameter, size: float) -> float:
     return value
 
 
-def _drawn_location(name: str, problem: Problem, rng: np.random.Generator) -> AnyEffect:
-    """An effect at one of its locations, each as likely as any other."""
+def _drawn_location(name: str, problem: Problem, taken: Sequence[AnyEffect], rng: np.random.Generator) -> AnyEffect:
+    """An effect at one of its locations that are not taken, each as likely as any other."""
     try:
         effect = registry.create("effect", name, {})
-        locations = effect.locations(problem)
+        locations = [located for located in effect.locations(problem) if located not in taken]
     except (SettingError, AttributeError) as error:
         raise SettingError(
             f"measurement.hidden: expected a problem that effects can be added to, got {type(problem).__name__} ({error})"

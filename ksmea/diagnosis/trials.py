@@ -20,6 +20,7 @@ from ksmea.diagnosis.fitting import (
     start_nearby,
 )
 from ksmea.diagnosis.stable_fits import stable_fit
+from ksmea.errors import SettingError
 from ksmea.measurement import Measurement
 
 
@@ -87,12 +88,16 @@ def none_located(effects: Mapping[str, AnyEffect]) -> str:
 
 
 def _located(name: str, effect: AnyEffect, problem: Problem) -> list[Candidate]:
-    """One effect at every location, each tried by adding it to the problem."""
+    """One effect at every location where the problem does not have it already, each tried by adding it to the problem."""
     known = set(problem.parameters.names)
     found = []
     for located in effect.locations(problem.machine):
-        if known.isdisjoint(parameter.name for parameter in located.parameters(problem.machine)):
+        try:
             located.added_to(problem)
+        except SettingError:
+            if known.isdisjoint(parameter.name for parameter in located.parameters(problem.machine)):
+                raise
+        else:
             found.append(Candidate(name, located))
     return found
 

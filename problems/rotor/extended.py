@@ -8,6 +8,7 @@ motion, and what the probes make of that; all but the first are as cheap as a ch
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -26,6 +27,7 @@ from ksmea.proxy import ProblemProxy
 from problems.rotor import dense
 from problems.rotor.assembly import assemble_free, node_dof
 from problems.rotor.data import COEFFICIENTS, STIFFNESSES, Rotor
+from problems.rotor.effect_unknowns import effect_unknowns
 from problems.rotor.extended_sensitivity import differenced, linearised
 from problems.rotor.hooks import RotorHooks
 from problems.rotor.loads import unit_loads
@@ -50,23 +52,16 @@ class ExtendedProblem(ProblemProxy):
     effects: tuple[RotorHooks, ...]
 
     def __post_init__(self) -> None:
-        names = self.parameters.names
-        for name in names:
-            if names.count(name) > 1:
-                raise SettingError(
-                    f"effects: expected each unknown once, got {name} again; take one of the two effects"
-                )
+        d = len(self.parameters)  # each unknown has a name of its own, or this raises
         nonlinear = [site.law.name for effect in self.effects if (site := effect.site_law()) and not site.is_linear]
-        if nonlinear and self._sweeps(self._parts(np.zeros((1, len(self.parameters))))[1]):
+        if nonlinear and self._sweeps(self._parts(np.zeros((1, d)))[1]):
             raise SettingError(
                 f"effects: expected forces that are linear in the motion beside a sweep of the speed, got {nonlinear[0]}"
             )
 
     @cached_property
     def parameters(self) -> Parameters:
-        return Parameters(
-            (*self.base.parameters, *(item for effect in self.effects for item in effect.parameters(self.base)))
-        )
+        return Parameters((*self.base.parameters, *itertools.chain(*effect_unknowns(self.base, self.effects))))
 
     @property
     def behind(self) -> Problem:

@@ -74,6 +74,21 @@ def test_place_and_size_are_drawn_by_the_seed_and_given_sizes_stay():
     assert runout.parameters[1].value == pytest.approx(-4) and mass.parameters[0].value == pytest.approx(2)
 
 
+def test_one_effect_can_hide_at_two_places():
+    sizes = {
+        "runout_x": 1.0,
+        "runout_x_at_0_1_m": 2.0,
+        "runout_x_at_0_2_m": 2.0,
+    }  # as drawn, one of the latter is not there
+    synthetic = Synthetic(kind="complex", hidden=["runout", "runout"])
+    one, other = synthetic.hidden_effects(PROBLEM, stream(3))
+    assert {one.location, other.location} == {"at 0.1 m", "at 0.2 m"}
+    second = f"runout_x_{other.location}".replace(" ", "_").replace(".", "_")
+    assert [part.name for part in (*one.parameters[:1], *other.parameters[:1])] == ["runout_x", second]
+    given = dataclasses.replace(synthetic, sizes={name: sizes[name] for name in ("runout_x", second)})
+    assert [each.parameters[0].value for each in given.hidden_effects(PROBLEM, stream(3))] == pytest.approx([1.0, 2.0])
+
+
 def test_what_is_hidden_can_be_added_to_the_model_that_fits_for_judging_it():
     """The fitted problem with the hidden effects at their true values responds as the data do, but for its mesh."""
     settings = {"name": "three_disk", "mesh": 13, "sensors": [0.1, 0.2], "n_speed": 9}
@@ -171,7 +186,11 @@ def test_bad_settings(settings, message):
     "problem, settings, message",
     [
         (PROBLEM, {"hidden": ["runout"], "sizes": {"runout_z": 1.0}}, "measurement.sizes: 'runout_z'; did you mean"),
-        (PROBLEM, {"hidden": ["runout", "runout"]}, "measurement.hidden: runout: effects: expected each unknown once"),
+        (
+            PROBLEM,
+            {"hidden": ["mass", "mass"]},
+            "measurement.hidden: expected effects that have a location here, got mass",
+        ),
         (
             dataclasses.replace(PROBLEM, directions=["x"]),
             {"hidden": ["probe_rotation"]},

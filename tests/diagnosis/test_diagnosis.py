@@ -182,11 +182,13 @@ def test_amplitudes_that_hide_an_effect_are_diagnosed(hide):
 
 
 def test_an_extended_problem_can_be_diagnosed_again(rotor, hide):
-    """What it has already is not fitted again, and with it the model is adequate."""
+    """What it has already is not fitted again at the same place, and with it the model is adequate."""
     measurement, located, _ = hide("runout", 1)
     extended = located.added_to(rotor)
-    names = {candidate.name for candidate in candidates(extended, registered_effects())}
-    assert "runout" not in names and len(names) == 13
+    tried, before = (
+        [each.effect for each in candidates(problem, registered_effects())] for problem in (extended, rotor)
+    )
+    assert located not in tried and len(tried) == len(before) - 1
     assert diagnosed(extended, measurement, few("channel_gain", "unbalance", "runout")).verdict == "adequate"
 
 

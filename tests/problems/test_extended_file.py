@@ -105,6 +105,15 @@ def test_what_is_written_is_read_again(write):
     )
 
 
+def test_an_effect_at_two_places_is_written_and_read_again(write):
+    effects = [("runout", effect("runout", position=position)) for position in (0.1, 0.5)]
+    values = {"runout_x": 2.0, "runout_y_at_0_5_m": -3.0}
+    written = ExtendedFile(file=write(ExtendedFile.document("three_disk", {"sensors": [0.1, 0.5]}, effects, values)))
+    assert written.build().effects == tuple(each for _, each in effects)
+    assert written.reference()["runout_y_at_0_5_m"] == pytest.approx(-3e-6)
+    assert written.reference()["runout_x"] == pytest.approx(2e-6)
+
+
 def test_an_extended_problem_is_extended_further(write):
     write(SMALL)
     text = ExtendedFile.document(
@@ -141,7 +150,7 @@ def test_a_file_that_the_problem_names_is_found_from_anywhere(write, tmp_path, m
         ("position: 0.1", "position: here", "effects[1].position: expected a number or null, got 'here'"),
         ("position: 0.1", "position: 5", "effects[1]: runout at 5 m: expected a position on the shaft"),
         ("position: 0.1", "position: -1", "effects[1]: effect=runout: position: expected a number at least 0"),
-        ("name: mass", "name: runout", "effects[2]: effects: expected each unknown once, got runout_x again"),
+        ("name: mass", "name: runout, position: 0.1", "effects[2]: effects: expected each unknown once, got runout_x again"),
         ("runout_x: 8", "runout_xx: 8", "reference: unknown parameter 'runout_xx'; did you mean 'runout_x'?"),
         ("kxx: 55", "kxx: much", "reference.kxx: expected a number, got 'much'"),
         ("phase_origin: true", "phase_origin: 7", "phase_origin: expected a text, got 7"),
