@@ -177,7 +177,9 @@ def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
                 "sizes": int(visible["sizes_compared"].sum()),
                 "sizes_held": int(visible["sizes_held"].sum()),
             }
-        elif len(results) and any(facts.truth is not None for facts in plan.cells[index].parameters):  # nothing is hidden
+        elif len(results) and any(
+            facts.truth is not None for facts in plan.cells[index].parameters
+        ):  # nothing is hidden
             alarms = len(results) - row["adequate"] - row["not observable"]
             low, high = interval(alarms, len(results))
             row |= {"false_alarms": alarms, "false_alarms_pct_low": 100 * low, "false_alarms_pct_high": 100 * high}
