@@ -35,7 +35,9 @@ class Fits:
         """Those of each data set whose deviances differ by more than `tolerance`; the best of each where that is infinite."""
         rows = np.lexsort([self.deviance, self.sets])
         sets, deviance = self.sets[rows], self.deviance[rows]
-        is_new = np.append(np.ones(min(len(rows), 1), dtype=bool), (np.diff(sets) > 0) | (np.diff(deviance) > tolerance))
+        is_new = np.append(
+            np.ones(min(len(rows), 1), dtype=bool), (np.diff(sets) > 0) | (np.diff(deviance) > tolerance)
+        )
         return self.part(rows[is_new])
 
     def tangents(self, unknown: Indices) -> Array:

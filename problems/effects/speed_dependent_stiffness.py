@@ -37,6 +37,7 @@ class SpeedDependentStiffness(RotorEffect):
         "youngs_modulus": "both move the peaks; several critical speeds, or tap the rotor hanging free",
         "mass": "both move the peaks; several critical speeds, or weigh the rotor",
         "flexible_pedestal": "a pedestal's mass softens it with speed too; a sensor on the casing",
+        "foundation_resonance": "a block's mass softens it with speed too; a sensor on the foundation, another axis",
         "run_up_acceleration": "both move a peak; a second run-up at another rate, a coast-down",
     }
 

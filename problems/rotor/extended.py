@@ -36,7 +36,7 @@ from problems.rotor.receptance import Impedance, Reduction, at_harmonic, reduce_
 from problems.rotor.run_up import Sweep, parabola, sweep_change
 from problems.rotor.site_law import Force, SiteLaw, attached, dense_parts, with_forces
 from problems.rotor.stability import growth_rate, low_modes, searched_speed
-from problems.rotor.support import Support, in_series
+from problems.rotor.support import Support, in_series_with, ports_on
 from problems.rotor.synchronous_poles import Poles, block_diagonal, poles_on, spectrum, unit_force
 from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
 from problems.rotor.unknowns import Unknown, inputs_at, rotor_at
@@ -132,10 +132,12 @@ class ExtendedProblem(ProblemProxy):
         return self.linearised(x)[1]
 
     def linearised(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
-        """Response and sensitivity by one solution; of a sweep of the speed by central differences inside the limits."""
+        """Response and sensitivity by one solution; of a sweep of the speed, or where a changed rotor stands on a foundation that
+        couples its bearings, by central differences inside the limits."""
         [x] = checked_sets(np.asarray(x)[None], self.parameters)
         with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
-            by = differenced if self._sweeps(self._parts(x[None])[1]) else linearised
+            off_chain = self._couples_bearings and len(self.costly) > 0
+            by = differenced if off_chain or self._sweeps(self._parts(x[None])[1]) else linearised
             response, sensitivity = by(self, x)
         return finite(response), finite(sensitivity)
 
@@ -191,7 +193,15 @@ class ExtendedProblem(ProblemProxy):
         if any(effect.couples_axes for effect in self.effects):
             bearings = range(len(self.base.rotor.bearings))
             needed |= {Impedance(bearing, row, column) for bearing in bearings for row in (0, 1) for column in (0, 1)}
-        return tuple(sorted(needed, key=lambda item: (item.bearing, item.row, item.column)))
+        if self._couples_bearings:
+            pairs = itertools.permutations(range(len(self.base.rotor.bearings)), 2)
+            entries = {(item.row, item.column) for item in needed}
+            needed |= {Impedance(one, *entry, other) for (one, other), entry in itertools.product(pairs, entries)}
+        return tuple(sorted(needed, key=lambda item: (item.row_port, item.column_port)))
+
+    @property
+    def _couples_bearings(self) -> bool:
+        return any(effect.couples_bearings for effect in self.effects)
 
     @cached_property
     def _reductions(self) -> OrderedDict[tuple[tuple[float, ...], tuple[Load, ...], float], Reduction]:
@@ -289,19 +299,27 @@ class ExtendedProblem(ProblemProxy):
         large the unbalance of each plane and each load of effects are, (n, n_plane + n_load)."""
         own, of_effects = self._parts(x)
         inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
-        seen = self._impedance_seen(inputs.coefficients, self.speed, of_effects, harmonic)
         sizes = np.concatenate([inputs.complex_unbalance, *self._sizes(of_effects)], axis=1)
+        if self._couples_bearings:
+            whole = self._port_impedance(inputs.coefficients, self.speed, of_effects, harmonic)
+            return np.stack([whole[item.row_port, item.column_port] for item in self.impedances]), sizes
+        seen = self._impedance_seen(inputs.coefficients, self.speed, of_effects, harmonic)
         return np.stack([seen[item.bearing, item.row, item.column] for item in self.impedances]), sizes
+
+    def _port_impedance(
+        self, coefficients: Array, speed: Array, of_effects: list[Array], harmonic: float = 1.0
+    ) -> ComplexArray:
+        """Impedances from the motion of any port to the force on any other, (n_port, n_port, n, n_speed) N/m."""
+        bearings = at_harmonic(self._bearing_impedance(coefficients, speed, of_effects), harmonic)
+        return ports_on(self._supports(of_effects), bearings, harmonic * speed)
 
     def _impedance_seen(
         self, coefficients: Array, speed: Array, of_effects: list[Array], harmonic: float = 1.0
     ) -> ComplexArray:
-        """Impedances that the shaft feels at the ports in a motion at a harmonic, (n_bearing, 2, 2, n, n_speed) N/m, from
-        coefficients (n, n_bearing, 8), effects and supports included."""
-        impedance = at_harmonic(self._bearing_impedance(coefficients, speed, of_effects), harmonic)
-        for support in self._supports(of_effects):
-            impedance = in_series(impedance, support.compliance(harmonic * speed))
-        return impedance
+        """Impedances that the shaft feels at each bearing in a motion at a harmonic, (n_bearing, 2, 2, n, n_speed) N/m, from
+        coefficients (n, n_bearing, 8), effects and supports included but for what all bearings stand on together."""
+        bearings = at_harmonic(self._bearing_impedance(coefficients, speed, of_effects), harmonic)
+        return in_series_with(self._supports(of_effects), bearings, harmonic * speed)
 
     def _bearing_impedance(self, coefficients: Array, speed: Array, of_effects: list[Array]) -> ComplexArray:
         """The same of the bearings alone, at spin speeds (n_speed,) rad/s."""
@@ -339,11 +357,11 @@ class ExtendedProblem(ProblemProxy):
         own, of_effects = self._parts(x)
         rotor = self._changed_rotor(rotor_at(self.base.rotor, self.base.unknowns, own[0]), x[0, self.costly])
         coefficients = inputs_at(self.base.rotor, self.base.unknowns, own).coefficients
-        impedance = self._impedance_seen(coefficients, self.speed, of_effects)
+        impedance = np.moveaxis(self._port_impedance(coefficients, self.speed, of_effects)[:, :, 0], -1, 0)
         stiffness = dense.dynamic_stiffness(assemble_free(rotor), self.speed)
-        for bearing, values in zip(rotor.bearings, impedance[:, :, :, 0]):  # (2, 2, n_speed)
-            lateral = node_dof(rotor.node_at(bearing.position, "bearing"))[:2]
-            stiffness[:, lateral[:, None], lateral] += np.moveaxis(values, -1, 0)
+        ports = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
+        rows = np.eye(stiffness.shape[-1])[ports]
+        stiffness += rows.T @ impedance @ rows
         force = force_per_unbalance(rotor, self.speed) @ complex_unbalance(rotor)
         if (loads := self._loads(rotor)) is not None:
             force = force + loads @ np.concatenate(self._sizes(of_effects), axis=1)[0]
@@ -384,7 +402,7 @@ class ExtendedProblem(ProblemProxy):
         for effect, values in zip(self.effects, of_effects):
             if effect.has_loads:
                 force = force + np.moveaxis(effect.loads(rotor, nodes) @ effect.load_sizes(values).T, 1, 2)
-        impedance = list(self._impedance_seen(inputs.coefficients, nodes, of_effects).transpose(0, 4, 3, 1, 2))
+        impedance = [self._port_impedance(inputs.coefficients, nodes, of_effects).transpose(3, 2, 0, 1)]
         positions = []
         for site, coefficients in self._forces(of_effects):
             force = force + np.stack([site.at_rest(each[None], nodes) for each in coefficients], axis=1) @ site.rows(

@@ -24,6 +24,7 @@ class RotorHooks(ABC):
 
     changes_rotor: ClassVar[bool] = False  # overrides `rotor`
     couples_axes: ClassVar[bool] = False  # its `impedance` has entries beside the diagonal
+    couples_bearings: ClassVar[bool] = False  # its `support` is common to all bearings
     has_loads: ClassVar[bool] = False  # overrides `loads` and `load_sizes`
     # Effects act from the lowest stage to the highest, in whatever order they were added: what a probe sees (0) before its
     # angle (1), and that before its gain (2). Supports carry the bearings as all other effects leave them.

@@ -37,11 +37,13 @@ NOMINAL_PHASE = np.exp(0.25j * np.pi)
 
 @dataclass(frozen=True)
 class Impedance:
-    """The impedance of a bearing from motion in direction `column` to force in direction `row` (0 is x, 1 is y)."""
+    """The impedance of a bearing from motion in direction `column` to force in direction `row` (0 is x, 1 is y). `moved` is the
+    bearing that moves where that is another one, by way of what both stand on."""
 
     bearing: int
     row: int
     column: int
+    moved: int | None = None
 
     @property
     def row_port(self) -> int:
@@ -49,7 +51,12 @@ class Impedance:
 
     @property
     def column_port(self) -> int:
-        return PORTS_PER_BEARING * self.bearing + self.column
+        return PORTS_PER_BEARING * (self.bearing if self.moved is None else self.moved) + self.column
+
+    @property
+    def is_direct(self) -> bool:
+        """Whether it answers motion with a force in line with it."""
+        return self.row_port == self.column_port
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,9 +132,9 @@ def reduce_rotor(
     free = assemble_free(rotor)
     stiffness = dynamic_stiffness_band(free, speed, harmonic) if banded else dynamic_stiffness(free, speed, harmonic)
     for impedance, values in zip(impedances, nominal, strict=True):
-        row, column = ports[impedance.row_port], ports[impedance.column_port]
-        place = (column, DIAGONAL + row - column) if banded else (row, column)
-        stiffness[:, *place] += values
+        if impedance.is_direct:
+            port = ports[impedance.row_port]
+            stiffness[:, port, DIAGONAL if banded else port] += values
     n_dof = len(free.mass)
     port_rows = np.eye(n_dof)[ports]
     forces = np.broadcast_to(port_rows.T, (len(speed), n_dof, len(ports)))
@@ -177,6 +184,6 @@ def _first_port(impedances: Sequence[Impedance], n_port: int) -> int:
 def _nominal_impedance(bearings: Sequence[Bearing], impedance: Impedance, frequency: Array) -> ComplexArray:
     """(n_speed,): the size of the given impedance at each frequency with the nominal phase; none off the diagonal."""
     bearing, row, column = bearings[impedance.bearing], impedance.row, impedance.column
-    if row != column:
+    if not impedance.is_direct:
         return np.zeros(len(frequency), dtype=complex)
     return NOMINAL_PHASE * np.abs(bearing.stiffness[row, column] + 1j * frequency * bearing.damping[row, column])

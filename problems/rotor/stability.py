@@ -6,9 +6,9 @@ of the spin speed; supports are functions of λ and have degrees of freedom of t
 
 The rotor is seen in the space of its lowest modes and of its deflections under forces at the bearings, which leaves out
 only what lies far above the spin speed: free motions that grow whirl below it, or little above. With supports, e_l the
-deflections of support l and d = q_b − Σ e_l those of the bearings,
+deflections of support l and d = q_b − Σ T_l e_l those of the bearings (T_l takes a common support to each, else it is 1),
 
-    λ² q + λ (C + ΩG) q + (K + ΩN) q + Pᵀ (K_b + λ C_b) d = 0,      (1 + iη_l) e_l + λ² s_l m_l e_l − s_l (K_b + λ C_b) d = 0,
+    λ² q + λ (C + ΩG) q + (K + ΩN) q + Pᵀ (K_b + λ C_b) d = 0,      (1 + iη_l) e_l + λ² s_l m_l e_l − s_l T_lᵀ (K_b + λ C_b) d = 0,
 
 which also holds for s_l = 0 and m_l = 0, where eigenvalues go to infinity and are left out. A loss factor is that of
 motions with ω > 0: the other half of the plane is no motion of the rotor.
@@ -133,15 +133,16 @@ def _on_supports(
     """Eigenvalues (n,) at one spin speed, 0 in place of infinite ones; time in units of the highest frequency."""
     n_port, n_low = low.ports.shape
     n_bearing = n_port // 2
-    bearing = np.hstack([low.ports, *([-np.eye(n_port)] * len(supports))])  # d = bearing @ (q, e)
-    springs = [np.tile(support.spring[:, 0], n_bearing)[:, None] for support in supports]
-    forces = np.vstack([low.ports.T, *(-spring * np.eye(n_port) for spring in springs)])
-    elastic = [(1 + 1j * support.loss_factor) * np.eye(n_port) for support in supports]
-    inertia = [support.mass[0] * low.highest**2 * spring * np.eye(n_port) for support, spring in zip(supports, springs)]
+    carries = [np.tile(np.eye(2), (n_bearing, 1)) if support.is_common else np.eye(n_port) for support in supports]
+    bearing = np.hstack([low.ports, *(-each for each in carries)])  # d = bearing @ (q, e)
+    springs = [np.diag(np.tile(one.spring[:, 0], each.shape[1] // 2)) for one, each in zip(supports, carries)]
+    forces = np.vstack([low.ports.T, *(-spring @ each.T for spring, each in zip(springs, carries))])
+    elastic = [(1 + 1j * support.loss_factor) * np.eye(len(spring)) for support, spring in zip(supports, springs)]
+    inertia = [support.mass[0] * low.highest**2 * spring for support, spring in zip(supports, springs)]
     unit = low.highest**2  # the rotor's rows in terms of it
     scale = np.ones(len(forces))
     scale[:n_low] = 1 / unit
-    none = np.zeros((n_port * len(supports),) * 2)
+    none = np.zeros((sum(map(len, springs)),) * 2)
     of_stiffness = scipy.linalg.block_diag(stiffness / unit, *elastic) + scale[:, None] * forces @ of_bearings @ bearing
     of_damping = low.highest * (
         scipy.linalg.block_diag(damping / unit, none) + scale[:, None] * forces @ damping_of_bearings @ bearing

@@ -139,11 +139,12 @@ def unit_force(rotor: Rotor) -> ComplexArray:
 
 
 def block_diagonal(blocks: Sequence[ComplexArray]) -> ComplexArray:
-    """Impedances (…, 2, 2) of pairs of ports as one matrix of all, (…, p, p)."""
-    p = 2 * len(blocks)
-    whole = np.zeros((*blocks[0].shape[:-2], p, p), dtype=complex)
-    for start, block in zip(range(0, p, 2), blocks):
-        whole[..., start : start + 2, start : start + 2] = block
+    """Impedances (…, k, k) of groups of ports as one matrix of all, (…, p, p)."""
+    ends = np.cumsum([block.shape[-1] for block in blocks])
+    whole = np.zeros((*blocks[0].shape[:-2], ends[-1], ends[-1]), dtype=complex)
+    for end, block in zip(ends, blocks):
+        own = slice(end - block.shape[-1], end)
+        whole[..., own, own] = block
     return whole
 
 

@@ -24,6 +24,7 @@ def library(name):
         ("annular_seal", 2),
         ("coupling_misalignment", 1),
         ("coupling_misalignment", 2),
+        ("foundation_resonance", 2),
         ("short_journal_bearing", 2),
         ("skewed_disk", 2),
         ("thermal_bow", 1),

@@ -1,0 +1,72 @@
+"""Foundation resonance: all bearings stand on one block, which moves along one axis as a mass on a spring.
+
+With a = s/(1 + iη − s Ω² m) its compliance and F_b the force on bearing b, the block moves by v = a Σ F_b and takes all bearings along
+(`problems/rotor/support.py`); at a compliance of 0 it is rigid, whatever its mass. It has a resonance of its own at √(1/(s m)), in one
+axis alone: foundations are stiffer upwards than sideways, and each axis is an effect by itself. A flexible pedestal is another thing:
+each bearing has its own, with one mass for both axes, and one bearing moves on it without the other. A block does not feel modes in
+which the bearings push against each other, and pedestals do. Probes measure against the ground; rocking is left out.
+
+A. W. Lees & M. I. Friswell, The evaluation of rotor imbalance in flexibly mounted machines, J. Sound Vib. 208 (1997) 671–683,
+doi 10.1006/jsvi.1997.1260; Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, chapters 5 and 6.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.channel import DIRECTIONS
+from ksmea.parameters import Parameter
+from ksmea.settings import setting
+from ksmea.units import MICROMETRE_PER_KILONEWTON
+from problems.rotor.effect import RotorEffect, drawn
+from problems.rotor.problem import RotorProblem
+from problems.rotor.sizes import rotor_mass, stiffness_scale
+from problems.rotor.support import Support
+
+SOFTEST = 2.0  # times the compliance of the stiffest bearing, as of a pedestal
+HEAVIEST = 10.0  # of the rotor
+NOTICED_COMPLIANCE = (0.02, 1.0)  # of the compliance of the stiffest bearing, are drawn
+NOTICED_MASS = (0.5, 5.0)  # of the rotor, are drawn
+
+
+@dataclass(frozen=True)
+class FoundationResonance(RotorEffect):
+    """The block that all bearings stand on gives way along one axis, and has a mass."""
+
+    direction: str = setting("x", "the axis along which it moves", choices=DIRECTIONS)
+    loss_factor: float = setting(
+        0.05, "η of its spring: bolted frames have 0.01 to 0.05, concrete on soil 0.1", above=0, at_most=1
+    )
+
+    aliases: ClassVar[Mapping[str, str]] = {
+        "flexible_pedestal": "a block moves all bearings alike; sensors on the casings of two bearings, or on the foundation",
+        "speed_dependent_stiffness": "a block's mass softens it with speed too; a sensor on the foundation, another axis",
+    }
+    couples_bearings: ClassVar[bool] = True
+
+    def __str__(self) -> str:
+        return f"along {self.direction}"
+
+    def locations(self, problem: RotorProblem) -> Sequence[FoundationResonance]:
+        return [dataclasses.replace(self, direction=direction) for direction in DIRECTIONS]
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        softest, name = SOFTEST / stiffness_scale(problem), f"foundation_compliance_{self.direction}"
+        return (
+            Parameter(name, "µm/kN", MICROMETRE_PER_KILONEWTON, 0.0, softest),
+            Parameter(f"foundation_mass_{self.direction}", "kg", 1.0, 0.0, HEAVIEST * rotor_mass(problem)),
+        )
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        compliance = drawn(rng, *NOTICED_COMPLIANCE) / stiffness_scale(problem)
+        return np.array([compliance, drawn(rng, *NOTICED_MASS) * rotor_mass(problem)])
+
+    def support(self, theta: Array) -> Support:
+        along = np.array([[self.direction == axis] for axis in DIRECTIONS])
+        return Support(along * theta[:, 0], theta[:, 1], self.loss_factor, is_common=True)
