@@ -1,7 +1,7 @@
 """A mass that the model lacks at one place of the shaft, or has too much of: a coupling, a sleeve, a nut, a heavier disk.
 
 It resists acceleration along x and y, f = Ω² m q, and has no moments of inertia of its own: those of a part no longer than
-the shaft is thick hardly count (Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, section 5.3, for the
+the shaft is thick hardly count (Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, chapter 5, for the
 matrices of a disk). Unlike `mass` it moves each critical speed by how much its place moves there, and not at all where that
 is a node of the mode.
 

@@ -3,7 +3,7 @@
 A force −c q̇ per length of shaft, with q̇ as it is seen from the ground. In a viscous liquid c grows as the gap around the
 shaft narrows; the mass that the liquid adds is another effect (M. W. Wambsganss, S. S. Chen & J. A. Jendrzejczyk, Added mass
 and damping of a vibrating rod in confined viscous fluids, Argonne National Laboratory, ANL-CT-75-08, 1974; for what it does to rotors: Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010,
-section 7.3). Of a uniform shaft it damps mode n with a ratio c/(2 μ ω_n), with μ the mass per length: low modes most. Disks
+chapter 7). Of a uniform shaft it damps mode n with a ratio c/(2 μ ω_n), with μ the mass per length: low modes most. Disks
 have none of their own here. Whatever turns along with the shaft is `internal_damping`.
 
 Its limit is a damping ratio of 5 % of the rotor as a rigid mass on its stiffest bearing, c L = 2 ζ √(k m).

@@ -1,7 +1,7 @@
 """A hub that stiffens the shaft beneath it: EI (1 + s) over the width of a disk's seat.
 
 Models put a disk on a point of the shaft, while a hub that is shrunk on carries bending along with it. Friswell, Penny,
-Garvey & Lees, Dynamics of Rotating Machines, 2010, example 5.8.3, compare models of such a seat; API 684 asks for it. Shear
+Garvey & Lees, Dynamics of Rotating Machines, 2010, example 5.8.3, compare models of such a seat, as API 684 does. Shear
 flexibility and mass stay. The width is measured about the disk's middle; ends of it may lie anywhere between nodes: the
 stiffness of an element that is covered in part is that of a stepped beam (`problems/rotor/shaft.py`).
 

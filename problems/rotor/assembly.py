@@ -6,7 +6,9 @@ comes with damping that turns with the shaft, which sees the velocity q̇ − Ω
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -14,7 +16,9 @@ from ksmea.arrays import Array, Indices
 from problems.rotor import shaft
 from problems.rotor.data import Rotor
 from problems.rotor.disk import disk_gyroscopic, disk_mass
-from problems.rotor.mesh import DOF_PER_NODE, elements, locate
+from problems.rotor.mesh import DOF_PER_NODE, Element, elements, locate
+
+Of = TypeVar("Of")
 
 # −(Ω ẑ ×) per unit of Ω on the degrees of freedom of a node; the shaft turns from x to y.
 AGAINST_SPIN = np.kron(np.eye(2), [[0.0, 1.0], [-1.0, 0.0]])
@@ -44,29 +48,42 @@ def assemble(rotor: Rotor) -> Matrices:
 
 def assemble_free(rotor: Rotor) -> Matrices:
     """The matrices of the shaft and its disks alone, without bearings."""
-    n_node = len(rotor.node_positions)
-    n_dof = DOF_PER_NODE * n_node
-    mass, gyroscopic, stiffness, drag, geometric = (np.zeros((n_dof, n_dof)) for _ in range(5))
-    of_segment = {}  # the elements of a segment are alike but for hubs
-    for index, element in enumerate(elements(rotor)):
-        here = element_dof(index)
-        kind = element.segment, element.hubs
-        if kind not in of_segment:
-            of_segment[kind] = shaft.element_matrices(element)
-        matrices = of_segment[kind]
-        mass[here, here] += matrices.mass
-        gyroscopic[here, here] += matrices.gyroscopic
-        stiffness[here, here] += matrices.stiffness
-        drag[here, here] += matrices.drag
-        geometric[here, here] += matrices.geometric
+    matrices = of_elements(rotor, shaft.element_matrices)
+    mass = chained([each.mass for each in matrices])
+    gyroscopic = chained([each.gyroscopic for each in matrices])
+    stiffness = chained([each.stiffness for each in matrices])
     for disk in rotor.disks:
         at_node = node_dof(rotor.node_at(disk.position, "disk"))
         mass[np.ix_(at_node, at_node)] += disk_mass(disk)
         gyroscopic[np.ix_(at_node, at_node)] += disk_gyroscopic(disk)
     internal = rotor.internal_damping * stiffness
-    circulatory = internal @ np.kron(np.eye(n_node), AGAINST_SPIN)
-    damping = internal + rotor.external_damping * drag
-    return Matrices(mass, damping, gyroscopic, stiffness + rotor.axial_force * geometric, circulatory)
+    circulatory = internal @ np.kron(np.eye(len(rotor.node_positions)), AGAINST_SPIN)
+    damping = internal
+    if rotor.external_damping:
+        damping = internal + rotor.external_damping * chained(of_elements(rotor, shaft.drag))
+    if rotor.axial_force:
+        stiffness = stiffness + rotor.axial_force * chained(of_elements(rotor, shaft.geometric_stiffness))
+    return Matrices(mass, damping, gyroscopic, stiffness, circulatory)
+
+
+def of_elements(rotor: Rotor, matrices: Callable[[Element], Of]) -> list[Of]:
+    """What is asked of each element, from left to right; the elements of a segment are alike but for hubs."""
+    of_kind: dict[tuple[object, ...], Of] = {}
+    found = []
+    for element in elements(rotor):
+        kind = element.segment, element.hubs
+        if kind not in of_kind:
+            of_kind[kind] = matrices(element)
+        found.append(of_kind[kind])
+    return found
+
+
+def chained(matrices: Sequence[Array]) -> Array:
+    """Matrices of elements (8, 8), from left to right, as one of the whole shaft."""
+    whole = np.zeros((DOF_PER_NODE * (len(matrices) + 1),) * 2)
+    for index, matrix in enumerate(matrices):
+        whole[element_dof(index), element_dof(index)] += matrix
+    return whole
 
 
 def displacement_row(rotor: Rotor, position: float, direction: str) -> Array:

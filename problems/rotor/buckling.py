@@ -13,9 +13,8 @@ import numpy as np
 import scipy.linalg
 
 from problems.rotor import shaft
-from problems.rotor.assembly import assemble_free, element_dof, node_dof
+from problems.rotor.assembly import assemble_free, chained, node_dof, of_elements
 from problems.rotor.data import Rotor
-from problems.rotor.mesh import elements
 
 
 def is_held(rotor: Rotor) -> bool:
@@ -27,9 +26,7 @@ def is_held(rotor: Rotor) -> bool:
 def buckling_load(rotor: Rotor) -> float:
     """The least compression, N, under which a shaft buckles that `is_held`."""
     stiffness = assemble_free(dataclasses.replace(rotor, axial_force=0.0)).stiffness
-    geometric = np.zeros_like(stiffness)
-    for index, element in enumerate(elements(rotor)):
-        geometric[element_dof(index), element_dof(index)] += shaft.element_matrices(element).geometric
+    geometric = chained(of_elements(rotor, shaft.geometric_stiffness))
     pins = [node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings]
     free = np.setdiff1d(np.arange(len(stiffness)), np.concatenate(pins))
     per_load = scipy.linalg.eigh(geometric[np.ix_(free, free)], stiffness[np.ix_(free, free)], eigvals_only=True)

@@ -33,13 +33,11 @@ GAUSS_POINTS, GAUSS_WEIGHTS = (np.polynomial.legendre.leggauss(4)[0] + 1) / 2, n
 
 @dataclass(frozen=True)
 class ElementMatrices:
-    """Matrices of M q̈ + (c D + Ω G) q̇ + (K + N K_g) q = f, each (8, 8): external damping c, N s/m², and axial force N, N."""
+    """Matrices of M q̈ + Ω G q̇ + K q = f, each (8, 8)."""
 
     mass: Array
     gyroscopic: Array
     stiffness: Array
-    drag: Array  # D, m
-    geometric: Array  # K_g, 1/m
 
 
 def shear_coefficient(segment: ShaftSegment) -> float:
@@ -104,8 +102,7 @@ def element_matrices(element: Element) -> ElementMatrices:
     """Consistent matrices of an element, both bending planes and their gyroscopic coupling."""
     segment, length = element.segment, element.length
     density = segment.material.density
-    drag = _integral_of_products(deflection_shapes(element, GAUSS_POINTS), length)
-    translation = density * segment.area * drag
+    translation = density * segment.area * _integral_of_products(deflection_shapes(element, GAUSS_POINTS), length)
     rotation = density * segment.second_moment * _integral_of_products(rotation_shapes(element, GAUSS_POINTS), length)
     polar = 2 * rotation  # a circular section's polar moment is twice that about a diameter
     stiffness = stiffness_under_hubs(element) if element.hubs else plane_stiffness(element)
@@ -114,10 +111,17 @@ def element_matrices(element: Element) -> ElementMatrices:
         # Spin Ω turns a rotation rate φ̇_y into a moment I_p Ω φ̇_y about x, and φ̇_x into −I_p Ω φ̇_x about y.
         gyroscopic=X_PLANE.T @ polar @ Y_PLANE - Y_PLANE.T @ polar @ X_PLANE,
         stiffness=_in_both_planes(stiffness),
-        drag=_in_both_planes(drag),
-        # an axial force does the work ½ N ∫ (dw/dz)² dz (Nelson 1980)
-        geometric=_in_both_planes(_integral_of_products(slope_shapes(element, GAUSS_POINTS), length)),
     )
+
+
+def drag(element: Element) -> Array:
+    """Damping per N s/m² of what surrounds the shaft and stands still, (8, 8) m: the force −c ẇ on each length."""
+    return _in_both_planes(_integral_of_products(deflection_shapes(element, GAUSS_POINTS), element.length))
+
+
+def geometric_stiffness(element: Element) -> Array:
+    """Stiffness per N of tension, (8, 8) 1/m: an axial force does the work ½ N ∫ (dw/dz)² dz (Nelson 1980)."""
+    return _in_both_planes(_integral_of_products(slope_shapes(element, GAUSS_POINTS), element.length))
 
 
 def plane_stiffness(element: Element) -> Array:
