@@ -64,7 +64,9 @@ class BatchedLikelihood:
         """Responses (k, n_speed, n_channel) and their derivatives (…, d) in the unit cube, inside it."""
         u = theta[:, : self._likelihood.d]
         steps = np.where(u < 0.5, STEP, -STEP)
-        points = u[:, None] + np.concatenate([np.zeros((len(u), 1, u.shape[1])), steps[..., None] * np.eye(u.shape[1])], 1)
+        points = u[:, None] + np.concatenate(
+            [np.zeros((len(u), 1, u.shape[1])), steps[..., None] * np.eye(u.shape[1])], 1
+        )
         responses = self._likelihood.model.response(points.reshape(-1, u.shape[1]))
         responses = responses.reshape(*points.shape[:2], *responses.shape[1:])
         slopes = (responses[:, 1:] - responses[:, :1]) / steps[..., None, None]
@@ -80,6 +82,8 @@ class BatchedLikelihood:
 
     def _noise_slopes(self, magnitude: Array, noise: Noise) -> Array:
         """∂s²/∂(ln relative, ln floor) of each level (k, n_speed, n_channel, 2 n_level), m²."""
-        parts = np.stack([(noise.relative * magnitude) ** 2, np.square(noise.floor) + np.zeros_like(magnitude)], axis=-1)
+        parts = np.stack(
+            [(noise.relative * magnitude) ** 2, np.square(noise.floor) + np.zeros_like(magnitude)], axis=-1
+        )
         by_level = 2 * self._level[:, None, :, None] * parts[..., None, :]
         return np.asarray(by_level.reshape(*magnitude.shape, -1))
