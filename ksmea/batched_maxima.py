@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from ksmea.arrays import Array, Indices
 from ksmea.batched_likelihood import BatchedLikelihood
@@ -47,7 +48,7 @@ class Fits:
         own = np.arange(matrix.shape[1]) == unknown[:, None]
         others = np.where(own[:, :, None] | own[:, None], np.eye(matrix.shape[1]), matrix)
         follow = np.linalg.solve(others, np.where(own, -1.0, matrix[own])[..., None])[..., 0]
-        return -follow * scale[own][:, None] / scale
+        return np.asarray(-follow * scale[own][:, None] / scale)
 
 
 def batched_maxima(likelihood: BatchedLikelihood, theta: Array, sets: Indices, fixed: Indices | None = None) -> Fits:
@@ -57,7 +58,7 @@ def batched_maxima(likelihood: BatchedLikelihood, theta: Array, sets: Indices, f
     """
     theta = np.clip(theta, likelihood.lower, likelihood.upper)
     deviance = likelihood.deviance(theta, sets)
-    free = np.ones(theta.shape, dtype=bool)
+    free = np.full(theta.shape, True)
     if fixed is not None:
         free[np.arange(len(theta)), fixed] = False
     gradient, information = np.empty(theta.shape), np.empty((*theta.shape, theta.shape[1]))
@@ -84,7 +85,12 @@ def batched_maxima(likelihood: BatchedLikelihood, theta: Array, sets: Indices, f
 
 
 def _steps(
-    likelihood: BatchedLikelihood, theta: Array, free: Array, gradient: Array, information: Array, damping: Array
+    likelihood: BatchedLikelihood,
+    theta: Array,
+    free: NDArray[np.bool_],
+    gradient: Array,
+    information: Array,
+    damping: Array,
 ) -> tuple[Array, Array]:
     """The steps (k, p) that lower the quadratic model of each deviance within the limits, and by how much: where a step meets a
     limit, that unknown stays there, and the others go on."""

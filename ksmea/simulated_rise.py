@@ -50,23 +50,28 @@ def simulated_rise(likelihood: Likelihood, level: float, maxima: Sequence[Point]
     near = [point for point in maxima if point.deviance < maxima[0].deviance + REACH]
     normal = scipy.stats.norm.ppf(sobol(N_SIMULATED, likelihood.n_residual, rng))
     factors = [_factor(likelihood, min(level, HIGHEST_LEVEL), point, maxima, normal) for point in near]
-    return linear_rise(likelihood, level) * np.maximum(factors, LEAST)
+    return linear_rise(likelihood, level) * np.array(factors)
 
 
 def _factor(likelihood: Likelihood, level: float, point: Point, maxima: Sequence[Point], normal: Array) -> Array:
     """The quantiles of the rises (d,) of data simulated at one of some maxima from normal numbers (n_set, n), in parts of those of
-    a linear model."""
+    a linear model.
+
+    A search limit within the interval cuts rises at the maximum off, and not those at the other end: there it is 1 at least.
+    """
     truth = _unbiased(likelihood, point)
     at_truth = likelihood.at(truth)
     tangent = at_truth.whitened[: likelihood.n_residual, : likelihood.d]
     noise = normal @ np.linalg.qr(tangent, mode="complete")[0].T  # the first numbers move the unknowns
     starts = np.stack([truth, *(other.theta for other in maxima if other is not point)])
     data = BatchedLikelihood(likelihood, _simulated(likelihood, truth, noise))
-    quantile = linear_rise(likelihood, level)
+    quantile, own = linear_rise(likelihood, level), _own(tangent)
     rises = simulated_rises(data, starts, truth, likelihood.d, LEAST * quantile)
-    linear = linear_rises(likelihood, tangent, noise)
-    pairs = zip(np.sort(linear), np.sort(rises))
-    return np.array([np.interp(quantile, *pair) for pair in pairs]) / quantile
+    pairs = zip(np.sort(linear_rises(likelihood, tangent, noise)), np.sort(rises))
+    factors = np.array([np.interp(quantile, *pair) for pair in pairs]) / quantile
+    u = truth[: likelihood.d]
+    is_near_limit = np.minimum(u, 1 - u) * np.linalg.norm(own, axis=0) < np.sqrt(quantile)
+    return np.maximum(factors, np.where(is_near_limit, 1.0, LEAST))
 
 
 def _unbiased(likelihood: Likelihood, point: Point) -> Array:
@@ -83,21 +88,23 @@ def _simulated(likelihood: Likelihood, theta: Array, noise: Array) -> Array | Co
     sd = likelihood.noise(theta).sd(np.abs(response))
     shape = (len(noise), *response.shape)
     if likelihood.measurement.is_amplitude:
-        return np.abs(np.abs(response) + sd * noise.reshape(shape))
+        return np.asarray(np.abs(np.abs(response) + sd * noise.reshape(shape)))
     real, imaginary = (part.reshape(shape) for part in np.split(noise, 2, axis=1))
     return np.asarray(response + sd * (real + 1j * imaginary) / np.sqrt(2))
 
 
 def linear_rises(likelihood: Likelihood, tangent: Array, noise: Array) -> Array:
     """The rises (d, n_set) for noise (n_set, n) in units of its standard deviation, were the means linear with a tangent (n, d)."""
-    directions = span(tangent)
+    directions, own = span(tangent), _own(tangent)
     left = np.sum(noise**2, axis=1) - np.sum((noise @ directions) ** 2, axis=1)
-    rises = []
-    for index in range(likelihood.d):
-        own = projected(tangent[:, [index]], np.delete(tangent, index, axis=1))[:, 0]
-        squared = (noise @ own) ** 2 / max(own @ own, np.finfo(float).tiny)
-        rises.append(likelihood.n_residual * np.log1p(squared / left) if likelihood.noise_is_estimated else squared)
-    return np.array(rises)
+    squared = (noise @ own).T ** 2 / np.maximum(np.sum(own**2, axis=0), np.finfo(float).tiny)[:, None]
+    return np.asarray(likelihood.n_residual * np.log1p(squared / left) if likelihood.noise_is_estimated else squared)
+
+
+def _own(tangent: Array) -> Array:
+    """What of each column of a tangent (n, d) the others cannot make up for; its length is 1 / sd of the unknown."""
+    parts = [projected(tangent[:, [index]], np.delete(tangent, index, axis=1)) for index in range(tangent.shape[1])]
+    return np.concatenate(parts, axis=1)
 
 
 def simulated_rises(likelihood: BatchedLikelihood, starts: Array, truth: Array, d: int, negligible: float) -> Array:
@@ -131,7 +138,7 @@ def simulated_rises(likelihood: BatchedLikelihood, starts: Array, truth: Array, 
             break
         fits = batched_maxima(likelihood, lower.theta, lower.sets)
         theta, fixed, sets, above = theta[:0], fixed[:0], sets[:0], above[:0]
-    return held - lowest
+    return np.asarray(held - lowest)
 
 
 def _held(likelihood: BatchedLikelihood, fits: Fits, unknown: Indices, value: Array) -> Array:
