@@ -53,6 +53,7 @@ class Crack(RotorEffect):
     gravity_deg: float = setting(270.0, "where the weight points, past +x towards +y", unit="deg")
 
     aliases: ClassVar[Mapping[str, str]] = {
+        "coupling_misalignment": "both make 2X; that of a crack peaks at half of a critical speed as its sag does, and has 3X beside it",
         "shaft_asymmetry": "both make 2X at half of a critical speed; a crack opens and closes, which makes 3X of its sag too: look there",
     }
     turns: ClassVar[bool] = True

@@ -37,7 +37,7 @@ from problems.rotor.site_law import Force, SiteLaw, attached, dense_parts, with_
 from problems.rotor.stability import growth_rate, low_modes, searched_speed
 from problems.rotor.support import Support, in_series
 from problems.rotor.synchronous_poles import Poles, block_diagonal, poles_on, spectrum, unit_force
-from problems.rotor.turning import HIGHEST, Acting, TurningShaft
+from problems.rotor.turning import HIGHEST, TurningShaft
 from problems.rotor.turning_effects import TurningEffects
 from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
 from problems.rotor.unknowns import Inputs, Unknown, inputs_at, rotor_at
@@ -265,7 +265,7 @@ class ExtendedProblem(ProblemProxy):
         shaft = recent(self._turning_shafts, tuple(changing), make, MAX_REDUCTIONS)
         entries = [self._entries(reduction, inputs.coefficients, of_effects) for reduction in shaft.reductions]
         sizes = np.concatenate([inputs.complex_unbalance, *self._sizes(of_effects)], axis=1)
-        return shaft.motion(entries, Acting(sizes, self._forces(of_effects), self._turning.stiffness(of_effects)))
+        return shaft.motion(entries, self._turning.acting(of_effects, sizes, self._forces(of_effects)))
 
     @cached_property
     def _turning_shafts(self) -> OrderedDict[tuple[float, ...], TurningShaft]:
@@ -347,7 +347,7 @@ class ExtendedProblem(ProblemProxy):
         if self._turning.are_there:
             orders = range(HIGHEST + 1)
             at_orders = [self._impedance_seen(coefficients, self.speed, of_effects, h)[:, :, :, 0] for h in orders]
-            acting = Acting(np.empty((1, 0), complex), self._forces(of_effects), self._turning.stiffness(of_effects))
+            acting = self._turning.acting(of_effects, np.empty((1, 0), complex), self._forces(of_effects))
             motion = self._turning_shaft(rotor).dense_motion(at_orders, acting, force)
             return self._observed(motion[None] + self._sweep_change(x), of_effects)
         forces = self._forces(of_effects)

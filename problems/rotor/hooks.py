@@ -60,6 +60,19 @@ class RotorHooks(ABC):
         """How large each load is, (n, n_load)."""
         raise NotImplementedError
 
+    @property
+    def further_orders(self) -> Sequence[int]:
+        """Multiples of the speed of rotation, beside 1X, at which it has loads, up to `problems.rotor.turning.HIGHEST`."""
+        return ()
+
+    def loads_at(self, rotor: Rotor, speed: Array, order: int) -> ComplexArray:
+        """The same as `loads` at one of these."""
+        raise NotImplementedError
+
+    def load_sizes_at(self, theta: Array, order: int) -> ComplexArray:
+        """The same as `load_sizes`."""
+        raise NotImplementedError
+
     def unbalance(self, theta: Array) -> Mapping[float, complex]:
         """What of its loads is unbalance at one set of values (e,), by position (m), kg m in the direction of the force."""
         return {}

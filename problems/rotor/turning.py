@@ -4,7 +4,8 @@
 
 both sums over negative and positive integers, κ_{−m} and q_{−h} being conjugates. Order by order, with D_h the dynamic
 stiffness at hΩ, D_h q_h + Bᵀ Σ κ_{h−k} B q_k = f_h: one linear system for all orders together, cut off above `HIGHEST`, in
-which the ports B q alone are coupled. The 1X force is that of unbalance and other loads, f_0 the rotor's weight. As q_1 and
+which the ports B q alone are coupled. The 1X force is that of unbalance and other loads, f_0 the rotor's weight; loads may act at
+further orders. As q_1 and
 its conjugate are coupled, the response is linear in real and imaginary part of an unbalance, each by itself.
 
 A shaft with two second moments of area has κ_±2 alone: on isotropic bearings forward 1X, and weight and 2X, are two closed sets, in
@@ -16,7 +17,7 @@ Machines, 2010, chapter 7; T. Yamamoto & Y. Ishida, Linear and Nonlinear Rotordy
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -30,48 +31,44 @@ from problems.rotor.data import Rotor
 from problems.rotor.mesh import DOF_PER_NODE
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
 from problems.rotor.site_law import Force, attached
+from problems.rotor.static_load import GRAVITY
 
 HIGHEST = 3  # order of the motion that is kept: 3X is the highest that is measured as a rule
 CHUNK_BYTES = 2**20  # of the largest temporary array of a batch: about what a core's own cache holds
-GRAVITY = 9.80665  # m/s²
 OF_CONJUGATE = np.array([[1, -1j], [-1j, -1]])  # S: Re(S e^{2iθ}) is [[cos 2θ, sin 2θ], [sin 2θ, −cos 2θ]]
 
 
 @dataclass(frozen=True, eq=False)
 class Acting:
-    """What acts on n parameter sets besides bearings: sizes (n, n_load) of the unbalance and other 1X loads, local forces by
-    linear laws, and κ_m (n, n_order, n_port, n_port), N/m, of the turning stiffness for m = 0, 1, 2 …"""
+    """What acts on n parameter sets besides bearings: sizes (n, n_load) of loads by order, at 1X behind those of the unbalance,
+    local forces by linear laws, and κ_m (n, n_order, n_port, n_port), N/m, of the turning stiffness for m = 0, 1, 2 …"""
 
-    sizes: ComplexArray
+    sizes: Mapping[int, ComplexArray]
     local: Sequence[Force]
     turning: ComplexArray
 
 
 @dataclass(frozen=True, eq=False)
 class TurningShaft:
-    """A rotor whose turning stiffness acts between its `rows` B (n_port, n_dof), with 1X loads (n_speed, n_dof, n_load) N per
-    unit besides its unbalance, and its weight (n_dof,) N. Local forces act at `sites`, two rows (2, n_dof) each."""
+    """A rotor whose turning stiffness acts between its `rows` B (n_port, n_dof), with loads (n_speed, n_dof, n_load) N per
+    unit by order besides its unbalance, at order 0 its weight. Local forces act at `sites`, two rows (2, n_dof) each."""
 
     rotor: Rotor
     impedances: tuple[Impedance, ...]
     speed: Array
     channels: tuple[Channel, ...]
     rows: Array
-    loads: ComplexArray | None
-    weight: Array
+    loads: Mapping[int, ComplexArray]
     sites: tuple[Array, ...] = ()
 
     @cached_property
     def reductions(self) -> tuple[Reduction, ...]:
-        """The rotor seen from its ports at each order from 0 on, with columns for loads at 1X, for its weight at rest, and for unit
-        forces at the ports."""
+        """The rotor seen from its ports at each order from 0 on, with columns for the loads and for unit forces at the ports."""
         ports = np.concatenate([*self.sites, self.rows])
         found = []
         for order in range(HIGHEST + 1):
-            own = {0: self.weight[:, None], 1: self.loads}.get(order)
-            columns = [] if own is None else [np.broadcast_to(own, (len(self.speed), *own.shape[-2:]))]
-            columns.append(np.broadcast_to(ports.T, (len(self.speed), *ports.T.shape)))
-            together = np.concatenate(columns, axis=2).astype(complex)
+            unit = np.broadcast_to(ports.T.astype(complex), (len(self.speed), *ports.T.shape))
+            together = np.concatenate([self.loads[order], unit], axis=2) if order in self.loads else unit
             found.append(
                 reduce_rotor(
                     self.rotor,
@@ -93,10 +90,12 @@ class TurningShaft:
         without, per_force, springs = [], [], []
         for order, (reduction, impedance) in enumerate(zip(self.reductions, entries, strict=True)):
             columns = reduction.response_per_load(impedance).transpose(2, 3, 0, 1)  # (n, n_speed, row, column)
-            own, forces = np.split(columns, [-(2 * len(self.sites) + len(self.rows))], axis=-1)
-            moved = own[..., -1] if order == 0 else np.zeros(own.shape[:-1], dtype=complex)
-            if order == 1:  # half of it: the other half is its conjugate, of order −1
-                moved = np.einsum("nsrl,nl->nsr", own, acting.sizes) / 2
+            n_force = 2 * len(self.sites) + len(self.rows)
+            own, forces = np.split(columns, [columns.shape[-1] - n_force], axis=-1)
+            sizes = acting.sizes.get(order, np.zeros((len(columns), 0)))
+            # half of it: the other half is its conjugate, of the negative order
+            moved = np.einsum("nsrl,nl->nsr", own[..., own.shape[-1] - sizes.shape[1] :], sizes) / (2 if order else 1)
+            if order == 1:
                 for index, (site, coefficients) in enumerate(acting.local):
                     at_rest = np.stack([site.at_rest(each[None], self.speed) for each in coefficients])
                     moved = moved + (forces[..., 2 * index : 2 * index + 2] @ at_rest[..., None])[..., 0] / 2
@@ -117,11 +116,14 @@ class TurningShaft:
     def dense_motion(self, impedances: Sequence[ComplexArray], acting: Acting, force: ComplexArray) -> ComplexArray:
         """The same of one set by the dense route, all orders of the whole rotor in one system: with the impedances (n_bearing, 2, 2,
         n_speed) at each order, and the 1X force (n_speed, n_dof)."""
-        free, n_speed, n_dof = assemble_free(self.rotor), len(self.speed), len(self.weight)
+        free, n_speed = assemble_free(self.rotor), len(self.speed)
+        n_dof = len(free.mass)
         orders = range(-HIGHEST, HIGHEST + 1)
         whole = np.zeros((n_speed, len(orders), n_dof, len(orders), n_dof), dtype=complex)
         forces = np.zeros((n_speed, len(orders), n_dof), dtype=complex)
-        forces[:, HIGHEST] = self.weight
+        for order in acting.sizes.keys() & self.loads.keys() - {1}:
+            own = self.loads[order] @ acting.sizes[order][0] / (2 if order else 1)
+            forces[:, HIGHEST + order], forces[:, HIGHEST - order] = own, np.conj(own)
         for site, coefficients in acting.local:
             at_site = self.sites[[each[0] for each in acting.local].index(site)]
             force = force + site.at_rest(coefficients, self.speed) @ at_site
@@ -186,6 +188,8 @@ def port_forces(
     step = 1 if np.any(turning[:, 1::2]) else 2
     n, n_speed, n_port = motion[0].shape
     found = [np.empty((n, n_speed, n_port), dtype=complex) for _ in range(n_order)]
+    if not n_port:
+        return found
     n_chunk = max(1, CHUNK_BYTES // (16 * n_speed * (n_order // step * n_port) ** 2))
     for part in (slice(start, start + n_chunk) for start in range(0, n, n_chunk)):
         for orders in (range(first, n_order, step) for first in range(step)):

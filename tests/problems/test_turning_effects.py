@@ -182,6 +182,28 @@ def test_a_crack_takes_the_stiffness_of_its_element_where_it_is_open():
     assert down == pytest.approx(np.diag([0.0, 0.0, -0.3, -0.3]), abs=1e-15)
 
 
+def test_a_misaligned_coupling_acts_twice_a_turn_where_that_is_measured():
+    """A 2X force of its own: that of a unit load at twice the frequency, by the matrices written out; by both routes, and beside a
+    crack, whose orders it meets."""
+    problem = through(PLAIN, (1.0, 2.0), [120.0, 310.0])
+    place = effect("coupling_misalignment").locations(problem)[0]
+    assert place.twice and not effect("coupling_misalignment").locations(PLAIN)[0].twice
+    found = response(place, [0.0, 0.0, 30.0, 40.0], ISOTROPIC, problem)
+    assert found[:, :2] == pytest.approx(problem.response(ISOTROPIC[None])[0][:, :2], rel=1e-9)
+    whole = assemble(rotor_at(PLAIN.rotor, PLAIN.unknowns, ISOTROPIC))
+    rows = np.array([displacement_row(PLAIN.rotor, place.position, axis) for axis in "xy"])
+    read = np.array([displacement_row(PLAIN.rotor, 0.5, axis) for axis in "xy"])
+    for index, spin in enumerate(problem.speed):
+        stiffness = (
+            whole.stiffness - (2 * spin) ** 2 * whole.mass + 2j * spin * (whole.damping + spin * whole.gyroscopic)
+        )
+        expected = read @ np.linalg.solve(stiffness, rows.T @ np.array([1, -1j]) * (30 + 40j))
+        assert found[index, 2:] == pytest.approx(expected, rel=1e-9)
+    both = effect("crack").added_to(place.added_to(problem))
+    x = np.concatenate([ISOTROPIC, [3.0, 4.0, 30.0, 40.0, 0.2, 0.1]])[None]
+    assert both.response(x) == pytest.approx(both.dense_response(x), rel=1e-6, abs=1e-12)
+
+
 def test_they_are_tried_where_harmonics_were_measured():
     problem = through(PLAIN)
     noise, values = Noise(0.05, 1e-7), np.ones((20, 6), complex)
