@@ -54,7 +54,7 @@ class TimingDelay(RotorEffect):
 
     def locations(self, problem: RotorProblem) -> Sequence[TimingDelay]:
         """All channels, and each by itself where there is another."""
-        channels = dict.fromkeys(problem.channels)
+        channels = dict.fromkeys(channel for channel in problem.channels if channel.is_1x)
         each = [dataclasses.replace(self, position=item.position, direction=item.direction) for item in channels]
         return [self, *each] if len(each) > 1 else [self]
 
@@ -72,7 +72,7 @@ class TimingDelay(RotorEffect):
         return np.array([drawn_either_side(rng, *NOTICED)])
 
     def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
-        late = np.array([self._reads(channel) for channel in channels])
+        late = np.array([self._reads(channel) * channel.harmonic for channel in channels])
         return response * np.exp(-1j * speed[:, None] * theta[:, 0, None, None] * late)
 
     def _reads(self, channel: Channel) -> bool:

@@ -12,7 +12,7 @@ import itertools
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import cast
 
 import numpy as np
@@ -25,19 +25,22 @@ from ksmea.load import Load
 from ksmea.parameters import Parameters
 from ksmea.proxy import ProblemProxy
 from problems.rotor import dense
-from problems.rotor.assembly import assemble_free, node_dof
+from problems.rotor.assembly import assemble_free
 from problems.rotor.data import COEFFICIENTS, STIFFNESSES, Rotor
 from problems.rotor.effect_unknowns import effect_unknowns
 from problems.rotor.extended_sensitivity import differenced, linearised
 from problems.rotor.hooks import RotorHooks
 from problems.rotor.loads import unit_loads
 from problems.rotor.problem import CHUNK_BYTES, RotorProblem, checked_sets, finite, impedances_of
+from problems.rotor.recent import recent
 from problems.rotor.receptance import Impedance, Reduction, at_harmonic, reduce_rotor
 from problems.rotor.run_up import Sweep, parabola, sweep_change
 from problems.rotor.site_law import Force, SiteLaw, attached, dense_parts, with_forces
 from problems.rotor.stability import growth_rate, low_modes, searched_speed
 from problems.rotor.support import Support, in_series_with, ports_on
 from problems.rotor.synchronous_poles import Poles, block_diagonal, poles_on, spectrum, unit_force
+from problems.rotor.turning import HIGHEST, TurningShaft
+from problems.rotor.turning_effects import TurningEffects
 from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
 from problems.rotor.unknowns import Unknown, inputs_at, rotor_at
 
@@ -54,10 +57,15 @@ class ExtendedProblem(ProblemProxy):
     def __post_init__(self) -> None:
         d = len(self.parameters)  # each unknown has a name of its own, or this raises
         nonlinear = [site.law.name for effect in self.effects if (site := effect.site_law()) and not site.is_linear]
-        if nonlinear and self._sweeps(self._parts(np.zeros((1, d)))[1]):
+        if nonlinear and (self._turning.are_there or self._sweeps(self._parts(np.zeros((1, d)))[1])):
+            beside = "a stiffness that turns with the shaft" if self._turning.are_there else "a sweep of the speed"
             raise SettingError(
-                f"effects: expected forces that are linear in the motion beside a sweep of the speed, got {nonlinear[0]}"
+                f"effects: expected forces that are linear in the motion beside {beside}, got {nonlinear[0]}"
             )
+
+    @cached_property
+    def _turning(self) -> TurningEffects:
+        return TurningEffects(self.effects)
 
     @cached_property
     def parameters(self) -> Parameters:
@@ -132,13 +140,13 @@ class ExtendedProblem(ProblemProxy):
         return self.linearised(x)[1]
 
     def linearised(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
-        """Response and sensitivity by one solution; of a sweep of the speed, or where a changed rotor stands on a foundation that
-        couples its bearings, by central differences inside the limits."""
+        """Response and sensitivity by one solution; of a sweep of the speed, of a stiffness that turns with the shaft, and where a
+        changed rotor stands on a foundation that couples its bearings, by central differences inside the limits."""
         [x] = checked_sets(np.asarray(x)[None], self.parameters)
         with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
             off_chain = self._couples_bearings and len(self.costly) > 0
-            by = differenced if off_chain or self._sweeps(self._parts(x[None])[1]) else linearised
-            response, sensitivity = by(self, x)
+            has_none = off_chain or self._turning.are_there or self._sweeps(self._parts(x[None])[1])
+            response, sensitivity = (differenced if has_none else linearised)(self, x)
         return finite(response), finite(sensitivity)
 
     def dense_response(self, x: Array) -> ComplexArray:
@@ -210,17 +218,13 @@ class ExtendedProblem(ProblemProxy):
     def reduction(self, changing: tuple[float, ...], loads: tuple[Load, ...], harmonic: float = 1.0) -> Reduction:
         """The rotor, as its effects have changed it, seen from its ports; columns of unit loads come last. At a harmonic
         only these do anything."""
-        kept, key = self._reductions, (changing, loads, harmonic)
-        if key not in kept:
+
+        def reduced() -> Reduction:
             rotor = self._changed_rotor(self.base.rotor, np.array(changing))
-            forces = self.further_forces(rotor, loads, harmonic)
-            kept[key] = reduce_rotor(
-                rotor, self.impedances, self.speed, self.seen_channels, forces, harmonic=harmonic, banded=True
-            )
-            if len(kept) > MAX_REDUCTIONS:
-                kept.popitem(last=False)
-        kept.move_to_end(key)
-        return kept[key]
+            forces, seen = self.further_forces(rotor, loads, harmonic), self.seen_channels
+            return reduce_rotor(rotor, self.impedances, self.speed, seen, forces, harmonic=harmonic, banded=True)
+
+        return recent(self._reductions, (changing, loads, harmonic), reduced, MAX_REDUCTIONS)
 
     def further_forces(self, rotor: Rotor, loads: tuple[Load, ...], harmonic: float = 1.0) -> ComplexArray | None:
         """Nodal forces (n_speed, n_dof, n) of all loads beside the unbalance planes: those of effects, which are 1X, unit ones
@@ -261,16 +265,34 @@ class ExtendedProblem(ProblemProxy):
         return sorted(((site, values) for site, values in sites if site), key=lambda force: not force[0].is_linear)
 
     def _motion(self, reduction: Reduction, x: Array) -> tuple[ComplexArray, list[Array]]:
-        """Motion and responses to unit loads at the seen channels, (n, n_speed, n_seen, 1 + n_load), and the values of each
-        effect."""
+        """Motion and responses to unit loads at the seen channels, (n, n_speed, n_seen, 1 + n_load), and each effect's values."""
         of_effects = self._parts(x)[1]
         impedance, sizes = self.impedances_and_sizes(x)
         per_load, n_own = reduction.response_per_load(impedance), sizes.shape[1]
         motion = np.einsum("clns,nl->nsc", per_load[:, :n_own], sizes, optimize=True)
         columns = np.concatenate([motion[..., None], per_load[:, n_own:].transpose(2, 3, 0, 1)], axis=-1)
         columns = with_forces(columns, self._forces(of_effects), self.seen_channels, self.speed)
+        if self._turning.are_there:
+            columns[..., 0] = self._turning_motion(x)
         columns[..., 0] += self._sweep_change(x)
         return columns, of_effects
+
+    def _turning_motion(self, x: Array) -> ComplexArray:
+        """Motion at the seen channels where a stiffness turns with the shaft, (n, n_speed, n_seen), for sets with the same rotor."""
+        of_effects = self._parts(x)[1]
+        make = partial(self._turning_shaft, self.rotor_with(x[0]))
+        shaft = recent(self._turning_shafts, tuple(x[0, self.costly]), make, MAX_REDUCTIONS)
+        entries = [self.impedances_and_sizes(x, reduction.harmonic)[0] for reduction in shaft.reductions]
+        sizes = self.impedances_and_sizes(x)[1]
+        return shaft.motion(entries, self._turning.acting(of_effects, sizes, self._forces(of_effects)))
+
+    @cached_property
+    def _turning_shafts(self) -> OrderedDict[tuple[float, ...], TurningShaft]:
+        return OrderedDict()
+
+    def _turning_shaft(self, rotor: Rotor) -> TurningShaft:
+        sites, seen = self.site_laws, self.seen_channels
+        return self._turning.shaft(rotor, self.impedances, self.speed, seen, self._loads(rotor), sites)
 
     def shown(self, columns: ComplexArray, x: Array) -> ComplexArray:
         """What the probes show (n, n_speed, n_channel), m, of motion and responses to unit forces at the sites of laws
@@ -290,6 +312,8 @@ class ExtendedProblem(ProblemProxy):
 
     def _reduced_load_response(self, reduction: Reduction, x: Array) -> ComplexArray:
         columns, of_effects = self._motion(reduction, x)
+        if self._turning.are_there:
+            raise SettingError("effects: expected none that turns beside unit loads, got one; take it out")
         motion = np.moveaxis(columns[..., 1:], -1, 0)  # (n_load, n, n_speed, n_seen)
         at_rest = self._observed(np.zeros(motion.shape[1:], dtype=complex), of_effects)  # runout is read at rest too
         return np.stack([self._observed(each, of_effects) - at_rest for each in motion], axis=-1)
@@ -357,14 +381,18 @@ class ExtendedProblem(ProblemProxy):
         own, of_effects = self._parts(x)
         rotor = self._changed_rotor(rotor_at(self.base.rotor, self.base.unknowns, own[0]), x[0, self.costly])
         coefficients = inputs_at(self.base.rotor, self.base.unknowns, own).coefficients
-        impedance = np.moveaxis(self._port_impedance(coefficients, self.speed, of_effects)[:, :, 0], -1, 0)
+        impedance = self._port_impedance(coefficients, self.speed, of_effects)[:, :, 0]
         stiffness = dense.dynamic_stiffness(assemble_free(rotor), self.speed)
-        ports = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
-        rows = np.eye(stiffness.shape[-1])[ports]
-        stiffness += rows.T @ impedance @ rows
+        dense.add_bearings(stiffness, rotor, impedance)
         force = force_per_unbalance(rotor, self.speed) @ complex_unbalance(rotor)
         if (loads := self._loads(rotor)) is not None:
             force = force + loads @ np.concatenate(self._sizes(of_effects), axis=1)[0]
+        if self._turning.are_there:
+            orders = range(HIGHEST + 1)
+            at_orders = [self._port_impedance(coefficients, self.speed, of_effects, h)[:, :, 0] for h in orders]
+            acting = self._turning.acting(of_effects, np.empty((1, 0), complex), self._forces(of_effects))
+            motion = self._turning_shaft(rotor).dense_motion(at_orders, acting, force)
+            return self._observed(motion[None] + self._sweep_change(x), of_effects)
         forces = self._forces(of_effects)
         for each in forces:
             if each[0].is_linear:
