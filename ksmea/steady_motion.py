@@ -143,4 +143,3 @@ def _has_one_motion(rotation: Balance, per_force: ComplexArray, stiffens: Array,
     change = np.linalg.norm(derivative - np.eye(2 * m), axis=(1, 2))
     at_rest = ~np.any(rotation.alone, axis=1)
     return np.asarray((stiffens == 0) | is_monotone | (np.isfinite(largest) & (change < CONTRACTS)) | at_rest)
-

@@ -29,10 +29,11 @@ from problems.rotor.assembly import assemble_free, node_dof
 from problems.rotor.data import COEFFICIENTS, STIFFNESSES, Rotor
 from problems.rotor.hooks import RotorHooks
 from problems.rotor.loads import unit_loads
+from problems.rotor.nonlinear_sites import dense_at_order, responses_at_order, with_nonlinear_forces
 from problems.rotor.problem import CHUNK_BYTES, RotorProblem, checked_sets, finite, impedances_of
 from problems.rotor.receptance import Impedance, Reduction, at_harmonic, reduce_rotor
 from problems.rotor.run_up import Sweep, parabola, sweep_change
-from problems.rotor.site_law import Force, SiteLaw, attached, dense_parts, with_forces
+from problems.rotor.site_law import Force, SiteLaw, attached, dense_parts, with_linear_forces
 from problems.rotor.stability import growth_rate, low_modes, searched_speed
 from problems.rotor.support import Support, in_series
 from problems.rotor.synchronous_poles import Poles, block_diagonal, poles_on, spectrum, unit_force
@@ -150,7 +151,7 @@ class ExtendedProblem(ProblemProxy):
         coefficients = inputs_at(self.base.rotor, self.base.unknowns, own).coefficients
         impedance = np.moveaxis(self._bearing_impedance(coefficients, speed, of_effects)[:, :, :, 0], -1, 0)
         rotor = self._changed_rotor(self.base.rotor, np.asarray(x)[self.costly])
-        forces = [force for force in self._forces(of_effects) if force[0].is_linear and force[0].law.follows_motion]
+        forces = [force for force in self._forces(of_effects)[0] if force[0].law.follows_motion]
         low = low_modes(rotor, searched_speed(self.speed, speed), tuple(site.position for site, _ in forces))
         for index, force in enumerate(forces):
             low = low.with_attached(index, *attached(force, speed))
@@ -207,9 +208,11 @@ class ExtendedProblem(ProblemProxy):
             units = (*(load for each in self._site_laws for load in each.loads), *loads)
             forces += [unit_loads(rotor, units, len(self.speed))] if units else []
             together = np.concatenate(forces, axis=2) if forces else None
+            rows = [each.rows(rotor) for each in self._site_laws if harmonic != 1]  # that no channel reads
             kept[key] = reduce_rotor(
-                rotor, self._impedances, self.speed, self._seen_channels, together, harmonic=harmonic, banded=True
-            )
+                rotor, self._impedances, self.speed, self._seen_channels, together,
+                rows=np.concatenate(rows) if rows else None, harmonic=harmonic, banded=True,
+            )  # fmt: skip
             if len(kept) > MAX_REDUCTIONS:
                 kept.popitem(last=False)
         kept.move_to_end(key)
@@ -234,12 +237,13 @@ class ExtendedProblem(ProblemProxy):
     @cached_property
     def _site_laws(self) -> tuple[SiteLaw, ...]:
         """The laws of forces that effects add at sites, in the order in which they enter."""
-        return tuple(site for site, _ in self._forces([np.empty(0)] * len(self.effects)))
+        return tuple(site for forces in self._forces([np.empty(0)] * len(self.effects)) for site, _ in forces)
 
-    def _forces(self, of_effects: list[Array]) -> list[Force]:
-        """These with their coefficients."""
-        sites = ((effect.site_law(), values) for effect, values in zip(self.effects, of_effects))
-        return sorted(((site, values) for site, values in sites if site), key=lambda force: not force[0].is_linear)
+    def _forces(self, of_effects: list[Array]) -> tuple[list[Force], list[Force]]:
+        """These with their coefficients: by laws that are linear in the motion, and by others."""
+        sites = [(effect.site_law(), values) for effect, values in zip(self.effects, of_effects)]
+        forces = [(site, values) for site, values in sites if site]
+        return [each for each in forces if each[0].is_linear], [each for each in forces if not each[0].is_linear]
 
     def _motion(self, reduction: Reduction, x: Array) -> tuple[ComplexArray, list[Array]]:
         """Motion and responses to unit loads at the seen channels, (n, n_speed, n_seen, 1 + n_load), and the values of each
@@ -251,7 +255,16 @@ class ExtendedProblem(ProblemProxy):
         n_own = sizes.shape[1]
         motion = np.einsum("clns,nl->nsc", per_load[:, :n_own], sizes, optimize=True)
         columns = np.concatenate([motion[..., None], per_load[:, n_own:].transpose(2, 3, 0, 1)], axis=-1)
-        columns = with_forces(columns, self._forces(of_effects), self._seen_channels, self.speed)
+        linear, nonlinear = self._forces(of_effects)
+        columns = with_linear_forces(columns, linear, self._seen_channels, self.speed)
+
+        def at_order(order: int) -> ComplexArray:
+            further = self._reduction(tuple(x[0, self.costly]), (), order)
+            per_load = further.response_per_load(self._entries(further, inputs.coefficients, of_effects))
+            units = per_load[:, n_own:].transpose(2, 3, 0, 1)
+            return responses_at_order(units, linear, len(self._seen_channels), self.speed, order)
+
+        columns = with_nonlinear_forces(columns, nonlinear, self._seen_channels, self.speed, at_order)
         columns[..., 0] += self._sweep_change(x)
         return columns, of_effects
 
@@ -316,25 +329,32 @@ class ExtendedProblem(ProblemProxy):
         own, of_effects = self._parts(x)
         rotor = self._changed_rotor(rotor_at(self.base.rotor, self.base.unknowns, own[0]), x[0, self.costly])
         coefficients = inputs_at(self.base.rotor, self.base.unknowns, own).coefficients
-        impedance = self._impedance_seen(coefficients, self.speed, of_effects)
-        stiffness = dense.dynamic_stiffness(assemble_free(rotor), self.speed)
-        for bearing, values in zip(rotor.bearings, impedance[:, :, :, 0]):  # (2, 2, n_speed)
-            lateral = node_dof(rotor.node_at(bearing.position, "bearing"))[:2]
-            stiffness[:, lateral[:, None], lateral] += np.moveaxis(values, -1, 0)
+
+        def stiffness_at(harmonic: float) -> ComplexArray:
+            impedance = self._impedance_seen(coefficients, self.speed, of_effects, harmonic)
+            stiffness = dense.dynamic_stiffness(assemble_free(rotor), self.speed, harmonic)
+            for bearing, values in zip(rotor.bearings, impedance[:, :, :, 0]):  # (2, 2, n_speed)
+                lateral = node_dof(rotor.node_at(bearing.position, "bearing"))[:2]
+                stiffness[:, lateral[:, None], lateral] += np.moveaxis(values, -1, 0)
+            return stiffness
+
+        stiffness = stiffness_at(1)
         force = force_per_unbalance(rotor, self.speed) @ complex_unbalance(rotor)
         if (loads := self._loads(rotor)) is not None:
             force = force + loads @ np.concatenate(self._sizes(of_effects), axis=1)[0]
-        forces = self._forces(of_effects)
-        for each in forces:
-            if each[0].is_linear:
-                added_stiffness, added_force = dense_parts(rotor, each, self.speed)
-                stiffness, force = stiffness + added_stiffness, force + added_force
-        others = [each for each in forces if not each[0].is_linear]
-        units = [np.broadcast_to(site.rows(rotor).T, (*force.shape, 2)) for site, _ in others]
+        linear, nonlinear = self._forces(of_effects)
+        for each in linear:
+            added_stiffness, added_force = dense_parts(rotor, each, self.speed)
+            stiffness, force = stiffness + added_stiffness, force + added_force
+        units = [np.broadcast_to(site.rows(rotor).T, (*force.shape, len(site.loads))) for site, _ in nonlinear]
         motion = dense.channel_rows(rotor, self._seen_channels) @ np.linalg.solve(
             stiffness, np.concatenate([force[..., None], *units], axis=2)
         )
-        columns = with_forces(motion[None], others, self._seen_channels, self.speed)
+
+        def at_order(order: int) -> ComplexArray:
+            return dense_at_order(rotor, stiffness_at(order), linear, nonlinear, self._seen_channels, self.speed, order)
+
+        columns = with_nonlinear_forces(motion[None], nonlinear, self._seen_channels, self.speed, at_order)
         return self._observed(columns[..., 0] + self._sweep_change(x), of_effects)
 
     def _sweep_change(self, x: Array) -> ComplexArray:
@@ -363,7 +383,7 @@ class ExtendedProblem(ProblemProxy):
                 force = force + np.moveaxis(effect.loads(rotor, nodes) @ effect.load_sizes(values).T, 1, 2)
         impedance = list(self._impedance_seen(inputs.coefficients, nodes, of_effects).transpose(0, 4, 3, 1, 2))
         positions = []
-        for site, coefficients in self._forces(of_effects):
+        for site, coefficients in self._forces(of_effects)[0]:
             force = force + np.stack([site.at_rest(each[None], nodes) for each in coefficients], axis=1) @ site.rows(
                 rotor
             )

@@ -1,0 +1,105 @@
+"""Forces on a rotor that depend on the motion of their sites otherwise than linearly: all of them together, at all harmonics.
+
+At each harmonic h of the rotation the sites are seen by their receptances at hΩ, with bearings, supports and linear forces as they
+act there. A force that is alike in opposite directions on a motion that unbalance excites has odd harmonics.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import Channel
+from ksmea.errors import SettingError
+from ksmea.force_laws import NonlinearLaw
+from ksmea.nonlinear_forces import on_sites
+from ksmea.steady_motion import Bending, SiteMotion, steady_force
+from problems.rotor.data import Rotor
+from problems.rotor.dense import channel_rows
+from problems.rotor.site_law import Force
+
+AtOrder = Callable[[int], ComplexArray]
+
+
+def with_nonlinear_forces(
+    columns: ComplexArray, forces: Sequence[Force], seen: Sequence[Channel], speed: Array, at_order: AtOrder
+) -> ComplexArray:
+    """The motion (n, n_speed, n_seen, 1) with these forces acting, at all harmonics that channels look at.
+
+    `columns` (n, n_speed, n_seen, 1 + n_unit) are the motion without and the responses to unit forces in x and y at all sites.
+    `at_order` gives responses to these at another harmonic: of the seen channels, and behind them of the sites,
+    (n, n_speed, n_seen + n_unit, n_unit). Raises `SettingError` where there are further columns: to loads there is no response of
+    its own.
+    """
+    if not forces:
+        return columns
+    sites = [site for site, _ in forces]
+    laws = [site.law for site in sites if isinstance(site.law, NonlinearLaw)]
+    rows = [seen.index(channel) for site in sites for channel in site.channels]
+    if columns.shape[-1] > 1 + len(rows):
+        raise SettingError(f"effects: expected a law that is linear in the motion beside loads, got {laws[0].name}")
+    orders = sorted({order for site in sites for order in site.orders} - {1})
+    further = {order: at_order(order) for order in orders}
+    motion = SiteMotion(
+        speed,
+        columns[:, :, rows, 0],
+        columns[:, :, rows, 1:],
+        further={order: responses[:, :, len(seen) :] for order, responses in further.items()},
+    )
+    on_orbit = [law.on_orbit for site, law in zip(sites, laws) for _ in site.positions]
+    values = [coefficients for site, coefficients in forces for _ in site.positions]
+    stiffens = np.stack([law.stiffens(coefficients) for law, (_, coefficients) in zip(laws, forces)])
+    found = steady_force(
+        on_sites(on_orbit, [each.shape[1] for each in values]),
+        np.concatenate(values, axis=1),
+        Bending(_all_alike(stiffens), sites[0].goes_up),
+        motion,
+    )
+    moved = columns[..., :1] + columns[..., 1:] @ found.harmonics[:, :, 0, :, None]
+    for index, responses in enumerate(further.values(), start=1):
+        moved = moved + responses[:, :, : len(seen)] @ found.harmonics[:, :, index, :, None]
+    return moved
+
+
+def responses_at_order(
+    columns: ComplexArray, linear: Sequence[Force], n_seen: int, speed: Array, order: int
+) -> ComplexArray:
+    """What `with_nonlinear_forces` asks for at an order, with forces by linear laws acting.
+
+    `columns` (n, n_speed, n_seen + n_unit, n_unit) are those without, to unit forces at the sites of linear laws and behind them of
+    the others, seen by the channels and at the same sites."""
+    for site, coefficients in linear:
+        per_force, rows = columns[..., :2], columns[:, :, n_seen : n_seen + 2]
+        columns = np.delete(np.delete(columns, (0, 1), axis=3), (n_seen, n_seen + 1), axis=2)
+        if site.law.follows_motion:
+            stiffness = np.stack([site.stiffness_at(each[None], speed, order) for each in coefficients])
+            force = -np.linalg.solve(np.eye(2) + stiffness @ rows[..., :2], stiffness @ rows[..., 2:])
+            columns = columns + np.delete(per_force, (n_seen, n_seen + 1), axis=2) @ force
+    return columns
+
+
+def dense_at_order(
+    rotor: Rotor,
+    stiffness: ComplexArray,
+    linear: Sequence[Force],
+    nonlinear: Sequence[Force],
+    seen: Sequence[Channel],
+    speed: Array,
+    order: int,
+) -> ComplexArray:
+    """The same for one set by solving with the whole dynamic stiffness (n_speed, n_dof, n_dof) at that order."""
+    for site, coefficients in linear:
+        if site.law.follows_motion:
+            rows = site.rows(rotor)
+            stiffness = stiffness + rows.T @ site.stiffness_at(coefficients, speed, order) @ rows
+    sites = np.concatenate([site.rows(rotor) for site, _ in nonlinear])
+    read = np.concatenate([channel_rows(rotor, seen, order), sites])
+    return (read @ np.linalg.solve(stiffness, np.broadcast_to(sites.T, (len(speed), *sites.T.shape))))[None]
+
+
+def _all_alike(stiffens: Array) -> Array:
+    """Which way forces (n_force, n) bend together, (n,); nan where they do not agree."""
+    lowest, highest = stiffens.min(axis=0), stiffens.max(axis=0)
+    return np.where(lowest * highest < 0, np.nan, lowest + highest).clip(-1, 1)
