@@ -23,7 +23,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import DIRECTIONS
 from ksmea.harmonic_balance import Balance, Harmonics
 from ksmea.nonlinear_forces import OrbitForce, cubic_spring, rotating_asymmetry, rub, spring_above_an_amplitude
-from ksmea.steady_motion import Bending, SiteMotion, steady_force
+from ksmea.steady_motion import SiteForce, SiteMotion, steady_force
 from ksmea.units import GRAM_MILLIMETRE, MICROMETRE
 
 FORWARD = np.array([1, -1j])
@@ -105,6 +105,7 @@ class NonlinearLaw(Law):
 
     on_orbit: OrbitForce
     bends: bool = True
+    turns: bool = False  # depends on the angle of the shaft
     clearance: int | None = None
 
     @property
@@ -123,8 +124,8 @@ class NonlinearLaw(Law):
         return rotation.motion(balance.acting(rotation.components(moved))[0]).reshape(motion.shape)
 
     def steady(self, coefficients: Array, site: SiteMotion) -> ComplexArray:
-        bending = Bending(self.stiffens(coefficients))
-        return steady_force(self.on_orbit, coefficients, bending, site).harmonics[:, :, 0]
+        force = SiteForce(self.on_orbit, coefficients, self.stiffens(coefficients))
+        return steady_force(force, site).harmonics[:, :, 0]
 
 
 def _rotating(power: int) -> OfSpeed:
@@ -175,6 +176,7 @@ LAWS = _by_key(
         _pair("Δk", "MN/m", 1e6),
         rotating_asymmetry,
         bends=False,
+        turns=True,
     ),
     NonlinearLaw("cubic_spring", "cubic spring", (("k₃", "MN/mm³", 1e15),), cubic_spring),
     NonlinearLaw(

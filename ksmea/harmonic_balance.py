@@ -27,9 +27,9 @@ Mask = NDArray[np.bool_]
 
 N_ANGLE = 128  # of a turn: corners of a contact force are worth 3e-3 of it
 PER_HARMONIC = 16  # of the highest harmonic, angles in its period
-MAX_ITERATIONS = 40
+MAX_ITERATIONS = 25
 CONVERGED = 1e-11  # of the motion: a few roundings
-SHORTEST = 2.0**-12  # part of a Newton step
+SHORTEST = 2.0**-6  # part of a Newton step
 
 
 @dataclass(frozen=True)
@@ -106,6 +106,7 @@ class Balance:
     harmonics: Harmonics
     alone: Array  # Q (n, p), m, in components
     per_force: Array  # G (n, p, p), m/N
+    rounding: float = 0.0  # of the force's corners
 
     def __getitem__(self, chosen: Indices) -> Balance:
         return dataclasses.replace(
@@ -120,7 +121,9 @@ class Balance:
         of, n_part = self.harmonics, len(self.harmonics.parts)
         n, p = motion.shape
         m = p // n_part
-        force, derivative = self.force(self.coefficients, of.basis.T @ motion.reshape(n, n_part, m), of.turn)
+        force, derivative = self.force(
+            self.coefficients, of.basis.T @ motion.reshape(n, n_part, m), of.turn, self.rounding
+        )
         by_motion = of.products @ derivative.reshape(n, len(of.angles), m * m)
         by_motion = by_motion.reshape(n, n_part, n_part, m, m).transpose(0, 1, 3, 2, 4)
         return (of.weighted @ force).reshape(n, p), by_motion.reshape(n, p, p)

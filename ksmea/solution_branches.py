@@ -29,7 +29,7 @@ EASY = 3  # corrections after which the next step is longer
 LONGER, SHORTER = 1.6, 0.4
 LEAST_COSINE = 0.3  # between tangents before and after a step
 ON_CURVE = 1e-3  # of the motion: the curve is a way, its ends are solved for
-MAX_STEPS = 120
+MAX_STEPS = 300
 BEYOND = 1.2  # times the largest motion that dissipation allows: corrected motions differ
 
 
@@ -42,15 +42,17 @@ class Branches:
     is_stable: Mask  # (n_found,)
 
 
-def branches(balance: Balance, largest: Array) -> Branches:
-    """All steady motions on the curves from rest, of points whose motion cannot be larger than `largest` (n,), m."""
+def branches(balance: Balance, largest: Array, only_first: Mask | None = None) -> Branches:
+    """All steady motions on the curves from rest, of points whose motion cannot be larger than `largest` (n,), m; `only_first` (n,)
+    says where the first one is enough, which is stable."""
     level = _linear_up_to(balance)
+    only_first = np.zeros(len(level), dtype=bool) if only_first is None else only_first
     motion = level[:, None] * balance.alone
     direction = _tangent(
         balance, motion, level, np.concatenate([motion, level[:, None]], axis=1) / _scale(motion, level)
     )
     step = np.full(len(level), FIRST_STEP)
-    active = np.arange(len(level))
+    active = np.flatnonzero((level != 1) | ~only_first)
     points, starts = [np.flatnonzero(level == 1)], [motion[level == 1]]
     for _ in range(MAX_STEPS):
         here = balance[active]
@@ -70,7 +72,8 @@ def branches(balance: Balance, largest: Array) -> Branches:
         starts.append((1 - part) * motion[on[passed]] + part * new[passed, :-1])
         motion[on], level[on] = new[:, :-1], new[:, -1]
         direction[on] = onwards
-        is_done = (np.linalg.norm(motion[active], axis=1) > BEYOND * largest[active]) & (level[active] > 1)
+        is_done = (np.linalg.norm(motion[active], axis=1) > BEYOND * largest[active]) | only_first[active]
+        is_done &= level[active] > 1
         active = active[~is_done & (step[active] > SHORTEST_STEP)]
         if not len(active):
             break

@@ -14,7 +14,8 @@ harmonics.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import dataclasses
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -25,7 +26,8 @@ from ksmea.nonlinear_forces import OrbitForce
 from ksmea.solution_branches import branches
 
 CONTRACTS = 0.5  # |G ∂f/∂y| below which there is one motion: derivatives vary around the orbit
-ROTATION = Harmonics((1,), n_angle=32)  # for branches: those that are chosen are solved for with more
+ROTATION = Harmonics((1,), n_angle=64)  # for branches: those that are chosen are solved for with more
+ROUNDINGS = (0.5, 0.1, 0.0)  # of the corners of a force, from that which branches are followed by to none
 REGULAR = 1e-9  # of the largest receptance: added to one that no force moves
 
 
@@ -57,9 +59,12 @@ class SteadyForce:
 
 
 @dataclass(frozen=True)
-class Bending:
-    """Which way a force bends resonance curves, and which way the speed goes."""
+class SiteForce:
+    """A force on sites with n sets of coefficients (n, n_coefficient), which way it bends resonance curves, and which way the speed
+    goes."""
 
+    on_orbit: OrbitForce
+    coefficients: Array
     stiffens: Array  # (n,): 1 it stiffens, −1 it softens, 0 it is linear in the motion; nan: some of it stiffens
     goes_up: bool = True
 
@@ -69,39 +74,70 @@ class Bending:
         return np.asarray((self.stiffens < 0) != self.goes_up)
 
 
-def steady_force(force: OrbitForce, coefficients: Array, bending: Bending, site: SiteMotion) -> SteadyForce:
-    """What acts with coefficients (n, n_coefficient).
-
-    Raises LinAlgError where no steady motion is found."""
+def steady_force(force: SiteForce, site: SiteMotion) -> SteadyForce:
+    """What acts. Raises LinAlgError where no steady motion is found."""
     n, n_speed, m = site.without_force.shape
     row = np.repeat(np.arange(n), n_speed)
     alone = site.without_force.reshape(-1, m)
     per_force = np.stack([each.reshape(-1, m, m) for each in (site.per_force, *site.further.values())], axis=1)
     at_rotation = per_force[:, 0]
-    whole = _balance(force, coefficients[row], Harmonics(site.orders), alone, per_force)
-    rotation = _balance(force, coefficients[row], ROTATION, alone, at_rotation[:, None])
+    whole = _balance(force.on_orbit, force.coefficients[row], Harmonics(site.orders), alone, per_force)
+    rotation = _balance(force.on_orbit, force.coefficients[row], ROTATION, alone, at_rotation[:, None])
     largest = _largest(alone, at_rotation)
     if site.near is None:
-        start, plain = alone, _has_one_motion(rotation, at_rotation, bending.stiffens[row], largest)
+        start, plain = alone, _has_one_motion(rotation, at_rotation, force.stiffens[row], largest)
     else:
         start, plain = site.near.reshape(-1, m), np.ones(len(alone), dtype=bool)
 
     motion, is_found = np.empty_like(whole.alone), np.zeros(len(alone), dtype=bool)
     tried = np.flatnonzero(plain)
     motion[tried], is_found[tried] = solved(whole[tried], _components(start[tried], site.orders))
-    lacking = np.flatnonzero(~is_found)
-    found = branches(rotation[lacking], largest[lacking])
-    point, size = lacking[found.point], np.linalg.norm(found.motion, axis=1)
-    waiting = np.lexsort([np.where(bending.stays_large[row[point]], -size, size), ~found.is_stable])
-    while len(waiting):  # the motion that is chosen at each point, or the next one where it is none with all harmonics
-        chosen = waiting[np.unique(point[waiting], return_index=True)[1]]
-        at, begin = point[chosen], rotation.harmonics.motion(found.motion[chosen])[:, 0]
-        motion[at], is_found[at] = solved(whole[at], _components(begin, site.orders))
-        waiting = waiting[~is_found[point[waiting]] & ~np.isin(waiting, chosen)]
+    # by the frequency of rotation alone; where that leads nowhere by all harmonics; where these do not settle, as roughly as that
+    for guide, balance, roundings in (
+        (rotation, whole, ROUNDINGS),
+        (whole, whole, ROUNDINGS),
+        (rotation, rotation, ROUNDINGS[:1]),
+    ):
+        lacking = np.flatnonzero(~is_found)
+        stays_large = force.stays_large[row[lacking]]
+        found, is_found[lacking] = _along_branches(
+            guide[lacking], balance[lacking], largest[lacking], stays_large, roundings
+        )
+        motion[lacking] = _padded(found, whole)
     if not is_found.all():
         raise np.linalg.LinAlgError("no steady motion was found under this force")
     acting = whole.harmonics.motion(whole.acting(motion)[0])
     return SteadyForce(acting.reshape(n, n_speed, -1, m), left_out(whole, motion).reshape(n, n_speed))
+
+
+def _along_branches(
+    guide: Balance, whole: Balance, largest: Array, stays_large: Mask, roundings: Sequence[float]
+) -> tuple[Array, Mask]:
+    """The motion (n, p) that is chosen of those which a guide with rounded corners finds, or the next one where it leads to none
+    of the whole; and where there is one."""
+    motion, is_found = np.empty_like(whole.alone), np.zeros(len(whole.alone), dtype=bool)
+    found = branches(dataclasses.replace(guide, rounding=ROUNDINGS[0]), largest, ~stays_large)
+    size = np.linalg.norm(found.motion, axis=1)
+    waiting = np.lexsort([np.where(stays_large[found.point], -size, size), ~found.is_stable])
+    while len(waiting):
+        chosen = waiting[np.unique(found.point[waiting], return_index=True)[1]]
+        at = found.point[chosen]
+        motion[at], is_found[at] = _sharpened(whole[at], _padded(found.motion[chosen], whole), roundings)
+        waiting = waiting[~is_found[found.point[waiting]] & ~np.isin(waiting, chosen)]
+    return motion, is_found
+
+
+def _sharpened(balance: Balance, motion: Array, roundings: Sequence[float]) -> tuple[Array, Mask]:
+    """The solution next to one with rounded corners."""
+    is_found = np.ones(len(motion), dtype=bool)
+    for rounding in roundings:
+        motion, is_found = solved(dataclasses.replace(balance, rounding=rounding), motion)
+    return motion, is_found
+
+
+def _padded(motion: Array, whole: Balance) -> Array:
+    """A motion in the components of the whole, whose first ones it has."""
+    return np.pad(motion, [(0, 0), (0, whole.alone.shape[1] - motion.shape[1])])
 
 
 def _balance(

@@ -15,7 +15,7 @@ from ksmea.channel import Channel
 from ksmea.errors import SettingError
 from ksmea.force_laws import NonlinearLaw
 from ksmea.nonlinear_forces import on_sites
-from ksmea.steady_motion import Bending, SiteMotion, steady_force
+from ksmea.steady_motion import SiteForce, SiteMotion, steady_force
 from problems.rotor.data import Rotor
 from problems.rotor.dense import channel_rows
 from problems.rotor.site_law import Force
@@ -42,25 +42,37 @@ def with_nonlinear_forces(
         raise SettingError(f"effects: expected a law that is linear in the motion beside loads, got {laws[0].name}")
     orders = sorted({order for site in sites for order in site.orders} - {1})
     further = {order: at_order(order) for order in orders}
+    alone = columns[:, :, rows, 0]
+    begins = np.ones(alone.shape[:2]) if any(law.turns for law in laws) else _begins(alone)
     motion = SiteMotion(
         speed,
-        columns[:, :, rows, 0],
+        alone / begins[..., None],
         columns[:, :, rows, 1:],
         further={order: responses[:, :, len(seen) :] for order, responses in further.items()},
     )
-    on_orbit = [law.on_orbit for site, law in zip(sites, laws) for _ in site.positions]
+    at_sites = [law for site, law in zip(sites, laws) for _ in site.positions]
     values = [coefficients for site, coefficients in forces for _ in site.positions]
+    n_coefficient = [each.shape[1] for each in values]
     stiffens = np.stack([law.stiffens(coefficients) for law, (_, coefficients) in zip(laws, forces)])
-    found = steady_force(
-        on_sites(on_orbit, [each.shape[1] for each in values]),
+    force = SiteForce(
+        on_sites([law.on_orbit for law in at_sites], n_coefficient),
         np.concatenate(values, axis=1),
-        Bending(_all_alike(stiffens), sites[0].goes_up),
-        motion,
+        _all_alike(stiffens),
+        sites[0].goes_up,
     )
-    moved = columns[..., :1] + columns[..., 1:] @ found.harmonics[:, :, 0, :, None]
+    found = steady_force(force, motion)
+    acting = found.harmonics * begins[..., None, None] ** np.array(motion.orders)[:, None]
+    moved = columns[..., :1] + columns[..., 1:] @ acting[:, :, 0, :, None]
     for index, responses in enumerate(further.values(), start=1):
-        moved = moved + responses[:, :, : len(seen)] @ found.harmonics[:, :, index, :, None]
+        moved = moved + responses[:, :, : len(seen)] @ acting[:, :, index, :, None]
     return moved
+
+
+def _begins(motion: ComplexArray) -> ComplexArray:
+    """e^{iφ} of the largest coordinate of a motion (n, n_speed, m): from there on orbits are sampled, so that what a force does is
+    the same wherever phases begin."""
+    largest = np.take_along_axis(motion, np.argmax(np.abs(motion), axis=-1)[..., None], axis=-1)[..., 0]
+    return np.asarray(np.exp(1j * np.angle(largest)))
 
 
 def responses_at_order(

@@ -77,7 +77,7 @@ class SiteLaw:
         """The same of a motion at a harmonic of the speed, of which mass and damping are functions."""
         mass, damping, stiffness = attached((self, coefficients), speed)
         frequency = (harmonic * speed)[:, None, None]
-        return stiffness + 1j * frequency * damping - frequency**2 * mass
+        return np.asarray(stiffness + 1j * frequency * damping - frequency**2 * mass, dtype=complex)
 
 
 Force = tuple[SiteLaw, Array]  # with its coefficients (n, n_coefficient) SI

@@ -7,7 +7,7 @@ import pytest
 from ksmea.harmonic_balance import Balance, Harmonics
 from ksmea.nonlinear_forces import cubic_spring
 from ksmea.solution_branches import branches
-from ksmea.steady_motion import Bending, SiteMotion, steady_force
+from ksmea.steady_motion import SiteForce, SiteMotion, steady_force
 
 MASS, DAMPING, STIFFNESS, CUBIC, FORCE = 1.0, 0.02, 1.0, 1.0, 0.1
 SPEED = np.linspace(0.6, 2.0, 57)
@@ -28,8 +28,8 @@ def receptance(speed):
 def squared(cubic, goes_up=True, speed=SPEED, near=None):
     per_force = receptance(speed)[None]
     alone = per_force @ (FORCE * FORWARD)
-    bending = Bending(np.sign([cubic]), goes_up)
-    force = steady_force(cubic_spring, np.array([[cubic]]), bending, SiteMotion(speed, alone, per_force, near))
+    law = SiteForce(cubic_spring, np.array([[cubic]]), np.sign([cubic]), goes_up)
+    force = steady_force(law, SiteMotion(speed, alone, per_force, near))
     moved = alone + (per_force @ force.harmonics[:, :, 0, :, None])[..., 0]
     return np.abs(moved[0, :, 0]) ** 2
 

@@ -20,8 +20,10 @@ from problems.three_disk import ThreeDisk, three_disk_rotor
 
 EXPECTED = {
     "channel_gain": 1,
+    "clearance_rub": 3,
     "cross_coupling_antisymmetric": 1,
     "cross_coupling_symmetric": 1,
+    "cubic_stiffness": 1,
     "flexible_pedestal": 3,
     "internal_damping": 1,
     "local_force": 1,
@@ -154,7 +156,9 @@ def test_it_matters_and_its_sensitivity_is_that_of_independent_differences(name,
         points[:, index] += steps * size
         expected = np.tensordot(weights, problem.dense_response(points), (0, 0)) / size
         assert np.abs(expected).max() * problem.parameters.width[index] > 1e-3 * np.abs(problem.response(x[None])).max()
-        assert np.abs(found[..., index] - expected).max() < 2e-4 * np.abs(expected).max()
+        # where an orbit dips into a contact at one more of its angles the response has a corner
+        tolerance = 2e-3 if name == "clearance_rub" else 2e-4
+        assert np.abs(found[..., index] - expected).max() < tolerance * np.abs(expected).max()
 
 
 @every_place
@@ -179,7 +183,10 @@ def test_an_unknown_phase_origin_turns_everything(name, place):
     assert difference(free.response(x), np.exp(1j * origin) * known.response(with_values(REFERENCE, theta))) < 1e-10
 
 
-PAIRS = list(itertools.combinations(NAMES, 2))
+SWEPT, NONLINEAR = {"run_up_acceleration"}, {"clearance_rub", "cubic_stiffness"}
+PAIRS = [
+    pair for pair in itertools.combinations(NAMES, 2) if not (SWEPT & {*pair} and NONLINEAR & {*pair})
+]  # others are refused
 
 
 @pytest.mark.parametrize("names", PAIRS, ids=[" ".join(pair) for pair in PAIRS])
@@ -192,6 +199,12 @@ def test_pairs_are_problems_and_their_order_is_none(names):
     assert difference(response, problem.dense_response(x)) < 1e-8
     assert difference(swapped.response(with_values(REFERENCE, np.concatenate([phi, theta]))), response) < 1e-9
     assert len(one.locations(problem)) == len(one.locations(PLAIN)) and one.parameters(problem) == one.parameters(PLAIN)
+
+
+@pytest.mark.parametrize("name", sorted(NONLINEAR))
+def test_a_sweep_of_a_nonlinear_rotor_is_refused(name):
+    with pytest.raises(SettingError, match="linear in the motion beside a sweep"):
+        effect("run_up_acceleration").added_to(places(name)[0].added_to(PLAIN))
 
 
 def test_the_same_unknown_twice_is_refused():
