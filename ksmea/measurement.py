@@ -111,7 +111,8 @@ class Measurement:
     """Values (n_speed, n_channel), m 0-peak: real amplitudes or complex responses, at `speed` (rad/s).
 
     `noise` is None where its level is not known; `phase_known` is false where phases were measured from an origin that
-    nobody knows: the angle of the whole response is one more unknown then. Speeds of several runs stand one run after the
+    nobody knows: the angle of the whole response is one more unknown then. What is measured at other harmonics than 1X has its
+    phase: an amplitude of noise alone is never 0, which a Gaussian likelihood takes for a response (docs/diagnosis.md). Speeds of several runs stand one run after the
     other, as `campaign` says; without one they are those of one run. `history` says how the speed of that one went; None: not
     known, or in steady states. `time` (n_speed,) is when each was measured, s from any origin; None where nobody says.
     """
@@ -142,6 +143,14 @@ class Measurement:
                 raise SettingError(
                     "reference: expected phases for differences between runs, got amplitudes; leave it out"
                 )
+        others = [channel for channel in self.channels if not channel.is_1x]
+        if others and self.is_amplitude:
+            raise SettingError(
+                f"measurement: expected phases with {others[0]}, got amplitudes alone, which are never 0 where there is noise"
+                " alone; use complex data, or 1X alone"
+            )
+        if others and len(others) == len(self.channels):
+            raise SettingError(f"measurement: expected 1X beside {others[0]}, got none; add it")
         if not np.all(np.isfinite(self.values)):
             raise SettingError(
                 "measurement: expected finite values, got NaN or infinity; remove those speeds or channels"
@@ -195,6 +204,14 @@ class Measurement:
             campaign=None if self.campaign is None else self.campaign.part(indices),
             time=None if self.time is None else self.time[indices],
         )
+
+    def through(self, kept: Sequence[int]) -> Measurement:
+        """The measurement by some of its channels, by index."""
+        noise = self.noise
+        if noise is not None and np.ndim(noise.floor) and np.shape(noise.floor)[1] == len(self.channels):
+            noise = dataclasses.replace(noise, floor=np.asarray(noise.floor)[:, kept])
+        channels = tuple(self.channels[index] for index in kept)
+        return dataclasses.replace(self, channels=channels, values=self.values[:, kept], noise=noise)
 
     @property
     def dimensions(self) -> int:

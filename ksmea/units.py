@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 TURN = 2 * math.pi  # rad
 DEGREE = math.pi / 180  # rad
+MILLIRADIAN = 1e-3  # rad
 RPM = math.pi / 30  # rad/s
 HERTZ = 2 * math.pi  # rad/s
 

@@ -15,6 +15,8 @@ One row per speed and channel:
 - `sigma_um`, the standard deviation of the noise of this row: of the amplitude, and for complex data the total one,
   √2 times that of the real and of the imaginary part. On every row or on none: then the noise is estimated.
 - `time_s`, optional: says how fast the speed went, which a diagnosis takes for the rate of a sweep.
+- `harmonic`, optional: at which multiple of the speed of rotation the row was measured, 2 for 2X, 0.5 for ½X; empty: 1. Its phase
+  is the angle of q under Re(q e^{ihΩt}). Amplitudes alone are taken at 1X alone.
 - `run`, the name of a run, where `measurement=campaign` reads a file with several.
 
 The last columns may be missing. Lines that begin with # are remarks, empty lines are left out. Nothing is guessed:

@@ -17,6 +17,8 @@ from ksmea.units import DEGREE, MICROMETRE, RPM
 from measurements.run_up_rows import Rows
 from measurements.speed_history import speed_history
 
+ChannelCells = tuple[float, str, float]  # position (m), direction, harmonic
+
 
 @dataclass(frozen=True)
 class RunUp:
@@ -50,8 +52,8 @@ def run_up(
             f"{path}: expected speeds from {low:g} to {high:g} rpm, got {min(rows.speed):g} to {max(rows.speed):g} rpm;"
             " change speed_from or speed_to"
         )
-    first_lines: dict[tuple[float, str], int] = {}
-    by_speed: dict[tuple[float, int], dict[tuple[float, str], int]] = {}  # and by how many times it was measured before
+    first_lines: dict[ChannelCells, int] = {}
+    by_speed: dict[tuple[float, int], dict[ChannelCells, int]] = {}  # and by how many times it was measured before
     for index in used:
         speed, channel, line = rows.speed[index], rows.channel[index], rows.line[index]
         first_lines.setdefault(channel, line)
@@ -72,6 +74,7 @@ def run_up(
     order = np.array([[by_speed[speed][channel] for channel in first_lines] for speed in complete])
     amplitude = np.array(rows.amplitude)[order] * MICROMETRE
     _check_zeros(path, amplitude, first_lines)
+    _check_harmonics(path, first_lines, has_phases=rows.phase is not None)
     remarks = [f"{dropped} of {len(by_speed)} speeds left out: a channel is missing there"] if dropped else []
     remarks += [f"{len(rows.line) - len(used)} of {len(rows.line)} rows left out by speed_from and speed_to"] * (
         len(used) < len(rows.line)
@@ -94,8 +97,8 @@ def run_up(
 def _refuse_incomplete(
     path: str,
     rows: Rows,
-    by_speed: Mapping[tuple[float, int], Mapping[tuple[float, str], int]],
-    first_lines: Mapping[tuple[float, str], int],
+    by_speed: Mapping[tuple[float, int], Mapping[ChannelCells, int]],
+    first_lines: Mapping[ChannelCells, int],
 ) -> NoReturn:
     lacking = [there for there in by_speed.values() if len(there) < len(first_lines)]
     index = next(iter(lacking[0].values()))
@@ -114,10 +117,23 @@ def _check_count(path: str, complete: Sequence[float], dropped: int, least: int)
         raise SettingError(f"{path}: expected at least {least} speeds with every channel, got {only}; {hint}")
 
 
-def _check_zeros(path: str, amplitude: Array, first_lines: Mapping[tuple[float, str], int]) -> None:
+def _check_zeros(path: str, amplitude: Array, first_lines: Mapping[ChannelCells, int]) -> None:
     for index, (channel, line) in enumerate(first_lines.items()):
         if 2 * np.count_nonzero(amplitude[:, index]) < len(amplitude):
             raise SettingError(
                 f"{path} line {line}: expected amplitudes above 0, got 0 at more than half of the speeds from"
                 f" {Channel(*channel)}; leave a probe out that does not work"
             )
+
+
+def _check_harmonics(path: str, first_lines: Mapping[ChannelCells, int], *, has_phases: bool) -> None:
+    """Amplitudes are refused where the measurement would refuse them (`ksmea.measurement`), with the line."""
+    others = [(cells, line) for cells, line in first_lines.items() if not Channel(*cells).is_1x]
+    if others and len(others) == len(first_lines):
+        raise SettingError(f"{path}: expected rows at harmonic 1, got none; add the 1X vibration")
+    if others and not has_phases:
+        cells, line = others[0]
+        raise SettingError(
+            f"{path} line {line}: expected phases (phase_lead_deg) with {Channel(*cells)}, got amplitudes alone, which are"
+            " never 0 where there is noise alone; add them, or leave out the rows of this harmonic"
+        )

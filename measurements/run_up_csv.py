@@ -21,6 +21,9 @@ def as_csv(measurement: Measurement, remarks: Sequence[str] = (), time: Array | 
         "sigma_um": None if noise is None or noise.is_absent else noise.sd(np.abs(measurement.values)) / MICROMETRE,
         "time_s": None if time is None else np.broadcast_to(time[:, None], measurement.values.shape),
     }
+    if not all(channel.is_1x for channel in measurement.channels):
+        harmonics = np.array([channel.harmonic for channel in measurement.channels])
+        optional["harmonic"] = np.broadcast_to(harmonics, measurement.values.shape)
     amplitude = np.abs(measurement.values) / MICROMETRE
     order = np.arange(len(measurement.speed)) if time is None else np.argsort(time, kind="stable")
     lines = [*(f"# {remark}" for remark in remarks), ",".join((*REQUIRED, *optional))]

@@ -17,13 +17,18 @@ from typing import Any, NoReturn
 from ksmea.errors import SettingError, unknown
 
 REQUIRED = ("speed_rpm", "position_m", "direction", "amplitude_um_0pk")
-OPTIONAL = ("phase_lead_deg", "sigma_um", "time_s", "run")
+OPTIONAL = ("phase_lead_deg", "sigma_um", "time_s", "run", "harmonic")
 HEADER = ",".join((*REQUIRED, *OPTIONAL[:2]))
 
 MAX_ROWS = 100_000  # speeds × channels; an identification of as many takes minutes
 MAX_BYTES = 64 * 2**20  # as many rows have a tenth of it
 # What no rotor does: a larger number is of another unit, or a slip.
-LARGEST = {"speed_rpm": 1e6, "amplitude_um_0pk": 1e6, "sigma_um": 1e6, "phase_lead_deg": 1e6}
+LARGEST = {"speed_rpm": 1e6, "amplitude_um_0pk": 1e6, "sigma_um": 1e6, "phase_lead_deg": 1e6, "harmonic": 100}
+ABOVE_ZERO = {  # and what to do where it is not
+    "speed_rpm": "unbalance does nothing at rest",
+    "sigma_um": "leave the column empty where it is not known",
+    "harmonic": "1 is the speed of rotation, 2 twice that; leave it empty for 1",
+}
 NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
 DECIMAL_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+", re.ASCII)
 MAX_QUOTED = 40  # characters of a file that a message quotes
@@ -35,7 +40,7 @@ class Rows:
 
     line: list[int]
     speed: list[float]
-    channel: list[tuple[float, str]]
+    channel: list[tuple[float, str, float]]  # position, direction, harmonic
     amplitude: list[float]
     phase: list[float] | None
     sigma: list[float] | None
@@ -120,12 +125,12 @@ def rows_of(text: str, path: str) -> Rows:
         numbers.append(number)
     if not numbers:
         raise SettingError(f"{path} line {first[0]}: expected rows below the header, got none")
-    optional = {name: _full_or_none(path, name, numbers, found[name]) for name in OPTIONAL}
+    optional = {name: _full_or_none(path, name, numbers, found[name]) for name in OPTIONAL if name != "harmonic"}
     _check_time(path, numbers, optional["time_s"], optional["run"])
     return Rows(
         numbers,
         found["speed_rpm"],
-        list(zip(found["position_m"], found["direction"])),
+        list(zip(found["position_m"], found["direction"], [each or 1.0 for each in found["harmonic"]])),
         found["amplitude_um_0pk"],
         optional["phase_lead_deg"],
         optional["sigma_um"],
@@ -201,11 +206,8 @@ def _value(where: str, name: str, cell: str) -> float | str | None:
         raise SettingError(
             f"{where}: expected {name} of at most {LARGEST.get(name, 1e308):g}, got {quoted(cell)}; check its unit"
         )
-    if name in ("speed_rpm", "sigma_um") and value <= 0:
-        hint = (
-            "unbalance does nothing at rest" if name == "speed_rpm" else "leave the column empty where it is not known"
-        )
-        raise SettingError(f"{where}: expected {name} above 0, got {quoted(cell)}; {hint}")
+    if name in ABOVE_ZERO and value <= 0:
+        raise SettingError(f"{where}: expected {name} above 0, got {quoted(cell)}; {ABOVE_ZERO[name]}")
     if name == "amplitude_um_0pk" and value < 0:
         raise SettingError(
             f"{where}: expected {name} of 0 or more, got {quoted(cell)}; a sign belongs into phase_lead_deg"

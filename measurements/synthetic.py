@@ -83,6 +83,11 @@ class Synthetic(MeasurementSource):
     sizes: dict[str, float] = setting(
         {}, "sizes of hidden effects by name of their parameters, in their units; a name left out: drawn"
     )
+    harmonics: list[float] = setting(
+        [],
+        "multiples of the speed of rotation that each probe is read at besides 1X, such as [2,3]; with complex data and a floor,"
+        " since a model without effects has no response there",
+    )
     runs: list[str] = setting(
         [],
         "all runs of the machine, each with its own noise: bare, or known weights as g mm @ m @ degrees, joined by +, such"
@@ -97,6 +102,13 @@ class Synthetic(MeasurementSource):
             raise SettingError("sizes: expected hidden effects that have them, got none; name them in hidden")
         for run in self.runs:
             weights_of(run)
+        if self.harmonics and (Kind(self.kind) is not Kind.COMPLEX or not self.floor):
+            raise SettingError(
+                f"harmonics: expected kind=complex and a floor above 0, got kind={self.kind} and {self.floor:g} µm; amplitudes and"
+                " noise relative to a response say nothing where there is none"
+            )
+        if len(set(self.harmonics)) < len(self.harmonics) or 1 in self.harmonics:
+            raise SettingError(f"harmonics: expected each once and none of them 1, got {self.harmonics}; leave it out")
 
     def layout(self, settings: ProblemSettings) -> Layout:
         """The problem's own speeds and channels."""
@@ -228,7 +240,9 @@ class Synthetic(MeasurementSource):
         return dataclasses.replace(one, speed=np.tile(one.speed, n_run), campaign=Campaign(tuple(runs)))
 
     def _layout_of_one(self, problem: Problem) -> Layout:
-        return Layout(problem.speed, problem.channels, self.kind, "synthetic", self.phase_known)
+        own = problem.channels
+        further = (dataclasses.replace(each, harmonic=harmonic) for harmonic in self.harmonics for each in own)
+        return Layout(problem.speed, (*own, *further), self.kind, "synthetic", self.phase_known)
 
     def _source(self, settings: ProblemSettings) -> ProblemSettings:
         if self.mesh is None:

@@ -156,9 +156,9 @@ def upper_ranks(values: Array) -> Indices:
 
 
 def whirl_parts(residuals: Array | ComplexArray, channels: Sequence[Channel]) -> dict[float, ComplexArray]:
-    """Forward and backward whirl (2, n_speed) in complex residuals, by the position of planes that have both x and y: a
+    """Forward and backward whirl (2, n_speed) in complex residuals at 1X, by the position of planes that have both x and y: a
     forward circular motion is (1, −i), a backward one (1, i)."""
-    columns = {(channel.position, channel.direction): index for index, channel in enumerate(channels)}
+    columns = {(item.position, item.direction): index for index, item in enumerate(channels) if item.is_1x}
     found = {}
     for position in dict.fromkeys(channel.position for channel in channels):
         if (position, "x") in columns and (position, "y") in columns:

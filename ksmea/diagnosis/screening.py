@@ -1,7 +1,8 @@
 """Where fits of a baseline model and its effects should start: points of the unit cube by a misfit with wide basins.
 
 The misfit is the mean |ln ratio| of amplitudes (`ksmea.screening`) after the common factor of all unbalance and the
-common phase, which act on all data alike, have been set to what suits the data best. It costs a response instead of a
+common phase, which act on all data at 1X alike, have been set to what suits these best. At other harmonics, where a model may
+have no response at all, half of both amplitudes is the median one of the data: what is far below it counts alike. It costs a response instead of a
 fit, and is computed for batches of points all over the box, and around the best of these for clouds of points that
 close in on them.
 """
@@ -89,11 +90,15 @@ def _aligned(problem: Problem, measurement: Measurement, points: Array) -> tuple
     response = problem.response(x)
     measured = measurement.values
     nonzero = measured != 0
-    ratio = log_ratio(np.abs(response[:, nonzero]), np.abs(measured[nonzero]))
+    quiet, is_1x = (
+        _quiet(measurement),
+        np.broadcast_to([item.is_1x for item in measurement.channels], measured.shape)[nonzero],
+    )
+    ratio = log_ratio((np.abs(response) + quiet)[:, nonzero], (np.abs(measured) + quiet)[nonzero])
     shift = np.zeros(len(points))
     masses = [index for index, parameter in enumerate(parameters) if parameter.is_unbalance]
     if masses:  # all by one factor, as far as the limits of each admit
-        factor = np.exp(-np.median(ratio, axis=1))
+        factor = np.exp(-np.median(ratio[:, is_1x], axis=1))
         with np.errstate(divide="ignore"):
             factor = np.clip(
                 factor,
@@ -105,9 +110,16 @@ def _aligned(problem: Problem, measurement: Measurement, points: Array) -> tuple
     if turning := _turning(problem, measurement):
         with np.errstate(invalid="ignore"):
             aligned = np.conj(response / np.abs(response)) * (measured / np.maximum(np.abs(measured), 1e-300))
-        turn = np.angle(np.nan_to_num(aligned).sum(axis=(1, 2)))
+        turn = np.angle((np.nan_to_num(aligned) * (quiet == 0)).sum(axis=(1, 2)))
         x[:, turning] = (x[:, turning] + turn[:, None] + TURN / 2) % TURN - TURN / 2
-    return np.clip(parameters.to_cube(x), 0.0, 1.0), mean_log_misfit(ratio + shift[:, None])
+    return np.clip(parameters.to_cube(x), 0.0, 1.0), mean_log_misfit(ratio + shift[:, None] * is_1x)
+
+
+def _quiet(measurement: Measurement) -> Array:
+    """The median amplitude at each harmonic but 1X, where it is 0, by channel (n_channel,), m."""
+    harmonics = np.array([channel.harmonic for channel in measurement.channels])
+    medians = {each: np.median(np.abs(measurement.values[:, harmonics == each])) for each in set(harmonics.tolist())}
+    return np.array([0.0 if each == 1 else float(medians[each]) for each in harmonics.tolist()])
 
 
 def _turning(problem: Problem, measurement: Measurement) -> list[int]:

@@ -86,7 +86,8 @@ def balance(
     Raises `SettingError` for data without phases or weights, and runs that do not tell the planes apart.
     """
     options = options or BalanceOptions()
-    data = readings(measurement, options.speed_tolerance)
+    kept = [index for index, channel in enumerate(measurement.channels) if channel.is_1x]
+    data = readings(measurement.through(kept), options.speed_tolerance)
     level = options.level if options.misfits else 0.0
     fit, out = fitted_without_misfits(data, data.is_known, level, options.asked)
     fit = scaled_by_unknown_runs(fit)

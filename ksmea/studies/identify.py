@@ -20,6 +20,7 @@ from ksmea.diagnosis.fit_quality import fit_quality
 from ksmea.diagnosis.fitting import Fit, likely_maxima
 from ksmea.difference_likelihood import likelihood_of
 from ksmea.errors import LONGEST_NAME, SettingError, shortened
+from ksmea.harmonics import answered
 from ksmea.identification import Identification, Streams, at_limit
 from ksmea.intervals import Estimate, Interval, estimate
 from ksmea.likelihood import Likelihood
@@ -93,6 +94,10 @@ def identification(
         raise SettingError(
             f"{'details' if details else 'unmodelled'}: expected a generator for the simulations of its tests, got none; give rng"
         )
+    measured = measurement.channels
+    problem, measurement = answered(problem, measurement)
+    if left_out := [str(channel) for channel in measured if channel not in measurement.channels]:
+        remarks = (*remarks, f"left out, since the model has no response there: {', '.join(left_out)}")
     n_unknown, with_noise = len(problem.parameters), measurement.noise is None and intervals != "none"
     require_enough(measurement.layout, n_unknown, with_noise=with_noise)
     testable = can_be_tested(measurement.layout, n_unknown, with_noise=with_noise)

@@ -23,6 +23,7 @@ from ksmea.diagnosis.recovered_force import RecoveredForce, recovered_force
 from ksmea.diagnosis.site_intervals import site_intervals
 from ksmea.diagnosis.unknown_force import KINDS, LATERAL, READING, SiteFit
 from ksmea.errors import SettingError, unknown
+from ksmea.harmonics import at_1x
 from ksmea.load import FORCE, LOADS, MOMENT
 from ksmea.measurement import Measurement
 from ksmea.records.estimate import EstimateRecord
@@ -90,6 +91,10 @@ def location(
     """
     require_aligned(problem, measurement)
     refuse_differences(measurement, "locate")
+    whole = measurement
+    problem, measurement = at_1x(problem, measurement)
+    if measurement is not whole:
+        baseline = None  # it is a fit to other data
     options = options or LocationOptions()
     found = locate(
         problem,

@@ -216,7 +216,7 @@ def _probes(present: _Present, options: PlanOptions) -> Family | str:
     if not options.sensors or not len(sites):
         reason = "study.sensors is 0" if not options.sensors else "the problem has no sites"
         return f"no probes are considered: {reason}"
-    there = {(round(channel.position, 9), channel.direction) for channel in problem.channels}
+    there = {(round(item.position, 9), item.direction) for item in problem.channels if item.is_1x}
     channels = [
         Channel(float(site), direction)
         for site in sites

@@ -9,7 +9,7 @@ from itertools import chain
 
 import numpy as np
 
-from ksmea.channel import DIRECTIONS, Channel
+from ksmea.channel import DIRECTIONS
 from ksmea.measurement import Measurement
 from ksmea.units import HERTZ, INCH, MICROMETRE, RPM
 
@@ -47,7 +47,9 @@ def readings(measurement: Measurement) -> Iterator[Reading]:
     if not measurement.is_amplitude:
         yield _lag(measurement)
         yield from _reversed(measurement)
-    across = tuple(Channel(item.position, "y" if item.direction == "x" else "x") for item in measurement.channels)
+    across = tuple(
+        dataclasses.replace(item, direction="y" if item.direction == "x" else "x") for item in measurement.channels
+    )
     yield Reading(
         ("x and y are swapped, or the shaft turns from y to x",),
         ("exchange x and y (direction)",),

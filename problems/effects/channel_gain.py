@@ -42,7 +42,7 @@ class ChannelGain(RotorEffect):
 
     def locations(self, problem: RotorProblem) -> Sequence[ChannelGain]:
         """Each channel, where there is another to compare it with."""
-        channels = dict.fromkeys(problem.channels)
+        channels = dict.fromkeys(channel for channel in problem.channels if channel.is_1x)
         if len(channels) < 2:
             return []
         return [dataclasses.replace(self, position=item.position, direction=item.direction) for item in channels]

@@ -28,6 +28,8 @@ class CrossCouplingAntisymmetric(RotorEffect):
 
     aliases: ClassVar[Mapping[str, str]] = {
         "internal_damping": "both act on the damping of the forward whirl; the onset of instability, reverse rotation",
+        "annular_seal": "both drive forward whirl; a seal's grows with speed: measure over a wide band, or without pressure",
+        "short_journal_bearing": "both drive forward whirl; warm and cold oil differ, what else couples does not",
     }
     couples_axes: ClassVar[bool] = True
 

@@ -45,6 +45,7 @@ class FlexiblePedestal(RotorEffect):
 
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_stiffness": "a pedestal's mass softens it with speed too; a sensor on the casing",
+        "short_journal_bearing": "both are soft and in series with the bearings; a sensor on the casing, warm and cold oil",
     }
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:

@@ -37,6 +37,8 @@ class ResidualBow(RotorEffect):
     is_scanned: ClassVar[bool] = True
     aliases: ClassVar[Mapping[str, str]] = {
         "runout": "a bow is amplified at a critical speed, runout is not: measure through one, or a second plane",
+        "thermal_bow": "a bow of heat is gone when the machine is cold, and run-up and run-down differ by it",
+        "coupling_misalignment": "both turn with the shaft at any speed; run uncoupled, or measure the bow on slow roll",
     }
     has_loads: ClassVar[bool] = True
 
@@ -47,11 +49,15 @@ class ResidualBow(RotorEffect):
         return drawn_vector(rng, *NOTICED)
 
     def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
-        force = assemble_free(rotor).stiffness @ bow_shape(rotor)
-        return np.broadcast_to(force[:, None], (len(speed), len(force), 1))
+        return bow_load(rotor, np.ones(len(speed)))
 
     def load_sizes(self, theta: Array) -> ComplexArray:
         return forward_vector(theta)[:, None]
+
+
+def bow_load(rotor: Rotor, part: Array) -> ComplexArray:
+    """The nodal forces of parts (n_speed,) of a unit bow, (n_speed, n_dof, 1)."""
+    return part[:, None, None] * (assemble_free(rotor).stiffness @ bow_shape(rotor))[:, None]
 
 
 def bow_shape(rotor: Rotor) -> ComplexArray:

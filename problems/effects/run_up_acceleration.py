@@ -66,6 +66,7 @@ class RunUpAcceleration(RotorEffect):
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_damping": "both lower a peak; a second run-up at another rate, a coast-down",
         "speed_dependent_stiffness": "both move a peak; a second run-up at another rate, a coast-down",
+        "timing_delay": "both make the phase late; a slower run-up, a coast-down",
     }
 
     is_scanned: ClassVar[bool] = False

@@ -37,6 +37,7 @@ class SpeedDependentDamping(RotorEffect):
         "clearance_rub": "both lower a peak; a run with more unbalance",
         "unbalance": "both change the heights of peaks against each other; a further resonance, a trial weight",
         "run_up_acceleration": "both lower a peak; a second run-up at another rate, a coast-down",
+        "timing_delay": "both change how the phase goes with speed; a wider band, a square wave into all channels",
     }
 
     def locations(self, problem: RotorProblem) -> Sequence[SpeedDependentDamping]:

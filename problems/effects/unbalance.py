@@ -42,6 +42,8 @@ class FurtherUnbalance(RotorEffect):
         "youngs_modulus": "both change the mix of modes; a trial weight on each disk, a second mode in the band",
         "mass": "both change the mix of modes; a trial weight on each disk, a second mode in the band",
         "unequal_bearings": "both change the mix of modes; sensors near both ends, a trial weight on each disk",
+        "skewed_disk": "both grow with Ω² and turn with the shaft; a second critical speed, a trial weight, a dial gauge on the rim",
+        "coupling_misalignment": "an unbalance grows with Ω²; measure at low speed too, or run uncoupled",
     }
     has_loads: ClassVar[bool] = True
 

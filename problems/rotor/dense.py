@@ -11,7 +11,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import Channel
-from problems.rotor.assembly import Matrices, assemble, displacement_row
+from problems.rotor.assembly import Matrices, assemble, displacement_row, node_dof
 from problems.rotor.data import Rotor
 from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
 
@@ -30,6 +30,13 @@ def dense_response(rotor: Rotor, speed: Array, channels: Sequence[Channel]) -> C
     force = force_per_unbalance(rotor, speed) @ complex_unbalance(rotor)  # (n_speed, n_dof)
     motion = np.linalg.solve(dynamic_stiffness(assemble(rotor), speed), force[..., None])[..., 0]
     return motion @ channel_rows(rotor, channels).T
+
+
+def add_bearings(stiffness: ComplexArray, rotor: Rotor, impedance: ComplexArray) -> None:
+    """Add impedances (n_bearing, 2, 2, n_speed), N/m, to a dynamic stiffness (n_speed, n_dof, n_dof)."""
+    for bearing, values in zip(rotor.bearings, impedance, strict=True):
+        lateral = node_dof(rotor.node_at(bearing.position, "bearing"))[:2]
+        stiffness[:, lateral[:, None], lateral] += np.moveaxis(values, -1, 0)
 
 
 def channel_rows(rotor: Rotor, channels: Sequence[Channel], harmonic: float = 1.0) -> Array:

@@ -11,7 +11,7 @@ import dataclasses
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, partial
 from typing import cast
 
 import numpy as np
@@ -24,21 +24,22 @@ from ksmea.errors import SettingError
 from ksmea.load import Load
 from ksmea.parameters import Parameters
 from ksmea.proxy import ProblemProxy
-from problems.rotor import dense
-from problems.rotor.assembly import assemble_free, node_dof
 from problems.rotor.data import COEFFICIENTS, STIFFNESSES, Rotor
 from problems.rotor.hooks import RotorHooks
 from problems.rotor.loads import unit_loads
-from problems.rotor.nonlinear_sites import dense_at_order, responses_at_order, with_nonlinear_forces
+from problems.rotor.nonlinear_sites import dense_motion, responses_at_order, with_nonlinear_forces
 from problems.rotor.problem import CHUNK_BYTES, RotorProblem, checked_sets, finite, impedances_of
+from problems.rotor.recent import recent
 from problems.rotor.receptance import Impedance, Reduction, at_harmonic, reduce_rotor
 from problems.rotor.run_up import Sweep, parabola, sweep_change
-from problems.rotor.site_law import Force, SiteLaw, attached, dense_parts, with_linear_forces
+from problems.rotor.site_law import Force, SiteLaw, attached, split_by_law, with_linear_forces
 from problems.rotor.stability import growth_rate, low_modes, searched_speed
 from problems.rotor.support import Support, in_series
 from problems.rotor.synchronous_poles import Poles, block_diagonal, poles_on, spectrum, unit_force
+from problems.rotor.turning import HIGHEST, TurningShaft
+from problems.rotor.turning_effects import TurningEffects
 from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
-from problems.rotor.unknowns import Unknown, inputs_at, rotor_at
+from problems.rotor.unknowns import Inputs, Unknown, inputs_at, rotor_at
 
 STEP = 1e-6  # of central differences, in parts of each unknown's range: (1e-6)² and rounding of 1e-12 / 1e-6 are alike
 MAX_REDUCTIONS = 64  # kept of rotors that an effect has changed
@@ -53,16 +54,20 @@ class ExtendedProblem(ProblemProxy):
 
     def __post_init__(self) -> None:
         names = self.parameters.names
-        for name in names:
-            if names.count(name) > 1:
-                raise SettingError(
-                    f"effects: expected each unknown once, got {name} again; take one of the two effects"
-                )
-        nonlinear = [site.law.name for effect in self.effects if (site := effect.site_law()) and not site.is_linear]
-        if nonlinear and self._sweeps(self._parts(np.zeros((1, len(self.parameters))))[1]):
+        if again := [name for name in names if names.count(name) > 1]:
             raise SettingError(
-                f"effects: expected forces that are linear in the motion beside a sweep of the speed, got {nonlinear[0]}"
+                f"effects: expected each unknown once, got {again[0]} again; take one of the two effects"
             )
+        nonlinear = [site.law.name for effect in self.effects if (site := effect.site_law()) and not site.is_linear]
+        if nonlinear and (self._turning.are_there or self._sweeps(self._parts(np.zeros((1, len(self.parameters))))[1])):
+            beside = "a stiffness that turns with the shaft" if self._turning.are_there else "a sweep of the speed"
+            raise SettingError(
+                f"effects: expected forces that are linear in the motion beside {beside}, got {nonlinear[0]}"
+            )
+
+    @cached_property
+    def _turning(self) -> TurningEffects:
+        return TurningEffects(self.effects)
 
     @cached_property
     def parameters(self) -> Parameters:
@@ -199,24 +204,20 @@ class ExtendedProblem(ProblemProxy):
         return OrderedDict()
 
     def _reduction(self, changing: tuple[float, ...], loads: tuple[Load, ...], harmonic: float = 1.0) -> Reduction:
-        """The rotor, as its effects have changed it, seen from its ports; columns of unit loads come last. At a harmonic
-        only these do anything."""
-        kept, key = self._reductions, (changing, loads, harmonic)
-        if key not in kept:
+        """The rotor, as its effects have changed it, seen from its ports; unit loads come last, and act alone at a harmonic."""
+
+        def reduced() -> Reduction:
             rotor = self._changed_rotor(self.base.rotor, np.array(changing))
             forces = [] if (own := self._loads(rotor)) is None else [own * (harmonic == 1)]
             units = (*(load for each in self._site_laws for load in each.loads), *loads)
             forces += [unit_loads(rotor, units, len(self.speed))] if units else []
-            together = np.concatenate(forces, axis=2) if forces else None
-            rows = [each.rows(rotor) for each in self._site_laws if harmonic != 1]  # that no channel reads
-            kept[key] = reduce_rotor(
-                rotor, self._impedances, self.speed, self._seen_channels, together,
-                rows=np.concatenate(rows) if rows else None, harmonic=harmonic, banded=True,
-            )  # fmt: skip
-            if len(kept) > MAX_REDUCTIONS:
-                kept.popitem(last=False)
-        kept.move_to_end(key)
-        return kept[key]
+            together, seen = np.concatenate(forces, axis=2) if forces else None, self._seen_channels
+            rows = unit_loads(rotor, units, 1)[0].T.real if units and harmonic != 1 else None  # that no channel reads
+            return reduce_rotor(
+                rotor, self._impedances, self.speed, seen, together, rows=rows, harmonic=harmonic, banded=True
+            )
+
+        return recent(self._reductions, (changing, loads, harmonic), reduced, MAX_REDUCTIONS)
 
     def _changed_rotor(self, rotor: Rotor, values: Array) -> Rotor:
         start = 0
@@ -241,13 +242,11 @@ class ExtendedProblem(ProblemProxy):
 
     def _forces(self, of_effects: list[Array]) -> tuple[list[Force], list[Force]]:
         """These with their coefficients: by laws that are linear in the motion, and by others."""
-        sites = [(effect.site_law(), values) for effect, values in zip(self.effects, of_effects)]
-        forces = [(site, values) for site, values in sites if site]
-        return [each for each in forces if each[0].is_linear], [each for each in forces if not each[0].is_linear]
+        sites = ((effect.site_law(), values) for effect, values in zip(self.effects, of_effects))
+        return split_by_law([(site, values) for site, values in sites if site])
 
     def _motion(self, reduction: Reduction, x: Array) -> tuple[ComplexArray, list[Array]]:
-        """Motion and responses to unit loads at the seen channels, (n, n_speed, n_seen, 1 + n_load), and the values of each
-        effect."""
+        """Motion and responses to unit loads at the seen channels, (n, n_speed, n_seen, 1 + n_load), and each effect's values."""
         own, of_effects = self._parts(x)
         inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
         per_load = reduction.response_per_load(self._entries(reduction, inputs.coefficients, of_effects))
@@ -255,18 +254,35 @@ class ExtendedProblem(ProblemProxy):
         n_own = sizes.shape[1]
         motion = np.einsum("clns,nl->nsc", per_load[:, :n_own], sizes, optimize=True)
         columns = np.concatenate([motion[..., None], per_load[:, n_own:].transpose(2, 3, 0, 1)], axis=-1)
-        linear, nonlinear = self._forces(of_effects)
-        columns = with_linear_forces(columns, linear, self._seen_channels, self.speed)
+        (linear, nonlinear), seen = self._forces(of_effects), self._seen_channels
+        columns = with_linear_forces(columns, linear, seen, self.speed)
 
         def at_order(order: int) -> ComplexArray:
             further = self._reduction(tuple(x[0, self.costly]), (), order)
-            per_load = further.response_per_load(self._entries(further, inputs.coefficients, of_effects))
-            units = per_load[:, n_own:].transpose(2, 3, 0, 1)
-            return responses_at_order(units, linear, len(self._seen_channels), self.speed, order)
+            units = further.response_per_load(self._entries(further, inputs.coefficients, of_effects))[:, n_own:]
+            return responses_at_order(units.transpose(2, 3, 0, 1), linear, len(seen), self.speed, order)
 
-        columns = with_nonlinear_forces(columns, nonlinear, self._seen_channels, self.speed, at_order)
+        columns = with_nonlinear_forces(columns, nonlinear, seen, self.speed, at_order)
+        if self._turning.are_there:
+            columns[..., 0] = self._turning_motion(x[0, self.costly], inputs, of_effects)
         columns[..., 0] += self._sweep_change(x)
         return columns, of_effects
+
+    def _turning_motion(self, changing: Array, inputs: Inputs, of_effects: list[Array]) -> ComplexArray:
+        """Motion at the seen channels where a stiffness turns with the shaft, (n, n_speed, n_seen), for sets with the same rotor."""
+        make = partial(self._turning_shaft, self._changed_rotor(self.base.rotor, changing))
+        shaft = recent(self._turning_shafts, tuple(changing), make, MAX_REDUCTIONS)
+        entries = [self._entries(reduction, inputs.coefficients, of_effects) for reduction in shaft.reductions]
+        sizes = np.concatenate([inputs.complex_unbalance, *self._sizes(of_effects)], axis=1)
+        return shaft.motion(entries, self._turning.acting(of_effects, sizes, self._forces(of_effects)[0]))
+
+    @cached_property
+    def _turning_shafts(self) -> OrderedDict[tuple[float, ...], TurningShaft]:
+        return OrderedDict()
+
+    def _turning_shaft(self, rotor: Rotor) -> TurningShaft:
+        sites, seen = self._site_laws, self._seen_channels
+        return self._turning.shaft(rotor, self._impedances, self.speed, seen, self._loads(rotor), sites)
 
     def _reduced_response(self, reduction: Reduction, x: Array) -> ComplexArray:
         columns, of_effects = self._motion(reduction, x)
@@ -274,6 +290,8 @@ class ExtendedProblem(ProblemProxy):
 
     def _reduced_load_response(self, reduction: Reduction, x: Array) -> ComplexArray:
         columns, of_effects = self._motion(reduction, x)
+        if self._turning.are_there:
+            raise SettingError("effects: expected none that turns beside unit loads, got one; take it out")
         motion = np.moveaxis(columns[..., 1:], -1, 0)  # (n_load, n, n_speed, n_seen)
         at_rest = self._observed(np.zeros(motion.shape[1:], dtype=complex), of_effects)  # runout is read at rest too
         return np.stack([self._observed(each, of_effects) - at_rest for each in motion], axis=-1)
@@ -330,32 +348,20 @@ class ExtendedProblem(ProblemProxy):
         rotor = self._changed_rotor(rotor_at(self.base.rotor, self.base.unknowns, own[0]), x[0, self.costly])
         coefficients = inputs_at(self.base.rotor, self.base.unknowns, own).coefficients
 
-        def stiffness_at(harmonic: float) -> ComplexArray:
-            impedance = self._impedance_seen(coefficients, self.speed, of_effects, harmonic)
-            stiffness = dense.dynamic_stiffness(assemble_free(rotor), self.speed, harmonic)
-            for bearing, values in zip(rotor.bearings, impedance[:, :, :, 0]):  # (2, 2, n_speed)
-                lateral = node_dof(rotor.node_at(bearing.position, "bearing"))[:2]
-                stiffness[:, lateral[:, None], lateral] += np.moveaxis(values, -1, 0)
-            return stiffness
+        def bearings(harmonic: float) -> ComplexArray:
+            return self._impedance_seen(coefficients, self.speed, of_effects, harmonic)[:, :, :, 0]
 
-        stiffness = stiffness_at(1)
         force = force_per_unbalance(rotor, self.speed) @ complex_unbalance(rotor)
         if (loads := self._loads(rotor)) is not None:
             force = force + loads @ np.concatenate(self._sizes(of_effects), axis=1)[0]
         linear, nonlinear = self._forces(of_effects)
-        for each in linear:
-            added_stiffness, added_force = dense_parts(rotor, each, self.speed)
-            stiffness, force = stiffness + added_stiffness, force + added_force
-        units = [np.broadcast_to(site.rows(rotor).T, (*force.shape, len(site.loads))) for site, _ in nonlinear]
-        motion = dense.channel_rows(rotor, self._seen_channels) @ np.linalg.solve(
-            stiffness, np.concatenate([force[..., None], *units], axis=2)
-        )
-
-        def at_order(order: int) -> ComplexArray:
-            return dense_at_order(rotor, stiffness_at(order), linear, nonlinear, self._seen_channels, self.speed, order)
-
-        columns = with_nonlinear_forces(motion[None], nonlinear, self._seen_channels, self.speed, at_order)
-        return self._observed(columns[..., 0] + self._sweep_change(x), of_effects)
+        if self._turning.are_there:
+            acting = self._turning.acting(of_effects, np.empty((1, 0), complex), linear)
+            at_orders = [bearings(order) for order in range(HIGHEST + 1)]
+            motion = self._turning_shaft(rotor).dense_motion(at_orders, acting, force)
+        else:
+            motion = dense_motion(rotor, self.speed, self._seen_channels, bearings, force, linear, nonlinear)
+        return self._observed(motion[None] + self._sweep_change(x), of_effects)
 
     def _sweep_change(self, x: Array) -> ComplexArray:
         """What a sweep of the speed adds to the motion at the seen channels, (n, n_speed, n_seen) m, for sets (n, d) with the
@@ -384,9 +390,8 @@ class ExtendedProblem(ProblemProxy):
         impedance = list(self._impedance_seen(inputs.coefficients, nodes, of_effects).transpose(0, 4, 3, 1, 2))
         positions = []
         for site, coefficients in self._forces(of_effects)[0]:
-            force = force + np.stack([site.at_rest(each[None], nodes) for each in coefficients], axis=1) @ site.rows(
-                rotor
-            )
+            at_rest = np.stack([site.at_rest(each[None], nodes) for each in coefficients], axis=1)
+            force = force + at_rest @ site.rows(rotor)
             if site.law.follows_motion:
                 positions.append(site.position)
                 impedance.append(np.stack([site.stiffness(each[None], nodes) for each in coefficients], axis=1))

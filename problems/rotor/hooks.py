@@ -25,6 +25,7 @@ class RotorHooks(ABC):
     changes_rotor: ClassVar[bool] = False  # overrides `rotor`
     couples_axes: ClassVar[bool] = False  # its `impedance` has entries beside the diagonal
     has_loads: ClassVar[bool] = False  # overrides `loads` and `load_sizes`
+    turns: ClassVar[bool] = False  # overrides `turning_rows`, `turning_stiffness` and `weight`
     # Effects act from the lowest stage to the highest, in whatever order they were added: what a probe sees (0) before its
     # angle (1), and that before its gain (2). Supports carry the bearings as all other effects leave them.
     stage: ClassVar[int] = 0
@@ -59,6 +60,19 @@ class RotorHooks(ABC):
         """How large each load is, (n, n_load)."""
         raise NotImplementedError
 
+    @property
+    def further_orders(self) -> Sequence[int]:
+        """Multiples of the speed of rotation, beside 1X, at which it has loads, up to `problems.rotor.turning.HIGHEST`."""
+        return ()
+
+    def loads_at(self, rotor: Rotor, speed: Array, order: int) -> ComplexArray:
+        """The same as `loads` at one of these."""
+        raise NotImplementedError
+
+    def load_sizes_at(self, theta: Array, order: int) -> ComplexArray:
+        """The same as `load_sizes`."""
+        raise NotImplementedError
+
     def unbalance(self, theta: Array) -> Mapping[float, complex]:
         """What of its loads is unbalance at one set of values (e,), by position (m), kg m in the direction of the force."""
         return {}
@@ -66,6 +80,18 @@ class RotorHooks(ABC):
     def site_law(self) -> SiteLaw | None:
         """Where a force acts that follows a law, whose coefficients are its unknowns; None: nowhere."""
         return None
+
+    def turning_rows(self, rotor: Rotor) -> Array:
+        """B (n_port, n_dof) of a stiffness Bᵀ κ(φ) B that turns with the shaft, by its angle φ = Ωt."""
+        raise NotImplementedError
+
+    def turning_stiffness(self, theta: Array) -> ComplexArray:
+        """κ_m (n, n_order, n_port, n_port) of κ(φ) = Re κ_0 + 2 Re Σ κ_m e^{imφ} for m = 0, 1, 2 …"""
+        raise NotImplementedError
+
+    def weight(self, rotor: Rotor) -> Array:
+        """The nodal forces (n_dof,) N under which what turns with the shaft stands still in space."""
+        raise NotImplementedError
 
     def sweep(self, theta: Array) -> Sweep | None:
         """How the speed sweeps while the motion is measured; None: it does not."""

@@ -16,8 +16,9 @@ from ksmea.errors import SettingError
 from ksmea.force_laws import NonlinearLaw
 from ksmea.nonlinear_forces import on_sites
 from ksmea.steady_motion import SiteForce, SiteMotion, steady_force
+from problems.rotor.assembly import assemble_free
 from problems.rotor.data import Rotor
-from problems.rotor.dense import channel_rows
+from problems.rotor.dense import add_bearings, channel_rows, dynamic_stiffness
 from problems.rotor.site_law import Force
 
 AtOrder = Callable[[int], ComplexArray]
@@ -92,23 +93,39 @@ def responses_at_order(
     return columns
 
 
-def dense_at_order(
+def dense_motion(
     rotor: Rotor,
-    stiffness: ComplexArray,
+    speed: Array,
+    seen: Sequence[Channel],
+    bearings: Callable[[float], ComplexArray],
+    force: ComplexArray,
     linear: Sequence[Force],
     nonlinear: Sequence[Force],
-    seen: Sequence[Channel],
-    speed: Array,
-    order: int,
 ) -> ComplexArray:
-    """The same for one set by solving with the whole dynamic stiffness (n_speed, n_dof, n_dof) at that order."""
+    """The motion (n_speed, n_seen) of one set by solving with the whole dynamic stiffness, under nodal forces (n_speed, n_dof);
+    `bearings` gives impedances (n_bearing, 2, 2, n_speed) at a harmonic."""
+    free = assemble_free(rotor)
+    sites = [site.rows(rotor) for site, _ in nonlinear]
+    units = [np.broadcast_to(rows.T, (len(speed), *rows.T.shape)) for rows in sites]
+
+    def stiffness_at(order: int) -> ComplexArray:
+        stiffness = dynamic_stiffness(free, speed, order)
+        add_bearings(stiffness, rotor, bearings(order))
+        for site, coefficients in linear:
+            if site.law.follows_motion:
+                rows = site.rows(rotor)
+                stiffness = stiffness + rows.T @ site.stiffness_at(coefficients, speed, order) @ rows
+        return stiffness
+
+    def at_order(order: int) -> ComplexArray:
+        read = np.concatenate([channel_rows(rotor, seen, order), *sites])
+        return (read @ np.linalg.solve(stiffness_at(order), np.concatenate(units, axis=2)))[None]
+
     for site, coefficients in linear:
-        if site.law.follows_motion:
-            rows = site.rows(rotor)
-            stiffness = stiffness + rows.T @ site.stiffness_at(coefficients, speed, order) @ rows
-    sites = np.concatenate([site.rows(rotor) for site, _ in nonlinear])
-    read = np.concatenate([channel_rows(rotor, seen, order), sites])
-    return (read @ np.linalg.solve(stiffness, np.broadcast_to(sites.T, (len(speed), *sites.T.shape))))[None]
+        force = force + site.at_rest(coefficients, speed) @ site.rows(rotor)
+    moved = np.linalg.solve(stiffness_at(1), np.concatenate([force[..., None], *units], axis=2))
+    columns = (channel_rows(rotor, seen) @ moved)[None]
+    return with_nonlinear_forces(columns, nonlinear, seen, speed, at_order)[0, :, :, 0]
 
 
 def _all_alike(stiffens: Array) -> Array:

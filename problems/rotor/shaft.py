@@ -20,6 +20,7 @@ from ksmea.arrays import Array
 from problems.rotor.data import ShaftSegment
 from problems.rotor.mesh import Element
 
+IN_X_PLANE, IN_Y_PLANE = [0, 3], [1, 2]  # of a node's (x, y, φ_x, φ_y)
 # Which degrees of freedom of the element each bending plane uses, and with which sign: (4, 8).
 X_PLANE = np.zeros((4, 8))
 X_PLANE[[0, 1, 2, 3], [0, 3, 4, 7]] = [1, 1, 1, 1]

@@ -83,6 +83,12 @@ class SiteLaw:
 Force = tuple[SiteLaw, Array]  # with its coefficients (n, n_coefficient) SI
 
 
+def split_by_law(forces: Sequence[Force]) -> tuple[list[Force], list[Force]]:
+    """Those by laws that are linear in the motion, and the others."""
+    linear = [force for force in forces if force[0].is_linear]
+    return linear, [force for force in forces if not force[0].is_linear]
+
+
 def with_linear_forces(
     columns: ComplexArray, forces: Sequence[Force], seen: Sequence[Channel], speed: Array
 ) -> ComplexArray:
@@ -100,16 +106,6 @@ def with_linear_forces(
             force = site.law.steady(coefficients, SiteMotion(speed, column[:, :, rows], per_force[:, :, rows]))
             columns[..., index] = column + (per_force @ force[..., None])[..., 0]
     return columns
-
-
-def dense_parts(rotor: Rotor, force: Force, speed: Array) -> tuple[ComplexArray, ComplexArray]:
-    """A force by a linear law, with coefficients (1, n_coefficient), in the matrices of the whole rotor: what it adds to the
-    dynamic stiffness (n_speed, n_dof, n_dof), N/m, and to the nodal forces (n_speed, n_dof), N."""
-    site, coefficients = force
-    rows, acting = site.rows(rotor), site.at_rest(coefficients, speed)
-    if site.law.follows_motion:
-        return rows.T @ site.stiffness(coefficients, speed) @ rows, acting @ rows
-    return np.zeros((1, *2 * rows.shape[1:]), dtype=complex), acting @ rows
 
 
 def attached(force: Force, speed: Array) -> tuple[Array, Array, Array]:

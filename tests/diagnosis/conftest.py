@@ -17,7 +17,7 @@ NOISE = Noise(0.07, 1e-7)
 
 def registered_effects(*without):
     """Those of a diagnosis of steady data that asks for none by name."""
-    return library((), ("run_up_acceleration", *without))[0]
+    return library((), ("run_up_acceleration", "thermal_bow", *without))[0]
 
 
 @pytest.fixture(scope="session")

@@ -1,0 +1,110 @@
+"""Annular seal: the liquid in a narrow gap around the shaft carries it, damps it, and drags it along as it swirls.
+
+The liquid turns at λ times the speed of the shaft, on average, and what resists motion is motion against the liquid:
+
+    f = −K q − D (q̇ − λ Ω × q),    so that K_xx = K_yy = K,  K_xy = −K_yx = λ Ω D,  C_xx = C_yy = D.
+
+K comes from the pressure drop (the Lomakin effect), D from viscous and turbulent friction. The cross term drives forward whirl, and
+makes a rotor unstable above about 1/λ times its lowest natural frequency where nothing else damps it. λ is 1/2 for smooth walls,
+more where the liquid enters swirling, and 0.2 or less behind swirl brakes. The seal is short: moments, and the mass of the liquid, are
+left out, as is the growth of K with speed in pumps whose pressure grows so.
+
+A. Muszynska, Rotordynamics, 2005, chapter 4; H. F. Black, Effects of hydraulic forces in annular pressure seals on the vibrations of
+centrifugal pump rotors, J. Mech. Eng. Sci. 11 (1969) 206–213, doi 10.1243/JMES_JOUR_1969_011_025_02; D. W. Childs, Turbomachinery
+Rotordynamics, 1993, chapter 4.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.errors import SettingError
+from ksmea.force_laws import CROSS, LinearLaw
+from ksmea.parameters import Parameter
+from ksmea.settings import setting
+from ksmea.units import KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE
+from problems.rotor.data import SAME_PLACE, Rotor
+from problems.rotor.effect import RotorEffect, drawn, require_on_shaft
+from problems.rotor.problem import RotorProblem
+from problems.rotor.site_law import SiteLaw
+from problems.rotor.sizes import rotor_mass, stiffness_scale
+
+STIFFEST = 0.5  # of the stiffest bearing k
+MOST_DAMPING = 0.1  # of √(k m), m the mass of the rotor
+NOTICED_STIFFNESS = (0.01, 0.3)  # of k, are drawn
+NOTICED_DAMPING = (3e-5, 3e-3)  # of √(k m), are drawn: more drives a rotor unstable that is hardly damped otherwise
+
+
+@dataclass(frozen=True)
+class AnnularSeal(RotorEffect):
+    """A seal around the shaft holds, damps and drags it."""
+
+    position: float | None = setting(
+        None, "where it sits; null: at the first disk that is at no bearing", unit="m", at_least=0
+    )
+    swirl_ratio: float = setting(
+        0.5, "λ, mean speed of the liquid around the shaft over that of the shaft's surface", at_least=0, at_most=1
+    )
+
+    aliases: ClassVar[Mapping[str, str]] = {
+        "cross_coupling_antisymmetric": "both drive forward whirl; a seal's grows with speed: measure over a wide band, or without pressure",
+        "short_journal_bearing": "a film of liquid too, but at the bearings; probes near the seal, a run without pressure",
+    }
+
+    def __str__(self) -> str:
+        return "the first disk" if self.position is None else f"at {self.position:g} m"
+
+    def locations(self, problem: RotorProblem) -> Sequence[AnnularSeal]:
+        """Each disk that is at no bearing: impellers and pistons have seals; without any, half way between the outer bearings."""
+        return [dataclasses.replace(self, position=position) for position in _gaps(problem.rotor)]
+
+    def placed_on(self, problem: RotorProblem) -> AnnularSeal:
+        require_on_shaft(problem, self.position, "seal")
+        return self if self.position is not None else self.locations(problem)[0]
+
+    def places(self, problem: RotorProblem) -> Sequence[float]:
+        return () if self.position is None else (self.position,)
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        stiffness, damping = _scales(problem)
+        return (
+            Parameter("seal_stiffness", "MN/m", MEGANEWTON_PER_METRE, 0.0, STIFFEST * stiffness),
+            Parameter("seal_damping", "kN s/m", KILONEWTON_SECOND_PER_METRE, 0.0, MOST_DAMPING * damping),
+        )
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return np.array([drawn(rng, *NOTICED_STIFFNESS), drawn(rng, *NOTICED_DAMPING)]) * _scales(problem)
+
+    def site_law(self) -> SiteLaw:
+        if self.position is None:
+            raise SettingError("position: expected the place of the seal, got none; add the effect to a problem")
+        coefficients = (("k", "MN/m", MEGANEWTON_PER_METRE), ("d", "kN s/m", KILONEWTON_SECOND_PER_METRE))
+        return SiteLaw(self.position, LinearLaw("annular_seal", "annular seal", coefficients, self._stiffness))
+
+    def _stiffness(self, speed: Array) -> ComplexArray:
+        """That of unit K and of unit D, (2, n_speed, 2, 2)."""
+        still = np.broadcast_to(np.eye(2, dtype=complex), (len(speed), 2, 2))
+        return np.stack([still, speed[:, None, None] * (1j * np.eye(2) + self.swirl_ratio * CROSS[0])])
+
+
+def _scales(problem: RotorProblem) -> tuple[float, float]:
+    """Of stiffness, N/m, and of damping, N s/m."""
+    stiffness = stiffness_scale(problem)
+    return stiffness, float(np.sqrt(stiffness * rotor_mass(problem)))
+
+
+def _gaps(rotor: Rotor) -> list[float]:
+    """Where a seal may sit, m."""
+    bearings = [bearing.position for bearing in rotor.bearings]
+
+    def is_free(position: float) -> bool:
+        return all(abs(bearing - position) > SAME_PLACE * rotor.length for bearing in bearings)
+
+    disks = [position for position in dict.fromkeys(disk.position for disk in rotor.disks) if is_free(position)]
+    return disks or [(min(bearings) + max(bearings)) / 2]

@@ -1,0 +1,109 @@
+"""Coupling misalignment: what a coupling that is not true does to the end of the shaft, at the frequency of rotation.
+
+Hubs that are bored off centre push the end of the shaft aside, a force; flanges that are not square bend it, a moment. Both turn
+with the shaft and do not depend on speed, as they come of the stiffness of the coupling and not of inertia:
+
+    f or M = (r_x + i r_y) (1, −i)    at one end of the shaft.
+
+J. K. Sinha, A. W. Lees & M. I. Friswell, Estimating unbalance and misalignment of a flexible rotating machine from a single
+run-down, J. Sound Vib. 272 (2004) 967–989, doi 10.1016/j.jsv.2003.03.006, find such forces and moments. Shafts that stand
+askew on the ground also act at twice the frequency of rotation: where 2X was measured there is a second such vector, whose size
+and angle are its own.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.errors import SettingError
+from ksmea.load import FORCE, LOADS, Load
+from ksmea.parameters import Parameter
+from ksmea.settings import setting
+from problems.rotor.data import Rotor
+from problems.rotor.effect import RotorEffect, drawn_vector, forward_vector, require_on_shaft
+from problems.rotor.loads import forward_load
+from problems.rotor.problem import RotorProblem
+from problems.rotor.sizes import rotor_mass, stiffness_scale, unbalance_scale
+
+LARGEST = (
+    10.0  # times the force of the largest unbalance u at √(k/m), u k/m; a moment has the shaft's length as its arm
+)
+TWICE = 2  # per turn
+NOTICED = (0.003, 0.3)  # of the largest: vectors as long as these are drawn
+
+
+@dataclass(frozen=True)
+class CouplingMisalignment(RotorEffect):
+    """A coupling pushes or bends the end of the shaft, once per turn, and perhaps twice."""
+
+    position: float | None = setting(
+        None, "the end of the shaft that is coupled; null: the far one, at its whole length", unit="m", at_least=0
+    )
+    kind: str = setting(FORCE, "what acts: a force (parallel offset) or a moment (angular offset)", choices=LOADS)
+    twice: bool = setting(False, "whether it acts twice per turn too; data that hold 2X ask for it")
+
+    is_scanned: ClassVar[bool] = False
+    aliases: ClassVar[Mapping[str, str]] = {
+        "crack": "both make 2X; that of a crack peaks at half of a critical speed as its sag does, and has 3X beside it",
+        "residual_bow": "both turn with the shaft at any speed; run uncoupled, or measure the bow on slow roll",
+        "thermal_bow": "both turn with the shaft; a bow of heat is gone when the machine is cold",
+        "unbalance": "an unbalance grows with Ω²; measure at low speed too, or run uncoupled",
+        "skewed_disk": "moments that turn with the shaft; that of a disk grows with Ω²: measure at low speed too",
+    }
+    has_loads: ClassVar[bool] = True
+
+    def __str__(self) -> str:
+        return f"{self.kind} at {'the far end' if self.position is None else f'{self.position:g} m'}"
+
+    def locations(self, problem: RotorProblem) -> Sequence[CouplingMisalignment]:
+        """A force and a moment at each end, twice per turn too where that is measured."""
+        twice = self.twice or any(channel.harmonic == TWICE for channel in problem.channels)
+        ends = (0.0, float(problem.rotor.node_positions[-1]))
+        return [dataclasses.replace(self, position=end, kind=kind, twice=twice) for kind in LOADS for end in ends]
+
+    def placed_on(self, problem: RotorProblem) -> CouplingMisalignment:
+        require_on_shaft(problem, self.position, "coupling")
+        end = float(problem.rotor.node_positions[-1])
+        return dataclasses.replace(self, position=end) if self.position is None else self
+
+    def places(self, problem: RotorProblem) -> Sequence[float]:
+        return () if self.position is None else (self.position,)
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        largest, unit = self._largest(problem), Load(0.0, "x", self.kind).unit
+        orders = ("", "_2x") if self.twice else ("",)
+        names = [f"coupling_{self.kind}{order}_{axis}" for order in orders for axis in ("x", "y")]
+        return tuple(Parameter(name, unit, 1.0, -largest, largest) for name in names)
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        vectors = [drawn_vector(rng, *NOTICED) for _ in range(2 if self.twice else 1)]
+        return self._largest(problem) * np.concatenate(vectors)
+
+    def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
+        if self.position is None:
+            raise SettingError("position: expected the end that is coupled, got none; add the effect to a problem")
+        return forward_load(rotor, self.position, self.kind, len(speed))
+
+    def load_sizes(self, theta: Array) -> ComplexArray:
+        return forward_vector(theta)[:, None]
+
+    @property
+    def further_orders(self) -> Sequence[int]:
+        return (TWICE,) if self.twice else ()
+
+    def loads_at(self, rotor: Rotor, speed: Array, order: int) -> ComplexArray:
+        return self.loads(rotor, speed)
+
+    def load_sizes_at(self, theta: Array, order: int) -> ComplexArray:
+        return self.load_sizes(theta[:, 2:])
+
+    def _largest(self, problem: RotorProblem) -> float:
+        """N, or N m."""
+        force = LARGEST * unbalance_scale(problem) * stiffness_scale(problem) / rotor_mass(problem)
+        return force if self.kind == FORCE else force * problem.rotor.length

@@ -1,0 +1,88 @@
+"""Shaft asymmetry: the shaft is stiffer in bending along one of its diameters than along the other, as by keyways or slots.
+
+With second moments of area I (1 ± ε) along axes ξ and η that turn with the shaft, ξ at an angle α past +x at t = 0, the shaft's
+stiffness is larger by ε along ξ and smaller by ε along η, shear alike. In complex notation it adds κ conj(r) e^{2iΩt} with
+κ = ε e^{2iα}, its unknowns. Forward 1X it couples with itself, so that a critical speed splits in two with a range between them in
+which motion grows where damping is small; backward 1X becomes 3X; and the sag under the weight becomes a forward 2X, with a
+peak at half of a critical speed. Weight acts along y downwards, or as set.
+
+It acts on the lowest bending shapes of the free rotor, of which there are `N_SHAPE`.
+
+G. Genta, Dynamics of Rotating Systems, 2005, chapter 6; Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, chapter 7;
+Yamamoto & Ishida, Linear and Nonlinear Rotordynamics, 2012, chapter 5.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import ClassVar, Self
+
+import numpy as np
+import scipy.linalg
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.measurement import Measurement
+from ksmea.parameters import Parameter
+from ksmea.settings import setting
+from ksmea.units import DEGREE
+from problems.rotor.assembly import assemble_free, node_dof
+from problems.rotor.data import Rotor
+from problems.rotor.effect import RotorEffect, drawn_vector, forward_vector
+from problems.rotor.problem import RotorProblem
+from problems.rotor.shaft import IN_X_PLANE, IN_Y_PLANE
+from problems.rotor.turning import OF_CONJUGATE, weight_of
+
+N_SHAPE = 4  # leave out a seventieth of what the asymmetry changes (tests/problems/test_turning_effects.py)
+N_RIGID = 2  # motions of a free shaft in a plane that do not bend it
+LARGEST = 0.2  # a shaft with deep slots all along
+NOTICED = (0.002, 0.1)
+
+
+@dataclass(frozen=True)
+class ShaftAsymmetry(RotorEffect):
+    """The shaft is stiffer in bending along one diameter than along the other."""
+
+    gravity_deg: float = setting(270.0, "where the weight points, past +x towards +y", unit="deg")
+
+    aliases: ClassVar[Mapping[str, str]] = {
+        "crack": "both make 2X at half of a critical speed; a crack opens and closes, which makes 3X of its sag too: look there",
+    }
+    turns: ClassVar[bool] = True
+
+    def seen_in(self, measurement: Measurement) -> Self | None:
+        """Where harmonics beside 1X were measured: what it does at 1X alone others do too."""
+        return None if all(channel.is_1x for channel in measurement.channels) else self
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        return tuple(
+            Parameter(name, "%", 0.01, -LARGEST, LARGEST) for name in ("shaft_asymmetry_x", "shaft_asymmetry_y")
+        )
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return drawn_vector(rng, *NOTICED)
+
+    def turning_rows(self, rotor: Rotor) -> Array:
+        """K_s ≈ Bᵀ B in each plane, with the rows of B those of x, then of y: B = Λ^½ Vᵀ M of the lowest shapes V that bend the
+        shaft, of which Λ are the squared natural frequencies."""
+        free = assemble_free(rotor)
+        in_plane = [node_dof(node)[IN_X_PLANE] for node in range(len(rotor.node_positions))]
+        x_plane, mass = np.concatenate(in_plane), free.mass
+        both = np.ix_(x_plane, x_plane)
+        squared, shapes = scipy.linalg.eigh(
+            free.stiffness[both], mass[both], subset_by_index=[N_RIGID, N_RIGID + N_SHAPE - 1]
+        )
+        reading = np.sqrt(squared)[:, None] * (shapes.T @ mass[both])
+        rows = np.zeros((2, N_SHAPE, len(mass)))
+        rows[0][:, x_plane] = reading
+        for node in range(len(rotor.node_positions)):
+            rows[1][:, node_dof(node)[IN_Y_PLANE]] = reading[:, 2 * node : 2 * node + 2] * [1.0, -1.0]
+        return rows.reshape(2 * N_SHAPE, -1)
+
+    def turning_stiffness(self, theta: Array) -> ComplexArray:
+        found = np.zeros((len(theta), 3, 2 * N_SHAPE, 2 * N_SHAPE), dtype=complex)
+        found[:, 2] = forward_vector(theta)[:, None, None] / 2 * np.kron(OF_CONJUGATE, np.eye(N_SHAPE))
+        return found
+
+    def weight(self, rotor: Rotor) -> Array:
+        return weight_of(rotor, self.gravity_deg * DEGREE)

@@ -1,0 +1,79 @@
+"""Timing delay: readings come later by τ than the mark on the shaft that their phase counts from, y → y e^{−iΩτ}.
+
+A filter of the signal, a multiplexer that reads one channel after the other, or the edge of a wide mark delays by a time, not by
+an angle: the phase lags in proportion to speed, and amplitudes stay. A negative τ is a delay of the mark itself. Where all
+channels are late alike, phases whose origin is not known take up the mean lag, so that a wide band is needed. Amplitudes do
+not show it at all (D. E. Bently & C. T. Hatch, Fundamentals of Rotating Machinery Diagnostics, 2002, chapters 2 and 3; API 670 for
+the response of monitors over frequency).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import Channel
+from ksmea.measurement import Measurement
+from ksmea.parameters import Parameter
+from ksmea.settings import setting
+from ksmea.units import MICROSECOND
+from problems.rotor.effect import RotorEffect, drawn_either_side, is_at, require_on_shaft, where
+from problems.rotor.problem import RotorProblem
+
+LARGEST = 500 * MICROSECOND  # 9° at 3000 rpm: a filter at some hundred Hz
+NOTICED = (10 * MICROSECOND, 300 * MICROSECOND)  # of either sign, are drawn
+
+
+@dataclass(frozen=True)
+class TimingDelay(RotorEffect):
+    """Readings are late by a constant time."""
+
+    position: float | None = setting(None, "where the late channel looks; null: all positions", unit="m", at_least=0)
+    direction: str | None = setting(None, "the late channel's direction; null: both", choices=("x", "y"))
+
+    is_scanned: ClassVar[bool] = False
+    aliases: ClassVar[Mapping[str, str]] = {
+        "speed_dependent_damping": "both change how the phase goes with speed; a wider band, a square wave into all channels",
+        "run_up_acceleration": "both make the phase late; a slower run-up, a coast-down",
+    }
+    stage: ClassVar[int] = 2
+
+    def __str__(self) -> str:
+        if self.position is None and self.direction is None:
+            return "all channels"
+        return f"{self.direction or 'x and y'} {where(self.position)}"
+
+    def seen_in(self, measurement: Measurement) -> TimingDelay | None:
+        """None of amplitudes."""
+        return None if measurement.is_amplitude else self
+
+    def locations(self, problem: RotorProblem) -> Sequence[TimingDelay]:
+        """All channels, and each by itself where there is another."""
+        channels = dict.fromkeys(channel for channel in problem.channels if channel.is_1x)
+        each = [dataclasses.replace(self, position=item.position, direction=item.direction) for item in channels]
+        return [self, *each] if len(each) > 1 else [self]
+
+    def placed_on(self, problem: RotorProblem) -> TimingDelay:
+        require_on_shaft(problem, self.position, "channel")
+        return self
+
+    def places(self, problem: RotorProblem) -> Sequence[float]:
+        return () if self.position is None else (self.position,)
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        return (Parameter("timing_delay", "µs", MICROSECOND, -LARGEST, LARGEST),)
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return np.array([drawn_either_side(rng, *NOTICED)])
+
+    def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
+        late = np.array([self._reads(channel) * channel.harmonic for channel in channels])
+        return response * np.exp(-1j * speed[:, None] * theta[:, 0, None, None] * late)
+
+    def _reads(self, channel: Channel) -> bool:
+        return is_at(channel, self.position) and self.direction in (None, channel.direction)
