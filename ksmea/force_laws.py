@@ -1,7 +1,7 @@
 """Laws that a force on the shaft may follow: from speed alone, or from the motion of its site.
 
 A law has a few real coefficients c: f = Σ c g(Ω), or f = −K q with K = Σ c K(Ω) and q the motion of the site, or another
-function of q (`ksmea.nonlinear_forces`). The force moves its site along:
+function of the orbit (`ksmea.nonlinear_forces`). The force moves its site along:
 
     q = Q + G f(q),
 
@@ -21,8 +21,9 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import DIRECTIONS
-from ksmea.nonlinear_forces import ForceOfMotion, cubic_spring, rotating_asymmetry, rub, spring_above_an_amplitude
-from ksmea.steady_motion import SiteMotion, steady_motion
+from ksmea.harmonic_balance import Balance, Harmonics
+from ksmea.nonlinear_forces import OrbitForce, cubic_spring, rotating_asymmetry, rub, spring_above_an_amplitude
+from ksmea.steady_motion import SiteForce, SiteMotion, steady_force
 from ksmea.units import GRAM_MILLIMETRE, MICROMETRE
 
 FORWARD = np.array([1, -1j])
@@ -100,20 +101,31 @@ class LinearLaw(Law):
 
 @dataclass(frozen=True)
 class NonlinearLaw(Law):
-    """Any function of the motion."""
+    """Any function of the motion. Where it bends resonance curves, its first coefficient says which way: above zero it stiffens."""
 
-    of_motion: ForceOfMotion
+    on_orbit: OrbitForce
+    bends: bool = True
+    turns: bool = False  # depends on the angle of the shaft
     clearance: int | None = None
 
     @property
     def threshold(self) -> int | None:
         return self.clearance
 
+    def stiffens(self, coefficients: Array) -> Array:
+        """1 where it stiffens, −1 where it softens, 0 where it bends nothing, (n,)."""
+        return np.sign(coefficients[:, 0]) * self.bends
+
     def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
-        return self.of_motion(coefficients, motion).force
+        n, n_speed, m = motion.shape
+        rotation, moved = Harmonics(), motion.reshape(-1, 1, m)
+        none = np.zeros((n * n_speed, 2 * m))
+        balance = Balance(self.on_orbit, np.repeat(coefficients, n_speed, axis=0), rotation, none, none[..., None])
+        return rotation.motion(balance.acting(rotation.components(moved))[0]).reshape(motion.shape)
 
     def steady(self, coefficients: Array, site: SiteMotion) -> ComplexArray:
-        return self.of_motion(coefficients, steady_motion(self.of_motion, coefficients, site)).force
+        force = SiteForce(self.on_orbit, coefficients, self.stiffens(coefficients))
+        return steady_force(force, site).harmonics[:, :, 0]
 
 
 def _rotating(power: int) -> OfSpeed:
@@ -158,7 +170,14 @@ LAWS = _by_key(
         (*SPRING, *DAMPER, *MASS),
         _together(OF_SPRING, OF_DAMPER, OF_MASS),
     ),
-    NonlinearLaw("rotating_asymmetry", "asymmetry of the turning shaft", _pair("Δk", "MN/m", 1e6), rotating_asymmetry),
+    NonlinearLaw(
+        "rotating_asymmetry",
+        "asymmetry of the turning shaft",
+        _pair("Δk", "MN/m", 1e6),
+        rotating_asymmetry,
+        bends=False,
+        turns=True,
+    ),
     NonlinearLaw("cubic_spring", "cubic spring", (("k₃", "MN/mm³", 1e15),), cubic_spring),
     NonlinearLaw(
         "spring_above_an_amplitude", "spring above an amplitude", STOP, spring_above_an_amplitude, clearance=1

@@ -1,102 +1,181 @@
-"""The steady motion of a site under a force that depends on it: q = Q + G f(q), by Newton's method at each speed.
+"""The steady motion of sites of the shaft under forces that depend on it, as a slow run-up or run-down comes to it.
 
-Q is the motion without the force and G that per unit of it. f need not be analytic in q: the equations are solved for the four
-real numbers of q. Where a resonance curve folds over there are several solutions; which one is found is a choice: the one
-that Newton's method leads to from Q, or from a motion that is known from elsewhere, as by measurement; and where it leads
-nowhere, from the solution at the speed below, as in a slow run-up, then from that at the speed above, and at last from smaller
-and turned motions.
+Where a resonance curve folds over there are several. A spring that stiffens leans it to higher speeds: a slow run-up stays on the
+large motion until that ends and falls, and on the way down the small one stays until that ends. One that softens leans it to lower
+speeds, with both changed over (A. H. Nayfeh and D. T. Mook, Nonlinear Oscillations, 1979, section 4.1). So a motion is chosen at each
+speed by itself: up on a stiffening force and down on a softening one the largest stable motion, else the smallest.
+
+Which speeds have one motion alone is known beforehand. With Z = G⁻¹, a force that stiffens is monotone, and so are the equations
+where Z + Zᴴ is positive definite; one that softens where it is negative definite. Dissipation bounds all motions, by
+|ZQ| / λ_min((Z − Zᴴ)/2i), and so the derivative of the force; where that is little against Z, there is one motion too. At other
+speeds all are found with the frequency of rotation alone (`ksmea.solution_branches`), and the chosen one leads to that with all
+harmonics.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from itertools import pairwise
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.nonlinear_forces import ForceOfMotion
+from ksmea.harmonic_balance import Balance, Harmonics, Mask, left_out, solved
+from ksmea.nonlinear_forces import OrbitForce
+from ksmea.solution_branches import branches
 
-Mask = NDArray[np.bool_]
-
-MAX_ITERATIONS = 60
-CONVERGED = 1e-11  # of |Q|: rounding keeps a motion that is a million times as large from it, which is none
-# Times Q, where Newton's method starts at last: a force that holds the site back turns its phase too.
-PARTS = np.outer([1.0, 0.3, 0.1], np.exp(2j * np.pi * np.arange(6) / 6)).ravel()[1:]
-SHORTEST = 2.0**-12  # part of a Newton step
+CONTRACTS = 0.5  # |G ∂f/∂y| below which there is one motion: derivatives vary around the orbit
+ROTATION = Harmonics((1,), n_angle=64)  # for branches: those that are chosen are solved for with more
+ROUNDINGS = (0.5, 0.1, 0.0)  # of the corners of a force, from that which branches are followed by to none
+REGULAR = 1e-9  # of the largest receptance: added to one that no force moves
 
 
 @dataclass(frozen=True)
 class SiteMotion:
-    """How a site moves at speeds (n_speed,), rad/s: by Q (n, n_speed, 2), m, without a force on it, and by G
-    (n, n_speed, 2, 2), m/N, with each unit of that. `near` (n, n_speed, 2), m, is a motion that is known from elsewhere."""
+    """How sites move at speeds (n_speed,), rad/s: by Q (n, n_speed, m), m, at the frequency of rotation without a force on them, and
+    by G (n, n_speed, m, m), m/N, with each unit of one. `further` has G at other harmonics, by their order. `near`
+    (n, n_speed, m), m, is a motion that is known from elsewhere."""
 
     speed: Array
     without_force: ComplexArray
     per_force: ComplexArray
     near: ComplexArray | None = None
+    further: Mapping[int, ComplexArray] = field(default_factory=dict)
+
+    @property
+    def orders(self) -> tuple[int, ...]:
+        """Of the harmonics, that of the rotation first."""
+        return (1, *self.further)
 
 
-def steady_motion(force: ForceOfMotion, coefficients: Array, site: SiteMotion) -> ComplexArray:
-    """q (n, n_speed, 2), m, under a force with coefficients (n, n_coefficient).
+@dataclass(frozen=True)
+class SteadyForce:
+    """A force in the motion that it is part of: its harmonics (n, n_speed, n_order, m), N; and the part (n, n_speed) that the largest
+    harmonic which is left out has of that of the rotation."""
 
-    Raises LinAlgError where no steady motion is found."""
-    motion, per_force = site.without_force, site.per_force
-    found, is_found = _newton(force, coefficients, motion, per_force, motion if site.near is None else site.near)
-    rising = np.argsort(site.speed)
-    for order in (rising, rising[::-1]):
-        for last, index in pairwise(order):
-            lacking = np.logical_not(is_found[:, index]) & is_found[:, last]
-            only, start = np.ix_(lacking, [index]), found[np.ix_(lacking, [last])]
-            if lacking.any():
-                solved = _newton(force, coefficients[lacking], motion[only], per_force[only], start)
-                found[only], is_found[only] = solved
-    for part in PARTS:
-        rows, columns = (np.flatnonzero(np.any(~is_found, axis=axis)) for axis in (1, 0))
-        if not len(rows):
-            break
-        only = np.ix_(rows, columns)
-        further, is_further = _newton(force, coefficients[rows], motion[only], per_force[only], part * motion[only])
-        found[only] = np.where((is_further & ~is_found[only])[..., None], further, found[only])
-        is_found[only] |= is_further
+    harmonics: ComplexArray
+    left_out: Array
+
+
+@dataclass(frozen=True)
+class SiteForce:
+    """A force on sites with n sets of coefficients (n, n_coefficient), which way it bends resonance curves, and which way the speed
+    goes."""
+
+    on_orbit: OrbitForce
+    coefficients: Array
+    stiffens: Array  # (n,): 1 it stiffens, −1 it softens, 0 it is linear in the motion; nan: some of it stiffens
+    goes_up: bool = True
+
+    @property
+    def stays_large(self) -> Mask:
+        """Where the largest stable motion is chosen, (n,)."""
+        return np.asarray((self.stiffens < 0) != self.goes_up)
+
+
+def steady_force(force: SiteForce, site: SiteMotion) -> SteadyForce:
+    """What acts. Raises LinAlgError where no steady motion is found."""
+    n, n_speed, m = site.without_force.shape
+    row = np.repeat(np.arange(n), n_speed)
+    alone = site.without_force.reshape(-1, m)
+    per_force = np.stack([each.reshape(-1, m, m) for each in (site.per_force, *site.further.values())], axis=1)
+    at_rotation = per_force[:, 0]
+    whole = _balance(force.on_orbit, force.coefficients[row], Harmonics(site.orders), alone, per_force)
+    rotation = _balance(force.on_orbit, force.coefficients[row], ROTATION, alone, at_rotation[:, None])
+    largest = _largest(alone, at_rotation)
+    if site.near is None:
+        start, plain = alone, _has_one_motion(rotation, at_rotation, force.stiffens[row], largest)
+    else:
+        start, plain = site.near.reshape(-1, m), np.ones(len(alone), dtype=bool)
+
+    motion, is_found = np.empty_like(whole.alone), np.zeros(len(alone), dtype=bool)
+    tried = np.flatnonzero(plain)
+    motion[tried], is_found[tried] = solved(whole[tried], _components(start[tried], site.orders))
+    # by the frequency of rotation alone; where that leads nowhere by all harmonics; where these do not settle, as roughly as that
+    for guide, balance, roundings in (
+        (rotation, whole, ROUNDINGS),
+        (whole, whole, ROUNDINGS),
+        (rotation, rotation, ROUNDINGS[:1]),
+    ):
+        lacking = np.flatnonzero(~is_found)
+        stays_large = force.stays_large[row[lacking]]
+        found, is_found[lacking] = _along_branches(
+            guide[lacking], balance[lacking], largest[lacking], stays_large, roundings
+        )
+        motion[lacking] = _padded(found, whole)
     if not is_found.all():
         raise np.linalg.LinAlgError("no steady motion was found under this force")
-    return found
+    acting = whole.harmonics.motion(whole.acting(motion)[0])
+    return SteadyForce(acting.reshape(n, n_speed, -1, m), left_out(whole, motion).reshape(n, n_speed))
 
 
-def _newton(
-    force: ForceOfMotion, coefficients: Array, motion: ComplexArray, per_force: ComplexArray, start: ComplexArray
-) -> tuple[ComplexArray, Mask]:
-    """q from a start, and where it is a solution (n, n_speed). A step is halved until it lowers |q − Q − G f(q)|."""
-    found = np.array(start)
-    part = np.ones(found.shape[:2])
-    is_found: Mask = np.zeros(found.shape[:2], dtype=bool)
-    acting = force(coefficients, found)
-    left = found - motion - _times(per_force, acting.force)
-    for _ in range(MAX_ITERATIONS):
-        size = np.linalg.norm(left, axis=-1)
-        is_found = size <= CONVERGED * np.linalg.norm(motion, axis=-1)
-        if np.all(is_found | (part < SHORTEST)):
-            break
-        step = _solved(np.eye(2) - per_force @ acting.by_motion, -per_force @ acting.by_conjugate, -left)
-        trial = found + np.where(is_found, 0.0, part)[..., None] * step
-        tried = force(coefficients, trial)
-        rest = trial - motion - _times(per_force, tried.force)
-        is_lower = np.linalg.norm(rest, axis=-1) < size
-        part = np.where(is_lower, np.minimum(2 * part, 1.0), part / 2)
-        found, left = (np.where(is_lower[..., None], *pair) for pair in ((trial, found), (rest, left)))
-        acting = tried.where(is_lower, acting)
-    return found, is_found
+def _along_branches(
+    guide: Balance, whole: Balance, largest: Array, stays_large: Mask, roundings: Sequence[float]
+) -> tuple[Array, Mask]:
+    """The motion (n, p) that is chosen of those which a guide with rounded corners finds, or the next one where it leads to none
+    of the whole; and where there is one."""
+    motion, is_found = np.empty_like(whole.alone), np.zeros(len(whole.alone), dtype=bool)
+    found = branches(dataclasses.replace(guide, rounding=ROUNDINGS[0]), largest, ~stays_large)
+    size = np.linalg.norm(found.motion, axis=1)
+    waiting = np.lexsort([np.where(stays_large[found.point], -size, size), ~found.is_stable])
+    while len(waiting):
+        chosen = waiting[np.unique(found.point[waiting], return_index=True)[1]]
+        at = found.point[chosen]
+        motion[at], is_found[at] = _sharpened(whole[at], _padded(found.motion[chosen], whole), roundings)
+        waiting = waiting[~is_found[found.point[waiting]] & ~np.isin(waiting, chosen)]
+    return motion, is_found
 
 
-def _solved(of_motion: ComplexArray, of_conjugate: ComplexArray, right: ComplexArray) -> ComplexArray:
-    """x of A x + B conj(x) = b, with A and B (…, 2, 2) and b (…, 2)."""
-    total, difference = of_motion + of_conjugate, of_motion - of_conjugate
-    real = np.block([[total.real, -difference.imag], [total.imag, difference.real]])
-    solved = np.linalg.solve(real, np.concatenate([right.real, right.imag], axis=-1)[..., None])[..., 0]
-    return np.asarray(solved[..., :2] + 1j * solved[..., 2:])
+def _sharpened(balance: Balance, motion: Array, roundings: Sequence[float]) -> tuple[Array, Mask]:
+    """The solution next to one with rounded corners."""
+    is_found = np.ones(len(motion), dtype=bool)
+    for rounding in roundings:
+        motion, is_found = solved(dataclasses.replace(balance, rounding=rounding), motion)
+    return motion, is_found
 
 
-def _times(matrix: ComplexArray, vector: ComplexArray) -> ComplexArray:
-    return np.asarray((matrix @ vector[..., None])[..., 0])
+def _padded(motion: Array, whole: Balance) -> Array:
+    """A motion in the components of the whole, whose first ones it has."""
+    return np.pad(motion, [(0, 0), (0, whole.alone.shape[1] - motion.shape[1])])
+
+
+def _balance(
+    force: OrbitForce, coefficients: Array, harmonics: Harmonics, alone: ComplexArray, per_force: ComplexArray
+) -> Balance:
+    excited = _components(alone, harmonics.orders)
+    return Balance(force, coefficients, harmonics, excited, harmonics.receptance(per_force))
+
+
+def _components(at_rotation: ComplexArray, orders: tuple[int, ...]) -> Array:
+    """Those of a motion (n, m) at the frequency of rotation alone, the first of these harmonics."""
+    motion = np.zeros((len(at_rotation), len(orders), at_rotation.shape[1]), dtype=complex)
+    motion[:, 0] = at_rotation
+    return Harmonics(orders).components(motion)
+
+
+def _dynamic_stiffness(per_force: ComplexArray) -> ComplexArray:
+    size = REGULAR * np.abs(per_force).max(axis=(1, 2), keepdims=True)
+    return np.asarray(np.linalg.inv(per_force + np.where(size, size, 1.0) * np.eye(per_force.shape[1])))
+
+
+def _largest(alone: ComplexArray, per_force: ComplexArray) -> Array:
+    """How large a motion can be under any force that feeds it nothing, (n,) m; infinite where the rotor itself feeds it."""
+    stiffness = _dynamic_stiffness(per_force)
+    damping = np.linalg.eigvalsh((stiffness - stiffness.conj().swapaxes(1, 2)) / 2j)[:, 0]
+    exciting = np.linalg.norm((stiffness @ alone[..., None])[..., 0], axis=1)
+    return np.asarray(np.divide(exciting, damping, out=np.full(len(alone), np.inf), where=damping > 0))
+
+
+def _has_one_motion(rotation: Balance, per_force: ComplexArray, stiffens: Array, largest: Array) -> Mask:
+    """Where that is certain, (n,)."""
+    stiffness = _dynamic_stiffness(per_force)
+    real = np.linalg.eigvalsh((stiffness + stiffness.conj().swapaxes(1, 2)) / 2)
+    is_monotone = np.where(stiffens > 0, real[:, 0] > 0, real[:, -1] < 0) & ~np.isnan(stiffens)
+    m = rotation.alone.shape[1] // 2
+    line = np.tile(np.where(np.isfinite(largest), largest, 0.0)[:, None], (1, 2 * m))
+    line[:, m:] = 0  # along the diagonal: each coordinate goes as far as all together may
+    _, derivative = rotation.left(line, np.zeros(len(line)))
+    change = np.linalg.norm(derivative - np.eye(2 * m), axis=(1, 2))
+    at_rest = ~np.any(rotation.alone, axis=1)
+    return np.asarray((stiffens == 0) | is_monotone | (np.isfinite(largest) & (change < CONTRACTS)) | at_rest)

@@ -34,6 +34,7 @@ class SpeedDependentDamping(RotorEffect):
     )
 
     aliases: ClassVar[Mapping[str, str]] = {
+        "clearance_rub": "both lower a peak; a run with more unbalance",
         "unbalance": "both change the heights of peaks against each other; a further resonance, a trial weight",
         "external_damping": "both change peak heights; several critical speeds, of which some hardly move the bearings",
         "run_up_acceleration": "both lower a peak; a second run-up at another rate, a coast-down",

@@ -34,6 +34,7 @@ class SpeedDependentStiffness(RotorEffect):
     )
 
     aliases: ClassVar[Mapping[str, str]] = {
+        "cubic_stiffness": "both move peaks; a run with more unbalance, a run-up beside a run-down",
         "youngs_modulus": "both move the peaks; several critical speeds, or tap the rotor hanging free",
         "mass": "both move the peaks; several critical speeds, or weigh the rotor",
         "flexible_pedestal": "a pedestal's mass softens it with speed too; a sensor on the casing",

@@ -24,18 +24,17 @@ from ksmea.errors import SettingError
 from ksmea.load import Load
 from ksmea.parameters import Parameters
 from ksmea.proxy import ProblemProxy
-from problems.rotor import dense
-from problems.rotor.assembly import assemble_free
 from problems.rotor.data import COEFFICIENTS, STIFFNESSES, Rotor
 from problems.rotor.effect_unknowns import effect_unknowns
 from problems.rotor.extended_sensitivity import differenced, linearised
 from problems.rotor.hooks import RotorHooks
 from problems.rotor.loads import unit_loads
+from problems.rotor.nonlinear_sites import dense_motion, responses_at_order, with_nonlinear_forces
 from problems.rotor.problem import CHUNK_BYTES, RotorProblem, checked_sets, finite, impedances_of
 from problems.rotor.recent import recent
 from problems.rotor.receptance import Impedance, Reduction, at_harmonic, reduce_rotor
 from problems.rotor.run_up import Sweep, parabola, sweep_change
-from problems.rotor.site_law import Force, SiteLaw, attached, dense_parts, with_forces
+from problems.rotor.site_law import Force, SiteLaw, attached, split_by_law, with_linear_forces
 from problems.rotor.stability import growth_rate, low_modes, searched_speed
 from problems.rotor.support import Support, in_series_with, ports_on
 from problems.rotor.synchronous_poles import Poles, block_diagonal, poles_on, spectrum, unit_force
@@ -140,14 +139,18 @@ class ExtendedProblem(ProblemProxy):
         return self.linearised(x)[1]
 
     def linearised(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
-        """Response and sensitivity by one solution; of a sweep of the speed, of a stiffness that turns with the shaft, and where a
-        changed rotor stands on a foundation that couples its bearings, by central differences inside the limits."""
+        """Response and sensitivity by one solution, or else by central differences inside the limits."""
         [x] = checked_sets(np.asarray(x)[None], self.parameters)
         with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
-            off_chain = self._couples_bearings and len(self.costly) > 0
-            has_none = off_chain or self._turning.are_there or self._sweeps(self._parts(x[None])[1])
-            response, sensitivity = (differenced if has_none else linearised)(self, x)
+            response, sensitivity = (linearised if self._has_one_solution else differenced)(self, x)
         return finite(response), finite(sensitivity)
+
+    @property
+    def _has_one_solution(self) -> bool:
+        """Whether one solution of D q = f at 1X is all of the motion, and a changed rotor stays a chain from bearing to bearing."""
+        of_effects = self._parts(np.zeros((1, len(self.parameters))))[1]
+        chain = not (self._couples_bearings and len(self.costly))
+        return chain and not (self._turning.are_there or self._forces(of_effects)[1] or self._sweeps(of_effects))
 
     def dense_response(self, x: Array) -> ComplexArray:
         """`response` by the dense route, the whole rotor per set and speed: slow, for comparison and for making data."""
@@ -160,7 +163,7 @@ class ExtendedProblem(ProblemProxy):
         coefficients = inputs_at(self.base.rotor, self.base.unknowns, own).coefficients
         impedance = np.moveaxis(self._bearing_impedance(coefficients, speed, of_effects)[:, :, :, 0], -1, 0)
         rotor = self.rotor_with(np.asarray(x))
-        forces = [force for force in self._forces(of_effects) if force[0].is_linear and force[0].law.follows_motion]
+        forces = [force for force in self._forces(of_effects)[0] if force[0].law.follows_motion]
         low = low_modes(rotor, searched_speed(self.speed, speed), tuple(site.position for site, _ in forces))
         for index, force in enumerate(forces):
             low = low.with_attached(index, *attached(force, speed))
@@ -216,13 +219,17 @@ class ExtendedProblem(ProblemProxy):
         return OrderedDict()
 
     def reduction(self, changing: tuple[float, ...], loads: tuple[Load, ...], harmonic: float = 1.0) -> Reduction:
-        """The rotor, as its effects have changed it, seen from its ports; columns of unit loads come last. At a harmonic
-        only these do anything."""
+        """The rotor, as its effects have changed it, seen from its ports; unit loads come last, and act alone at a harmonic, where
+        their sites are read behind the channels."""
 
         def reduced() -> Reduction:
             rotor = self._changed_rotor(self.base.rotor, np.array(changing))
             forces, seen = self.further_forces(rotor, loads, harmonic), self.seen_channels
-            return reduce_rotor(rotor, self.impedances, self.speed, seen, forces, harmonic=harmonic, banded=True)
+            units = self._unit_loads(loads)
+            rows = unit_loads(rotor, units, 1)[0].T.real if units and harmonic != 1 else None  # that no channel reads
+            return reduce_rotor(
+                rotor, self.impedances, self.speed, seen, forces, rows=rows, harmonic=harmonic, banded=True
+            )
 
         return recent(self._reductions, (changing, loads, harmonic), reduced, MAX_REDUCTIONS)
 
@@ -230,9 +237,12 @@ class ExtendedProblem(ProblemProxy):
         """Nodal forces (n_speed, n_dof, n) of all loads beside the unbalance planes: those of effects, which are 1X, unit ones
         at the sites of laws, and the given ones."""
         forces = [] if (own := self._loads(rotor)) is None else [own * (harmonic == 1)]
-        units = (*(load for each in self.site_laws for load in each.loads), *loads)
+        units = self._unit_loads(loads)
         forces += [unit_loads(rotor, units, len(self.speed))] if units else []
         return np.concatenate(forces, axis=2) if forces else None
+
+    def _unit_loads(self, loads: tuple[Load, ...]) -> tuple[Load, ...]:
+        return (*(load for each in self.site_laws for load in each.loads), *loads)
 
     def rotor_with(self, x: Array) -> Rotor:
         """The rotor as effects change it at values (d,) SI; its bearings and unbalance are nominal."""
@@ -257,12 +267,12 @@ class ExtendedProblem(ProblemProxy):
     @cached_property
     def site_laws(self) -> tuple[SiteLaw, ...]:
         """The laws of forces that effects add at sites, in the order in which they enter."""
-        return tuple(site for site, _ in self._forces([np.empty(0)] * len(self.effects)))
+        return tuple(site for forces in self._forces([np.empty(0)] * len(self.effects)) for site, _ in forces)
 
-    def _forces(self, of_effects: list[Array]) -> list[Force]:
-        """These with their coefficients."""
+    def _forces(self, of_effects: list[Array]) -> tuple[list[Force], list[Force]]:
+        """These with their coefficients: by laws that are linear in the motion, and by others."""
         sites = ((effect.site_law(), values) for effect, values in zip(self.effects, of_effects))
-        return sorted(((site, values) for site, values in sites if site), key=lambda force: not force[0].is_linear)
+        return split_by_law([(site, values) for site, values in sites if site])
 
     def _motion(self, reduction: Reduction, x: Array) -> tuple[ComplexArray, list[Array]]:
         """Motion and responses to unit loads at the seen channels, (n, n_speed, n_seen, 1 + n_load), and each effect's values."""
@@ -271,7 +281,15 @@ class ExtendedProblem(ProblemProxy):
         per_load, n_own = reduction.response_per_load(impedance), sizes.shape[1]
         motion = np.einsum("clns,nl->nsc", per_load[:, :n_own], sizes, optimize=True)
         columns = np.concatenate([motion[..., None], per_load[:, n_own:].transpose(2, 3, 0, 1)], axis=-1)
-        columns = with_forces(columns, self._forces(of_effects), self.seen_channels, self.speed)
+        (linear, nonlinear), seen = self._forces(of_effects), self.seen_channels
+        columns = with_linear_forces(columns, linear, seen, self.speed)
+
+        def at_order(order: int) -> ComplexArray:
+            further = self.reduction(tuple(x[0, self.costly]), (), order)
+            units = further.response_per_load(self.impedances_and_sizes(x, order)[0])[:, n_own:]
+            return responses_at_order(units.transpose(2, 3, 0, 1), linear, len(seen), self.speed, order)
+
+        columns = with_nonlinear_forces(columns, nonlinear, seen, self.speed, at_order)
         if self._turning.are_there:
             columns[..., 0] = self._turning_motion(x)
         columns[..., 0] += self._sweep_change(x)
@@ -284,7 +302,7 @@ class ExtendedProblem(ProblemProxy):
         shaft = recent(self._turning_shafts, tuple(x[0, self.costly]), make, MAX_REDUCTIONS)
         entries = [self.impedances_and_sizes(x, reduction.harmonic)[0] for reduction in shaft.reductions]
         sizes = self.impedances_and_sizes(x)[1]
-        return shaft.motion(entries, self._turning.acting(of_effects, sizes, self._forces(of_effects)))
+        return shaft.motion(entries, self._turning.acting(of_effects, sizes, self._forces(of_effects)[0]))
 
     @cached_property
     def _turning_shafts(self) -> OrderedDict[tuple[float, ...], TurningShaft]:
@@ -295,10 +313,10 @@ class ExtendedProblem(ProblemProxy):
         return self._turning.shaft(rotor, self.impedances, self.speed, seen, self._loads(rotor), sites)
 
     def shown(self, columns: ComplexArray, x: Array) -> ComplexArray:
-        """What the probes show (n, n_speed, n_channel), m, of motion and responses to unit forces at the sites of laws
-        (n, n_speed, n_seen, 1 + n_site_load), with these forces acting, for sets (n, d)."""
+        """What the probes show (n, n_speed, n_channel), m, of motion and responses to unit forces at the sites of laws, which are
+        linear, (n, n_speed, n_seen, 1 + n_site_load), with these forces acting, for sets (n, d)."""
         of_effects = self._parts(x)[1]
-        acting = with_forces(columns, self._forces(of_effects), self.seen_channels, self.speed)
+        acting = with_linear_forces(columns, self._forces(of_effects)[0], self.seen_channels, self.speed)
         return self._observed(acting[..., 0], of_effects)
 
     @property
@@ -381,30 +399,21 @@ class ExtendedProblem(ProblemProxy):
         own, of_effects = self._parts(x)
         rotor = self._changed_rotor(rotor_at(self.base.rotor, self.base.unknowns, own[0]), x[0, self.costly])
         coefficients = inputs_at(self.base.rotor, self.base.unknowns, own).coefficients
-        impedance = self._port_impedance(coefficients, self.speed, of_effects)[:, :, 0]
-        stiffness = dense.dynamic_stiffness(assemble_free(rotor), self.speed)
-        dense.add_bearings(stiffness, rotor, impedance)
+
+        def bearings(harmonic: float) -> ComplexArray:
+            return self._port_impedance(coefficients, self.speed, of_effects, harmonic)[:, :, 0]
+
         force = force_per_unbalance(rotor, self.speed) @ complex_unbalance(rotor)
         if (loads := self._loads(rotor)) is not None:
             force = force + loads @ np.concatenate(self._sizes(of_effects), axis=1)[0]
+        linear, nonlinear = self._forces(of_effects)
         if self._turning.are_there:
-            orders = range(HIGHEST + 1)
-            at_orders = [self._port_impedance(coefficients, self.speed, of_effects, h)[:, :, 0] for h in orders]
-            acting = self._turning.acting(of_effects, np.empty((1, 0), complex), self._forces(of_effects))
+            acting = self._turning.acting(of_effects, np.empty((1, 0), complex), linear)
+            at_orders = [bearings(order) for order in range(HIGHEST + 1)]
             motion = self._turning_shaft(rotor).dense_motion(at_orders, acting, force)
-            return self._observed(motion[None] + self._sweep_change(x), of_effects)
-        forces = self._forces(of_effects)
-        for each in forces:
-            if each[0].is_linear:
-                added_stiffness, added_force = dense_parts(rotor, each, self.speed)
-                stiffness, force = stiffness + added_stiffness, force + added_force
-        others = [each for each in forces if not each[0].is_linear]
-        units = [np.broadcast_to(site.rows(rotor).T, (*force.shape, 2)) for site, _ in others]
-        motion = dense.channel_rows(rotor, self.seen_channels) @ np.linalg.solve(
-            stiffness, np.concatenate([force[..., None], *units], axis=2)
-        )
-        columns = with_forces(motion[None], others, self.seen_channels, self.speed)
-        return self._observed(columns[..., 0] + self._sweep_change(x), of_effects)
+        else:
+            motion = dense_motion(rotor, self.speed, self.seen_channels, bearings, force, linear, nonlinear)
+        return self._observed(motion[None] + self._sweep_change(x), of_effects)
 
     def _sweep_change(self, x: Array) -> ComplexArray:
         """What a sweep of the speed adds to the motion at the seen channels, (n, n_speed, n_seen) m, for sets (n, d) with the
@@ -432,10 +441,9 @@ class ExtendedProblem(ProblemProxy):
                 force = force + np.moveaxis(effect.loads(rotor, nodes) @ effect.load_sizes(values).T, 1, 2)
         impedance = [self._port_impedance(inputs.coefficients, nodes, of_effects).transpose(3, 2, 0, 1)]
         positions = []
-        for site, coefficients in self._forces(of_effects):
-            force = force + np.stack([site.at_rest(each[None], nodes) for each in coefficients], axis=1) @ site.rows(
-                rotor
-            )
+        for site, coefficients in self._forces(of_effects)[0]:
+            at_rest = np.stack([site.at_rest(each[None], nodes) for each in coefficients], axis=1)
+            force = force + at_rest @ site.rows(rotor)
             if site.law.follows_motion:
                 positions.append(site.position)
                 impedance.append(np.stack([site.stiffness(each[None], nodes) for each in coefficients], axis=1))

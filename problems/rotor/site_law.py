@@ -1,8 +1,9 @@
 """Forces on a rotor that follow a law at a site: what they make of its motion, of its impedances and of its free motions.
 
 With Q the motion without a force f and G that per unit of it, q = Q + G f, and f is what its law makes of q
-(`ksmea.force_laws`). Several forces enter one after the other: each changes what the following ones see, which is exact
-where laws are linear in the motion, as a rank-two update of a receptance is. One that is not comes last.
+(`ksmea.force_laws`). Forces by laws that are linear in the motion enter one after the other: each changes what the following ones
+see, which is exact, as a rank-two update of a receptance is. All others enter last and together
+(`problems/rotor/nonlinear_sites.py`).
 """
 
 from __future__ import annotations
@@ -14,31 +15,45 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import DIRECTIONS, Channel
-from ksmea.errors import SettingError
 from ksmea.force_laws import Law, NonlinearLaw
 from ksmea.load import FORCE, Load
 from ksmea.steady_motion import SiteMotion
 from problems.rotor.data import Rotor
 from problems.rotor.loads import unit_loads
 
+ORDERS = (
+    1,
+    3,
+    5,
+)  # of a force that is alike in opposite directions: what is left out of it is stated by `steady_force`
+
 
 @dataclass(frozen=True)
 class SiteLaw:
-    """The law that a force in x and y at a position (m) follows; a moment follows one of speed alone."""
+    """The law that a force in x and y at a position (m) follows; a moment follows one of speed alone. One that is not linear in the
+    motion may act at `further` positions alike, and acts at `orders` of the rotation in a motion that a speed going up leads to,
+    or down."""
 
     position: float
     law: Law
     kind: str = FORCE
+    further: tuple[float, ...] = ()
+    orders: tuple[int, ...] = ORDERS
+    goes_up: bool = True
+
+    @property
+    def positions(self) -> tuple[float, ...]:
+        return (self.position, *self.further)
 
     @property
     def channels(self) -> tuple[Channel, ...]:
-        """The motion of the site."""
-        return tuple(Channel(self.position, axis) for axis in DIRECTIONS)
+        """The motion of the sites."""
+        return tuple(Channel(position, axis) for position in self.positions for axis in DIRECTIONS)
 
     @property
     def loads(self) -> tuple[Load, ...]:
-        """Unit forces at the site, or moments."""
-        return tuple(Load(self.position, axis, self.kind) for axis in DIRECTIONS)
+        """Unit forces at the sites, or moments."""
+        return tuple(Load(position, axis, self.kind) for position in self.positions for axis in DIRECTIONS)
 
     @property
     def is_linear(self) -> bool:
@@ -46,7 +61,7 @@ class SiteLaw:
         return not isinstance(self.law, NonlinearLaw)
 
     def rows(self, rotor: Rotor) -> Array:
-        """The nodal loads of these, which also read the motion that they do work on, (2, n_dof)."""
+        """The nodal loads of these, which also read the motion that they do work on, (n_load, n_dof)."""
         return unit_loads(rotor, self.loads, 1)[0].T.real
 
     def at_rest(self, coefficients: Array, speed: Array) -> ComplexArray:
@@ -58,40 +73,39 @@ class SiteLaw:
         unit = np.broadcast_to(np.eye(2, dtype=complex)[:, None, None], (2, 1, len(speed), 2))
         return -np.stack([self.law.at_motion(coefficients, speed, motion)[0] for motion in unit], axis=-1)
 
+    def stiffness_at(self, coefficients: Array, speed: Array, harmonic: float) -> ComplexArray:
+        """The same of a motion at a harmonic of the speed, of which mass and damping are functions."""
+        mass, damping, stiffness = attached((self, coefficients), speed)
+        frequency = (harmonic * speed)[:, None, None]
+        return np.asarray(stiffness + 1j * frequency * damping - frequency**2 * mass, dtype=complex)
+
 
 Force = tuple[SiteLaw, Array]  # with its coefficients (n, n_coefficient) SI
 
 
-def with_forces(columns: ComplexArray, forces: Sequence[Force], seen: Sequence[Channel], speed: Array) -> ComplexArray:
-    """Motion and responses to unit loads (n, n_speed, n_seen, 1 + n_load) with all forces acting.
+def split_by_law(forces: Sequence[Force]) -> tuple[list[Force], list[Force]]:
+    """Those by laws that are linear in the motion, and the others."""
+    linear = [force for force in forces if force[0].is_linear]
+    return linear, [force for force in forces if not force[0].is_linear]
+
+
+def with_linear_forces(
+    columns: ComplexArray, forces: Sequence[Force], seen: Sequence[Channel], speed: Array
+) -> ComplexArray:
+    """Motion and responses to unit loads (n, n_speed, n_seen, 1 + n_load) with forces by linear laws acting.
 
     `columns` (n, n_speed, n_seen, 1 + 2 n_force + n_load) are those without: the motion, the response to unit forces in x and
-    y at the site of each force, and to the loads. Raises `SettingError` where a law that is not linear meets loads, to which
-    there is no response of its own, or a second such law.
+    y at the site of each force, and to the loads.
     """
     for site, coefficients in forces:
         rows = [seen.index(channel) for channel in site.channels]
         per_force = columns[..., 1:3]
         columns = np.delete(columns, (1, 2), axis=-1)
-        if not site.is_linear and columns.shape[-1] > 1:
-            raise SettingError(
-                f"local_force: expected a law that is linear in the motion beside loads or another such force, got {site.law.name}"
-            )
         for index in range(columns.shape[-1] if site.law.follows_motion else 1):
             column = columns[..., index]
             force = site.law.steady(coefficients, SiteMotion(speed, column[:, :, rows], per_force[:, :, rows]))
             columns[..., index] = column + (per_force @ force[..., None])[..., 0]
     return columns
-
-
-def dense_parts(rotor: Rotor, force: Force, speed: Array) -> tuple[ComplexArray, ComplexArray]:
-    """A force by a linear law, with coefficients (1, n_coefficient), in the matrices of the whole rotor: what it adds to the
-    dynamic stiffness (n_speed, n_dof, n_dof), N/m, and to the nodal forces (n_speed, n_dof), N."""
-    site, coefficients = force
-    rows, acting = site.rows(rotor), site.at_rest(coefficients, speed)
-    if site.law.follows_motion:
-        return rows.T @ site.stiffness(coefficients, speed) @ rows, acting @ rows
-    return np.zeros((1, *2 * rows.shape[1:]), dtype=complex), acting @ rows
 
 
 def attached(force: Force, speed: Array) -> tuple[Array, Array, Array]:

@@ -114,8 +114,8 @@ class TurningShaft:
         )
 
     def dense_motion(self, impedances: Sequence[ComplexArray], acting: Acting, force: ComplexArray) -> ComplexArray:
-        """The same of one set by the dense route, all orders of the whole rotor in one system: with the impedances (n_bearing, 2, 2,
-        n_speed) at each order, and the 1X force (n_speed, n_dof)."""
+        """The same of one set by the dense route, all orders of the whole rotor in one system: with the impedances between all
+        ports (n_port, n_port, n_speed) at each order, and the 1X force (n_speed, n_dof)."""
         free, n_speed = assemble_free(self.rotor), len(self.speed)
         n_dof = len(free.mass)
         orders = range(-HIGHEST, HIGHEST + 1)

@@ -14,17 +14,18 @@ from ksmea.force_laws import LAWS, MOMENT_LAWS, NonlinearLaw
 from ksmea.parameters import Parameter
 from problems.rotor.assembly import assemble_free
 from problems.rotor.effect import RotorEffect
-from problems.rotor.support import in_series
 from problems.rotor.unknowns import BearingTarget, Unknown
 from problems.three_disk import ThreeDisk, three_disk_rotor
 
 EXPECTED = {
     "annular_seal": 2,
     "channel_gain": 1,
-    "crack": 2,
+    "clearance_rub": 3,
     "coupling_misalignment": 2,
+    "crack": 2,
     "cross_coupling_antisymmetric": 1,
     "cross_coupling_symmetric": 1,
+    "cubic_stiffness": 1,
     "flexible_pedestal": 3,
     "foundation_resonance": 2,
     "internal_damping": 1,
@@ -56,6 +57,7 @@ def effect(name, **settings):
 
 
 VECTORS = ("crack", "runout", *(name for name in NAMES if effect(name).has_loads))
+NONLINEAR = ("clearance_rub", "cubic_stiffness")
 LINEAR = [key for key, law in LAWS.items() if not isinstance(law, NonlinearLaw)]
 
 
@@ -163,7 +165,9 @@ def test_it_matters_and_its_sensitivity_is_that_of_independent_differences(name,
         points[:, index] += steps * size
         expected = np.tensordot(weights, problem.dense_response(points), (0, 0)) / size
         assert np.abs(expected).max() * problem.parameters.width[index] > 1e-3 * np.abs(problem.response(x[None])).max()
-        assert np.abs(found[..., index] - expected).max() < 2e-4 * np.abs(expected).max()
+        # where an orbit dips into a contact at one more of its angles the response has a corner
+        tolerance = 2e-3 if name == "clearance_rub" else 2e-4
+        assert np.abs(found[..., index] - expected).max() < tolerance * np.abs(expected).max()
 
 
 @every_place
@@ -191,7 +195,8 @@ def test_an_unknown_phase_origin_turns_everything(name, place):
     assert difference(free.response(x), np.exp(1j * origin) * known.response(with_values(REFERENCE, theta))) < 1e-10
 
 
-PAIRS = list(itertools.combinations(NAMES, 2))
+REFUSED = [{*pair} for pair in itertools.product(NONLINEAR, ("crack", "run_up_acceleration", "shaft_asymmetry"))]
+PAIRS = [pair for pair in itertools.combinations(NAMES, 2) if {*pair} not in REFUSED]
 
 
 @pytest.mark.parametrize("names", PAIRS, ids=[" ".join(pair) for pair in PAIRS])
@@ -349,40 +354,6 @@ def test_a_law_over_speed_is_full_at_the_highest_speed_and_stays_where_it_is(nam
     part = place.added_to(PLAIN).at(PLAIN.speed[:6], PLAIN.channels)
     assert part.response(with_values(REFERENCE, [0.3]))[0] == pytest.approx(response(place, [0.3])[:6], rel=1e-8)
     assert effect(name).added_to(PLAIN).effects == (place,)
-
-
-def random_impedance(n, n_speed):
-    rng = np.random.default_rng(4)
-    return 1e7 * (rng.standard_normal((2, 2, 2, n, n_speed)) + 1j * rng.standard_normal((2, 2, 2, n, n_speed)))
-
-
-def on_pedestals(pedestal, impedance, speed, theta):
-    return in_series(impedance, pedestal.support(theta).compliance(speed))
-
-
-def test_a_rigid_pedestal_is_none_whatever_its_mass():
-    impedance, speed = random_impedance(3, 5), np.linspace(100, 1500, 5)
-    theta = np.array([[0, 0, 0], [0, 0, 30], [0, 0, 90.0]])
-    assert np.array_equal(on_pedestals(effect("flexible_pedestal"), impedance, speed, theta), impedance)
-
-
-def test_a_pedestal_is_in_series_with_its_bearing():
-    pedestal, speed = effect("flexible_pedestal", loss_factor=0.1), np.linspace(100, 1500, 5)
-    impedance, theta = random_impedance(2, 5), np.array([[3e-9, 8e-9, 20.0], [1e-9, 0.0, 70.0]])
-    found = np.moveaxis(on_pedestals(pedestal, impedance, speed, theta), (1, 2), (-2, -1))
-    compliance = [s / (1 + 0.1j - s * theta[:, 2:] * speed**2) for s in theta[:, :2].T[:, :, None]]  # (n, n_speed)
-    diagonal = np.stack(compliance, axis=-1)[..., None] * np.eye(2)
-    expected = np.linalg.inv(np.linalg.inv(np.moveaxis(impedance, (1, 2), (-2, -1))) + diagonal)
-    assert found == pytest.approx(expected, rel=1e-9)
-
-
-def test_springs_in_series_add_their_compliances():
-    pedestal = effect("flexible_pedestal", loss_factor=1e-12)
-    impedance = np.zeros((1, 2, 2, 1, 1), dtype=complex)
-    impedance[0, [0, 1], [0, 1]] = [[[5e7]], [[7e7]]]
-    found = on_pedestals(pedestal, impedance, np.array([1e-3]), np.array([[1e-8, 2e-8, 50.0]]))
-    assert found[0, 0, 0, 0, 0].real == pytest.approx(1 / (1 / 5e7 + 1e-8))
-    assert found[0, 1, 1, 0, 0].real == pytest.approx(1 / (1 / 7e7 + 2e-8))
 
 
 def test_mass_and_modulus_scale_a_rotor_to_itself():

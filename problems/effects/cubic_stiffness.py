@@ -1,0 +1,84 @@
+"""Cubic stiffness of the bearings: beside k they hold the shaft with a force k₃ |r|² r, which stiffens or softens as motions grow.
+
+Ball bearings stiffen as their balls share the load, mountings of rubber and thin oil films do either; the third power is the first
+that a support which is alike in opposite directions has (A. H. Nayfeh and D. T. Mook, Nonlinear Oscillations, 1979, ch. 4). Peaks
+lean to higher speeds where it stiffens, to lower ones where it softens, by more as the unbalance grows; where they fold over, run-up
+and run-down differ. At 3X the shaft answers on an orbit that is no circle. A bearing that softens holds nothing at |r|² = k/|k₃|:
+motions so large are not described.
+
+What acts is found by harmonic balance, and of several steady motions the one that the direction of the run leads to
+(`ksmea/steady_motion.py`).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.errors import SettingError
+from ksmea.force_laws import LAWS
+from ksmea.parameters import Parameter
+from ksmea.settings import setting
+from problems.rotor.effect import drawn_either_side, require_on_shaft
+from problems.rotor.nonlinear_effect import UP, NonlinearEffect, eccentricity
+from problems.rotor.problem import RotorProblem
+from problems.rotor.site_law import SiteLaw
+from problems.rotor.sizes import stiffness_scale
+
+DOUBLED = (
+    10.0  # times the eccentricity of the largest unbalance: at a motion of that size the limit doubles the stiffness
+)
+NOTICED = (0.003, 0.3)  # of the limits, of either sign, are drawn
+LAW = LAWS["cubic_spring"]
+
+
+@dataclass(frozen=True)
+class CubicStiffness(NonlinearEffect):
+    """The bearings stiffen or soften with the size of the motion."""
+
+    positions: list[float] = setting([], "where these springs are, alike; none: at all bearings", unit="m", at_least=0)
+
+    aliases: ClassVar[Mapping[str, str]] = {
+        "speed_dependent_stiffness": "both move peaks; a run with more unbalance, a run-up beside a run-down",
+        "clearance_rub": "both lean peaks; a run with more unbalance",
+    }
+
+    def __str__(self) -> str:
+        return f"at {self.positions[0]:g} m" if len(self.positions) == 1 else "all bearings"
+
+    def locations(self, problem: RotorProblem) -> Sequence[CubicStiffness]:
+        if self.positions:
+            return [self]
+        each = [dataclasses.replace(self, positions=[position]) for position in _bearings(problem)]
+        return [self.placed_on(problem), *(each if len(each) > 1 else [])]
+
+    def placed_on(self, problem: RotorProblem) -> CubicStiffness:
+        placed = self if self.positions else dataclasses.replace(self, positions=_bearings(problem))
+        for position in placed.positions:
+            require_on_shaft(problem, position, "cubic stiffness")
+        return placed
+
+    def places(self, problem: RotorProblem) -> Sequence[float]:
+        return self.placed_on(problem).positions
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        limit = stiffness_scale(problem) / (DOUBLED * eccentricity(problem)) ** 2
+        return (Parameter("cubic_stiffness", "MN/mm³", 1e15, -limit, limit),)
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return self.parameters(problem)[0].upper * np.array([drawn_either_side(rng, *NOTICED)])
+
+    def site_law(self) -> SiteLaw:
+        if not self.positions:
+            raise SettingError("positions: expected those of the bearings, got none; add the effect to a problem")
+        first, *others = self.positions
+        return SiteLaw(first, LAW, further=tuple(others), orders=self.orders, goes_up=self.direction == UP)
+
+
+def _bearings(problem: RotorProblem) -> list[float]:
+    return list(dict.fromkeys(bearing.position for bearing in problem.rotor.bearings))

@@ -1,0 +1,45 @@
+"""A flexible pedestal in closed form: it is in series with its bearing."""
+
+import numpy as np
+import pytest
+
+from ksmea import registry
+from problems.rotor.support import in_series
+
+
+def effect(name, **settings):
+    return registry.create("effect", name, settings)
+
+
+def random_impedance(n, n_speed):
+    rng = np.random.default_rng(4)
+    return 1e7 * (rng.standard_normal((2, 2, 2, n, n_speed)) + 1j * rng.standard_normal((2, 2, 2, n, n_speed)))
+
+
+def on_pedestals(pedestal, impedance, speed, theta):
+    return in_series(impedance, pedestal.support(theta).compliance(speed))
+
+
+def test_a_rigid_pedestal_is_none_whatever_its_mass():
+    impedance, speed = random_impedance(3, 5), np.linspace(100, 1500, 5)
+    theta = np.array([[0, 0, 0], [0, 0, 30], [0, 0, 90.0]])
+    assert np.array_equal(on_pedestals(effect("flexible_pedestal"), impedance, speed, theta), impedance)
+
+
+def test_a_pedestal_is_in_series_with_its_bearing():
+    pedestal, speed = effect("flexible_pedestal", loss_factor=0.1), np.linspace(100, 1500, 5)
+    impedance, theta = random_impedance(2, 5), np.array([[3e-9, 8e-9, 20.0], [1e-9, 0.0, 70.0]])
+    found = np.moveaxis(on_pedestals(pedestal, impedance, speed, theta), (1, 2), (-2, -1))
+    compliance = [s / (1 + 0.1j - s * theta[:, 2:] * speed**2) for s in theta[:, :2].T[:, :, None]]  # (n, n_speed)
+    diagonal = np.stack(compliance, axis=-1)[..., None] * np.eye(2)
+    expected = np.linalg.inv(np.linalg.inv(np.moveaxis(impedance, (1, 2), (-2, -1))) + diagonal)
+    assert found == pytest.approx(expected, rel=1e-9)
+
+
+def test_springs_in_series_add_their_compliances():
+    pedestal = effect("flexible_pedestal", loss_factor=1e-12)
+    impedance = np.zeros((1, 2, 2, 1, 1), dtype=complex)
+    impedance[0, [0, 1], [0, 1]] = [[[5e7]], [[7e7]]]
+    found = on_pedestals(pedestal, impedance, np.array([1e-3]), np.array([[1e-8, 2e-8, 50.0]]))
+    assert found[0, 0, 0, 0, 0].real == pytest.approx(1 / (1 / 5e7 + 1e-8))
+    assert found[0, 1, 1, 0, 0].real == pytest.approx(1 / (1 / 7e7 + 2e-8))
