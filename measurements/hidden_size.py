@@ -5,7 +5,8 @@ A draw of an effect is kept where the rotor is stable with it, and the root mean
 changes, as the data see it, is between `NOTICED` of that of the response without it. Else all its values are scaled by one
 factor to a change between these ends, each factor as likely as any other. Where a physical limit or the loss of
 stability comes before the upper end, the largest change that is possible stands in its place, and half of it in that of the
-lower end where that is less.
+lower end where that is less. Where a rotor is stable again with more of it, as on a film that is pushed far off centre, a size
+between is passed over downwards.
 """
 
 from __future__ import annotations
@@ -38,8 +39,11 @@ def drawn_size(effect: AnyEffect, problem: Problem, x: Array, kind: Kind, rng: n
     theta = np.array(effect.draw(problem, rng), dtype=float)
     part, offset = rng.random(2)
     extended = effect.added_to(problem)
-    within_limits = _largest_factor(theta, effect.parameters(problem))
-    largest = _largest_stable(lambda size: extended.is_stable(np.append(x, size * theta)), within_limits)
+
+    def is_stable(factor: float) -> bool:
+        return extended.is_stable(np.append(x, factor * theta))
+
+    largest = _largest_stable(is_stable, _largest_factor(theta, effect.parameters(problem)))
     if not largest:  # nor is the rotor without it
         return theta
     rising = largest * SMALLEST ** (1 - (np.arange(N_SIZE) + offset) / N_SIZE)
@@ -49,11 +53,14 @@ def drawn_size(effect: AnyEffect, problem: Problem, x: Array, kind: Kind, rng: n
     change = np.maximum.accumulate(changes)
     most = min(NOTICED[1], change[-1])
     least = min(NOTICED[0], most / 2)
-    if most < UNSEEN or (least <= drawn <= NOTICED[1] and largest >= 1):
+    if most < UNSEEN or (least <= drawn <= NOTICED[1] and largest >= 1 and is_stable(1.0)):
         return theta * min(1.0, largest)
     wanted = least * (most / least) ** part
     # the largest size up to which no size changes more than is wanted
-    return theta * rising[max(int(np.searchsorted(change, wanted, side="right")) - 1, 0)]
+    index = max(int(np.searchsorted(change, wanted, side="right")) - 1, 0)
+    while index and not is_stable(rising[index]):
+        index -= 1
+    return theta * rising[index]
 
 
 def size_of_drop(
@@ -111,7 +118,7 @@ def _largest_factor(theta: Array, parameters: tuple[Parameter, ...]) -> float:
 
 
 def _largest_stable(is_stable: Callable[[float], bool], largest: float) -> float:
-    """The largest factor with which the rotor is stable: what has become unstable stays so as it grows. 0 where none is."""
+    """The largest factor with which the rotor is stable, or one where it becomes unstable. 0 where none is found."""
     if is_stable(largest):
         return largest
     low, high = SMALLEST * largest, largest

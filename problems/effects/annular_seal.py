@@ -10,7 +10,7 @@ more where the liquid enters swirling, and 0.2 or less behind swirl brakes. The 
 left out, as is the growth of K with speed in pumps whose pressure grows so.
 
 A. Muszynska, Rotordynamics, 2005, chapter 4; H. F. Black, Effects of hydraulic forces in annular pressure seals on the vibrations of
-centrifugal pump rotors, J. Mech. Eng. Sci. 11 (1969) 206–213, doi 10.1243/JMES_JOUR_1969_011_025_02; D. W. Childs, Turbomachinery
+centrifugal pump rotors, J. Mech. Eng. Sci. 11 (1969) 206–213; D. W. Childs, Turbomachinery
 Rotordynamics, 1993, chapter 4.
 """
 

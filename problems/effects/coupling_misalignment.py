@@ -6,9 +6,8 @@ with the shaft and do not depend on speed, as they come of the stiffness of the 
     f or M = (r_x + i r_y) (1, −i)    at one end of the shaft.
 
 J. K. Sinha, A. W. Lees & M. I. Friswell, Estimating unbalance and misalignment of a flexible rotating machine from a single
-run-down, J. Sound Vib. 272 (2004) 967–989, doi 10.1016/j.jsv.2003.03.006, find such forces and moments. Shafts that stand
-askew on the ground also act at twice the frequency of rotation: where 2X was measured there is a second such vector, whose size
-and angle are its own.
+run-down, J. Sound Vib. 272 (2004) 967–989, find such forces and moments. Shafts that stand askew on the ground also act at twice
+the frequency of rotation: where 2X was measured there is a second such vector, whose size and angle are its own.
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ axis alone: foundations are stiffer upwards than sideways, and each axis is an e
 each bearing has its own, with one mass for both axes, and one bearing moves on it without the other. A block does not feel modes in
 which the bearings push against each other, and pedestals do. Probes measure against the ground; rocking is left out.
 
-A. W. Lees & M. I. Friswell, The evaluation of rotor imbalance in flexibly mounted machines, J. Sound Vib. 208 (1997) 671–683,
-doi 10.1006/jsvi.1997.1260; Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, chapters 5 and 6.
+A. W. Lees & M. I. Friswell, The evaluation of rotor imbalance in flexibly mounted machines, J. Sound Vib. 208 (1997) 671–683;
+Friswell, Penny, Garvey & Lees, Dynamics of Rotating Machines, 2010, chapters 5 and 6.
 """
 
 from __future__ import annotations

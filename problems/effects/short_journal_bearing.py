@@ -29,6 +29,7 @@ from ksmea.errors import SettingError
 from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from ksmea.units import DEGREE, MICROMETRE_PER_KILONEWTON
+from problems.rotor.axes import inverse, product
 from problems.rotor.effect import RotorEffect, drawn
 from problems.rotor.mesh import elements, locate
 from problems.rotor.problem import RotorProblem
@@ -104,7 +105,7 @@ class ShortJournalBearing(RotorEffect):
         film = self.film_compliance(speed, theta[:, 0])
         unit = np.eye(2)[..., None, None, None]
         own = np.moveaxis(impedance, 0, 2)
-        return np.moveaxis(_times(_inverse(unit + _times(own, film)), own), 2, 0)
+        return np.moveaxis(product(inverse(unit + product(own, film)), own), 2, 0)
 
     def film_compliance(self, speed: Array, compliance: Array) -> ComplexArray:
         """A in (x, y), (2, 2, n_bearing, n, n_speed) m/N, for values (n,) of the unknown."""
@@ -115,7 +116,7 @@ class ShortJournalBearing(RotorEffect):
         sommerfeld = self._oil * speed / (8 * load * np.maximum(clearance, SMALLEST_CLEARANCE) ** 2)
         eccentricity = eccentricity_ratio(sommerfeld)
         stiffness, damping = film_coefficients(eccentricity)
-        in_load_axes = clearance * eccentricity / load * _inverse(eccentricity * (stiffness + 1j * damping))
+        in_load_axes = clearance * eccentricity / load * inverse(eccentricity * (stiffness + 1j * damping))
         turn = self.load_angle * DEGREE + np.pi / 2  # of (u, v), with v against the load, from (x, y)
         axes = np.array([[np.cos(turn), -np.sin(turn)], [np.sin(turn), np.cos(turn)]])  # u and v as columns
         return np.asarray(np.einsum("iu,uv...,jv->ij...", axes, in_load_axes, axes))
@@ -124,14 +125,3 @@ class ShortJournalBearing(RotorEffect):
     def _oil(self) -> float:
         """η D L³, N m² s."""
         return self.viscosity * (self.diameter or 0.0) * (self.length or 0.0) ** 3
-
-
-def _times(one: ComplexArray | Array, other: ComplexArray | Array) -> ComplexArray:
-    """Products of matrices (2, 2, …)."""
-    return np.asarray(np.einsum("ij...,jk...->ik...", one, other))
-
-
-def _inverse(matrices: ComplexArray | Array) -> ComplexArray:
-    """Of matrices (2, 2, …)."""
-    (a, b), (c, d) = matrices
-    return np.array([[d, -b], [-c, a]]) / (a * d - b * c)

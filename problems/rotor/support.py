@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
+from problems.rotor.axes import inverse, product
 
 
 @dataclass(frozen=True, eq=False)
@@ -69,10 +70,11 @@ def ports_on(supports: Sequence[Support], impedance: ComplexArray, frequency: Ar
 def on_common(impedance: ComplexArray, compliance: ComplexArray) -> ComplexArray:
     """Impedances of bearings (n_bearing, 2, 2, n, n_frequency) that stand together on a compliance (2, n, n_frequency), from the
     motion of one bearing (second n_bearing) to the force on another: (n_bearing, 2, n_bearing, 2, n, n_frequency) N/m."""
-    pushed = compliance[:, None] * impedance  # a z_b, (n_bearing, 2, 2, n, n_frequency)
-    carried = np.eye(2) + np.moveaxis(pushed.sum(axis=0), (0, 1), (-2, -1))
-    moved = np.linalg.solve(carried, np.moveaxis(pushed, (1, 2), (-2, -1)))  # v per motion of each bearing
-    coupled = -np.einsum("bijnf,mnfjk->bimknf", impedance, moved)
+    unit = np.eye(2)[..., None, None]
+    carried = inverse(unit + compliance[:, None] * impedance.sum(axis=0))
+    moved = [product(carried, compliance[:, None] * each) for each in impedance]  # v per motion of each bearing
+    coupled = np.empty((len(impedance), 2, *impedance.shape[:2], *compliance.shape[1:]), dtype=complex)
     for bearing, own in enumerate(impedance):
-        coupled[bearing, :, bearing] += own
-    return np.asarray(coupled)
+        for other, motion in enumerate(moved):
+            coupled[bearing, :, other] = product(own, unit - motion if other == bearing else -motion)
+    return coupled
