@@ -22,7 +22,7 @@ from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.parameters import Parameter
 from ksmea.settings import setting
-from problems.rotor.data import Disk, Hub, Rotor
+from problems.rotor.data import SAME_PLACE, Disk, Hub, Rotor
 from problems.rotor.effect import RotorEffect, drawn, require_on_shaft
 from problems.rotor.mesh import elements, locate
 from problems.rotor.problem import RotorProblem
@@ -82,7 +82,8 @@ class HubStiffening(RotorEffect):
 def hub_width(rotor: Rotor, position: float) -> float:
     """Width of the hub of the disk at a position, m."""
     diameter = 2 * elements(rotor)[locate(rotor, position)[0]].segment.outer_radius
-    told = [thickness(disk) for disk in rotor.disks if disk.position == position]
+    here = [disk for disk in rotor.disks if abs(disk.position - position) <= SAME_PLACE * rotor.length]
+    told = map(thickness, here)
     return next((width for width in told if width > THINNEST * diameter), diameter)
 
 
