@@ -6,12 +6,13 @@
 3. If the test rejects or any effect is significant, the trials are refined: effects that move sharp resonances are
    scanned over their whole range.
 4. Second effects are fitted beside the best one: one that is as significant as a first one must be is added. If the best
-   effect does not leave noise behind, second effects are fitted beside the next best ones too.
+   effect does not leave noise behind, second effects are scanned, and beside the next best ones too (`second_effects`).
 5. The verdict:
    - `adequate`: no evidence against the baseline model, and the data would show effects if they were there;
    - `not observable`: no evidence, but most effects would not show in these data even at their physical limits;
-   - `named`: one effect explains the data, none of the others comes near;
-   - `ambiguous`: several explain it about as well, and what further measurement would split them;
+   - `named`: one effect, or one pair, explains the data, none of the others comes near;
+   - `ambiguous`: several explain it about as well, what they say together (`averaging`), and what further measurement would
+     split them;
    - `unknown`: the model is wrong, and no effect or pair of effects leaves noise behind. A study makes `located` of it
      where an unknown force at a few places does (`location`).
 
@@ -21,16 +22,21 @@ p-values are corrected for their number.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+import dataclasses
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
 from ksmea.contracts import AnyEffect, Problem
+from ksmea.diagnosis.averaging import Averaged, averaged
+from ksmea.diagnosis.explanations import NEAR, Explanation, best_of_names, ranked_explanations
 from ksmea.diagnosis.fit_quality import FitQuality, fit_quality
 from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_baseline, polished, settled
-from ksmea.diagnosis.observability import Detectable, collinearity, smallest_detectable
+from ksmea.diagnosis.observability import Detectable, smallest_detectable
 from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
+from ksmea.diagnosis.rivals import collinearities, tested
+from ksmea.diagnosis.second_effects import alternatives, distinct_firsts, pairs_beside
 from ksmea.diagnosis.split import Split, best_split
 from ksmea.diagnosis.stable_fits import settled_stable, stable_fit
 from ksmea.diagnosis.trials import (
@@ -46,8 +52,8 @@ from ksmea.intervals import LOWER, Estimate
 from ksmea.maximisation import maximise, with_best_noise
 from ksmea.measurement import Measurement
 
-NEAR = 6.0  # ΔBIC within which effects cannot be told apart (Kass & Raftery 1995: strong evidence begins there)
-MAX_PAIRED = 3  # effects that a second one is fitted beside
+MAX_TESTED = 3  # of the best pairs, those that are asked whether they leave noise behind
+MAX_SPLIT = 6  # explanations that a further measurement is sought for
 MIN_OBSERVABLE = 0.5  # part of the effects that must be observable for a model to be called adequate
 
 
@@ -56,9 +62,9 @@ class Diagnosis:
     """What was found; `trials` are ranked, `named` and `ambiguity_group` are names of effects, `best` is the extended fit
     that the verdict speaks of (None without one) with its effects in `applied`.
 
-    The ambiguity group holds the named effects and those that explain the data about as well: by their own fits (ΔBIC ≤ 6,
-    or a deviance as low, whatever BIC charges for their unknowns), or because they are collinear with the best one, as
-    projected sensitivities have it. `locations` are those where the best effect explains the data about as well.
+    `explanations` are the best one and those that explain the data about as well, effects or pairs at all their locations:
+    ΔBIC ≤ 6, or a deviance as low, whatever BIC charges for their unknowns. The ambiguity group holds the names of their
+    effects, the named ones first. `locations` are those where the best one explains the data about as well.
     `collinearity` is the cosine between what the best effect does to the data and what each other one can do.
     """
 
@@ -81,6 +87,8 @@ class Diagnosis:
     detectable: Mapping[str, tuple[str, tuple[Detectable, ...]]]
     level: float
     left_out: Mapping[str, str] = field(default_factory=dict)  # effects that do not fit the problem, and why
+    explanations: tuple[Explanation, ...] = ()
+    averaged: Averaged | None = None  # over the explanations, where there are several
 
 
 def diagnose(
@@ -111,42 +119,44 @@ def diagnose(
         baseline, quality, trials = _ranked_trials(moved, found, half, rng, effort, progress)
         baseline_fit, baseline_estimate = settled(baseline.best, interval_level)
     significant = _significant(trials, half)
+    if significant:
+        trials = tested(significant[0], trials, baseline.best)
+        significant = _significant(trials, half)
     lead = significant[0] if significant else None
-    collinearities = {} if lead is None else _collinearities(lead, trials)
     explained = (
-        None
-        if lead is None
-        else _explained(lead, significant, trials, collinearities, measurement, half, rng, progress)
+        None if lead is None else _explained(significant, trials, baseline, measurement, half, effort, rng, progress)
     )
     best = best_estimate = best_quality = None
     if explained is not None:
-        best, best_estimate = settled_stable(explained.fit, interval_level)
+        best, best_estimate = settled_stable(explained.best.fit, interval_level)
         best_quality = explained.quality
-        if best.deviance < explained.fit.deviance - LOWER:
+        if best.deviance < explained.best.fit.deviance - LOWER:
             best_quality = fit_quality(best, rng)
     detectable = {
         name: (trial.location, tuple(smallest_detectable(baseline_fit, trial.candidate, half / len(found))))
         for name, trial in best_by_name(trials).items()
     }
     verdict = _verdict(quality.p < half, best_quality, explained, half, detectable)
-    accepted = explained if verdict in ("named", "ambiguous") else None
-    named = () if accepted is None else tuple(candidate.name for candidate in accepted.applied)
+    accepted = explained.near if explained is not None and verdict in ("named", "ambiguous") else ()
+    named = tuple(candidate.name for candidate in accepted[0].applied) if accepted else ()
     return Diagnosis(
         verdict=verdict,
         named=named,
-        ambiguity_group=named if accepted is None else tuple(dict.fromkeys([*named, *accepted.rivals])),
-        locations=() if accepted is None else accepted.locations,
+        ambiguity_group=tuple(dict.fromkeys([*named, *(name for each in accepted for name in each.names)])),
+        locations=tuple(each.location for each in accepted if each.names == accepted[0].names),
+        explanations=accepted,
+        averaged=_averaged(accepted, best, best_estimate, len(problem.parameters), interval_level),
         baseline=baseline_fit,
         baseline_estimate=baseline_estimate,
         baseline_quality=quality,
         trials=tuple(trials),
         best=best,
-        applied=() if explained is None else explained.applied,
+        applied=() if explained is None else explained.best.applied,
         best_estimate=best_estimate,
         best_quality=best_quality,
         predictive_gain=None if best is None else predictive_gain(baseline_fit, best, n_block, progress),
-        split=_split(explained, len(problem.parameters)) if verdict == "ambiguous" else None,
-        collinearity=collinearities,
+        split=_split(accepted, len(problem.parameters)) if verdict == "ambiguous" else None,
+        collinearity={} if lead is None else collinearities(lead, trials),
         detectable=detectable,
         level=level,
         left_out=left_out,
@@ -178,18 +188,18 @@ def _ranked_trials(
 
 @dataclass(frozen=True)
 class _Explained:
-    """The best effect, or two, that the data are explained with; `rivals` do so about as well, by name of an effect that
-    is not among these and with the fit that has it."""
+    """What the data are explained with: the best effect, or pair of effects, then all that explain them about as well."""
 
-    fit: Fit
     quality: FitQuality
-    trials: tuple[Trial, ...]
-    rivals: Mapping[str, Fit]
-    locations: tuple[str, ...]
+    near: tuple[Explanation, ...]
 
     @property
-    def applied(self) -> tuple[Candidate, ...]:
-        return tuple(trial.candidate for trial in self.trials)
+    def best(self) -> Explanation:
+        return self.near[0]
+
+    @property
+    def is_ambiguous(self) -> bool:
+        return any(each.names != self.best.names for each in self.near)
 
 
 def _significant(trials: Sequence[Trial], level: float) -> list[Trial]:
@@ -210,89 +220,38 @@ def _baseline_from(trials: Sequence[Trial], baseline: BaselineFits) -> BaselineF
 
 
 def _explained(
-    lead: Trial,
     significant: Sequence[Trial],
     trials: Sequence[Trial],
-    collinearities: Mapping[str, float],
+    baseline: BaselineFits,
     measurement: Measurement,
     level: float,
+    effort: Effort,
     rng: np.random.Generator,
     progress: Callable[[], None],
 ) -> _Explained:
     """The best pair of effects if the second one is significant beside the first, or if the best effect alone does not
     leave noise behind and the pair does; else the best effect."""
-    fit = stable_fit(polished(lead.fit), lead.fit.point.theta)
-    quality = fit_quality(fit, rng)
-    alone = _Explained(fit, quality, (lead,), _rivals(lead, trials, collinearities), _locations(lead, trials))
-    leaves_noise = quality.p >= level
-    firsts = [lead] if leaves_noise else list(best_by_name(significant).values())[:MAX_PAIRED]
-    pairs = _pairs(firsts, trials, measurement, level, progress)
-    for pair in [pair for pair in pairs if pair.delta_bic > lead.delta_bic + NEAR][:MAX_PAIRED]:
-        fit = stable_fit(polished(pair.second.fit), pair.second.fit.point.theta)
-        quality = fit_quality(fit, rng)
-        if quality.p >= level:
-            rivals = {
-                name: other.second.fit
-                for other in reversed(pairs)  # the best one that has the name is kept
-                if other.delta_bic > pair.delta_bic - NEAR
-                for name in other.names
-                if name not in pair.names
-            }
-            return _Explained(fit, quality, (pair.first, pair.second), rivals, ())
+    alone = _with_near(Explanation.of(significant[0]), map(Explanation.of, trials), rng)
+    leaves_noise = alone.quality.p >= level
+    firsts = distinct_firsts(significant, 1 if leaves_noise else effort.firsts)
+    pairs = pairs_beside(firsts, trials, baseline, measurement, effort, progress, is_scanned=not leaves_noise)
+    limit = alone.best.delta_bic + NEAR
+    best = [pair for pair in pairs if pair.p < level and pair.delta_bic > limit][:MAX_TESTED]
+    if best:
+        pairs = ranked_explanations([*pairs, *alternatives(best[0], significant, measurement, effort, progress)])
+        best = [pair for pair in pairs if pair.p < level and pair.delta_bic > limit][:MAX_TESTED]
+    for pair in best:
+        found = _with_near(pair, pairs, rng)
+        if found.quality.p >= level:
+            return found
     return alone
 
 
-def _rivals(lead: Trial, trials: Sequence[Trial], collinearities: Mapping[str, float]) -> dict[str, Fit]:
-    """Other effects that explain the data about as well as the best: by their own fits, or by what sensitivities say
-    that their best fit must reach, deviance drop · cos², whatever their fit has found."""
-    found = {}
-    for name, trial in best_by_name(trials).items():
-        charge = (trial.n_unknown - lead.n_unknown) * np.log(lead.fit.likelihood.n_residual)
-        is_near = max(trial.delta_bic - lead.delta_bic, trial.deviance_drop - lead.deviance_drop) > -NEAR
-        if name != lead.name and (is_near or lead.deviance_drop * (1 - collinearities[name] ** 2) + charge < NEAR):
-            found[name] = trial.fit
-    return found
-
-
-def _locations(lead: Trial, trials: Sequence[Trial]) -> tuple[str, ...]:
-    """Where the best effect explains the data about as well, the best location first."""
-    return tuple(
-        trial.location for trial in trials if trial.name == lead.name and trial.delta_bic > lead.delta_bic - NEAR
-    )
-
-
-@dataclass(frozen=True)
-class _Pair:
-    """A first effect and a second one beside it, whose fit has both."""
-
-    first: Trial
-    second: Trial
-
-    @property
-    def delta_bic(self) -> float:
-        return self.first.delta_bic + self.second.delta_bic
-
-    @property
-    def names(self) -> tuple[str, str]:
-        return self.first.name, self.second.name
-
-
-def _pairs(
-    firsts: Sequence[Trial],
-    trials: Sequence[Trial],
-    measurement: Measurement,
-    level: float,
-    progress: Callable[[], None],
-) -> list[_Pair]:
-    """Pairs of which the second effect is significant beside the first one, best first."""
-    n_candidate = sum(trial.name != first.name for first in firsts for trial in trials)
-    pairs = []
-    for first in firsts:
-        others = [trial.candidate for trial in trials if trial.name != first.name]
-        for second in fitted(first.fit.problem, measurement, first.fit, others, progress, n_candidate):
-            if second.p < level:
-                pairs.append(_Pair(first, second))
-    return sorted(pairs, key=lambda pair: -pair.delta_bic)
+def _with_near(best: Explanation, others: Iterable[Explanation], rng: np.random.Generator) -> _Explained:
+    """An explanation, polished, and those that explain the data about as well."""
+    fit = stable_fit(polished(best.fit), best.fit.point.theta)
+    near = [each for each in others if each.is_near(best) and not each.is_same(best)]
+    return _Explained(fit_quality(fit, rng), (dataclasses.replace(best, fit=fit), *near))
 
 
 def _verdict(
@@ -305,27 +264,22 @@ def _verdict(
     if explained is not None and best_quality is not None:
         if best_quality.p < level:
             return "unknown"
-        return "ambiguous" if explained.rivals else "named"
+        return "ambiguous" if explained.is_ambiguous else "named"
     if lacks_fit:
         return "unknown"
     observable = [any(each.is_observable for each in parts) for _, parts in detectable.values()]
     return "not observable" if observable and np.mean(observable) < MIN_OBSERVABLE else "adequate"
 
 
-def _split(explained: _Explained | None, d: int) -> Split | None:
-    """What would tell the best effect or pair from its rivals, and these from each other."""
-    if explained is None or not explained.rivals:
+def _averaged(
+    explanations: Sequence[Explanation], best: Fit | None, estimated: Estimate | None, d: int, level: float
+) -> Averaged | None:
+    """The average over several explanations, at all their locations."""
+    if best is None or estimated is None or len(explanations) < 2:
         return None
-    own = " and ".join(candidate.name for candidate in explained.applied)
-    return best_split({own: explained.fit, **explained.rivals}, d)
+    return averaged(explanations, best, estimated, d, level)
 
 
-def _collinearities(lead: Trial, trials: Sequence[Trial]) -> dict[str, float]:
-    """Collinearity of the other effects with the best one, each at its most collinear location: by sensitivities, or where
-    an effect is curved by what its fit has reached, since its deviance drop is cos² of that of the best."""
-    found: dict[str, float] = {}
-    for trial in trials:
-        if trial.name != lead.name:
-            reached = np.sqrt(min(trial.deviance_drop / lead.deviance_drop, 1.0))
-            found[trial.name] = float(max(found.get(trial.name, 0.0), reached, collinearity(lead, trial.candidate)))
-    return dict(sorted(found.items(), key=lambda item: -item[1]))
+def _split(explanations: Sequence[Explanation], d: int) -> Split | None:
+    """What would tell explanations apart, each at its best location."""
+    return best_split({each.label: each.fit for each in best_of_names(explanations)[:MAX_SPLIT]}, d)

@@ -17,7 +17,14 @@ from ksmea.diagnosis.screening import scanned, screened, screened_at
 from ksmea.difference_likelihood import likelihood_of
 from ksmea.intervals import Estimate, estimate
 from ksmea.likelihood import Likelihood, Point
-from ksmea.maximisation import best_maxima, distinct, maximise, nearest_maximum, with_best_noise
+from ksmea.maximisation import (
+    MAX_ITERATIONS,
+    best_maxima,
+    distinct,
+    maximise,
+    nearest_maximum,
+    with_best_noise,
+)
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
 from ksmea.screening import Screened, sobol
@@ -46,6 +53,8 @@ class Effort:
     effect_starts: int = 5  # fits of an extended one from a scan of its effect
     first_iterations: int = 8  # after which only the best of them go on
     survivors: int = 2
+    firsts: int = 3  # effects that second ones are fitted beside, where the best one does not leave noise behind
+    pairs: int = 18  # pairs of effects that are fitted to the end, and at most as many that are scanned
 
 
 @dataclass(frozen=True)
@@ -121,6 +130,11 @@ def likely_maxima(likelihood: Likelihood, known: Point, rng: np.random.Generator
     return distinct(likelihood, [point if point is known else _polished(likelihood, point) for point in likely])
 
 
+def finished(fit: Fit) -> Fit:
+    """A fit that was left before its end, gone on with to where fits of trials end."""
+    return Fit(fit.problem, fit.likelihood, maximise(fit.likelihood, fit.point.theta, tolerance=1e-4))
+
+
 def polished(fit: Fit) -> Fit:
     """The same fit, converged, with the best noise."""
     return Fit(fit.problem, fit.likelihood, _polished(fit.likelihood, fit.point))
@@ -138,11 +152,11 @@ def settled(fit: Fit, level: float) -> tuple[Fit, Estimate]:
     return Fit(fit.problem, fit.likelihood, estimated.point), estimated
 
 
-def fit_nearby(problem: Problem, measurement: Measurement, baseline: Fit) -> Fit:
+def fit_nearby(problem: Problem, measurement: Measurement, baseline: Fit, max_iterations: int = MAX_ITERATIONS) -> Fit:
     """A problem whose last unknowns are those of effects, 0 where there is no effect, fitted jointly with all others
     from where the baseline model fits."""
-    likelihood = likelihood_of(Model(problem), measurement)
-    return Fit(problem, likelihood, maximise(likelihood, start_nearby(problem, baseline), tolerance=1e-4))
+    likelihood, start = likelihood_of(Model(problem), measurement), start_nearby(problem, baseline)
+    return Fit(problem, likelihood, maximise(likelihood, start, max_iterations=max_iterations, tolerance=1e-4))
 
 
 def start_nearby(problem: Problem, baseline: Fit) -> Array:
@@ -171,15 +185,17 @@ def fit_along(problem: Problem, measurement: Measurement, baseline: BaselineFits
     return Fit(problem, likelihood, min(points, key=lambda point: point.deviance))
 
 
-def fit_from_scan(problem: Problem, measurement: Measurement, baseline: BaselineFits, effort: Effort) -> Fit:
+def fit_from_scan(
+    problem: Problem, measurement: Measurement, baseline: BaselineFits, effort: Effort, ceiling: float = np.inf
+) -> Fit:
     """The same from the best points of screenings at values of the effects all over their limits, and from other
-    maxima of the baseline model."""
+    maxima of the baseline model; left after the first iterations where all have a deviance above `ceiling`."""
     likelihood = likelihood_of(Model(problem), measurement)
     zero = without_effects(problem, baseline.best.likelihood.d)
     starts = [np.concatenate([fit.u, zero]) for fit in baseline.others]
     found = scanned(problem, measurement, baseline.screened.thinned(effort.scan), zero, effort.scan_values)
     starts += list(found.apart(effort.effect_starts, EFFECT_START_DISTANCE).points)
-    maxima = _maxima(likelihood, [likelihood.start(u) for u in starts], effort)
+    maxima = _maxima(likelihood, [likelihood.start(u) for u in starts], effort, ceiling)
     return Fit(problem, likelihood, maxima[0])
 
 
@@ -204,5 +220,6 @@ def without_effects(problem: Problem, d: int) -> Array:
     return problem.parameters.to_cube(np.zeros(len(problem.parameters)))[d:]
 
 
-def _maxima(likelihood: Likelihood, starts: Sequence[Array], effort: Effort) -> list[Point]:
-    return best_maxima(likelihood, starts, first_iterations=effort.first_iterations, survivors=effort.survivors)
+def _maxima(likelihood: Likelihood, starts: Sequence[Array], effort: Effort, ceiling: float = np.inf) -> list[Point]:
+    first, survivors = effort.first_iterations, effort.survivors
+    return best_maxima(likelihood, starts, first_iterations=first, survivors=survivors, ceiling=ceiling)

@@ -21,6 +21,7 @@ from ksmea.diagnosis.fitting import (
 )
 from ksmea.diagnosis.stable_fits import stable_fit
 from ksmea.errors import SettingError
+from ksmea.maximisation import MAX_ITERATIONS
 from ksmea.measurement import Measurement
 
 
@@ -120,12 +121,13 @@ def fitted(
     found: Sequence[Candidate],
     progress: Callable[[], None],
     n_candidate: int | None = None,
+    max_iterations: int = MAX_ITERATIONS,
 ) -> list[Trial]:
     """All candidates, each fitted from where the model without it fits; highest ΔBIC first. `n_candidate` is the number
     that p is corrected for, that of the candidates if not given."""
     trials = []
     for candidate in found:
-        fit = fit_nearby(candidate.effect.added_to(problem), measurement, without)
+        fit = fit_nearby(candidate.effect.added_to(problem), measurement, without, max_iterations)
         fit = stable_fit(fit, start_nearby(fit.problem, without))
         trials.append(trial_of(candidate, fit, without, n_candidate or len(found)))
         progress()
@@ -141,21 +143,36 @@ def refined(
 ) -> list[Trial]:
     """The same trials, each with the better of its fit and further ones: along the effect's path, from a scan of its whole
     range where it needs that, and else from the unknowns of the baseline model's other maxima and of the best trials."""
-    better = []
     starts = [*baseline.others, *(trial.fit for trial in trials[:2])]
+    better = []
     for trial in trials:
-        path = trial.candidate.effect.path(baseline.best.problem.machine)
-        if len(path):
-            fit = fit_along(trial.fit.problem, measurement, baseline, path, effort)
-        elif trial.candidate.effect.is_scanned:
-            fit = fit_from_scan(trial.fit.problem, measurement, baseline, effort)
-        else:
-            fit = fit_from(trial.fit.problem, measurement, starts, baseline.best.likelihood.d)
-        fit = stable_fit(fit, start_nearby(fit.problem, baseline.best))
-        best = min(fit, trial.fit, key=lambda each: each.deviance)
-        better.append(trial_of(trial.candidate, best, baseline.best, len(trials)))
+        better.append(searched(trial, measurement, baseline, effort, len(trials), starts))
         progress()
     return ranked(better)
+
+
+def searched(
+    trial: Trial,
+    measurement: Measurement,
+    baseline: BaselineFits,
+    effort: Effort,
+    n_candidate: int,
+    starts: Sequence[Fit] = (),
+    ceiling: float = np.inf,
+) -> Trial:
+    """A trial with the better of its fit and further ones: along the effect's path, from a scan of its whole range where it
+    needs that, and else from the unknowns of other fits. Scans that lead to deviances above `ceiling` are left early."""
+    problem, fit = trial.fit.problem, trial.fit
+    path = trial.candidate.effect.path(baseline.best.problem.machine)
+    if len(path):
+        fit = fit_along(problem, measurement, baseline, path, effort)
+    elif trial.candidate.effect.is_scanned:
+        fit = fit_from_scan(problem, measurement, baseline, effort, ceiling)
+    elif starts:
+        fit = fit_from(problem, measurement, starts, baseline.best.likelihood.d)
+    fit = stable_fit(fit, start_nearby(problem, baseline.best))
+    best = min(fit, trial.fit, key=lambda each: each.deviance)
+    return trial_of(trial.candidate, best, baseline.best, n_candidate)
 
 
 def ranked(trials: Iterable[Trial]) -> list[Trial]:

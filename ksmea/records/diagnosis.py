@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from ksmea.elpd import ElpdDifference
+from ksmea.records.averaged import AveragedRecord, BandRecord, ExplanationRecord
 from ksmea.records.both_ways import BothWaysRecord
 from ksmea.records.diagnosis_upgrade import is_older, renamed
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
@@ -127,6 +128,7 @@ class CurvesRecord(Record):
     responses: ResponsesRecord
     residuals: ResidualsRecord
     breaks: tuple[int, ...] = ()
+    averaged: BandRecord | None = None  # None where nothing is averaged, and in older records
 
 
 @dataclass(frozen=True)
@@ -165,6 +167,10 @@ class DiagnosisRecord(Record):
     location: LocationRecord | None = (
         None  # without the library; None where the model is adequate or the data are too few
     )
+    explanations: tuple[
+        ExplanationRecord, ...
+    ] = ()  # the best one and those as near; none where none is believed, or older
+    averaged: AveragedRecord | None = None  # over these, where there are several
 
     @classmethod
     def upgraded(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -90,11 +90,13 @@ def frame(record: DiagnosisRecord) -> pd.DataFrame:
 
 
 def coefficients_frame(record: DiagnosisRecord) -> pd.DataFrame:
-    """Every unknown before and after the extension, with its interval, in `unit`; NaN where there is none."""
-    rows = []
+    """Every unknown before and after the extension and averaged over all explanations, with its interval, in `unit`; NaN
+    where there is none."""
+    rows, averaged = [], _averaged(record)
     for coefficient in record.coefficients:
         row: dict[str, str | float] = {"unknown": coefficient.name, "unit": ""}
-        for when, estimated in (("before", coefficient.before), ("after", coefficient.after)):
+        mean = averaged.get(coefficient.name)
+        for when, estimated in (("before", coefficient.before), ("after", coefficient.after), ("averaged", mean)):
             value, low, high = (None,) * 3 if estimated is None else (estimated.value, estimated.low, estimated.high)
             for name, part in ((when, value), (f"{when}_low", low), (f"{when}_high", high)):
                 row[name] = np.nan if part is None else part
@@ -173,7 +175,8 @@ def _locations(record: DiagnosisRecord) -> list[str]:
 
 
 def _split(record: DiagnosisRecord) -> list[str]:
-    said = [f"These explain the data about as well: {', '.join(record.ambiguity_group)}."]
+    pairs = dict.fromkeys(each.label for each in record.explanations if len(each.effects) > 1)
+    said = [f"These explain the data about as well: {', '.join(pairs or record.ambiguity_group)}."]
     split = record.split
     if split is None:
         return [*said, "None of the measurements that were considered would tell them apart."]
@@ -258,12 +261,34 @@ def _predictive_gain(record: DiagnosisRecord) -> str:
     gain = record.predictive_gain
     if gain is None:
         return ""
+    averaged = _averaged(record)
+    head = ["unknown", "before", "after", *(["averaged"] if averaged else []), "unit"]
     table = [
-        [row.name, _cell(row.before), _cell(row.after), row.after.unit]
+        [
+            row.name,
+            _cell(row.before),
+            _cell(row.after),
+            *([_cell(averaged.get(row.name))] if averaged else []),
+            row.after.unit,
+        ]
         for row in record.coefficients
         if row.after is not None
     ]
-    return "\n".join([*gain_lines(gain), "", aligned(["unknown", "before", "after", "unit"], table)])
+    return "\n".join([*gain_lines(gain), "", *_weights(record), aligned(head, table)])
+
+
+def _averaged(record: DiagnosisRecord) -> dict[str, EstimateRecord]:
+    return {} if record.averaged is None else {each.name: each for each in record.averaged.coefficients}
+
+
+def _weights(record: DiagnosisRecord) -> list[str]:
+    """What the averaged values are averages of."""
+    shares: dict[str, float] = {}
+    for each in record.explanations:
+        if each.weight is not None:
+            shares[each.label] = shares.get(each.label, 0.0) + each.weight
+    said = ", ".join(f"{label} {share:.2f}" for label, share in shares.items())
+    return [f"Averaged over all that explain the data about as well, by weight: {said}."] if shares else []
 
 
 def _cell(estimated: EstimateRecord | None) -> str:

@@ -15,6 +15,7 @@ from ksmea.units import MICROMETRE, RPM
 BEFORE, AFTER = PAPER, OURS  # colours
 NAMED, IN_GROUP, OTHER = OURS, "#a3c4de", "#bbbbbb"
 MAX_CHANNELS = 8
+LEAST_SHOWN = 1e-6  # of the largest amplitude: where a band on a logarithmic axis ends that reaches to 0
 
 
 def residual_figure(record: DiagnosisRecord) -> Figure:
@@ -58,6 +59,10 @@ def _draw_channel(panels: np.ndarray, curves: CurvesRecord, column: int) -> None
         bottom.set_axis_off()
         middle.set_xlabel("speed (rpm)", fontsize=8)
         return
+    if curves.averaged is not None:
+        ends = (np.array(part)[:, column] / MICROMETRE for part in (curves.averaged.low, curves.averaged.high))
+        band = [broken(np.maximum(end, LEAST_SHOWN * np.max(measured)), curves.breaks) for end in ends]
+        top.fill_between(line, *band, color=IN_GROUP, alpha=0.5, linewidth=0, label="averaged, its interval")
     after = _amplitude(responses.after, column) / MICROMETRE
     top.semilogy(line, broken(after, curves.breaks), color=AFTER, linewidth=1, label="model after")
     _draw_residuals(bottom, speed, residuals.after, column, AFTER)

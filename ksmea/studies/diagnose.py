@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -13,6 +14,7 @@ import numpy as np
 from ksmea.alignment import require_aligned
 from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import AnyEffect, Problem
+from ksmea.diagnosis.averaging import Averaged
 from ksmea.diagnosis.diagnosis import Diagnosis, diagnose
 from ksmea.diagnosis.fit_quality import FitQuality, whirl_parts
 from ksmea.diagnosis.fitting import Effort, Fit
@@ -23,6 +25,7 @@ from ksmea.diagnosis.trials import Candidate, Trial
 from ksmea.intervals import Estimate, estimate
 from ksmea.measurement import Measurement
 from ksmea.parameters import Parameter
+from ksmea.records.averaged import AveragedRecord, BandRecord, ExplanationRecord
 from ksmea.records.diagnosis import (
     CoefficientRecord,
     CurvesRecord,
@@ -215,7 +218,30 @@ def diagnosis_record(found: Diagnosis, measurement: Measurement, interval_level:
         left_out=dict(found.left_out),
         source=measurement.source,
         stability=_stability(found, measurement, interval_level),
+        explanations=_explanations(found),
+        averaged=_averaged(found, interval_level),
     )
+
+
+def _explanations(found: Diagnosis) -> tuple[ExplanationRecord, ...]:
+    weights = () if found.averaged is None else found.averaged.weights.tolist()
+    return tuple(
+        ExplanationRecord(
+            each.label,
+            tuple(_effect(candidate) for candidate in each.applied),
+            each.deviance_drop,
+            each.delta_bic,
+            weight,
+        )
+        for each, weight in itertools.zip_longest(found.explanations, weights)
+    )
+
+
+def _averaged(found: Diagnosis, level: float) -> AveragedRecord | None:
+    if found.averaged is None:
+        return None
+    rows = zip(found.baseline.problem.parameters, found.averaged.values, found.averaged.intervals, strict=True)
+    return AveragedRecord(level, tuple(estimate_record(item, float(value), interval) for item, value, interval in rows))
 
 
 def _stability(found: Diagnosis, measurement: Measurement, level: float) -> StabilityRecord | None:
@@ -344,7 +370,13 @@ def _curves(found: Diagnosis, measurement: Measurement) -> CurvesRecord:
             after=None if found.best_quality is None else _parts(found.best_quality.residuals),
         ),
         breaks=measurement.breaks,
+        averaged=None if found.averaged is None else _band(found.averaged),
     )
+
+
+def _band(averaged: Averaged) -> BandRecord:
+    parts = (averaged.amplitude, averaged.amplitude_low, averaged.amplitude_high)
+    return BandRecord(*(tuple(tuple(map(_rounded, row)) for row in part) for part in parts))
 
 
 def _parts(values: Array | ComplexArray) -> Values:

@@ -1,0 +1,69 @@
+"""Rivals: effects that explain the data about as well as the best one, and how collinear all others are with it.
+
+Sensitivities say what the best fit of a collinear effect must reach: a deviance drop of cos² times that of the best. That
+holds as far as the model is linear, which it is not where sharp resonances move. So a promise is put to the test: the effect
+is fitted to what the best one predicts, which leads it to where it comes nearest, and from there to the data. What that fit
+reaches counts.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+
+import numpy as np
+
+from ksmea.diagnosis.explanations import NEAR, Explanation
+from ksmea.diagnosis.fitting import Fit, start_nearby, without_effects
+from ksmea.diagnosis.observability import collinearity
+from ksmea.diagnosis.stable_fits import stable_fit
+from ksmea.diagnosis.trials import Trial, ranked, trial_of
+from ksmea.likelihood import Likelihood
+from ksmea.maximisation import maximise
+from ksmea.model import Model
+
+EXPECTED_GAIN = 0.1  # of the deviance, below which a fit to a prediction is at its end
+MAX_ITERATIONS = 50  # of such a fit
+
+
+def collinearities(lead: Trial, trials: Sequence[Trial]) -> dict[str, float]:
+    """Collinearity of the other effects with the best one, each at its most collinear location."""
+    found: dict[str, float] = {}
+    for trial in trials:
+        if trial.name != lead.name:
+            found[trial.name] = max(found.get(trial.name, 0.0), _collinearity(lead, trial))
+    return dict(sorted(found.items(), key=lambda item: -item[1]))
+
+
+def tested(lead: Trial, trials: Sequence[Trial], baseline: Fit) -> list[Trial]:
+    """The trials, those again whose collinearity with the best one promises a better fit than they have, highest ΔBIC
+    first."""
+    return ranked(_led(trial, lead, baseline, len(trials)) if _promises(trial, lead) else trial for trial in trials)
+
+
+def _promises(trial: Trial, lead: Trial) -> bool:
+    if trial.name == lead.name or Explanation.of(trial).is_near(Explanation.of(lead)):
+        return False
+    charge = (trial.n_unknown - lead.n_unknown) * np.log(lead.fit.likelihood.n_residual)
+    return bool(lead.deviance_drop * (1 - _collinearity(lead, trial) ** 2) + charge < NEAR)
+
+
+def _collinearity(lead: Trial, trial: Trial) -> float:
+    """By sensitivities, or where an effect is curved by what its fit has reached, since its deviance drop is cos² of that of
+    the best."""
+    reached = np.sqrt(min(trial.deviance_drop / lead.deviance_drop, 1.0))
+    return float(max(reached, collinearity(lead, trial.candidate)))
+
+
+def _led(trial: Trial, lead: Trial, baseline: Fit, n_candidate: int) -> Trial:
+    """A trial with the better of its fit and one from where its effect comes nearest to what the best one predicts."""
+    problem, likelihood, d = trial.fit.problem, trial.fit.likelihood, baseline.likelihood.d
+    measurement, noise = likelihood.measurement, lead.fit.noise
+    predicted = dataclasses.replace(measurement, values=measurement.seen(lead.fit.response()), noise=noise)
+    to_predicted = Likelihood(Model(problem), predicted)
+    found = [trial.fit]
+    for start in (np.concatenate([lead.fit.u[:d], without_effects(problem, d)]), trial.fit.u):
+        nearest = maximise(to_predicted, start, max_iterations=MAX_ITERATIONS, tolerance=EXPECTED_GAIN)
+        fit = Fit(problem, likelihood, maximise(likelihood, likelihood.start(nearest.theta), tolerance=1e-4))
+        found.append(stable_fit(fit, start_nearby(problem, baseline)))
+    return trial_of(trial.candidate, min(found, key=lambda each: each.deviance), baseline, n_candidate)

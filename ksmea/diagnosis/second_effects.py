@@ -1,0 +1,127 @@
+"""Second effects: pairs of effects for data that one effect does not explain.
+
+A second effect is fitted beside a first one at every place but the first one's own, so that one effect may act at two places.
+The cost is bounded, so that a search in vain ends:
+
+1. Every pair is fitted for a few iterations from the fit of its first effect.
+2. The best `Effort.pairs` of them are fitted to the end, equally many beside each first effect.
+3. Where the first effect leaves more than noise, as many of the best whose second effect is scanned as a first one are scanned:
+   its values all over their limits, the first effect where it is fitted. One that leaves noise hides no second effect so large
+   that only a scan would find it: a small one is near 0, where fits start.
+4. A fit from a scan that is far worse than the one from nearby after a few iterations is left there.
+5. First effects that predict the same data are one. `alternatives` puts the others in their place, beside the best pair.
+
+p of a second effect is corrected for the number of all pairs that were tried.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from ksmea.diagnosis.explanations import NEAR, Explanation, ranked_explanations
+from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, finished
+from ksmea.diagnosis.screening import screened
+from ksmea.diagnosis.trials import Candidate, Trial, best_by_name, fitted, searched, trial_of
+from ksmea.measurement import Measurement
+
+PER_SCANNED = 4  # points that are screened with the first effect for each that is scanned
+PROMISING = 25.0  # deviance by which a pair may be worse than the best after a few iterations, to be fitted to the end
+
+
+def pairs_beside(
+    firsts: Sequence[Trial],
+    trials: Sequence[Trial],
+    baseline: BaselineFits,
+    measurement: Measurement,
+    effort: Effort,
+    progress: Callable[[], None],
+    *,
+    is_scanned: bool,
+) -> list[Explanation]:
+    """Pairs of one of the first effects and any other candidate, highest ΔBIC first; with `is_scanned` second effects are
+    scanned."""
+    n_candidate, n_kept = len(firsts) * (len(trials) - 1), effort.pairs // len(firsts)
+    found = []
+    for first in firsts:
+        others = [trial.candidate for trial in trials if trial.candidate != first.candidate]
+        quick = _quick(first, others, measurement, effort, progress, n_candidate)
+        to_scan = [second for second in quick if is_scanned and second.candidate.effect.is_scanned][:n_kept]
+        scans = _scans(first, to_scan, baseline, measurement, effort, progress, n_candidate) if to_scan else []
+        found += [(first, _ended(first, second, n_candidate)) for second in (*quick[:n_kept], *scans)]
+    return ranked_explanations(Explanation.of_pair(*pair) for pair in found)
+
+
+def distinct_firsts(significant: Sequence[Trial], count: int) -> list[Trial]:
+    """The best effects, each at its best location, whose predictions differ: those that predict the same leave the same to a
+    second one."""
+    found: list[Trial] = []
+    for trial in best_by_name(significant).values():
+        if len(found) < count and all(_differ(trial.fit, other.fit) for other in found):
+            found.append(trial)
+    return found
+
+
+def _differ(fit: Fit, other: Fit) -> bool:
+    likelihood = other.likelihood
+    difference = likelihood.whitened_difference(fit.response(), other.response(), other.point.theta)
+    return float(np.sum(difference**2)) > NEAR
+
+
+def alternatives(
+    best: Explanation,
+    firsts: Sequence[Trial],
+    measurement: Measurement,
+    effort: Effort,
+    progress: Callable[[], None],
+) -> list[Explanation]:
+    """Pairs that come near the best one with another effect in place of one of its two: the other one is fitted beside each
+    of the first effects."""
+    found, n_candidate = [], len(firsts) * len(best.applied)
+    for first in firsts:
+        kept = [candidate for candidate in best.applied if candidate != first.candidate]
+        for second in _quick(first, kept, measurement, effort, progress, n_candidate):
+            if second.fit.deviance < best.fit.deviance + PROMISING:
+                found.append(Explanation.of_pair(first, _ended(first, second, n_candidate)))
+    return found
+
+
+def _quick(
+    first: Trial,
+    candidates: Sequence[Candidate],
+    measurement: Measurement,
+    effort: Effort,
+    progress: Callable[[], None],
+    n_candidate: int,
+) -> list[Trial]:
+    return fitted(first.fit.problem, measurement, first.fit, candidates, progress, n_candidate, effort.first_iterations)
+
+
+def _scans(
+    first: Trial,
+    to_scan: Sequence[Trial],
+    baseline: BaselineFits,
+    measurement: Measurement,
+    effort: Effort,
+    progress: Callable[[], None],
+    n_candidate: int,
+) -> list[Trial]:
+    around, found = _around(first.fit, baseline, measurement, effort), []
+    for second in to_scan:
+        ceiling = second.fit.deviance + PROMISING
+        found.append(searched(second, measurement, around, effort, n_candidate, ceiling=ceiling))
+        progress()
+    return found
+
+
+def _ended(first: Trial, second: Trial, n_candidate: int) -> Trial:
+    """A second effect's trial, its fit gone on with to its end."""
+    return trial_of(second.candidate, finished(second.fit), first.fit, n_candidate)
+
+
+def _around(first: Fit, baseline: BaselineFits, measurement: Measurement, effort: Effort) -> BaselineFits:
+    """The fit of a first effect, and the baseline model's screened points with that effect as it is fitted."""
+    points = baseline.screened.thinned(PER_SCANNED * effort.scan)
+    with_effect = np.hstack([points, np.tile(first.u[points.shape[1] :], (len(points), 1))])
+    return BaselineFits(first, (), screened(first.problem, measurement, np.vstack([first.u, with_effect])))

@@ -1,0 +1,137 @@
+"""Two causes at once: named together, also where the larger one hides the smaller, and where both are one effect at two places."""
+
+import numpy as np
+import pytest
+
+from ksmea.diagnosis.diagnosis import diagnose
+from ksmea.diagnosis.explanations import Explanation, best_of_names, ranked_explanations
+from ksmea.diagnosis.fitting import Effort, Fit, fit_baseline, fit_nearby
+from ksmea.diagnosis.second_effects import distinct_firsts
+from ksmea.diagnosis.trials import Candidate, candidates, fitted, trial_of
+from ksmea.measurement import Measurement, Noise, observe
+from problems.three_disk import ThreeDisk
+from tests.diagnosis.conftest import SENSORS, TRUTH, registered_effects
+
+NOISE = Noise(0.05, 5e-8)
+EFFORT = Effort(screening=1024, starts=6, scan=64, scan_values=8, effect_starts=3)  # less than half of the default
+
+
+@pytest.fixture(scope="module")
+def fine():
+    """Another mesh and route than the model that is fitted."""
+    return ThreeDisk(mesh=26, sensors=SENSORS).build().with_phase_origin()
+
+
+def few(*names):
+    return {name: effect for name, effect in registered_effects().items() if name in names}
+
+
+def located(fine, name, place=0):
+    return registered_effects()[name].locations(fine)[place]
+
+
+def measured(fine, effects, values, seed):
+    problem = fine
+    for effect in effects:
+        problem = effect.added_to(problem)
+    x = np.array([*(TRUTH[name] for name in fine.parameters.names), *values])
+    data = observe(problem.dense_response(x[None])[0], "complex", NOISE, np.random.default_rng(seed))
+    return Measurement(fine.speed, fine.channels, data, None, "test")
+
+
+def test_a_runout_behind_a_large_slope_of_the_stiffness_is_named_too(rotor, fine):
+    """Alone it is not even among the effects that are significant: what the slope leaves is a hundred times as large."""
+    effects = [located(fine, "speed_dependent_stiffness"), located(fine, "runout", 1)]
+    measurement = measured(fine, effects, [0.15, 5e-8, -4e-8], seed=3)
+    found = diagnose(
+        rotor,
+        measurement,
+        few("speed_dependent_stiffness", "runout", "channel_gain"),
+        np.random.default_rng(0),
+        effort=EFFORT,
+    )
+    alone = next(trial for trial in found.trials if trial.candidate == Candidate("runout", effects[1]))
+    assert alone.p > found.level / 2
+    assert found.verdict == "named" and [each.effect for each in found.applied] == effects
+    for value, interval in zip([0.15, 5e-8, -4e-8], found.best_estimate.intervals[-3:]):
+        # 95 %, widened to twice its half-width: 99.99 %
+        assert abs(value - (interval.low + interval.high) / 2) < interval.high - interval.low
+
+
+@pytest.mark.parametrize(
+    ("name", "places", "values"),
+    [
+        ("runout", (0, 2), [1e-6, 0.0, 0.0, -1e-6]),
+        ("channel_gain", (0, 5), [0.12, -0.1]),
+        ("unbalance", (0, 1), [3e-5, 0.0, 0.0, 3e-5]),
+    ],
+)
+def test_one_effect_at_two_places_is_named_twice(rotor, fine, name, places, values):
+    effects = [located(fine, name, place) for place in places]
+    measurement = measured(fine, effects, values, seed=1)
+    found = diagnose(
+        rotor, measurement, few("runout", "channel_gain", "unbalance"), np.random.default_rng(0), effort=EFFORT
+    )
+    assert found.verdict == "named" and found.named == (name, name)
+    assert {str(each.effect) for each in found.applied} == {str(effect) for effect in effects}
+    first, second = np.split(np.array(found.best.problem.parameters.names[-len(values) :]), 2)
+    place = "_".join(str(found.applied[1].effect).replace(".", "_").split())
+    assert list(first) == [item.name for item in effects[0].parameters(fine)]
+    assert list(second) == [f"{item}_{place}" for item in first]
+
+
+def test_pairs_that_explain_the_data_alike_are_all_reported(rotor, fine):
+    """Mass and Young's modulus do the same; so do they beside a gain."""
+    effects = [located(fine, "mass"), located(fine, "channel_gain", 3)]
+    measurement = measured(fine, effects, [0.01, 0.15], seed=2)
+    library = few("mass", "youngs_modulus", "channel_gain")
+    found = diagnose(rotor, measurement, library, np.random.default_rng(0), effort=EFFORT)
+    names = {each.names for each in found.explanations}
+    assert found.verdict == "ambiguous" and names == {("channel_gain", "mass"), ("channel_gain", "youngs_modulus")}
+    assert set(found.ambiguity_group) == {"mass", "youngs_modulus", "channel_gain"}
+    assert found.split is None or all(" and " in pair.one for pair in found.split.pairs)
+    assert {each.effect for each in found.applied if each.name == "channel_gain"} == {effects[1]}
+
+
+def test_first_effects_that_predict_the_same_count_once(rotor, fine):
+    measurement = measured(fine, [located(fine, "mass")], [0.004], seed=4)
+    baseline = fit_baseline(rotor, measurement, np.random.default_rng(0), Effort())
+    found = candidates(rotor, few("mass", "youngs_modulus", "runout"))
+    trials = fitted(rotor, measurement, baseline.best, found, lambda: None)
+    names = [trial.name for trial in distinct_firsts(trials, 3)]
+    assert len(names) == 2 and "runout" in names
+
+
+class Drop:
+    """A fit of which only the number of data is asked."""
+
+    class likelihood:
+        n_residual = 100
+
+
+def explanation(drop, *names, n_unknown=1):
+    effect = registered_effects()
+    return Explanation(tuple(Candidate(name, effect[name]) for name in names), Drop, drop, n_unknown, 0.0)
+
+
+def test_what_is_near_is_so_by_bic_or_by_the_deviance_whatever_bic_charges():
+    best = explanation(100.0, "mass")
+    assert explanation(95.0, "runout").is_near(best) and not explanation(93.0, "runout").is_near(best)
+    assert explanation(99.0, "flexible_pedestal", n_unknown=3).is_near(best)
+    assert explanation(99.0, "flexible_pedestal", n_unknown=3).delta_bic < best.delta_bic - 6
+
+
+def test_the_order_of_a_pair_makes_no_other_explanation():
+    one, other = explanation(50.0, "mass", "runout"), explanation(52.0, "runout", "mass")
+    third = explanation(40.0, "mass", "channel_gain")
+    assert ranked_explanations([one, third, other]) == [other, third]
+    assert best_of_names([other, one, third]) == [other, third]
+
+
+def test_p_of_a_second_effect_is_corrected_for_all_that_were_tried(rotor, fine):
+    measurement = measured(fine, [], [], seed=5)
+    baseline = fit_baseline(rotor, measurement, np.random.default_rng(0), Effort()).best
+    [candidate] = candidates(rotor, few("mass"))
+    fit: Fit = fit_nearby(candidate.effect.added_to(rotor), measurement, baseline)
+    one, many = (trial_of(candidate, fit, baseline, n).p for n in (1, 66))
+    assert many == min(1.0, 66 * one)
