@@ -17,46 +17,41 @@ from typing import cast
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.channel import Channel
+from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import Problem
 from ksmea.errors import SettingError
 from ksmea.load import Load
 from ksmea.parameters import Parameters
 from ksmea.proxy import ProblemProxy
-from problems.rotor.data import COEFFICIENTS, STIFFNESSES, Rotor
+from problems.rotor.data import Rotor
 from problems.rotor.effect_unknowns import effect_unknowns
 from problems.rotor.extended_sensitivity import differenced, linearised
-from problems.rotor.hooks import RotorHooks
 from problems.rotor.loads import unit_loads
 from problems.rotor.nonlinear_sites import dense_motion, responses_at_order, with_nonlinear_forces
-from problems.rotor.problem import CHUNK_BYTES, RotorProblem, checked_sets, finite, impedances_of
+from problems.rotor.problem import CHUNK_BYTES, RotorProblem, checked_sets, finite
 from problems.rotor.recent import recent
-from problems.rotor.receptance import Impedance, Reduction, at_harmonic, reduce_rotor
+from problems.rotor.receptance import Reduction, reduce_rotor
 from problems.rotor.run_up import Sweep, parabola, sweep_change
-from problems.rotor.site_law import Force, SiteLaw, attached, split_by_law, with_linear_forces
+from problems.rotor.site_law import attached, with_linear_forces
 from problems.rotor.stability import growth_rate, low_modes, searched_speed
-from problems.rotor.support import Support, in_series_with, ports_on
 from problems.rotor.synchronous_poles import Poles, block_diagonal, poles_on, spectrum, unit_force
 from problems.rotor.turning import HIGHEST, TurningShaft
 from problems.rotor.turning_effects import TurningEffects
 from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
 from problems.rotor.unknowns import Unknown, inputs_at, rotor_at
+from problems.rotor.with_effects import RotorWithEffects
 
 MAX_REDUCTIONS = 64  # kept of rotors that an effect has changed
 
 
 @dataclass(frozen=True, eq=False)
-class ExtendedProblem(ProblemProxy):
+class ExtendedProblem(RotorWithEffects, ProblemProxy):
     """A rotor problem with effects."""
-
-    base: RotorProblem
-    effects: tuple[RotorHooks, ...]
 
     def __post_init__(self) -> None:
         d = len(self.parameters)  # each unknown has a name of its own, or this raises
         nonlinear = [site.law.name for effect in self.effects if (site := effect.site_law()) and not site.is_linear]
-        if nonlinear and (self._turning.are_there or self._sweeps(self._parts(np.zeros((1, d)))[1])):
+        if nonlinear and (self._turning.are_there or self.sweeps(self.parts(np.zeros((1, d)))[1])):
             beside = "a stiffness that turns with the shaft" if self._turning.are_there else "a sweep of the speed"
             raise SettingError(
                 f"effects: expected forces that are linear in the motion beside {beside}, got {nonlinear[0]}"
@@ -148,9 +143,9 @@ class ExtendedProblem(ProblemProxy):
     @property
     def _has_one_solution(self) -> bool:
         """Whether one solution of D q = f at 1X is all of the motion, and a changed rotor stays a chain from bearing to bearing."""
-        of_effects = self._parts(np.zeros((1, len(self.parameters))))[1]
-        chain = not (self._couples_bearings and len(self.costly))
-        return chain and not (self._turning.are_there or self._forces(of_effects)[1] or self._sweeps(of_effects))
+        of_effects = self.parts(np.zeros((1, len(self.parameters))))[1]
+        chain = not (self.couples_bearings and len(self.costly))
+        return chain and not (self._turning.are_there or self.forces(of_effects)[1] or self.sweeps(of_effects))
 
     def dense_response(self, x: Array) -> ComplexArray:
         """`response` by the dense route, the whole rotor per set and speed: slow, for comparison and for making data."""
@@ -159,60 +154,26 @@ class ExtendedProblem(ProblemProxy):
     def growth_rate(self, x: Array, speed: Array) -> Array:
         """The largest real part of any damped eigenvalue at values x (d,) SI, (n_speed,) 1/s, at spin speeds (rad/s)."""
         speed = np.asarray(speed, dtype=float)
-        own, of_effects = self._parts(checked_sets(np.asarray(x)[None], self.parameters))
+        own, of_effects = self.parts(checked_sets(np.asarray(x)[None], self.parameters))
         coefficients = inputs_at(self.base.rotor, self.base.unknowns, own).coefficients
-        impedance = np.moveaxis(self._bearing_impedance(coefficients, speed, of_effects)[:, :, :, 0], -1, 0)
+        impedance = np.moveaxis(self.bearing_impedance(coefficients, speed, of_effects)[:, :, :, 0], -1, 0)
         rotor = self.rotor_with(np.asarray(x))
-        forces = [force for force in self._forces(of_effects)[0] if force[0].law.follows_motion]
+        forces = [force for force in self.forces(of_effects)[0] if force[0].law.follows_motion]
         low = low_modes(rotor, searched_speed(self.speed, speed), tuple(site.position for site, _ in forces))
         for index, force in enumerate(forces):
             low = low.with_attached(index, *attached(force, speed))
         damping = impedance.imag / speed[:, None, None, None]
-        return growth_rate(low, speed, impedance.real, damping, self._supports(of_effects))
+        return growth_rate(low, speed, impedance.real, damping, self.supports(of_effects))
 
     def unbalance(self, x: Array) -> dict[float, complex]:
         """That of the rotor itself, and of effects that are unbalance too, by position (m), kg m."""
-        own, of_effects = self._parts(checked_sets(np.asarray(x)[None], self.parameters))
+        own, of_effects = self.parts(checked_sets(np.asarray(x)[None], self.parameters))
         found = self.base.unbalance(own[0])
         origin = inputs_at(self.base.rotor, self.base.unknowns, own).origin[0]
         for effect, values in zip(self.effects, of_effects):
             for position, size in effect.unbalance(values[0]).items():
                 found[position] = found.get(position, 0.0) + size * complex(np.exp(-1j * origin))
         return found
-
-    @cached_property
-    def _columns(self) -> list[Indices]:
-        """Where the unknowns of the rotor itself lie, then those of each effect."""
-        counts = [len(self.base.parameters), *(len(effect.parameters(self.base)) for effect in self.effects)]
-        return np.split(np.arange(sum(counts)), np.cumsum(counts)[:-1])
-
-    def _parts(self, x: Array) -> tuple[Array, list[Array]]:
-        """The values (n, …) of the rotor's own unknowns, and those of each effect."""
-        own, *of_effects = (x[:, columns] for columns in self._columns)
-        return own, of_effects
-
-    @cached_property
-    def costly(self) -> Indices:
-        """Indices of the unknowns that change the rotor itself."""
-        changing = [columns for effect, columns in zip(self.effects, self._columns[1:]) if effect.changes_rotor]
-        return np.concatenate(changing) if changing else np.empty(0, dtype=int)
-
-    @cached_property
-    def impedances(self) -> tuple[Impedance, ...]:
-        """All that the rotor's own unknowns or an effect may set."""
-        needed = set(impedances_of(self.base.rotor, self.base.unknowns))
-        if any(effect.couples_axes for effect in self.effects):
-            bearings = range(len(self.base.rotor.bearings))
-            needed |= {Impedance(bearing, row, column) for bearing in bearings for row in (0, 1) for column in (0, 1)}
-        if self._couples_bearings:
-            pairs = itertools.permutations(range(len(self.base.rotor.bearings)), 2)
-            entries = {(item.row, item.column) for item in needed}
-            needed |= {Impedance(one, *entry, other) for (one, other), entry in itertools.product(pairs, entries)}
-        return tuple(sorted(needed, key=lambda item: (item.row_port, item.column_port)))
-
-    @property
-    def _couples_bearings(self) -> bool:
-        return any(effect.couples_bearings for effect in self.effects)
 
     @cached_property
     def _reductions(self) -> OrderedDict[tuple[tuple[float, ...], tuple[Load, ...], float], Reduction]:
@@ -223,9 +184,9 @@ class ExtendedProblem(ProblemProxy):
         their sites are read behind the channels."""
 
         def reduced() -> Reduction:
-            rotor = self._changed_rotor(self.base.rotor, np.array(changing))
+            rotor = self.changed_rotor(self.base.rotor, np.array(changing))
             forces, seen = self.further_forces(rotor, loads, harmonic), self.seen_channels
-            units = self._unit_loads(loads)
+            units = self.unit_loads_with(loads)
             rows = unit_loads(rotor, units, 1)[0].T.real if units and harmonic != 1 else None  # that no channel reads
             return reduce_rotor(
                 rotor, self.impedances, self.speed, seen, forces, rows=rows, harmonic=harmonic, banded=True
@@ -233,55 +194,14 @@ class ExtendedProblem(ProblemProxy):
 
         return recent(self._reductions, (changing, loads, harmonic), reduced, MAX_REDUCTIONS)
 
-    def further_forces(self, rotor: Rotor, loads: tuple[Load, ...], harmonic: float = 1.0) -> ComplexArray | None:
-        """Nodal forces (n_speed, n_dof, n) of all loads beside the unbalance planes: those of effects, which are 1X, unit ones
-        at the sites of laws, and the given ones."""
-        forces = [] if (own := self._loads(rotor)) is None else [own * (harmonic == 1)]
-        units = self._unit_loads(loads)
-        forces += [unit_loads(rotor, units, len(self.speed))] if units else []
-        return np.concatenate(forces, axis=2) if forces else None
-
-    def _unit_loads(self, loads: tuple[Load, ...]) -> tuple[Load, ...]:
-        return (*(load for each in self.site_laws for load in each.loads), *loads)
-
-    def rotor_with(self, x: Array) -> Rotor:
-        """The rotor as effects change it at values (d,) SI; its bearings and unbalance are nominal."""
-        return self._changed_rotor(self.base.rotor, x[self.costly])
-
-    def _changed_rotor(self, rotor: Rotor, values: Array) -> Rotor:
-        start = 0
-        for effect in self.effects:
-            if effect.changes_rotor:
-                count = len(effect.parameters(self.base))
-                rotor = effect.rotor(rotor, values[start : start + count])
-                start += count
-        return rotor
-
-    def _loads(self, rotor: Rotor) -> ComplexArray | None:
-        loads = [effect.loads(rotor, self.speed) for effect in self.effects if effect.has_loads]
-        return np.concatenate(loads, axis=2) if loads else None
-
-    def _sizes(self, of_effects: list[Array]) -> list[ComplexArray]:
-        return [effect.load_sizes(values) for effect, values in zip(self.effects, of_effects) if effect.has_loads]
-
-    @cached_property
-    def site_laws(self) -> tuple[SiteLaw, ...]:
-        """The laws of forces that effects add at sites, in the order in which they enter."""
-        return tuple(site for forces in self._forces([np.empty(0)] * len(self.effects)) for site, _ in forces)
-
-    def _forces(self, of_effects: list[Array]) -> tuple[list[Force], list[Force]]:
-        """These with their coefficients: by laws that are linear in the motion, and by others."""
-        sites = ((effect.site_law(), values) for effect, values in zip(self.effects, of_effects))
-        return split_by_law([(site, values) for site, values in sites if site])
-
     def _motion(self, reduction: Reduction, x: Array) -> tuple[ComplexArray, list[Array]]:
         """Motion and responses to unit loads at the seen channels, (n, n_speed, n_seen, 1 + n_load), and each effect's values."""
-        of_effects = self._parts(x)[1]
+        of_effects = self.parts(x)[1]
         impedance, sizes = self.impedances_and_sizes(x)
         per_load, n_own = reduction.response_per_load(impedance), sizes.shape[1]
         motion = np.einsum("clns,nl->nsc", per_load[:, :n_own], sizes, optimize=True)
         columns = np.concatenate([motion[..., None], per_load[:, n_own:].transpose(2, 3, 0, 1)], axis=-1)
-        (linear, nonlinear), seen = self._forces(of_effects), self.seen_channels
+        (linear, nonlinear), seen = self.forces(of_effects), self.seen_channels
         columns = with_linear_forces(columns, linear, seen, self.speed)
 
         def at_order(order: int) -> ComplexArray:
@@ -297,12 +217,12 @@ class ExtendedProblem(ProblemProxy):
 
     def _turning_motion(self, x: Array) -> ComplexArray:
         """Motion at the seen channels where a stiffness turns with the shaft, (n, n_speed, n_seen), for sets with the same rotor."""
-        of_effects = self._parts(x)[1]
+        of_effects = self.parts(x)[1]
         make = partial(self._turning_shaft, self.rotor_with(x[0]))
         shaft = recent(self._turning_shafts, tuple(x[0, self.costly]), make, MAX_REDUCTIONS)
         entries = [self.impedances_and_sizes(x, reduction.harmonic)[0] for reduction in shaft.reductions]
         sizes = self.impedances_and_sizes(x)[1]
-        return shaft.motion(entries, self._turning.acting(of_effects, sizes, self._forces(of_effects)[0]))
+        return shaft.motion(entries, self._turning.acting(of_effects, sizes, self.forces(of_effects)[0]))
 
     @cached_property
     def _turning_shafts(self) -> OrderedDict[tuple[float, ...], TurningShaft]:
@@ -310,138 +230,64 @@ class ExtendedProblem(ProblemProxy):
 
     def _turning_shaft(self, rotor: Rotor) -> TurningShaft:
         sites, seen = self.site_laws, self.seen_channels
-        return self._turning.shaft(rotor, self.impedances, self.speed, seen, self._loads(rotor), sites)
-
-    def shown(self, columns: ComplexArray, x: Array) -> ComplexArray:
-        """What the probes show (n, n_speed, n_channel), m, of motion and responses to unit forces at the sites of laws, which are
-        linear, (n, n_speed, n_seen, 1 + n_site_load), with these forces acting, for sets (n, d)."""
-        of_effects = self._parts(x)[1]
-        acting = with_linear_forces(columns, self._forces(of_effects)[0], self.seen_channels, self.speed)
-        return self._observed(acting[..., 0], of_effects)
-
-    @property
-    def shows_motion(self) -> bool:
-        """Whether no force follows a law and the probes show the motion as it is."""
-        return not self.site_laws and all(type(each).observed is RotorHooks.observed for each in self.effects)
+        return self._turning.shaft(rotor, self.impedances, self.speed, seen, self.loads(rotor), sites)
 
     def _reduced_response(self, reduction: Reduction, x: Array) -> ComplexArray:
         columns, of_effects = self._motion(reduction, x)
-        return self._observed(columns[..., 0], of_effects)
+        return self.observed(columns[..., 0], of_effects)
 
     def _reduced_load_response(self, reduction: Reduction, x: Array) -> ComplexArray:
         columns, of_effects = self._motion(reduction, x)
         if self._turning.are_there:
             raise SettingError("effects: expected none that turns beside unit loads, got one; take it out")
         motion = np.moveaxis(columns[..., 1:], -1, 0)  # (n_load, n, n_speed, n_seen)
-        at_rest = self._observed(np.zeros(motion.shape[1:], dtype=complex), of_effects)  # runout is read at rest too
-        return np.stack([self._observed(each, of_effects) - at_rest for each in motion], axis=-1)
-
-    def impedances_and_sizes(self, x: Array, harmonic: float = 1.0) -> tuple[ComplexArray, ComplexArray]:
-        """For sets (n, d), effects and supports included: the impedances (n_impedance, n, n_speed), N/m, at a harmonic, and how
-        large the unbalance of each plane and each load of effects are, (n, n_plane + n_load)."""
-        own, of_effects = self._parts(x)
-        inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
-        sizes = np.concatenate([inputs.complex_unbalance, *self._sizes(of_effects)], axis=1)
-        if self._couples_bearings:
-            whole = self._port_impedance(inputs.coefficients, self.speed, of_effects, harmonic)
-            return np.stack([whole[item.row_port, item.column_port] for item in self.impedances]), sizes
-        seen = self._impedance_seen(inputs.coefficients, self.speed, of_effects, harmonic)
-        return np.stack([seen[item.bearing, item.row, item.column] for item in self.impedances]), sizes
-
-    def _port_impedance(
-        self, coefficients: Array, speed: Array, of_effects: list[Array], harmonic: float = 1.0
-    ) -> ComplexArray:
-        """Impedances from the motion of any port to the force on any other, (n_port, n_port, n, n_speed) N/m."""
-        bearings = at_harmonic(self._bearing_impedance(coefficients, speed, of_effects), harmonic)
-        return ports_on(self._supports(of_effects), bearings, harmonic * speed)
-
-    def _impedance_seen(
-        self, coefficients: Array, speed: Array, of_effects: list[Array], harmonic: float = 1.0
-    ) -> ComplexArray:
-        """Impedances that the shaft feels at each bearing in a motion at a harmonic, (n_bearing, 2, 2, n, n_speed) N/m, from
-        coefficients (n, n_bearing, 8), effects and supports included but for what all bearings stand on together."""
-        bearings = at_harmonic(self._bearing_impedance(coefficients, speed, of_effects), harmonic)
-        return in_series_with(self._supports(of_effects), bearings, harmonic * speed)
-
-    def _bearing_impedance(self, coefficients: Array, speed: Array, of_effects: list[Array]) -> ComplexArray:
-        """The same of the bearings alone, at spin speeds (n_speed,) rad/s."""
-        n, n_bearing = coefficients.shape[:2]
-        split = np.moveaxis(coefficients, 0, -1).reshape(n_bearing, len(COEFFICIENTS) // len(STIFFNESSES), 2, 2, n, 1)
-        impedance = split[:, 0] + 1j * speed * split[:, 1]
-        for effect, values in self._in_stages(of_effects):
-            impedance = effect.impedance(impedance, speed, values)
-        return impedance
-
-    def _supports(self, of_effects: list[Array]) -> list[Support]:
-        """What carries the bearings, from the bearing to the ground."""
-        found = (effect.support(values) for effect, values in self._in_stages(of_effects))
-        return [support for support in found if support is not None]
-
-    @cached_property
-    def seen_channels(self) -> tuple[Channel, ...]:
-        """The channels, and behind them those that effects make them of, or whose motion a force may follow."""
-        needed = dict.fromkeys(channel for effect in self.effects for channel in effect.needed_channels(self.channels))
-        needed |= dict.fromkeys(channel for each in self.site_laws for channel in each.channels)
-        return (*self.channels, *(channel for channel in needed if channel not in self.channels))
-
-    def _observed(self, response: ComplexArray, of_effects: list[Array]) -> ComplexArray:
-        """What the probes show of the motion (n, n_speed, n_seen) at the seen channels."""
-        for effect, values in self._in_stages(of_effects):
-            response = effect.observed(response, self.seen_channels, self.speed, values)
-        return response[..., : len(self.channels)]
-
-    def _in_stages(self, of_effects: list[Array]) -> list[tuple[RotorHooks, Array]]:
-        """The effects with their values in the order in which they act."""
-        return sorted(zip(self.effects, of_effects), key=lambda pair: pair[0].stage)
+        at_rest = self.observed(np.zeros(motion.shape[1:], dtype=complex), of_effects)  # runout is read at rest too
+        return np.stack([self.observed(each, of_effects) - at_rest for each in motion], axis=-1)
 
     def _dense(self, x: Array) -> ComplexArray:
         """One set (1, d) without any reduction."""
-        own, of_effects = self._parts(x)
-        rotor = self._changed_rotor(rotor_at(self.base.rotor, self.base.unknowns, own[0]), x[0, self.costly])
+        own, of_effects = self.parts(x)
+        rotor = self.changed_rotor(rotor_at(self.base.rotor, self.base.unknowns, own[0]), x[0, self.costly])
         coefficients = inputs_at(self.base.rotor, self.base.unknowns, own).coefficients
 
         def bearings(harmonic: float) -> ComplexArray:
-            return self._port_impedance(coefficients, self.speed, of_effects, harmonic)[:, :, 0]
+            return self.port_impedance(coefficients, self.speed, of_effects, harmonic)[:, :, 0]
 
         force = force_per_unbalance(rotor, self.speed) @ complex_unbalance(rotor)
-        if (loads := self._loads(rotor)) is not None:
-            force = force + loads @ np.concatenate(self._sizes(of_effects), axis=1)[0]
-        linear, nonlinear = self._forces(of_effects)
+        if (loads := self.loads(rotor)) is not None:
+            force = force + loads @ np.concatenate(self.sizes(of_effects), axis=1)[0]
+        linear, nonlinear = self.forces(of_effects)
         if self._turning.are_there:
             acting = self._turning.acting(of_effects, np.empty((1, 0), complex), linear)
             at_orders = [bearings(order) for order in range(HIGHEST + 1)]
             motion = self._turning_shaft(rotor).dense_motion(at_orders, acting, force)
         else:
             motion = dense_motion(rotor, self.speed, self.seen_channels, bearings, force, linear, nonlinear)
-        return self._observed(motion[None] + self._sweep_change(x), of_effects)
+        return self.observed(motion[None] + self._sweep_change(x), of_effects)
 
     def _sweep_change(self, x: Array) -> ComplexArray:
         """What a sweep of the speed adds to the motion at the seen channels, (n, n_speed, n_seen) m, for sets (n, d) with the
         same rotor."""
         change = np.zeros((len(x), len(self.speed), len(self.seen_channels)), dtype=complex)
-        for sweep in self._sweeps(self._parts(x)[1]):
+        for sweep in self.sweeps(self.parts(x)[1]):
             moving = np.flatnonzero(sweep.acceleration)
             if len(moving):
                 swept = Sweep(sweep.acceleration[moving], sweep.highest)
                 change[moving] = sweep_change(self._poles(x[moving], swept), self.speed, swept)
         return change
 
-    def _sweeps(self, of_effects: list[Array]) -> list[Sweep]:
-        found = (effect.sweep(values) for effect, values in zip(self.effects, of_effects))
-        return [sweep for sweep in found if sweep is not None]
-
     def _poles(self, x: Array, sweep: Sweep) -> Poles:
         """Those of the motion at the seen channels, for sets (n, d) with the same rotor."""
-        own, of_effects = self._parts(x)
+        own, of_effects = self.parts(x)
         inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
         rotor, nodes = self.rotor_with(x[0]), sweep.nodes
         force = nodes[:, None, None] ** 2 * (inputs.complex_unbalance @ unit_force(rotor).T)  # (3, n, n_dof)
         for effect, values in zip(self.effects, of_effects):
             if effect.has_loads:
                 force = force + np.moveaxis(effect.loads(rotor, nodes) @ effect.load_sizes(values).T, 1, 2)
-        impedance = [self._port_impedance(inputs.coefficients, nodes, of_effects).transpose(3, 2, 0, 1)]
+        impedance = [self.port_impedance(inputs.coefficients, nodes, of_effects).transpose(3, 2, 0, 1)]
         positions = []
-        for site, coefficients in self._forces(of_effects)[0]:
+        for site, coefficients in self.forces(of_effects)[0]:
             at_rest = np.stack([site.at_rest(each[None], nodes) for each in coefficients], axis=1)
             force = force + at_rest @ site.rows(rotor)
             if site.law.follows_motion:
