@@ -14,7 +14,7 @@ from ksmea.arrays import Array, Indices
 from problems.rotor import shaft
 from problems.rotor.data import Rotor
 from problems.rotor.disk import disk_gyroscopic, disk_mass
-from problems.rotor.mesh import DOF_PER_NODE, elements, locate
+from problems.rotor.mesh import DOF_PER_NODE, Element, element_at, locate
 
 # −(Ω ẑ ×) per unit of Ω on the degrees of freedom of a node; the shaft turns from x to y.
 AGAINST_SPIN = np.kron(np.eye(2), [[0.0, 1.0], [-1.0, 0.0]])
@@ -48,14 +48,17 @@ def assemble_free(rotor: Rotor) -> Matrices:
     n_dof = DOF_PER_NODE * n_node
     mass, gyroscopic, stiffness = (np.zeros((n_dof, n_dof)) for _ in range(3))
     of_segment = {}  # the elements of a segment are alike
-    for index, element in enumerate(elements(rotor)):
-        here = element_dof(index)
-        if element.segment not in of_segment:
-            of_segment[element.segment] = shaft.element_matrices(element)
-        matrices = of_segment[element.segment]
-        mass[here, here] += matrices.mass
-        gyroscopic[here, here] += matrices.gyroscopic
-        stiffness[here, here] += matrices.stiffness
+    first = 0
+    for segment in rotor.segments:
+        if segment not in of_segment:
+            of_segment[segment] = shaft.element_matrices(Element(segment, 0.0))  # wherever it lies
+        matrices = of_segment[segment]
+        for index in range(first, first + segment.n_element):
+            here = element_dof(index)
+            mass[here, here] += matrices.mass
+            gyroscopic[here, here] += matrices.gyroscopic
+            stiffness[here, here] += matrices.stiffness
+        first += segment.n_element
     for disk in rotor.disks:
         at_node = node_dof(rotor.node_at(disk.position, "disk"))
         mass[np.ix_(at_node, at_node)] += disk_mass(disk)
@@ -71,7 +74,7 @@ def displacement_row(rotor: Rotor, position: float, direction: str) -> Array:
     """
     index, fraction = locate(rotor, position)
     row = np.zeros(DOF_PER_NODE * len(rotor.node_positions))
-    row[element_dof(index)] = shaft.displacement_row(elements(rotor)[index], fraction, direction)
+    row[element_dof(index)] = shaft.displacement_row(element_at(rotor, index), fraction, direction)
     return row
 
 

@@ -32,6 +32,12 @@ def elements(rotor: Rotor) -> tuple[Element, ...]:
     return tuple(Element(owner, start) for owner, start in zip(owners, rotor.node_positions[:-1], strict=True))
 
 
+def element_at(rotor: Rotor, index: int) -> Element:
+    """One of these."""
+    ends = np.cumsum([segment.n_element for segment in rotor.segments])
+    return Element(rotor.segments[int(np.searchsorted(ends, index, side="right"))], float(rotor.node_positions[index]))
+
+
 def locate(rotor: Rotor, position: float) -> tuple[int, float]:
     """The element that holds a position (m), and the location inside it as a fraction of its length."""
     nodes = rotor.node_positions
