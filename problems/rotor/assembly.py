@@ -16,9 +16,13 @@ from ksmea.arrays import Array, Indices
 from problems.rotor import shaft
 from problems.rotor.data import Rotor
 from problems.rotor.disk import disk_gyroscopic, disk_mass
+<<<<<<< HEAD
 from problems.rotor.mesh import DOF_PER_NODE, Element, elements, locate
 
 Of = TypeVar("Of")
+=======
+from problems.rotor.mesh import DOF_PER_NODE, Element, element_at, locate
+>>>>>>> engine
 
 # −(Ω ẑ ×) per unit of Ω on the degrees of freedom of a node; the shaft turns from x to y.
 AGAINST_SPIN = np.kron(np.eye(2), [[0.0, 1.0], [-1.0, 0.0]])
@@ -48,10 +52,28 @@ def assemble(rotor: Rotor) -> Matrices:
 
 def assemble_free(rotor: Rotor) -> Matrices:
     """The matrices of the shaft and its disks alone, without bearings."""
+<<<<<<< HEAD
     matrices = of_elements(rotor, shaft.element_matrices)
     mass = chained([each.mass for each in matrices])
     gyroscopic = chained([each.gyroscopic for each in matrices])
     stiffness = chained([each.stiffness for each in matrices])
+=======
+    n_node = len(rotor.node_positions)
+    n_dof = DOF_PER_NODE * n_node
+    mass, gyroscopic, stiffness = (np.zeros((n_dof, n_dof)) for _ in range(3))
+    of_segment = {}  # the elements of a segment are alike
+    first = 0
+    for segment in rotor.segments:
+        if segment not in of_segment:
+            of_segment[segment] = shaft.element_matrices(Element(segment, 0.0))  # wherever it lies
+        matrices = of_segment[segment]
+        for index in range(first, first + segment.n_element):
+            here = element_dof(index)
+            mass[here, here] += matrices.mass
+            gyroscopic[here, here] += matrices.gyroscopic
+            stiffness[here, here] += matrices.stiffness
+        first += segment.n_element
+>>>>>>> engine
     for disk in rotor.disks:
         at_node = node_dof(rotor.node_at(disk.position, "disk"))
         mass[np.ix_(at_node, at_node)] += disk_mass(disk)
@@ -93,7 +115,7 @@ def displacement_row(rotor: Rotor, position: float, direction: str) -> Array:
     """
     index, fraction = locate(rotor, position)
     row = np.zeros(DOF_PER_NODE * len(rotor.node_positions))
-    row[element_dof(index)] = shaft.displacement_row(elements(rotor)[index], fraction, direction)
+    row[element_dof(index)] = shaft.displacement_row(element_at(rotor, index), fraction, direction)
     return row
 
 

@@ -48,6 +48,12 @@ def _with_hubs(element: Element, hubs: Sequence[Hub]) -> Element:
     return dataclasses.replace(element, hubs=over)
 
 
+def element_at(rotor: Rotor, index: int) -> Element:
+    """One of these."""
+    ends = np.cumsum([segment.n_element for segment in rotor.segments])
+    return Element(rotor.segments[int(np.searchsorted(ends, index, side="right"))], float(rotor.node_positions[index]))
+
+
 def locate(rotor: Rotor, position: float) -> tuple[int, float]:
     """The element that holds a position (m), and the location inside it as a fraction of its length."""
     nodes = rotor.node_positions
