@@ -16,13 +16,9 @@ from ksmea.arrays import Array, Indices
 from problems.rotor import shaft
 from problems.rotor.data import Rotor
 from problems.rotor.disk import disk_gyroscopic, disk_mass
-<<<<<<< HEAD
-from problems.rotor.mesh import DOF_PER_NODE, Element, elements, locate
+from problems.rotor.mesh import DOF_PER_NODE, Element, element_at, elements, locate
 
 Of = TypeVar("Of")
-=======
-from problems.rotor.mesh import DOF_PER_NODE, Element, element_at, locate
->>>>>>> engine
 
 # −(Ω ẑ ×) per unit of Ω on the degrees of freedom of a node; the shaft turns from x to y.
 AGAINST_SPIN = np.kron(np.eye(2), [[0.0, 1.0], [-1.0, 0.0]])
@@ -52,28 +48,10 @@ def assemble(rotor: Rotor) -> Matrices:
 
 def assemble_free(rotor: Rotor) -> Matrices:
     """The matrices of the shaft and its disks alone, without bearings."""
-<<<<<<< HEAD
     matrices = of_elements(rotor, shaft.element_matrices)
     mass = chained([each.mass for each in matrices])
     gyroscopic = chained([each.gyroscopic for each in matrices])
     stiffness = chained([each.stiffness for each in matrices])
-=======
-    n_node = len(rotor.node_positions)
-    n_dof = DOF_PER_NODE * n_node
-    mass, gyroscopic, stiffness = (np.zeros((n_dof, n_dof)) for _ in range(3))
-    of_segment = {}  # the elements of a segment are alike
-    first = 0
-    for segment in rotor.segments:
-        if segment not in of_segment:
-            of_segment[segment] = shaft.element_matrices(Element(segment, 0.0))  # wherever it lies
-        matrices = of_segment[segment]
-        for index in range(first, first + segment.n_element):
-            here = element_dof(index)
-            mass[here, here] += matrices.mass
-            gyroscopic[here, here] += matrices.gyroscopic
-            stiffness[here, here] += matrices.stiffness
-        first += segment.n_element
->>>>>>> engine
     for disk in rotor.disks:
         at_node = node_dof(rotor.node_at(disk.position, "disk"))
         mass[np.ix_(at_node, at_node)] += disk_mass(disk)
@@ -90,14 +68,10 @@ def assemble_free(rotor: Rotor) -> Matrices:
 
 def of_elements(rotor: Rotor, matrices: Callable[[Element], Of]) -> list[Of]:
     """What is asked of each element, from left to right; the elements of a segment are alike but for hubs."""
-    of_kind: dict[tuple[object, ...], Of] = {}
-    found = []
-    for element in elements(rotor):
-        kind = element.segment, element.hubs
-        if kind not in of_kind:
-            of_kind[kind] = matrices(element)
-        found.append(of_kind[kind])
-    return found
+    if rotor.hubs:
+        return [matrices(element) for element in elements(rotor)]
+    of_segment = {segment: matrices(Element(segment, 0.0)) for segment in set(rotor.segments)}  # wherever it lies
+    return [of_segment[segment] for segment in rotor.segments for _ in range(segment.n_element)]
 
 
 def chained(matrices: Sequence[Array]) -> Array:

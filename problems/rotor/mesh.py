@@ -51,7 +51,9 @@ def _with_hubs(element: Element, hubs: Sequence[Hub]) -> Element:
 def element_at(rotor: Rotor, index: int) -> Element:
     """One of these."""
     ends = np.cumsum([segment.n_element for segment in rotor.segments])
-    return Element(rotor.segments[int(np.searchsorted(ends, index, side="right"))], float(rotor.node_positions[index]))
+    owner = rotor.segments[int(np.searchsorted(ends, index, side="right"))]
+    element = Element(owner, float(rotor.node_positions[index]))
+    return _with_hubs(element, rotor.hubs) if rotor.hubs else element
 
 
 def locate(rotor: Rotor, position: float) -> tuple[int, float]:
