@@ -56,6 +56,7 @@ class Crack(RotorEffect):
         "coupling_misalignment": "both make 2X; that of a crack peaks at half of a critical speed as its sag does, and has 3X beside it",
         "shaft_asymmetry": "both make 2X at half of a critical speed; a crack opens and closes, which makes 3X of its sag too: look there",
     }
+    is_scanned: ClassVar[bool] = False  # 2X grows with it from 0, where a fit finds it
     turns: ClassVar[bool] = True
 
     def __str__(self) -> str:

@@ -48,6 +48,7 @@ class ShaftAsymmetry(RotorEffect):
     aliases: ClassVar[Mapping[str, str]] = {
         "crack": "both make 2X at half of a critical speed; a crack opens and closes, which makes 3X of its sag too: look there",
     }
+    is_scanned: ClassVar[bool] = False  # 2X grows with it from 0, where a fit finds it
     turns: ClassVar[bool] = True
 
     def seen_in(self, measurement: Measurement) -> Self | None:
