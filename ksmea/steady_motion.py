@@ -3,7 +3,8 @@
 Where a resonance curve folds over there are several. A spring that stiffens leans it to higher speeds: a slow run-up stays on the
 large motion until that ends and falls, and on the way down the small one stays until that ends. One that softens leans it to lower
 speeds, with both changed over (A. H. Nayfeh and D. T. Mook, Nonlinear Oscillations, 1979, section 4.1). So a motion is chosen at each
-speed by itself: up on a stiffening force and down on a softening one the largest stable motion, else the smallest.
+speed by itself: up on a stiffening force and down on a softening one the largest stable motion, else the smallest. Where resonances in two
+directions lean over each other there may be a third stable motion, on which a slow run may be: that is not told.
 
 Which speeds have one motion alone is known beforehand. With Z = G⁻¹, a force that stiffens is monotone, and so are the equations
 where Z + Zᴴ is positive definite; one that softens where it is negative definite. Dissipation bounds all motions, by
