@@ -39,6 +39,7 @@ from ksmea.diagnosis.rivals import collinearities, tested
 from ksmea.diagnosis.second_effects import alternatives, distinct_firsts, pairs_beside
 from ksmea.diagnosis.split import Split, best_split
 from ksmea.diagnosis.stable_fits import settled_stable, stable_fit
+from ksmea.diagnosis.stated_noise import as_left, is_noise_as_stated, is_size_alone, with_noise_as_left
 from ksmea.diagnosis.trials import (
     Candidate,
     Trial,
@@ -104,14 +105,47 @@ def diagnose(
     progress: Callable[[], None] = lambda: None,
 ) -> Diagnosis:
     """The diagnosis of a measurement by a problem and the effects that are known, which may be none: then it is whether the
-    model fits. `progress` is called at each step."""
+    model fits. `progress` is called at each step.
+
+    Noise that is stated is believed unless its size is all that speaks against a model (`ksmea.diagnosis.stated_noise`): the
+    measurement of the fits then has noise as large as that model leaves it.
+    """
     effort = effort or Effort()
-    half = level / 2
     found, left_out = candidates_and_left_out(problem, effects)
     if effects and not found:
         raise ValueError(f"diagnosis: {none_located(effects)}")
     baseline = fit_baseline(problem, measurement, rng, effort)
     progress()
+
+    def by(fits: BaselineFits) -> Diagnosis:
+        diagnosed = _diagnosed(fits, found, rng, level, effort, n_block, interval_level, progress)
+        return dataclasses.replace(diagnosed, left_out=left_out)
+
+    half = level / 2
+    other_noise = with_noise_as_left(baseline, half, rng.spawn(1)[0])
+    first = by(other_noise)
+    if other_noise is not baseline:
+        explains = first.named and first.best and is_noise_as_stated(first.best, measurement, half, rng.spawn(1)[0])
+        return by(baseline) if explains else first
+    quality = first.best_quality or first.baseline_quality
+    if first.verdict == "unknown" and is_size_alone(quality, half):
+        return by(baseline.refitted(as_left(measurement, quality)))
+    return first
+
+
+def _diagnosed(
+    baseline: BaselineFits,
+    found: Sequence[Candidate],
+    rng: np.random.Generator,
+    level: float,
+    effort: Effort,
+    n_block: int,
+    interval_level: float,
+    progress: Callable[[], None],
+) -> Diagnosis:
+    """The same from the fits of the baseline model, with the noise that they have."""
+    problem, measurement = baseline.best.problem, baseline.best.likelihood.measurement
+    half = level / 2
     baseline, quality, trials = _ranked_trials(baseline, found, half, rng, effort, progress)
     baseline_fit, baseline_estimate = settled(baseline.best, interval_level)
     if baseline_fit.deviance < baseline.best.deviance - LOWER:
@@ -159,7 +193,6 @@ def diagnose(
         collinearity={} if lead is None else collinearities(lead, trials),
         detectable=detectable,
         level=level,
-        left_out=left_out,
     )
 
 

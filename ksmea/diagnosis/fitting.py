@@ -96,6 +96,11 @@ class BaselineFits:
     others: tuple[Fit, ...]
     screened: Screened
 
+    def refitted(self, measurement: Measurement) -> BaselineFits:
+        """The same with the noise of another measurement of the same values."""
+        best, *others = (refitted(fit, measurement) for fit in (self.best, *self.others))
+        return BaselineFits(best, tuple(others), self.screened)
+
 
 def fit_baseline(
     problem: Problem,
@@ -213,6 +218,12 @@ def fit_from_values(problem: Problem, x: Array, measurement: Measurement) -> Fit
     """A problem fitted from given values (d,) SI of its unknowns, as near as they lie to its limits."""
     likelihood = likelihood_of(Model(problem), measurement)
     return Fit(problem, likelihood, nearest_maximum(likelihood, np.clip(problem.parameters.to_cube(x), 0.0, 1.0)))
+
+
+def refitted(fit: Fit, measurement: Measurement) -> Fit:
+    """A fit with the noise of another measurement of the same values, from where it is."""
+    likelihood = likelihood_of(Model(fit.problem), measurement)
+    return Fit(fit.problem, likelihood, maximise(likelihood, likelihood.start(fit.u)))
 
 
 def without_effects(problem: Problem, d: int) -> Array:

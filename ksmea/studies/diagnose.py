@@ -55,6 +55,7 @@ from ksmea.studies.misreadings import misreadings
 from ksmea.studies.repeats import repeats_of
 from ksmea.studies.slips import slips
 from ksmea.studies.stability import stability_of
+from ksmea.studies.stated_noise import believed, stated_noise_remarks
 from ksmea.studies.sweep_remarks import sweep_remarks
 
 WRONG = ("named", "ambiguous", "unknown")  # verdicts on a model that is not adequate
@@ -140,8 +141,9 @@ def diagnosis(
         interval_level=options.interval_level,
         progress=progress,
     )
+    remarks = (*remarks, *stated_noise_remarks(found, measurement), *sweep_remarks(found, measurement.history))
+    measurement = believed(found)
     record = diagnosis_record(found, measurement, options.interval_level)
-    remarks = (*remarks, *sweep_remarks(found, measurement.history))
     if options.locate and record.verdict in WRONG and not missing_to_locate(problem, measurement.kind):
         where = location(
             problem, measurement, rng, options=options.location, baseline=found.baseline, progress=progress
