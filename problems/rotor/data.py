@@ -58,7 +58,7 @@ class ShaftSegment:
     def __post_init__(self) -> None:
         _require_positive("length of a shaft segment", self.length, "m")
         _require_ring("shaft segment", self.inner_radius, self.outer_radius)
-        _require_not_negative("shear flexibility of a shaft segment", self.shear_flexibility, "")
+        _require_not_negative("shear flexibility of a shaft segment", self.shear_flexibility, "times Timoshenko's")
         if self.n_element < 1:
             raise SettingError(
                 f"elements of a shaft segment: expected at least 1, got {self.n_element}; refine the mesh"

@@ -141,8 +141,8 @@ def plane_stiffness(element: Element) -> Array:
 
 
 def stiffness_under_hubs(element: Element) -> Array:
-    """The same, (4, 4), where hubs make parts of the element stiffer in bending, from the flexibility of the part after the
-    other: with its left end held and P, M at its right one, the bending moment is P a + M at a distance a from the right."""
+    """The same, (4, 4), where hubs make parts of the element stiffer in bending: the inverse of the sum of its parts'
+    flexibilities. With its left end held and P, M at its right one, the bending moment is P a + M at a distance a from there."""
     length, segment = element.length, element.segment
     bending = segment.material.young_modulus * segment.second_moment
     flexibility = np.diag([shear_parameter(element) * length**3 / (12 * bending), 0.0])

@@ -12,7 +12,7 @@ from ksmea.errors import SettingError
 from ksmea.parameters import Parameter
 from problems.rotor.assembly import assemble_free, displacement_row, node_dof
 from problems.rotor.buckling import buckling_load
-from problems.rotor.data import Bearing, Disk, Rotor, UnbalancePlane
+from problems.rotor.data import Bearing, Disk, Hub, Rotor, UnbalancePlane
 from problems.rotor.modes import natural_frequencies, natural_modes
 from problems.rotor.problem import RotorProblem
 from problems.rotor.shaft import shear_coefficient
@@ -196,7 +196,17 @@ def test_a_hub_is_as_wide_as_its_disk_or_as_the_shaft_is_thick():
         effect("hub_stiffening").added_to(bare)
 
 
-def test_a_rotor_refuses_what_is_no_number():
-    for name in ("external_damping", "axial_force"):
-        with pytest.raises(SettingError, match=name.replace("_", " ")):
-            Rotor(PLAIN.rotor.segments, **{name: float("nan")})
+@pytest.mark.parametrize(
+    "make, said",
+    [
+        (lambda: Rotor(PLAIN.rotor.segments, external_damping=float("nan")), "external damping"),
+        (lambda: Rotor(PLAIN.rotor.segments, axial_force=float("inf")), "axial force"),
+        (lambda: Rotor(PLAIN.rotor.segments, hubs=(Hub(5.0, 0.1, 1.0),)), "hub at 5 m"),
+        (lambda: Hub(0.5, 0.0, 1.0), "width of a hub"),
+        (lambda: Hub(0.5, 0.1, -1.0), "stiffening of a hub: expected a number above -1"),
+        (lambda: dataclasses.replace(PLAIN.rotor.segments[0], shear_flexibility=-0.1), "shear flexibility"),
+    ],
+)
+def test_a_rotor_refuses_what_cannot_be(make, said):
+    with pytest.raises(SettingError, match=said):
+        make()
