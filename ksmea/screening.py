@@ -69,9 +69,10 @@ def sobol(n: int, d: int, rng: np.random.Generator | None = None) -> Array:
 
 
 def log_ratio(predicted: Array | ComplexArray, measured: Array | ComplexArray) -> Array | ComplexArray:
-    """ln(p / y): real of amplitudes, complex of responses with the phase wrapped to ±π. `measured` has no zeros."""
-    ratio = predicted / measured
-    return np.log(np.maximum(ratio, np.finfo(float).tiny)) if np.isrealobj(ratio) else np.log(ratio)
+    """ln(p / y): real of amplitudes, complex of responses with the phase wrapped to ±π. `measured` has no zeros; a prediction of
+    0 counts as the smallest number."""
+    ratio, tiny = predicted / measured, np.finfo(float).tiny
+    return np.log(np.maximum(ratio, tiny)) if np.isrealobj(ratio) else np.log(np.where(ratio == 0, tiny, ratio))
 
 
 def mean_log_misfit(log_ratio: Array | ComplexArray) -> Array:

@@ -6,8 +6,9 @@ turn later: with θ = Ωt + α its angle and γ that of the weight, the loss is
 
     s ½ (1 + cos(θ − γ)) n nᵀ,    n = (cos θ, sin θ),
 
-whose unknowns are s cos α and s sin α. It makes 1X, 2X and 3X of the sag, with peaks at a critical speed, at half and at a third of it. The weight rules the breathing
-as long as the vibration is small beside the sag, which holds for heavy horizontal rotors below their critical speeds.
+whose unknowns are s cos α and s sin α. It makes 1X, 2X and 3X of the sag, with peaks at a critical speed, at half and at a
+third of it. The weight rules the breathing as long as the vibration is small beside the sag, which holds for heavy horizontal
+rotors below their critical speeds.
 
 I. W. Mayes & W. G. R. Davies, Analysis of the response of a multi-rotor-bearing system containing a transverse crack in a rotor,
 J. Vib. Acoust. Stress Reliab. Des. 106 (1984) 139–145, doi 10.1115/1.3269142; R. Gasch, A survey of the dynamic behaviour of a

@@ -4,7 +4,7 @@ With second moments of area I (1 ± ε) along axes ξ and η that turn with the 
 stiffness is larger by ε along ξ and smaller by ε along η, shear alike. In complex notation it adds κ conj(r) e^{2iΩt} with
 κ = ε e^{2iα}, its unknowns. Forward 1X it couples with itself, so that a critical speed splits in two with a range between them in
 which motion grows where damping is small; backward 1X becomes 3X; and the sag under the weight becomes a forward 2X, with a
-peak at half of a critical speed. Weight acts along y downwards, or as set.
+peak at half of a critical speed. The growth rate of an extended model leaves that range out. Weight acts along y downwards, or as set.
 
 It acts on the lowest bending shapes of the free rotor, of which there are `N_SHAPE`.
 
