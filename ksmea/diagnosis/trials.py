@@ -22,6 +22,8 @@ from ksmea.diagnosis.fitting import (
 from ksmea.diagnosis.stable_fits import stable_fit
 from ksmea.measurement import Measurement
 
+FAR = 50.0  # above the lowest deviance of the trials before: fits that end there are no rivals, and need no end
+
 
 @dataclass(frozen=True)
 class Candidate:
@@ -118,9 +120,10 @@ def fitted(
 ) -> list[Trial]:
     """All candidates, each fitted from where the model without it fits; highest ΔBIC first. `n_candidate` is the number
     that p is corrected for, that of the candidates if not given."""
-    trials = []
+    trials: list[Trial] = []
     for candidate in found:
-        fit = fit_nearby(candidate.effect.added_to(problem), measurement, without)
+        lowest = min((trial.fit.deviance for trial in trials), default=np.inf)
+        fit = fit_nearby(candidate.effect.added_to(problem), measurement, without, lowest + FAR)
         fit = stable_fit(fit, start_nearby(fit.problem, without))
         trials.append(trial_of(candidate, fit, without, n_candidate or len(found)))
         progress()
@@ -143,9 +146,9 @@ def refined(
         if len(path):
             fit = fit_along(trial.fit.problem, measurement, baseline, path, effort)
         elif trial.candidate.effect.is_scanned:
-            fit = fit_from_scan(trial.fit.problem, measurement, baseline, effort)
+            fit = fit_from_scan(trial.fit.problem, measurement, baseline, effort, trial.fit.deviance)
         else:
-            fit = fit_from(trial.fit.problem, measurement, starts, baseline.best.likelihood.d)
+            fit = fit_from(trial.fit.problem, measurement, starts, baseline.best.likelihood.d, trial.fit.deviance)
         fit = stable_fit(fit, start_nearby(fit.problem, baseline.best))
         best = min(fit, trial.fit, key=lambda each: each.deviance)
         better.append(trial_of(trial.candidate, best, baseline.best, len(trials)))
