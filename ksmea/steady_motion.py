@@ -44,12 +44,14 @@ def steady_motion(force: ForceOfMotion, coefficients: Array, site: SiteMotion) -
     Raises LinAlgError where no steady motion is found."""
     motion, per_force = site.without_force, site.per_force
     found, is_found = _newton(force, coefficients, motion, per_force, motion if site.near is None else site.near)
+    if is_found.all():
+        return found
     rising = np.argsort(site.speed)
     for order in (rising, rising[::-1]):
         for last, index in pairwise(order):
             lacking = np.logical_not(is_found[:, index]) & is_found[:, last]
-            only, start = np.ix_(lacking, [index]), found[np.ix_(lacking, [last])]
             if lacking.any():
+                only, start = np.ix_(lacking, [index]), found[np.ix_(lacking, [last])]
                 solved = _newton(force, coefficients[lacking], motion[only], per_force[only], start)
                 found[only], is_found[only] = solved
     for part in PARTS:
