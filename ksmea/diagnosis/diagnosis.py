@@ -145,7 +145,7 @@ def diagnose(
         best_estimate=best_estimate,
         best_quality=best_quality,
         predictive_gain=None if best is None else predictive_gain(baseline_fit, best, n_block, progress),
-        split=_split(explained, len(problem.parameters)) if verdict == "ambiguous" else None,
+        split=_split(explained, len(problem.parameters), progress) if verdict == "ambiguous" else None,
         collinearity=collinearities,
         detectable=detectable,
         level=level,
@@ -312,12 +312,12 @@ def _verdict(
     return "not observable" if observable and np.mean(observable) < MIN_OBSERVABLE else "adequate"
 
 
-def _split(explained: _Explained | None, d: int) -> Split | None:
+def _split(explained: _Explained | None, d: int, progress: Callable[[], None]) -> Split | None:
     """What would tell the best effect or pair from its rivals, and these from each other."""
     if explained is None or not explained.rivals:
         return None
     own = " and ".join(candidate.name for candidate in explained.applied)
-    return best_split({own: explained.fit, **explained.rivals}, d)
+    return best_split({own: explained.fit, **explained.rivals}, d, progress)
 
 
 def _collinearities(lead: Trial, trials: Sequence[Trial]) -> dict[str, float]:
