@@ -23,6 +23,8 @@ MAX_BEND_RATIO = 0.75  # of a bend to the step that it corrects (Transtrum & Set
 # Damping of a step, relative to the information: at first, and where no step leads down any more.
 FIRST_DAMPING, LAST_DAMPING = 1e-6, 1e8
 
+PATIENCE = 15  # iterations by whose pace a search is given up that is to come below a ceiling
+
 # Two maxima are one where their deviances are as near as this, and the difference is as small to the data (standard errors).
 CLOSE, NEAR = 1e-2, 0.5
 
@@ -55,13 +57,15 @@ def maximise(
     max_iterations: int = MAX_ITERATIONS,
     tolerance: float = 1e-7,
     least_gain: float = 0.0,
+    ceiling: float = np.inf,
 ) -> Point:
     """The maximum of the likelihood that Fisher scoring leads to from θ (p,), within the limits.
 
     `fixed` is the index of an unknown that keeps its value (for profiles). Steps solve the scoring equations in the box
     as bounded least squares, damped as by Levenberg and Marquardt, and once a step has failed they bend with the mean
     (geodesic acceleration). They end where a step is expected to lower the deviance by less than `tolerance` or lowers it by
-    less than `least_gain`, after `max_iterations`, or where the model's budget is spent; a budget that does not admit the first Jacobian raises
+    less than `least_gain`, after `max_iterations`, where at their pace the deviance would still lie above `ceiling` after these, or
+    where the model's budget is spent; a budget that does not admit the first Jacobian raises
     `BudgetSpent`.
 
     M. R. Osborne, Fisher's method of scoring, Int. Stat. Rev. 60 (1992) 99–117, doi 10.2307/1403504; M. K. Transtrum
@@ -71,8 +75,12 @@ def maximise(
     free = np.arange(len(theta)) != fixed
     point = likelihood.at(np.clip(theta, likelihood.lower, likelihood.upper))
     damping = FIRST_DAMPING
+    passed = []
     try:
-        for _ in range(max_iterations):
+        for left in range(max_iterations, 0, -1):
+            passed.append(point.deviance)
+            if not _comes_below(ceiling, passed, left):
+                break
             step, expected = _step(likelihood, point, free, damping, point.gradient)
             if expected < tolerance:
                 break
@@ -94,6 +102,14 @@ def maximise(
     return point
 
 
+def _comes_below(ceiling: float, passed: Sequence[float], left: int) -> bool:
+    """Whether deviances that were passed lead below a ceiling in the iterations that are left, at the pace of the last ones."""
+    if len(passed) <= PATIENCE:
+        return True
+    pace = (passed[-1 - PATIENCE] - passed[-1]) / PATIENCE
+    return passed[-1] - left * pace <= ceiling
+
+
 def with_best_noise(likelihood: Likelihood, best: Point) -> Point:
     """A maximum, or a higher one that lies near it but for the noise: floor or none, the data often allow both."""
     if likelihood.noise_is_estimated:
@@ -110,15 +126,29 @@ def nearest_maximum(likelihood: Likelihood, u: Array) -> Point:
 
 
 def best_maxima(
-    likelihood: Maximised, starts: Sequence[Array], *, first_iterations: int, survivors: int, ceiling: float = np.inf
+    likelihood: Maximised,
+    starts: Sequence[Array],
+    *,
+    first_iterations: int,
+    survivors: int,
+    ceiling: float = np.inf,
+    last_iterations: int = MAX_ITERATIONS,
+    below: float = np.inf,
+    reach: float = np.inf,
 ) -> list[Point]:
     """Different maxima of the likelihood, highest first: a few iterations from every start θ, and the best points that
-    they lead to, `survivors` at most, to the end. Where all have a deviance above `ceiling`, the best point that was met."""
+    they lead to, `survivors` at most, to the end, by `last_iterations` more at most. Where all have a deviance above `ceiling`, the best point that was met.
+    Searches that do not come `below` a deviance, or within `reach` of the best one before them, are given up on the way."""
     first = [maximise(likelihood, theta, max_iterations=first_iterations, tolerance=1e-2) for theta in starts]
     best = sorted(first, key=lambda each: each.deviance)[:survivors]
     if best[0].deviance > ceiling:
         return best[:1]
-    return distinct(likelihood, [maximise(likelihood, point.theta, tolerance=1e-4) for point in best])
+    found: list[Point] = []
+    for point in best:
+        useful = min([below, *(each.deviance + reach for each in found)])
+        again = maximise(likelihood, point.theta, max_iterations=last_iterations, tolerance=1e-4, ceiling=useful)
+        found.append(again)
+    return distinct(likelihood, found)
 
 
 def distinct(likelihood: Maximised, maxima: Sequence[Point]) -> list[Point]:

@@ -189,7 +189,7 @@ def _diagnosed(
         best_estimate=best_estimate,
         best_quality=best_quality,
         predictive_gain=None if best is None else predictive_gain(baseline_fit, best, n_block, progress),
-        split=_split(accepted, len(problem.parameters)) if verdict == "ambiguous" else None,
+        split=_split(accepted, len(problem.parameters), progress) if verdict == "ambiguous" else None,
         collinearity={} if lead is None else collinearities(lead, trials),
         detectable=detectable,
         level=level,
@@ -313,6 +313,6 @@ def _averaged(
     return averaged(explanations, best, estimated, d, level)
 
 
-def _split(explanations: Sequence[Explanation], d: int) -> Split | None:
+def _split(explanations: Sequence[Explanation], d: int, progress: Callable[[], None]) -> Split | None:
     """What would tell explanations apart, each at its best location."""
-    return best_split({each.label: each.fit for each in best_of_names(explanations)[:MAX_SPLIT]}, d)
+    return best_split({each.label: each.fit for each in best_of_names(explanations)[:MAX_SPLIT]}, d, progress)

@@ -18,7 +18,6 @@ from ksmea.difference_likelihood import likelihood_of
 from ksmea.intervals import Estimate, estimate
 from ksmea.likelihood import Likelihood, Point
 from ksmea.maximisation import (
-    MAX_ITERATIONS,
     best_maxima,
     distinct,
     maximise,
@@ -36,6 +35,8 @@ START_DISTANCE = 0.1  # starts of the baseline model are not nearer to each othe
 SCREENED, STARTS, FIRST_ITERATIONS, SURVIVORS = 4096, 30, 8, 10
 REACH = 25.0
 EFFECT_START_DISTANCE = 0.02  # nor starts of an extended one
+
+TRIAL_ITERATIONS = 100  # at most: fits that explain the data end by 60, and the best of all go on to their end
 
 
 PATH_ITERATIONS = 4  # of each fit on a path of values
@@ -157,11 +158,17 @@ def settled(fit: Fit, level: float) -> tuple[Fit, Estimate]:
     return Fit(fit.problem, fit.likelihood, estimated.point), estimated
 
 
-def fit_nearby(problem: Problem, measurement: Measurement, baseline: Fit, max_iterations: int = MAX_ITERATIONS) -> Fit:
+def fit_nearby(
+    problem: Problem,
+    measurement: Measurement,
+    baseline: Fit,
+    max_iterations: int = TRIAL_ITERATIONS,
+    below: float = np.inf,
+) -> Fit:
     """A problem whose last unknowns are those of effects, 0 where there is no effect, fitted jointly with all others
-    from where the baseline model fits."""
+    from where the baseline model fits. Here and in what follows a fit is given up where it would not come `below` a deviance."""
     likelihood, start = likelihood_of(Model(problem), measurement), start_nearby(problem, baseline)
-    return Fit(problem, likelihood, maximise(likelihood, start, max_iterations=max_iterations, tolerance=1e-4))
+    return Fit(problem, likelihood, _tried(likelihood, start, below, max_iterations))
 
 
 def start_nearby(problem: Problem, baseline: Fit) -> Array:
@@ -191,7 +198,12 @@ def fit_along(problem: Problem, measurement: Measurement, baseline: BaselineFits
 
 
 def fit_from_scan(
-    problem: Problem, measurement: Measurement, baseline: BaselineFits, effort: Effort, ceiling: float = np.inf
+    problem: Problem,
+    measurement: Measurement,
+    baseline: BaselineFits,
+    effort: Effort,
+    ceiling: float = np.inf,
+    below: float = np.inf,
 ) -> Fit:
     """The same from the best points of screenings at values of the effects all over their limits, and from other
     maxima of the baseline model; left after the first iterations where all have a deviance above `ceiling`."""
@@ -200,17 +212,19 @@ def fit_from_scan(
     starts = [np.concatenate([fit.u, zero]) for fit in baseline.others]
     found = scanned(problem, measurement, baseline.screened.thinned(effort.scan), zero, effort.scan_values)
     starts += list(found.apart(effort.effect_starts, EFFECT_START_DISTANCE).points)
-    maxima = _maxima(likelihood, [likelihood.start(u) for u in starts], effort, ceiling)
+    maxima = _maxima(likelihood, [likelihood.start(u) for u in starts], effort, ceiling, below)
     return Fit(problem, likelihood, maxima[0])
 
 
-def fit_from(problem: Problem, measurement: Measurement, starts: Sequence[Fit], d: int) -> Fit:
+def fit_from(problem: Problem, measurement: Measurement, starts: Sequence[Fit], d: int, below: float = np.inf) -> Fit:
     """The same from where other fits have the baseline model's d unknowns, without any effect."""
     likelihood = likelihood_of(Model(problem), measurement)
     zero = without_effects(problem, d)
-    points = [
-        maximise(likelihood, likelihood.start(np.concatenate([fit.u[:d], zero])), tolerance=1e-4) for fit in starts
-    ]
+    points: list[Point] = []
+    for fit in starts:
+        start = likelihood.start(np.concatenate([fit.u[:d], zero]))
+        useful = min([below, *(point.deviance for point in points)])
+        points.append(_tried(likelihood, start, useful))
     return Fit(problem, likelihood, min(points, key=lambda point: point.deviance))
 
 
@@ -231,6 +245,24 @@ def without_effects(problem: Problem, d: int) -> Array:
     return problem.parameters.to_cube(np.zeros(len(problem.parameters)))[d:]
 
 
-def _maxima(likelihood: Likelihood, starts: Sequence[Array], effort: Effort, ceiling: float = np.inf) -> list[Point]:
-    first, survivors = effort.first_iterations, effort.survivors
-    return best_maxima(likelihood, starts, first_iterations=first, survivors=survivors, ceiling=ceiling)
+def _tried(likelihood: Likelihood, start: Array, below: float, max_iterations: int = TRIAL_ITERATIONS) -> Point:
+    return maximise(likelihood, start, max_iterations=max_iterations, tolerance=1e-4, ceiling=below)
+
+
+def _maxima(
+    likelihood: Likelihood,
+    starts: Sequence[Array],
+    effort: Effort,
+    ceiling: float = np.inf,
+    below: float = np.inf,
+) -> list[Point]:
+    return best_maxima(
+        likelihood,
+        starts,
+        first_iterations=effort.first_iterations,
+        survivors=effort.survivors,
+        ceiling=ceiling,
+        last_iterations=TRIAL_ITERATIONS,
+        below=below,
+        reach=REACH,
+    )

@@ -10,7 +10,7 @@ linear in the motion cost more; they are fitted only where they come as near to 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
@@ -107,35 +107,50 @@ class LawLikelihood(SumOfSquares):
         self._seen = through(problem, [*problem.channels, *at_site]) if at_site else problem
 
     def at(self, theta: Array) -> Point:
+        """Of several steady motions those next to θ are found from the one at θ."""
         differences = central_differences(theta, STEP, self.lower, self.upper)
-        residual, *around = self._residual(np.concatenate([theta[None], differences.points]))
-        jacobian = differences.derivative(np.array(around))
+        mean, _, motion = self._steady(theta[None], self.near)
+        around, _, _ = self._steady(differences.points, motion[0])
+        [residual] = self._whitened(mean)
+        jacobian = differences.derivative(self._whitened(around))
         return Point(theta, float(residual @ residual), 2 * jacobian.T @ residual, jacobian)
 
     def _residual(self, theta: Array) -> Array:
         """What is left at points (n, p), as real numbers of unit variance (n, m)."""
-        left = (self.mean_and_force(theta)[0] - self._base.measured) / self._base.sd
-        return self._base.measurement.kind.real_parts(left.reshape(len(theta), -1), axis=1)
+        return self._whitened(self._steady(theta, self.near)[0])
+
+    def _whitened(self, mean: ComplexArray) -> Array:
+        left = (mean - self._base.measured) / self._base.sd
+        return self._base.measurement.kind.real_parts(left.reshape(len(mean), -1), axis=1)
 
     def mean_and_force(self, theta: Array) -> tuple[ComplexArray, ComplexArray]:
         """Response (n, n_speed, n_channel), m, and what acts, (n, n_speed, 2) N, at points (n, p)."""
-        x = self._base.problem.parameters.to_si(theta[:, : self.d])
-        response, columns = self._seen.response(x), self._unmodelled.columns(self._seen, x)
+        return self._steady(theta, self.near)[:2]
+
+    def _steady(self, theta: Array, near: ComplexArray | None) -> tuple[ComplexArray, ComplexArray, ComplexArray]:
+        """The same and the motion of the site, (n, n_speed, 2) m, next to one (n_speed, 2); of a law that does not follow it none,
+        (n, n_speed, 0)."""
+        u, place = np.unique(
+            theta[:, : self.d], axis=0, return_inverse=True
+        )  # many points differ in coefficients alone
+        x = self._base.problem.parameters.to_si(u)
+        response, columns = self._seen.response(x)[place], self._unmodelled.columns(self._seen, x)[place]
         n_channel = len(self._base.problem.channels)
         coefficients = theta[:, self.d :] * self.scale
         motion, per_force = response[:, :, n_channel:], columns[:, :, n_channel:]
-        near = None if self.near is None else np.broadcast_to(self.near, motion.shape)
-        force = self.law.steady(coefficients, SiteMotion(self._seen.speed, motion, per_force, near))
-        return response[:, :, :n_channel] + (columns[:, :, :n_channel] @ force[..., None])[..., 0], force
+        start = None if near is None else np.broadcast_to(near, motion.shape)
+        force = self.law.steady(coefficients, SiteMotion(self._seen.speed, motion, per_force, start))
+        acting = response + (columns @ force[..., None])[..., 0]
+        return acting[:, :, :n_channel], force, acting[:, :, n_channel:]
 
 
-def fitted_laws(sites: Sequence[SiteFit], noise: Noise) -> list[LawFit]:
+def fitted_laws(sites: Sequence[SiteFit], noise: Noise, progress: Callable[[], None] = lambda: None) -> list[LawFit]:
     """Every law of its kind at sites of an unknown force or moment, those that leave least first, the lowest BIC first; `noise`
     is that of the location. The first sites of each kind are tried, then neighbours of the best fit until none is better: where
-    many sites are accepted, the one of a law may leave no less than others."""
+    many sites are accepted, the one of a law may leave no less than others. `progress` is called at each fit."""
     first = [site for kind in LOADS for site in [each for each in sites if each.unmodelled.kind == kind][:N_FIRST]]
     trials = {site.unmodelled: _all_trials(site) for site in first}
-    fits = _all_fitted(_first_trials(trials.values()), noise)
+    fits = _all_fitted(_first_trials(trials.values()), noise, progress)
     seen: set[Unmodelled] = set()
     while fits and fits[0].site.unmodelled not in seen:
         best = fits[0]
@@ -149,7 +164,7 @@ def fitted_laws(sites: Sequence[SiteFit], noise: Noise) -> list[LawFit]:
             for trial in _promising(trials[site.unmodelled], all_nonlinear=isinstance(best.law, NonlinearLaw))
             if (site.unmodelled, trial.law.key) not in found
         ]
-        fits = sorted([*fits, *_all_fitted(further, noise)], key=lambda fit: fit.bic)
+        fits = sorted([*fits, *_all_fitted(further, noise, progress)], key=lambda fit: fit.bic)
     return fits
 
 
@@ -190,9 +205,12 @@ def _beside(place: Unmodelled, sites: Sequence[SiteFit]) -> list[SiteFit]:
     return along[max(index - 1, 0) : index + 2]
 
 
-def _all_fitted(trials: Iterable[LawTrial], noise: Noise) -> list[LawFit]:
+def _all_fitted(trials: Iterable[LawTrial], noise: Noise, progress: Callable[[], None] = lambda: None) -> list[LawFit]:
     """The lowest BIC first; without those that have no steady motion."""
-    fits = [_fitted(trial, noise) for trial in trials]
+    fits = []
+    for trial in trials:
+        fits.append(_fitted(trial, noise))
+        progress()
     return sorted((fit for fit in fits if fit is not None), key=lambda fit: fit.bic)
 
 

@@ -58,15 +58,17 @@ def screened_at(problem: Problem, measurement: Measurement, points: Array, value
 
 
 def refined_by_clouds(problem: Problem, measurement: Measurement, found: Screened) -> Screened:
-    """Clouds of points around the best ones, narrower and narrower; unknowns that are costly to change take few
-    values."""
+    """Clouds of points around the best ones, narrower and narrower; unknowns that are costly to change take few values, the
+    same ones in all clouds of a width."""
     d = found.points.shape[1]
     cloud = scipy.stats.norm.ppf(sobol(CLOUD_POINTS, d) + 0.5 / CLOUD_POINTS)
     costly = list(problem.costly)
     cloud[:, costly] = np.clip(np.rint(cloud[:, costly]), -1, 1)
     for width in CLOUDS:
         centres = found.apart(CLOUD_CENTRES, width / 2)
-        points = np.clip(centres.points[:, None] + width * cloud, 0.0, 1.0).reshape(-1, d)
+        points = centres.points[:, None] + width * cloud
+        points[..., costly] = width * np.rint(points[..., costly] / width)
+        points = np.clip(points, 0.0, 1.0).reshape(-1, d)
         found = joined(centres, screened(problem, measurement, points))
     return found
 

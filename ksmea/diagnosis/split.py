@@ -73,19 +73,24 @@ class Split:
         return tuple(pair for pair in self.pairs if pair.then < ENOUGH)
 
 
-def best_split(explanations: Mapping[str, Fit], d: int) -> Split | None:
+def best_split(explanations: Mapping[str, Fit], d: int, progress: Callable[[], None] = lambda: None) -> Split | None:
     """The further measurement of least effort that tells all fitted explanations, by name, apart, or the one that comes
-    nearest to it; None where none tells any two apart. The unknowns behind the first d are those of effects."""
+    nearest to it; None where none tells any two apart. The unknowns behind the first d are those of effects. `progress` is called
+    at each candidate."""
     names, first = tuple(explanations), next(iter(explanations.values()))
     fits = [_with_other_signs(fit, d) for fit in explanations.values()]
     pairs = list(itertools.combinations(range(len(fits)), 2))
     now = _Seen.of(fits, first.likelihood.measurement.layout).separations(pairs)
     best, best_then = None, now
     for kind in (_with_weights, _through_other_planes, _at_higher_speeds):
-        candidates = [(further, _Seen.of(fits, further.layout)) for further in kind(first)]
+        candidates = []
+        for further in kind(first):
+            candidates.append((further, _Seen.of(fits, further.layout)))
+            progress()
         candidates.sort(key=lambda candidate: _merit(candidate[1].linear_separations(pairs)), reverse=True)
         for further, seen in candidates[:N_REFITTED]:
             then = seen.separations(pairs)
+            progress()
             if _merit(then) > _merit(best_then):
                 best, best_then = further, then
         if np.all(best_then >= ENOUGH):

@@ -10,6 +10,7 @@ import scipy
 
 from ksmea.contracts import AnyEffect, Problem
 from ksmea.diagnosis.fitting import (
+    TRIAL_ITERATIONS,
     BaselineFits,
     Effort,
     Fit,
@@ -21,8 +22,9 @@ from ksmea.diagnosis.fitting import (
 )
 from ksmea.diagnosis.stable_fits import stable_fit
 from ksmea.errors import SettingError
-from ksmea.maximisation import MAX_ITERATIONS
 from ksmea.measurement import Measurement
+
+FAR = 50.0  # above the lowest deviance of the trials before: fits that end there are no rivals, and need no end
 
 
 @dataclass(frozen=True)
@@ -121,13 +123,15 @@ def fitted(
     found: Sequence[Candidate],
     progress: Callable[[], None],
     n_candidate: int | None = None,
-    max_iterations: int = MAX_ITERATIONS,
+    max_iterations: int = TRIAL_ITERATIONS,
 ) -> list[Trial]:
     """All candidates, each fitted from where the model without it fits; highest ΔBIC first. `n_candidate` is the number
     that p is corrected for, that of the candidates if not given."""
-    trials = []
+    trials: list[Trial] = []
     for candidate in found:
-        fit = fit_nearby(candidate.effect.added_to(problem), measurement, without, max_iterations)
+        lowest = min((trial.fit.deviance for trial in trials), default=np.inf)
+        extended = candidate.effect.added_to(problem)
+        fit = fit_nearby(extended, measurement, without, max_iterations, lowest + FAR)
         fit = stable_fit(fit, start_nearby(fit.problem, without))
         trials.append(trial_of(candidate, fit, without, n_candidate or len(found)))
         progress()
@@ -167,9 +171,9 @@ def searched(
     if len(path):
         fit = fit_along(problem, measurement, baseline, path, effort)
     elif trial.candidate.effect.is_scanned:
-        fit = fit_from_scan(problem, measurement, baseline, effort, ceiling)
+        fit = fit_from_scan(problem, measurement, baseline, effort, ceiling, fit.deviance)
     elif starts:
-        fit = fit_from(problem, measurement, starts, baseline.best.likelihood.d)
+        fit = fit_from(problem, measurement, starts, baseline.best.likelihood.d, fit.deviance)
     fit = stable_fit(fit, start_nearby(problem, baseline.best))
     best = min(fit, trial.fit, key=lambda each: each.deviance)
     return trial_of(trial.candidate, best, baseline.best, n_candidate)

@@ -106,17 +106,22 @@ def location(
         n_start=options.starts,
         progress=progress,
     )
-    return location_record(found, rng, options.interval_level, options.blocks, baseline)
+    return location_record(found, rng, options.interval_level, options.blocks, baseline, progress)
 
 
 def location_record(
-    found: Location, rng: np.random.Generator, interval_level: float, n_block: int, baseline: Fit | None = None
+    found: Location,
+    rng: np.random.Generator,
+    interval_level: float,
+    n_block: int,
+    baseline: Fit | None = None,
+    progress: Callable[[], None] = lambda: None,
 ) -> LocationRecord:
     """A location as plain data; values of unknowns in their units. The best site is that of the best law, where one holds,
     else the one that leaves least."""
     problem, measurement = found.plain.likelihood.problem, found.plain.likelihood.measurement
     believed = [] if found.is_plain_enough else [found.sites[index] for index in found.accepted]
-    laws = _laws(believed, found)
+    laws = _laws(believed, found, progress)
     law = next((fit for fit in laws if fit.p >= found.level), None)
     best = None if law is None else law.site.unmodelled
     believed = sorted(believed, key=lambda fit: fit.unmodelled != best)  # those of no law stay in their order
@@ -219,10 +224,10 @@ def _force(fit: SiteFit, recovered: RecoveredForce, level: float) -> ForceRecord
     )
 
 
-def _laws(believed: Sequence[SiteFit], found: Location) -> list[LawFit]:
+def _laws(believed: Sequence[SiteFit], found: Location, progress: Callable[[], None]) -> list[LawFit]:
     """The laws at sites that are believed, the lowest BIC first; behind them a smooth function of speed where none holds."""
     sites = [fit for fit in believed if fit.unmodelled.kind in LOADS]
-    simple = fitted_laws(sites, found.noise)
+    simple = fitted_laws(sites, found.noise, progress)
     return simple if any(fit.p >= found.level for fit in simple) else [*simple, *smooth_fits(sites, found.noise)]
 
 

@@ -7,8 +7,8 @@ from scipy.optimize import minimize
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.intervals import estimate
-from ksmea.likelihood import Likelihood
-from ksmea.maximisation import best_maxima, distinct, maximise, nearest_maximum, with_best_noise
+from ksmea.likelihood import Likelihood, Point
+from ksmea.maximisation import PATIENCE, best_maxima, distinct, maximise, nearest_maximum, with_best_noise
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.model import Model
 from ksmea.parameters import Parameter, Parameters
@@ -205,3 +205,44 @@ def test_known_noise_is_left_alone(rotor, truth):
     likelihood = likelihood_of(rotor, truth, "complex")
     point = likelihood.at(truth)
     assert with_best_noise(likelihood, point) is point
+
+
+class Slow:
+    """χ² of a residual θ⁴, which Gauss–Newton steps lower by a factor of (3/4)⁸ = 0.1 each: θ is a quarter of itself too far."""
+
+    d = 1
+    lower, upper, period, longest_step = np.zeros(1), np.ones(1), np.full(1, np.inf), np.full(1, np.inf)
+
+    def __init__(self):
+        self.n_point = 0
+
+    def at(self, theta):
+        self.n_point += 1
+        slope = 4 * theta**3
+        return Point(theta, self.deviance(theta), 2 * slope * theta**4, slope[:, None])
+
+    def deviance(self, theta):
+        return float(theta[0] ** 8)
+
+    def curvature(self, point, step):
+        return np.zeros(1)
+
+
+def test_a_search_is_given_up_that_would_not_come_below_a_ceiling():
+    def points(ceiling):
+        likelihood = Slow()
+        maximise(likelihood, np.ones(1), max_iterations=100, tolerance=0.0, ceiling=ceiling)
+        return likelihood.n_point
+
+    # It falls by 0.1 a step: those of the first PATIENCE steps would lead below −0.01 in the 100, those behind them not
+    assert PATIENCE < points(-0.01) < PATIENCE + 10
+    assert points(0.0) > PATIENCE + 10 and points(np.inf) > PATIENCE + 10
+
+
+def test_only_survivors_that_come_near_the_best_go_on(rotor, truth):
+    likelihood = likelihood_of(rotor, truth, "complex")
+    starts = [truth, np.clip(truth + 0.3, 0, 1)]
+    all_of_them = best_maxima(likelihood, starts, first_iterations=2, survivors=2)
+    near = best_maxima(likelihood, starts, first_iterations=2, survivors=2, reach=25.0)
+    assert near[0].deviance == all_of_them[0].deviance
+    assert near[-1].deviance >= all_of_them[-1].deviance
