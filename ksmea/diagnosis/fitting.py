@@ -38,6 +38,9 @@ REACH = 25.0
 EFFECT_START_DISTANCE = 0.02  # nor starts of an extended one
 
 
+# Expected fall of the deviance at which fits of trials end; of data that are off by many times their known noise, in parts of
+# the mean square of what is left.
+END = 1e-4
 PATH_ITERATIONS = 4  # of each fit on a path of values
 LAST_DECADE = 0.1  # of the last value of a path, from where on its values are screened
 
@@ -132,7 +135,11 @@ def likely_maxima(likelihood: Likelihood, known: Point, rng: np.random.Generator
 
 def finished(fit: Fit) -> Fit:
     """A fit that was left before its end, gone on with to where fits of trials end."""
-    return Fit(fit.problem, fit.likelihood, maximise(fit.likelihood, fit.point.theta, tolerance=1e-4))
+    return Fit(fit.problem, fit.likelihood, maximise(fit.likelihood, fit.point.theta, tolerance=_end(fit)))
+
+
+def _end(fit: Fit) -> float:
+    return END * max(1.0, fit.deviance / fit.likelihood.n_residual)
 
 
 def polished(fit: Fit) -> Fit:
@@ -156,7 +163,9 @@ def fit_nearby(problem: Problem, measurement: Measurement, baseline: Fit, max_it
     """A problem whose last unknowns are those of effects, 0 where there is no effect, fitted jointly with all others
     from where the baseline model fits."""
     likelihood, start = likelihood_of(Model(problem), measurement), start_nearby(problem, baseline)
-    return Fit(problem, likelihood, maximise(likelihood, start, max_iterations=max_iterations, tolerance=1e-4))
+    return Fit(
+        problem, likelihood, maximise(likelihood, start, max_iterations=max_iterations, tolerance=_end(baseline))
+    )
 
 
 def start_nearby(problem: Problem, baseline: Fit) -> Array:

@@ -42,7 +42,7 @@ def pairs_beside(
 ) -> list[Explanation]:
     """Pairs of one of the first effects and any other candidate, highest ΔBIC first; with `is_scanned` second effects are
     scanned."""
-    n_candidate, n_kept = len(firsts) * (len(trials) - 1), effort.pairs // len(firsts)
+    n_candidate, n_kept = len(firsts) * (len(trials) - 1), max(1, effort.pairs // len(firsts))
     found = []
     for first in firsts:
         others = [trial.candidate for trial in trials if trial.candidate != first.candidate]
