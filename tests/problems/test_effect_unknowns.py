@@ -49,5 +49,5 @@ def test_the_second_place_is_in_the_names_of_its_unknowns_and_the_first_ones_sta
 
 @pytest.mark.parametrize(("name", "settings"), [("runout", {"position": 0.1}), ("mass", {})])
 def test_the_same_effect_at_the_same_place_twice_is_refused(name, settings):
-    with pytest.raises(SettingError, match="each unknown once, got (runout_x|mass_change) again"):
+    with pytest.raises(SettingError, match=r"each unknown once, got (runout_x|mass_change) again"):
         effect(name, **settings).added_to(effect(name, **settings).added_to(PLAIN))
