@@ -75,10 +75,11 @@ def alternatives(
     measurement: Measurement,
     effort: Effort,
     progress: Callable[[], None],
+    n_candidate: int,
 ) -> list[Explanation]:
     """Pairs that come near the best one with another effect in place of one of its two: the other one is fitted beside each
-    of the first effects."""
-    found, n_candidate = [], len(firsts) * len(best.applied)
+    of the first effects. `n_candidate` is the number of all pairs that p is corrected for."""
+    found = []
     for first in firsts:
         kept = [candidate for candidate in best.applied if candidate != first.candidate]
         for second in _quick(first, kept, measurement, effort, progress, n_candidate):
