@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass
 
@@ -12,6 +13,15 @@ from ksmea.errors import SettingError
 from ksmea.units import SI_PER_UNIT, TURN
 
 PHASE_ORIGIN = "phase_origin"  # name of the unknown that measured phases bring along: it turns all data alike
+
+
+def name_at(name: str, place: str) -> str:
+    """The name of an unknown that is apart from others of its name by its place, as one word: settings are given by it.
+
+    >>> name_at("runout_x", "at 0.5 m")
+    'runout_x_at_0_5_m'
+    """
+    return "_".join([name, *re.findall(r"\w+", place)])
 
 
 @dataclass(frozen=True)

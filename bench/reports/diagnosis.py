@@ -4,7 +4,7 @@ often each verdict was reached and whether what was hidden was found."""
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Container, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -25,6 +25,7 @@ from bench.reports.next_measurement import CAMPAIGN_FILE, Next, next_measurement
 from bench.reports.rates import interval
 from bench.reports.tables import csv_text
 from ksmea.extension import extended_yaml
+from ksmea.parameters import name_at
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.show.diagnosis import about_extension, text
@@ -118,9 +119,13 @@ def _found(record: DiagnosisRecord) -> dict[str, Any]:
     own = [trial for trial in record.ranking if trial.effect in names]
     hidden = {(effect.effect, effect.location) for effect in record.hidden}
     located = [trial for trial in own if (trial.effect, trial.location) in hidden]
-    sizes = {part.name: part.value for effect in record.hidden for part in effect.parameters}
     intervals = {row.name: row.after for row in record.coefficients if row.after is not None}
-    held = [intervals[name].holds(size) for name, size in sizes.items() if name in intervals]
+    found = (
+        (found_name(part.name, effect.location, intervals), part)
+        for effect in record.hidden
+        for part in effect.parameters
+    )
+    held = [intervals[name].holds(part.value) for name, part in found if name in intervals]
     drops = [trial.deviance_drop for trial in located or own]
     return {
         "hidden_deviance_drop": record.hidden_deviance_drop,
@@ -134,10 +139,18 @@ def _found(record: DiagnosisRecord) -> dict[str, Any]:
     }
 
 
+def found_name(hidden: str, location: str, names: Container[str]) -> str:
+    """The name in the extended model of an unknown that is hidden at a location: of an effect at two places it depends on which
+    one was found first."""
+    own = hidden.removesuffix(name_at("", location))
+    return at_place if (at_place := name_at(own, location)) in names else own
+
+
 def _is_located(record: DiagnosisRecord, effect: HiddenEffect) -> bool:
-    """Whether the first trial of an effect is at the location where it is hidden."""
+    """Whether an effect is applied, or its first trial is, at the location where it is hidden."""
     first = next((trial for trial in record.ranking if trial.effect == effect.effect), None)
-    return first is not None and first.location == effect.location
+    is_applied = (effect.effect, effect.location) in [(each.name, each.location) for each in record.applied]
+    return is_applied or (first is not None and first.location == effect.location)
 
 
 def _is_collinear(record: DiagnosisRecord, name: str) -> bool:

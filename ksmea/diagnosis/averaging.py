@@ -15,10 +15,9 @@ Weights are those of AIC, w_m ∝ exp(−(D_m + 2 k_m)/2) with the deviance D_m 
 or not by the data, and would leave an explanation of as low a deviance with two more unknowns a weight of 1/n, though the
 data hold no evidence against it.
 
-What the interval covers: the causes that the library has and that came near, each at its weight. Where one of them is the truth, it
-holds the true value about as often as `level` says if that one has a fair weight; a member with a weight below (1 − level)/2
-moves no end. Noise favours the wrong one of two equal explanations in half of all draws by some units of the deviance, which
-the weights bear. The truth outside of the library is not covered by any average.
+What the interval covers: the causes that the library has and that came near, each at its weight. It is meant to hold the true
+value where one of them is the truth and has a fair weight; a member with a weight below (1 − level)/2 moves no end. A truth
+outside of the library is covered by no average.
 
 J. A. Hoeting, D. Madigan, A. E. Raftery and C. T. Volinsky, Bayesian model averaging: a tutorial, Stat. Sci. 14 (1999)
 382–417, doi 10.1214/ss/1009212519; K. P. Burnham and D. R. Anderson, Model Selection and Multimodel Inference, 2nd ed.

@@ -271,7 +271,9 @@ def _explained(
     limit = alone.best.delta_bic + NEAR
     best = [pair for pair in pairs if pair.p < level and pair.delta_bic > limit][:MAX_TESTED]
     if best:
-        pairs = ranked_explanations([*pairs, *alternatives(best[0], significant, measurement, effort, progress)])
+        n_pair = len(significant) * (len(trials) - 1)
+        others = alternatives(best[0], significant, measurement, effort, progress, n_pair)
+        pairs = ranked_explanations([*pairs, *others])
         best = [pair for pair in pairs if pair.p < level and pair.delta_bic > limit][:MAX_TESTED]
     for pair in best:
         found = _with_near(pair, pairs, rng)

@@ -39,6 +39,9 @@ EFFECT_START_DISTANCE = 0.02  # nor starts of an extended one
 TRIAL_ITERATIONS = 100  # at most: fits that explain the data end by 60, and the best of all go on to their end
 
 
+# Expected fall of the deviance at which fits of trials end; of data that are off by many times their known noise, in parts of
+# the mean square of what is left.
+END = 1e-4
 PATH_ITERATIONS = 4  # of each fit on a path of values
 LAST_DECADE = 0.1  # of the last value of a path, from where on its values are screened
 
@@ -138,7 +141,11 @@ def likely_maxima(likelihood: Likelihood, known: Point, rng: np.random.Generator
 
 def finished(fit: Fit) -> Fit:
     """A fit that was left before its end, gone on with to where fits of trials end."""
-    return Fit(fit.problem, fit.likelihood, maximise(fit.likelihood, fit.point.theta, tolerance=1e-4))
+    return Fit(fit.problem, fit.likelihood, maximise(fit.likelihood, fit.point.theta, tolerance=_end(fit)))
+
+
+def _end(fit: Fit) -> float:
+    return END * max(1.0, fit.deviance / fit.likelihood.n_residual)
 
 
 def polished(fit: Fit) -> Fit:
@@ -168,7 +175,7 @@ def fit_nearby(
     """A problem whose last unknowns are those of effects, 0 where there is no effect, fitted jointly with all others
     from where the baseline model fits. Here and in what follows a fit is given up where it would not come `below` a deviance."""
     likelihood, start = likelihood_of(Model(problem), measurement), start_nearby(problem, baseline)
-    return Fit(problem, likelihood, _tried(likelihood, start, below, max_iterations))
+    return Fit(problem, likelihood, _tried(likelihood, start, below, max_iterations, _end(baseline)))
 
 
 def start_nearby(problem: Problem, baseline: Fit) -> Array:
@@ -245,8 +252,14 @@ def without_effects(problem: Problem, d: int) -> Array:
     return problem.parameters.to_cube(np.zeros(len(problem.parameters)))[d:]
 
 
-def _tried(likelihood: Likelihood, start: Array, below: float, max_iterations: int = TRIAL_ITERATIONS) -> Point:
-    return maximise(likelihood, start, max_iterations=max_iterations, tolerance=1e-4, ceiling=below)
+def _tried(
+    likelihood: Likelihood,
+    start: Array,
+    below: float,
+    max_iterations: int = TRIAL_ITERATIONS,
+    tolerance: float = END,
+) -> Point:
+    return maximise(likelihood, start, max_iterations=max_iterations, tolerance=tolerance, ceiling=below)
 
 
 def _maxima(

@@ -42,7 +42,7 @@ def pairs_beside(
 ) -> list[Explanation]:
     """Pairs of one of the first effects and any other candidate, highest ΔBIC first; with `is_scanned` second effects are
     scanned."""
-    n_candidate, n_kept = len(firsts) * (len(trials) - 1), effort.pairs // len(firsts)
+    n_candidate, n_kept = len(firsts) * (len(trials) - 1), max(1, effort.pairs // len(firsts))
     found = []
     for first in firsts:
         others = [trial.candidate for trial in trials if trial.candidate != first.candidate]
@@ -75,10 +75,11 @@ def alternatives(
     measurement: Measurement,
     effort: Effort,
     progress: Callable[[], None],
+    n_candidate: int,
 ) -> list[Explanation]:
     """Pairs that come near the best one with another effect in place of one of its two: the other one is fitted beside each
-    of the first effects."""
-    found, n_candidate = [], len(firsts) * len(best.applied)
+    of the first effects. `n_candidate` is the number of all pairs that p is corrected for."""
+    found = []
     for first in firsts:
         kept = [candidate for candidate in best.applied if candidate != first.candidate]
         for second in _quick(first, kept, measurement, effort, progress, n_candidate):

@@ -288,7 +288,7 @@ def _weights(record: DiagnosisRecord) -> list[str]:
         if each.weight is not None:
             shares[each.label] = shares.get(each.label, 0.0) + each.weight
     said = ", ".join(f"{label} {share:.2f}" for label, share in shares.items())
-    return [f"Averaged over all that explain the data about as well, by weight: {said}."] if shares else []
+    return [f"Averaged over all that explain the data about as well, by model weight: {said}."] if shares else []
 
 
 def _cell(estimated: EstimateRecord | None) -> str:

@@ -86,6 +86,12 @@ class DiagnosisOptions(Settings):
         at_least=1,
     )
     effect_starts: int = setting(5, "fits of each effect from the best of those", at_least=1)
+    firsts: int = setting(
+        3, "effects that second ones are tried beside, where the best one does not leave noise behind", at_least=1
+    )
+    pairs: int = setting(
+        18, "pairs of effects that are fitted to the end, and as many at most whose second one is scanned", at_least=1
+    )
     locate: bool = setting(
         True,
         "where the model is wrong, look too for places at which an unknown force explains the data, whatever its cause",
@@ -103,6 +109,8 @@ class DiagnosisOptions(Settings):
             scan=self.scan,
             scan_values=self.scan_values,
             effect_starts=self.effect_starts,
+            firsts=self.firsts,
+            pairs=self.pairs,
         )
 
 

@@ -8,11 +8,10 @@ whatever is added. A name is one word, so that settings can be given by it.
 from __future__ import annotations
 
 import dataclasses
-import re
 from collections.abc import Sequence
 
 from ksmea.errors import SettingError
-from ksmea.parameters import Parameter
+from ksmea.parameters import Parameter, name_at
 from problems.rotor.hooks import RotorHooks
 from problems.rotor.problem import RotorProblem
 
@@ -32,8 +31,7 @@ def effect_unknowns(problem: RotorProblem, effects: Sequence[RotorHooks]) -> tup
                     " place for one"
                 )
         if any(item.name in taken for item in items):
-            place = re.sub(r"\W+", "_", str(effect)).strip("_")
-            items = tuple(dataclasses.replace(item, name=f"{item.name}_{place}") for item in items)
+            items = tuple(dataclasses.replace(item, name=name_at(item.name, str(effect))) for item in items)
         taken.update(item.name for item in items)
         there.add(at)
         found.append(items)

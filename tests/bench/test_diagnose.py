@@ -9,6 +9,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from bench.reports.diagnosis import found_name
 from ksmea.records.hidden import HiddenEffect
 from measurements.file import File
 from measurements.run_up_csv import as_csv
@@ -176,3 +177,17 @@ def test_a_real_sweep_through_a_critical_speed_is_no_steady_response(enter, tmp_
     ended = enter("+experiment=diagnose", *words, output="results/diagnose_rk4")
     assert ended.code == 0, ended.err
     assert diagnosis(ended)["verdict"] == "unknown" and diagnosis(ended)["named"] == []
+
+
+@pytest.mark.parametrize(
+    ("hidden", "location", "names", "expected"),
+    [
+        ("runout_x", "at 0.1 m", ["runout_x"], "runout_x"),
+        ("runout_x_at_0_5_m", "at 0.5 m", ["runout_x", "runout_x_at_0_5_m"], "runout_x_at_0_5_m"),
+        # the one at 0.5 m was found first, and has the plain names
+        ("runout_x", "at 0.1 m", ["runout_x", "runout_x_at_0_1_m"], "runout_x_at_0_1_m"),
+        ("runout_x_at_0_5_m", "at 0.5 m", ["runout_x", "runout_x_at_0_1_m"], "runout_x"),
+    ],
+)
+def test_what_is_hidden_at_two_places_is_compared_with_what_was_found_there(hidden, location, names, expected):
+    assert found_name(hidden, location, names) == expected

@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ from matplotlib.figure import Figure
 import ksmea
 from ksmea.errors import SettingError
 from ksmea.extension import extended_yaml
+from ksmea.records.averaged import AveragedRecord, BandRecord, ExplanationRecord
 from ksmea.records.diagnosis import DiagnosisRecord, SplitRecord
 from ksmea.show.diagnosis import about_extension, coefficients_frame, frame, plot, text
 from ksmea.show.diagnosis_figure import IN_GROUP, NAMED, OTHER, ranking_figure
@@ -183,3 +185,56 @@ def test_plot_draws_residuals_or_the_ranking_on_given_axes():
 def test_residuals_need_curves():
     with pytest.raises(SettingError, match="expected a record with its curves, got one without"):
         plot(changed(curves=None))
+
+
+def ambiguous():
+    """The record as if a mass explained the data as well, with averaged values and a band."""
+    amplitude = np.abs(np.array(RECORD.curves.responses.after) @ [1, 1j])
+    band = BandRecord(*(tuple(map(tuple, part.tolist())) for part in (amplitude, 0 * amplitude, 2 * amplitude)))
+    runout = RECORD.applied[0]
+    mass = dataclasses.replace(runout, name="mass", location="whole rotor")
+    rows = [row.after for row in RECORD.coefficients if row.before is not None]
+    wider = tuple(dataclasses.replace(row, low=None, high=2 * row.value, interval="mixture") for row in rows)
+    return changed(
+        verdict="ambiguous",
+        ambiguity_group=("runout", "mass"),
+        explanations=(
+            ExplanationRecord("runout", (runout,), 100.0, 90.0, 0.7),
+            ExplanationRecord("mass", (mass,), 98.0, 92.0, 0.3),
+        ),
+        averaged=AveragedRecord(0.95, wider),
+        curves=dataclasses.replace(RECORD.curves, averaged=band),
+    )
+
+
+def test_an_older_record_has_no_average():
+    assert RECORD.explanations == () and RECORD.averaged is None and RECORD.curves.averaged is None
+    assert "Averaged" not in text(RECORD) and coefficients_frame(RECORD)["averaged"].isna().all()
+
+
+def test_averaged_values_stand_beside_those_of_the_best_explanation():
+    record = ambiguous()
+    said = text(record)
+    assert "Averaged over all that explain the data about as well, by model weight: runout 0.70, mass 0.30." in said
+    assert re.search(r"unknown +before +after +averaged +unit", said)
+    table = coefficients_frame(record).set_index("unknown")
+    assert table.loc["kxx", "averaged"] == table.loc["kxx", "after"] and pd.isna(table.loc["kxx", "averaged_low"])
+    assert table.loc["kxx", "averaged_high"] == 2 * table.loc["kxx", "after"] and pd.isna(
+        table.loc["runout_x", "averaged"]
+    )
+    assert DiagnosisRecord.from_data(json.loads(json.dumps(record.to_data()))) == record
+
+
+def test_pairs_that_are_ambiguous_are_listed_as_pairs():
+    [runout, mass] = ambiguous().explanations
+    both = dataclasses.replace(runout, label="runout and mass", effects=runout.effects + mass.effects)
+    other = dataclasses.replace(both, label="runout and youngs_modulus")
+    found = text(changed(verdict="ambiguous", explanations=(both, other)))
+    assert "These explain the data about as well: runout and mass, runout and youngs_modulus." in found
+
+
+def test_the_band_of_the_average_is_drawn_to_a_positive_end():
+    figure = plot(ambiguous())
+    [band] = figure.axes[0].collections
+    assert band.get_label() == "averaged, its interval"
+    assert np.nanmin(band.get_paths()[0].vertices[:, 1]) > 0  # of a logarithmic axis

@@ -211,40 +211,6 @@ def test_pairs_are_problems_and_their_order_is_none(names):
     assert len(one.locations(problem)) == len(one.locations(PLAIN)) and one.parameters(problem) == one.parameters(PLAIN)
 
 
-def test_the_same_effect_at_the_same_place_twice_is_refused():
-    with pytest.raises(SettingError, match="each unknown once, got runout_x again"):
-        effect("runout", position=0.1).added_to(effect("runout", position=0.1).added_to(PLAIN))
-
-
-@pytest.mark.parametrize("name", ["runout", "unbalance", "channel_gain", "probe_rotation"])
-def test_an_effect_at_two_places_is_the_sum_of_both(name):
-    """What each does alone adds up, as long as it is small: products are of its square."""
-    one, other = places(name)[:2]
-    theta, phi = 1e-5 * drawn(one, 1), 1e-5 * drawn(other, 2)
-    plain = PLAIN.response(REFERENCE[None])
-    alone = [
-        place.added_to(PLAIN).response(with_values(REFERENCE, size)) - plain
-        for place, size in ((one, theta), (other, phi))
-    ]
-    both = other.added_to(one.added_to(PLAIN))
-    x = with_values(REFERENCE, np.concatenate([theta, phi]))
-    assert difference(both.response(x) - plain, sum(alone)) < 1e-3
-    assert difference(both.response(x), both.dense_response(x)) < 1e-8
-
-
-def test_the_second_place_is_in_the_names_of_its_unknowns_and_the_first_ones_stay():
-    problem = PLAIN
-    for settings in ({"position": 0.1}, {"position": 0.2}, {"position": 0.5}):
-        problem = effect("runout", **settings).added_to(problem)
-    gain = effect("channel_gain", position=0.1, direction="x").added_to(problem)
-    gain = effect("channel_gain", position=0.5, direction="y").added_to(gain)
-    assert gain.parameters.names[len(REFERENCE) :] == (
-        "runout_x", "runout_y", "runout_x_at_0_2_m", "runout_y_at_0_2_m", "runout_x_at_0_5_m", "runout_y_at_0_5_m",
-        "channel_gain", "channel_gain_y_at_0_5_m",
-    )  # fmt: skip
-    assert problem.parameters.names == gain.parameters.names[:-2]
-
-
 @pytest.mark.parametrize("name", NAMES)
 def test_what_is_no_rotor_is_refused(name):
     with pytest.raises(SettingError, match="expected a rotor of this project, got object"):
