@@ -21,10 +21,11 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray
+from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.harmonic_balance import Balance, Harmonics, Mask, left_out, solved
 from ksmea.nonlinear_forces import OrbitForce
-from ksmea.solution_branches import branches
+from ksmea.slow_run import most_held, n_held, n_negative
+from ksmea.solution_branches import Branches, branches
 
 CONTRACTS = 0.5  # |G ∂f/∂y| below which there is one motion: derivatives vary around the orbit
 ROTATION = Harmonics((1,), n_angle=64)  # for branches: those that are chosen are solved for with more
@@ -84,9 +85,10 @@ def steady_force(force: SiteForce, site: SiteMotion) -> SteadyForce:
     at_rotation = per_force[:, 0]
     whole = _balance(force.on_orbit, force.coefficients[row], Harmonics(site.orders), alone, per_force)
     rotation = _balance(force.on_orbit, force.coefficients[row], ROTATION, alone, at_rotation[:, None])
-    largest = _largest(alone, at_rotation)
+    stiffness = _dynamic_stiffness(at_rotation)
+    largest = _largest(alone, stiffness)
     if site.near is None:
-        start, plain = alone, _has_one_motion(rotation, at_rotation, force.stiffens[row], largest)
+        start, plain = alone, _has_one_motion(rotation, stiffness, force.stiffens[row], largest)
     else:
         start, plain = site.near.reshape(-1, m), np.ones(len(alone), dtype=bool)
 
@@ -99,40 +101,37 @@ def steady_force(force: SiteForce, site: SiteMotion) -> SteadyForce:
         (whole, whole, ROUNDINGS),
         (rotation, rotation, ROUNDINGS[:1]),
     ):
-        lacking = np.flatnonzero(~is_found)
+        known, lacking = np.flatnonzero(is_found), np.flatnonzero(~is_found)
         stays_large = force.stays_large[row[lacking]]
-        found, is_found[lacking] = _along_branches(
-            guide[lacking], balance[lacking], largest[lacking], stays_large, roundings
-        )
-        motion[lacking] = _padded(found, whole)
+        rounded = dataclasses.replace(guide[lacking], rounding=ROUNDINGS[0])
+        found = branches(rounded, largest[lacking], ~stays_large)
+        at = np.concatenate([known, lacking[found.point]])
+        moved = np.concatenate([motion[known, : 2 * m], found.motion[:, : 2 * m]])
+        held = n_held(rotation[at], stiffness[at], moved, force.stiffens[row[at]])
+        is_stable = np.concatenate([np.ones(len(known), dtype=bool), found.is_stable])
+        reach = most_held(site.speed, force.stiffens, n_negative(stiffness).reshape(n, n_speed), at, held, is_stable)
+        is_reached = (held <= reach.ravel()[at])[len(known) :]
+        size = np.linalg.norm(found.motion, axis=1)
+        order = np.lexsort([np.where(stays_large[found.point], -size, size), ~is_reached, ~found.is_stable])
+        moved, is_found[lacking] = _sharpened(balance[lacking], found, order, roundings)
+        motion[lacking] = _padded(moved, whole)
     if not is_found.all():
         raise np.linalg.LinAlgError("no steady motion was found under this force")
     acting = whole.harmonics.motion(whole.acting(motion)[0])
     return SteadyForce(acting.reshape(n, n_speed, -1, m), left_out(whole, motion).reshape(n, n_speed))
 
 
-def _along_branches(
-    guide: Balance, whole: Balance, largest: Array, stays_large: Mask, roundings: Sequence[float]
-) -> tuple[Array, Mask]:
-    """The motion (n, p) that is chosen of those which a guide with rounded corners finds, or the next one where it leads to none
-    of the whole; and where there is one."""
-    motion, is_found = np.empty_like(whole.alone), np.zeros(len(whole.alone), dtype=bool)
-    found = branches(dataclasses.replace(guide, rounding=ROUNDINGS[0]), largest, ~stays_large)
-    size = np.linalg.norm(found.motion, axis=1)
-    waiting = np.lexsort([np.where(stays_large[found.point], -size, size), ~found.is_stable])
-    while len(waiting):
-        chosen = waiting[np.unique(found.point[waiting], return_index=True)[1]]
+def _sharpened(balance: Balance, found: Branches, order: Indices, roundings: Sequence[float]) -> tuple[Array, Mask]:
+    """The solutions (n, p) next to motions with rounded corners, of each point that which comes first in an order, or the next one
+    where it leads to none; and where there is one."""
+    motion, is_found = np.empty_like(balance.alone), np.zeros(len(balance.alone), dtype=bool)
+    while len(order):
+        chosen = order[np.unique(found.point[order], return_index=True)[1]]
         at = found.point[chosen]
-        motion[at], is_found[at] = _sharpened(whole[at], _padded(found.motion[chosen], whole), roundings)
-        waiting = waiting[~is_found[found.point[waiting]] & ~np.isin(waiting, chosen)]
-    return motion, is_found
-
-
-def _sharpened(balance: Balance, motion: Array, roundings: Sequence[float]) -> tuple[Array, Mask]:
-    """The solution next to one with rounded corners."""
-    is_found = np.ones(len(motion), dtype=bool)
-    for rounding in roundings:
-        motion, is_found = solved(dataclasses.replace(balance, rounding=rounding), motion)
+        motion[at] = _padded(found.motion[chosen], balance)
+        for rounding in roundings:
+            motion[at], is_found[at] = solved(dataclasses.replace(balance[at], rounding=rounding), motion[at])
+        order = order[~is_found[found.point[order]] & ~np.isin(order, chosen)]
     return motion, is_found
 
 
@@ -160,17 +159,15 @@ def _dynamic_stiffness(per_force: ComplexArray) -> ComplexArray:
     return np.asarray(np.linalg.inv(per_force + np.where(size, size, 1.0) * np.eye(per_force.shape[1])))
 
 
-def _largest(alone: ComplexArray, per_force: ComplexArray) -> Array:
+def _largest(alone: ComplexArray, stiffness: ComplexArray) -> Array:
     """How large a motion can be under any force that feeds it nothing, (n,) m; infinite where the rotor itself feeds it."""
-    stiffness = _dynamic_stiffness(per_force)
     damping = np.linalg.eigvalsh((stiffness - stiffness.conj().swapaxes(1, 2)) / 2j)[:, 0]
     exciting = np.linalg.norm((stiffness @ alone[..., None])[..., 0], axis=1)
     return np.asarray(np.divide(exciting, damping, out=np.full(len(alone), np.inf), where=damping > 0))
 
 
-def _has_one_motion(rotation: Balance, per_force: ComplexArray, stiffens: Array, largest: Array) -> Mask:
+def _has_one_motion(rotation: Balance, stiffness: ComplexArray, stiffens: Array, largest: Array) -> Mask:
     """Where that is certain, (n,)."""
-    stiffness = _dynamic_stiffness(per_force)
     real = np.linalg.eigvalsh((stiffness + stiffness.conj().swapaxes(1, 2)) / 2)
     is_monotone = np.where(stiffens > 0, real[:, 0] > 0, real[:, -1] < 0) & ~np.isnan(stiffens)
     m = rotation.alone.shape[1] // 2
