@@ -20,6 +20,7 @@ from ksmea.diagnosis.fitting import Fit
 from ksmea.diagnosis.screening import screened
 from ksmea.difference_likelihood import likelihood_of
 from ksmea.errors import SettingError
+from ksmea.harmonics import at_1x
 from ksmea.likelihood import Likelihood, Point
 from ksmea.maximisation import MAX_ITERATIONS, maximise
 from ksmea.measurement import Measurement, Noise
@@ -50,6 +51,7 @@ def misreadings(
     """
     if noise is None or noise.is_absent or not problem.has_sensitivity or len(problem.costly):
         return ()
+    problem, measurement = at_1x(problem, measurement)
     too_noisy = measurement.noise is None and _share(noise, problem.response(x[None])[0]) > PLAUSIBLE
     if not (rejected or too_noisy):
         return ()
