@@ -74,7 +74,7 @@ def _factor(likelihood: Likelihood, level: float, point: Point, maxima: Sequence
     n_tail = int(np.ceil(min(TAIL * (1 - level), 1.0) * len(noise)))
     of_tail, of_linear = (np.mean(np.sort(each)[:, -n_tail:], axis=1) for each in (rises, linear))
     factors = of_tail / np.maximum(of_linear, np.finfo(float).tiny)
-    return np.maximum(factors, 1.0 if _is_near_limit(likelihood, truth, tangent, quantile) else LEAST)
+    return np.asarray(np.maximum(factors, 1.0 if _is_near_limit(likelihood, truth, tangent, quantile) else LEAST))
 
 
 def _is_near_limit(likelihood: Likelihood, theta: Array, tangent: Array, rise: float) -> bool:
