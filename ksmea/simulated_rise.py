@@ -6,11 +6,12 @@ unknown is the deviance of such data where it has the value that they were simul
 deviance of all. Fits start from every maximum that the measured data have, so that the quantile of the rise counts the
 curvature of the model, the limits of the search, and how often data of this maximum prefer another.
 
-A hundred simulations know a quantile poorly. Of a model that is linear the rises of the same noise are known, and their quantile
-is: the simulated rise is taken that stands among the simulated ones where this quantile stands among the linear ones.
+Few simulations know a quantile poorly. Of a model that is linear the rises of the same noise are known, and so is their
+quantile. The mean of the highest simulated rises, over the mean of the highest linear ones, is the factor that it is taken by
+(Bartlett's factor, but for the tail alone).
 
 A. C. Davison and D. V. Hinkley, Bootstrap Methods and their Application (Cambridge, 1997), sections 4.2 and 5.4 (tests and intervals
-by simulated likelihood ratios) and 9.3 (control), doi 10.1017/CBO9780511802843.
+by simulated likelihood ratios) and 9.3 (control variates), doi 10.1017/CBO9780511802843.
 """
 
 from __future__ import annotations
@@ -29,9 +30,10 @@ from ksmea.likelihood import Likelihood, Point
 from ksmea.screening import sobol
 
 N_SIMULATED = 64  # data sets at each maximum
-HIGHEST_LEVEL = 0.95  # to which so many know a quantile; the factor to that of a linear model is the same above
+HIGHEST_LEVEL = 0.95  # to which so many know the factor; above it is the same
+TAIL = 3.0  # times the chance of a larger rise: the share of the rises whose mean is taken
 LEAST = 0.5  # of the rise of a linear model: less is not taken, and rises below it need not be exact
-REACH = 12.0  # of the deviance, above which no maximum is simulated: no rise is as high
+REACH = 12.0  # of the deviance above the lowest: maxima beyond are left out, since hardly a rise is as large
 ALIKE = 0.02  # differences of deviances that do not matter
 MAX_ROUNDS = 3  # of fits, each from where an unknown that was held led lower than was known
 
@@ -46,7 +48,7 @@ def can_be_simulated(likelihood: Likelihood) -> bool:
 
 def simulated_rise(likelihood: Likelihood, level: float, maxima: Sequence[Point], rng: np.random.Generator) -> Array:
     """The rise of the deviance at the ends of intervals of confidence `level`, by maximum and unknown (n, d), of the n maxima,
-    highest first, that are within `REACH` of the highest."""
+    highest first, that are within `REACH` of the highest; `LinAlgError` where a fit meets no finite response."""
     near = [point for point in maxima if point.deviance < maxima[0].deviance + REACH]
     normal = scipy.stats.norm.ppf(sobol(N_SIMULATED, likelihood.n_residual, rng))
     factors = [_factor(likelihood, min(level, HIGHEST_LEVEL), point, maxima, normal) for point in near]
@@ -54,10 +56,11 @@ def simulated_rise(likelihood: Likelihood, level: float, maxima: Sequence[Point]
 
 
 def _factor(likelihood: Likelihood, level: float, point: Point, maxima: Sequence[Point], normal: Array) -> Array:
-    """The quantiles of the rises (d,) of data simulated at one of some maxima from normal numbers (n_set, n), in parts of those of
-    a linear model.
+    """By how much the quantiles of the rises (d,) of data that are simulated at one of some maxima, from normal numbers (n_set, n),
+    are larger than those of a linear model.
 
-    A search limit within the interval cuts rises at the maximum off, and not those at the other end: there it is 1 at least.
+    At a maximum near a search limit rises are smaller than at the values inside for which the interval is to hold: there it is 1
+    at least.
     """
     truth = _unbiased(likelihood, point)
     at_truth = likelihood.at(truth)
@@ -65,13 +68,21 @@ def _factor(likelihood: Likelihood, level: float, point: Point, maxima: Sequence
     noise = normal @ np.linalg.qr(tangent, mode="complete")[0].T  # the first numbers move the unknowns
     starts = np.stack([truth, *(other.theta for other in maxima if other is not point)])
     data = BatchedLikelihood(likelihood, _simulated(likelihood, truth, noise))
-    quantile, own = linear_rise(likelihood, level), _own(tangent)
+    quantile = linear_rise(likelihood, level)
     rises = simulated_rises(data, starts, truth, likelihood.d, LEAST * quantile)
-    pairs = zip(np.sort(linear_rises(likelihood, tangent, noise)), np.sort(rises))
-    factors = np.array([np.interp(quantile, *pair) for pair in pairs]) / quantile
-    u = truth[: likelihood.d]
-    is_near_limit = np.minimum(u, 1 - u) * np.linalg.norm(own, axis=0) < np.sqrt(quantile)
-    return np.maximum(factors, np.where(is_near_limit, 1.0, LEAST))
+    linear = linear_rises(likelihood, tangent, noise)
+    n_tail = int(np.ceil(min(TAIL * (1 - level), 1.0) * len(noise)))
+    of_tail, of_linear = (np.mean(np.sort(each)[:, -n_tail:], axis=1) for each in (rises, linear))
+    factors = of_tail / np.maximum(of_linear, np.finfo(float).tiny)
+    return np.asarray(np.maximum(factors, 1.0 if _is_near_limit(likelihood, truth, tangent, quantile) else LEAST))
+
+
+def _is_near_limit(likelihood: Likelihood, theta: Array, tangent: Array, rise: float) -> bool:
+    """Whether the interval of any unknown at θ (p,) reaches its limit, were the means linear with a tangent (n, d); an angle that
+    is free to turn has none."""
+    u, has_limit = theta[: likelihood.d], np.isinf(likelihood.period[: likelihood.d])
+    away = np.minimum(u, 1 - u) * np.linalg.norm(_own(tangent), axis=0)
+    return bool(np.any(away[has_limit] < np.sqrt(rise)))
 
 
 def _unbiased(likelihood: Likelihood, point: Point) -> Array:

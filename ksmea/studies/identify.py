@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import time
 from collections.abc import Sequence
+from contextlib import suppress
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from ksmea.errors import LONGEST_NAME, SettingError, shortened
 from ksmea.harmonics import answered
 from ksmea.identification import Identification, Streams, at_limit
 from ksmea.intervals import Estimate, Interval, estimate
-from ksmea.likelihood import Likelihood
+from ksmea.likelihood import Likelihood, Point
 from ksmea.load import FORCE
 from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement, Noise
@@ -238,8 +239,7 @@ def _with_intervals(
         are_few = check and _has_few_data(likelihood)
         if details or are_few:
             maxima = likely_maxima(likelihood, maxima[0], rng)
-        if are_few and rng is not None and can_be_simulated(likelihood):
-            rises = simulated_rise(likelihood, level, maxima, rng.spawn(1)[0])
+        if are_few and (rises := _simulated(likelihood, level, maxima, rng)) is not None:
             maxima = maxima[: len(rises)]
         estimated = estimate(likelihood, maxima[0], others=maxima[1:], level=level, check=check, rises=rises)
         fit = Fit(problem, likelihood, estimated.point)
@@ -261,6 +261,16 @@ def _with_intervals(
         lack_of_fit=_lack_of_fit(fit, rng) if details and rng is not None and test else None,
         weights=weights_found(fit, level) if details else None,
     ), estimated.noise
+
+
+def _simulated(
+    likelihood: Likelihood, level: float, maxima: Sequence[Point], rng: np.random.Generator | None
+) -> Array | None:
+    """How far the deviance may rise around the highest maxima (n, d), by simulations; None where there can be none."""
+    if rng is not None and can_be_simulated(likelihood):
+        with suppress(np.linalg.LinAlgError):  # no finite response somewhere on the way
+            return simulated_rise(likelihood, level, maxima, rng.spawn(1)[0])
+    return None
 
 
 def _has_few_data(likelihood: Likelihood) -> bool:
