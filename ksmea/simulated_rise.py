@@ -39,11 +39,11 @@ MAX_ROUNDS = 3  # of fits, each from where an unknown that was held led lower th
 
 
 def can_be_simulated(likelihood: Likelihood) -> bool:
-    """Whether data can be simulated and fitted some thousand times: not where differences between runs are compared, nor where
-    values of an unknown are costly to change, nor where no datum is left over."""
-    measurement, problem = likelihood.measurement, likelihood.model.problem
-    n_left = likelihood.n_residual - likelihood.d
-    return not measurement.is_by_differences and not len(problem.costly) and n_left > 0
+    """Whether data can be simulated and fitted some thousand times: not where differences between runs are compared, where no datum
+    is left over, or where responses may be costly, as without a sensitivity or for new values of some unknowns."""
+    problem = likelihood.model.problem
+    is_cheap = problem.has_sensitivity and not len(problem.costly)
+    return is_cheap and likelihood.n_residual > likelihood.d and not likelihood.measurement.is_by_differences
 
 
 def simulated_rise(likelihood: Likelihood, level: float, maxima: Sequence[Point], rng: np.random.Generator) -> Array:

@@ -100,18 +100,19 @@ def test_the_same_seed_gives_the_same_rises():
     assert np.array_equal(found[0], found[1]) and not np.array_equal(found[0], found[2])
 
 
-def test_what_cannot_be_simulated_is_said():
-    likelihood = likelihood_of(line(12), None)
-    assert can_be_simulated(likelihood)
-    assert not can_be_simulated(likelihood_of(line(2), None))  # no datum is left over
+def test_what_is_costly_or_has_no_datum_left_is_not_simulated():
+    def stand_in(*, has_sensitivity=True, costly=(), by_differences=False, n_residual=12):
+        problem = SimpleNamespace(has_sensitivity=has_sensitivity, costly=costly)
+        measurement = SimpleNamespace(is_by_differences=by_differences)
+        return SimpleNamespace(
+            model=SimpleNamespace(problem=problem), measurement=measurement, n_residual=n_residual, d=2
+        )
 
-    class Costly(Means):
-        costly = np.array([0])
-
-    assert not can_be_simulated(likelihood_of(Costly(12, lambda x, speed: x + 0 * speed, 1), None))
-    by_differences = SimpleNamespace(is_by_differences=True)
-    stand_in = SimpleNamespace(measurement=by_differences, model=likelihood.model, n_residual=12, d=2)
-    assert not can_be_simulated(stand_in)
+    assert can_be_simulated(stand_in())
+    assert not can_be_simulated(stand_in(has_sensitivity=False))
+    assert not can_be_simulated(stand_in(costly=(1,)))
+    assert not can_be_simulated(stand_in(by_differences=True))
+    assert not can_be_simulated(stand_in(n_residual=2))
 
 
 class Finds:
