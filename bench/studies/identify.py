@@ -15,6 +15,7 @@ from ksmea.contracts import Problem
 from ksmea.diagnosis.location import require_enough as require_enough_to_locate
 from ksmea.difference_likelihood import likelihood_of
 from ksmea.errors import SettingError
+from ksmea.harmonics import answered
 from ksmea.identification import Streams
 from ksmea.journal import Journal, JournaledProblem
 from ksmea.maximisation import nearest_maximum
@@ -93,10 +94,13 @@ class Identify(Study):
             remarks=setup.source.remarks,
             rng=generator(draw.seeds["diagnosis"]),
         )
+        seen, used = answered(problem, measurement)  # what the record is of
         response = setup.true_response(draw) if draw.with_curves else None
+        if response is not None:
+            response = response[:, [measurement.channels.index(channel) for channel in used.channels]]
         record = record.with_truth(problem.parameters, setup.truth, response)
         if self.basin and record.deviance is not None:
-            excess = record.deviance - _deviance_near(setup.true_x, problem, measurement)
+            excess = record.deviance - _deviance_near(setup.true_x, seen, used)
             record = dataclasses.replace(record, basin_excess=excess)
         return dataclasses.replace(record, hidden=setup.hidden(draw)).to_data()
 

@@ -13,6 +13,7 @@ from ksmea.errors import SettingError
 from ksmea.harmonics import answered, at_1x
 from ksmea.measurement import Measurement, Noise
 from ksmea.screening import sobol
+from measurements.campaign import CampaignFile
 from measurements.file import File
 from measurements.run_up_csv import as_csv
 from problems.three_disk import ThreeDisk
@@ -129,3 +130,20 @@ def test_channels_that_a_problem_answers_are_kept():
     part, kept = answered(seen, data)
     assert part.channels == kept.channels == CHANNELS[:2]
     assert np.array_equal(kept.noise.floor, np.ones((3, 2)) * [1, 2])
+
+
+def test_runs_of_a_campaign_may_hold_harmonics(tmp_path):
+    """Both files come back with their channels, and balancing is of 1X: influence coefficients are of a force at it."""
+    _, data = synthetic(runs=["bare", "150@1"])
+    measurement = data.measurement
+    lines = ["runs:"]
+    for run, rows, weight in zip("ab", measurement.rows, ["", "{position: 1, g_mm: 150}"], strict=True):
+        part = dataclasses.replace(measurement.part(np.arange(rows.start, rows.stop)), campaign=None)
+        (tmp_path / f"{run}.csv").write_text(as_csv(part))
+        lines.append(f"  - {{name: {run}, file: {run}.csv, weights: [{weight}]}}")
+    (tmp_path / "campaign.yaml").write_text("\n".join(lines))
+    back = CampaignFile(str(tmp_path / "campaign.yaml")).read()
+    assert back.channels == measurement.channels
+    assert back.values == pytest.approx(measurement.values, rel=1e-7)
+    entries = {entry.channel for entry in ksmea.balance(back).record.entries}
+    assert entries == {"x at 0.1 m", "y at 0.1 m"}
