@@ -112,6 +112,10 @@ class NonlinearLaw(Law):
     def threshold(self) -> int | None:
         return self.clearance
 
+    @property
+    def has_corners(self) -> bool:
+        return self.clearance is not None
+
     def stiffens(self, coefficients: Array) -> Array:
         """1 where it stiffens, −1 where it softens, 0 where it bends nothing, (n,)."""
         return np.sign(coefficients[:, 0]) * self.bends
@@ -124,7 +128,7 @@ class NonlinearLaw(Law):
         return rotation.motion(balance.acting(rotation.components(moved))[0]).reshape(motion.shape)
 
     def steady(self, coefficients: Array, site: SiteMotion) -> ComplexArray:
-        force = SiteForce(self.on_orbit, coefficients, self.stiffens(coefficients))
+        force = SiteForce(self.on_orbit, coefficients, self.stiffens(coefficients), has_corners=self.has_corners)
         return steady_force(force, site).harmonics[:, :, 0]
 
 

@@ -26,7 +26,7 @@ from ksmea.nonlinear_forces import OrbitForce
 Mask = NDArray[np.bool_]
 
 N_ANGLE = 128  # of a turn: corners of a contact force are worth 3e-3 of it
-PER_HARMONIC = 16  # of the highest harmonic, angles in its period
+PER_HARMONIC = 8  # of the highest harmonic, angles in its period: more than 4 make sums of a cubic force exact
 MAX_ITERATIONS = 25
 CONVERGED = 1e-11  # of the motion: a few roundings
 SHORTEST = 2.0**-6  # part of a Newton step

@@ -22,13 +22,12 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.harmonic_balance import Balance, Harmonics, Mask, left_out, solved
+from ksmea.harmonic_balance import N_ANGLE, Balance, Harmonics, Mask, left_out, solved
 from ksmea.nonlinear_forces import OrbitForce
 from ksmea.slow_run import most_held, n_held, n_negative
 from ksmea.solution_branches import Branches, branches
 
 CONTRACTS = 0.5  # |G ∂f/∂y| below which there is one motion: derivatives vary around the orbit
-ROTATION = Harmonics((1,), n_angle=64)  # for branches: those that are chosen are solved for with more
 ROUNDINGS = (0.5, 0.1, 0.0)  # of the corners of a force, from that which branches are followed by to none
 REGULAR = 1e-9  # of the largest receptance: added to one that no force moves
 
@@ -69,6 +68,7 @@ class SiteForce:
     coefficients: Array
     stiffens: Array  # (n,): 1 it stiffens, −1 it softens, 0 it is linear in the motion; nan: some of it stiffens
     goes_up: bool = True
+    has_corners: bool = True
 
     @property
     def stays_large(self) -> Mask:
@@ -83,8 +83,20 @@ def steady_force(force: SiteForce, site: SiteMotion) -> SteadyForce:
     alone = site.without_force.reshape(-1, m)
     per_force = np.stack([each.reshape(-1, m, m) for each in (site.per_force, *site.further.values())], axis=1)
     at_rotation = per_force[:, 0]
-    whole = _balance(force.on_orbit, force.coefficients[row], Harmonics(site.orders), alone, per_force)
-    rotation = _balance(force.on_orbit, force.coefficients[row], ROTATION, alone, at_rotation[:, None])
+    whole = _balance(
+        force.on_orbit,
+        force.coefficients[row],
+        Harmonics(site.orders, N_ANGLE if force.has_corners else 0),
+        alone,
+        per_force,
+    )
+    rotation = _balance(
+        force.on_orbit,
+        force.coefficients[row],
+        Harmonics((1,), N_ANGLE // 2 if force.has_corners else 0),
+        alone,
+        at_rotation[:, None],
+    )
     stiffness = _dynamic_stiffness(at_rotation)
     largest = _largest(alone, stiffness)
     if site.near is None:

@@ -60,6 +60,7 @@ def with_nonlinear_forces(
         np.concatenate(values, axis=1),
         _all_alike(stiffens),
         sites[0].goes_up,
+        any(law.has_corners for law in laws),
     )
     found = steady_force(force, motion)
     acting = found.harmonics * begins[..., None, None] ** np.array(motion.orders)[:, None]

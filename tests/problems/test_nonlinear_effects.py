@@ -1,0 +1,50 @@
+"""Effects that are not linear in the motion: 3X by two routes, the direction of a run, and what they are refused beside."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from ksmea import registry
+from ksmea.channel import Channel
+from ksmea.errors import SettingError
+from problems.rk4_two_disk import RK4TwoDisk
+
+SETTINGS = RK4TwoDisk(sensors=[0.12, 0.44], directions=["x", "y"], n_speed=12)
+PLAIN = SETTINGS.build()
+TRUTH = np.array([SETTINGS.reference()[name] for name in PLAIN.parameters.names])
+VALUES = {"clearance_rub": [2e4, 8e-6, 0.2], "cubic_stiffness": [2e13]}
+
+
+def place(name):
+    return registry.create("effect", name, {}).locations(PLAIN)[0]
+
+
+@pytest.mark.parametrize("name", VALUES)
+def test_at_3x_it_is_seen_by_either_route(name):
+    channels = (*PLAIN.channels, *(dataclasses.replace(channel, harmonic=3.0) for channel in PLAIN.channels))
+    problem = place(name).added_to(PLAIN).at(PLAIN.speed, channels)
+    x = np.concatenate([TRUTH, VALUES[name]])[None]
+    found = problem.response(x)
+    assert np.abs(found - problem.dense_response(x)).max() < 1e-7 * np.abs(found).max()
+    assert np.abs(found[..., 4:]).max() > 1e-4 * np.abs(found[..., :4]).max()
+    none = np.concatenate([TRUTH, np.zeros(len(VALUES[name]))])[None]
+    assert np.abs(problem.response(none)[..., 4:]).max() == 0
+
+
+def test_a_stiff_spring_is_met_on_the_large_motion_up_and_on_the_small_one_down():
+    """With four times the unbalance the curve folds."""
+    speed = np.linspace(150.0, 230.0, 41)
+    problem = place("cubic_stiffness").added_to(PLAIN).at(speed, [Channel(0.44, "y")])
+    x = np.concatenate([TRUTH * np.where([name.startswith("u") for name in PLAIN.parameters.names], 4.0, 1.0), [4e13]])
+    up, down = (np.abs(problem.going(direction).response(x[None])[0, :, 0]) for direction in ("up", "down"))
+    apart = up > 1.5 * down
+    assert 1 <= apart.sum() <= 20 and np.all(up > 0.9 * down)
+    assert np.array_equal(problem.going("steady").response(x[None]), problem.going("up").response(x[None]))
+
+
+@pytest.mark.parametrize("name", VALUES)
+@pytest.mark.parametrize("other", ["run_up_acceleration", "shaft_asymmetry"])
+def test_what_moves_at_other_frequencies_is_refused_beside_it(name, other):
+    with pytest.raises(SettingError, match="expected forces that are linear in the motion beside"):
+        registry.create("effect", other, {}).added_to(place(name).added_to(PLAIN))
