@@ -29,7 +29,7 @@ from problems.rotor.data import COEFFICIENTS, STIFFNESSES, Rotor
 from problems.rotor.extended_sensitivity import differenced, linearised
 from problems.rotor.hooks import RotorHooks
 from problems.rotor.loads import unit_loads
-from problems.rotor.problem import CHUNK_BYTES, RotorProblem, checked_sets, finite, impedances_of
+from problems.rotor.problem import RotorProblem, checked_sets, combined, finite, impedances_of
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
 from problems.rotor.run_up import Sweep, parabola, sweep_change
 from problems.rotor.site_law import Force, SiteLaw, attached, dense_parts, with_forces
@@ -39,6 +39,7 @@ from problems.rotor.synchronous_poles import Poles, block_diagonal, poles_on, sp
 from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
 from problems.rotor.unknowns import Unknown, inputs_at, rotor_at
 
+CHUNK_BYTES = 2**22  # of the largest temporary array of a batch: with fewer, hooks of effects cost as much as the rotor
 MAX_REDUCTIONS = 64  # kept of rotors that an effect has changed
 
 
@@ -258,7 +259,7 @@ class ExtendedProblem(ProblemProxy):
         of_effects = self._parts(x)[1]
         impedance, sizes = self.impedances_and_sizes(x)
         per_load, n_own = reduction.response_per_load(impedance), sizes.shape[1]
-        motion = np.einsum("clns,nl->nsc", per_load[:, :n_own], sizes, optimize=True)
+        motion = combined(per_load[:, :n_own], sizes)
         columns = np.concatenate([motion[..., None], per_load[:, n_own:].transpose(2, 3, 0, 1)], axis=-1)
         columns = with_forces(columns, self._forces(of_effects), self.seen_channels, self.speed)
         columns[..., 0] += self._sweep_change(x)
