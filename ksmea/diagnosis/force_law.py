@@ -12,6 +12,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from contextlib import suppress
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -105,6 +106,12 @@ class LawLikelihood(SumOfSquares):
         self._base, self._unmodelled = base, site.unmodelled
         at_site = [Channel(position, axis) for axis in DIRECTIONS] if law.follows_motion else []
         self._seen = through(problem, [*problem.channels, *at_site]) if at_site else problem
+
+    def with_noise_of(self, site: SiteFit) -> LawLikelihood:
+        """The same with the weights of another fit of the site; the rotor is not reduced again."""
+        other = copy(self)
+        other._base = site.likelihood
+        return other
 
     def at(self, theta: Array) -> Point:
         """Of several steady motions those next to θ are found from the one at θ."""
@@ -253,7 +260,7 @@ def _fitted(trial: LawTrial, noise: Noise) -> LawFit | None:
     for _ in range(REWEIGHTINGS if beyond < HOPELESS * n_more else 0):
         response, _ = likelihood.mean_and_force(found.theta[None])
         reweighted = refitted(site, noise.sd(np.abs(response[0])))
-        again = LawLikelihood(reweighted, law, scale, near)
+        again = likelihood.with_noise_of(reweighted)
         try:
             found = maximise(again, found.theta, tolerance=TOLERANCE)
         except np.linalg.LinAlgError:  # no steady motion on the way: the fit with the weights before stands

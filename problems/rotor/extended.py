@@ -28,7 +28,7 @@ from problems.rotor.effect_unknowns import effect_unknowns
 from problems.rotor.extended_sensitivity import differenced, linearised
 from problems.rotor.loads import unit_loads
 from problems.rotor.nonlinear_sites import dense_motion, responses_at_order, with_nonlinear_forces
-from problems.rotor.problem import CHUNK_BYTES, RotorProblem, checked_sets, finite
+from problems.rotor.problem import RotorProblem, checked_sets, combined, finite
 from problems.rotor.recent import recent
 from problems.rotor.receptance import Reduction, reduce_rotor
 from problems.rotor.run_up import Sweep, parabola, sweep_change
@@ -41,6 +41,7 @@ from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
 from problems.rotor.unknowns import Unknown, inputs_at, rotor_at
 from problems.rotor.with_effects import RotorWithEffects
 
+CHUNK_BYTES = 2**22  # of the largest temporary array of a batch: with fewer, hooks of effects cost as much as the rotor
 MAX_REDUCTIONS = 64  # kept of rotors that an effect has changed
 
 
@@ -199,7 +200,7 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy):
         of_effects = self.parts(x)[1]
         impedance, sizes = self.impedances_and_sizes(x)
         per_load, n_own = reduction.response_per_load(impedance), sizes.shape[1]
-        motion = np.einsum("clns,nl->nsc", per_load[:, :n_own], sizes, optimize=True)
+        motion = combined(per_load[:, :n_own], sizes)
         columns = np.concatenate([motion[..., None], per_load[:, n_own:].transpose(2, 3, 0, 1)], axis=-1)
         (linear, nonlinear), seen = self.forces(of_effects), self.seen_channels
         columns = with_linear_forces(columns, linear, seen, self.speed)

@@ -85,7 +85,7 @@ class RotorProblem(Problem):
                 chunk = slice(start, start + n_chunk)
                 inputs = inputs_at(self.rotor, self.unknowns, x[chunk])
                 per_unbalance = self.reduction.unit_response(*self._impedance_parts(inputs))
-                response[chunk] = _combined(per_unbalance, inputs.complex_unbalance)
+                response[chunk] = combined(per_unbalance, inputs.complex_unbalance)
         return finite(response)
 
     def sensitivity(self, x: Array) -> ComplexArray:
@@ -248,7 +248,7 @@ def checked_sets(x: Array, parameters: Parameters) -> Array:
     return x
 
 
-def _combined(per_unbalance: ComplexArray, unbalance: ComplexArray) -> ComplexArray:
+def combined(per_unbalance: ComplexArray, unbalance: ComplexArray) -> ComplexArray:
     """Σ over planes of the response per unbalance (n_channel, n_plane, n, n_speed) times the unbalance (n, n_plane),
     → (n, n_speed, n_channel)."""
     total = np.sum(per_unbalance * unbalance.T[:, :, None], axis=1)
