@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
@@ -131,9 +132,10 @@ def fitted(
     for candidate in found:
         lowest = min((trial.fit.deviance for trial in trials), default=np.inf)
         extended = candidate.effect.added_to(problem)
-        fit = fit_nearby(extended, measurement, without, max_iterations, lowest + FAR)
-        fit = stable_fit(fit, start_nearby(fit.problem, without))
-        trials.append(trial_of(candidate, fit, without, n_candidate or len(found)))
+        with suppress(np.linalg.LinAlgError):  # an effect without a steady motion where the model fits is no candidate
+            fit = fit_nearby(extended, measurement, without, max_iterations, lowest + FAR)
+            fit = stable_fit(fit, start_nearby(fit.problem, without))
+            trials.append(trial_of(candidate, fit, without, n_candidate or len(found)))
         progress()
     return ranked(trials)
 
@@ -168,13 +170,16 @@ def searched(
     needs that, and else from the unknowns of other fits. Scans that lead to deviances above `ceiling` are left early."""
     problem, fit = trial.fit.problem, trial.fit
     path = trial.candidate.effect.path(baseline.best.problem.machine)
-    if len(path):
-        fit = fit_along(problem, measurement, baseline, path, effort)
-    elif trial.candidate.effect.is_scanned:
-        fit = fit_from_scan(problem, measurement, baseline, effort, ceiling, fit.deviance)
-    elif starts:
-        fit = fit_from(problem, measurement, starts, baseline.best.likelihood.d, fit.deviance)
-    fit = stable_fit(fit, start_nearby(problem, baseline.best))
+    with suppress(
+        np.linalg.LinAlgError
+    ):  # somewhere in its limits an effect may leave the rotor without a steady motion
+        if len(path):
+            fit = fit_along(problem, measurement, baseline, path, effort)
+        elif trial.candidate.effect.is_scanned:
+            fit = fit_from_scan(problem, measurement, baseline, effort, ceiling, fit.deviance)
+        elif starts:
+            fit = fit_from(problem, measurement, starts, baseline.best.likelihood.d, fit.deviance)
+        fit = stable_fit(fit, start_nearby(problem, baseline.best))
     best = min(fit, trial.fit, key=lambda each: each.deviance)
     return trial_of(trial.candidate, best, baseline.best, n_candidate)
 

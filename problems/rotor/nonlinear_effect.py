@@ -37,8 +37,13 @@ class NonlinearEffect(RotorEffect):
     def going(self, direction: str) -> Self:
         return dataclasses.replace(self, direction=direction) if direction in (UP, DOWN) else self
 
-    def seen_in(self, measurement: Measurement) -> Self:
-        history = measurement.history
+    def seen_in(self, measurement: Measurement) -> Self | None:
+        """With the direction of the run, where more than one run at 1X was measured: what is not linear shows at other
+        harmonics, with other unbalance, and as the speed goes the other way. In a single run linear effects do the same, and
+        balancing harmonics costs a hundred times as much as they do."""
+        campaign, history = measurement.campaign, measurement.history
+        if all(channel.is_1x for channel in measurement.channels) and (campaign is None or len(campaign.runs) < 2):
+            return None
         return self.going(OF_HISTORY.get(history.direction, "")) if history else self
 
 
