@@ -92,10 +92,8 @@ def _aligned(problem: Problem, measurement: Measurement, points: Array) -> tuple
     response = problem.response(x)
     measured = measurement.values
     nonzero = measured != 0
-    quiet, is_1x = (
-        _quiet(measurement),
-        np.broadcast_to([item.is_1x for item in measurement.channels], measured.shape)[nonzero],
-    )
+    at_1x = [item.is_1x for item in measurement.channels]
+    quiet, is_1x = _quiet(measurement), np.broadcast_to(at_1x, measured.shape)[nonzero]
     ratio = log_ratio((np.abs(response) + quiet)[:, nonzero], (np.abs(measured) + quiet)[nonzero])
     shift = np.zeros(len(points))
     masses = [index for index, parameter in enumerate(parameters) if parameter.is_unbalance]
@@ -114,7 +112,8 @@ def _aligned(problem: Problem, measurement: Measurement, points: Array) -> tuple
             aligned = np.conj(response / np.abs(response)) * (measured / np.maximum(np.abs(measured), 1e-300))
         turn = np.angle((np.nan_to_num(aligned) * (quiet == 0)).sum(axis=(1, 2)))
         x[:, turning] = (x[:, turning] + turn[:, None] + TURN / 2) % TURN - TURN / 2
-    return np.clip(parameters.to_cube(x), 0.0, 1.0), mean_log_misfit(ratio + shift[:, None] * is_1x)
+    ratio[:, is_1x] += shift[:, None]
+    return np.clip(parameters.to_cube(x), 0.0, 1.0), mean_log_misfit(ratio)
 
 
 def _quiet(measurement: Measurement) -> Array:
