@@ -90,13 +90,14 @@ def frame(record: DiagnosisRecord) -> pd.DataFrame:
 
 
 def coefficients_frame(record: DiagnosisRecord) -> pd.DataFrame:
-    """Every unknown before and after the extension and averaged over all explanations, with its interval, in `unit`; NaN
-    where there is none."""
+    """Every unknown before and after the extension, and averaged over all explanations where there are several, with its
+    interval, in `unit`; NaN where there is none."""
     rows, averaged = [], _averaged(record)
+    columns = ("before", "after", "averaged") if averaged else ("before", "after")
     for coefficient in record.coefficients:
         row: dict[str, str | float] = {"unknown": coefficient.name, "unit": ""}
         mean = averaged.get(coefficient.name)
-        for when, estimated in (("before", coefficient.before), ("after", coefficient.after), ("averaged", mean)):
+        for when, estimated in zip(columns, (coefficient.before, coefficient.after, mean)):
             value, low, high = (None,) * 3 if estimated is None else (estimated.value, estimated.low, estimated.high)
             for name, part in ((when, value), (f"{when}_low", low), (f"{when}_high", high)):
                 row[name] = np.nan if part is None else part
