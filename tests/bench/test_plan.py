@@ -27,6 +27,11 @@ OTHER_VALUES = {
     "measurement.truth": {"measurement.truth": {"kxx": 40.0}},
     "measurement.hidden": {"measurement.hidden": ["mass"]},
     "measurement.sizes": {"measurement.hidden": ["mass"], "measurement.sizes": {"mass_change": 2.0}},
+    "measurement.harmonics": {
+        "measurement.harmonics": [2.0],
+        "measurement.kind": "complex",
+        "measurement.floor": 0.1,
+    },
     "measurement.runs": {"measurement.runs": ["bare", "150@0.2"]},
     "method.budget": {"method.budget": 1000},
     "study.target": {"study.target": "kyy"},

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from ksmea import registry
+from ksmea.channel import Channel
 from ksmea.kind import Kind
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.studies.library import library
@@ -15,9 +16,12 @@ TRUTH = {"kxx": 50e6, "kyy": 70e6, "cxx": 500.0, "cyy": 700.0, "u": 2e-4, "phase
 NOISE = Noise(0.07, 1e-7)
 
 
+STEADY = Measurement(np.ones(1), (Channel(0.1, "x"),), np.ones((1, 1), dtype=complex), None, "one run at 1X")
+
+
 def registered_effects(*without):
-    """Those of a diagnosis of steady data that asks for none by name."""
-    return library((), ("run_up_acceleration", "thermal_bow", *without))[0]
+    """Those of a diagnosis of steady data at 1X that asks for none by name."""
+    return library((), without, STEADY)[0]
 
 
 @pytest.fixture(scope="session")

@@ -7,6 +7,7 @@ import pytest
 
 from counted_runs import Counted, streams
 from ksmea import registry
+from ksmea.channel import Channel
 from ksmea.cramer_rao import identifiability
 from ksmea.direct import Direct
 from ksmea.errors import SettingError
@@ -219,7 +220,7 @@ class Turned:
 
     def __init__(self):
         self.parameters = Parameters((Parameter("phase", "deg", np.pi / 180, -1.5 * np.pi, 1.5 * np.pi),))
-        self.speed, self.channels = np.linspace(1.0, 2.0, 5), ("x",)
+        self.speed, self.channels = np.linspace(1.0, 2.0, 5), (Channel(0.0, "x"),)
 
     def response(self, x):
         return 1e-6 * np.exp(1j * x[:, :, None]) * np.ones((1, 5, 1))
