@@ -19,9 +19,21 @@ NOISE = Noise(0.07, 1e-7)
 STEADY = Measurement(np.ones(1), (Channel(0.1, "x"),), np.ones((1, 1), dtype=complex), None, "one run at 1X")
 
 
+COMMON = (  # an effect of each kind of hook, and what looks like it: all effects take a diagnosis twice as long
+    "channel_gain", "cross_coupling_antisymmetric", "cross_coupling_symmetric", "flexible_pedestal", "internal_damping",
+    "mass", "probe_rotation", "residual_bow", "runout", "speed_dependent_damping", "speed_dependent_stiffness",
+    "unbalance", "unequal_bearings", "youngs_modulus",
+)  # fmt: skip
+
+
 def registered_effects(*without):
     """Those of a diagnosis of steady data at 1X that asks for none by name."""
     return library((), without, STEADY)[0]
+
+
+def common_effects(*without):
+    """A library that is large enough for effects to look alike in, and small enough for tests."""
+    return library(COMMON, without)[0]
 
 
 @pytest.fixture(scope="session")
