@@ -110,6 +110,8 @@ class Synthetic(MeasurementSource):
                 raise unknown("effect in hidden:", name, registry.registered("effect"))
         if self.sizes and not self.hidden:
             raise SettingError("sizes: expected hidden effects that have them, got none; name them in hidden")
+        if self.expected_drop is not None and not self.hidden:
+            raise SettingError("expected_drop: expected hidden effects that make it, got none; name them in hidden")
         for run in self.runs:
             weights_of(run)
         if self.harmonics and (Kind(self.kind) is not Kind.COMPLEX or not self.floor):

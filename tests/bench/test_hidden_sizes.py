@@ -163,6 +163,11 @@ def test_a_deviance_drop_without_noise_is_refused():
         data.true_values(PROBLEM)
 
 
+def test_a_deviance_drop_of_nothing_is_refused():
+    with pytest.raises(SettingError, match="expected_drop: expected hidden effects"):
+        Synthetic(kind="complex", relative=0.05, expected_drop=60.0)
+
+
 def test_stated_noise_is_what_the_fit_is_told_and_not_what_is_drawn():
     settings = {"kind": "complex", "relative": 0.06, "floor": 0.1}
     draw = lambda data: data.measure(PROBLEM, TRUTH, np.random.default_rng(1), np.random.default_rng(2))

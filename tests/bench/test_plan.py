@@ -27,6 +27,11 @@ OTHER_VALUES = {
     "measurement.truth": {"measurement.truth": {"kxx": 40.0}},
     "measurement.hidden": {"measurement.hidden": ["mass"]},
     "measurement.sizes": {"measurement.hidden": ["mass"], "measurement.sizes": {"mass_change": 2.0}},
+    "measurement.expected_drop": {
+        "measurement.hidden": ["mass"],
+        "measurement.expected_drop": 60.0,
+        "measurement.relative": 0.05,
+    },
     "measurement.harmonics": {
         "measurement.harmonics": [2.0],
         "measurement.kind": "complex",
