@@ -112,6 +112,8 @@ class Synthetic(MeasurementSource):
             raise SettingError("sizes: expected hidden effects that have them, got none; name them in hidden")
         if self.expected_drop is not None and not self.hidden:
             raise SettingError("expected_drop: expected hidden effects that make it, got none; name them in hidden")
+        if self.expected_drop is not None and self.noise.is_absent:
+            raise SettingError("expected_drop: expected noise, by which a deviance is measured, got none; give one")
         for run in self.runs:
             weights_of(run)
         if self.harmonics and (Kind(self.kind) is not Kind.COMPLEX or not self.floor):
@@ -129,8 +131,13 @@ class Synthetic(MeasurementSource):
     def true_values(self, settings: ProblemSettings) -> dict[str, float]:
         """True value of every unknown by name, SI; 0 for those that this measurement brings along. Raises `SettingError`
         where there are no such data: a name or a location is missing, or the rotor is unstable."""
-        values = self._values(settings)
-        self._hide(self._machine(settings), values, np.random.default_rng(0))
+        values, rng = self._values(settings), np.random.default_rng(0)
+        if self.expected_drop is None:
+            self._hide(self._machine(settings), values, rng)
+        else:  # sizes by a deviance take fits
+            taken: list[AnyEffect] = []
+            for name in self.hidden:
+                taken.append(_drawn_location(name, self._machine(settings), taken, rng))
         return values
 
     def _values(self, settings: ProblemSettings) -> dict[str, float]:
@@ -240,8 +247,6 @@ class Synthetic(MeasurementSource):
         """Values (e,) SI of an effect's unknowns, drawn."""
         if self.expected_drop is None:
             return drawn_size(effect, problem, x, Kind(self.kind), rng)
-        if self.noise.is_absent:
-            raise SettingError("expected_drop: expected noise, by which a deviance is measured, got none; give one")
         return size_of_drop(effect, problem, x, self.expected_drop, self.noise, Kind(self.kind), rng)
 
     def _machine(self, settings: ProblemSettings) -> Problem:

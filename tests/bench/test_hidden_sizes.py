@@ -158,9 +158,8 @@ def test_a_size_of_a_deviance_drop_ends_where_the_rotor_becomes_unstable():
 
 
 def test_a_deviance_drop_without_noise_is_refused():
-    data = Synthetic(kind="complex", hidden=["runout"], expected_drop=60.0)
     with pytest.raises(SettingError, match="expected_drop: expected noise"):
-        data.true_values(PROBLEM)
+        Synthetic(kind="complex", hidden=["runout"], expected_drop=60.0)
 
 
 def test_a_deviance_drop_of_nothing_is_refused():
