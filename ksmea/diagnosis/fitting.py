@@ -38,7 +38,6 @@ EFFECT_START_DISTANCE = 0.02  # nor starts of an extended one
 
 TRIAL_ITERATIONS = 100  # at most: fits that explain the data end by 60, and the best of all go on to their end
 
-
 # Expected fall of the deviance at which fits of trials end; of data that are off by many times their known noise, in parts of
 # the mean square of what is left.
 END = 1e-4

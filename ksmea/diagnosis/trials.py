@@ -170,9 +170,7 @@ def searched(
     needs that, and else from the unknowns of other fits. Scans that lead to deviances above `ceiling` are left early."""
     problem, fit = trial.fit.problem, trial.fit
     path = trial.candidate.effect.path(baseline.best.problem.machine)
-    with suppress(
-        np.linalg.LinAlgError
-    ):  # somewhere in its limits an effect may leave the rotor without a steady motion
+    with suppress(np.linalg.LinAlgError):  # within its limits an effect may leave the rotor no steady motion
         if len(path):
             fit = fit_along(problem, measurement, baseline, path, effort)
         elif trial.candidate.effect.is_scanned:

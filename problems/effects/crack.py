@@ -32,7 +32,7 @@ from ksmea.units import DEGREE
 from problems.rotor.assembly import element_dof
 from problems.rotor.data import Rotor
 from problems.rotor.effect import RotorEffect, drawn_vector, forward_vector, require_on_shaft
-from problems.rotor.mesh import DOF_PER_NODE, elements, locate
+from problems.rotor.mesh import DOF_PER_NODE, element_at, locate
 from problems.rotor.problem import RotorProblem
 from problems.rotor.shaft import X_PLANE, Y_PLANE, plane_stiffness
 from problems.rotor.turning import OF_CONJUGATE, weight_of
@@ -88,7 +88,7 @@ class Crack(RotorEffect):
     def turning_rows(self, rotor: Rotor) -> Array:
         """The element's stiffness is Bᵀ B in each plane, with two rows for x and two for y."""
         index, _ = locate(rotor, rotor.length / 2 if self.position is None else self.position)
-        squared, shapes = np.linalg.eigh(plane_stiffness(elements(rotor)[index]))
+        squared, shapes = np.linalg.eigh(plane_stiffness(element_at(rotor, index)))
         bending = np.sqrt(squared[-N_BENDING:])[:, None] * shapes[:, -N_BENDING:].T
         rows = np.zeros((2 * N_BENDING, DOF_PER_NODE * len(rotor.node_positions)))
         rows[:, element_dof(index)] = np.concatenate([bending @ X_PLANE, bending @ Y_PLANE])

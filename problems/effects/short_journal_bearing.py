@@ -31,7 +31,7 @@ from ksmea.settings import setting
 from ksmea.units import DEGREE, MICROMETRE_PER_KILONEWTON
 from problems.rotor.axes import inverse, product
 from problems.rotor.effect import RotorEffect, drawn
-from problems.rotor.mesh import elements, locate
+from problems.rotor.mesh import element_at, locate
 from problems.rotor.problem import RotorProblem
 from problems.rotor.short_bearing import eccentricity_ratio, film_coefficients
 from problems.rotor.sizes import stiffness_scale
@@ -80,7 +80,7 @@ class ShortJournalBearing(RotorEffect):
             )
         shares = np.array(self.loads_n) if self.loads_n else np.abs(weight_shares(rotor))
         shares = np.maximum(shares, LEAST_SHARE * np.sum(shares))
-        segment = elements(rotor)[locate(rotor, bearings[0].position)[0]].segment
+        segment = element_at(rotor, locate(rotor, bearings[0].position)[0]).segment
         diameter = self.diameter or 2 * segment.outer_radius
         return dataclasses.replace(
             self,

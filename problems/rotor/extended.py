@@ -141,7 +141,7 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy):
             response, sensitivity = (linearised if self._has_one_solution else differenced)(self, x)
         return finite(response), finite(sensitivity)
 
-    @property
+    @cached_property
     def _has_one_solution(self) -> bool:
         """Whether one solution of D q = f at 1X is all of the motion, and a changed rotor stays a chain from bearing to bearing."""
         of_effects = self.parts(np.zeros((1, len(self.parameters))))[1]
@@ -212,17 +212,16 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy):
 
         columns = with_nonlinear_forces(columns, nonlinear, seen, self.speed, at_order)
         if self._turning.are_there:
-            columns[..., 0] = self._turning_motion(x)
+            columns[..., 0] = self._turning_motion(x, sizes)
         columns[..., 0] += self._sweep_change(x)
         return columns, of_effects
 
-    def _turning_motion(self, x: Array) -> ComplexArray:
+    def _turning_motion(self, x: Array, sizes: ComplexArray) -> ComplexArray:
         """Motion at the seen channels where a stiffness turns with the shaft, (n, n_speed, n_seen), for sets with the same rotor."""
         of_effects = self.parts(x)[1]
         make = partial(self._turning_shaft, self.rotor_with(x[0]))
         shaft = recent(self._turning_shafts, tuple(x[0, self.costly]), make, MAX_REDUCTIONS)
         entries = [self.impedances_and_sizes(x, reduction.harmonic)[0] for reduction in shaft.reductions]
-        sizes = self.impedances_and_sizes(x)[1]
         return shaft.motion(entries, self._turning.acting(of_effects, sizes, self.forces(of_effects)[0]))
 
     @cached_property
