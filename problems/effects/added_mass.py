@@ -24,7 +24,7 @@ from ksmea.force_laws import LAWS
 from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from problems.rotor.data import Rotor
-from problems.rotor.effect import RotorEffect, drawn_either_side, require_on_shaft
+from problems.rotor.effect import PlacedEffect, drawn_either_side, require_on_shaft
 from problems.rotor.problem import RotorProblem
 from problems.rotor.site_law import SiteLaw
 from problems.rotor.sizes import rotor_mass
@@ -35,7 +35,7 @@ LONG_SPAN = 0.25  # of the shaft's length, between disks, bearings and ends
 
 
 @dataclass(frozen=True)
-class AddedMass(RotorEffect):
+class AddedMass(PlacedEffect):
     """A place of the shaft carries more mass, or less."""
 
     position: float | None = setting(None, "where it sits; null: on the first disk or end", unit="m", at_least=0)
@@ -53,9 +53,6 @@ class AddedMass(RotorEffect):
     def placed_on(self, problem: RotorProblem) -> AddedMass:
         require_on_shaft(problem, self.position, "mass")
         return self if self.position is not None else self.locations(problem)[0]
-
-    def places(self, problem: RotorProblem) -> Sequence[float]:
-        return () if self.position is None else (self.position,)
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         largest = LARGEST * rotor_mass(problem)

@@ -30,7 +30,7 @@ from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from ksmea.units import KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE
 from problems.rotor.data import SAME_PLACE, Rotor
-from problems.rotor.effect import RotorEffect, drawn, require_on_shaft
+from problems.rotor.effect import PlacedEffect, drawn, require_on_shaft
 from problems.rotor.problem import RotorProblem
 from problems.rotor.site_law import SiteLaw
 from problems.rotor.sizes import rotor_mass, stiffness_scale
@@ -42,7 +42,7 @@ NOTICED_DAMPING = (3e-5, 3e-3)  # of √(k m), are drawn: more drives a rotor un
 
 
 @dataclass(frozen=True)
-class AnnularSeal(RotorEffect):
+class AnnularSeal(PlacedEffect):
     """A seal around the shaft holds, damps and drags it."""
 
     position: float | None = setting(
@@ -67,9 +67,6 @@ class AnnularSeal(RotorEffect):
     def placed_on(self, problem: RotorProblem) -> AnnularSeal:
         require_on_shaft(problem, self.position, "seal")
         return self if self.position is not None else self.locations(problem)[0]
-
-    def places(self, problem: RotorProblem) -> Sequence[float]:
-        return () if self.position is None else (self.position,)
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         stiffness, damping = _scales(problem)

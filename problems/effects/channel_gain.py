@@ -19,7 +19,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import Channel
 from ksmea.parameters import Parameter
 from ksmea.settings import setting
-from problems.rotor.effect import RotorEffect, drawn_either_side, is_at, require_on_shaft, where
+from problems.rotor.effect import PlacedEffect, drawn_either_side, is_at, require_on_shaft, where
 from problems.rotor.problem import RotorProblem
 
 LARGEST = 0.3
@@ -27,7 +27,7 @@ NOTICED = (0.08, 0.25)  # of either sign, are drawn
 
 
 @dataclass(frozen=True)
-class ChannelGain(RotorEffect):
+class ChannelGain(PlacedEffect):
     """One channel reads too much or too little."""
 
     position: float | None = setting(None, "where the channel looks; null: all positions", unit="m", at_least=0)
@@ -50,9 +50,6 @@ class ChannelGain(RotorEffect):
     def placed_on(self, problem: RotorProblem) -> ChannelGain:
         require_on_shaft(problem, self.position, "channel")
         return self
-
-    def places(self, problem: RotorProblem) -> Sequence[float]:
-        return () if self.position is None else (self.position,)
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         return (Parameter("channel_gain", "%", 0.01, -LARGEST, LARGEST),)

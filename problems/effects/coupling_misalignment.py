@@ -25,7 +25,7 @@ from ksmea.load import FORCE, LOADS, Load
 from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from problems.rotor.data import Rotor
-from problems.rotor.effect import RotorEffect, drawn_vector, forward_vector, require_on_shaft
+from problems.rotor.effect import PlacedEffect, drawn_vector, forward_vector, require_on_shaft
 from problems.rotor.loads import forward_load
 from problems.rotor.problem import RotorProblem
 from problems.rotor.sizes import rotor_mass, stiffness_scale, unbalance_scale
@@ -38,7 +38,7 @@ NOTICED = (0.003, 0.3)  # of the largest: vectors as long as these are drawn
 
 
 @dataclass(frozen=True)
-class CouplingMisalignment(RotorEffect):
+class CouplingMisalignment(PlacedEffect):
     """A coupling pushes or bends the end of the shaft, once per turn, and perhaps twice."""
 
     position: float | None = setting(
@@ -70,9 +70,6 @@ class CouplingMisalignment(RotorEffect):
         require_on_shaft(problem, self.position, "coupling")
         end = float(problem.rotor.node_positions[-1])
         return dataclasses.replace(self, position=end) if self.position is None else self
-
-    def places(self, problem: RotorProblem) -> Sequence[float]:
-        return () if self.position is None else (self.position,)
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         largest, unit = self._largest(problem), Load(0.0, "x", self.kind).unit

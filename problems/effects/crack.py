@@ -31,7 +31,7 @@ from ksmea.settings import setting
 from ksmea.units import DEGREE
 from problems.rotor.assembly import element_dof
 from problems.rotor.data import Rotor
-from problems.rotor.effect import RotorEffect, drawn_vector, forward_vector, require_on_shaft
+from problems.rotor.effect import PlacedEffect, drawn_vector, forward_vector, require_on_shaft
 from problems.rotor.mesh import DOF_PER_NODE, element_at, locate
 from problems.rotor.problem import RotorProblem
 from problems.rotor.shaft import X_PLANE, Y_PLANE, plane_stiffness
@@ -43,7 +43,7 @@ N_BENDING = 2  # ways in which an element bends in a plane
 
 
 @dataclass(frozen=True)
-class Crack(RotorEffect):
+class Crack(PlacedEffect):
     """A transverse crack in one element of the shaft opens and closes under the weight."""
 
     if_nowhere: ClassVar[str] = "give its position"
@@ -75,9 +75,6 @@ class Crack(RotorEffect):
     def placed_on(self, problem: RotorProblem) -> Crack:
         require_on_shaft(problem, self.position, "crack")
         return self
-
-    def places(self, problem: RotorProblem) -> Sequence[float]:
-        return () if self.position is None else (self.position,)
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         return tuple(Parameter(name, "%", 0.01, -LARGEST, LARGEST) for name in ("crack_x", "crack_y"))

@@ -23,7 +23,7 @@ from ksmea.errors import SettingError
 from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from problems.rotor.data import SAME_PLACE, Disk, Hub, Rotor
-from problems.rotor.effect import RotorEffect, drawn, require_on_shaft
+from problems.rotor.effect import PlacedEffect, drawn, require_on_shaft
 from problems.rotor.mesh import element_at, locate
 from problems.rotor.problem import RotorProblem
 
@@ -33,7 +33,7 @@ THINNEST = 1e-3  # of the shaft's diameter: a thickness below it is rounding of 
 
 
 @dataclass(frozen=True)
-class HubStiffening(RotorEffect):
+class HubStiffening(PlacedEffect):
     """A disk's seat is stiffer in bending than the shaft."""
 
     if_nowhere: ClassVar[str] = "give its position and width where the rotor has no disk, or leave it out"
@@ -63,9 +63,6 @@ class HubStiffening(RotorEffect):
                 raise SettingError("position: expected a disk on the rotor, got none; give the place of the hub")
             return found[0]
         return self if self.width else dataclasses.replace(self, width=hub_width(problem.rotor, self.position))
-
-    def places(self, problem: RotorProblem) -> Sequence[float]:
-        return () if self.position is None else (self.position,)
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         return (Parameter("hub_stiffening", "%", 0.01, 0.0, LARGEST),)

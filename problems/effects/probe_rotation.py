@@ -18,7 +18,7 @@ from ksmea.channel import Channel
 from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from ksmea.units import DEGREE
-from problems.rotor.effect import RotorEffect, drawn_either_side, is_at, planes, require_on_shaft, where
+from problems.rotor.effect import PlacedEffect, drawn_either_side, is_at, planes, require_on_shaft, where
 from problems.rotor.problem import RotorProblem
 
 LARGEST = 20 * DEGREE
@@ -26,7 +26,7 @@ NOTICED = (1 * DEGREE, 15 * DEGREE)  # of either sign, are drawn
 
 
 @dataclass(frozen=True)
-class ProbeRotation(RotorEffect):
+class ProbeRotation(PlacedEffect):
     """The x and y probes of one plane are both turned."""
 
     position: float | None = setting(None, "the measuring plane; null: all of them alike", unit="m", at_least=0)
@@ -49,9 +49,6 @@ class ProbeRotation(RotorEffect):
     def placed_on(self, problem: RotorProblem) -> ProbeRotation:
         require_on_shaft(problem, self.position, "probes")
         return self
-
-    def places(self, problem: RotorProblem) -> Sequence[float]:
-        return () if self.position is None else (self.position,)
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         return (Parameter("probe_rotation", "deg", DEGREE, -LARGEST, LARGEST),)

@@ -18,7 +18,7 @@ from ksmea.channel import Channel
 from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from ksmea.units import MICROMETRE
-from problems.rotor.effect import RotorEffect, drawn_vector, forward_vector, is_at, planes, require_on_shaft, where
+from problems.rotor.effect import PlacedEffect, drawn_vector, forward_vector, is_at, planes, require_on_shaft, where
 from problems.rotor.problem import RotorProblem
 
 LARGEST = 50 * MICROMETRE  # ten times what API 670 lets pass
@@ -26,7 +26,7 @@ NOTICED = (0.3 * MICROMETRE, 15 * MICROMETRE)  # vectors as long as these are dr
 
 
 @dataclass(frozen=True)
-class Runout(RotorEffect):
+class Runout(PlacedEffect):
     """Probes at one plane read a constant forward vector besides the motion."""
 
     position: float | None = setting(None, "the measuring plane; null: all of them alike", unit="m", at_least=0)
@@ -45,9 +45,6 @@ class Runout(RotorEffect):
     def placed_on(self, problem: RotorProblem) -> Runout:
         require_on_shaft(problem, self.position, "runout")
         return self
-
-    def places(self, problem: RotorProblem) -> Sequence[float]:
-        return () if self.position is None else (self.position,)
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         return tuple(Parameter(name, "µm", MICROMETRE, -LARGEST, LARGEST) for name in ("runout_x", "runout_y"))

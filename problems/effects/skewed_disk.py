@@ -25,7 +25,7 @@ from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from ksmea.units import MILLIRADIAN
 from problems.rotor.data import SAME_PLACE, Disk, Rotor
-from problems.rotor.effect import RotorEffect, drawn_vector, forward_vector, require_on_shaft
+from problems.rotor.effect import PlacedEffect, drawn_vector, forward_vector, require_on_shaft
 from problems.rotor.loads import forward_load
 from problems.rotor.problem import RotorProblem
 
@@ -34,7 +34,7 @@ NOTICED = (0.02 * MILLIRADIAN, 2 * MILLIRADIAN)  # vectors as long as these are 
 
 
 @dataclass(frozen=True)
-class SkewedDisk(RotorEffect):
+class SkewedDisk(PlacedEffect):
     """A disk is not square to the shaft."""
 
     position: float | None = setting(
@@ -62,9 +62,6 @@ class SkewedDisk(RotorEffect):
         if self.position is None or not _inertia(problem.rotor, self.position):
             raise SettingError("skewed disk: expected a disk whose polar and diametral inertia differ, got none there")
         return self
-
-    def places(self, problem: RotorProblem) -> Sequence[float]:
-        return () if self.position is None else (self.position,)
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         return tuple(Parameter(name, "mrad", MILLIRADIAN, -LARGEST, LARGEST) for name in ("skew_x", "skew_y"))

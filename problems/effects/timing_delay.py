@@ -22,7 +22,7 @@ from ksmea.measurement import Measurement
 from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from ksmea.units import MICROSECOND
-from problems.rotor.effect import RotorEffect, drawn_either_side, is_at, require_on_shaft, where
+from problems.rotor.effect import PlacedEffect, drawn_either_side, is_at, require_on_shaft, where
 from problems.rotor.problem import RotorProblem
 
 LARGEST = 500 * MICROSECOND  # 9° at 3000 rpm: a filter at some hundred Hz
@@ -30,7 +30,7 @@ NOTICED = (10 * MICROSECOND, 300 * MICROSECOND)  # of either sign, are drawn
 
 
 @dataclass(frozen=True)
-class TimingDelay(RotorEffect):
+class TimingDelay(PlacedEffect):
     """Readings are late by a constant time."""
 
     position: float | None = setting(None, "where the late channel looks; null: all positions", unit="m", at_least=0)
@@ -61,9 +61,6 @@ class TimingDelay(RotorEffect):
     def placed_on(self, problem: RotorProblem) -> TimingDelay:
         require_on_shaft(problem, self.position, "channel")
         return self
-
-    def places(self, problem: RotorProblem) -> Sequence[float]:
-        return () if self.position is None else (self.position,)
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         return (Parameter("timing_delay", "µs", MICROSECOND, -LARGEST, LARGEST),)

@@ -20,7 +20,7 @@ from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from ksmea.units import GRAM_MILLIMETRE
 from problems.rotor.data import SAME_PLACE, Rotor, UnbalancePlane
-from problems.rotor.effect import RotorEffect, drawn_vector, forward_vector, require_on_shaft
+from problems.rotor.effect import PlacedEffect, drawn_vector, forward_vector, require_on_shaft
 from problems.rotor.problem import RotorProblem
 from problems.rotor.sizes import unbalance_scale
 from problems.rotor.unbalance import force_per_unbalance
@@ -29,7 +29,7 @@ NOTICED = (0.01, 0.5)  # of the largest that is possible: vectors as long as the
 
 
 @dataclass(frozen=True)
-class FurtherUnbalance(RotorEffect):
+class FurtherUnbalance(PlacedEffect):
     """A further disk is out of balance."""
 
     position: float | None = setting(
@@ -61,9 +61,6 @@ class FurtherUnbalance(RotorEffect):
         if not free:
             raise SettingError("position: expected a disk without unbalance in the model, got none; give a position")
         return dataclasses.replace(self, position=free[0])
-
-    def places(self, problem: RotorProblem) -> Sequence[float]:
-        return () if self.position is None else (self.position,)
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         largest = unbalance_scale(problem)

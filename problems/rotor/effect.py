@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Self
 
@@ -39,6 +40,15 @@ class RotorEffect(RotorHooks, Effect[RotorProblem]):
         if not isinstance(problem, RotorProblem):
             raise SettingError(f"effects: expected a rotor of this project, got {type(problem).__name__}")
         return ExtendedProblem(problem, (self.placed_on(problem),))
+
+
+class PlacedEffect(RotorEffect):
+    """Base of those that act at one position alone; None: where `placed_on` puts it, or at all."""
+
+    position: float | None  # a setting of each, with what it means there
+
+    def places(self, problem: RotorProblem) -> Sequence[float]:
+        return () if self.position is None else (self.position,)
 
 
 def column(values: Array) -> Array:
