@@ -24,6 +24,8 @@ MAX_BEND_RATIO = 0.75  # of a bend to the step that it corrects (Transtrum & Set
 FIRST_DAMPING, LAST_DAMPING = 1e-6, 1e8
 
 PATIENCE = 15  # iterations by whose pace a search is given up that is to come below a ceiling
+PROMISED = 10.0  # times what a step promises: the most that an undamped search still comes down, once it has passed SETTLED steps
+SETTLED = 3
 
 # Two maxima are one where their deviances are as near as this, and the difference is as small to the data (standard errors).
 CLOSE, NEAR = 1e-2, 0.5
@@ -64,8 +66,8 @@ def maximise(
     `fixed` is the index of an unknown that keeps its value (for profiles). Steps solve the scoring equations in the box
     as bounded least squares, damped as by Levenberg and Marquardt, and once a step has failed they bend with the mean
     (geodesic acceleration). They end where a step is expected to lower the deviance by less than `tolerance` or lowers it by
-    less than `least_gain`, after `max_iterations`, where at their pace the deviance would still lie above `ceiling` after these, or
-    where the model's budget is spent; a budget that does not admit the first Jacobian raises
+    less than `least_gain`, after `max_iterations`, where at their pace or by what they promise the deviance would still lie above
+    `ceiling` after these, or where the model's budget is spent; a budget that does not admit the first Jacobian raises
     `BudgetSpent`.
 
     M. R. Osborne, Fisher's method of scoring, Int. Stat. Rev. 60 (1992) 99–117, doi 10.2307/1403504; M. K. Transtrum
@@ -82,7 +84,8 @@ def maximise(
             if not _comes_below(ceiling, passed, left):
                 break
             step, expected = _step(likelihood, point, free, damping, point.gradient)
-            if expected < tolerance:
+            is_hopeless = len(passed) > SETTLED and point.deviance - PROMISED * expected > ceiling
+            if expected < tolerance or (is_hopeless and damping == FIRST_DAMPING):
                 break
             if damping > FIRST_DAMPING:
                 step = step + _bend(likelihood, point, free, damping, step)
@@ -139,7 +142,10 @@ def best_maxima(
     """Different maxima of the likelihood, highest first: a few iterations from every start θ, and the best points that
     they lead to, `survivors` at most, to the end, by `last_iterations` more at most. Where all have a deviance above `ceiling`, the best point that was met.
     Searches that do not come `below` a deviance, or within `reach` of the best one before them, are given up on the way."""
-    first = [maximise(likelihood, theta, max_iterations=first_iterations, tolerance=1e-2) for theta in starts]
+    first = [
+        maximise(likelihood, theta, max_iterations=first_iterations, tolerance=1e-2, ceiling=ceiling)
+        for theta in starts
+    ]
     best = sorted(first, key=lambda each: each.deviance)[:survivors]
     if best[0].deviance > ceiling:
         return best[:1]

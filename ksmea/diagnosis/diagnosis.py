@@ -4,7 +4,7 @@
 2. Every effect, at every location where it may occur, is fitted jointly with all unknowns from the baseline fit.
    Fits whose rotor is unstable at a measured speed are bounded to where it is stable.
 3. If the test rejects or any effect is significant, the trials are refined: effects that move sharp resonances are
-   scanned over their whole range.
+   scanned over their whole range, at little effort first, and at all of it where the best one then leaves more than noise.
 4. Second effects are fitted beside the best one: one that is as significant as a first one must be is added. If the best
    effect does not leave noise behind, second effects are scanned, and beside the next best ones too (`second_effects`).
 5. The verdict:
@@ -210,13 +210,29 @@ def _ranked_trials(
     trials = fitted(problem, measurement, baseline.best, found, progress)
     if quality.p >= level and not _significant(trials, level):
         return baseline, quality, trials
-    trials = refined(trials, measurement, baseline, effort, progress)
+    trials = _refined(trials, baseline, level, rng, effort, progress)
     better = _baseline_from(trials, baseline)
     if better is not baseline:
         baseline, quality = better, fit_quality(better.best, rng)
         trials = fitted(problem, measurement, baseline.best, found, progress)
-        trials = refined(trials, measurement, baseline, effort, progress)
+        trials = _refined(trials, baseline, level, rng, effort, progress)
     return baseline, quality, trials
+
+
+def _refined(
+    trials: Sequence[Trial],
+    baseline: BaselineFits,
+    level: float,
+    rng: np.random.Generator,
+    effort: Effort,
+    progress: Callable[[], None],
+) -> list[Trial]:
+    """The trials refined at little effort, and where the best one then leaves more than noise, at all of it."""
+    measurement = baseline.best.likelihood.measurement
+    found = refined(trials, measurement, baseline, effort.of_first_scans, progress)
+    if not found or fit_quality(polished(found[0].fit), rng).p >= level:
+        return found
+    return refined(found, measurement, baseline, effort, progress)
 
 
 @dataclass(frozen=True)

@@ -6,6 +6,7 @@ over their limits, and fits start from the best of these points as well as from 
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -53,11 +54,17 @@ class Effort:
     starts: int = 12  # fits of the baseline model
     scan: int = 200  # of the screened points, those that are screened again at each value of an effect
     scan_values: int = 16  # values of an effect with one unknown; twice as many for each more
+    scan_clouds: int = 48  # best points of a scan that clouds of points are laid around
     effect_starts: int = 5  # fits of an extended one from a scan of its effect
     first_iterations: int = 8  # after which only the best of them go on
     survivors: int = 2
     firsts: int = 3  # effects that second ones are fitted beside, where the best one does not leave noise behind
     pairs: int = 18  # pairs of effects that are fitted to the end, and at most as many that are scanned
+
+    @property
+    def of_first_scans(self) -> Effort:
+        """A quarter of it for first scans of effects, which mostly find what there is."""
+        return dataclasses.replace(self, scan=max(1, self.scan // 4), scan_clouds=max(1, self.scan_clouds // 4))
 
 
 @dataclass(frozen=True)
@@ -216,22 +223,27 @@ def fit_from_scan(
     likelihood = likelihood_of(Model(problem), measurement)
     zero = without_effects(problem, baseline.best.likelihood.d)
     starts = [np.concatenate([fit.u, zero]) for fit in baseline.others]
-    found = scanned(problem, measurement, baseline.screened.thinned(effort.scan), zero, effort.scan_values)
+    points = baseline.screened.thinned(effort.scan)
+    found = scanned(problem, measurement, points, zero, effort.scan_values, effort.scan_clouds)
     starts += list(found.apart(effort.effect_starts, EFFECT_START_DISTANCE).points)
     maxima = _maxima(likelihood, [likelihood.start(u) for u in starts], effort, ceiling, below)
     return Fit(problem, likelihood, maxima[0])
 
 
-def fit_from(problem: Problem, measurement: Measurement, starts: Sequence[Fit], d: int, below: float = np.inf) -> Fit:
-    """The same from where other fits have the baseline model's d unknowns, without any effect."""
-    likelihood = likelihood_of(Model(problem), measurement)
+def fit_from(
+    problem: Problem,
+    measurement: Measurement,
+    starts: Sequence[Fit],
+    baseline: BaselineFits,
+    effort: Effort,
+    ceiling: float = np.inf,
+    below: float = np.inf,
+) -> Fit:
+    """The same from where other fits have the baseline model's unknowns, without any effect."""
+    likelihood, d = likelihood_of(Model(problem), measurement), baseline.best.likelihood.d
     zero = without_effects(problem, d)
-    points: list[Point] = []
-    for fit in starts:
-        start = likelihood.start(np.concatenate([fit.u[:d], zero]))
-        useful = min([below, *(point.deviance for point in points)])
-        points.append(_tried(likelihood, start, useful))
-    return Fit(problem, likelihood, min(points, key=lambda point: point.deviance))
+    points = [likelihood.start(np.concatenate([fit.u[:d], zero])) for fit in starts]
+    return Fit(problem, likelihood, _maxima(likelihood, points, effort, ceiling, below)[0])
 
 
 def fit_from_values(problem: Problem, x: Array, measurement: Measurement) -> Fit:

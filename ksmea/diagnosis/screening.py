@@ -25,7 +25,6 @@ EDGE = 1e-9  # of the unit cube: an unknown so near to its limit lies on it
 CROWDING = 1.5  # power by which scanned values crowd towards 0
 PER_VALUE = 8  # points that each scanned value of an effect contributes
 CLOUDS = (0.05, 0.02, 0.01)  # standard deviations of the clouds, in parts of the unit cube
-CLOUD_CENTRES = 48  # best points that a cloud is laid around
 CLOUD_POINTS = 32  # points of each cloud
 
 
@@ -40,12 +39,14 @@ def screened(problem: Problem, measurement: Measurement, points: Array) -> Scree
     return ranked(np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts]))
 
 
-def scanned(problem: Problem, measurement: Measurement, points: Array, zero: Array, n_value: int) -> Screened:
+def scanned(
+    problem: Problem, measurement: Measurement, points: Array, zero: Array, n_value: int, n_cloud: int
+) -> Screened:
     """The best points of an extended problem: screenings of the baseline model's points (n, d) at values of the
-    effects' unknowns all over their limits, and clouds around the best of them. `zero` (e,) is where there is no
+    effects' unknowns all over their limits, and clouds around the best `n_cloud` of them. `zero` (e,) is where there is no
     effect."""
     found = screened_at(problem, measurement, points, scan_values(zero, n_value))
-    return refined_by_clouds(problem, measurement, found)
+    return refined_by_clouds(problem, measurement, found, n_cloud)
 
 
 def screened_at(problem: Problem, measurement: Measurement, points: Array, values: Array) -> Screened:
@@ -57,15 +58,15 @@ def screened_at(problem: Problem, measurement: Measurement, points: Array, value
     return joined(*best)
 
 
-def refined_by_clouds(problem: Problem, measurement: Measurement, found: Screened) -> Screened:
-    """Clouds of points around the best ones, narrower and narrower; unknowns that are costly to change take few values, the
+def refined_by_clouds(problem: Problem, measurement: Measurement, found: Screened, n_cloud: int) -> Screened:
+    """Clouds of points around the best ones, `n_cloud` at most, narrower and narrower; unknowns that are costly to change take few values, the
     same ones in all clouds of a width."""
     d = found.points.shape[1]
     cloud = scipy.stats.norm.ppf(sobol(CLOUD_POINTS, d) + 0.5 / CLOUD_POINTS)
     costly = list(problem.costly)
     cloud[:, costly] = np.clip(np.rint(cloud[:, costly]), -1, 1)
     for width in CLOUDS:
-        centres = found.apart(CLOUD_CENTRES, width / 2)
+        centres = found.apart(n_cloud, width / 2)
         points = centres.points[:, None] + width * cloud
         points[..., costly] = width * np.rint(points[..., costly] / width)
         points = np.clip(points, 0.0, 1.0).reshape(-1, d)

@@ -150,9 +150,11 @@ def refined(
     """The same trials, each with the better of its fit and further ones: along the effect's path, from a scan of its whole
     range where it needs that, and else from the unknowns of the baseline model's other maxima and of the best trials."""
     starts = [*baseline.others, *(trial.fit for trial in trials[:2])]
+    lowest = min((trial.fit.deviance for trial in trials), default=np.inf)
     better = []
     for trial in trials:
-        better.append(searched(trial, measurement, baseline, effort, len(trials), starts))
+        better.append(searched(trial, measurement, baseline, effort, len(trials), starts, lowest + FAR))
+        lowest = min(lowest, better[-1].fit.deviance)
         progress()
     return ranked(better)
 
@@ -176,7 +178,7 @@ def searched(
         elif trial.candidate.effect.is_scanned:
             fit = fit_from_scan(problem, measurement, baseline, effort, ceiling, fit.deviance)
         elif starts:
-            fit = fit_from(problem, measurement, starts, baseline.best.likelihood.d, fit.deviance)
+            fit = fit_from(problem, measurement, starts, baseline, effort, ceiling, fit.deviance)
         fit = stable_fit(fit, start_nearby(problem, baseline.best))
     best = min(fit, trial.fit, key=lambda each: each.deviance)
     return trial_of(trial.candidate, best, baseline.best, n_candidate)

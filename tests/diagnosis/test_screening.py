@@ -47,7 +47,7 @@ def test_clouds_close_in_on_a_maximum_that_the_scan_only_came_near(rotor, hide):
     extended = place.added_to(rotor)
     zero = np.zeros(3)
     grid = np.random.default_rng(0).uniform(size=(200, len(rotor.parameters)))
-    found = scanned(extended, measurement, grid, zero, 16)
+    found = scanned(extended, measurement, grid, zero, 16, 48)
     best_of_scan = min(
         screened(extended, measurement, np.hstack([grid, np.tile(value, (200, 1))])).misfits[0]
         for value in scan_values(zero, 16)
@@ -72,6 +72,6 @@ def test_costly_unknowns_take_few_values_in_clouds(rotor, hide, monkeypatch):
 
     monkeypatch.setattr(type(extended), "response", counted)
     start = Screened(np.full((1, len(extended.parameters)), 0.5), np.array([9.0]))
-    found = refined_by_clouds(extended, measurement, start)
+    found = refined_by_clouds(extended, measurement, start, 48)
     assert len(values) < 150 and len(values) < len(found.points) * 3
     assert found.misfits[0] < 9.0
