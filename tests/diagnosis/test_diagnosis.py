@@ -10,7 +10,8 @@ from ksmea import registry
 from ksmea.channel import Channel
 from ksmea.diagnosis.diagnosis import diagnose
 from ksmea.diagnosis.fit_quality import fit_quality
-from ksmea.diagnosis.trials import Candidate, candidates
+from ksmea.diagnosis.fitting import Effort
+from ksmea.diagnosis.trials import Candidate, candidates, refined
 from ksmea.errors import SettingError
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.studies.diagnose import diagnosis
@@ -79,6 +80,24 @@ def test_what_is_not_in_the_registry_is_unknown_or_a_known_alias(rotor, hide):
     found = diagnosed(rotor, measurement, common_effects("runout"))
     assert found.verdict == "unknown"
     assert found.named == () and found.ambiguity_group == ()
+
+
+def test_effects_are_scanned_at_all_effort_only_where_little_leaves_more_than_noise(rotor, hide, monkeypatch):
+    made = []
+
+    def noted(trials, measurement, baseline, effort, progress):
+        made.append((effort.scan, effort.scan_clouds))
+        return refined(trials, measurement, baseline, effort, progress)
+
+    monkeypatch.setattr("ksmea.diagnosis.diagnosis.refined", noted)
+    effort = Effort(screening=1024, starts=6, scan=100, scan_clouds=40, scan_values=8, effect_starts=3)
+    measurement, _, _ = hide("channel_gain", 1)
+    known = {name: effect for name, effect in common_effects().items() if name in ("channel_gain", "runout")}
+    assert "channel_gain" in diagnosed(rotor, measurement, known, effort=effort).named
+    assert made == [(25, 10)]
+    made.clear()
+    assert diagnosed(rotor, measurement, {"runout": known["runout"]}, effort=effort).verdict == "unknown"
+    assert made == [(25, 10), (100, 40)]
 
 
 def test_two_effects_at_once_are_named_together(rotor):

@@ -8,7 +8,7 @@ from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.intervals import estimate
 from ksmea.likelihood import Likelihood, Point
-from ksmea.maximisation import PATIENCE, best_maxima, distinct, maximise, nearest_maximum, with_best_noise
+from ksmea.maximisation import PATIENCE, SETTLED, best_maxima, distinct, maximise, nearest_maximum, with_best_noise
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.model import Model
 from ksmea.parameters import Parameter, Parameters
@@ -208,7 +208,7 @@ def test_known_noise_is_left_alone(rotor, truth):
 
 
 class Slow:
-    """χ² of a residual θ⁴, which Gauss–Newton steps lower by a factor of (3/4)⁸ = 0.1 each: θ is a quarter of itself too far."""
+    """A deviance θ, of which each step takes 0.01 and promises 1."""
 
     d = 1
     lower, upper, period, longest_step = np.zeros(1), np.ones(1), np.full(1, np.inf), np.full(1, np.inf)
@@ -218,25 +218,51 @@ class Slow:
 
     def at(self, theta):
         self.n_point += 1
-        slope = 4 * theta**3
-        return Point(theta, self.deviance(theta), 2 * slope * theta**4, slope[:, None])
+        return Point(theta, self.deviance(theta), np.array([200.0]), np.full((1, 1), 100.0))
 
     def deviance(self, theta):
-        return float(theta[0] ** 8)
+        return float(theta[0])
 
     def curvature(self, point, step):
         return np.zeros(1)
 
 
-def test_a_search_is_given_up_that_would_not_come_below_a_ceiling():
-    def points(ceiling):
-        likelihood = Slow()
-        maximise(likelihood, np.ones(1), max_iterations=100, tolerance=0.0, ceiling=ceiling)
-        return likelihood.n_point
+def points_of(likelihood, ceiling, max_iterations):
+    maximise(likelihood, np.ones(1), max_iterations=max_iterations, tolerance=0.0, ceiling=ceiling)
+    return likelihood.n_point
 
-    # It falls by 0.1 a step: those of the first PATIENCE steps would lead below −0.01 in the 100, those behind them not
-    assert PATIENCE < points(-0.01) < PATIENCE + 10
-    assert points(0.0) > PATIENCE + 10 and points(np.inf) > PATIENCE + 10
+
+def test_a_search_is_given_up_that_would_not_come_below_a_ceiling_at_its_pace():
+    """In 60 steps it comes down to 0.4."""
+    assert points_of(Slow(), 0.45, 60) == points_of(Slow(), np.inf, 60) == 61
+    assert PATIENCE < points_of(Slow(), 0.3, 60) < PATIENCE + 3
+
+
+class Bowl:
+    """A deviance of (θ − 1/2)² with the information of one a hundred times as narrow: each step goes a hundredth of the way and
+    promises a hundredth of what is left."""
+
+    d = 1
+    lower, upper, period, longest_step = np.zeros(1), np.ones(1), np.full(1, np.inf), np.full(1, np.inf)
+
+    def __init__(self):
+        self.n_point = 0
+
+    def at(self, theta):
+        self.n_point += 1
+        return Point(theta, self.deviance(theta), 2 * (theta - 0.5), np.full((1, 1), 10.0))
+
+    def deviance(self, theta):
+        return float((theta[0] - 0.5) ** 2)
+
+    def curvature(self, point, step):
+        return np.zeros(1)
+
+
+def test_a_search_whose_steps_promise_too_little_is_given_up_early():
+    """It begins at 0.25, and comes down to 0.20 in 10 steps; ten times what a step promises is a tenth of what is left."""
+    assert points_of(Bowl(), 0.22, 10) == points_of(Bowl(), np.inf, 10) == 11
+    assert points_of(Bowl(), 0.1, 10) == SETTLED + 1
 
 
 def test_only_survivors_that_come_near_the_best_go_on(rotor, truth):
