@@ -40,6 +40,7 @@ REPETITIONS = {  # of others than tables
     "diagnosis_nulls": 300,
     "diagnosis_effects": 20,
     "diagnosis_power": 2,
+    "diagnosis_pairs": 2,
 }
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 RUN_UP = EXAMPLES / "run_up.csv"
