@@ -4,7 +4,8 @@ often each verdict was reached and whether what was hidden was found."""
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Container, Mapping
+from collections import Counter
+from collections.abc import Callable, Container, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -26,6 +27,7 @@ from bench.reports.rates import interval
 from bench.reports.tables import csv_text
 from ksmea.extension import extended_yaml
 from ksmea.parameters import name_at
+from ksmea.records.averaged import ExplanationRecord
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.show.diagnosis import about_extension, text
@@ -116,6 +118,7 @@ def _found(record: DiagnosisRecord) -> dict[str, Any]:
     """Whether what was hidden is in the ambiguity group and first in it, how far the deviance drops in its own fit, and
     whether its sizes lie in their intervals."""
     names = [effect.effect for effect in record.hidden]
+    times = Counter(names)  # an effect may be hidden at two places
     own = [trial for trial in record.ranking if trial.effect in names]
     hidden = {(effect.effect, effect.location) for effect in record.hidden}
     located = [trial for trial in own if (trial.effect, trial.location) in hidden]
@@ -130,10 +133,15 @@ def _found(record: DiagnosisRecord) -> dict[str, Any]:
     return {
         "hidden_deviance_drop": record.hidden_deviance_drop,
         "own_deviance_drop": max(drops, default=np.nan) if len(names) == 1 else np.nan,
-        "in_group": all(name in record.ambiguity_group for name in names),
+        "in_group": all(
+            name in record.ambiguity_group and (n == 1 or times_in_one(record.explanations, name) >= n)
+            for name, n in times.items()
+        ),
         "surplus": max(len(record.named) - len(names), 0),
         "location_right": bool(own) and all(_is_located(record, effect) for effect in record.hidden),
-        "is_first": all(name in record.named or _is_collinear(record, name) for name in names),
+        "is_first": all(
+            record.named.count(name) >= n or (n == 1 and _is_collinear(record, name)) for name, n in times.items()
+        ),
         "sizes_compared": len(held),
         "sizes_held": sum(held),
     }
@@ -144,6 +152,11 @@ def found_name(hidden: str, location: str, names: Container[str]) -> str:
     one was found first."""
     own = hidden.removesuffix(name_at("", location))
     return at_place if (at_place := name_at(own, location)) in names else own
+
+
+def times_in_one(explanations: Sequence[ExplanationRecord], name: str) -> int:
+    """The most places at which one explanation has an effect."""
+    return max((sum(each.name == name for each in own.effects) for own in explanations), default=0)
 
 
 def _is_located(record: DiagnosisRecord, effect: HiddenEffect) -> bool:

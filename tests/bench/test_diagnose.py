@@ -9,7 +9,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from bench.reports.diagnosis import found_name
+from bench.reports.diagnosis import found_name, times_in_one
+from ksmea.records.averaged import ExplanationRecord
+from ksmea.records.extension import EffectRecord
 from ksmea.records.hidden import HiddenEffect
 from measurements.file import File
 from measurements.run_up_csv import as_csv
@@ -191,3 +193,13 @@ def test_a_real_sweep_through_a_critical_speed_is_no_steady_response(enter, tmp_
 )
 def test_what_is_hidden_at_two_places_is_compared_with_what_was_found_there(hidden, location, names, expected):
     assert found_name(hidden, location, names) == expected
+
+
+def test_one_of_two_that_are_hidden_at_two_places_is_not_both():
+    def explanation(*positions):
+        effects = tuple(EffectRecord("runout", f"at {each} m", {"position": each}) for each in positions)
+        return ExplanationRecord("runout", effects, deviance_drop=100.0, delta_bic=90.0)
+
+    assert times_in_one([explanation(0.1), explanation(0.5)], "runout") == 1
+    assert times_in_one([explanation(0.1), explanation(0.1, 0.5)], "runout") == 2
+    assert times_in_one([explanation(0.1, 0.5)], "mass") == 0
