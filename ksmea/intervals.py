@@ -15,7 +15,7 @@ doi 10.1002/9780470316757; D. J. Venzon and S. H. Moolgavkar, Appl. Stat. 37 (19
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -155,19 +155,20 @@ def estimate(
     check: bool = True,
     others: Sequence[Point] = (),
     rises: Array | None = None,
+    progress: Callable[[], None] = lambda: None,
 ) -> Estimate:
     """The intervals of confidence `level` around a maximum of the likelihood and `others` that are known; they belong to the
     highest of these and of any that a profile meets. `rises` (n_maximum, d) of the deviance are those of each maximum and
     unknown; where they are left out, the critical rise.
 
     Without `check`, and where a profile cannot be computed, the information at the maximum is believed, at no further
-    evaluation of the model.
+    evaluation of the model. `progress` is called at each interval.
     """
     if rises is None:
         rises = np.full((1 + len(others), likelihood.d), critical_rise(likelihood, level, [maximum, *others]))
     intervals = None
     if check:
-        maximum, intervals = checked_intervals(likelihood, [maximum, *others], rises)
+        maximum, intervals = checked_intervals(likelihood, [maximum, *others], rises, progress)
     if intervals is None:
         intervals = [information_interval(likelihood, maximum, index, rise) for index, rise in enumerate(rises[0])]
     parameters = likelihood.model.problem.parameters
@@ -180,7 +181,7 @@ def estimate(
 
 
 def checked_intervals(
-    likelihood: Maximised, maxima: Sequence[Point], rises: Array
+    likelihood: Maximised, maxima: Sequence[Point], rises: Array, progress: Callable[[], None] = lambda: None
 ) -> tuple[Point, list[Interval] | None]:
     """The best of some maxima and the intervals in the unit cube, in which the deviance of each unknown rises by less than `rises`
     (n_maximum, d); none where profile after profile finds a higher one, so uneven is the likelihood, or one cannot be computed.
@@ -190,7 +191,11 @@ def checked_intervals(
         rises = np.array([next(rise for rise, point in zip(rises, maxima) if point is one) for one in best])
         maxima = best
         try:
-            return maxima[0], [_joined(likelihood, maxima, index, rises[:, index]) for index in range(likelihood.d)]
+            intervals = []
+            for index in range(likelihood.d):
+                intervals.append(_joined(likelihood, maxima, index, rises[:, index]))
+                progress()
+            return maxima[0], intervals
         except _BetterMaximum as found:
             maxima = [maximise(likelihood, found.point.theta), *maxima]
             rises = np.vstack([rises.max(axis=0), rises])

@@ -65,7 +65,9 @@ class Diagnose(DiagnosisOptions, Study):
         measurement = setup.measure(draw)
         effects, left_out = library(self.effects, self.without, measurement)
         n_candidate = len(candidates(setup.problem, effects))
-        n_step = 1 + 3 * n_candidate + self.blocks  # candidates are fitted, refined, and fitted as second effects
+        n_interval = 2 * len(setup.problem.parameters)  # before and after
+        # candidates are fitted, refined, compared with the best one, and fitted as second effects
+        n_step = 1 + 4 * n_candidate + n_interval + self.blocks
         with progress_of(draw, "diagnosis", n_step) as progress:
             found = diagnosis(
                 setup.problem,

@@ -26,7 +26,7 @@ J. A. Hoeting, D. Madigan, A. E. Raftery and C. T. Volinsky, Bayesian model aver
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -60,11 +60,18 @@ class Averaged:
     amplitude_high: Array
 
 
-def averaged(explanations: Sequence[Explanation], best: Fit, estimated: Estimate, d: int, level: float) -> Averaged:
+def averaged(
+    explanations: Sequence[Explanation],
+    best: Fit,
+    estimated: Estimate,
+    d: int,
+    level: float,
+    progress: Callable[[], None] = lambda: None,
+) -> Averaged:
     """The average over explanations, best first, of which the first has the fit and the estimate given; d unknowns are those of
-    the baseline model."""
+    the baseline model. `progress` is called at each interval."""
     members = tuple(explanations[:MAX_AVERAGED])
-    settled = [(best, estimated), *(settled_stable(each.fit, level) for each in members[1:])]
+    settled = [(best, estimated), *(settled_stable(each.fit, level, progress) for each in members[1:])]
     weights = akaike_weights(
         np.array([fit.deviance for fit, _ in settled]),
         np.array([fit.likelihood.d for fit, _ in settled]),

@@ -147,14 +147,14 @@ def _diagnosed(
     problem, measurement = baseline.best.problem, baseline.best.likelihood.measurement
     half = level / 2
     baseline, quality, trials = _ranked_trials(baseline, found, half, rng, effort, progress)
-    baseline_fit, baseline_estimate = settled(baseline.best, interval_level)
+    baseline_fit, baseline_estimate = settled(baseline.best, interval_level, progress)
     if baseline_fit.deviance < baseline.best.deviance - LOWER:
         moved = BaselineFits(baseline_fit, (baseline.best, *baseline.others), baseline.screened)
         baseline, quality, trials = _ranked_trials(moved, found, half, rng, effort, progress)
-        baseline_fit, baseline_estimate = settled(baseline.best, interval_level)
+        baseline_fit, baseline_estimate = settled(baseline.best, interval_level, progress)
     significant = _significant(trials, half)
     if significant:
-        trials = tested(significant[0], trials, baseline.best)
+        trials = tested(significant[0], trials, baseline.best, progress)
         significant = _significant(trials, half)
     lead = significant[0] if significant else None
     explained = (
@@ -162,7 +162,7 @@ def _diagnosed(
     )
     best = best_estimate = best_quality = None
     if explained is not None:
-        best, best_estimate = settled_stable(explained.best.fit, interval_level)
+        best, best_estimate = settled_stable(explained.best.fit, interval_level, progress)
         best_quality = explained.quality
         if best.deviance < explained.best.fit.deviance - LOWER:
             best_quality = fit_quality(best, rng)
@@ -179,7 +179,7 @@ def _diagnosed(
         ambiguity_group=tuple(dict.fromkeys([*named, *(name for each in accepted for name in each.names)])),
         locations=tuple(each.location for each in accepted if each.names == accepted[0].names),
         explanations=accepted,
-        averaged=_averaged(accepted, best, best_estimate, len(problem.parameters), interval_level),
+        averaged=_averaged(accepted, best, best_estimate, len(problem.parameters), interval_level, progress),
         baseline=baseline_fit,
         baseline_estimate=baseline_estimate,
         baseline_quality=quality,
@@ -323,12 +323,17 @@ def _verdict(
 
 
 def _averaged(
-    explanations: Sequence[Explanation], best: Fit | None, estimated: Estimate | None, d: int, level: float
+    explanations: Sequence[Explanation],
+    best: Fit | None,
+    estimated: Estimate | None,
+    d: int,
+    level: float,
+    progress: Callable[[], None],
 ) -> Averaged | None:
     """The average over several explanations, at all their locations."""
     if best is None or estimated is None or len(explanations) < 2:
         return None
-    return averaged(explanations, best, estimated, d, level)
+    return averaged(explanations, best, estimated, d, level, progress)
 
 
 def _split(explanations: Sequence[Explanation], d: int, progress: Callable[[], None]) -> Split | None:

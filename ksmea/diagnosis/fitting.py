@@ -7,7 +7,7 @@ over their limits, and fits start from the best of these points as well as from 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -163,11 +163,11 @@ def _polished(likelihood: Likelihood, point: Point) -> Point:
     return with_best_noise(likelihood, maximise(likelihood, point.theta))
 
 
-def settled(fit: Fit, level: float) -> tuple[Fit, Estimate]:
+def settled(fit: Fit, level: float, progress: Callable[[], None] = lambda: None) -> tuple[Fit, Estimate]:
     """A polished fit with intervals of confidence `level`: both belong to the highest maximum that profiles around it
-    meet."""
+    meet. `progress` is called at each interval."""
     fit = polished(fit)
-    estimated = estimate(fit.likelihood, fit.point, level=level)
+    estimated = estimate(fit.likelihood, fit.point, level=level, progress=progress)
     return Fit(fit.problem, fit.likelihood, estimated.point), estimated
 
 

@@ -9,7 +9,7 @@ reaches counts.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
@@ -35,10 +35,14 @@ def collinearities(lead: Trial, trials: Sequence[Trial]) -> dict[str, float]:
     return dict(sorted(found.items(), key=lambda item: -item[1]))
 
 
-def tested(lead: Trial, trials: Sequence[Trial], baseline: Fit) -> list[Trial]:
+def tested(lead: Trial, trials: Sequence[Trial], baseline: Fit, progress: Callable[[], None]) -> list[Trial]:
     """The trials, those again whose collinearity with the best one promises a better fit than they have, highest ΔBIC
-    first."""
-    return ranked(_led(trial, lead, baseline, len(trials)) if _promises(trial, lead) else trial for trial in trials)
+    first. `progress` is called at each trial."""
+    found = []
+    for trial in trials:
+        found.append(_led(trial, lead, baseline, len(trials)) if _promises(trial, lead) else trial)
+        progress()
+    return ranked(found)
 
 
 def _promises(trial: Trial, lead: Trial) -> bool:

@@ -6,6 +6,8 @@ near it; one that is beyond is made again, with unstable values refused.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 
 from ksmea.arrays import Array
@@ -35,14 +37,14 @@ def stable_fit(fit: Fit, start: Array) -> Fit:
     return Fit(problem, bounded, min(points, key=lambda point: point.deviance))
 
 
-def settled_stable(fit: Fit, level: float) -> tuple[Fit, Estimate]:
+def settled_stable(fit: Fit, level: float, progress: Callable[[], None] = lambda: None) -> tuple[Fit, Estimate]:
     """A stable fit, settled (`ksmea.diagnosis.fitting.settled`); where that names unstable values, among stable ones alone."""
-    found, estimated = settled(fit, level)
+    found, estimated = settled(fit, level, progress)
     if _names_stable(found.problem, estimated):
         return found, estimated
     stable = stable_fit(found, fit.point.theta)
     bounded = _bounded(fit)
-    return settled(Fit(fit.problem, bounded, bounded.at(stable.point.theta)), level)
+    return settled(Fit(fit.problem, bounded, bounded.at(stable.point.theta)), level, progress)
 
 
 def _bounded(fit: Fit) -> Likelihood:

@@ -71,6 +71,14 @@ def test_a_mean_with_unknown_noise_has_student_s_interval():
     assert found.noise.sd(500.0) == pytest.approx(y.std(ddof=1), rel=0.01)
 
 
+def test_each_interval_is_a_step_of_progress():
+    steps = []
+    line = Curve(20, lambda x, speed: x[:, :1] + x[:, 1:] * speed / 20, (0.0, 10.0), (0.0, 10.0))
+    values = 3 + 4 * line.speed / 20 + draws(20, 0.1)
+    found, _ = estimated(line, values, Noise(0.0, 0.1), [3.0, 4.0], progress=lambda: steps.append(1))
+    assert len(steps) == len(found.intervals) == 2
+
+
 def test_a_curved_profile_is_followed():
     """One unknown: the profile is the likelihood itself, its ends are found by another root finder."""
     problem = Curve(30, lambda x, speed: np.exp(x[:, :1]) + 0 * speed, (-3, 3))
