@@ -25,6 +25,7 @@ from ksmea.diagnosis.stable_fits import stable_fit
 from ksmea.errors import SettingError
 from ksmea.measurement import Measurement
 
+TIE = 0.1  # of ΔBIC: trials that are as near as this go by name, so that rounding chooses no first one
 FAR = 50.0  # above the lowest deviance of the trials before: fits that end there are no rivals, and need no end
 
 
@@ -185,7 +186,8 @@ def searched(
 
 
 def ranked(trials: Iterable[Trial]) -> list[Trial]:
-    return sorted(trials, key=lambda trial: -trial.delta_bic)
+    """Highest ΔBIC first, but for ties."""
+    return sorted(trials, key=lambda trial: (-round(trial.delta_bic / TIE), trial.name, -trial.delta_bic))
 
 
 def best_by_name(trials: Sequence[Trial]) -> dict[str, Trial]:
