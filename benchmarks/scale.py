@@ -84,7 +84,7 @@ def resume(n: int) -> None:
 
 def job(n: int) -> None:
     """The start of one job, which finds nothing to do."""
-    work(Job(Path(MANY), batch=0, batches=max(n // PER_BATCH, 1)))
+    work(Job(Path(MANY)))
 
 
 STEPS: dict[str, Callable[[int], None]] = {step.__name__: step for step in (plan, record, status, collect, resume, job)}
