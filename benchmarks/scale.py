@@ -4,10 +4,10 @@
 
 Each step is a process of its own. A row has its CPU and wall seconds, peak memory, how often it opened a file of the results'
 folder, and how many files and bytes lie there. Records are copies of one real run's, written by the real writer, 100 runs in each
-batch. The step `run` alone computes: what 100 runs in one worker cost beyond their own work. Sizes that the file of rows has are
-not measured again.
+batch. The step `run` alone computes: what 100 runs in one worker cost beyond their own work. Sizes that the file of rows has
+are not measured again.
 
-The exponents are those of n in what n runs cost more than 100. A simulation of a million runs, from these figures, follows.
+The exponents are those of n between the two largest sizes, in what they cost more than the smallest. A simulation of a million runs, from these figures, follows.
 """
 
 from __future__ import annotations
@@ -30,7 +30,6 @@ import numpy as np
 import pandas as pd
 
 from bench import door
-from bench.jobs.execute import execute
 from bench.jobs.records import RecordWriter, read_records
 from bench.jobs.work import Job, work
 from bench.plan.plan import all_runs, read_plan, write_plan
@@ -100,24 +99,31 @@ def main() -> None:
         print(json.dumps(measured(STEPS[words.step[0]], int(words.step[1]))), file=sys.stderr)
         return
     for n in map(int, words.runs.split(",")):
-        add_rows(words.rows, n)
+        if n not in set(done(words.rows).query("step != @RUN")["runs"]):
+            add(words.rows, rows_of(n))
+    if RUN not in set(done(words.rows)["step"]):
+        add(words.rows, [run_row()])
     frame = pd.read_csv(words.rows).sort_values("runs", kind="stable")
     print(frame.to_string(index=False, float_format="%.4g"))
     print(exponents(frame).to_string(float_format="%.2f"))
     print(simulated(frame).to_string(index=False, float_format="%.3g"))
 
 
-def add_rows(path: Path, n: int) -> None:
-    """Measure all steps at n runs, one after the other in a folder of their own, unless the file has them; with the first, `run`."""
-    found = pd.read_csv(path) if path.exists() else pd.DataFrame(columns=COLUMNS)
-    if n in set(found[found["step"] != RUN]["runs"]):
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        _bench(Path(folder), "repetitions=2", f"output={REAL}", *EMPTY)
-        rows = [_row(step, n, Path(folder)) for step in STEPS]
-    rows += [] if RUN in set(found["step"]) else [run_row()]
+def done(path: Path) -> pd.DataFrame:
+    """The rows that a file has."""
+    return pd.read_csv(path) if path.exists() else pd.DataFrame(columns=COLUMNS)
+
+
+def add(path: Path, rows: list[dict[str, Any]]) -> None:
     made = pd.DataFrame(rows, columns=COLUMNS)
     made.to_csv(path, mode="a", header=not path.exists(), index=False, float_format="%.4g", lineterminator="\n")
+
+
+def rows_of(n: int) -> list[dict[str, Any]]:
+    """All steps at n runs, one after the other in a folder of their own."""
+    with tempfile.TemporaryDirectory() as folder:
+        _bench(Path(folder), "repetitions=2", f"output={REAL}", *EMPTY)
+        return [_row(step, n, Path(folder)) for step in STEPS]
 
 
 def _row(step: str, n: int, folder: Path) -> dict[str, Any]:
@@ -148,36 +154,39 @@ def measured(step: Callable[[int], None], n: int) -> dict[str, float]:
     return {
         "cpu_s": used.ru_utime + used.ru_stime,
         "wall_s": time.monotonic() - started,
-        "memory_mb": used.ru_maxrss / 1024,
+        "memory_mb": _peak_memory(),
         "opened": opened,
     }
 
 
+def _peak_memory() -> float:
+    """Peak memory of this process, MB; `getrusage` has that of the process it was forked from among it."""
+    lines = Path("/proc/self/status").read_text().splitlines()
+    return next(int(line.split()[1]) for line in lines if line.startswith("VmHWM:")) / 1024
+
+
 def run_row() -> dict[str, Any]:
-    """CPU seconds that N_RUN runs in one worker cost beyond their own work."""
+    """Wall seconds that N_RUN runs in one worker cost beyond their own work."""
     with tempfile.TemporaryDirectory() as folder:
-        place = Path(folder)
-        one, many = (_bench(place, f"repetitions={n}", "workers=1", f"output=n{n}", *EMPTY) for n in (1, N_RUN + 1))
-        plan = read_plan(place / f"n{N_RUN + 1}")
-    started = time.process_time()
-    for each in plan.runs[1:]:
-        execute(plan.cells[each.cell].settings, plan.seeds(each))
-    return {"step": RUN, "runs": N_RUN, "cpu_s": many - one - (time.process_time() - started)}
+        place, beyond = Path(folder), []
+        for n in (1, N_RUN + 1):
+            took = _bench(place, f"repetitions={n}", "workers=1", f"output=n{n}", *EMPTY)
+            beyond.append(took - sum(line.elapsed or 0.0 for line in read_records(place / f"n{n}").values()))
+    return {"step": RUN, "runs": N_RUN, "wall_s": beyond[1] - beyond[0]}
 
 
 def _bench(folder: Path, *words: str) -> float:
-    """CPU seconds of one call of the command line, with its workers."""
-    before = resource.getrusage(resource.RUSAGE_CHILDREN)
+    """Wall seconds of one call of the command line."""
+    started = time.monotonic()
     subprocess.run([sys.executable, "-m", "bench", *words], cwd=folder, check=True, stdout=subprocess.DEVNULL)
-    after = resource.getrusage(resource.RUSAGE_CHILDREN)
-    return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+    return time.monotonic() - started
 
 
 def exponents(frame: pd.DataFrame) -> pd.DataFrame:
-    """Of n, in what n runs cost more than the fewest; with fewer than three sizes there is none."""
+    """Of n between the two largest sizes, in what they cost more than the smallest."""
     found: dict[str, dict[str, float]] = {}
     for step, mine in frame[frame["step"] != RUN].groupby("step", sort=False):
-        more = mine.iloc[1:]
+        more = mine.iloc[-2:]
         found[str(step)] = {
             name: _slope(more["runs"].to_numpy(float), (more[name] - mine[name].iloc[0]).to_numpy(float))
             for name in ("cpu_s", "memory_mb", "opened")
@@ -186,8 +195,7 @@ def exponents(frame: pd.DataFrame) -> pd.DataFrame:
 
 
 def _slope(n: np.ndarray, cost: np.ndarray) -> float:
-    grows = cost > 0
-    return float(np.polyfit(np.log(n[grows]), np.log(cost[grows]), 1)[0]) if grows.sum() > 1 else np.nan
+    return float(np.polyfit(np.log(n), np.log(cost), 1)[0]) if (cost > 0).all() else 0.0
 
 
 def simulated(frame: pd.DataFrame) -> pd.DataFrame:
@@ -196,7 +204,7 @@ def simulated(frame: pd.DataFrame) -> pd.DataFrame:
     largest = frame[frame["runs"] == frame["runs"].max()].set_index("step")
     factor = MILLION / largest["runs"].iloc[0]
     seconds = largest["cpu_s"] * factor
-    per_run = float(frame.loc[frame["step"] == RUN, "cpu_s"].iloc[0]) / N_RUN
+    per_run = float(frame.loc[frame["step"] == RUN, "wall_s"].iloc[0]) / N_RUN
     runs = np.random.default_rng(0).lognormal(np.log(MEDIAN), SPREAD, MILLION) + per_run
     rows = []
     for n in (100, 1000, 10_000):
