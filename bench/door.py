@@ -12,6 +12,7 @@ import traceback
 from collections.abc import Callable
 
 from bench.command_line.help import help_text
+from bench.commands.results import COMMANDS, run_command
 from ksmea.errors import SettingError, visible
 
 FAILED, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 1, 2, 130, 141
@@ -29,11 +30,8 @@ def run(words: list[str], refuse: Callable[[str], None] = _to_stderr) -> int:
         if words and words[0] in HELP:
             print(help_text(words[1:]))
             return 0
-        if words and words[0].isalpha():
-            from bench.commands.results import COMMANDS
-
-            if words[0] in COMMANDS:
-                return COMMANDS[words[0]](words[1:])
+        if words and words[0] in COMMANDS:
+            return run_command(words)
         from bench.run_experiment import run_experiment
 
         return run_experiment(words)

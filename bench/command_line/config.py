@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+import glob
 import re
 import typing
 from dataclasses import dataclass, field
+from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
@@ -53,9 +55,12 @@ class BenchConfig:
 
 
 def of_file(measurement: Any) -> str:
-    """What a measured file adds to the name of a folder: '_run_up' of runs/run_up.csv; '' where there is none."""
-    path = (measurement or {}).get("path")
-    return f"_{re.sub(r'[^A-Za-z0-9.-]+', '_', Path(path).stem)}" if path else ""
+    """What a measured file adds to the name of a folder: '_run_up' of runs/run_up.csv, '_runs' of runs/*.csv; '' where there
+    is none."""
+    path = (measurement or {}).get("path") or ""
+    folder = Path(*takewhile(lambda part: not glob.has_magic(part), Path(path).parts))
+    name = folder.name if glob.has_magic(path) else Path(path).stem
+    return f"_{re.sub(r'[^A-Za-z0-9.-]+', '_', name)}" if name else ""
 
 
 def register_schemas() -> None:

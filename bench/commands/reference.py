@@ -14,6 +14,7 @@ from typing import Any
 
 import pandas as pd
 
+from bench.commands.folders import one_folder
 from bench.jobs.lines import RESULTS
 from bench.jobs.processors import counted_processors, mixed_processors, processors
 from bench.plan.plan import PLAN_FILE, Plan, plan_from_lines, plan_lines, read_plan
@@ -21,6 +22,13 @@ from bench.plan.report import report_named
 from bench.storage.files import replace_file
 from bench.storage.places import REFERENCE
 from ksmea.errors import SettingError, unknown
+
+
+def reference(words: list[str]) -> int:
+    """`reference NAME|DIR`: make results/reference/ of an experiment that is done, by committed code."""
+    for path in write_reference(one_folder(words, "reference")):
+        print(f"written: {path}")
+    return 0
 
 
 def write_reference(output: Path, folder: Path = REFERENCE) -> list[Path]:

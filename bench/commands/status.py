@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import NamedTuple
 
@@ -11,7 +12,7 @@ from bench.commands.folders import folders
 from bench.jobs.lines import RESULTS, UNREADABLE, RunLine, Started
 from bench.jobs.processors import counted_processors, mixed_processors, processor
 from bench.jobs.records import read_records, running_sessions
-from bench.plan.plan import Plan, Run, key_of, read_plan
+from bench.plan.plan import Plan, Run, read_plan
 from bench.plan.provenance import code_digest, library_versions, used_modules
 from ksmea.errors import SettingError, visible
 
@@ -39,8 +40,8 @@ def _status(output: Path) -> int:
 
     records = read_records(output, told, plan)
     answered = {each.question for each in records.values() if each.state in RESULTS}
-    keys = _keys_now(plan)
-    counts = Counter(_state(run, keys, records, answered) for run in plan.runs)
+    changed = _changed(plan)
+    counts = Counter(_state(run, changed, records, answered) for run in plan.runs)
     n_done = sum(counts[state] for state in RESULTS)
     n_failed = sum(count for state, count in counts.items() if state not in (*RESULTS, "running", "stale", "missing"))
     print(visible(f"{plan.name} in {output}"))
@@ -58,24 +59,23 @@ def _status(output: Path) -> int:
     return 0 if n_done == len(plan.runs) else 1
 
 
-def _keys_now(plan: Plan) -> dict[Run, str]:
-    """The key that each run has by the code and libraries that are installed now; as it was planned, where a plugin is not
-    here that would tell."""
-    versions = library_versions()
-    codes: list[tuple[str, Mapping[str, str]]] = []
-    for cell in plan.cells:
-        try:
-            codes.append((code_digest(used_modules(cell.settings)), versions))
-        except SettingError:
-            codes.append((cell.code, plan.versions))
-    return {run: key_of(run.question, *codes[run.cell]) for run in plan.runs}
+def _changed(plan: Plan) -> set[int]:
+    """The cells that other code or libraries than those of the plan would answer now; none of a plugin that is not here to
+    tell."""
+    changed = set()
+    for index, cell in enumerate(plan.cells):
+        with suppress(SettingError):
+            now = code_digest(used_modules(cell.settings)), library_versions()
+            if now != (cell.code, plan.versions):
+                changed.add(index)
+    return changed
 
 
-def _state(run: Run, keys: Mapping[Run, str], records: Mapping[str, _Told], answered: set[str]) -> str:
+def _state(run: Run, changed: set[int], records: Mapping[str, _Told], answered: set[str]) -> str:
     """A result is stale once its run has another key, by what was planned or by what is installed."""
     state = records[run.key].state if run.key in records else None
     if state in RESULTS:
-        return state if keys[run] == run.key else "stale"
+        return "stale" if run.cell in changed else state
     return state or ("stale" if run.question in answered else "missing")
 
 

@@ -35,10 +35,12 @@ def execute(
             shared = generator(global_entropy(seeds))
             seeded.enter_context(global_generators(shared))
             setup = Setup.of(settings)
+            study = setup.plugins["study"]
+            study.validate(setup)
             for plugin in filter(None, setup.plugins.values()):
                 for each in (plugin, *plugin.parts):
                     seeded.enter_context(each.seeded(int(shared.integers(2**32))))
-            record = setup.plugins["study"].run(setup, Draw(seeds, journal, with_curves, with_progress))
+            record = study.run(setup, Draw(seeds, journal, with_curves, with_progress))
     except (Exception, SystemExit) as error:  # a plugin that calls sys.exit costs its own run only
         record = FailedRun("error", f"{type(error).__name__}: {error}", traceback.format_exc()).to_data()
     return {**record, "elapsed": time.perf_counter() - started}

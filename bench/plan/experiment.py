@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +14,7 @@ from omegaconf import DictConfig, OmegaConf
 from bench.command_line.config import BenchConfig
 from bench.command_line.overrides import Choice, as_given, grid_points, override, parse
 from bench.plan.composer import Composer
+from bench.plan.fleet import MEASURED, ROTOR, fleet_axes, with_rotors
 from bench.plan.folder import require_own_folder
 from bench.plan.plan import Cell, ParameterFacts, Plan, ReportSettings, all_runs, own_seed
 from bench.plan.provenance import (
@@ -83,8 +84,10 @@ class Experiment:
     ) -> Experiment:
         """One experiment; finished runs of the same key are also taken over from the folders in `share`."""
         choices = parse(arguments)
+        fleet = fleet_axes(choices)
         fixed = _fixed(choices)
         swept = {choice.key: choice.values for choice in choices if len(choice.values) > 1}
+        swept |= {MEASURED: fleet[MEASURED]} if fleet else {}
         _check_axes(swept)
         composer = Composer(loader, master, fixed, swept)
         config = composer.whole
@@ -92,9 +95,9 @@ class Experiment:
         grid: Any = OmegaConf.to_container(config.grid)
         for block in grid:
             _check_axes(block)
-        points = composer.own(grid_points(grid, swept, {choice.key for choice in fixed}))
+        points = with_rotors(composer.own(grid_points(grid, swept, {choice.key for choice in fixed})), fleet)
         modules: dict[str, str] = {}
-        cells = tuple(_cell(composer.at(point), point, modules) for point in points)
+        cells = _cells(composer, points, modules)
         versions = library_versions()
         plan = Plan(
             name=config.name,
@@ -149,6 +152,38 @@ def _check_whole(config: DictConfig) -> None:
     for folder in config.share:
         if not Path(folder).is_dir():
             raise SettingError(f"share: expected folders of results, found none at {folder}")
+
+
+def _cells(composer: Composer, points: Sequence[dict[str, Any]], modules: dict[str, str]) -> tuple[Cell, ...]:
+    """The cell of each point. A file of a fleet that cannot be used costs its own run alone, which fails with the reason;
+    `SettingError` where no file can be used with the same settings, so that it is not the file."""
+    made: dict[int, Cell] = {}
+    refused: dict[int, SettingError] = {}
+    for index, point in enumerate(points):
+        try:
+            made[index] = _cell(composer.at(point), point, modules)
+        except SettingError as error:
+            if MEASURED not in point:
+                raise
+            refused[index] = error
+    for index, reason in refused.items():
+        alike = (cell for cell in made.values() if _differ_by_file(cell.place, points[index]))
+        if (other := next(alike, None)) is None:
+            raise reason
+        made[index] = _with_file(other, composer.at(points[index]), points[index])
+    return tuple(made[index] for index in range(len(points)))
+
+
+def _differ_by_file(place: Mapping[str, Any], point: Mapping[str, Any]) -> bool:
+    return all(place.get(key) == value for key, value in point.items() if key not in (MEASURED, ROTOR))
+
+
+def _with_file(cell: Cell, config: DictConfig, point: Mapping[str, Any]) -> Cell:
+    """A cell with the files of another point in place of its own, as far as they can be known without being read."""
+    settings = {key: value for key, value in cell.settings.items() if key not in FINGERPRINTS.values()}
+    files = {group: OmegaConf.to_container(config[group], resolve=True) for group in FINGERPRINTS if settings[group]}
+    seed = own_seed(config.seed, point) if config.own_seeds else config.seed
+    return dataclasses.replace(cell, place={**cell.place, **point}, settings={**settings, **files}, seed=seed)
 
 
 def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) -> Cell:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 
 from bench.plan.plan import PLAN_FILE, Plan, read_plan
-from ksmea.errors import SettingError
+from ksmea.errors import SettingError, shortened
 
+LONGEST_LIST = 200  # characters of the names of files that an error shows
 MEASUREMENT_FILE = "measurement_fingerprint"  # where settings keep the hash of a measured file
 
 
@@ -47,4 +48,4 @@ def _measured(plan: Plan) -> set[str]:
 
 def _described(plan: Plan) -> str:
     """For example 'identify (study=identify, run_up.csv)'."""
-    return f"{plan.name} ({', '.join(['study=' + '/'.join(sorted(_studies(plan))), *_files(plan)])})"
+    return f"{plan.name} ({shortened(', '.join(['study=' + '/'.join(sorted(_studies(plan))), *_files(plan)]), LONGEST_LIST)})"

@@ -132,17 +132,23 @@ def generator(entropy: list[int]) -> np.random.Generator:
 def all_runs(cells: tuple[Cell, ...], repetitions: int, versions: Mapping[str, str]) -> tuple[Run, ...]:
     """Repetition by repetition, so that a stopped experiment has seen every cell about equally often."""
     settings = [_hash(cell.settings) for cell in cells]
+    answering = [answered_by(cell.code, versions) for cell in cells]
     runs = []
     for repetition in range(repetitions):
         for index, cell in enumerate(cells):
             question = _hash([settings[index], component_seeds(cell.seed, repetition)])
-            runs.append(Run(key_of(question, cell.code, versions), question, index, repetition))
+            runs.append(Run(key_of(question, answering[index]), question, index, repetition))
     return tuple(runs)
 
 
-def key_of(question: str, code: str, versions: Mapping[str, str]) -> str:
-    """The key of a question that is answered by code of this digest and these versions of libraries."""
-    return _hash([question, _hash([code, versions])])
+def answered_by(code: str, versions: Mapping[str, str]) -> str:
+    """The digest of what answers the questions of a cell: code of this digest and these versions of libraries."""
+    return _hash([code, versions])
+
+
+def key_of(question: str, answering: str) -> str:
+    """The key of a question and of what answers it."""
+    return _hash([question, answering])
 
 
 def _hash(content: Any) -> str:

@@ -78,19 +78,19 @@ def _source(module: str) -> Path | None:
 
 @cache
 def _tree(source: Path) -> ast.Module:
-    return ast.parse(source.read_text(encoding="utf-8"), filename=str(source))
-
-
-@cache
-def _digest(source: Path) -> str:
-    """Hash of the syntax tree without docstrings: comments, layout and documentation change no result."""
-    tree = ast.parse(ast.unparse(_tree(source)))
+    """The syntax tree without docstrings: comments, layout and documentation change no result."""
+    tree = ast.parse(source.read_text(encoding="utf-8"), filename=str(source))
     for node in ast.walk(tree):
         if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)) and ast.get_docstring(
             node
         ):
             node.body[0] = ast.Pass()
-    return hashlib.sha256(ast.dump(tree).encode()).hexdigest()[:12]
+    return tree
+
+
+@cache
+def _digest(source: Path) -> str:
+    return hashlib.sha256(ast.dump(_tree(source)).encode()).hexdigest()[:12]
 
 
 @cache

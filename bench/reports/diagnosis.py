@@ -17,10 +17,13 @@ from matplotlib.figure import Figure
 from bench.jobs.lines import RESULTS, RunLine
 from bench.jobs.records import read_records
 from bench.plan.columns import place_columns
+from bench.plan.fleet import is_of_fleet
 from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import result_runs
+from bench.reports.fleet import fleet_report
+from bench.reports.fleet_rows import diagnosed
 from bench.reports.hidden import hidden_by_cell, hidden_paragraph
 from bench.reports.next_measurement import CAMPAIGN_FILE, Next, next_measurement
 from bench.reports.rates import interval
@@ -51,6 +54,10 @@ class DiagnosisReport(Report):
     def make(self, plan: Plan, output: Path) -> Made:
         lines = read_records(output, plan=plan)
         runs = diagnosis_runs(plan, lines)
+        if is_of_fleet(plan):
+            return fleet_report(
+                plan, runs, lines, DiagnosisRecord, diagnosed, values_in_text=False, outdated=OF_ONE_RUN
+            )
         files: dict[str, bytes] = {
             f"{plan.name}.csv": csv_text(summary(plan, runs)).encode(),
             "runs.csv": csv_text(runs).encode(),

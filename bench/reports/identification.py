@@ -12,9 +12,13 @@ import pandas as pd
 from bench.jobs.lines import RunLine
 from bench.jobs.records import read_records
 from bench.plan.columns import place_columns
+from bench.plan.fleet import is_of_fleet
 from bench.plan.naming import cell_name
 from bench.plan.plan import Plan, Run
 from bench.plan.report import Made, Report
+from bench.reports.by_cell import run_lines
+from bench.reports.fleet import fleet_report
+from bench.reports.fleet_rows import identified
 from bench.reports.runs import runs_frame
 from bench.reports.tables import csv_text
 from ksmea.records.identification import IdentificationRecord
@@ -31,6 +35,9 @@ class IdentificationReport(Report):
     study: ClassVar[str] = "identify"
 
     def make(self, plan: Plan, output: Path) -> Made:
+        if is_of_fleet(plan):
+            lines = run_lines(plan, output)
+            return fleet_report(plan, runs_frame(plan, output), lines, IdentificationRecord, identified)
         records = read_records(output, _record, plan)
         runs = runs_frame(plan, output)
         found = {run: record for run in plan.runs if (record := records.get(run.key)) is not None}

@@ -185,7 +185,7 @@ class IdentificationRecord(Record):
         names = [parameter.name for parameter in self.parameters]
         if not names or len(set(names)) < len(names) or not set(names).isdisjoint(("status", "error", "cell", "key")):
             raise SettingError("parameters: expected one or more, each with a name of its own, got others")
-        if not all(np.isfinite(part.si_per_unit) and part.si_per_unit > 0 for part in self.parameters):
+        if not all(0 < part.si_per_unit < np.inf for part in self.parameters):
             raise SettingError("parameters: expected units above 0, got another")
         if any(len(update.x) != len(names) for update in self.history):
             raise SettingError("history: expected a value for each parameter, got another number of them")

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ksmea.records.diagnosis import DiagnosisRecord, FitQualityRecord, TrialRecord
-from ksmea.records.estimate import EstimateRecord
+from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
 from ksmea.records.location import NOTHING
 from ksmea.show import both_ways, hidden, location, repeats
 from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
@@ -135,15 +135,18 @@ def _where(quality: FitQualityRecord) -> str:
 
 
 def _noise(record: DiagnosisRecord) -> str:
-    """The noise under the model that the verdict believes, or beside an unknown force."""
-    noise = record.noise
-    if noise.by_datum:
+    if record.noise.by_datum:
         return "Noise: as stated datum by datum."
-    believed = noise.after if record.is_explained and noise.after is not None else noise.before
+    said = "known" if record.noise.known else "estimated"
+    return f"Noise ({said}): {noise_level(believed_noise(record))}."
+
+
+def believed_noise(record: DiagnosisRecord) -> NoiseLevelRecord:
+    """The noise under the model that the verdict believes, or beside an unknown force."""
     if record.verdict == "located" and record.location is not None:
-        believed = record.location.noise
-    said = "known" if noise.known else "estimated"
-    return f"Noise ({said}): {noise_level(believed)}."
+        return record.location.noise
+    noise = record.noise
+    return noise.after if record.is_explained and noise.after is not None else noise.before
 
 
 def _cause(record: DiagnosisRecord) -> str:
