@@ -36,6 +36,7 @@ class BenchConfig:
     output: str = MISSING
     batches: int = MISSING
     batch: int = MISSING
+    wait: bool = True
     label: str | None = None
     table: str | None = None
     paper: str | None = None
