@@ -168,7 +168,7 @@ class Claims:
 
     def may_come_back(self) -> bool:
         """Whether runs may yet be offered: others hold some, and have not had the time to give them back, or are dead."""
-        ranges = self._ranges()
+        ranges = self._ranges(anew=True)
         now = time.monotonic()
         self._idle_since = now if self._idle_since is None else self._idle_since
         if not ranges or not all(self._presence.is_alive(each.owner) for each in ranges if each.owner != FREE):
@@ -225,10 +225,16 @@ class Claims:
             return new if owner != FREE and self._path(new).exists() else None
         return new
 
-    def _ranges(self) -> list[Range]:
+    def _ranges(self, anew: bool = False) -> list[Range]:
         if self._folder is None:
             return []
         try:
+            if (
+                anew
+            ):  # a client of NFS asks the server once it has changed a folder itself; else it may see one 60 s old
+                changed = self._folder / f".{self._presence.name}"
+                changed.touch()
+                changed.unlink()
             names = sorted(os.listdir(self._folder))
         except FileNotFoundError:
             return []
