@@ -13,7 +13,8 @@ from ksmea.regular_files import open_regular
 
 FOLDER = "submitted"
 ENDED = "ended"
-WAITED_FOR = ("queued", "running")
+NO_SIGN = "no sign of it (queued or lost; squeue cannot be asked here)"
+WAITED_FOR = ("queued", "running", NO_SIGN)
 
 
 def note_submitted(output: Path, jobs: Iterable[str]) -> None:
@@ -52,25 +53,26 @@ def note_failed(output: Path, job: str, reason: str) -> None:
 def job_states(output: Path) -> dict[str, str]:
     """Each submitted job that has not ended well: queued, running, lost, or why it failed. Slurm is asked where it can be,
     else the jobs themselves are, by what they renew in the folder."""
-    said = {path.name: _said(path) for path in sorted((output / CLAIMS / FOLDER).glob("[0-9]*"))}
+    paths = sorted((output / CLAIMS / FOLDER).glob("[0-9]*"))
+    said = {path.name: text for path in paths if (text := _said(path)) != ENDED}
     waiting = [job for job, text in said.items() if not text]
     if not waiting:
         return said
     told = slurm_states(waiting)
     at_work = clusters_jobs_at_work(output) if told is None else set()
-    return {job: text or _state(job, told, at_work) for job, text in said.items() if text != ENDED}
+    return {job: text or _state(job, told, at_work) for job, text in said.items()}
 
 
 def forget_lost(output: Path) -> None:
     """Remove what is known of jobs that neither wait nor run."""
     for job, state in job_states(output).items():
-        if state not in WAITED_FOR and not state.startswith("no sign"):
+        if state not in WAITED_FOR:
             (output / CLAIMS / FOLDER / job).unlink(missing_ok=True)
 
 
 def _state(job: str, told: dict[str, str] | None, at_work: set[str]) -> str:
     if told is None:
-        return "running" if job in at_work else "no sign of it (queued or lost; there is no squeue here to ask)"
+        return "running" if job in at_work else NO_SIGN
     state = told.get(job, "gone from the queue")
     if state in QUEUED:
         return "queued"

@@ -1,4 +1,4 @@
-"""A real Slurm of three nodes on this machine, for the tests of one session: no accounting, no other user, no network."""
+"""A real Slurm of four nodes on this machine, for the tests of one session: no accounting, no other user, no network."""
 
 import os
 import shutil
@@ -34,8 +34,8 @@ SlurmdParameters=config_overrides
 ReturnToService=2
 KillWait=5
 MinJobAge=86400
-NodeName=n[1-3] NodeHostname={host} NodeAddr=127.0.0.1 Port=[{first}-{last}] CPUs=1 RealMemory=4000 State=UNKNOWN
-PartitionName=debug Nodes=n[1-3] Default=YES MaxTime=INFINITE State=UP
+NodeName=n[1-4] NodeHostname={host} NodeAddr=127.0.0.1 Port=[{first}-{last}] CPUs=1 RealMemory=4000 State=UNKNOWN
+PartitionName=debug Nodes=n[1-4] Default=YES MaxTime=INFINITE State=UP
 """
 
 
@@ -49,19 +49,19 @@ def why_not():
 @contextmanager
 def cluster(folder):
     """Start the daemons; the environment by which Slurm's commands find them is set meanwhile."""
-    for name in ("state", "spool.n1", "spool.n2", "spool.n3"):
+    for name in ("state", "spool.n1", "spool.n2", "spool.n3", "spool.n4"):
         (folder / name).mkdir(parents=True)
-    ports = _free_ports(4)
+    ports = _free_ports(5)
     text = CONFIGURATION.format(
-        folder=folder, host=socket.gethostname().partition(".")[0], port=ports[0], first=ports[1], last=ports[3]
+        folder=folder, host=socket.gethostname().partition(".")[0], port=ports[0], first=ports[1], last=ports[4]
     )
     (folder / "slurm.conf").write_text(text)
     before = os.environ.get("SLURM_CONF")
     os.environ["SLURM_CONF"] = str(folder / "slurm.conf")
     try:
-        for command in (["slurmctld"], *(["slurmd", "-N", f"n{number}"] for number in (1, 2, 3))):
+        for command in (["slurmctld"], *(["slurmd", "-N", f"n{number}"] for number in (1, 2, 3, 4))):
             subprocess.run(command, check=True)
-        wait_until(lambda: slurm("sinfo", "-h", "-N", "-o", "%t").split() == ["idle"] * 3, "three nodes are idle")
+        wait_until(lambda: slurm("sinfo", "-h", "-N", "-o", "%t").split() == ["idle"] * 4, "four nodes are idle")
         yield
     finally:
         subprocess.run(["scancel", "--user=root"], check=False)
@@ -89,7 +89,7 @@ def slurm(*words):
     return subprocess.run(words, check=True, capture_output=True, text=True).stdout
 
 
-def wait_until(condition, what, seconds=120):
+def wait_until(condition, what, seconds=300):
     deadline = time.monotonic() + seconds
     while not condition():
         assert time.monotonic() < deadline, f"waited {seconds} s until {what}"
