@@ -115,7 +115,7 @@ def _who_lives(path: Path, now: float) -> dict[str, Any] | None:
         with open_regular(path) as file:  # opened, so that a client of NFS asks the server
             age = now - os.fstat(file.fileno()).st_mtime
             who = json.loads(file.read() or b"{}")  # empty: it is just being written
-    except (FileNotFoundError, ValueError):
+    except (FileNotFoundError, ValueError, RecursionError):
         return None
     if not isinstance(who, dict):
         return None

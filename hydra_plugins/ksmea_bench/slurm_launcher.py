@@ -36,9 +36,9 @@ class SlurmJobs(Launcher):
         self.hydra_context, self.config, self.submitted = hydra_context, config, submitted
 
     def launch(self, job_overrides: Sequence[Sequence[str]], initial_job_idx: int) -> list[JobReturn]:
-        output = Path(self.config.output).absolute()
         loader = self.hydra_context.config_loader
         jobs = [job_of(loader.load_sweep_config(self.config, list(words))) for words in job_overrides]
+        output = jobs[0].output
         forget_lost(output)
         plain = OmegaConf.to_container(OmegaConf.create(self.params), resolve=True)
         numbers = self.submitted(jobs, plain)

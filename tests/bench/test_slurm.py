@@ -44,7 +44,13 @@ class Napper(Optimizer):
 METADATA = "Metadata-Version: 2.1\nName: napper\nVersion: 1.0\n"
 NAP = 0.5  # s
 RUNS = 40
-WORDS = ["optimizer=napper", "method=direct", f"repetitions={RUNS // 2}", "measurement.relative=0.05,0.1"]
+WORDS = [
+    "optimizer=napper",
+    "method=direct",
+    "study.intervals=none",
+    f"repetitions={RUNS // 2}",
+    "measurement.relative=0.05,0.1",
+]
 ARRAY = ["hydra/launcher=submitit_slurm", "batches=4", "hydra.launcher.mem_gb=1"]
 
 
