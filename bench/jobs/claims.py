@@ -27,7 +27,7 @@ TODO = "todo"
 FREE = "free"
 HELD = 5.0  # s of work that a job takes at a time: five file operations for each claim are nothing beside them
 PER_JOB = 0.02  # s added for each job, so that a thousand of them do not keep the file server busy
-LOOK = 1.0  # s between two looks at the folder
+LOOK = 0.5  # s between two looks at the folder
 MAX_DEATHS = 3  # jobs that a range may outlive: a run that kills its job must not kill them all
 
 
@@ -168,12 +168,13 @@ class Claims:
 
     def may_come_back(self) -> bool:
         """Whether runs may yet be offered: others hold some, and have not had the time to give them back, or are dead."""
-        ranges = self._ranges(anew=True)
+        ranges = [each for each in self._ranges(anew=True) if each.owner != self._presence.name]
         now = time.monotonic()
         self._idle_since = now if self._idle_since is None else self._idle_since
-        if not ranges or not all(self._presence.is_alive(each.owner) for each in ranges if each.owner != FREE):
-            return bool(ranges)
-        return now - self._idle_since < 3 * self._pause
+        if not all(self._presence.is_alive(each.owner) for each in ranges if each.owner != FREE):
+            return True
+        is_last = all(each.stop - each.start == 1 and each.owner != FREE for each in ranges)  # all have been started
+        return not is_last and now - self._idle_since < 3 * self._pause
 
     @property
     def _pause(self) -> float:

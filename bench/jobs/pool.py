@@ -39,7 +39,7 @@ NEEDED = (
     "orig_dir",
     "dir",
 )  # of what a process could inherit
-LOOK = 1.0  # s after which the caller is asked in `meanwhile`, whatever workers do
+LOOK = 0.5  # s after which the caller is asked in `meanwhile`, whatever workers do
 BEGINS = None  # what a worker says before it begins a task
 
 
