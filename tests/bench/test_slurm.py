@@ -12,6 +12,7 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
+from bench.jobs.presence import numbers_at_work
 from bench.jobs.submitted import job_states
 from bench.plan.plan import read_plan
 from bench.plan.report import report_named
@@ -34,10 +35,12 @@ from ksmea.contracts import Optimizer
 
 @dataclass(frozen=True)
 class Napper(Optimizer):
-    """A few random points, after a nap."""
+    """A few random points, after a nap, and not while there is a file `hold`."""
 
     def minimize(self, objective, rng):
         time.sleep(NAP)
+        while Path("hold").exists():
+            time.sleep(0.05)
         objective(rng.random((4, objective.dim)))
         return objective.result()
 '''
@@ -208,16 +211,21 @@ def test_a_sweep_gives_the_tables_of_a_serial_run(call, place, serial):
     assert not (place / "waited" / "claims").exists()
 
 
-def test_submitted_twice_it_is_done_once(submitted, call, serial):
+def test_submitted_twice_it_is_done_once(call, place, serial):
     """While jobs are at work, others of the same experiment join them; those of another one are refused."""
-    output, _ = submitted()
-    code, _, err = call(*WORDS, *ARRAY, f"output={output}", "wait=false")
-    assert code == 0, err
-    other = call(*WORDS, "seed=1", *ARRAY, f"output={output}", "wait=false")
+    output = place / "twice"
+    (place / "hold").touch()
+    for _ in range(2):
+        code, _, err = call(*WORDS, *ARRAY, "output=twice", "wait=false")
+        assert code == 0, err
+        wait_until(lambda: len(numbers_at_work(output)) == 4, "four jobs are at work, one on each node")
+    refused, _, reason = call(*WORDS, "seed=1", *ARRAY, "output=twice", "wait=false")
+    assert refused == 2 and "jobs of another plan are at work there" in reason
+    assert len(job_states(output)) == 8
+    (place / "hold").unlink()
     wait_until(lambda: not job_states(output), "all jobs have ended")
     assert len(results_of(output)) == RUNS
     assert_same_tables(output, serial)
-    assert other[0] == 2 and "jobs of another plan are at work there" in other[2]
 
 
 def test_whoever_waits_may_be_killed_and_the_same_command_goes_on(place, call, serial):
