@@ -6,7 +6,7 @@ import signal
 import socket
 import subprocess
 import time
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 
 PROGRAMS = ("slurmctld", "slurmd", "sbatch", "squeue", "scontrol", "scancel")
 CONFIGURATION = """\
@@ -65,6 +65,8 @@ def cluster(folder):
         yield
     finally:
         subprocess.run(["scancel", "--user=root"], check=False)
+        with suppress(AssertionError):  # daemons that end first would leave what watches the jobs behind
+            wait_until(lambda: not slurm("squeue", "-h"), "all jobs are gone", seconds=20)
         for path in folder.glob("*.pid"):
             os.kill(int(path.read_text()), signal.SIGKILL if "slurmd" in path.name else signal.SIGTERM)
         os.environ.pop("SLURM_CONF")
