@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from hydra.core.config_store import ConfigStore
+from hydra.core.plugins import Plugins
 from omegaconf import MISSING, OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
@@ -38,6 +39,7 @@ class BenchConfig:
     output: str = MISSING
     batches: int = MISSING
     batch: int = MISSING
+    wait: bool = True
     label: str | None = None
     table: str | None = None
     paper: str | None = None
@@ -67,6 +69,8 @@ def register_schemas() -> None:
     """Give Hydra the schema of the bench and of every plugin under its group and name, and the conf's ${of_file:…}."""
     OmegaConf.register_new_resolver("of_file", of_file, replace=True)
     store = ConfigStore.instance()
+    Plugins.instance()  # one of which brings a launcher of that name: conf/hydra/launcher has its settings
+    store.repo["hydra"]["launcher"].pop("submitit_slurm.yaml", None)
     store.store(name="bench_schema", node=BenchConfig)
     for group in registry.GROUPS:
         for name in registry.registered(group):

@@ -12,6 +12,7 @@ from bench.commands.folders import folders
 from bench.jobs.lines import RESULTS, UNREADABLE, RunLine, Started
 from bench.jobs.processors import counted_processors, mixed_processors, processor
 from bench.jobs.records import read_records, running_sessions
+from bench.jobs.submitted import job_states
 from bench.plan.plan import Plan, Run, read_plan
 from bench.plan.provenance import code_digest, library_versions, used_modules
 from ksmea.errors import SettingError, visible
@@ -53,6 +54,9 @@ def _status(output: Path) -> int:
         print(f"{label:>8} {count:6d}{'  (' + reasons + ')' if reasons else ''}")
     print(f"{'stale':>8} {counts['stale']:6d}{'  (answered by other code or libraries)' if counts['stale'] else ''}")
     print(f"{'missing':>8} {counts['missing']:6d}")
+    if submitted := job_states(output):
+        counted_states = Counter(submitted.values()).most_common()
+        print(visible("    jobs " + "; ".join(f"{count:6d} {state}" for state, count in counted_states)))
     known = {key: each.processor for key, each in records.items()}
     if mixed := mixed_processors(counted_processors(known, plan)):
         print(visible(f"note: {mixed}"))

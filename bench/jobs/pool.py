@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from multiprocessing import spawn
 from multiprocessing.connection import Connection, wait
 from multiprocessing.process import BaseProcess
+from types import FrameType
 from typing import Any, Generic, TypeVar
 
 from threadpoolctl import threadpool_limits
@@ -27,6 +28,8 @@ Task = TypeVar("Task")
 
 # A server process imports everything once and forks the workers; a new one after a crash costs milliseconds.
 CONTEXT = multiprocessing.get_context("forkserver")
+# Signals by which Slurm asks a job to end: the job decides what becomes of its workers.
+ASKING = (signal.SIGTERM, signal.SIGUSR1, signal.SIGUSR2)
 NEEDED = (
     "log_to_stderr",
     "authkey",
@@ -36,6 +39,7 @@ NEEDED = (
     "orig_dir",
     "dir",
 )  # of what a process could inherit
+LOOK = 0.5  # s after which the caller is asked in `meanwhile`, whatever workers do
 BEGINS = None  # what a worker says before it begins a task
 
 
@@ -74,15 +78,17 @@ class _Worker(Generic[Task]):
 
 def run_tasks(
     function: Callable[..., dict[str, Any]],
-    tasks: Iterable[tuple[Task, tuple[Any, ...]]],
+    tasks: Iterable[tuple[Task, tuple[Any, ...]] | None],
     workers: int,
     limits: Limits,
     on_start: Callable[[Task], None],
     preload: Iterable[str] = (),
+    meanwhile: Callable[[], None] = lambda: None,
 ) -> Iterator[tuple[Task, dict[str, Any]]]:
     """`function(*arguments)` for every (task, arguments), as results come: (task, what the function returned).
 
-    `preload` names modules that workers find loaded. A task whose worker died or was stopped has the data of a `FailedRun`,
+    A None among the tasks says that there is none now, and that the next is to be asked for later. `meanwhile` is called at
+    least once in `LOOK` seconds. `preload` names modules that workers find loaded. A task whose worker died or was stopped has the data of a `FailedRun`,
     killed or timeout, instead.
     """
     CONTEXT.set_forkserver_preload(list(preload))
@@ -90,11 +96,12 @@ def run_tasks(
     pool: list[_Worker[Task]] = []
     try:
         while True:
-            _hand_out(waiting, pool, workers, function, limits, on_start)
+            is_last = _hand_out(waiting, pool, workers, function, limits, on_start)
             busy = [worker for worker in pool if worker.is_busy()]
-            if not busy:
+            if not busy and is_last:
                 return
             _wait(busy)
+            meanwhile()
             for worker in busy:
                 outcome = _outcome(worker, limits)
                 if outcome is not None and worker.task is not None:
@@ -108,21 +115,25 @@ def run_tasks(
 
 
 def _hand_out(
-    waiting: Iterator[tuple[Task, tuple[Any, ...]]],
+    waiting: Iterator[tuple[Task, tuple[Any, ...]] | None],
     pool: list[_Worker[Task]],
     workers: int,
     function: Callable[..., dict[str, Any]],
     limits: Limits,
     on_start: Callable[[Task], None],
-) -> None:
-    """A task for every idle worker, and new workers up to the number wanted while there are tasks."""
+) -> bool:
+    """A task for every idle worker, and new workers up to the number wanted while there are tasks; whether there are no
+    more."""
     while True:
         idle = next((worker for worker in pool if not worker.is_busy()), None)
         if idle is None and len(pool) >= workers:
-            return
-        following = next(waiting, None)
+            return False
+        try:
+            following = next(waiting)
+        except StopIteration:
+            return True
         if following is None:
-            return
+            return False
         if idle is None:
             idle = _new_worker(function, limits)
             pool.append(idle)
@@ -153,16 +164,18 @@ def _only_what_workers_need() -> Iterator[None]:
     processes, which it need not know (joblib's workers have one of their own)."""
     original = spawn.get_preparation_data
     spawn.get_preparation_data = lambda name: {key: value for key, value in original(name).items() if key in NEEDED}
+    blocked = signal.pthread_sigmask(signal.SIG_BLOCK, ASKING)  # by the server that forks workers, too
     try:
         yield
     finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
         spawn.get_preparation_data = original
 
 
 def _wait(busy: list[_Worker[Task]]) -> None:
-    """Until a worker has something to say, has died, or is at its deadline."""
-    deadlines = [worker.deadline for worker in busy if worker.deadline is not None]
-    timeout = max(0.0, min(deadlines) - time.monotonic()) if deadlines else None
+    """Until a worker has something to say, has died, or is at its deadline, `LOOK` seconds at most."""
+    deadlines = [worker.deadline - time.monotonic() for worker in busy if worker.deadline is not None]
+    timeout = max(0.0, min([LOOK, *deadlines]))
     wait([handle for worker in busy for handle in (worker.connection, worker.process.sentinel)], timeout)
 
 
@@ -205,10 +218,17 @@ def _stop(worker: _Worker[Task]) -> None:
     worker.connection.close()
 
 
+def _let_the_parent_decide(number: int, frame: FrameType | None) -> None:
+    pass
+
+
 def _serve(connection: Connection, function: Callable[..., dict[str, Any]], memory: int | None) -> None:
     """A worker's life: task after task, until the other end of the pipe is gone."""
     threadpool_limits(1)  # sums in another order differ in the last digits, and the cores belong to the workers
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent alone decides
+    for asking in ASKING:
+        signal.signal(asking, _let_the_parent_decide)  # no SIG_IGN, which programs that a run starts would inherit
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, ASKING)
     if memory is not None:
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
     own = os.getpid()

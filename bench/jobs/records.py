@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import Any, BinaryIO, Self, TypeVar, overload
 
 from bench.jobs.lines import RESULTS, SCHEMA, Ended, Line, RunLine, SessionLine, Started, line_text, read_line
+from bench.jobs.presence import numbers_at_work
 from bench.plan.plan import Plan, Run
 from bench.plan.provenance import platform_name
 from bench.storage.locks import exclusive, is_held
@@ -28,7 +29,7 @@ class RecordWriter:
     """The only writer of a batch's record file, for as long as the context lasts."""
 
     def __init__(self, output: Path, batch: int, plan: Plan) -> None:
-        self._path = output / FOLDER / f"batch-{batch:04d}.jsonl"
+        self._path = record_file(output, batch)
         self._plan = plan
         self._held = ExitStack()
         self._file: BinaryIO | None = None
@@ -85,6 +86,10 @@ class RecordWriter:
         self._file.flush()
 
 
+def record_file(output: Path, batch: int) -> Path:
+    return output / FOLDER / f"batch-{batch:04d}.jsonl"
+
+
 def _ends_within_a_line(path: Path) -> bool:
     try:
         with open_regular(path) as file:
@@ -113,10 +118,11 @@ def record_kinds(plan: Plan) -> dict[str, type[Record]]:
 
 
 def running_sessions(output: Path) -> set[str]:
-    """The sessions that still write: of each record file whose lock is held, the last."""
+    """The sessions that still write: of each record file whose lock is held, or whose job is at work, the last."""
     sessions = set()
+    at_work = {record_file(output, number) for number in numbers_at_work(output)}
     for path in (output / FOLDER).glob("*.jsonl"):
-        if is_held(path.with_suffix(".lock")):
+        if path in at_work or is_held(path.with_suffix(".lock")):
             began = [line.session for line in _lines_of(path) if isinstance(line, SessionLine)]
             sessions.update(began[-1:])
     return sessions

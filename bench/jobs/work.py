@@ -1,20 +1,25 @@
-"""A job's work: its share of the plan, in worker processes that can die without harm, into its record file."""
+"""A job's work: runs of the plan that it claims, in worker processes that can die without harm, into its record file."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable
+import time
+from collections import deque
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from tqdm import tqdm
 
+from bench.jobs.claims import Claims
 from bench.jobs.execute import execute
-from bench.jobs.lines import RESULTS, RunLine
+from bench.jobs.lines import RESULTS
 from bench.jobs.log import experiment_log
+from bench.jobs.planned_code import require_planned_code
 from bench.jobs.pool import Limits, run_tasks
-from bench.jobs.records import RecordWriter, finished_keys, read_records
+from bench.jobs.presence import Presence, TakenForDead, at_work
+from bench.jobs.records import RecordWriter, finished_keys
 from bench.plan.plan import Plan, Run, read_plan
 from bench.plan.provenance import OURS, platform_name
 
@@ -25,16 +30,14 @@ SLOW_TO_IMPORT = ("scipy.stats",)  # imported where it is first used, which woul
 
 @dataclass(frozen=True)
 class Job:
-    """A share of a plan and what its runs may use. `share` names folders whose results of the same key are taken over."""
+    """One of the jobs that do a plan, and what its runs may use."""
 
     output: Path
     batch: int = 0
-    batches: int = 1
     workers: int | None = None
     timeout: float | None = None  # s
     memory: float | None = None  # GB
     journal: bool = False
-    share: tuple[Path, ...] = ()
 
     @property
     def limits(self) -> Limits:
@@ -42,30 +45,95 @@ class Job:
 
 
 def work(job: Job) -> None:
-    """Do what `plan[batch::batches]` still lacks, one record per run."""
+    """Do runs that nobody else has claimed until there are none, one record per run."""
     plan = read_plan(job.output)
-    todo = unfinished(plan.runs[job.batch :: job.batches], finished_keys(job.output, plan))
-    if not todo:
-        return
-    with RecordWriter(job.output, job.batch, plan) as writer, experiment_log(job.output, plan.name, job.batch) as log:
-        todo = _take_over(todo, job.share, writer, plan)
-        n_worker = min(job.workers or available_cores(), len(todo))
-        told = len(todo), n_worker, plan.commit, platform_name()
-        log.info("%d runs to do with %d workers, commit %s, on %s", *told)
-        # disable=None: silent where there is no terminal
-        with tqdm(total=len(todo), desc=plan.name, unit="run", disable=None) as bar:
-            tasks = ((run, (*_arguments(plan, run, job), len(todo) == 1)) for run in todo)
-            for run, record in run_tasks(execute, tasks, n_worker, job.limits, writer.started, own_modules(plan)):
-                writer.result(run, record)
-                if job.journal and record["status"] in RESULTS:
-                    _journal(run, job).unlink(missing_ok=True)  # only a run without a result needs it again
-                bar.update()
-                log.info("%s", _log_line(plan, run, record))
-        log.info("job ended")
+    require_planned_code(plan)
+    with at_work(job.output, job.batch) as presence:
+        claims = Claims(job.output, presence)
+        if claims.are_done():
+            return
+        n_worker = min(job.workers or available_cores(), len(claims.todo))
+        with (
+            RecordWriter(job.output, presence.number, plan) as writer,
+            experiment_log(job.output, plan.name, presence.number) as log,
+        ):
+            told = len(claims.todo), n_worker, plan.commit, platform_name()
+            log.info("%d runs to do with %d workers, commit %s, on %s", *told)
+            queue = _Queue(plan, job, claims, presence, n_worker)
+            # disable=None: silent where there is no terminal
+            with tqdm(total=len(claims.todo), desc=plan.name, unit="run", disable=None) as bar, queue:
+                preload = own_modules(plan)
+                tasks = queue.tasks()
+                for run, record in run_tasks(
+                    execute, tasks, n_worker, job.limits, writer.started, preload, queue.look_around
+                ):
+                    writer.result(run, record)
+                    queue.ended(run)
+                    if job.journal and record["status"] in RESULTS:
+                        _journal(run, job).unlink(missing_ok=True)  # only a run without a result needs it again
+                    bar.update()
+                    log.info("%s", _log_line(plan, run, record))
+            log.info("job ended")
+
+
+class _Queue:
+    """The runs that this job has claimed and not started; what it holds at the end of the context is free again."""
+
+    def __init__(self, plan: Plan, job: Job, claims: Claims, presence: Presence, n_worker: int) -> None:
+        self._plan, self._job, self._claims, self._presence, self._n_worker = plan, job, claims, presence, n_worker
+        self._runs = {run.key: run for run in plan.runs}
+        self._waiting: deque[str] = deque()
+        self._began = time.monotonic()
+        self._n_ended = 0
+
+    def __enter__(self) -> None:
+        pass
+
+    def __exit__(self, kind: type[BaseException] | None, *exception: object) -> None:
+        if kind is None or not issubclass(kind, TakenForDead):
+            self._claims.release([*self._waiting])
+
+    def tasks(self) -> Iterator[tuple[Run, tuple[Any, ...]] | None]:
+        """Run after run, claimed as they are needed; None while others may yet give some back."""
+        while True:
+            while not self._waiting:
+                if not self._claim():
+                    if not self._claims.may_come_back():
+                        return
+                    yield None
+            run = self._runs[self._waiting.popleft()]
+            yield run, (*_arguments(self._plan, run, self._job), len(self._claims.todo) == 1)
+
+    def _claim(self) -> bool:
+        """Claim more runs; whether there were any."""
+        seconds = (time.monotonic() - self._began) / self._n_ended if self._n_ended else None
+        taken = self._claims.take(seconds, self._n_worker)
+        if taken is None:
+            return False
+        claimed, keys = taken
+        finished = finished_keys(self._job.output, self._plan) if claimed.deaths else set()
+        for key in keys:
+            if key in finished or key not in self._runs:
+                self._claims.done(key)
+            else:
+                self._waiting.append(key)
+        return True
+
+    def ended(self, run: Run) -> None:
+        self._n_ended += 1
+        self._claims.done(run.key)
+
+    def look_around(self) -> None:
+        """Renew this job's presence, and give back what waits where others have nothing to do."""
+        self._presence.renew()
+        if self._claims.give_back(self._waiting):
+            self._waiting.clear()
 
 
 def available_cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    """Cores that this process may use, those that Slurm has given its job included."""
+    here = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(here, int(os.environ.get("SLURM_CPUS_PER_TASK", here)))
 
 
 def unfinished(runs: Iterable[Run], finished: set[str]) -> list[Run]:
@@ -86,21 +154,6 @@ def _arguments(plan: Plan, run: Run, job: Job) -> tuple[Any, ...]:
 
 def _journal(run: Run, job: Job) -> Path:
     return job.output / JOURNALS / f"{run.key}.journal"
-
-
-def _take_over(todo: list[Run], share: tuple[Path, ...], writer: RecordWriter, plan: Plan) -> list[Run]:
-    """Copy results of the same key from other experiments' folders; the runs that remain to be done."""
-    wanted = {run.key: run for run in todo}
-    for folder in share:
-
-        def wanted_line(line: RunLine) -> RunLine | None:
-            return line if line.key in wanted and line.has_result else None
-
-        for key, line in read_records(folder, wanted_line, plan).items():
-            if line is not None:
-                place = {"taken_from": str(folder), "platform": line.platform}
-                writer.result(wanted.pop(key), {**line.content(), **place})
-    return list(wanted.values())
 
 
 def _log_line(plan: Plan, run: Run, record: dict[str, Any]) -> str:

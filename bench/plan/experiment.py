@@ -48,8 +48,10 @@ WHOLE = (
     "standard",
     "grid",
 )
+# Settings of how it is dealt out to jobs.
+DEALING = ("batches", "share", "wait")
 # Settings of how its jobs work, passed on to them; none of them changes a result.
-WORKING = ("batches", "workers", "timeout", "memory", "journal", "share")
+WORKING = ("workers", "timeout", "memory", "journal")
 
 
 @dataclass(frozen=True)
@@ -59,6 +61,7 @@ class Experiment:
     plan: Plan
     output: Path
     batches: int
+    share: tuple[Path, ...]  # folders whose finished runs of the same key are taken over
     working: tuple[str, ...]  # overrides for the jobs
 
     @classmethod
@@ -111,11 +114,10 @@ class Experiment:
             cells=cells,
             runs=all_runs(cells, config.repetitions, versions),
         )
-        whole = {key: config[key] for key in WORKING} | {"share": [*config.share, *share]}
-        working = tuple(override(key, value) for key, value in whole.items())
+        working = tuple(override(key, config[key]) for key in WORKING)
         output = Path(config.output).absolute()
         require_own_folder(plan, output)
-        return cls(plan, output, config.batches, working)
+        return cls(plan, output, config.batches, tuple(map(Path, [*config.share, *share])), working)
 
 
 def _fixed(choices: Iterable[Choice]) -> list[Choice]:
@@ -125,7 +127,7 @@ def _fixed(choices: Iterable[Choice]) -> list[Choice]:
 
 def _check_axes(keys: Iterable[str]) -> None:
     for key in keys:
-        if key in (*WHOLE, *WORKING, "batch", "experiment"):
+        if key in (*WHOLE, *DEALING, *WORKING, "batch", "experiment"):
             raise SettingError(f"{key}: expected one value for the whole experiment, got several; give one")
 
 

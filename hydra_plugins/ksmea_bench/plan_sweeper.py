@@ -13,6 +13,7 @@ from hydra.plugins.sweeper import Sweeper
 from hydra.types import HydraContext, TaskFunction
 from omegaconf import DictConfig, flag_override
 
+from bench.jobs.claims import clear
 from bench.jobs.deal import dealt
 from bench.plan.experiment import Experiment
 from bench.storage.locks import exclusive
@@ -54,7 +55,10 @@ class PlanSweeper(Sweeper):
                     for job in self.launcher.launch(jobs, initial_job_idx=0):
                         if job.status == JobStatus.FAILED:
                             raise job._return_value  # as `return_value` does, without its remark on stderr
+                        if job.status == JobStatus.UNKNOWN:  # submitted, and not waited for
+                            return 0
             except Exception:
                 collect(experiment.output)  # what there is; then the reason why it is not all
                 raise
+            clear(experiment.output)
             return collect(experiment.output, redraw=False)

@@ -176,7 +176,6 @@ def test_batches_share_the_runs_and_none_is_done_twice(enter, cheapest):
     ended = enter(*cheapest, "repetitions=3", "batches=2", "workers=1")
     assert ended.code == 0
     files = sorted(ended.output.glob("records/*.jsonl"))
-    assert [path.name for path in files] == ["batch-0000.jsonl", "batch-0001.jsonl"]
     keys = [
         line["key"]
         for path in files
@@ -184,6 +183,7 @@ def test_batches_share_the_runs_and_none_is_done_twice(enter, cheapest):
         if line["event"] == "result"
     ]
     assert sorted(keys) == sorted(ended.runs()["key"]) and len(set(keys)) == 3
+    assert not (ended.output / "claims").exists()  # nothing is left of what only jobs at work need
 
 
 def test_results_of_other_settings_are_not_taken_for_these(enter, cheapest):

@@ -31,6 +31,9 @@ def behave(how):
         how = "forked"
     if how == "slow":
         time.sleep(0.8)
+    if how == "asked to end":
+        for number in (signal.SIGTERM, signal.SIGUSR1, signal.SIGUSR2):
+            os.kill(os.getpid(), number)
     return {"status": "done", "pid": os.getpid(), "how": how}
 
 
@@ -102,6 +105,16 @@ class TestPool:
     def test_the_clock_of_a_task_is_monotonic(self, monkeypatch):
         monkeypatch.setattr(time, "time", lambda: 0.0)  # a wall clock set back half a century
         assert outcomes(["a", "b"], limits=Limits(seconds=20))[1]["status"] == "done"
+
+    def test_what_asks_a_whole_job_to_end_leaves_its_workers_to_the_job(self):
+        """Slurm signals all processes of a job; a run whose worker died of that would count as failed, not as stopped."""
+        assert outcomes(["asked to end", "a"])[0]["status"] == "done"
+
+    def test_tasks_that_come_later_are_asked_for_again_and_the_caller_is_not_forgotten(self):
+        tasks = iter([(0, ("a",)), None, None, (1, ("slow",))])
+        called = []
+        done = dict(run_tasks(behave, tasks, 2, NONE, lambda task: None, (), lambda: called.append(time.monotonic())))
+        assert sorted(done) == [0, 1] and len(called) >= 3
 
     def test_leaving_early_leaves_no_process_behind(self):
         running = run_tasks(behave, ((i, ("hang" if i else "a",)) for i in range(3)), 2, Limits(), lambda task: None)

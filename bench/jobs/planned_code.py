@@ -1,0 +1,28 @@
+"""A job computes by the code and libraries that its plan was made with, or not at all: what it found would answer no planned
+key."""
+
+from __future__ import annotations
+
+from bench.plan.plan import Plan
+from bench.plan.provenance import code_digest, library_versions, used_modules
+from ksmea.errors import SettingError
+
+
+def require_planned_code(plan: Plan) -> None:
+    """`SettingError` where this process would compute by other modules or libraries than planned."""
+    here = library_versions()
+    if others := [name for name in sorted({*plan.versions, *here}) if plan.versions.get(name) != here.get(name)]:
+        told = ", ".join(f"{name} {plan.versions.get(name)}, here {here.get(name)}" for name in others)
+        raise _other(plan, told)
+    for cell in plan.cells:
+        modules = used_modules(cell.settings)
+        if code_digest(modules) != cell.code:
+            changed = [name for name, digest in modules.items() if plan.modules.get(name) != digest]
+            raise _other(plan, f"other modules {', '.join(changed)}" if changed else "fewer modules")
+
+
+def _other(plan: Plan, found: str) -> SettingError:
+    return SettingError(
+        f"{plan.name}: expected the code and libraries of its plan (commit {plan.commit}), found {found};"
+        " give the experiment's command again where its jobs run, or install what it was planned with"
+    )
