@@ -1,4 +1,4 @@
-"""What many runs of an empty model cost: plan, record, status, collect, resume and a job's start, at 10² to 10⁵ runs.
+"""What many runs of an empty model cost: plan, record, status, collect, resume, claims and a job's start, at 10² to 10⁵ runs.
 
     OPENBLAS_NUM_THREADS=1 python -m benchmarks.scale [--runs 100,1000,10000,100000] [--rows benchmarks/scale.csv]
 
@@ -30,6 +30,8 @@ import numpy as np
 import pandas as pd
 
 from bench import door
+from bench.jobs.claims import Claims, clear, deal
+from bench.jobs.presence import at_work
 from bench.jobs.records import RecordWriter, read_records
 from bench.jobs.work import Job, work
 from bench.plan.plan import all_runs, read_plan, write_plan
@@ -81,12 +83,26 @@ def resume(n: int) -> None:
     door.run([f"repetitions={n}", f"output={MANY}", *EMPTY])
 
 
+def claim(n: int) -> None:
+    """All runs dealt out, and claimed and ended by one job that takes as long for each as a run of Table 3."""
+    output = Path(MANY)
+    deal(output, [run.key for run in read_plan(output).runs], n // PER_BATCH)
+    with at_work(output, 0) as presence:
+        claims = Claims(output, presence)
+        while taken := claims.take(MEDIAN, 1):
+            for key in taken[1]:
+                claims.done(key)
+    clear(output)
+
+
 def job(n: int) -> None:
     """The start of one job, which finds nothing to do."""
     work(Job(Path(MANY)))
 
 
-STEPS: dict[str, Callable[[int], None]] = {step.__name__: step for step in (plan, record, status, collect, resume, job)}
+STEPS: dict[str, Callable[[int], None]] = {
+    step.__name__: step for step in (plan, record, status, collect, resume, claim, job)
+}
 
 
 def main() -> None:
