@@ -225,11 +225,11 @@ def test_a_repetition_has_the_same_seeds_for_all_methods_and_samples(compose):
 def test_cells_with_seeds_of_their_own_draw_other_numbers_and_keep_them_among_others(compose):
     effects = compose("+experiment=diagnosis_effects", "repetitions=1")
     seeds = {cell.place["label"]: cell.seed for cell in effects.cells}
-    assert len(set(seeds.values())) == len(seeds) == 14
+    assert len(set(seeds.values())) == len(seeds) == 25
     assert {cell.seed for cell in compose("+experiment=table3", "repetitions=1").cells} == {0}
     other = compose("+experiment=diagnosis_effects", "repetitions=1", "seed=1", "problem.mesh=13,14")
     assert not {cell.seed for cell in other.cells} & set(seeds.values())
-    assert len({cell.seed for cell in other.cells}) == 14 and len(other.cells) == 28  # compared on the same noise
+    assert len({cell.seed for cell in other.cells}) == 25 and len(other.cells) == 50  # compared on the same noise
 
 
 def test_components_repetitions_and_seeds_draw_different_numbers():

@@ -180,7 +180,7 @@ def test_what_cannot_be_verified_is_one_line(words, expected, folder, enter):
 
 def test_the_command_makes_a_reference_where_verify_finds_it(released, enter, tmp_path, monkeypatch):
     made = tmp_path / "made"
-    monkeypatch.setattr("bench.commands.results.write_reference", lambda output: write_reference(output, made))
+    monkeypatch.setattr("bench.commands.reference.write_reference", lambda output: write_reference(output, made))
     ended = enter("reference", str(released))
     assert (ended.code, ended.out.splitlines()) == (
         0,
