@@ -81,6 +81,11 @@ def clear(output: Path) -> None:
         shutil.rmtree(output / CLAIMS, ignore_errors=True)
 
 
+def are_offered(output: Path) -> bool:
+    """Whether runs were dealt out in this folder, and have not been cleared since."""
+    return any(map(_is_dealt, (output / CLAIMS).glob("[0-9a-f]*")))
+
+
 def _is_dealt(path: Path) -> bool:
     return path.is_dir() and (path / TODO).is_file()
 

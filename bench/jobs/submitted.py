@@ -32,7 +32,9 @@ def note_submitted(output: Path, jobs: Iterable[str]) -> None:
 def note_ended(output: Path, job: str) -> None:
     """A job has nothing left to do; it may be faster than who submitted it."""
     path = output / CLAIMS / FOLDER / job
-    path.parent.mkdir(parents=True, exist_ok=True)
+    if not (output / CLAIMS).is_dir():  # all was done, and cleared
+        return
+    path.parent.mkdir(exist_ok=True)
     try:
         path.unlink()
     except FileNotFoundError:

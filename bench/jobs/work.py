@@ -12,7 +12,7 @@ from typing import Any
 
 from tqdm import tqdm
 
-from bench.jobs.claims import Claims
+from bench.jobs.claims import Claims, are_offered
 from bench.jobs.execute import execute
 from bench.jobs.lines import RESULTS
 from bench.jobs.log import experiment_log
@@ -48,6 +48,8 @@ def work(job: Job) -> None:
     """Do runs that nobody else has claimed until there are none, one record per run."""
     plan = read_plan(job.output)
     require_planned_code(plan)
+    if not are_offered(job.output):  # a cluster has started this job again after the others were done
+        return
     with at_work(job.output, job.batch) as presence:
         claims = Claims(job.output, presence)
         if claims.are_done():

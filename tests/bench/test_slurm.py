@@ -210,7 +210,7 @@ def test_a_sweep_gives_the_tables_of_a_serial_run(call, place, serial):
     for name in (name for name in files if name.endswith(".csv")):
         assert without_times(name, files[name]) == without_times(name, serial[name])
     assert len(list((place / "waited" / "records").glob("*.jsonl"))) == 4
-    assert not (place / "waited" / "claims").exists()
+    assert not (place / "waited" / "claims").exists(), f"{job_states(place / 'waited')}, {err}"
 
 
 def test_submitted_twice_it_is_done_once(call, place, serial):

@@ -9,6 +9,8 @@ from bench.jobs.planned_code import require_planned_code
 from bench.jobs.presence import at_work
 from bench.jobs.records import RecordWriter, running_sessions
 from bench.jobs.submitted import forget_lost, job_states, note_ended, note_failed, note_submitted
+from bench.jobs.work import Job, work
+from bench.plan.plan import write_plan
 from bench.plan.provenance import library_versions
 from ksmea.errors import SettingError
 
@@ -71,6 +73,7 @@ def test_without_squeue_what_jobs_renew_says_which_of_them_run(tmp_path, monkeyp
 @pytest.mark.parametrize("first", ["the job", "who submits"])
 @pytest.mark.usefixtures("no_squeue")
 def test_a_job_that_ended_well_is_forgotten_however_fast_it_was(first, tmp_path):
+    (tmp_path / "claims").mkdir()  # runs are dealt out before jobs are submitted
     if first == "the job":
         note_ended(tmp_path, "12_0")
         assert job_states(tmp_path) == {}
@@ -78,6 +81,14 @@ def test_a_job_that_ended_well_is_forgotten_however_fast_it_was(first, tmp_path)
     if first == "who submits":
         note_ended(tmp_path, "12_0")
     assert job_states(tmp_path) == {} and not any((tmp_path / "claims" / "submitted").iterdir())
+
+
+def test_a_job_that_starts_again_after_all_is_done_leaves_nothing(plan, tmp_path, monkeypatch):
+    monkeypatch.setattr("bench.jobs.work.require_planned_code", lambda plan: None)
+    write_plan(plan, tmp_path)
+    work(Job(tmp_path))
+    note_ended(tmp_path, "12_0")
+    assert [path.name for path in tmp_path.iterdir()] == ["plan.jsonl"]
 
 
 @pytest.mark.usefixtures("no_squeue")
