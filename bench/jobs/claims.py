@@ -83,7 +83,12 @@ def clear(output: Path) -> None:
 
 def are_offered(output: Path) -> bool:
     """Whether runs were dealt out in this folder, and have not been cleared since."""
-    return any(map(_is_dealt, (output / CLAIMS).glob("[0-9a-f]*")))
+    return bool(_offers(output))
+
+
+def _offers(output: Path) -> list[Path]:
+    """The folders of runs that were dealt out; the last one counts."""
+    return [path for path in (output / CLAIMS).glob("[0-9a-f]*") if _is_dealt(path)]
 
 
 def _is_dealt(path: Path) -> bool:
@@ -94,8 +99,7 @@ class Claims:
     """A job's view of the ranges: what it holds, and what others offer."""
 
     def __init__(self, output: Path, presence: Presence) -> None:
-        dealt = [path for path in (output / CLAIMS).glob("[0-9a-f]*") if _is_dealt(path)]
-        self._folder = max(dealt, default=None)
+        self._folder = max(_offers(output), default=None)
         self._presence = presence
         self._held: dict[Range, set[str]] = {}  # with the keys that have no result yet
         self._idle_since: float | None = None

@@ -14,11 +14,11 @@ from pathlib import Path
 from typing import Any
 
 from bench.command_line.overrides import Choice
+from bench.plan.folder import LONGEST_LIST
 from bench.plan.plan import Plan
 from ksmea.errors import SettingError, shortened
 
 MEASURED, ROTOR = "measurement.path", "problem.file"
-LONGEST_LIST = 200  # characters of the names of files that an error shows
 
 
 def fleet_axes(choices: Iterable[Choice]) -> dict[str, tuple[str, ...]]:

@@ -207,8 +207,8 @@ def test_known_noise_is_left_alone(rotor, truth):
     assert with_best_noise(likelihood, point) is point
 
 
-class Slow:
-    """A deviance θ, of which each step takes 0.01 and promises 1."""
+class OneUnknown:
+    """A likelihood of one unknown that counts its points."""
 
     d = 1
     lower, upper, period, longest_step = np.zeros(1), np.ones(1), np.full(1, np.inf), np.full(1, np.inf)
@@ -218,13 +218,22 @@ class Slow:
 
     def at(self, theta):
         self.n_point += 1
-        return Point(theta, self.deviance(theta), np.array([200.0]), np.full((1, 1), 100.0))
+        return Point(theta, self.deviance(theta), self.gradient(theta), np.full((1, 1), self.whitened))
+
+    def curvature(self, point, step):
+        return np.zeros(1)
+
+
+class Slow(OneUnknown):
+    """A deviance θ, of which each step takes 0.01 and promises 1."""
+
+    whitened = 100.0
 
     def deviance(self, theta):
         return float(theta[0])
 
-    def curvature(self, point, step):
-        return np.zeros(1)
+    def gradient(self, theta):
+        return np.array([200.0])
 
 
 def points_of(likelihood, ceiling, max_iterations):
@@ -238,25 +247,17 @@ def test_a_search_is_given_up_that_would_not_come_below_a_ceiling_at_its_pace():
     assert PATIENCE < points_of(Slow(), 0.3, 60) < PATIENCE + 3
 
 
-class Bowl:
+class Bowl(OneUnknown):
     """A deviance of (θ − 1/2)² with the information of one a hundred times as narrow: each step goes a hundredth of the way and
     promises a hundredth of what is left."""
 
-    d = 1
-    lower, upper, period, longest_step = np.zeros(1), np.ones(1), np.full(1, np.inf), np.full(1, np.inf)
-
-    def __init__(self):
-        self.n_point = 0
-
-    def at(self, theta):
-        self.n_point += 1
-        return Point(theta, self.deviance(theta), 2 * (theta - 0.5), np.full((1, 1), 10.0))
+    whitened = 10.0
 
     def deviance(self, theta):
         return float((theta[0] - 0.5) ** 2)
 
-    def curvature(self, point, step):
-        return np.zeros(1)
+    def gradient(self, theta):
+        return 2 * (theta - 0.5)
 
 
 def test_a_search_whose_steps_promise_too_little_is_given_up_early():
