@@ -138,14 +138,22 @@ def submitted(call, place, request):
 
 
 def processes_of(job):
-    """The Python processes of a job of an array."""
+    """The processes of a job of an array, in this cluster and not in one that another run of the tests has started."""
     array, task = job.split("_")
+    of_the_job = {
+        f"{name}={value}".encode()
+        for name, value in {
+            "SLURM_CONF": os.environ["SLURM_CONF"],
+            "SLURM_ARRAY_JOB_ID": array,
+            "SLURM_ARRAY_TASK_ID": task,
+        }.items()
+    }
     for path in Path("/proc").glob("[0-9]*"):
         try:
             environment = (path / "environ").read_bytes().split(b"\0")
         except OSError:
             continue
-        if {f"SLURM_ARRAY_JOB_ID={array}".encode(), f"SLURM_ARRAY_TASK_ID={task}".encode()} <= {*environment}:
+        if of_the_job <= {*environment}:
             yield int(path.name)
 
 
