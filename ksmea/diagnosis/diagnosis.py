@@ -54,6 +54,7 @@ from ksmea.maximisation import maximise, with_best_noise
 from ksmea.measurement import Measurement
 
 MAX_TESTED = 3  # of the best pairs, those that are asked whether they leave noise behind
+BETTER = 0.1  # of the deviance: a maximum of the baseline model that is as much higher is another one
 MAX_SPLIT = 6  # explanations that a further measurement is sought for
 MIN_OBSERVABLE = 0.5  # part of the effects that must be observable for a model to be called adequate
 
@@ -204,18 +205,19 @@ def _ranked_trials(
     effort: Effort,
     progress: Callable[[], None],
 ) -> tuple[BaselineFits, FitQuality, list[Trial]]:
-    """The baseline model's fits, their quality, and every candidate fitted; refined if there is evidence of anything."""
+    """The baseline model's fits, their quality, and every candidate fitted; refined if there is evidence of anything. Where
+    a trial shows that the baseline model fits better elsewhere, all is done again from there, before costly scans if it can."""
     problem, measurement = baseline.best.problem, baseline.best.likelihood.measurement
     quality = fit_quality(baseline.best, rng)
     trials = fitted(problem, measurement, baseline.best, found, progress)
     if quality.p >= level and not _significant(trials, level):
         return baseline, quality, trials
-    trials = _refined(trials, baseline, level, rng, effort, progress)
     better = _baseline_from(trials, baseline)
-    if better is not baseline:
-        baseline, quality = better, fit_quality(better.best, rng)
-        trials = fitted(problem, measurement, baseline.best, found, progress)
+    if better is baseline:
         trials = _refined(trials, baseline, level, rng, effort, progress)
+        better = _baseline_from(trials, baseline)
+    if better is not baseline:
+        return _ranked_trials(better, found, level, rng, effort, progress)
     return baseline, quality, trials
 
 
@@ -262,7 +264,7 @@ def _baseline_from(trials: Sequence[Trial], baseline: BaselineFits) -> BaselineF
     d = likelihood.d
     for trial in trials[:3]:
         point = maximise(likelihood, likelihood.start(trial.fit.u[:d]))
-        if point.deviance < baseline.best.deviance - 0.1:
+        if point.deviance < baseline.best.deviance - BETTER:
             best = Fit(baseline.best.problem, likelihood, with_best_noise(likelihood, point))
             baseline = BaselineFits(best, (baseline.best, *baseline.others), baseline.screened)
     return baseline
