@@ -123,10 +123,15 @@ class CampaignProblem(ProblemProxy):
 
     def sensitivity(self, x: Array) -> ComplexArray:
         """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit."""
-        found = np.zeros((len(self.speed), len(self.channels), len(self.parameters)), dtype=complex)
+        return self.linearised(x)[1]
+
+    def linearised(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Each run's own."""
+        shape = len(self.speed), len(self.channels)
+        response, sensitivity = np.empty(shape, complex), np.zeros((*shape, len(self.parameters)), complex)
         for rows, columns, problem in self._seen:
-            found[rows, :, columns] = problem.sensitivity(np.asarray(x)[columns])
-        return found
+            response[rows], sensitivity[rows, :, columns] = problem.linearised(np.asarray(x)[columns])
+        return response, sensitivity
 
     def at(self, speed: Array, channels: Sequence[Channel]) -> CampaignProblem:
         """As a further run without weights would see it; where runs have unknowns of their own, with those of the first."""

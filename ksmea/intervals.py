@@ -99,7 +99,8 @@ class _Profile:
         root, point = self.root(value), self._known[value]
         if point is not None and value not in self._settled:
             self._settled.add(value)
-            points = [point, *(self._maximised(theta) for theta in self._likelihood.other_noise(point.theta))]
+            others = self._likelihood.other_noise(point.theta)
+            points = [point, *(self._maximised(theta, point.deviance - EXACT) for theta in others)]
             self._known[value] = min(points, key=lambda each: each.deviance)
             root = self.root(value)
         return root
@@ -127,8 +128,15 @@ class _Profile:
     def _inside(self, theta: Array) -> Array:
         return np.clip(theta - _turns(theta, self._likelihood.period), self._likelihood.lower, self._likelihood.upper)
 
-    def _maximised(self, theta: Array) -> Point:
-        point = maximise(self._likelihood, self._inside(theta), fixed=self._index, tolerance=EXACT, least_gain=EXACT)
+    def _maximised(self, theta: Array, ceiling: float = np.inf) -> Point:
+        point = maximise(
+            self._likelihood,
+            self._inside(theta),
+            fixed=self._index,
+            tolerance=EXACT,
+            least_gain=EXACT,
+            ceiling=ceiling,
+        )
         if point.deviance < self._lowest - LOWER:
             raise _BetterMaximum(point)
         return replace(point, theta=point.theta + _turns(theta, self._likelihood.period))

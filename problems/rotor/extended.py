@@ -43,6 +43,7 @@ from problems.rotor.with_effects import RotorWithEffects
 
 CHUNK_BYTES = 2**22  # of the largest temporary array of a batch: with fewer, hooks of effects cost as much as the rotor
 MAX_REDUCTIONS = 64  # kept of rotors that an effect has changed
+MAX_LINEARISED = 8  # kept of responses with their sensitivities: several fits start where another one has ended
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,9 +138,18 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy):
     def linearised(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
         """Response and sensitivity by one solution, or else by central differences inside the limits."""
         [x] = checked_sets(np.asarray(x)[None], self.parameters)
+        return recent(self._linearised, tuple(x), partial(self._linearised_at, x), MAX_LINEARISED)
+
+    def _linearised_at(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
         with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
             response, sensitivity = (linearised if self._has_one_solution else differenced)(self, x)
-        return finite(response), finite(sensitivity)
+        for each in (response, sensitivity):
+            finite(each).flags.writeable = False  # others may be given it too
+        return response, sensitivity
+
+    @cached_property
+    def _linearised(self) -> OrderedDict[tuple[float, ...], tuple[ComplexArray, ComplexArray]]:
+        return OrderedDict()
 
     @cached_property
     def _has_one_solution(self) -> bool:

@@ -45,7 +45,7 @@ def _with_hubs(element: Element, hubs: Sequence[Hub]) -> Element:
         for hub in hubs
     ]
     over = tuple((low, high, hub.stiffening) for (low, high), hub in zip(reach, hubs) if high > low)
-    return dataclasses.replace(element, hubs=over)
+    return dataclasses.replace(element, hubs=over) if over else element
 
 
 def element_at(rotor: Rotor, index: int) -> Element:

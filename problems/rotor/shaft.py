@@ -12,7 +12,9 @@ with the square of the element's length; for a slender shaft, where shear does n
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -30,6 +32,10 @@ Y_PLANE[[0, 1, 2, 3], [1, 2, 5, 6]] = [1, -1, 1, -1]
 
 # Four Gauss points integrate polynomials up to degree 7 exactly; products of two cubics have degree 6.
 GAUSS_POINTS, GAUSS_WEIGHTS = (np.polynomial.legendre.leggauss(4)[0] + 1) / 2, np.polynomial.legendre.leggauss(4)[1] / 2
+
+
+Shapes = Callable[[float, float, Array | float], Array]  # of length, Φ and fractions
+MAX_KEPT = 1024  # integrals and rows that are made again and again
 
 
 @dataclass(frozen=True)
@@ -57,9 +63,10 @@ def shear_parameter(element: Element) -> float:
     return segment.shear_flexibility * of_timoshenko
 
 
-def deflection_shapes(element: Element, fraction: Array | float) -> Array:
-    """Deflection w at fractions ξ (…) per degree of freedom of one bending plane, (…, 4); m per m and per rad."""
-    xi, length, phi = np.asarray(fraction), element.length, shear_parameter(element)
+def deflection_shapes(length: float, phi: float, fraction: Array | float) -> Array:
+    """Deflection w at fractions ξ (…) of an element's length (m) per degree of freedom of one bending plane, (…, 4), m per m and
+    per rad, with its shear parameter Φ."""
+    xi = np.asarray(fraction)
     return np.stack(
         [
             1 + phi * (1 - xi) - 3 * xi**2 + 2 * xi**3,
@@ -71,9 +78,9 @@ def deflection_shapes(element: Element, fraction: Array | float) -> Array:
     ) / (1 + phi)
 
 
-def rotation_shapes(element: Element, fraction: Array | float) -> Array:
-    """Rotation ψ of the section at fractions ξ (…) per degree of freedom of one plane, (…, 4); rad per m, per rad."""
-    xi, length, phi = np.asarray(fraction), element.length, shear_parameter(element)
+def rotation_shapes(length: float, phi: float, fraction: Array | float) -> Array:
+    """Rotation ψ of the section likewise; rad per m, per rad."""
+    xi = np.asarray(fraction)
     return np.stack(
         [
             6 / length * (xi**2 - xi),
@@ -85,9 +92,9 @@ def rotation_shapes(element: Element, fraction: Array | float) -> Array:
     ) / (1 + phi)
 
 
-def slope_shapes(element: Element, fraction: Array | float) -> Array:
-    """Slope dw/dz at fractions ξ (…) per degree of freedom of one plane, (…, 4); rad per m, per rad."""
-    xi, length, phi = np.asarray(fraction), element.length, shear_parameter(element)
+def slope_shapes(length: float, phi: float, fraction: Array | float) -> Array:
+    """Slope dw/dz likewise; rad per m, per rad."""
+    xi = np.asarray(fraction)
     return np.stack(
         [
             (6 * (xi**2 - xi) - phi) / length,
@@ -101,10 +108,10 @@ def slope_shapes(element: Element, fraction: Array | float) -> Array:
 
 def element_matrices(element: Element) -> ElementMatrices:
     """Consistent matrices of an element, both bending planes and their gyroscopic coupling."""
-    segment, length = element.segment, element.length
+    segment = element.segment
     density = segment.material.density
-    translation = density * segment.area * _integral_of_products(deflection_shapes(element, GAUSS_POINTS), length)
-    rotation = density * segment.second_moment * _integral_of_products(rotation_shapes(element, GAUSS_POINTS), length)
+    translation = density * segment.area * _integral_of_products(deflection_shapes, element)
+    rotation = density * segment.second_moment * _integral_of_products(rotation_shapes, element)
     polar = 2 * rotation  # a circular section's polar moment is twice that about a diameter
     stiffness = stiffness_under_hubs(element) if element.hubs else plane_stiffness(element)
     return ElementMatrices(
@@ -117,12 +124,12 @@ def element_matrices(element: Element) -> ElementMatrices:
 
 def drag(element: Element) -> Array:
     """Damping per N s/m² of what surrounds the shaft and stands still, (8, 8) m: the force −c ẇ on each length."""
-    return _in_both_planes(_integral_of_products(deflection_shapes(element, GAUSS_POINTS), element.length))
+    return _in_both_planes(_integral_of_products(deflection_shapes, element))
 
 
 def geometric_stiffness(element: Element) -> Array:
     """Stiffness per N of tension, (8, 8) 1/m: an axial force does the work ½ N ∫ (dw/dz)² dz (Nelson 1980)."""
-    return _in_both_planes(_integral_of_products(slope_shapes(element, GAUSS_POINTS), element.length))
+    return _in_both_planes(_integral_of_products(slope_shapes, element))
 
 
 def plane_stiffness(element: Element) -> Array:
@@ -156,12 +163,28 @@ def stiffness_under_hubs(element: Element) -> Array:
 
 def displacement_row(element: Element, fraction: float, direction: str) -> Array:
     """The row (8,) that reads the deflection in x or y at a fraction of the element from its degrees of freedom."""
-    return deflection_shapes(element, fraction) @ (X_PLANE if direction == "x" else Y_PLANE)
+    return _deflection_row(element.length, shear_parameter(element), fraction, direction)
 
 
-def _integral_of_products(shapes: Array, length: float) -> Array:
-    """∫ Nᵀ N dz over the element, from the shapes (4 points, 4) at the Gauss points."""
-    return length * (shapes.T * GAUSS_WEIGHTS) @ shapes
+@lru_cache(MAX_KEPT)
+def _deflection_row(length: float, phi: float, fraction: float, direction: str) -> Array:
+    row = np.asarray(deflection_shapes(length, phi, fraction) @ (X_PLANE if direction == "x" else Y_PLANE))
+    row.flags.writeable = False
+    return row
+
+
+def _integral_of_products(shapes: Shapes, element: Element) -> Array:
+    """∫ Nᵀ N dz over the element, (4, 4)."""
+    return _integral(shapes, element.length, shear_parameter(element))
+
+
+@lru_cache(MAX_KEPT)
+def _integral(shapes: Shapes, length: float, phi: float) -> Array:
+    """The same: a rotor whose material changes has elements of the same shapes."""
+    at_points = shapes(length, phi, GAUSS_POINTS)  # (4 points, 4)
+    integral = np.asarray(length * (at_points.T * GAUSS_WEIGHTS) @ at_points)
+    integral.flags.writeable = False
+    return integral
 
 
 def _in_both_planes(plane: Array) -> Array:

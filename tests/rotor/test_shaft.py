@@ -111,9 +111,9 @@ def test_rotation_is_the_slope_less_the_constant_shear():
     element = elements(uniform(2))[0]
     length, phi, step = element.length, shaft.shear_parameter(element), 1e-5
     fractions = np.array([0.2, 0.5, 0.9])
-    ahead, behind = (shaft.deflection_shapes(element, fractions + sign * step) for sign in (1, -1))
+    ahead, behind = (shaft.deflection_shapes(length, phi, fractions + sign * step) for sign in (1, -1))
     slope = (ahead - behind) / (2 * step * length)
-    shear = slope - shaft.rotation_shapes(element, fractions)
+    shear = slope - shaft.rotation_shapes(length, phi, fractions)
     expected = -phi / (1 + phi) * np.array([1 / length, 0.5, -1 / length, 0.5])
     # Central differences of a cubic err by its third derivative: 12 step² / 6 per length.
     assert np.allclose(shear, expected, atol=1e-8)
