@@ -72,12 +72,12 @@ class Exam(Generic[Stated, Sitting]):
         properties = self.properties(case)
 
         def test(kept: Callable[[Sitting], None]) -> None:
-            _sit(kept, case)
+            sit(kept, case)
 
         return pytest.mark.parametrize("kept", properties, ids=[each.__name__ for each in properties])(test)
 
 
-def _sit(kept: Callable[[Any], None], case: Case) -> None:
+def sit(kept: Callable[[Any], None], case: Case) -> None:
     """Check one property; whatever else the plugin raises is a failure that quotes the property."""
     try:
         kept(case)
@@ -92,7 +92,7 @@ def _sit(kept: Callable[[Any], None], case: Case) -> None:
 def _failure(kept: Callable[[Any], None], case: Case) -> str:
     """Name and reason of a property that a plugin does not keep, on one line; '' where it keeps it."""
     try:
-        _sit(kept, case)
+        sit(kept, case)
     except ExamFailed as failed:
         return f"{kept.__name__}: {' '.join(str(failed).split())}"
     return ""

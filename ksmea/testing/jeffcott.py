@@ -44,7 +44,9 @@ class Jeffcott(Problem):
 
     def at(self, speed: Array, channels: Sequence[Channel]) -> Jeffcott:
         if not all(channel.is_1x for channel in channels):
-            raise SettingError("channels: expected 1X, got another harmonic, at which this rotor is at rest; leave it out")
+            raise SettingError(
+                "channels: expected 1X, got another harmonic, at which this rotor is at rest; leave it out"
+            )
         return replace(self, speed=speed, channels=tuple(channels))
 
     def response(self, x: Array) -> ComplexArray:

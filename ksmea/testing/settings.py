@@ -39,7 +39,9 @@ def settings_are_typed(case: Case) -> None:
     try:
         hints = typing.get_type_hints(plugin)
     except NameError as error:
-        raise ExamFailed(f"expected types that can be resolved, got {error}; import them at the top of its module") from error
+        raise ExamFailed(
+            f"expected types that can be resolved, got {error}; import them at the top of its module"
+        ) from error
     for field in own_fields(plugin):
         has_default = field.default is not dataclasses.MISSING or field.default_factory is not dataclasses.MISSING
         require(has_default, f"a default of the setting {field.name}", "none", "give it one")
@@ -62,7 +64,9 @@ def settings_are_checked(case: Case) -> None:
         except SettingError as error:
             require("\n" not in str(error), f"a refusal of {field.name} in one line", repr(str(error)), do)
         except Exception as error:
-            raise ExamFailed(f"expected a SettingError, got {type(error).__name__} of {field.name}=object(); {do}") from error
+            raise ExamFailed(
+                f"expected a SettingError, got {type(error).__name__} of {field.name}=object(); {do}"
+            ) from error
         else:
             raise ExamFailed(f"expected a SettingError, got none of {field.name}=object(); {do}")
 

@@ -97,7 +97,7 @@ def predicts_in_shape(case: SurrogateCase) -> None:
     require(
         variance is None or (variance.shape == (n, q) and np.all(variance >= 0)),
         f"variances {(n, q)}, none below 0, or None",
-        "shape {}, least {:.3g}".format(variance.shape, np.min(variance)) if variance is not None else "",
+        f"shape {variance.shape}, least {np.min(variance):.3g}" if variance is not None else "",
         "cut rounding off at 0",
     )
 
@@ -107,7 +107,9 @@ def tells_its_error_in_shape(case: SurrogateCase) -> None:
     q, errors = case.outputs.shape[1], case.fitted.leave_one_out()
     if errors is not None:
         right = errors.shape == (q,) and bool(np.all(errors >= 0))
-        require(right, f"{q} errors, none below 0", f"{errors!r:.60}", "take the root of the mean square of each output")
+        require(
+            right, f"{q} errors, none below 0", f"{errors!r:.60}", "take the root of the mean square of each output"
+        )
 
 
 def follows_its_samples(case: SurrogateCase) -> None:
@@ -137,7 +139,9 @@ def order_of_samples_is_none(case: SurrogateCase) -> None:
     order = np.random.default_rng(3).permutation(case.samples)
     found = case.fit(case.points[order], case.outputs[order]).predict(case.new)
     error = case.error(found, case.fitted.predict(case.new))
-    require(error < SAME, "the same predictions", f"others by {error:.3g} standard deviations", "treat all samples alike")
+    require(
+        error < SAME, "the same predictions", f"others by {error:.3g} standard deviations", "treat all samples alike"
+    )
 
 
 def units_of_outputs_do_not_matter(case: SurrogateCase) -> None:
@@ -180,7 +184,9 @@ def grows_by_a_sample(case: SurrogateCase) -> None:
             f"let {name} use the new sample, or leave it out",
         )
     unchanged = np.array_equal(earlier.predict(case.new), before)
-    require(unchanged, "the earlier predictor as it was", "other predictions", "return a new one, and copy what changes")
+    require(
+        unchanged, "the earlier predictor as it was", "other predictions", "return a new one, and copy what changes"
+    )
 
 
 def is_never_fitted(case: SurrogateCase) -> None:
