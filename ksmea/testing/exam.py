@@ -20,8 +20,9 @@ class ExamFailed(AssertionError):
 
 def require(holds: object, expected: str, got: object, do: str) -> None:
     """Raise `ExamFailed` unless a property holds."""
+    __tracebackhide__ = True  # from pytest, which then shows the property
     if not holds:
-        raise ExamFailed(f"expected {expected}, got {got}; {do}")
+        raise ExamFailed(" ".join(f"expected {expected}, got {got}; {do}".split()))
 
 
 @dataclass(frozen=True)
@@ -79,6 +80,7 @@ class Exam(Generic[Stated, Sitting]):
 
 def sit(kept: Callable[[Any], None], case: Case) -> None:
     """Check one property; whatever else the plugin raises is a failure that quotes the property."""
+    __tracebackhide__ = True
     try:
         kept(case)
     except ExamFailed:

@@ -22,9 +22,8 @@ from ksmea.testing.settings import OF_SETTINGS
 
 LARGEST = 0.1  # m: no shaft vibrates by more
 FASTEST = 2e5  # rad/s, 2 million rpm
-MOST_DEVIATION = (
-    6.0  # of the rms of noise in its standard deviations from 1: sampling error, over the root of the number of data
-)
+N_REPEAT = 10  # measurements, whose noise is looked at together
+MOST_ERRORS = 4.0  # sampling errors that the rms of noise may be off: one draw in 16 000
 NO_FILE = {"path": "no_such_file"}
 
 
@@ -43,9 +42,7 @@ class MeasurementCase(Drawn):
         return self.plugin.true_values(self.of)
 
     def measure(self, seed: int) -> Measurement:
-        return self.plugin.measure(
-            self.of, self.truth, np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1])
-        )
+        return self.plugin.measure(self.of, self.truth, *_streams(seed))
 
     @cached_property
     def measurement(self) -> Measurement:
@@ -54,6 +51,11 @@ class MeasurementCase(Drawn):
     def outcome(self, seed: int) -> Array:
         values = np.ravel(self.measure(seed).values)
         return np.concatenate([values.real, values.imag])
+
+
+def _streams(seed: int) -> tuple[np.random.Generator, np.random.Generator]:
+    """Generators of the noise and of what is hidden."""
+    return np.random.default_rng([seed, 0]), np.random.default_rng([seed, 1])
 
 
 def measures_what_it_says(case: MeasurementCase) -> None:
@@ -96,21 +98,22 @@ def noise_is_what_it_tells(case: MeasurementCase) -> None:
     found, noise = case.measurement, case.plugin.noise
     if not case.plugin.noise_known:
         require(found.noise is None, "no noise in the measurement, as noise_known says", "some", "leave it out there")
-    response = case.plugin.response(case.of, case.truth, np.random.default_rng([1, 1]))
-    if response is None or noise is None or noise.is_absent:
+    if noise is None or noise.is_absent:
         return
-    expected = found.seen(response)
+    squares = []
+    for seed in range(N_REPEAT):
+        found = case.measure(seed)
+        response = case.plugin.response(case.of, case.truth, _streams(seed)[1])
+        if response is None:
+            return
+        expected, shape = found.seen(response), found.values.shape
+        require(expected.shape == shape, f"a response {shape}", expected.shape, "one a datum, without noise")
+        squares.append(np.abs((found.values - expected) / noise.sd(np.abs(expected))) ** 2)
+    deviation = float(np.sqrt(np.mean(squares)))
+    sampling_error = 1 / np.sqrt(2 * found.dimensions * np.size(squares))
     require(
-        expected.shape == found.values.shape,
-        f"a response {found.values.shape}",
-        expected.shape,
-        "one a datum, without noise",
-    )
-    deviation = np.sqrt(np.mean(np.abs((found.values - expected) / noise.sd(np.abs(expected))) ** 2))
-    error = MOST_DEVIATION / np.sqrt(2 * found.dimensions * found.values.size)
-    require(
-        abs(deviation - 1) < error,
-        f"noise of 1 ± {error:.2g} times its level",
+        abs(deviation - 1) < MOST_ERRORS * sampling_error,
+        f"noise of 1 ± {MOST_ERRORS * sampling_error:.2g} times its level",
         f"{deviation:.3g} times",
         "draw it by ksmea.measurement.observe, in m",
     )
