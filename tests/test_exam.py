@@ -55,6 +55,7 @@ BROKEN = [
 ]
 
 
+@pytest.mark.filterwarnings("error")
 @pytest.mark.parametrize("group, name", SHIPPED, ids=[" ".join(pair) for pair in SHIPPED])
 def test_what_comes_with_the_project_passes(group, name):
     plugin = registry.create(group, name, REQUIRED.get(name, {}), PARTS)

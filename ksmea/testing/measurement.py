@@ -17,7 +17,7 @@ from ksmea.errors import SettingError
 from ksmea.measurement import KINDS, Measurement
 from ksmea.testing.exam import Exam, ExamFailed, require
 from ksmea.testing.jeffcott import JeffcottRotor
-from ksmea.testing.repeat import OF_DRAWS, Drawn
+from ksmea.testing.repeat import Drawn, same_seed_same_result, shared_generators_play_no_part
 from ksmea.testing.settings import OF_SETTINGS
 
 LARGEST = 0.1  # m: no shaft vibrates by more
@@ -156,7 +156,8 @@ def measurement_properties(case: MeasurementCase) -> Sequence[Callable[[Measurem
         noise_is_what_it_tells,
         true_values_are_of_its_unknowns,
         bad_input_is_refused,
-        *OF_DRAWS,
+        same_seed_same_result,
+        shared_generators_play_no_part,
     )
 
 
