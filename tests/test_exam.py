@@ -1,5 +1,7 @@
 """The exams of `ksmea.testing`: what comes with the project passes, and what breaks a property is told which and why."""
 
+import importlib
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -19,7 +21,9 @@ from problems.rotor_file import RotorFile
 from problems.three_disk import ThreeDisk
 from surrogates.kriging import Kriging
 
-EXAMPLES = Path(__file__).parents[1] / "docs" / "examples"
+DOCS = Path(__file__).parents[1] / "docs"
+EXAMPLES = DOCS / "examples"
+PAGE = (DOCS / "plugins.md").read_text(encoding="utf-8")
 ROTOR = RotorFile(file=str(EXAMPLES / "rotor.yaml"))
 PARTS = {"surrogate": Kriging(), "optimizer": LM(screening=500, starts=3), "samples": 40}  # what methods are made of
 REQUIRED = {  # settings without which a plugin says nothing
@@ -105,33 +109,57 @@ def test_what_is_no_instance_of_the_kind_is_refused(given):
         testing.check_optimizer(given)
 
 
-OUTSIDE = """
-from broken_optimizers import OwnResult, Shrinking
+BROKEN_TOO = """
+from broken_optimizers import OwnResult
 
-from ksmea.testing import check_optimizer
-
-test_mine = check_optimizer.tests(Shrinking())
 test_broken = check_optimizer.tests(OwnResult())
 """
 
 
-def test_one_line_of_a_test_file_is_a_test_for_each_property(tmp_path):
-    (tmp_path / "test_mine.py").write_text(OUTSIDE)
-    options = [
+@pytest.fixture
+def package(tmp_path):
+    """A folder with the files of docs/plugins.md, whose tests sit an optimiser that fails beside the page's."""
+    for name, content in re.findall(r"```python\n# (\S+)\n(.*?)```", PAGE, re.DOTALL):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text(content + (BROKEN_TOO if name.startswith("tests/") else ""))
+    return tmp_path
+
+
+def test_one_line_of_a_test_file_is_a_test_for_each_property(package):
+    paths = f"pythonpath=. {Path(__file__).parent / 'helpers'}"
+    command = [
+        sys.executable,
+        "-m",
+        "pytest",
         "-q",
         "-rA",
         "-p",
         "no:cacheprovider",
-        "--no-header",
+        "--rootdir",
+        ".",
         "-o",
-        f"pythonpath={Path(__file__).parent / 'helpers'}",
+        paths,
+        "tests",
     ]
-    command = [sys.executable, "-m", "pytest", *options, "--rootdir", str(tmp_path), "test_mine.py"]
-    run = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=120, check=False)
+    run = subprocess.run(command, cwd=package, capture_output=True, text=True, timeout=120, check=False)
     assert "1 failed, 31 passed" in run.stdout, run.stdout
-    assert "PASSED test_mine.py::test_mine[ends_with_its_budget]" in run.stdout
-    assert "FAILED test_mine.py::test_broken[returns_the_objectives_result]" in run.stdout
+    where = "tests/test_random_search.py::test_"
+    assert f"PASSED {where}random_search[ends_with_its_budget]" in run.stdout
+    assert f"FAILED {where}broken[returns_the_objectives_result]" in run.stdout
     assert "end with return objective.result()" in run.stdout
+
+
+def test_the_page_quotes_what_a_script_is_told(package, monkeypatch):
+    monkeypatch.syspath_prepend(package)
+    random_search = importlib.import_module("my_package.random_search").RandomSearch()
+    with pytest.raises(testing.ExamFailed) as failed:
+        testing.check_optimizer(random_search)
+    assert str(failed.value).split("\n")[1:] == re.findall(r"```\n(finds_the_minimum_of_a_sphere: .*)\n```", PAGE)
+
+
+def test_the_page_names_every_property():
+    named = set(re.findall(r"`([a-z]+(?:_[a-z]+)+)`", PAGE.partition("## 3.")[2]))
+    assert {kept for _, kept, *_ in BROKEN} <= named
 
 
 def test_only_who_asks_for_tests_needs_pytest():
