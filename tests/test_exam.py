@@ -15,6 +15,7 @@ from broken_surrogates import BROKEN_SURROGATES, FittedTruth, Radial
 from ksmea import registry, testing
 from ksmea.errors import SettingError
 from ksmea.testing.exam import sit
+from ksmea.testing.optimizer import finds_the_minimum_of_a_sphere
 from measurements.synthetic import Synthetic
 from optimizers.lm import LM
 from problems.rotor_file import RotorFile
@@ -151,10 +152,10 @@ def test_one_line_of_a_test_file_is_a_test_for_each_property(package):
 
 def test_the_page_quotes_what_a_script_is_told(package, monkeypatch):
     monkeypatch.syspath_prepend(package)
-    random_search = importlib.import_module("my_package.random_search").RandomSearch()
+    case = testing.check_optimizer.case(importlib.import_module("my_package.random_search").RandomSearch())
     with pytest.raises(testing.ExamFailed) as failed:
-        testing.check_optimizer(random_search)
-    assert str(failed.value).split("\n")[1:] == re.findall(r"```\n(finds_the_minimum_of_a_sphere: .*)\n```", PAGE)
+        sit(finds_the_minimum_of_a_sphere, case)
+    assert f"\nfinds_the_minimum_of_a_sphere: {failed.value}\n" in PAGE
 
 
 def test_the_page_names_every_property():

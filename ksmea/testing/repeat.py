@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import multiprocessing
+import pickle
 import random
 from abc import abstractmethod
 from collections.abc import Callable
@@ -47,12 +48,16 @@ def shared_generators_play_no_part(case: Drawn) -> None:
     found = []
     for seed in (1, 2):
         with global_generators(np.random.default_rng(seed)):
-            before = random.getstate(), str(np.random.get_state())
+            before = _shared_state()
             found.append(case.outcome(1))
-            after = random.getstate(), str(np.random.get_state())
+            after = _shared_state()
         library = "a library that draws from them goes inside ksmea.global_generators.global_generators(rng)"
         require(before == after, "random and numpy.random left as they were", "another state", library)
     _require_same(found[0], found[1], "with other states of random and numpy.random", f"{DRAW}; {library}")
+
+
+def _shared_state() -> bytes:
+    return pickle.dumps((random.getstate(), np.random.get_state()))
 
 
 def in_fresh_process(function: Callable[[int], Array], seed: int) -> Array:
@@ -68,13 +73,8 @@ def in_fresh_process(function: Callable[[int], Array], seed: int) -> Array:
 
 
 def _require_same(first: Array, again: Array, where: str, do: str) -> None:
-    apart = first.shape != again.shape or np.flatnonzero(first != again)
-    require(
-        np.array_equal(first, again, equal_nan=True),
-        f"the same {first.size} numbers {where}",
-        "another number of them" if apart is True else f"{len(np.atleast_1d(apart))} that differ",
-        do,
-    )
+    apart = "another count" if first.shape != again.shape else f"{np.count_nonzero(first != again)} that differ"
+    require(np.array_equal(first, again, equal_nan=True), f"the same {first.size} numbers {where}", apart, do)
 
 
 OF_DRAWS = (same_seed_same_result, workers_give_the_same, shared_generators_play_no_part)

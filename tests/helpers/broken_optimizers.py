@@ -190,7 +190,7 @@ BROKEN_OPTIMIZERS = [
         WithoutHelp(),
         r"help text of the setting pace, got none; write pace: … = ksmea.setting",
     ),
-    ("settings_are_typed", WithPath(), r"file as plain data, got <class 'pathlib.*Path'>.*; give it a type"),
+    ("settings_are_typed", WithPath(), r"of the setting file that a plan can hold, got a Path; give it bool, int"),
     ("settings_are_checked", Unchecked(), r"a SettingError, got none of points=object\(\); type points and call super"),
     ("it_is_frozen_and_pickles", Undecorated(), r"frozen dataclass Undecorated, .*; write that above the class"),
     ("asks_within_bounds", BeyondBounds(), r"coordinates from 0 to 1, got one that is 0\.\d+ outside; clip"),
