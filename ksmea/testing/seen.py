@@ -27,7 +27,8 @@ ROUNDING = 1e-9  # of a response, which a step divides
 
 @dataclass(frozen=True)
 class Seen:
-    """A problem as one of the forms of a plugin makes it, and points (n, d) SI at which it is looked at."""
+    """A problem that a plugin makes, and points (n, d) SI at which it is looked at; `label` ends messages with where an effect
+    sits: '' or ' at 0.5 m'."""
 
     label: str
     problem: Problem
