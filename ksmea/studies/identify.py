@@ -16,6 +16,7 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.contracts import Method, Problem
+from ksmea.counted_surrogate import PredictionCount, with_counted_surrogate
 from ksmea.cramer_rao import Identifiability, identifiability
 from ksmea.diagnosis.fit_quality import fit_quality
 from ksmea.diagnosis.fitting import Fit, likely_maxima
@@ -28,7 +29,6 @@ from ksmea.likelihood import Likelihood, Point
 from ksmea.load import FORCE
 from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement, Noise
-from ksmea.misfit import Misfit
 from ksmea.model import Count, CountedProblem, Model
 from ksmea.parameters import Parameter, Parameters
 from ksmea.records.identification import (
@@ -42,6 +42,7 @@ from ksmea.records.identification import (
     UpdateRecord,
 )
 from ksmea.records.record import finite
+from ksmea.records.trace import TraceRecord
 from ksmea.run_differences import as_searched
 from ksmea.simulated_rise import can_be_simulated, simulated_rise
 from ksmea.studies.both_ways import both_ways
@@ -54,6 +55,7 @@ from ksmea.studies.repeats import repeats_of
 from ksmea.studies.slips import slips
 from ksmea.studies.stability import stability_of
 from ksmea.studies.weights import weights_found
+from ksmea.trace import TracedProblem, comparable_misfit, thinned
 from ksmea.units import TURN
 
 AUTO = "auto"
@@ -106,11 +108,14 @@ def identification(
     testable = can_be_tested(measurement.layout, n_unknown, with_noise=with_noise)
     counted = CountedProblem(problem)
     searched, data = as_searched(counted, measurement)
-    found = method.identify(searched, data, streams)
+    predictions = PredictionCount()
+    traced = TracedProblem(searched, data, predictions)
+    found = with_counted_surrogate(method, predictions).identify(traced, data, streams)
+    trace = thinned(traced.improvements, found.stages)
     if measurement.is_by_differences and (measurement.noise is None or measurement.has_noise):
         found = dataclasses.replace(found, x=_nearest(counted, measurement, found.x))
     found = _within_a_turn(problem.parameters, found)
-    record = _method_record(*as_searched(problem, measurement), found, counted.count)
+    record = _method_record(*as_searched(problem, measurement), found, counted.count, trace)
     noise = measurement.noise
     if intervals != "none" and (noise is None or measurement.has_noise):
         record, noise = _with_intervals(
@@ -179,7 +184,7 @@ def _within_a_turn(parameters: Parameters, found: Identification) -> Identificat
 
 
 def _method_record(
-    problem: Problem, measurement: Measurement, found: Identification, took: Count
+    problem: Problem, measurement: Measurement, found: Identification, took: Count, trace: TraceRecord
 ) -> IdentificationRecord:
     """What the method itself found, and what it took of the true model by our own count, whatever it says."""
     if not np.all(np.isfinite(found.x)):
@@ -191,7 +196,7 @@ def _method_record(
             ParameterRecord(parameter.name, parameter.unit, parameter.si_per_unit, float(value), at)
             for parameter, value, at in zip(problem.parameters, found.x, found.at_limit)
         ),
-        misfit=finite(_likelihood_misfit(problem, measurement, found.x)),
+        misfit=finite(comparable_misfit(measurement)(problem.response(found.x[None]))[0]),
         updates=found.updates,
         model_evaluations=took.evaluations,
         model_jacobians=took.jacobians,
@@ -204,17 +209,13 @@ def _method_record(
                 finite(update.misfit),
                 finite(update.smc),
                 finite(update.sdf),
+                None if update.polish_gain is None else finite(update.polish_gain),
             )
             for update in found.history
         ),
         notes={name: finite(value) for name, value in found.notes.items()},
+        trace=trace,
     )
-
-
-def _likelihood_misfit(problem: Problem, measurement: Measurement, x: Array) -> float:
-    """The likelihood misfit at x (d,) SI: the same form whatever a method minimised, to compare them by."""
-    misfit = Misfit(measurement, "likelihood")
-    return float(misfit.value(misfit.observed(problem.response(x[None])))[0])
 
 
 def _with_intervals(
