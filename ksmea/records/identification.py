@@ -210,6 +210,11 @@ class IdentificationRecord(Record):
         return np.array([parameter.value for parameter in self.parameters])
 
     @property
+    def stage(self) -> str:
+        """The stage of the method that the identified values are of; '' where it tells none."""
+        return self.trace.stages[-1].name if self.trace is not None and self.trace.stages else ""
+
+    @property
     def ended_short(self) -> bool:
         """Whether the method stopped elsewhere than at the maximum that intervals and noise belong to."""
         return any(parameter.ended_short for parameter in self.parameters)
