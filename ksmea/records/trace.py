@@ -48,10 +48,9 @@ class TraceRecord:
 
     def check(self, d: int) -> None:
         """Raise `SettingError` where columns differ in length, or points have not d values."""
-        columns = (self.jacobians, self.surrogate_evaluations, self.misfit, self.seconds, self.x, self.error)
-        may_be_empty = (self.x, self.error)
         n = len(self.evaluations)
-        if any(len(column) != n for column in columns if column or column not in may_be_empty):
+        columns = (self.jacobians, self.surrogate_evaluations, self.misfit, self.seconds, self.x or self.misfit)
+        if any(len(column) != n for column in (*columns, self.error or self.misfit)):
             raise SettingError(f"trace: expected {n} entries in each column, got another number of them")
         if any(len(x) != d for x in (*self.x, *(stage.x for stage in self.stages))):
             raise SettingError(f"trace: expected {d} values at each point, got another number of them")
