@@ -20,6 +20,7 @@ from ksmea.contracts import Problem
 from ksmea.counted_surrogate import PredictionCount
 from ksmea.deviance import deviance, reference_variance
 from ksmea.identification import Stage
+from ksmea.kind import Kind
 from ksmea.measurement import Measurement
 from ksmea.misfit import Misfit
 from ksmea.model import CountedProblem
@@ -43,8 +44,9 @@ def comparable_misfit(measurement: Measurement) -> Callable[[ComplexArray], Arra
     reference, kind = reference_variance(noise.variance(np.abs(values)), values), measurement.kind
 
     def deviances(response: ComplexArray) -> Array:
-        squared = np.abs(kind.seen(response) - values) ** 2
-        return deviance(squared, noise.variance(np.abs(response)), reference, kind, axis=(1, 2))
+        amplitude = np.abs(response)
+        seen = amplitude if kind is Kind.AMPLITUDE else response
+        return deviance(np.abs(seen - values) ** 2, noise.variance(amplitude), reference, kind, axis=(1, 2))
 
     return deviances
 

@@ -106,16 +106,15 @@ def identification(
     n_unknown, with_noise = len(problem.parameters), measurement.noise is None and intervals != "none"
     require_enough(measurement.layout, n_unknown, with_noise=with_noise)
     testable = can_be_tested(measurement.layout, n_unknown, with_noise=with_noise)
-    counted = CountedProblem(problem)
-    searched, data = as_searched(counted, measurement)
     predictions = PredictionCount()
+    searched, data = as_searched(problem, measurement)
     traced = TracedProblem(searched, data, predictions)
     found = with_counted_surrogate(method, predictions).identify(traced, data, streams)
     trace = thinned(traced.improvements, found.stages)
     if measurement.is_by_differences and (measurement.noise is None or measurement.has_noise):
-        found = dataclasses.replace(found, x=_nearest(counted, measurement, found.x))
+        found = dataclasses.replace(found, x=_nearest(CountedProblem(problem, traced.count), measurement, found.x))
     found = _within_a_turn(problem.parameters, found)
-    record = _method_record(*as_searched(problem, measurement), found, counted.count, trace)
+    record = _method_record(searched, data, found, traced.count, trace)
     noise = measurement.noise
     if intervals != "none" and (noise is None or measurement.has_noise):
         record, noise = _with_intervals(
