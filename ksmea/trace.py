@@ -35,20 +35,30 @@ DIGITS, SECONDS_DIGITS = 10, 4  # that are kept of misfits and values, and of ti
 def comparable_misfit(measurement: Measurement) -> Callable[[ComplexArray], Array]:
     """What gives the misfit (k,) of responses (k, n_speed, n_channel), m, by which methods are compared.
 
-    The likelihood misfit (`ksmea.misfit`): the deviance where noise of known level is in the data, else the sum of squares with
-    equal weights in relative terms.
+    It is the deviance (`ksmea.deviance`). Where the noise's level is not known, it is taken as relative, at the level that fits the
+    residuals of each response best; of data without noise it is the likelihood misfit (`ksmea.misfit`).
     """
-    misfit, noise, values = Misfit(measurement, "likelihood"), measurement.noise, measurement.values
-    if noise is None or not measurement.has_noise:
+    noise, values, kind = measurement.noise, measurement.values, measurement.kind
+    if noise is not None and noise.is_absent:
+        misfit = Misfit(measurement, "likelihood")
         return lambda response: misfit.value(misfit.observed(response))
-    reference, kind = reference_variance(noise.variance(np.abs(values)), values), measurement.kind
+    measured = np.abs(values)
+    reference = reference_variance(measured**2 if noise is None else noise.variance(measured), values)
 
     def deviances(response: ComplexArray) -> Array:
         amplitude = np.abs(response)
         seen = amplitude if kind is Kind.AMPLITUDE else response
-        return deviance(np.abs(seen - values) ** 2, noise.variance(amplitude), reference, kind, axis=(1, 2))
+        squared = np.abs(seen - values) ** 2
+        variance = _fitting_variance(amplitude, squared) if noise is None else noise.variance(amplitude)
+        return deviance(squared, variance, reference, kind, axis=(1, 2))
 
     return deviances
+
+
+def _fitting_variance(amplitude: Array, squared: Array) -> Array:
+    """Variances (k, n_speed, n_channel), m², of relative noise at the most likely level of each response."""
+    level = np.mean(squared / amplitude**2, axis=(1, 2), keepdims=True)
+    return np.asarray(np.maximum(level, np.finfo(float).tiny) * amplitude**2)
 
 
 @dataclass(frozen=True)

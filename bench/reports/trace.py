@@ -5,12 +5,13 @@ where that is 0 at `JACOBIAN_AS_EVALUATIONS`. A run keeps what it has when it en
 as infinitely far, so that medians and quartiles are of all planned runs.
 
 The excess is the misfit above that at the maximum of the likelihood nearest to the truth, or where nobody knows that at the maximum
-that the run's intervals belong to. With noise of known level it is a deviance, whatever the problem: below about 1 the data
-hardly tell the point from that maximum.
+that the run's intervals belong to: a deviance, whatever the problem. Below about 1 the data hardly tell the point from that
+maximum.
 """
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -36,17 +37,17 @@ OF_STAGES = ("stage", "evaluations", "jacobians", "excess", "error", "runs")
 
 @dataclass(frozen=True)
 class Traced:
-    """A run's trace, what the whole run took of the true model, and the misfit that excess is above."""
+    """A run's trace, and what the whole run took of the true model."""
 
     trace: TraceRecord
     evaluations: int
     jacobians: int
-    least: float | None
 
     @property
     def excess(self) -> Array:
         """(n,); not a number where nobody knows the maximum."""
-        return np.array(self.trace.misfit) - (np.nan if self.least is None else self.least)
+        excess = self.trace.excess
+        return np.full(len(self.trace.misfit), np.nan) if excess is None else excess
 
     @property
     def error(self) -> Array:
@@ -64,13 +65,10 @@ def _traced(line: RunLine) -> Traced | None:
     record = line.record(IdentificationRecord) if line.has_result else None
     if record is None or record.trace is None:
         return None
-    return Traced(record.trace, record.model_evaluations, record.model_jacobians, _least(record, record.trace))
-
-
-def _least(record: IdentificationRecord, trace: TraceRecord) -> float | None:
-    if trace.least is not None or record.intervals is None or record.intervals.noise.estimated:
-        return trace.least
-    return record.deviance
+    trace = record.trace
+    if trace.least is None and record.intervals is not None and not record.intervals.noise.estimated:
+        trace = dataclasses.replace(trace, least=record.deviance)
+    return Traced(trace, record.model_evaluations, record.model_jacobians)
 
 
 def jacobian_price(cell: Cell) -> int:

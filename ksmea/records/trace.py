@@ -39,7 +39,7 @@ class TraceRecord:
     evaluations: tuple[int, ...]  # of the true model, those of the improvement included
     jacobians: tuple[int, ...]
     surrogate_evaluations: tuple[int, ...]  # points that a surrogate has predicted
-    misfit: tuple[float, ...]  # as `IdentificationRecord.misfit`
+    misfit: tuple[float, ...]  # of `ksmea.trace.comparable_misfit`
     seconds: tuple[float, ...]  # since the method began
     x: tuple[tuple[float, ...], ...] = ()  # (d,) SI each
     error: tuple[float, ...] = ()

@@ -29,6 +29,7 @@ from ksmea.likelihood import Likelihood, Point
 from ksmea.load import FORCE
 from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement, Noise
+from ksmea.misfit import Misfit
 from ksmea.model import Count, CountedProblem, Model
 from ksmea.parameters import Parameter, Parameters
 from ksmea.records.identification import (
@@ -55,7 +56,7 @@ from ksmea.studies.repeats import repeats_of
 from ksmea.studies.slips import slips
 from ksmea.studies.stability import stability_of
 from ksmea.studies.weights import weights_found
-from ksmea.trace import TracedProblem, comparable_misfit, thinned
+from ksmea.trace import TracedProblem, thinned
 from ksmea.units import TURN
 
 AUTO = "auto"
@@ -195,7 +196,7 @@ def _method_record(
             ParameterRecord(parameter.name, parameter.unit, parameter.si_per_unit, float(value), at)
             for parameter, value, at in zip(problem.parameters, found.x, found.at_limit)
         ),
-        misfit=finite(comparable_misfit(measurement)(problem.response(found.x[None]))[0]),
+        misfit=finite(_likelihood_misfit(problem, measurement, found.x)),
         updates=found.updates,
         model_evaluations=took.evaluations,
         model_jacobians=took.jacobians,
@@ -215,6 +216,12 @@ def _method_record(
         notes={name: finite(value) for name, value in found.notes.items()},
         trace=trace,
     )
+
+
+def _likelihood_misfit(problem: Problem, measurement: Measurement, x: Array) -> float:
+    """The likelihood misfit at x (d,) SI: the same form whatever a method minimised, to compare them by."""
+    misfit = Misfit(measurement, "likelihood")
+    return float(misfit.value(misfit.observed(problem.response(x[None])))[0])
 
 
 def _with_intervals(

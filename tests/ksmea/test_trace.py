@@ -90,11 +90,25 @@ def test_the_misfit_of_noisy_data_is_the_deviance_of_the_likelihood(rotor, kind,
     assert found == pytest.approx([likelihood.deviance(point) for point in u], rel=1e-9)  # another order of sums
 
 
-@pytest.mark.parametrize("noise", [None, Noise(0.0, 0.0)])
-def test_without_noise_of_known_level_it_is_the_misfit_by_which_records_are_compared(rotor, noise):
-    measurement = dataclasses.replace(measured(rotor, TRUTH, noise=Noise(0.1, 0.0)), noise=noise)
+@pytest.mark.parametrize("kind", ["amplitude", "complex"])
+def test_where_the_level_is_not_known_it_is_the_least_deviance_of_any_relative_level(rotor, kind):
+    measurement = dataclasses.replace(measured(rotor, TRUTH, kind, Noise(0.1, 0.0)), noise=None)
+    likelihood = Likelihood(Model(rotor), measurement)
+    for factor in (1.0, 1.1):
+        u = rotor.parameters.to_cube(factor * TRUTH)
+        levels = np.log(np.geomspace(0.05, 5.0, 2001))
+        deviances = [likelihood.deviance(np.array([*u, level, -800.0])) for level in levels]  # no floor
+        [found] = comparable_misfit(measurement)(rotor.response(factor * TRUTH[None]))
+        # levels lie 0.23 % apart, and N real numbers make a parabola of 2 N in ln ρ: 2 · 212 · 0.0012² at most
+        assert 0 <= min(deviances) - found < 1e-3
+        assert 0 < np.argmin(deviances) < 2000
+
+
+def test_of_exact_data_it_is_the_likelihood_misfit(rotor):
+    measurement = measured(rotor, TRUTH)
     response = rotor.response(1.1 * TRUTH[None])
     misfit = Misfit(measurement, "likelihood")
+    assert comparable_misfit(measurement)(rotor.response(TRUTH[None])) == pytest.approx([0.0], abs=1e-12)
     assert comparable_misfit(measurement)(response) == pytest.approx(misfit.value(misfit.observed(response)))
 
 
