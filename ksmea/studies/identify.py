@@ -187,8 +187,9 @@ def _method_record(
     problem: Problem, measurement: Measurement, found: Identification, took: Count, trace: TraceRecord
 ) -> IdentificationRecord:
     """What the method itself found, and what it took of the true model by our own count, whatever it says."""
-    if not np.all(np.isfinite(found.x)):
-        raise ArithmeticError(f"the identified values are not finite: {found.x}")
+    for x in (found.x, *(stage.x for stage in found.stages)):
+        if not np.all(np.isfinite(x)):
+            raise ArithmeticError(f"the identified values are not finite: {x}")
     return IdentificationRecord(
         status="budget" if found.was_cut_short else "done",
         stop=found.stop,

@@ -136,6 +136,21 @@ def test_a_method_that_tells_otherwise_has_the_trace_of_what_it_asked(rotor):
     assert trace.least is None and trace.error == ()  # nobody told the truth
 
 
+@dataclasses.dataclass(frozen=True)
+class LosesItsWay(Method):
+    """A first stage that ends nowhere."""
+
+    def identify(self, problem, measurement, streams):
+        stages = (Stage("search", np.full(5, np.nan), 0, 0), Stage("final step", TRUTH, 0, 0))
+        return Identification(TRUTH, (False,) * 5, 1.0, "optimizer", 0, 0, 0, 0, SECONDS, stages=stages)
+
+
+def test_a_stage_that_ends_nowhere_is_refused(rotor):
+    measurement = measured(rotor, TRUTH, "amplitude", Noise(0.1, 0.0))
+    with pytest.raises(ArithmeticError, match="not finite"):
+        identification(rotor, measurement, LosesItsWay(), streams(), intervals="none", crlb=False)
+
+
 def run(rotor, measurement, method):
     return identification(rotor, measurement, method, streams(), intervals="none", crlb=False)
 
