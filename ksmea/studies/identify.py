@@ -23,7 +23,7 @@ from ksmea.diagnosis.fitting import Fit, likely_maxima
 from ksmea.difference_likelihood import likelihood_of
 from ksmea.errors import LONGEST_NAME, SettingError, shortened
 from ksmea.harmonics import answered
-from ksmea.identification import Identification, Streams, at_limit
+from ksmea.identification import Identification, Stage, Streams, at_limit
 from ksmea.intervals import Estimate, Interval, estimate
 from ksmea.likelihood import Likelihood, Point
 from ksmea.load import FORCE
@@ -60,6 +60,7 @@ from ksmea.trace import TracedProblem, thinned
 from ksmea.units import TURN
 
 AUTO = "auto"
+OF_DIFFERENCES = "likelihood of differences"  # the name of a stage
 INTERVALS = ("profile", "information", "none")
 FEW_DATA = 10  # for each unknown and noise level: with fewer, intervals hold what is likely all over the box
 LACK_OF_FIT_LEVEL = 0.01  # chance of rejecting a right model
@@ -111,9 +112,9 @@ def identification(
     searched, data = as_searched(problem, measurement)
     traced = TracedProblem(searched, data, predictions)
     found = with_counted_surrogate(method, predictions).identify(traced, data, streams)
-    trace = thinned(traced.improvements, found.stages)
     if measurement.is_by_differences and (measurement.noise is None or measurement.has_noise):
-        found = dataclasses.replace(found, x=_nearest(CountedProblem(problem, traced.count), measurement, found.x))
+        found = _at_nearest(found, CountedProblem(problem, traced.count), measurement)
+    trace = thinned(traced.improvements, found.stages)
     found = _within_a_turn(problem.parameters, found)
     record = _method_record(searched, data, found, traced.count, trace)
     noise = measurement.noise
@@ -168,11 +169,15 @@ def location_options(unmodelled: str, level: float) -> LocationOptions | None:
     return LocationOptions(interval_level=level, positions=[position], kinds=[FORCE])
 
 
-def _nearest(problem: Problem, measurement: Measurement, x: Array) -> Array:
-    """The maximum of the likelihood nearest to x (d,) SI: of differences, where a search takes their noise for independent."""
-    likelihood, parameters = likelihood_of(Model(problem), measurement), problem.parameters
-    nearest = nearest_maximum(likelihood, np.clip(parameters.to_cube(x), 0.0, 1.0))
-    return parameters.to_si(nearest.theta[: likelihood.d])
+def _at_nearest(found: Identification, counted: CountedProblem, measurement: Measurement) -> Identification:
+    """What was found, and as one more stage the maximum of the likelihood nearest to it: of differences, where a search takes
+    their noise for independent."""
+    likelihood, parameters, count = likelihood_of(Model(counted), measurement), counted.parameters, counted.count
+    stages = found.stages or (Stage("search", found.x, count.evaluations, count.jacobians),)
+    nearest = nearest_maximum(likelihood, np.clip(parameters.to_cube(found.x), 0.0, 1.0))
+    x = parameters.to_si(nearest.theta[: likelihood.d])
+    stages = (*stages, Stage(OF_DIFFERENCES, x, count.evaluations, count.jacobians))
+    return dataclasses.replace(found, x=x, stages=stages)
 
 
 def _within_a_turn(parameters: Parameters, found: Identification) -> Identification:
