@@ -383,7 +383,7 @@ class Method(Settings):
     def identify(self, problem: Problem, measurement: Measurement, streams: Streams) -> Identification:
         """The values that agree best with the measurement. A problem that is not seen as the measurement is a
         `SettingError`; `ksmea.alignment.aligned` makes the one that is. The problem that an identification hands over
-        counts what it is asked (`ksmea.model.CountedProblem`), and its record has that count."""
+        counts what it is asked and keeps each improvement (`ksmea.trace.TracedProblem`), and its record has both."""
 
 
 CONTRACTS: Mapping[str, type[Settings]] = MappingProxyType(

@@ -10,8 +10,8 @@ import numpy as np
 
 from ksmea.contracts import Method, Optimizer, Problem
 from ksmea.errors import BudgetSpent
-from ksmea.final_step import most_likely
-from ksmea.identification import Identification, Streams, at_limit
+from ksmea.final_step import FINAL_STEP, most_likely
+from ksmea.identification import Identification, Stage, Streams, at_limit
 from ksmea.measurement import Measurement
 from ksmea.misfit import FORMS, Misfit
 from ksmea.model import Model, model_objective
@@ -23,7 +23,7 @@ class Direct(Method):
     """Minimise the misfit of the true model with the optimiser alone, as Table 6 does with DE, PSO and GA.
 
     Where the noise's level is not known, the optimiser searches with equal weights in relative terms, and the maximum
-    of the likelihood nearest to its optimum, the noise estimated along, is the end.
+    of the likelihood nearest to its optimum, the noise estimated along, is the end unless `final_step` says otherwise.
     """
 
     optimizer: Optimizer = part("what searches the true model")
@@ -33,6 +33,11 @@ class Direct(Method):
         0,
         "evaluations that one Jacobian counts as in the budget; 0: it is counted apart, and costs nothing",
         at_least=0,
+    )
+    final_step: bool | None = setting(
+        None,
+        "end at the maximum of the likelihood nearest to the optimiser's optimum; null: where the likelihood is searched for"
+        " and the noise's level is not known",
     )
 
     def validate(self, problem: Problem) -> None:
@@ -49,8 +54,10 @@ class Direct(Method):
         if not np.isfinite(minimum.value):
             raise ArithmeticError(f"none of the {objective.evaluations} points of the optimiser has a finite misfit")
         u, value = minimum.u, minimum.value - misfit.offset
-        if self.misfit == "likelihood" and measurement.noise is None:
-            u, value = most_likely(model, measurement, u) or (u, value)
+        stages = [Stage("search", problem.parameters.to_si(u), model.evaluations, model.jacobians)]
+        if self._ends_in_final_step(measurement) and (found := most_likely(model, measurement, u)) is not None:
+            u, value = found
+            stages.append(Stage(FINAL_STEP, problem.parameters.to_si(u), model.evaluations, model.jacobians))
         total = time.perf_counter() - started
         return Identification(
             x=problem.parameters.to_si(u),
@@ -62,4 +69,10 @@ class Direct(Method):
             model_jacobians=model.jacobians,
             surrogate_evaluations=0,
             seconds={"model": model.seconds, "surrogate": 0.0, "search": total - model.seconds, "total": total},
+            stages=tuple(stages),
         )
+
+    def _ends_in_final_step(self, measurement: Measurement) -> bool:
+        if self.final_step is None:
+            return self.misfit == "likelihood" and measurement.noise is None
+        return self.final_step

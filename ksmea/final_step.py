@@ -13,6 +13,8 @@ from ksmea.measurement import Measurement
 from ksmea.misfit import Misfit
 from ksmea.model import Model, model_objective
 
+FINAL_STEP = "final step"  # the stage's name
+
 
 def most_likely(model: Model, measurement: Measurement, start: Array) -> tuple[Array, float] | None:
     """The maximum (d,) nearest to a point of the unit cube and its deviance, with the noise estimated along where its

@@ -32,6 +32,19 @@ class Update:
     smc: float
     sdf: float  # m
     sum_of_amplitudes: float  # Σ|y_FE|, m: what sdf is to be compared with
+    polish_gain: float | None = (
+        None  # how far the polish came below the optimiser's misfit on the surrogate; None without
+    )
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A part of a method as it ended: the point that it left to the next one, and what all until then took of the true model."""
+
+    name: str
+    x: Array  # (d,) SI
+    evaluations: int
+    jacobians: int
 
 
 @dataclass(frozen=True)
@@ -41,6 +54,7 @@ class Identification:
     `stop` is one of: smc, sdf, repeated (the optimum is a sample already), updates, budget, optimizer.
     Evaluations and Jacobians are what the method counts; a record has the study's own count (`ksmea.studies.identify`).
     `seconds` splits the wall time into model, surrogate (fits), search (optimiser and predictions) and total.
+    `stages` are the parts of the method in their order: x is that of the last. Left out: there is only one.
     """
 
     x: Array  # (d,) SI
@@ -56,6 +70,7 @@ class Identification:
     predicted: Array | ComplexArray | None = None  # (n_speed, n_channel) by the surrogate at its last optimum
     modelled: Array | ComplexArray | None = None  # by the true model at the same point
     notes: Mapping[str, float] = field(default_factory=dict)
+    stages: tuple[Stage, ...] = ()
 
     @property
     def was_cut_short(self) -> bool:

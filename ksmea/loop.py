@@ -22,8 +22,8 @@ from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.contracts import Method, Optimizer, Problem, Surrogate
 from ksmea.descent import descend
 from ksmea.errors import BudgetSpent, SettingError
-from ksmea.final_step import most_likely
-from ksmea.identification import Identification, Streams, Update, at_limit
+from ksmea.final_step import FINAL_STEP, most_likely
+from ksmea.identification import Identification, Stage, Streams, Update, at_limit
 from ksmea.measurement import Measurement
 from ksmea.misfit import FORMS, Misfit
 from ksmea.model import Model, TrueModel
@@ -122,6 +122,7 @@ class KSMEA(Method):
         clock = _Clock(model)
         misfit = Misfit(measurement, self.misfit)
         known = _evaluated(latin_hypercube(self.samples, len(problem.parameters), streams.design), model, misfit)
+        stages = [_stage("samples", known, model)]
         predictor: Predictor | None = None
         predicted = None
         history: list[Update] = []
@@ -133,7 +134,7 @@ class KSMEA(Method):
             try:
                 with clock.measures("search"):
                     objective = self._surrogate_objective(misfit, predictor, transform, len(problem.parameters))
-                    u = self._search(objective, streams.optimizer)
+                    u, polish_gain = self._search(objective, streams.optimizer)
                     surrogate_evaluations += objective.evaluations
                     prediction = transform.decode(predictor.predict(u[None]))
                 added = _evaluated(u[None], model, misfit)
@@ -141,13 +142,15 @@ class KSMEA(Method):
                 stop = "budget"
                 break
             predicted = prediction[0]  # not before the true model has been evaluated there: the two go together
-            history.append(_update(u, prediction, added, misfit, problem.parameters))
+            history.append(_update(u, prediction, added, misfit, problem.parameters, polish_gain))
             stop = self._stop(history, known.distance_to(u), model)
             known = known.with_sample(added)
 
         best, best_misfit = known.best()
+        stages.append(_stage("updating steps", known, model))
         if self.final_step and (found := most_likely(model, measurement, best)) is not None:
             best, best_misfit = found
+            stages.append(Stage(FINAL_STEP, problem.parameters.to_si(best), model.evaluations, model.jacobians))
         return Identification(
             x=problem.parameters.to_si(best),
             at_limit=at_limit(best),
@@ -162,6 +165,7 @@ class KSMEA(Method):
             predicted=predicted,
             modelled=None if not history else misfit.observed(known.responses[-1]),
             notes={} if predictor is None else predictor.notes,
+            stages=tuple(stages),
         )
 
     def _fit(
@@ -203,11 +207,14 @@ class KSMEA(Method):
             budget=self.surrogate_budget,
         )
 
-    def _search(self, objective: Objective, rng: np.random.Generator) -> Array:
-        """The optimum (d,) on the surrogate; a spent budget ends the search with the best point seen."""
+    def _search(self, objective: Objective, rng: np.random.Generator) -> tuple[Array, float | None]:
+        """The optimum (d,) on the surrogate, and how far the polish came below the optimiser's; a spent budget ends the search
+        with the best point seen."""
+        before = None
         try:
             self.optimizer.minimize(objective, rng)
             if self.polish:
+                before = objective.result().value
                 descend(objective, objective.result().u, max_iterations=50)
         except BudgetSpent:
             if not objective.was_refused:  # the true model's budget, of a surrogate that evaluates it
@@ -215,7 +222,7 @@ class KSMEA(Method):
         best = objective.result()
         if not np.isfinite(best.value):
             raise ArithmeticError(f"none of the {objective.evaluations} points of the optimiser has a finite misfit")
-        return best.u
+        return best.u, None if before is None else before - best.value
 
     def _stop(self, history: list[Update], distance: float, model: Model) -> str:
         """The reason to stop, or '' to go on; `distance` is that of the new sample to the nearest old one."""
@@ -266,8 +273,18 @@ def _evaluated(points: Array, model: Model, misfit: Misfit) -> _Samples:
     return _Samples(points, responses, misfit.value(misfit.observed(responses)))
 
 
+def _stage(name: str, known: _Samples, model: Model) -> Stage:
+    """A stage that ends with these samples, the best of which it leaves to the next."""
+    return Stage(name, model.problem.parameters.to_si(known.best()[0]), model.evaluations, model.jacobians)
+
+
 def _update(
-    u: Array, predicted: Array | ComplexArray, added: _Samples, misfit: Misfit, parameters: Parameters
+    u: Array,
+    predicted: Array | ComplexArray,
+    added: _Samples,
+    misfit: Misfit,
+    parameters: Parameters,
+    polish_gain: float | None,
 ) -> Update:
     """What an updating step found: prediction (1, n_speed, n_channel) and true model at the surrogate's optimum u."""
     modelled = misfit.observed(added.responses)[0]
@@ -278,6 +295,7 @@ def _update(
         smc=squared_multiple_correlation(predicted[0], modelled, misfit.measurement.values),
         sdf=simple_difference(predicted[0], modelled),
         sum_of_amplitudes=float(np.sum(np.abs(modelled))),
+        polish_gain=polish_gain,
     )
 
 

@@ -33,7 +33,7 @@ from bench.storage.places import PAPER
 from ksmea import registry
 from ksmea.errors import SettingError, unknown
 
-FIGURES = ("updates", "response", "cost")
+FIGURES = ("updates", "response", "cost", "trace")
 # Settings of the whole experiment, which cannot be an axis of it.
 WHOLE = (
     "name",

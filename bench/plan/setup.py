@@ -126,13 +126,15 @@ class Setup:
             )
         return noise
 
-    def crlb(self) -> list[float | None]:
+    def crlb(self, problem: Problem | None = None) -> list[float | None]:
         """Cramér–Rao lower bound (CRLB) of each unknown, SI, as the measurement's noise has it; None where there is none,
-        or no true value to take it at."""
+        or no true value to take it at. `problem` is asked in the place of this setup's own."""
         source = self.source
         if not self.truth or source.noise is None or source.noise.is_absent:
             return [None] * len(self.problem.parameters)
-        found = identifiability(self.problem, self.true_x, source.noise, source.kind, noise_known=source.noise_known)
+        found = identifiability(
+            problem or self.problem, self.true_x, source.noise, source.kind, noise_known=source.noise_known
+        )
         return [float(value) if np.isfinite(value) else None for value in found.crlb]
 
 

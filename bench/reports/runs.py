@@ -69,6 +69,10 @@ def _result_row(record: IdentificationRecord, exact: float | None) -> dict[str, 
     if record.intervals is not None:
         row |= _interval_effort(record.intervals)
         row |= {"search_excess": record.search_excess, "ended_short": record.ended_short}
+    if record.trace is not None:
+        row["stage"] = sys.intern(record.stage)
+    if gains := [update.polish_gain for update in record.history if update.polish_gain is not None]:
+        row["polish_gain"] = float(np.median(gains))
     if record.hidden:
         row[COLUMN] = in_one_line(record.hidden)
     if record.basin_excess is not None:

@@ -19,6 +19,8 @@ from bench.reports.hidden import hidden_paragraph
 from bench.reports.history_figures import MAX_LINES, response_figure, updates_figure
 from bench.reports.runs import runs_frame
 from bench.reports.tables import as_text, csv_text, slips, slips_text, summary_frame
+from bench.reports.trace import read_traces, stages_frame, trace_frame
+from bench.reports.trace_figure import trace_figure
 from ksmea.records.curves import ResponseCurves
 from ksmea.records.identification import IdentificationRecord, UpdateRecord
 from ksmea.show.style import png
@@ -59,6 +61,11 @@ def _figures(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, output: Path
     if "cost" in plan.report.figures and runs["status"].isin(RESULTS).any():
         files[f"{plan.name}_cost.csv"] = lambda: csv_text(cost_frame(plan, runs)).encode()
         files[f"{plan.name}_cost.png"] = lambda: png(cost_figure(cost_frame(plan, runs)))
+    if "trace" in plan.report.figures and (traces := read_traces(plan, output)):
+        by_cost, by_stage = trace_frame(plan, traces), stages_frame(plan, traces)
+        files[f"{plan.name}_trace.csv"] = csv_text(by_cost).encode()
+        files[f"{plan.name}_stages.csv"] = csv_text(by_stage).encode()
+        files[f"{plan.name}_trace.png"] = lambda: png(trace_figure(plan, by_cost, by_stage))
     return files
 
 

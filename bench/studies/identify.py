@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any, ClassVar
+
+import numpy as np
 
 from bench.plan.draw import Draw
 from bench.plan.plan import generator
@@ -18,15 +21,19 @@ from ksmea.errors import SettingError
 from ksmea.harmonics import answered
 from ksmea.identification import Streams
 from ksmea.journal import Journal, JournaledProblem
+from ksmea.likelihood import Point
 from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement
 from ksmea.model import Model
 from ksmea.records.identification import IdentificationRecord
-from ksmea.records.record import Record
+from ksmea.records.record import Record, finite
+from ksmea.records.trace import TraceRecord
+from ksmea.run_differences import as_searched
 from ksmea.settings import setting
 from ksmea.studies.enough_data import require_enough
 from ksmea.studies.identify import AUTO, INTERVALS, identification, location_options
 from ksmea.studies.locate import LocationOptions
+from ksmea.trace import comparable_misfit
 
 
 @dataclass(frozen=True)
@@ -99,12 +106,29 @@ class Identify(Study):
         if response is not None:
             response = response[:, [measurement.channels.index(channel) for channel in used.channels]]
         record = record.with_truth(problem.parameters, setup.truth, response)
-        if self.basin and record.deviance is not None:
-            excess = record.deviance - _deviance_near(setup.true_x, seen, used)
-            record = dataclasses.replace(record, basin_excess=excess)
+        if setup.truth.keys() >= set(problem.parameters.names):
+            near = _maximum_near(setup.true_x, seen, used)
+            if self.basin and near is not None and record.deviance is not None:
+                record = dataclasses.replace(record, basin_excess=record.deviance - near.deviance)
+            record = dataclasses.replace(record, trace=_judged(record.trace, setup, near, seen, used))
         return dataclasses.replace(record, hidden=setup.hidden(draw)).to_data()
 
 
-def _deviance_near(x: Array, problem: Problem, measurement: Measurement) -> float:
-    """The deviance at the maximum of the likelihood nearest to x (d,) SI."""
-    return nearest_maximum(likelihood_of(Model(problem), measurement), problem.parameters.to_cube(x)).deviance
+def _maximum_near(x: Array, problem: Problem, measurement: Measurement) -> Point | None:
+    """The maximum of the likelihood nearest to x (d,) SI; None where the data have no noise, or the search fails."""
+    if measurement.noise is not None and not measurement.has_noise:
+        return None
+    with suppress(np.linalg.LinAlgError):
+        return nearest_maximum(likelihood_of(Model(problem), measurement), problem.parameters.to_cube(x))
+    return None
+
+
+def _judged(
+    trace: TraceRecord | None, setup: Setup, near: Point | None, problem: Problem, measurement: Measurement
+) -> TraceRecord | None:
+    """A trace against the true values and the maximum near them; without noise, which is no maximum, against them alone."""
+    true, parameters = setup.true_x, problem.parameters
+    best = true if near is None else parameters.to_si(near.theta[: len(true)])
+    searched, data = as_searched(problem, measurement)
+    least = finite(comparable_misfit(data)(searched.response(best[None]))[0])
+    return trace and trace.judged(parameters, true, setup.crlb(problem), least)

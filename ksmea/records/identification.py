@@ -19,6 +19,7 @@ from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record
 from ksmea.records.repeats import RepeatsRecord
 from ksmea.records.stability import StabilityRecord
+from ksmea.records.trace import TraceRecord
 from ksmea.records.weights import WeightsRecord
 from ksmea.units import TURN
 
@@ -88,6 +89,7 @@ class UpdateRecord:
     misfit: float | None = None
     smc: float | None = None
     sdf: float | None = None  # m
+    polish_gain: float | None = None
 
 
 @dataclass(frozen=True)
@@ -179,6 +181,7 @@ class IdentificationRecord(Record):
     both_ways: BothWaysRecord | None = None  # of a campaign whose runs differ at common speeds
     weights: WeightsRecord | None = None  # of a campaign with weights on the shaft, with details
     stability: StabilityRecord | None = None  # None without details, and where the problem cannot tell
+    trace: TraceRecord | None = None  # None in older records
 
     def check(self) -> None:
         """Raise `SettingError` where values, updates, correlations or curves do not belong to the parameters."""
@@ -190,6 +193,8 @@ class IdentificationRecord(Record):
         if any(len(update.x) != len(names) for update in self.history):
             raise SettingError("history: expected a value for each parameter, got another number of them")
         check_shape("correlation", self.correlation, len(names), len(names))
+        if self.trace is not None:
+            self.trace.check(len(names))
         for curves in (self.fit, self.curves):
             if curves is not None:
                 curves.check()
@@ -203,6 +208,11 @@ class IdentificationRecord(Record):
     def values(self) -> Array:
         """What is reported (d,) SI: the most likely values where they are known, else the method's."""
         return np.array([parameter.value for parameter in self.parameters])
+
+    @property
+    def stage(self) -> str:
+        """The stage of the method that the identified values are of; '' where it tells none."""
+        return self.trace.stages[-1].name if self.trace is not None and self.trace.stages else ""
 
     @property
     def ended_short(self) -> bool:

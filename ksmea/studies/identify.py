@@ -16,13 +16,14 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.contracts import Method, Problem
+from ksmea.counted_surrogate import PredictionCount, with_counted_surrogate
 from ksmea.cramer_rao import Identifiability, identifiability
 from ksmea.diagnosis.fit_quality import fit_quality
 from ksmea.diagnosis.fitting import Fit, likely_maxima
 from ksmea.difference_likelihood import likelihood_of
 from ksmea.errors import LONGEST_NAME, SettingError, shortened
 from ksmea.harmonics import answered
-from ksmea.identification import Identification, Streams, at_limit
+from ksmea.identification import Identification, Stage, Streams, at_limit
 from ksmea.intervals import Estimate, Interval, estimate
 from ksmea.likelihood import Likelihood, Point
 from ksmea.load import FORCE
@@ -42,6 +43,7 @@ from ksmea.records.identification import (
     UpdateRecord,
 )
 from ksmea.records.record import finite
+from ksmea.records.trace import TraceRecord
 from ksmea.run_differences import as_searched
 from ksmea.simulated_rise import can_be_simulated, simulated_rise
 from ksmea.studies.both_ways import both_ways
@@ -54,9 +56,11 @@ from ksmea.studies.repeats import repeats_of
 from ksmea.studies.slips import slips
 from ksmea.studies.stability import stability_of
 from ksmea.studies.weights import weights_found
+from ksmea.trace import TracedProblem, thinned
 from ksmea.units import TURN
 
 AUTO = "auto"
+OF_DIFFERENCES = "likelihood of differences"  # the name of a stage
 INTERVALS = ("profile", "information", "none")
 FEW_DATA = 10  # for each unknown and noise level: with fewer, intervals hold what is likely all over the box
 LACK_OF_FIT_LEVEL = 0.01  # chance of rejecting a right model
@@ -104,13 +108,15 @@ def identification(
     n_unknown, with_noise = len(problem.parameters), measurement.noise is None and intervals != "none"
     require_enough(measurement.layout, n_unknown, with_noise=with_noise)
     testable = can_be_tested(measurement.layout, n_unknown, with_noise=with_noise)
-    counted = CountedProblem(problem)
-    searched, data = as_searched(counted, measurement)
-    found = method.identify(searched, data, streams)
+    predictions = PredictionCount()
+    searched, data = as_searched(problem, measurement)
+    traced = TracedProblem(searched, data, predictions)
+    found = with_counted_surrogate(method, predictions).identify(traced, data, streams)
     if measurement.is_by_differences and (measurement.noise is None or measurement.has_noise):
-        found = dataclasses.replace(found, x=_nearest(counted, measurement, found.x))
+        found = _at_nearest(found, CountedProblem(problem, traced.count), measurement)
+    trace = thinned(traced.improvements, found.stages)
     found = _within_a_turn(problem.parameters, found)
-    record = _method_record(*as_searched(problem, measurement), found, counted.count)
+    record = _method_record(searched, data, found, traced.count, trace)
     noise = measurement.noise
     if intervals != "none" and (noise is None or measurement.has_noise):
         record, noise = _with_intervals(
@@ -163,11 +169,15 @@ def location_options(unmodelled: str, level: float) -> LocationOptions | None:
     return LocationOptions(interval_level=level, positions=[position], kinds=[FORCE])
 
 
-def _nearest(problem: Problem, measurement: Measurement, x: Array) -> Array:
-    """The maximum of the likelihood nearest to x (d,) SI: of differences, where a search takes their noise for independent."""
-    likelihood, parameters = likelihood_of(Model(problem), measurement), problem.parameters
-    nearest = nearest_maximum(likelihood, np.clip(parameters.to_cube(x), 0.0, 1.0))
-    return parameters.to_si(nearest.theta[: likelihood.d])
+def _at_nearest(found: Identification, counted: CountedProblem, measurement: Measurement) -> Identification:
+    """What was found, and as one more stage the maximum of the likelihood nearest to it: of differences, where a search takes
+    their noise for independent."""
+    likelihood, parameters, count = likelihood_of(Model(counted), measurement), counted.parameters, counted.count
+    stages = found.stages or (Stage("search", found.x, count.evaluations, count.jacobians),)
+    nearest = nearest_maximum(likelihood, np.clip(parameters.to_cube(found.x), 0.0, 1.0))
+    x = parameters.to_si(nearest.theta[: likelihood.d])
+    stages = (*stages, Stage(OF_DIFFERENCES, x, count.evaluations, count.jacobians))
+    return dataclasses.replace(found, x=x, stages=stages)
 
 
 def _within_a_turn(parameters: Parameters, found: Identification) -> Identification:
@@ -179,11 +189,12 @@ def _within_a_turn(parameters: Parameters, found: Identification) -> Identificat
 
 
 def _method_record(
-    problem: Problem, measurement: Measurement, found: Identification, took: Count
+    problem: Problem, measurement: Measurement, found: Identification, took: Count, trace: TraceRecord
 ) -> IdentificationRecord:
     """What the method itself found, and what it took of the true model by our own count, whatever it says."""
-    if not np.all(np.isfinite(found.x)):
-        raise ArithmeticError(f"the identified values are not finite: {found.x}")
+    for x in (found.x, *(stage.x for stage in found.stages)):
+        if not np.all(np.isfinite(x)):
+            raise ArithmeticError(f"the identified values are not finite: {x}")
     return IdentificationRecord(
         status="budget" if found.was_cut_short else "done",
         stop=found.stop,
@@ -204,10 +215,12 @@ def _method_record(
                 finite(update.misfit),
                 finite(update.smc),
                 finite(update.sdf),
+                None if update.polish_gain is None else finite(update.polish_gain),
             )
             for update in found.history
         ),
         notes={name: finite(value) for name, value in found.notes.items()},
+        trace=trace,
     )
 
 

@@ -85,3 +85,13 @@ def test_a_cause_is_not_looked_for_in_differences(study):
     rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5])
     with pytest.raises(SettingError, match="reference: expected all that the runs show"):
         study(rotor, data)
+
+
+def test_the_step_to_the_likelihood_of_differences_hides_no_search():
+    data = _data(2, RUNOUT, known=False)
+    data = dataclasses.replace(data, campaign=dataclasses.replace(data.campaign, reference="bare"))
+    record = ksmea.identify(PROBLEM, data, intervals="none").record
+    *_, before, last = record.trace.stages
+    assert last.name == record.stage == "likelihood of differences" and before.name == "final step"
+    assert last.x == pytest.approx(record.x) and last.x != before.x
+    assert (last.evaluations, last.jacobians) == (record.model_evaluations, record.model_jacobians)

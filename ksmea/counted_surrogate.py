@@ -1,0 +1,91 @@
+"""A surrogate whose predictions are counted by who runs a method, not by the method."""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.contracts import Surrogate
+from ksmea.predictor import Predictor
+
+AnyMethod = TypeVar("AnyMethod")
+
+
+@dataclass
+class PredictionCount:
+    """Points that surrogates have predicted."""
+
+    points: int = 0
+
+
+def with_counted_surrogate(method: AnyMethod, count: PredictionCount) -> AnyMethod:
+    """The same method, its surrogate counted; as it is where it has none, or one that is the true model."""
+    surrogate = getattr(method, "surrogate", None)
+    if not isinstance(surrogate, Surrogate) or surrogate.is_true_model:
+        return method
+    counted = copy.copy(method)
+    object.__setattr__(counted, "surrogate", CountedSurrogate(surrogate, count))  # settings are frozen
+    return counted
+
+
+class CountedPredictor(Predictor):
+    """A predictor that counts the points it predicts. Whatever else it is asked, the one behind answers."""
+
+    def __init__(self, behind: Predictor, count: PredictionCount) -> None:
+        self.behind = behind
+        self.count = count
+
+    def predict(self, u: Array) -> Array:
+        self.count.points += len(u)
+        return self.behind.predict(u)
+
+    def append(self, u: Array, y: Array) -> Predictor | None:
+        appended = self.behind.append(u, y)
+        return None if appended is None else CountedPredictor(appended, self.count)
+
+    def __getattr__(self, name: str) -> Any:
+        return _behind(self, name)
+
+
+@dataclass(frozen=True)
+class CountedSurrogate(Surrogate):
+    """A surrogate whose predictors count. Whatever else it is asked, the one behind answers."""
+
+    behind: Surrogate
+    count: PredictionCount
+
+    def least_samples(self, d: int) -> int:
+        return self.behind.least_samples(d)
+
+    def fit(self, u: Array, y: Array, rng: np.random.Generator) -> Predictor:
+        return CountedPredictor(self.behind.fit(u, y, rng), self.count)
+
+    def refit(self, previous: Predictor, u: Array, y: Array, rng: np.random.Generator) -> Predictor:
+        if isinstance(previous, CountedPredictor):
+            previous = previous.behind
+        return CountedPredictor(self.behind.refit(previous, u, y, rng), self.count)
+
+    def __getattr__(self, name: str) -> Any:
+        return _behind(self, name)
+
+
+def _behind(counted: Any, name: str) -> Any:
+    """An attribute of what is counted, which a copy in the making does not have yet."""
+    if name in ("behind", "count") or name.startswith("__"):
+        raise AttributeError(name)
+    return getattr(counted.behind, name)
+
+
+def _handed_on(name: str) -> property:
+    return property(lambda self: getattr(self.behind, name))
+
+
+# What the contracts have a default for is asked of the one behind too.
+for _counted, _contract in ((CountedPredictor, Predictor), (CountedSurrogate, Surrogate)):
+    for _name in set(vars(_contract)) - set(vars(_counted)):
+        if not _name.startswith("_"):
+            setattr(_counted, _name, _handed_on(_name))

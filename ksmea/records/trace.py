@@ -1,0 +1,92 @@
+"""The trace of a run as data: improvements by column, oldest first, and the stages of its method."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.errors import SettingError
+from ksmea.parameters import Parameters
+
+ERROR_DIGITS = 5  # that are kept of errors
+
+
+@dataclass(frozen=True)
+class StageRecord:
+    """A part of a method as it ended (`ksmea.identification.Stage`); its counts are those of all until then."""
+
+    name: str
+    evaluations: int
+    jacobians: int
+    x: tuple[float, ...]  # (d,) SI
+    error: float | None = None  # as that of improvements
+
+
+@dataclass(frozen=True)
+class TraceRecord:
+    """Improvements of the best misfit that the true model has shown (`ksmea.trace`), thinned; each column has one entry for
+    each. All but `seconds` is the same for the same seed.
+
+    Where the truth is known, `least` is the misfit at the maximum of the likelihood nearest to it, and `error` the root mean
+    square over the unknowns of the deviation from it in units of the CRLB there; x is left out where there are errors.
+    """
+
+    evaluations: tuple[int, ...]  # of the true model, those of the improvement included
+    jacobians: tuple[int, ...]
+    surrogate_evaluations: tuple[int, ...]  # points that a surrogate has predicted
+    misfit: tuple[float, ...]  # of `ksmea.trace.comparable_misfit`
+    seconds: tuple[float, ...]  # since the method began
+    x: tuple[tuple[float, ...], ...] = ()  # (d,) SI each
+    error: tuple[float, ...] = ()
+    least: float | None = None
+    stages: tuple[StageRecord, ...] = ()  # of the method, in their order; none where it tells none
+
+    def check(self, d: int) -> None:
+        """Raise `SettingError` where columns differ in length, or points have not d values."""
+        n = len(self.evaluations)
+        columns = (self.jacobians, self.surrogate_evaluations, self.misfit, self.seconds, self.x or self.misfit)
+        if any(len(column) != n for column in (*columns, self.error or self.misfit)):
+            raise SettingError(f"trace: expected {n} entries in each column, got another number of them")
+        if any(len(x) != d for x in (*self.x, *(stage.x for stage in self.stages))):
+            raise SettingError(f"trace: expected {d} values at each point, got another number of them")
+
+    @property
+    def excess(self) -> Array | None:
+        """How much higher the misfit (n,) is than at the maximum nearest to the truth; None where nobody knows that."""
+        return None if self.least is None else np.array(self.misfit) - self.least
+
+    @property
+    def stage_names(self) -> tuple[str, ...]:
+        """The stage of each improvement, '' where the method tells none."""
+        if not self.stages:
+            return ("",) * len(self.misfit)
+        counts = zip(self.evaluations, self.jacobians)
+        return tuple(self.stages[stage_number(self.stages, *count)].name for count in counts)
+
+    def judged(self, parameters: Parameters, true: Array, crlb: Sequence[float | None], least: float | None) -> Self:
+        """This trace against true values (d,) SI and their CRLB. Unknowns that the data do not tell have no part in errors."""
+        told = np.array([np.nan if bound is None else bound for bound in crlb])
+
+        def error(x: Sequence[float]) -> float:
+            deviations = np.array([parameter.turned(value) for parameter, value in zip(parameters, x - true)])
+            return float(f"{np.sqrt(np.nanmean((deviations / told) ** 2)):.{ERROR_DIGITS}g}")
+
+        if np.all(np.isnan(told)):
+            return dataclasses.replace(self, least=least)
+        return dataclasses.replace(
+            self,
+            x=(),
+            error=tuple(error(x) for x in self.x),
+            least=least,
+            stages=tuple(dataclasses.replace(stage, error=error(stage.x)) for stage in self.stages),
+        )
+
+
+def stage_number(stages: Sequence[StageRecord], evaluations: int, jacobians: int) -> int:
+    """Which of the stages these counts fall into; what comes after all is of the last."""
+    return sum(evaluations > stage.evaluations or jacobians > stage.jacobians for stage in stages[:-1])

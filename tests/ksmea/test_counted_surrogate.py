@@ -1,0 +1,87 @@
+"""A counted surrogate predicts as the one behind, and whatever else it is asked is that one's answer."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from counted_runs import measured, streams
+from ksmea.contracts import Surrogate
+from ksmea.counted_surrogate import CountedPredictor, CountedSurrogate, PredictionCount, with_counted_surrogate
+from ksmea.direct import Direct
+from ksmea.loop import KSMEA
+from ksmea.measurement import Noise
+from ksmea.predictor import Predictor
+from optimizers.de import DE
+from problems.three_disk import ThreeDisk
+from surrogates.kriging import Kriging
+from surrogates.none import NoSurrogate
+
+QUICK = DE(population=10, generations=3)
+
+
+def test_the_method_finds_the_same_and_its_predictions_are_counted():
+    rotor = ThreeDisk().build()
+    measurement = measured(rotor, [50e6, 70e6, 500.0, 700.0, 2e-4], "amplitude", Noise(0.1, 0.0))
+    method, count = KSMEA(Kriging(), QUICK, 30, max_updates=4, refit_every=2), PredictionCount()
+    plain = method.identify(rotor, measurement, streams())
+    counted = with_counted_surrogate(method, count).identify(rotor, measurement, streams())
+    assert np.array_equal(plain.x, counted.x) and plain.notes == counted.notes
+    assert method.surrogate == Kriging()  # the method itself is as it was
+    # the search counts its own points; after each of them the response at its optimum is predicted once
+    assert count.points == counted.surrogate_evaluations + counted.updates > counted.updates
+
+
+def test_what_has_no_surrogate_of_its_own_stays_as_it_is():
+    for method in (Direct(QUICK), KSMEA(NoSurrogate(), QUICK, 30), object()):
+        assert with_counted_surrogate(method, PredictionCount()) is method
+
+
+class Constant(Predictor):
+    best = 3.0
+
+    def predict(self, u):
+        return np.ones((len(u), 1))
+
+    def variance(self, u):
+        return 2.0 * np.ones((len(u), 1))
+
+    def leave_one_out(self):
+        return np.array([0.5])
+
+    @property
+    def notes(self):
+        return {"nugget": 1e-6}
+
+
+@dataclasses.dataclass(frozen=True)
+class OneOfItsOwn(Surrogate):
+    transform = "log"
+    degree: int = 7
+
+    def least_samples(self, d):
+        return 2 * d
+
+    def fit(self, u, y, rng):
+        return Constant()
+
+
+def test_contract_and_what_a_plugin_has_of_its_own_are_those_behind():
+    count = PredictionCount()
+    surrogate = CountedSurrogate(OneOfItsOwn(), count)
+    assert (surrogate.transform, surrogate.degree, surrogate.least_samples(3)) == ("log", 7, 6)
+    assert not surrogate.is_true_model
+    points = np.zeros((4, 2))
+    predictor = surrogate.fit(points, np.zeros((4, 1)), np.random.default_rng(0))
+    assert np.array_equal(predictor.variance(points), 2.0 * np.ones((4, 1))) and predictor.leave_one_out() == [0.5]
+    assert predictor.notes == {"nugget": 1e-6} and predictor.best == 3.0 and predictor.append(points[0], 1.0) is None
+    assert count.points == 0
+    predictor.predict(points)
+    assert count.points == 4
+    with pytest.raises(AttributeError, match="of_nobody"):
+        predictor.of_nobody  # noqa: B018
+
+
+def test_every_member_of_the_contracts_is_counted_or_handed_on():
+    for counted, contract in ((CountedPredictor, Predictor), (CountedSurrogate, Surrogate)):
+        assert {name for name in vars(contract) if not name.startswith("_")} <= set(vars(counted))
