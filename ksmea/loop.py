@@ -285,14 +285,13 @@ class _Samples:
 
 
 def _predicted_residuals(u: Array, misfit: Misfit, predictor: Predictor, transform: Transform) -> tuple[Array, Array]:
-    """Mean and variance (k, m) of the residuals of the true model at points (k, d), as a surrogate predicts them."""
-    variance = predictor.variance(u)
+    """Mean and variance (k, m) of the residuals of the true model at points (k, d), as a surrogate predicts them; one that
+    tells no variance is as uncertain everywhere as its leave-one-out error says, or exact."""
+    outputs, variance = predictor.predict(u), predictor.variance(u)
     if variance is None:
-        raise SettingError(
-            "method.infill=expected_improvement: expected a surrogate that tells its variance, got"
-            f" {type(predictor).__name__}; take surrogate=kriging or gpr"
-        )
-    predicted = transform.decode(predictor.predict(u))
+        own_error = predictor.leave_one_out()
+        variance = np.broadcast_to(0.0 if own_error is None else own_error**2, outputs.shape)
+    predicted = transform.decode(outputs)
     sd = misfit.residual_sd(predicted, transform.spread(np.sqrt(variance), predicted))
     return misfit.residuals(predicted), sd**2
 

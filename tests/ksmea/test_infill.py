@@ -17,6 +17,7 @@ from ksmea.parameters import Parameter, Parameters
 from ksmea.transforms import make_transform
 from optimizers.de import DE
 from surrogates.kriging import Kriging
+from surrogates.none import NoSurrogate
 from surrogates.rsm import ResponseSurface
 
 
@@ -115,11 +116,9 @@ class TwoValleys(Problem):
 LOWEST = 0.7572
 
 
-def identified(infill, seed, **settings):
+def identified(infill, seed, surrogate=Kriging(trend="constant"), samples=4, **settings):  # noqa: B008, frozen values
     problem = Counted(TwoValleys())
-    method = KSMEA(
-        Kriging(trend="constant"), DE(population=20, generations=10), 4, infill=infill, smc=1.0, sdf=0.0, **settings
-    )
+    method = KSMEA(surrogate, DE(population=20, generations=10), samples, infill=infill, smc=1.0, sdf=0.0, **settings)
     found = method.identify(problem, measured(TwoValleys(), [LOWEST], "amplitude", Noise(0.05, 0.0), 7), streams(seed))
     assert problem.points == found.model_evaluations
     return found
@@ -145,10 +144,16 @@ def test_without_infill_one_optimum_is_evaluated():
     assert np.array_equal(one.x, first.x)
 
 
-def test_what_cannot_be_combined_is_refused():
+def test_surrogates_without_a_variance_are_taken_for_exact_or_as_uncertain_as_left_out_samples_say():
+    """The true model itself is exact: expected improvement is then the improvement, largest at the lowest point. A parabola of
+    Forrester's function has large leave-one-out errors, whatever it predicts: points are as uncertain everywhere."""
+    exact = identified("expected_improvement", 1, surrogate=NoSurrogate(), max_updates=1)
+    assert abs(exact.x[0] - LOWEST) < 0.02
+    parabola = identified("expected_improvement", 0, surrogate=ResponseSurface(), samples=6, max_updates=2)
+    assert parabola.updates == 2 and np.isfinite(parabola.misfit)
+
+
+def test_a_misfit_whose_noise_moves_is_refused():
     likelihood = KSMEA(Kriging(), DE(), 4, infill="expected_improvement", misfit="likelihood")
     with pytest.raises(SettingError, match=r"method\.infill: expected a misfit whose noise stays as it is"):
         likelihood.validate(TwoValleys())
-    method = KSMEA(ResponseSurface(), DE(), 8, infill="expected_improvement")
-    with pytest.raises(SettingError, match="expected a surrogate that tells its variance"):
-        method.identify(TwoValleys(), measured(TwoValleys(), [LOWEST], "amplitude"), streams())
