@@ -42,9 +42,6 @@ class DualAnnealing(Optimizer):
         above=1.0,
         at_most=3.0,
     )
-    accept: float = setting(
-        -5.0, "q of the acceptance: lower, fewer steps uphill", source="Xiang et al. 1997", above=-1e4, at_most=-5.0
-    )
     local_search: bool = setting(True, "search locally from better points; false: the classical annealing alone")
 
     def minimize(self, objective: Objective, rng: np.random.Generator) -> Minimum:
@@ -61,7 +58,6 @@ class DualAnnealing(Optimizer):
             initial_temp=self.initial_temp,
             restart_temp_ratio=self.restart_temp_ratio,
             visit=self.visit,
-            accept=self.accept,
             no_local_search=not self.local_search,
             rng=rng,
         )
