@@ -24,6 +24,7 @@ from ksmea.descent import descend
 from ksmea.errors import BudgetSpent, SettingError
 from ksmea.final_step import FINAL_STEP, most_likely
 from ksmea.identification import Identification, Stage, Streams, Update, at_limit
+from ksmea.infill import improvement_residual
 from ksmea.measurement import Measurement
 from ksmea.misfit import FORMS, Misfit
 from ksmea.model import Model, TrueModel
@@ -34,6 +35,8 @@ from ksmea.sampling import latin_hypercube
 from ksmea.settings import part, setting
 from ksmea.stopping import simple_difference, squared_multiple_correlation
 from ksmea.transforms import Transform, make_transform
+
+INFILLS = ("optimum", "expected_improvement", "none")
 
 
 @dataclass(frozen=True)
@@ -47,6 +50,12 @@ class KSMEA(Method):
     optimizer: Optimizer = part("what searches the surrogate")
     samples: int = part("points of the initial design, a Latin hypercube", at_least=1)
     misfit: str = setting("log", "form of the misfit that is minimised on the surrogate", choices=FORMS)
+    infill: str = setting(
+        "optimum",
+        "where the next true evaluation is: at the surrogate's lowest misfit, as the paper does, or where the expected"
+        " improvement of the misfit is largest (`ksmea/infill.py`); none: at the former once, and then the end",
+        choices=INFILLS,
+    )
     surrogate_error: bool = setting(
         True, "add the surrogate's leave-one-out error to the noise, where the surrogate tells it"
     )
@@ -100,6 +109,11 @@ class KSMEA(Method):
                 f"samples: expected at least {least} for this surrogate with {d} unknowns, got {self.samples};"
                 " take more samples, or a lower trend or degree"
             )
+        if self.infill == "expected_improvement" and self.misfit == "likelihood":
+            raise SettingError(
+                "method.infill: expected a misfit whose noise stays as it is for expected_improvement, got likelihood;"
+                " write method.misfit=log"
+            )
         if self.nearest is not None and self.nearest < least:
             raise SettingError(
                 f"method.nearest: expected at least {least} for this surrogate with {d} unknowns, got {self.nearest}"
@@ -133,7 +147,7 @@ class KSMEA(Method):
                 predictor = self._fit(predictor, known, model, transform, streams, len(history))
             try:
                 with clock.measures("search"):
-                    objective = self._surrogate_objective(misfit, predictor, transform, len(problem.parameters))
+                    objective = self._objective(misfit, predictor, transform, known)
                     u, polish_gain = self._search(objective, streams.optimizer)
                     surrogate_evaluations += objective.evaluations
                     prediction = transform.decode(predictor.predict(u[None]))
@@ -190,12 +204,21 @@ class KSMEA(Method):
                 return appended
         return self.surrogate.refit(previous, u, y, streams.surrogate)
 
-    def _surrogate_objective(self, misfit: Misfit, predictor: Predictor, transform: Transform, d: int) -> Objective:
-        """The misfit of the surrogate's response, its own error added to the noise where it tells it."""
+    def _objective(self, misfit: Misfit, predictor: Predictor, transform: Transform, known: _Samples) -> Objective:
+        """What the optimiser minimises to find the next point: the misfit of the surrogate's response, its own error added to
+        the noise where it tells it, or what the true misfit, by the same noise, is expected to improve."""
+        d = known.points.shape[1]
         own_error = predictor.leave_one_out() if self.surrogate_error else None
         if own_error is not None:
             measured = misfit.measurement.values[None]
             misfit = replace(misfit, model_sd=transform.spread(own_error, measured)[0])
+        if self.infill == "expected_improvement":
+            lowest = float(np.min(misfit.value(misfit.observed(known.responses))))
+            return Objective(
+                d,
+                lambda u: improvement_residual(*_predicted_residuals(u, misfit, predictor, transform), lowest),
+                budget=self.surrogate_budget,
+            )
 
         def predicted(u: Array) -> Array | ComplexArray:
             return transform.decode(predictor.predict(u))
@@ -235,7 +258,7 @@ class KSMEA(Method):
             return "repeated"
         if model.is_spent:
             return "budget"
-        return "updates" if len(history) >= self.max_updates else ""
+        return "updates" if self.infill == "none" or len(history) >= self.max_updates else ""
 
 
 @dataclass(frozen=True)
@@ -266,6 +289,18 @@ class _Samples:
             np.concatenate([self.responses, added.responses]),
             np.append(self.misfits, added.misfits),
         )
+
+
+def _predicted_residuals(u: Array, misfit: Misfit, predictor: Predictor, transform: Transform) -> tuple[Array, Array]:
+    """Mean and variance (k, m) of the residuals of the true model at points (k, d), as a surrogate predicts them; one that
+    tells no variance is as uncertain everywhere as its leave-one-out error says, or exact."""
+    outputs, variance = predictor.predict(u), predictor.variance(u)
+    if variance is None:
+        own_error = predictor.leave_one_out()
+        variance = np.broadcast_to(0.0 if own_error is None else own_error**2, outputs.shape)
+    predicted = transform.decode(outputs)
+    sd = misfit.residual_sd(predicted, transform.spread(np.sqrt(variance), predicted))
+    return misfit.residuals(predicted), sd**2
 
 
 def _evaluated(points: Array, model: Model, misfit: Misfit) -> _Samples:

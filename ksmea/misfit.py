@@ -88,6 +88,21 @@ class Misfit:
         d_root = kind.dimensions * d_log_sd / self._root_of_log_term(variance)[..., None]
         return np.concatenate([d_deviation, d_root.reshape(-1, sensitivity.shape[-1])])
 
+    def residual_sd(self, predicted: Array | ComplexArray, sd: Array) -> Array:
+        """Standard deviation (k, m) of the residuals of predicted data, from that of the data, `sd` (k, n_speed, n_channel) m,
+        to first order; of every form but `likelihood`, whose noise moves with the prediction."""
+        scale: Array | float
+        match self.form:
+            case "plain":
+                scale = self._plain_scale
+            case "log":
+                scale = np.abs(predicted) / self._log_weight
+            case "weighted":
+                scale = self._data_sd
+            case _:
+                raise ValueError("misfit: expected plain, weighted or log, got likelihood; take one of these")
+        return np.tile((sd / scale).reshape(len(predicted), -1), self.measurement.kind.dimensions)
+
     def screening(self, predicted: Array | ComplexArray) -> Array:
         """Mean |ln(p / y)| (k,): wide basins where the misfit has narrow valleys, for choosing starts."""
         return mean_log_misfit(log_ratio(predicted, self._nonzero))

@@ -145,15 +145,15 @@ def test_one_line_of_a_test_file_is_a_test_for_each_property(package):
     ]
     run = subprocess.run(command, cwd=package, capture_output=True, text=True, timeout=120, check=False)
     assert "1 failed, 31 passed" in run.stdout, run.stdout
-    where = "tests/test_random_search.py::test_"
-    assert f"PASSED {where}random_search[ends_with_its_budget]" in run.stdout
+    where = "tests/test_uniform_search.py::test_"
+    assert f"PASSED {where}uniform_search[ends_with_its_budget]" in run.stdout
     assert f"FAILED {where}broken[returns_the_objectives_result]" in run.stdout
     assert "end with return objective.result()" in run.stdout
 
 
 def test_the_page_quotes_what_a_script_is_told(package, monkeypatch):
     monkeypatch.syspath_prepend(package)
-    case = testing.check_optimizer.case(importlib.import_module("my_package.random_search").RandomSearch())
+    case = testing.check_optimizer.case(importlib.import_module("my_package.uniform_search").UniformSearch())
     with pytest.raises(testing.ExamFailed) as failed:
         sit(finds_the_minimum_of_a_sphere, case)
     assert f"\nfinds_the_minimum_of_a_sphere: {failed.value}\n" in PAGE

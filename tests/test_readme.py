@@ -29,10 +29,10 @@ def test_from_python(tmp_path, monkeypatch, capsys):
 
 
 def test_bring_a_plugin():
-    names = {"__name__": "random_search"}
+    names = {"__name__": "uniform_search"}
     exec(block("Bring a plugin"), names)  # noqa: S102
     objective = names["Objective"](2, lambda u: u - 0.5)
-    found = names["RandomSearch"](points=500).minimize(objective, np.random.default_rng(0))
+    found = names["UniformSearch"](points=500).minimize(objective, np.random.default_rng(0))
     assert found.evaluations == 500 and found.value < 0.01
     with pytest.raises(ValueError, match="points: expected a whole number"):
-        names["RandomSearch"](points="many")
+        names["UniformSearch"](points="many")

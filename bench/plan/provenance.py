@@ -17,13 +17,14 @@ from typing import Any
 import scipy.linalg  # noqa: F401 – its own linear algebra is loaded with it, and named too
 from threadpoolctl import threadpool_info
 
-from bench.plan.outside import NUMERICAL, OURS, outside_code
+from bench.plan.outside import DISTRIBUTION, NUMERICAL, OURS, outside_code
 from bench.storage.places import ROOT
 from ksmea import registry
 from ksmea.settings import Settings
 
 SHOWN = "ksmea.show"  # texts, tables and figures of results: nothing in it is computed with
 ENTRANCE = "bench.jobs.execute"  # where a run begins
+OPTIONAL = ("cma",)  # numerical libraries of an extra: their versions belong to runs that import them
 PARTS = "parts"  # where a run's settings keep the modules of plugins that its own are made of
 
 
@@ -49,6 +50,9 @@ def _used_modules(plugins: tuple[str, ...]) -> dict[str, str]:
         name = pending.pop()
         if name not in found and (source := _source(name)) is not None:
             found[name] = _digest(source)
+            found.update(
+                (DISTRIBUTION + module, version(module)) for module in _imports(source, name) if module in OPTIONAL
+            )
             pending.extend(
                 module
                 for module in _imports(source, name)

@@ -6,7 +6,10 @@ TABLE3 = "+experiment=table3"
 
 # What is typed, and what the one line has to contain.
 UNKNOWN = [
-    (["optimizer=dee"], "unknown optimizer 'dee'; did you mean 'de'? known: de, ga, lm, pso"),
+    (
+        ["optimizer=dee"],
+        "unknown optimizer 'dee'; did you mean 'de'? known: cmaes, de, dual_annealing, ga, lm, nelder_mead, pso, random_search",
+    ),
     (["optimizer=de,psso"], "unknown optimizer 'psso'; did you mean 'pso'?"),
     (["surrogate=krigng"], "unknown surrogate 'krigng'; did you mean 'kriging'?"),
     (["problem=three_dsk"], "unknown problem 'three_dsk'; did you mean 'three_disk'?"),
@@ -50,8 +53,14 @@ WRONG_TYPE = [
     (["problem.limits=3"], "problem.limits: "),
     (["problem.limits.kxx=3"], "problem.limits.kxx: expected a list [a,b,...], got one value"),
     (["measurement.truth.kxx=stiff"], "measurement.truth.kxx: expected a number, got 'stiff'"),
-    (["optimizer=3"], "unknown optimizer '3'; known: de, ga, lm, pso"),
-    (["optimizer=null"], "unknown optimizer 'None'; known: de, ga, lm, pso"),
+    (
+        ["optimizer=3"],
+        "unknown optimizer '3'; known: cmaes, de, dual_annealing, ga, lm, nelder_mead, pso, random_search",
+    ),
+    (
+        ["optimizer=null"],
+        "unknown optimizer 'None'; known: cmaes, de, dual_annealing, ga, lm, nelder_mead, pso, random_search",
+    ),
     (["optimizer=[de,pso]"], "unknown optimizer '['de', 'pso']'"),
     (["output=[a,b]"], "output: "),
     (["timeout=soon"], "timeout: expected a number, got 'soon'"),

@@ -3,6 +3,7 @@
 import shutil
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -44,6 +45,11 @@ def test_what_a_method_ignores_is_not_used():
     used = used_modules(CHOSEN | {"surrogate": None, "method": {"name": "direct"}})
     assert "surrogates.kriging" not in used
     assert "ksmea.loop" not in used
+
+
+def test_a_library_of_an_extra_belongs_to_the_runs_that_import_it():
+    assert "distribution cma" not in used_modules(CHOSEN)
+    assert used_modules(CHOSEN | {"optimizer": {"name": "cmaes"}})["distribution cma"] == version("cma")
 
 
 @pytest.fixture(scope="module")

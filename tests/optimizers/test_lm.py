@@ -5,17 +5,8 @@ import pytest
 
 from ksmea.errors import BudgetSpent, SettingError
 from ksmea.objective import Objective
+from landscapes import LOWEST, rosenbrock
 from optimizers.lm import LM
-
-LOWEST = np.array([0.31, 0.62, 0.17, 0.74, 0.45])
-
-
-def rosenbrock(u):
-    """Residuals of the chained Rosenbrock function of x = 4 u − 2 (Moré, Garbow and Hillstrom 1981, no. 21), zero at
-    x = 1; the product of neighbours makes the valley bend through all five dimensions."""
-    x = 4 * u - 2
-    return np.concatenate([10 * (x[:, 1:] - x[:, :-1] ** 2), 1 - x[:, :-1]], axis=1)
-
 
 FREQUENCY = np.linspace(0.05, 1.0, 60)
 RESONANCE = np.array([[0.37, 0.62]])
