@@ -53,7 +53,7 @@ class ResponseStructure:
         """The factors by which unknowns scale responses, at (n, d) SI → (n, n_load): the unbalance of each plane where it
         varies, and one for all that does not."""
         load = self._unbalance(x)[:, self._varies]
-        if np.any(self._middle[~self._varies]):
+        if np.any(self._examples[0, ~self._varies]):
             load = np.column_stack([load, np.ones(len(x))])
         return np.asarray(load * np.exp(1j * self._column(PHASE_ORIGIN, x))[:, None])
 
@@ -62,13 +62,13 @@ class ResponseStructure:
         return len(self.loads(self.parameters.lower[None])[0])
 
     @cached_property
-    def _middle(self) -> ComplexArray:  # (n_plane,)
-        return np.asarray(self._unbalance((self.parameters.lower + self.parameters.upper)[None] / 2)[0])
+    def _examples(self) -> ComplexArray:
+        """Unbalance at a few points, no whole turn apart, (3, n_plane)."""
+        return self._unbalance(self.parameters.lower + np.array([[0.0], [0.3], [0.7]]) * self.parameters.width)
 
-    @cached_property
+    @property
     def _varies(self) -> NDArray[np.bool_]:  # (n_plane,)
-        corners = self._unbalance(np.stack([self.parameters.lower, self.parameters.upper]))
-        return np.asarray(np.any(corners != self._middle, axis=0))
+        return np.asarray(np.any(self._examples != self._examples[0], axis=0))
 
     def _unbalance(self, x: Array) -> ComplexArray:  # (n, n_plane)
         return np.array([list(self.unbalance(row).values()) for row in x], dtype=complex)

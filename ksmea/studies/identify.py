@@ -110,7 +110,6 @@ def identification(
     if measurement.is_by_differences and (measurement.noise is None or measurement.has_noise):
         found = dataclasses.replace(found, x=_nearest(counted, measurement, found.x))
     found = _within_a_turn(problem.parameters, found)
-    remarks = (*remarks, *found.remarks)
     record = _method_record(*as_searched(problem, measurement), found, counted.count)
     noise = measurement.noise
     if intervals != "none" and (noise is None or measurement.has_noise):
@@ -209,6 +208,7 @@ def _method_record(
             for update in found.history
         ),
         notes={name: finite(value) for name, value in found.notes.items()},
+        remarks=found.remarks,
     )
 
 
