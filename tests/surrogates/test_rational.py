@@ -17,9 +17,12 @@ from ksmea.loop import KSMEA, structure_of
 from ksmea.measurement import Noise
 from ksmea.misfit import Misfit
 from ksmea.model import CountedProblem, Model, model_objective
+from ksmea.records.identification import IdentificationRecord
 from ksmea.registry import create
 from ksmea.response_structure import UnknownImpedance
 from ksmea.sampling import latin_hypercube
+from ksmea.show.identification import text
+from ksmea.studies.identify import identification
 from ksmea.transforms import Transform
 from ksmea.unsuited import Unsuited
 from optimizers.lm import LM
@@ -172,6 +175,17 @@ def test_where_it_is_not_rational_another_surrogate_takes_over_and_it_is_said():
     assert len(found.remarks) == 1
     assert "no rational function" in found.remarks[0] and found.remarks[0].endswith("Kriging took over")
     assert found.model_evaluations == 17 and "nugget" in found.notes
+
+
+def test_the_report_of_an_identification_says_what_took_over():
+    method = KSMEA(Rational(), LM(screening=100, starts=1), 16, max_updates=1)
+    record = identification(HARDENED, HARDENED_DATA, method, streams(), intervals="none", crlb=False)
+    assert "Kriging took over" in text(IdentificationRecord.from_data(record.to_data()))
+
+
+def test_an_updating_step_is_the_left_out_sample_where_the_first_fit_has_none():
+    found = identified(HARDENED, HARDENED_DATA, 13, max_updates=2, smc=1.0)  # which is never exceeded
+    assert found.updates == 2 and found.remarks[0].endswith("Kriging took over")
 
 
 def test_where_it_is_not_rational_the_true_model_can_take_over():
