@@ -116,14 +116,20 @@ class ToldRational(Surrogate):
         predicted = left_out_predictions(at_samples, loads, response, self._least)
         error = None if predicted is None else np.abs(predicted - response)
         if error is not None and not (largest := _largest_relative(error, response)) <= self.settings.tolerance:
-            raise Unsuited(
-                "surrogate=rational: the response is no rational function of "
-                f"{', '.join(_names(structure))}: left-out responses are off by {100 * largest:.2g} %; expected less than"
-                f" {100 * self.settings.tolerance:g} % (tolerance); take surrogate=kriging",
-                self.settings.substitute,
-            )
+            raise self._unsuited(largest)
         coefficients = fit_coefficients(at_samples, loads, response)
         return RationalPredictor(structure, terms, outputs, coefficients, error, response)
+
+    def _unsuited(self, largest: float) -> Unsuited:
+        """The error for a largest relative error of left-out responses."""
+        items, substitute = self.structure.impedances, self.settings.substitute
+        names = dict.fromkeys(name for item in items for name in (item.stiffness, item.damping) if name)
+        return Unsuited(
+            f"surrogate=rational: expected a response that is a rational function of {', '.join(names)}, got one that left-out"
+            f" samples show to be off by {100 * largest:.2g} % (tolerance {100 * self.settings.tolerance:g} %)"
+            + ("; take surrogate=kriging" if substitute is None else ""),
+            substitute,
+        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -160,8 +166,3 @@ def _largest_relative(error: Array, response: ComplexArray) -> float:
     """Of errors (n, n_speed, n_channel) of samples; NaN where one of them is."""
     size = np.abs(response)
     return float(np.max(error / np.maximum(size, LEAST_RELATIVE * np.median(size, axis=0))))
-
-
-def _names(structure: ResponseStructure) -> list[str]:
-    """The unknowns that set impedances."""
-    return list(dict.fromkeys(name for item in structure.impedances for name in (item.stiffness, item.damping) if name))
