@@ -202,7 +202,7 @@ def test_where_it_is_not_rational_the_run_can_stop():
 
 @pytest.mark.parametrize("seed", range(4))
 def test_all_five_unknowns_without_noise_from_13_evaluations(seed):
-    """Amplitudes of any truth between the limits; no evaluation beside the 13 samples. `benchmarks/rational_exactness.py` has 100."""
+    """Amplitudes of any truth between the limits; no evaluation beside the 13 samples. `benchmarks/rational.py` has 100."""
     problem = CountedProblem(PLAIN)
     truth = PLAIN.parameters.to_si(np.random.default_rng([7, seed]).random(5))
     found = identified(problem, measured(PLAIN, truth, "amplitude"), 13, seed, max_updates=0, budget=13)
