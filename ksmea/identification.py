@@ -55,8 +55,8 @@ class Identification:
     history: tuple[Update, ...] = ()
     predicted: Array | ComplexArray | None = None  # (n_speed, n_channel) by the surrogate at its last optimum
     modelled: Array | ComplexArray | None = None  # by the true model at the same point
-    notes: Mapping[str, float] = field(default_factory=dict)
     remarks: tuple[str, ...] = ()  # what a report should say of how the values were found
+    notes: Mapping[str, float] = field(default_factory=dict)
 
     @property
     def was_cut_short(self) -> bool:

@@ -140,7 +140,7 @@ class KSMEA(Method):
                     raise
                 surrogate, predictor = unsuited.substitute, None
                 transform = _transform(surrogate, measurement)
-                remarks.append(f"{unsuited}; {type(surrogate).__name__} took over")
+                remarks.append(str(unsuited))
                 continue
             try:
                 with clock.measures("search"):
@@ -176,8 +176,8 @@ class KSMEA(Method):
             history=tuple(history),
             predicted=predicted,
             modelled=None if not history else misfit.observed(known.responses[-1]),
-            notes={} if predictor is None else predictor.notes,
             remarks=tuple(remarks),
+            notes={} if predictor is None else predictor.notes,
         )
 
     def _fit(

@@ -31,6 +31,7 @@ from surrogates.rational_fit import Terms, evaluate, fit_coefficients, least_sam
 
 SUBSTITUTES = {"kriging": Kriging, "none": NoSurrogate}
 STOP = "stop"
+INSTEAD = {"kriging": "Kriging takes over", "none": "the true model takes over", STOP: "take surrogate=kriging"}
 LEAST_RELATIVE = 1e-3  # of the typical response: errors of smaller ones are taken relative to that
 
 
@@ -122,13 +123,13 @@ class ToldRational(Surrogate):
 
     def _unsuited(self, largest: float) -> Unsuited:
         """The error for a largest relative error of left-out responses."""
-        items, substitute = self.structure.impedances, self.settings.substitute
+        items, fallback = self.structure.impedances, self.settings.fallback
         names = dict.fromkeys(name for item in items for name in (item.stiffness, item.damping) if name)
         return Unsuited(
             f"surrogate=rational: expected a response that is a rational function of {', '.join(names)}, got one that left-out"
             f" samples show to be off by {100 * largest:.2g} % (tolerance {100 * self.settings.tolerance:g} %)"
-            + ("; take surrogate=kriging" if substitute is None else ""),
-            substitute,
+            f"; {INSTEAD[fallback]}",
+            self.settings.substitute,
         )
 
 

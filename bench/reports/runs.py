@@ -69,10 +69,10 @@ def _result_row(record: IdentificationRecord, exact: float | None) -> dict[str, 
     if record.intervals is not None:
         row |= _interval_effort(record.intervals)
         row |= {"search_excess": record.search_excess, "ended_short": record.ended_short}
-    if record.remarks:
-        row["remarks"] = "; ".join(record.remarks)
     if record.hidden:
         row[COLUMN] = in_one_line(record.hidden)
+    if record.remarks:
+        row["remarks"] = "; ".join(record.remarks)
     if record.basin_excess is not None:
         row["basin_excess"] = record.basin_excess
     if exact is not None and all(parameter.true for parameter in record.parameters):

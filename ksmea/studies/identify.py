@@ -207,8 +207,8 @@ def _method_record(
             )
             for update in found.history
         ),
-        notes={name: finite(value) for name, value in found.notes.items()},
         remarks=found.remarks,
+        notes={name: finite(value) for name, value in found.notes.items()},
     )
 
 

@@ -175,24 +175,24 @@ HARDENED_DATA = measured(HARDENED, REFERENCE, noise=Noise(0.01, 0.0))
 def test_where_it_is_not_rational_another_surrogate_takes_over_and_it_is_said():
     found = identified(HARDENED, HARDENED_DATA, 16, max_updates=1)
     assert len(found.remarks) == 1
-    assert "a rational function" in found.remarks[0] and found.remarks[0].endswith("Kriging took over")
+    assert "a rational function" in found.remarks[0] and found.remarks[0].endswith("Kriging takes over")
     assert found.model_evaluations == 17 and "nugget" in found.notes
 
 
 def test_the_report_of_an_identification_says_what_took_over():
     method = KSMEA(Rational(), LM(screening=100, starts=1), 16, max_updates=1)
     record = identification(HARDENED, HARDENED_DATA, method, streams(), intervals="none", crlb=False)
-    assert "Kriging took over" in text(IdentificationRecord.from_data(record.to_data()))
+    assert "Kriging takes over" in text(IdentificationRecord.from_data(record.to_data()))
 
 
 def test_an_updating_step_is_the_left_out_sample_where_the_first_fit_has_none():
     found = identified(HARDENED, HARDENED_DATA, 13, max_updates=2, smc=1.0)  # which is never exceeded
-    assert found.updates == 2 and found.remarks[0].endswith("Kriging took over")
+    assert found.updates == 2 and found.remarks[0].endswith("Kriging takes over")
 
 
 def test_where_it_is_not_rational_the_true_model_can_take_over():
     found = identified(HARDENED, HARDENED_DATA, 16, max_updates=1, budget=60, surrogate={"fallback": "none"})
-    assert found.remarks[0].endswith("NoSurrogate took over") and found.stop == "budget"
+    assert found.remarks[0].endswith("the true model takes over") and found.stop == "budget"
 
 
 def test_where_it_is_not_rational_the_run_can_stop():
