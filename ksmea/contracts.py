@@ -200,10 +200,8 @@ class Problem(ABC):
 
 @dataclass(frozen=True)
 class ProblemSettings(Settings):
-    """What registers under `ksmea.problems`: settings that build a problem, and the published values of its unknowns.
-
-    They are apart so that what is handed to an identification cannot hold the values it is to find.
-    """
+    """What registers under `ksmea.problems`: settings that build a problem, and the published values of its unknowns. They are
+    apart so that what is handed to an identification cannot hold the values it is to find."""
 
     @abstractmethod
     def build(self) -> Problem:
@@ -382,8 +380,9 @@ class Method(Settings):
 
     @abstractmethod
     def identify(self, problem: Problem, measurement: Measurement, streams: Streams) -> Identification:
-        """The values that agree best with the measurement. A problem that is not seen as the measurement is a `SettingError`;
-        `ksmea.alignment.aligned` makes the one that is. It counts what it is asked, for the record (`ksmea.model`)."""
+        """The values that agree best with the measurement. A problem that is not seen as the measurement is a
+        `SettingError`; `ksmea.alignment.aligned` makes the one that is. The problem that an identification hands over
+        counts what it is asked (`ksmea.model.CountedProblem`), and its record has that count."""
 
 
 CONTRACTS: Mapping[str, type[Settings]] = MappingProxyType(
