@@ -30,6 +30,7 @@ from ksmea.objective import Minimum, Objective
 from ksmea.parameters import PHASE_ORIGIN, Parameter, Parameters
 from ksmea.predictor import Predictor
 from ksmea.records.hidden import HiddenEffect
+from ksmea.response_structure import ResponseStructure, UnknownImpedance
 from ksmea.settings import Settings, part_fields
 from ksmea.stability import lowest_unstable_speed, scanned_speeds
 
@@ -78,13 +79,11 @@ class Problem(ABC):
         return change(self)
 
     def sensitivity(self, x: Array) -> ComplexArray:
-        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit. Left out: differences of the response take its
-        place, counted as evaluations."""
+        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit. Left out: differences, counted as evaluations."""
         raise self._refusal("has a sensitivity", "take differences of its response (`ksmea.model.Model.linearise`)")
 
     def linearised(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
-        """Response (n_speed, n_channel) and sensitivity at x (d,) SI, which together count as one Jacobian. Left out: one
-        after the other."""
+        """Response (n_speed, n_channel) and sensitivity at x (d,) SI, together one Jacobian. Left out: one after the other."""
         return self.response(x[None])[0], self.sensitivity(x)
 
     @property
@@ -112,8 +111,7 @@ class Problem(ABC):
         return PHASE_ORIGIN in self.parameters.names
 
     def with_phase_origin(self) -> Problem:
-        """The same rotor with the phase of all unbalance unknown; itself where it is so already. Left out: it has no use
-        for phases whose origin is unknown."""
+        """The same rotor with the phase of all unbalance unknown; itself where it is so. Left out: it has no use for such."""
         raise self._refusal("can leave the origin of its phases open", "use the amplitudes alone")
 
     @property
@@ -138,12 +136,16 @@ class Problem(ABC):
         return {}
 
     @property
+    def unknown_impedances(self) -> tuple[UnknownImpedance, ...]:
+        """Its unknown impedances, where its response is linear and made by these and `unbalance`. Left out: it cannot tell."""
+        return ()
+
+    @property
     def takes_unbalance(self) -> bool:
         return type(self).with_unbalance is not Problem.with_unbalance
 
     def load_response(self, x: Array, loads: Sequence[Load]) -> ComplexArray:
-        """(n, d) SI → response to each of the unit loads, of the frequency of rotation, at each speed,
-        (n, n_speed, n_channel, n_load) m per N or N m. Left out: it takes none."""
+        """Response to unit loads at 1X, (n, d) SI → (n, n_speed, n_channel, n_load) m per N or N m. Left out: it takes none."""
         raise self._refusal("takes loads on its shaft", "take one that is made of a rotor")
 
     @property
@@ -198,26 +200,22 @@ class Problem(ABC):
 
 @dataclass(frozen=True)
 class ProblemSettings(Settings):
-    """What registers under `ksmea.problems`: settings that build a problem, and the published values of its unknowns.
-
-    They are apart so that what is handed to an identification cannot hold the values it is to find.
-    """
+    """What registers under `ksmea.problems`: settings that build a problem, and the published values of its unknowns. They are
+    apart so that what is handed to an identification cannot hold the values it is to find."""
 
     @abstractmethod
     def build(self) -> Problem:
         """The problem, without any value of its unknowns."""
 
     def reference(self) -> Mapping[str, float]:
-        """Published values by parameter name, SI; only what makes synthetic data and prints tables may read them. Left
-        out: none are known."""
+        """Published values by parameter name, SI, for synthetic data and tables alone. Left out: none are known."""
         return {}
 
 
 @dataclass(frozen=True)
 class MeasurementSource(Settings):
     """What registers under `ksmea.measurements`: where a measurement comes from. The defaults are those of a source that
-    knows no truth, such as real data; `read` or `measure`, `kind` and, where it is known, `noise` are all that one has to
-    say."""
+    knows no truth, such as real data; `read` or `measure`, `kind` and, where known, `noise` are all that one has to say."""
 
     @property
     @abstractmethod
@@ -276,8 +274,7 @@ class MeasurementSource(Settings):
     def with_hidden(
         self, settings: ProblemSettings, problem: Problem, hidden: np.random.Generator
     ) -> tuple[Problem, Array] | None:
-        """A problem with what data drawn by `hidden` hide, and the true values (e,) SI of the unknowns that this adds;
-        None where nothing is hidden. Left out: None."""
+        """A problem with what data drawn by `hidden` hide, and true values (e,) SI of the unknowns added. Left out: None."""
         return None
 
 
@@ -289,8 +286,7 @@ class Effect(Settings, Generic[Seen]):
     # Effects that can look alike, by name, and what separates them. Left out: none.
     aliases: ClassVar[Mapping[str, str]] = MappingProxyType({})
     if_nowhere: ClassVar[str] = "leave it out"  # what a message says to do where a problem has no location for it
-    # Whether it is fitted from values all over its limits, not only from where the model without it fits: of effects
-    # that move resonances, or hide them. Left out: yes.
+    # Whether it is fitted from values all over its limits, as what moves or hides resonances asks for. Left out: yes.
     is_scanned: ClassVar[bool] = True
 
     def locations(self, problem: Seen) -> Sequence[Self]:
@@ -333,8 +329,11 @@ class Surrogate(Settings):
     (`ksmea.transforms.TRANSFORMS`): a setting where the user may choose, else a class constant; left out: 'auto'."""
 
     transform = "auto"
-    # Whether it stands for the true model itself: a method then evaluates that and fits nothing.
-    is_true_model: ClassVar[bool] = False
+    is_true_model: ClassVar[bool] = False  # whether a method evaluates the true model in its place and fits nothing
+
+    def told_of(self, structure: ResponseStructure) -> Surrogate:
+        """This surrogate for one problem, of which it is told what is known beside samples. Left out: it makes no use of it."""
+        return self
 
     @abstractmethod
     def least_samples(self, d: int) -> int:
@@ -342,7 +341,7 @@ class Surrogate(Settings):
 
     @abstractmethod
     def fit(self, u: Array, y: Array, rng: np.random.Generator) -> Predictor:
-        """A predictor from samples u (n, d) in the unit cube with outputs y (n, q)."""
+        """A predictor from samples u (n, d) in the unit cube with outputs y (n, q); or `ksmea.unsuited.Unsuited`."""
 
     def refit(self, previous: Predictor, u: Array, y: Array, rng: np.random.Generator) -> Predictor:
         """`fit` that may start from an earlier predictor of fewer samples. Left out: `fit`."""

@@ -69,6 +69,7 @@ class Identification:
     history: tuple[Update, ...] = ()
     predicted: Array | ComplexArray | None = None  # (n_speed, n_channel) by the surrogate at its last optimum
     modelled: Array | ComplexArray | None = None  # by the true model at the same point
+    remarks: tuple[str, ...] = ()  # what a report should say of how the values were found
     notes: Mapping[str, float] = field(default_factory=dict)
     stages: tuple[Stage, ...] = ()
 

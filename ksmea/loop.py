@@ -31,12 +31,14 @@ from ksmea.model import Model, TrueModel
 from ksmea.objective import Objective
 from ksmea.parameters import Parameters
 from ksmea.predictor import Predictor
+from ksmea.response_structure import ResponseStructure
 from ksmea.sampling import latin_hypercube
 from ksmea.settings import part, setting
 from ksmea.stopping import simple_difference, squared_multiple_correlation
 from ksmea.transforms import Transform, make_transform
+from ksmea.unsuited import Unsuited
 
-INFILLS = ("optimum", "expected_improvement", "none")
+INFILLS = ("optimum", "expected_improvement")
 
 
 @dataclass(frozen=True)
@@ -53,7 +55,7 @@ class KSMEA(Method):
     infill: str = setting(
         "optimum",
         "where the next true evaluation is: at the surrogate's lowest misfit, as the paper does, or where the expected"
-        " improvement of the misfit is largest (`ksmea/infill.py`); none: at the former once, and then the end",
+        " improvement of the misfit is largest (`ksmea/infill.py`)",
         choices=INFILLS,
     )
     surrogate_error: bool = setting(
@@ -70,7 +72,11 @@ class KSMEA(Method):
         at_least=0,
     )
     max_updates: int = setting(
-        50, "updating steps at most; 50 is the most the paper reports", source="Table 8", at_least=1
+        50,
+        "updating steps at most; 50 is the most the paper reports. 0: the first surrogate's optimum is the answer, and the true"
+        " model is never evaluated there",
+        source="Table 8",
+        at_least=0,
     )
     budget: int | None = setting(None, "true-model evaluations at most, initial samples included", at_least=1)
     jacobian_cost: int = setting(
@@ -103,7 +109,7 @@ class KSMEA(Method):
     def validate(self, problem: Problem) -> None:
         d = len(problem.parameters)
         self.optimizer.check_dimension(d)
-        least = self.surrogate.least_samples(d)
+        least = self.surrogate.told_of(structure_of(problem)).least_samples(d)
         if self.samples < least:
             raise SettingError(
                 f"samples: expected at least {least} for this surrogate with {d} unknowns, got {self.samples};"
@@ -118,7 +124,7 @@ class KSMEA(Method):
             raise SettingError(
                 f"method.nearest: expected at least {least} for this surrogate with {d} unknowns, got {self.nearest}"
             )
-        if self.budget is not None and self.samples >= self.budget:
+        if self.budget is not None and self.samples + min(self.max_updates, 1) > self.budget:
             raise SettingError(
                 f"method.budget: expected more than the {self.samples} initial samples, got {self.budget};"
                 " raise it or take fewer samples"
@@ -126,31 +132,40 @@ class KSMEA(Method):
 
     def identify(self, problem: Problem, measurement: Measurement, streams: Streams) -> Identification:
         require_aligned(problem, measurement)
-        transform = make_transform(
-            self.surrogate.transform,
-            measurement.kind,
-            n_speed=len(measurement.speed),
-            n_channel=len(measurement.channels),
-        )
+        surrogate = self.surrogate.told_of(structure_of(problem))
+        transform = _transform(surrogate, measurement)
         model = Model(problem, self.budget, self.jacobian_cost)
         clock = _Clock(model)
         misfit = Misfit(measurement, self.misfit)
         known = _evaluated(latin_hypercube(self.samples, len(problem.parameters), streams.design), model, misfit)
-        stages = [_stage("samples", known, model)]
+        stages = [Stage("samples", problem.parameters.to_si(known.best()[0]), model.evaluations, model.jacobians)]
         predictor: Predictor | None = None
         predicted = None
         history: list[Update] = []
+        remarks: list[str] = []
+        optimum: tuple[Array, float] | None = None  # on the surrogate, where the true model is not evaluated there
         surrogate_evaluations = 0
         stop = ""
         while not stop:
-            with clock.measures("surrogate"):
-                predictor = self._fit(predictor, known, model, transform, streams, len(history))
+            try:
+                with clock.measures("surrogate"):
+                    predictor = self._fit(surrogate, predictor, known, model, transform, streams, len(history))
+            except Unsuited as unsuited:
+                if unsuited.substitute is None:
+                    raise
+                surrogate, predictor = unsuited.substitute, None
+                transform = _transform(surrogate, measurement)
+                remarks.append(str(unsuited))
+                continue
             try:
                 with clock.measures("search"):
                     objective = self._objective(misfit, predictor, transform, known)
                     u, polish_gain = self._search(objective, streams.optimizer)
                     surrogate_evaluations += objective.evaluations
                     prediction = transform.decode(predictor.predict(u[None]))
+                if not self.max_updates:
+                    optimum, stop, predicted = (u, float(misfit.value(prediction)[0])), "optimizer", prediction[0]
+                    break
                 added = _evaluated(u[None], model, misfit)
             except BudgetSpent:
                 stop = "budget"
@@ -160,8 +175,8 @@ class KSMEA(Method):
             stop = self._stop(history, known.distance_to(u), model)
             known = known.with_sample(added)
 
-        best, best_misfit = known.best()
-        stages.append(_stage("updating steps", known, model))
+        best, best_misfit = optimum or known.best()
+        stages.append(Stage("updating steps", problem.parameters.to_si(best), model.evaluations, model.jacobians))
         if self.final_step and (found := most_likely(model, measurement, best)) is not None:
             best, best_misfit = found
             stages.append(Stage(FINAL_STEP, problem.parameters.to_si(best), model.evaluations, model.jacobians))
@@ -178,12 +193,14 @@ class KSMEA(Method):
             history=tuple(history),
             predicted=predicted,
             modelled=None if not history else misfit.observed(known.responses[-1]),
+            remarks=tuple(remarks),
             notes={} if predictor is None else predictor.notes,
             stages=tuple(stages),
         )
 
     def _fit(
         self,
+        surrogate: Surrogate,
         previous: Predictor | None,
         known: _Samples,
         model: Model,
@@ -192,17 +209,17 @@ class KSMEA(Method):
         updates: int,
     ) -> Predictor:
         """The surrogate of the samples, of which the last is new: a fit, a warm refit or one sample appended."""
-        if self.surrogate.is_true_model:
+        if surrogate.is_true_model:
             return TrueModel(model, transform)
         chosen = known.nearest_to_best(self.nearest)
         u, y = known.points[chosen], transform.encode(known.responses[chosen])
         if previous is None:
-            return self.surrogate.fit(u, y, streams.surrogate)
+            return surrogate.fit(u, y, streams.surrogate)
         if updates % self.refit_every and self.nearest is None:
             appended = previous.append(u[-1], y[-1])
             if appended is not None:
                 return appended
-        return self.surrogate.refit(previous, u, y, streams.surrogate)
+        return surrogate.refit(previous, u, y, streams.surrogate)
 
     def _objective(self, misfit: Misfit, predictor: Predictor, transform: Transform, known: _Samples) -> Objective:
         """What the optimiser minimises to find the next point: the misfit of the surrogate's response, its own error added to
@@ -258,7 +275,23 @@ class KSMEA(Method):
             return "repeated"
         if model.is_spent:
             return "budget"
-        return "updates" if self.infill == "none" or len(history) >= self.max_updates else ""
+        return "updates" if len(history) >= self.max_updates else ""
+
+
+def structure_of(problem: Problem) -> ResponseStructure:
+    """What surrogates may know of a problem: no evaluation of it, and no true value."""
+    return ResponseStructure(
+        problem.parameters, problem.speed, len(problem.channels), problem.unknown_impedances, problem.unbalance
+    )
+
+
+def _transform(surrogate: Surrogate, measurement: Measurement) -> Transform:
+    return make_transform(
+        surrogate.transform,
+        measurement.kind,
+        n_speed=len(measurement.speed),
+        n_channel=len(measurement.channels),
+    )
 
 
 @dataclass(frozen=True)
@@ -306,11 +339,6 @@ def _predicted_residuals(u: Array, misfit: Misfit, predictor: Predictor, transfo
 def _evaluated(points: Array, model: Model, misfit: Misfit) -> _Samples:
     responses = model.response(points)
     return _Samples(points, responses, misfit.value(misfit.observed(responses)))
-
-
-def _stage(name: str, known: _Samples, model: Model) -> Stage:
-    """A stage that ends with these samples, the best of which it leaves to the next."""
-    return Stage(name, model.problem.parameters.to_si(known.best()[0]), model.evaluations, model.jacobians)
 
 
 def _update(

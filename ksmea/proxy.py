@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from ksmea.arrays import Array
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
+from ksmea.response_structure import UnknownImpedance
 
 
 class ProblemProxy(Problem):
@@ -44,6 +45,12 @@ class ProblemProxy(Problem):
 
     def with_unknown_unbalance(self, position: float, names: tuple[str, str], at_most: float) -> Problem:
         return self.around(self.behind.with_unknown_unbalance(position, names, at_most))
+
+    @property
+    def unknown_impedances(self) -> tuple[UnknownImpedance, ...]:
+        """Those behind, where unknowns and runs are the same."""
+        same = self.parameters.names == self.behind.parameters.names and self.campaign == self.behind.campaign
+        return self.behind.unknown_impedances if same else ()
 
 
 def _handed_on(name: str) -> property:

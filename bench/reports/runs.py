@@ -75,6 +75,8 @@ def _result_row(record: IdentificationRecord, exact: float | None) -> dict[str, 
         row["polish_gain"] = float(np.median(gains))
     if record.hidden:
         row[COLUMN] = in_one_line(record.hidden)
+    if record.remarks:
+        row["remarks"] = "; ".join(record.remarks)
     if record.basin_excess is not None:
         row["basin_excess"] = record.basin_excess
     if exact is not None and all(parameter.true for parameter in record.parameters):

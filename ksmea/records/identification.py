@@ -163,6 +163,7 @@ class IdentificationRecord(Record):
     seconds: Seconds
     history: tuple[UpdateRecord, ...] = ()
     notes: dict[str, float | None] = field(default_factory=dict)  # of the surrogate
+    remarks: tuple[str, ...] = ()  # of the method, such as that another surrogate took over
     intervals: IntervalEffort | None = None  # None where none were asked for or none could be made
     interval_error: str | None = None  # why none could be made
     deviance: float | None = None  # −2 ln L at the maximum of the likelihood that the intervals belong to

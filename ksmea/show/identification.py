@@ -88,6 +88,7 @@ def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:
         yield ": ".join(head)
     if record.data is not None:
         yield from (f"  note: {remark}" for remark in record.data.remarks)
+    yield from (f"  note: {remark}" for remark in record.remarks)
     for parameter in record.parameters:
         yield f"  {_value_text(record, parameter)}"
     if record.weights is not None:

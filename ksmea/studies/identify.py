@@ -219,6 +219,7 @@ def _method_record(
             )
             for update in found.history
         ),
+        remarks=found.remarks,
         notes={name: finite(value) for name, value in found.notes.items()},
         trace=trace,
     )

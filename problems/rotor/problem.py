@@ -19,6 +19,7 @@ from ksmea.errors import SettingError
 from ksmea.load import Load
 from ksmea.modes import Campbell, Mode
 from ksmea.parameters import PHASE_ORIGIN, Parameter, Parameters
+from ksmea.response_structure import UnknownImpedance
 from ksmea.units import GRAM_MILLIMETRE
 from problems.rotor import dense
 from problems.rotor.critical_speeds import critical_speeds
@@ -27,6 +28,7 @@ from problems.rotor.loads import unit_loads
 from problems.rotor.modes import campbell_diagram, natural_modes
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
 from problems.rotor.stability import growth_rate, low_modes, searched_speed
+from problems.rotor.unknown_impedances import unknown_impedances
 from problems.rotor.unknowns import (
     CARTESIAN_PARTS,
     BearingTarget,
@@ -183,6 +185,10 @@ class RotorProblem(Problem):
         for plane, size in zip(self.rotor.unbalance, inputs.complex_unbalance[0] * np.exp(-1j * inputs.origin[0])):
             found[plane.position] = found.get(plane.position, 0.0) + complex(size)
         return found
+
+    @property
+    def unknown_impedances(self) -> tuple[UnknownImpedance, ...]:
+        return unknown_impedances(self.unknowns)
 
     @property
     def has_free_phase(self) -> bool:

@@ -29,6 +29,7 @@ TABLES = ["table2", "table3", "table4", "table5", "table6", "table8"]
 REPETITIONS = {  # of others than tables
     "coverage": 2000,
     "efficiency": 100,
+    "rational": 100,
     "identifiability": 1,
     "audit": 1,
     "plan": 1,

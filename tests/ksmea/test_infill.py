@@ -138,12 +138,6 @@ def test_the_same_streams_give_the_same_result():
     assert [update.x[0] for update in first.history] == [update.x[0] for update in again.history]
 
 
-def test_without_infill_one_optimum_is_evaluated():
-    one, first = identified("none", 1), identified("optimum", 1, max_updates=1)
-    assert (one.updates, one.model_evaluations, one.stop) == (1, 5, "updates")
-    assert np.array_equal(one.x, first.x)
-
-
 def test_surrogates_without_a_variance_are_taken_for_exact_or_as_uncertain_as_left_out_samples_say():
     """The true model itself is exact: expected improvement is then the improvement, largest at the lowest point. A parabola of
     Forrester's function has large leave-one-out errors, whatever it predicts: points are as uncertain everywhere."""
