@@ -11,7 +11,7 @@ from bench.jobs.lines import SCHEMA, Ended, SessionLine
 from bench.jobs.processors import processor
 from bench.jobs.records import read_lines, read_records
 from bench.plan.outside import is_distribution, is_file
-from bench.plan.plan import PLAN_FILE, Plan, Run, read_plan
+from bench.plan.plan import PLAN_FILE, Cell, Plan, Run, read_plan
 from bench.plan.provenance import code_digest, library_versions, used_modules
 from ksmea.errors import SettingError, shortened, visible_lines
 
@@ -60,7 +60,7 @@ def _explanation(plan: Plan, run: Run, folder: Path) -> str:
             lines.append(f"{len(attempts)} attempts: {', '.join(attempts)}")
         if last.taken_from:
             lines.append(f"taken over from {last.taken_from}")
-    lines += _what_changed_since_the_plan(plan, cell.settings, cell.code)
+    lines += _what_changed_since_the_plan(plan, cell)
     return "\n".join(lines)
 
 
@@ -84,7 +84,7 @@ def _why_stale(plan: Plan, run: Run, folder: Path) -> list[str]:
     if answered_in is None:
         return []
     session = sessions.get(answered_in, SessionLine(schema=SCHEMA, session=""))
-    used = used_modules(plan.cells[run.cell].settings)
+    used = used_modules(plan.cells[run.cell].settings, plan.plugins)
     changed = _differences(session.versions, plan.versions)
     changed += _code_differences(session.modules, plan.modules, used)
     reason = "; ".join(changed) or "the set of modules that it uses"
@@ -92,10 +92,10 @@ def _why_stale(plan: Plan, run: Run, folder: Path) -> list[str]:
     return [f"stale: answered on {session.began}{place} at commit {session.commit}; changed since: {reason}"]
 
 
-def _what_changed_since_the_plan(plan: Plan, settings: Mapping[str, Any], code: str) -> list[str]:
-    used = used_modules(settings)
+def _what_changed_since_the_plan(plan: Plan, cell: Cell) -> list[str]:
+    used = used_modules(cell.settings, plan.plugins)
     changed = _differences(plan.versions, library_versions())
-    if code_digest(used) != code:
+    if code_digest(used) != cell.code:
         changed += _code_differences(plan.modules, used, used)
     return (
         [f"since it was planned these have changed, the next call plans it anew: {'; '.join(changed)}"]
