@@ -79,7 +79,7 @@ def _whether_it_loads(group: str, name: str) -> str:
     try:
         require_offered(group, name)
     except SettingError as error:
-        return f"cannot be chosen: {error}"
+        return f"cannot be chosen: {str(error).removeprefix(f'{group}={name}: ')}"
     return "loads"
 
 

@@ -22,7 +22,7 @@ Path(__file__).with_name("executed").touch()
 
 
 @dataclass(frozen=True)
-class RandomSearch(Optimizer):
+class MySearch(Optimizer):
     """Random points."""
 
     points: int = setting(3, "points drawn, times those of a module beside", at_least=1)
@@ -40,7 +40,7 @@ from problems.effects.runout import Runout
 class ScratchedShaft(Runout):
     """A runout by another name."""
 '''
-WORDS = ["optimizer=random_search", "method=direct", "repetitions=1", "study.intervals=none"]
+WORDS = ["optimizer=my_search", "method=direct", "repetitions=1", "study.intervals=none"]
 
 
 def forget_digests():
@@ -63,7 +63,7 @@ def test_it_is_chosen_and_set_as_an_installed_one(folder, enter):
     ended = enter("plugins=[mine/my_search.py]", *WORDS, "optimizer.points=5")
     assert (ended.code, ended.err) == (0, "")
     assert ended.runs()["model_evaluations"].tolist() == [10]
-    assert read_plan(ended.output).plugins == {"optimizer=random_search": str(folder / "my_search.py")}
+    assert read_plan(ended.output).plugins == {"optimizer=my_search": str(folder / "my_search.py")}
 
 
 def test_commands_know_it_again_and_execute_nothing(folder, enter):
@@ -86,6 +86,20 @@ def test_an_edit_of_what_it_imports_makes_results_stale(folder, enter):
     status = enter("status", "run")
     assert status.code == 1 and "stale      1" in status.out
     assert enter("explain", ended.runs()["key"][0]).out.splitlines()[-1].endswith(": file counts.py")
+
+
+def test_a_file_that_is_gone_is_told_beside_all_else(folder, enter):
+    """Results may be looked at where the plugin is not."""
+    ended = enter("plugins=[mine/my_search.py]", *WORDS)
+    (key,) = ended.runs()["key"]
+    (folder / "my_search.py").unlink()
+    forget_digests()
+    assert enter("status", "run").code == 0
+    *lines, last = enter("explain", key).out.splitlines()
+    assert any(line.startswith("done on ") for line in lines)
+    assert last.startswith(
+        "what has changed since it was planned cannot be told: plugins: expected a Python file, found"
+    )
 
 
 def test_a_job_refuses_files_that_were_changed_since_the_plan(folder, enter):
@@ -114,7 +128,7 @@ def test_an_effect_from_a_file_is_part_of_the_key_where_it_takes_part(folder, en
 
 def test_an_experiment_of_ones_own_names_its_files(folder, enter, tmp_path):
     (tmp_path / "own" / "experiment").mkdir(parents=True)
-    text = "# @package _global_\nname: own\nplugins: [mine/my_search.py]\ngrid: [{optimizer: [random_search, lm]}]\n"
+    text = "# @package _global_\nname: own\nplugins: [mine/my_search.py]\ngrid: [{optimizer: [my_search, lm]}]\n"
     (tmp_path / "own" / "experiment" / "mine.yaml").write_text(text)
     words = [word for word in WORDS if not word.startswith("optimizer")]
     for search in ("hydra.searchpath=[own]", "--config-dir=own"):
@@ -129,7 +143,7 @@ def test_from_python_by_the_launcher_of_joblib(folder, tmp_path, monkeypatch):
     settings = {"hydra/launcher": "joblib", "study.intervals": "none"}
     done = bench.run(
         plugins=["mine/my_search.py"],
-        optimizer={"name": "random_search", "points": 4},
+        optimizer={"name": "my_search", "points": 4},
         method="direct",
         repetitions=2,
         batches=2,
@@ -144,13 +158,13 @@ def test_from_python_by_the_launcher_of_joblib(folder, tmp_path, monkeypatch):
         (["plugins=mine/my_search.py"], "plugins: expected a list of Python files, plugins=[my_optimizer.py], got "),
         (["plugins=[mine/my_serch.py]"], "plugins: expected a Python file, found none at "),
         (
-            ["plugins=[mine/my_search.py]", "optimizer=random"],
-            "unknown optimizer 'random'; did you mean 'random_search'?",
+            ["plugins=[mine/my_search.py]", "optimizer=my_serch"],
+            "unknown optimizer 'my_serch'; did you mean 'my_search'?",
         ),
         (["plugins=[mine/my_search.py]", "optimizer.point=1"], "unknown setting 'optimizer.point'; did you mean"),
         (
             ["plugins=[mine/my_search.py]", "optimizer.points=0"],
-            "optimizer=random_search: points: expected a number at",
+            "optimizer=my_search: points: expected a number at",
         ),
     ],
 )
@@ -165,8 +179,8 @@ def test_help_says_where_plugins_come_from_and_whether_they_load(folder, enter):
     (folder / "broken.py").write_text("import nothing_of_this_name\n")
     files = "plugins=[mine/broken.py,mine/my_search.py]"
     page = enter("help", files).out
-    assert f"optimizer=random_search: from {folder / 'my_search.py'}; loads" in page
+    assert f"optimizer=my_search: from {folder / 'my_search.py'}; loads" in page
     assert f"plugins: {folder / 'broken.py'} cannot be loaded: ModuleNotFoundError" in page
-    page = enter("help", files, "optimizer", "random_search", "de").out
+    page = enter("help", files, "optimizer", "my_search", "de").out
     assert f"[{folder / 'my_search.py'}]" in page and "optimizer.points=3  points drawn" in page
     assert "[ksmea-bench " in page
