@@ -25,7 +25,7 @@ python -m bench status NAME|DIR                             planned, done, faile
 python -m bench explain KEY [NAME|DIR]                      why a run failed or is stale, with its traceback
 python -m bench collect NAME|DIR                            tables and figures again, from plan and records alone
 python -m bench verify TABLE [repetitions=N] [tolerance=T]  compute results/reference again and compare
-python -m bench new KIND NAME [--file]                      an optimizer, surrogate, problem or effect of your own
+python -m bench new KIND NAME [--file]                      an effect, method, optimizer, problem or surrogate of your own
 python -m bench help [GROUP [NAME]]                         plugins, where they come from, settings, units and sources
 
 settings of every experiment: samples repetitions seed output workers timeout memory journal share batches

@@ -17,6 +17,7 @@ NAME = re.compile(r"[a-z][a-z0-9_]*")
 DATA = "measurement.relative=0.05 repetitions=2"
 FIRST_RUN = {  # words that choose a plugin of each kind
     "effect": f"method=direct optimizer=lm measurement.kind=complex measurement.hidden=[NAME] {DATA}",
+    "method": f"method=NAME optimizer=lm {DATA}",
     "optimizer": f"method=direct optimizer=NAME {DATA}",
     "problem": f"method=direct optimizer=lm problem=NAME {DATA}",
     "surrogate": f"surrogate=NAME samples=40 {DATA}",
