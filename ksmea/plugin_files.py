@@ -139,11 +139,12 @@ def _require_own_name(path: Path, name: str) -> None:
         spec = find_spec(name)
     except ValueError:  # the module that was started
         spec = None
-    place = Path(spec.origin) if spec is not None and spec.origin else None
-    if place not in (path.parent / f"{name}.py", path.parent / name / "__init__.py"):
+    place = Path(spec.origin) if spec is not None and spec.origin else Path("another place")
+    beside = (path.parent / f"{name}.py", path.parent / name / "__init__.py")
+    if not any(each.is_file() and place.is_file() and place.samefile(each) for each in beside):
         raise SettingError(
             f"plugins: {path.parent / name}: expected a name that no other module has, but Python takes {name} from"
-            f" {place or 'elsewhere'}; rename it"
+            f" {place}; rename it"
         )
 
 

@@ -5,6 +5,7 @@ They are looked for before anything is composed, as only what is registered can 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
@@ -54,7 +55,7 @@ def given_files(words: Sequence[str]) -> list[Path]:
 
 
 def _absolute(name: str) -> Path:
-    return Path(name).expanduser().absolute()
+    return Path(os.path.normpath(Path(name).expanduser().absolute()))
 
 
 def _names(words: Sequence[str]) -> Iterator[str]:

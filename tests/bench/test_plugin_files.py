@@ -3,6 +3,7 @@
 import pytest
 
 import bench
+from bench.command_line.plugin_words import given_files
 from bench.jobs.execute import execute
 from bench.jobs.planned_code import planned_plugins
 from bench.jobs.work import Job, work
@@ -60,7 +61,7 @@ def folder(tmp_path):
 
 
 def test_it_is_chosen_and_set_as_an_installed_one(folder, enter):
-    ended = enter("plugins=[mine/my_search.py]", *WORDS, "optimizer.points=5")
+    ended = enter("plugins=[mine/../mine/my_search.py]", *WORDS, "optimizer.points=5")
     assert (ended.code, ended.err) == (0, "")
     assert ended.runs()["model_evaluations"].tolist() == [10]
     assert read_plan(ended.output).plugins == {"optimizer=my_search": str(folder / "my_search.py")}
@@ -131,10 +132,10 @@ def test_an_experiment_of_ones_own_names_its_files(folder, enter, tmp_path):
     text = "# @package _global_\nname: own\nplugins: [mine/my_search.py]\ngrid: [{optimizer: [my_search, lm]}]\n"
     (tmp_path / "own" / "experiment" / "mine.yaml").write_text(text)
     words = [word for word in WORDS if not word.startswith("optimizer")]
-    for search in ("hydra.searchpath=[own]", "--config-dir=own"):
-        ended = enter("+experiment=mine", search, *words, output="results/own")
-        assert (ended.code, ended.err) == (0, "")
+    ended = enter("+experiment=mine", "--config-dir=own", *words, output="results/own")
+    assert (ended.code, ended.err) == (0, "")
     assert len(ended.runs()) == 2
+    assert given_files(["+experiment=mine", "hydra.searchpath=[own]"]) == [folder / "my_search.py"]
 
 
 def test_from_python_by_the_launcher_of_joblib(folder, tmp_path, monkeypatch):
