@@ -77,7 +77,7 @@ def brought_along(path: Path) -> dict[str, Path]:
     found = {path.name: path}
     pending = [path]
     while pending:
-        for module in {name.partition(".")[0] for name in imported(pending.pop())} - {*sys.stdlib_module_names, *OURS}:
+        for module in imported(pending.pop()):
             for each in _beside(path.parent, module):
                 name = each.relative_to(path.parent).as_posix()
                 if name not in found:
@@ -106,11 +106,16 @@ def imported(source: Path) -> Iterator[str]:
 
 
 def _beside(folder: Path, module: str) -> list[Path]:
-    """The files of a module or package that lies in a folder; none where it does not."""
-    if (folder / module / "__init__.py").is_file():
-        files = (each for each in (folder / module).rglob("*") if each.is_file())
+    """The files of a module or of the whole package that it is in, where that lies in a folder; none where it does not."""
+    top, *_ = parts = module.split(".")
+    if top in OURS or top in sys.stdlib_module_names:
+        return []
+    if (folder / top / "__init__.py").is_file() or (
+        len(parts) > 1 and folder.joinpath(*parts).with_suffix(".py").is_file()
+    ):
+        files = (each for each in (folder / top).rglob("*") if each.is_file())
         return [each for each in files if each.suffix not in PYTHON_WRITES]
-    return [folder / f"{module}.py"] if (folder / f"{module}.py").is_file() else []
+    return [folder / f"{top}.py"] if (folder / f"{top}.py").is_file() else []
 
 
 def _loaded(path: Path) -> ModuleType:
@@ -139,12 +144,13 @@ def _require_own_name(path: Path, name: str) -> None:
         spec = find_spec(name)
     except ValueError:  # the module that was started
         spec = None
-    place = Path(spec.origin) if spec is not None and spec.origin else Path("another place")
-    beside = (path.parent / f"{name}.py", path.parent / name / "__init__.py")
-    if not any(each.is_file() and place.is_file() and place.samefile(each) for each in beside):
+    places = [] if spec is None else [spec.origin, *(spec.submodule_search_locations or ())]
+    place = next((Path(each) for each in places if each and Path(each).exists()), None)
+    beside = [path.parent / each for each in (f"{name}.py", f"{name}/__init__.py", name)]
+    if place is None or not any(each.exists() and place.samefile(each) for each in beside):
         raise SettingError(
             f"plugins: {path.parent / name}: expected a name that no other module has, but Python takes {name} from"
-            f" {place}; rename it"
+            f" {place or 'elsewhere'}; rename it"
         )
 
 

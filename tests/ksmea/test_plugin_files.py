@@ -124,3 +124,13 @@ def test_in_a_worker_it_is_what_was_planned_or_refused(file):
     with pytest.raises(SettingError, match=r"my_search.py has changed; give the experiment's command again"):
         registry.register_file(path, planned)
     registry.register_file(path, digests(path))
+
+
+def test_a_package_without_init_counts_too_where_it_is_what_python_takes(file, tmp_path):
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "numpy").mkdir()  # a folder that has the name of an installed package is no package
+    file("COUNT = 2", "parts/counts.py")
+    file("", "numpy/notes.txt")
+    path = file(f"import numpy.linalg\nfrom parts.counts import COUNT\n{PLUGIN}")
+    assert [*brought_along(path)] == ["my_search.py", "parts/counts.py"]
+    registry.register_file(path)
