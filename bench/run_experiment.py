@@ -12,6 +12,7 @@ from bench.command_line.config import register_schemas
 from bench.command_line.messages import USER_ERRORS, one_line
 from bench.command_line.offered import require_offered
 from bench.command_line.overrides import for_some_plugins, parse
+from bench.command_line.plugin_words import register_plugins
 from bench.jobs.deal import job_of
 from bench.jobs.work import work
 from bench.storage.places import CONF
@@ -49,6 +50,7 @@ def _run(words: list[str]) -> int:
     for word in words:
         if word.startswith("-") and word.partition("=")[0] not in HYDRA_OPTIONS:
             raise unknown("option", word, HYDRA_OPTIONS)
+    register_plugins(words)
     _check_names(words)
     os.environ["HYDRA_FULL_ERROR"] = "1"  # errors come here as they are; this is the only place that prints them
     register_schemas()

@@ -27,6 +27,7 @@ class BenchConfig:
     """Settings of the bench itself; the six groups hold plugins. conf/config.yaml has the values and remarks."""
 
     name: str = MISSING
+    plugins: list[str] = field(default_factory=list)
     samples: int = MISSING
     repetitions: int = MISSING
     seed: int = MISSING

@@ -8,6 +8,7 @@ import textwrap
 from collections.abc import Sequence
 
 from bench.command_line.offered import require_offered
+from bench.command_line.plugin_words import given_files, is_of_plugins
 from bench.storage.places import CONF
 from ksmea import registry
 from ksmea.contracts import AnyEffect
@@ -24,24 +25,36 @@ python -m bench status NAME|DIR                             planned, done, faile
 python -m bench explain KEY [NAME|DIR]                      why a run failed or is stale, with its traceback
 python -m bench collect NAME|DIR                            tables and figures again, from plan and records alone
 python -m bench verify TABLE [repetitions=N] [tolerance=T]  compute results/reference again and compare
-python -m bench help [GROUP [NAME]]                         plugins, their settings, units and sources
+python -m bench new KIND NAME [--file]                      an effect, method, optimizer, problem or surrogate of your own
+python -m bench help [GROUP [NAME]]                         plugins, where they come from, settings, units and sources
 
 settings of every experiment: samples repetitions seed output workers timeout memory journal share batches
   several values make a sweep:  samples=40,70  optimizer=de,pso  problem.mesh=13,21
   a plugin's own settings:      optimizer.population=50  measurement.relative=0.05
+  a plugin from a plain file:   plugins=[my_optimizer.py] optimizer=my_optimizer, named as its class (MyOptimizer)
 exit code: 0 all runs have a result, 1 some failed, 2 bad input, 130 interrupted (finished runs are kept)
 BENCH_TRACEBACK=1 shows the traceback of an error of input"""
 
 
 def help_text(words: list[str]) -> str:
-    """Help on everything, on a group, or on one plugin."""
+    """Help on everything, on a group, or on one plugin; with plugins=[my_optimizer.py] on those of plain files too."""
+    refused = []
+    for path in given_files([word for word in words if is_of_plugins(word)]):
+        try:
+            registry.register_file(path)
+        except SettingError as error:  # it does not take the help on the others away
+            refused.append(str(error))
+    return "\n".join([_help_text([word for word in words if not is_of_plugins(word)]), *refused])
+
+
+def _help_text(words: list[str]) -> str:
     if not words:
         experiments = ", ".join(sorted(path.stem for path in (CONF / "experiment").glob("*.yaml")))
         groups = "\n".join(f"  {group + '=':<13}{' | '.join(registry.registered(group))}" for group in registry.GROUPS)
         effects = textwrap.fill(
             " | ".join(registry.registered(EFFECT)), 100, initial_indent="  ", subsequent_indent="  "
         )
-        return f"{USAGE}\n\nexperiments: {experiments}\nplugins:\n{groups}\neffects (help effect NAME):\n{effects}"
+        return f"{USAGE}\n\nexperiments: {experiments}\nplugins:\n{groups}\neffects (help effect NAME):\n{effects}{_from_outside()}"
     group, *names = words
     if group not in (*registry.GROUPS, EFFECT):
         raise unknown("group", group, [*registry.GROUPS, EFFECT])
@@ -50,17 +63,38 @@ def help_text(words: list[str]) -> str:
     return "\n\n".join(_plugin_text_or_why_not(group, name) for name in registry.registered(group))
 
 
+def _from_outside() -> str:
+    """The plugins that are not this project's: where each comes from, and why it cannot be chosen where it cannot."""
+    lines = []
+    for group in (*registry.GROUPS, *registry.FURTHER):
+        for name in registry.registered(group):
+            if not (origin := registry.origin(group, name)).startswith(registry.PROJECT):
+                lines.append(f"  {group}={name}: from {origin}; {_whether_it_loads(group, name)}")
+        for point in registry.left_out(group):
+            rename = f"left out, {registry.PROJECT} has one of this name: rename it there"
+            lines.append(f"  {group}={point.name}: from {registry.origin_of(point)}; {rename}")
+    return "\n".join(["\nplugins from outside:", *lines]) if lines else ""
+
+
+def _whether_it_loads(group: str, name: str) -> str:
+    try:
+        require_offered(group, name)
+    except SettingError as error:
+        return f"cannot be chosen: {str(error).removeprefix(f'{group}={name}: ')}"
+    return "loads"
+
+
 def _plugin_text_or_why_not(group: str, name: str) -> str:
     try:
         return _plugin_text(group, name)
     except SettingError as error:  # a broken plugin does not take the help on the others away
-        return str(error)
+        return f"{error} [{registry.origin(group, name)}]"
 
 
 def _plugin_text(group: str, name: str) -> str:
     settings = registry.plugin_class(group, name)
     summary = (settings.__doc__ or "").strip().split("\n\n")[0]
-    lines = [f"{group}={name}: {' '.join(summary.split())}"]
+    lines = [f"{group}={name}: {' '.join(summary.split())} [{registry.origin(group, name)}]"]
     for field in own_fields(settings):
         lines.append(f"  {group}.{field.name}={_default(field)}  {_remarks(field)}")
     return "\n".join([*lines, *(_effect_lines(name) if group == EFFECT else _why_not_offered(group, name))])

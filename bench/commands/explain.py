@@ -44,13 +44,19 @@ def explain(words: list[str]) -> int:
 def _explanation(plan: Plan, run: Run, folder: Path) -> str:
     cell = plan.cells[run.cell]
     place = ", ".join(f"{axis}={value}" for axis, value in cell.place.items())
+    try:
+        used: Mapping[str, str] = used_modules(cell.settings, plan.plugins)
+        changed = _what_changed_since_the_plan(plan, cell.code, used)
+    except SettingError as error:  # a plugin that is no longer there
+        used = plan.modules
+        changed = [f"what has changed since it was planned cannot be told: {error}"]
     lines = [f"run {run.key} of {plan.name} in {folder}: {place}, seed {cell.seed}, repetition {run.repetition}"]
     for part, settings in cell.settings.items():
         lines.append(f"  {part}: {_in_words(settings)}")
     attempts = [line.status for line in read_lines(folder) if isinstance(line, Ended) and line.key == run.key]
     last = read_records(folder, lambda line: line if line.key == run.key else None, plan).get(run.key)
     if last is None:
-        lines += _why_stale(plan, run, folder) or ["missing: no attempt was made"]
+        lines += _why_stale(plan, run, folder, used) or ["missing: no attempt was made"]
     else:
         done_on = processor(last)
         lines.append(f"{last.status}{': ' + last.error if last.error else ''}{f' on {done_on}' if done_on else ''}")
@@ -60,7 +66,7 @@ def _explanation(plan: Plan, run: Run, folder: Path) -> str:
             lines.append(f"{len(attempts)} attempts: {', '.join(attempts)}")
         if last.taken_from:
             lines.append(f"taken over from {last.taken_from}")
-    lines += _what_changed_since_the_plan(plan, cell.settings, cell.code)
+    lines += changed
     return "\n".join(lines)
 
 
@@ -72,7 +78,7 @@ def _in_words(settings: Any) -> str:
     )
 
 
-def _why_stale(plan: Plan, run: Run, folder: Path) -> list[str]:
+def _why_stale(plan: Plan, run: Run, folder: Path, used: Mapping[str, str]) -> list[str]:
     """What differs between the plan and the session that answered the same question."""
     sessions: dict[str, SessionLine] = {}
     answered_in: str | None = None
@@ -84,7 +90,6 @@ def _why_stale(plan: Plan, run: Run, folder: Path) -> list[str]:
     if answered_in is None:
         return []
     session = sessions.get(answered_in, SessionLine(schema=SCHEMA, session=""))
-    used = used_modules(plan.cells[run.cell].settings)
     changed = _differences(session.versions, plan.versions)
     changed += _code_differences(session.modules, plan.modules, used)
     reason = "; ".join(changed) or "the set of modules that it uses"
@@ -92,8 +97,7 @@ def _why_stale(plan: Plan, run: Run, folder: Path) -> list[str]:
     return [f"stale: answered on {session.began}{place} at commit {session.commit}; changed since: {reason}"]
 
 
-def _what_changed_since_the_plan(plan: Plan, settings: Mapping[str, Any], code: str) -> list[str]:
-    used = used_modules(settings)
+def _what_changed_since_the_plan(plan: Plan, code: str, used: Mapping[str, str]) -> list[str]:
     changed = _differences(plan.versions, library_versions())
     if code_digest(used) != code:
         changed += _code_differences(plan.modules, used, used)

@@ -1,4 +1,4 @@
-"""Commands on results that are there, by name: they read plan and records, and `verify` alone runs anything.
+"""Commands by name. Those on results that are there read plan and records, and `verify` alone runs anything.
 
 Each is imported when it is asked for: `status` needs neither tables nor figures.
 """
@@ -13,6 +13,7 @@ COMMANDS = {
     "collect": "bench.commands.collect:collect_again",
     "verify": "bench.commands.verify:verify",
     "reference": "bench.commands.reference:reference",
+    "new": "bench.commands.new:new",
 }
 
 

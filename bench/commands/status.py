@@ -69,7 +69,7 @@ def _changed(plan: Plan) -> set[int]:
     changed = set()
     for index, cell in enumerate(plan.cells):
         with suppress(SettingError):
-            now = code_digest(used_modules(cell.settings)), library_versions()
+            now = code_digest(used_modules(cell.settings, plan.plugins)), library_versions()
             if now != (cell.code, plan.versions):
                 changed.add(index)
     return changed

@@ -7,13 +7,17 @@ import traceback
 from collections.abc import Mapping
 from contextlib import ExitStack
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 from bench.jobs.lines import FailedRun
 from bench.plan.draw import Draw
 from bench.plan.plan import generator, global_entropy
 from bench.plan.setup import Setup
+from ksmea import registry
 from ksmea.global_generators import global_generators
+
+NO_FILES: Mapping[str, Mapping[str, str]] = MappingProxyType({})
 
 
 def execute(
@@ -22,18 +26,22 @@ def execute(
     journal: Path | None = None,
     with_curves: bool = False,
     with_progress: bool = False,
+    plugins: Mapping[str, Mapping[str, str]] = NO_FILES,
 ) -> dict[str, Any]:
     """The record of a run; an error inside it is a record too, with its traceback.
 
     `with_curves` adds the response curves that figures are made of, `with_progress` lets it show its own. With a
     journal, model evaluations that an earlier attempt finished are replayed from it. Generators that the process shares are
     seeded by the run and restored after it, so that a plugin that draws from them depends on nothing that ran before.
+    `plugins` are plain files of plugins with the digests that they are planned with.
     """
     started = time.perf_counter()
     try:
         with ExitStack() as seeded:
             shared = generator(global_entropy(seeds))
             seeded.enter_context(global_generators(shared))
+            for path, planned in plugins.items():
+                registry.register_file(Path(path), planned)
             setup = Setup.of(settings)
             study = setup.plugins["study"]
             study.validate(setup)

@@ -3,6 +3,7 @@ key."""
 
 from __future__ import annotations
 
+from bench.plan.outside import FILE, is_file
 from bench.plan.plan import Plan
 from bench.plan.provenance import code_digest, library_versions, used_modules
 from ksmea.errors import SettingError
@@ -15,10 +16,16 @@ def require_planned_code(plan: Plan) -> None:
         told = ", ".join(f"{name} {plan.versions.get(name)}, here {here.get(name)}" for name in others)
         raise _other(plan, told)
     for cell in plan.cells:
-        modules = used_modules(cell.settings)
+        modules = used_modules(cell.settings, plan.plugins)
         if code_digest(modules) != cell.code:
             changed = [name for name, digest in modules.items() if plan.modules.get(name) != digest]
             raise _other(plan, f"other modules {', '.join(changed)}" if changed else "fewer modules")
+
+
+def planned_plugins(plan: Plan) -> dict[str, dict[str, str]]:
+    """The plain files of a plan's plugins, each with the digests that it and what it imports from beside it should have."""
+    digests = {name.removeprefix(FILE): digest for name, digest in plan.modules.items() if is_file(name)}
+    return {path: digests for path in sorted({*plan.plugins.values()})}
 
 
 def _other(plan: Plan, found: str) -> SettingError:

@@ -16,12 +16,13 @@ from bench.jobs.claims import Claims, are_offered
 from bench.jobs.execute import execute
 from bench.jobs.lines import RESULTS
 from bench.jobs.log import experiment_log
-from bench.jobs.planned_code import require_planned_code
+from bench.jobs.planned_code import planned_plugins, require_planned_code
 from bench.jobs.pool import Limits, run_tasks
 from bench.jobs.presence import Presence, TakenForDead, at_work
 from bench.jobs.records import RecordWriter, finished_keys
 from bench.plan.plan import Plan, Run, read_plan
-from bench.plan.provenance import OURS, platform_name
+from bench.plan.provenance import platform_name
+from ksmea.plugin_files import OURS
 
 JOURNALS = "journals"
 GIGABYTE = 2**30
@@ -84,6 +85,7 @@ class _Queue:
     def __init__(self, plan: Plan, job: Job, claims: Claims, presence: Presence, n_worker: int) -> None:
         self._plan, self._job, self._claims, self._presence, self._n_worker = plan, job, claims, presence, n_worker
         self._runs = {run.key: run for run in plan.runs}
+        self._plugins = planned_plugins(plan)
         self._waiting: deque[str] = deque()
         self._began = time.monotonic()
         self._n_ended = 0
@@ -104,7 +106,7 @@ class _Queue:
                         return
                     yield None
             run = self._runs[self._waiting.popleft()]
-            yield run, (*_arguments(self._plan, run, self._job), len(self._claims.todo) == 1)
+            yield run, (*_arguments(self._plan, run, self._job), len(self._claims.todo) == 1, self._plugins)
 
     def _claim(self) -> bool:
         """Claim more runs; whether there were any."""

@@ -13,6 +13,7 @@ from omegaconf import DictConfig, OmegaConf
 
 from bench.command_line.config import BenchConfig
 from bench.command_line.overrides import Choice, as_given, grid_points, override, parse
+from bench.command_line.plugin_words import require_registered
 from bench.plan.composer import Composer
 from bench.plan.fleet import MEASURED, ROTOR, fleet_axes, with_rotors
 from bench.plan.folder import require_own_folder
@@ -24,6 +25,7 @@ from bench.plan.provenance import (
     library_versions,
     modules_of_parts,
     platform_name,
+    plugin_files,
     used_modules,
 )
 from bench.plan.report import report_named
@@ -37,6 +39,7 @@ FIGURES = ("updates", "response", "cost", "trace")
 # Settings of the whole experiment, which cannot be an axis of it.
 WHOLE = (
     "name",
+    "plugins",
     "repetitions",
     "output",
     "table",
@@ -113,6 +116,7 @@ class Experiment:
             modules=modules,
             cells=cells,
             runs=all_runs(cells, config.repetitions, versions),
+            plugins={word: path for cell in cells for word, path in plugin_files(cell.settings).items()},
         )
         working = tuple(override(key, config[key]) for key in WORKING)
         output = Path(config.output).absolute()
@@ -136,6 +140,7 @@ def _check_whole(config: DictConfig) -> None:
     for key in config:
         if key not in (*known, "hydra"):
             raise unknown("setting", str(key), [*known, "experiment"])
+    require_registered(config.plugins)
     if Path(config.name).name != config.name:
         raise SettingError(f"name: expected the name of a file, got '{config.name}'")
     if config.paper is not None and not (PAPER / f"{config.paper}.csv").is_file():
@@ -214,7 +219,7 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) ->
     for part in ignored:
         settings[part] = None
     parameters = () if setup.aligned_problem is None else _facts(setup, config.journal)
-    used = used_modules(settings)
+    used = used_modules(settings, plugin_files(settings))
     modules |= used
     samples = None if "samples" in ignored and "samples" not in point else config.samples
     place = {"samples": samples} | point

@@ -1,18 +1,17 @@
-"""Code from outside the project that a run computes by: the packages of its plugins, and what these pull in.
+"""Code from outside the project that a run computes by: the packages or files of its plugins, and what these pull in.
 
 A plugin's distribution counts with the content of all its files, data too, since nobody sees from outside which of them a
 result depends on. Of what it requires, or imports without saying so, name and version count; where a version says nothing – an
-editable install, a folder on the path – the content of the files does. The numerical libraries stand in every key already.
+editable install, a folder on the path – the content of the files does, as of a plugin that is a plain file. The numerical libraries stand in every key already.
 """
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import importlib.util
 import json
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.metadata import Distribution, PackageNotFoundError, distribution, entry_points, packages_distributions
 from pathlib import Path, PurePosixPath
@@ -21,21 +20,20 @@ from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
 from ksmea import registry
+from ksmea.plugin_files import OURS, brought_along, digests, imported
+from ksmea.registry import PROJECT
 
-PROJECT = "ksmea-bench"
-OURS = ("bench", "ksmea", "measurements", "optimizers", "problems", "surrogates")
 NUMERICAL = ("numpy", "scipy", "scikit-learn", "pyswarms", "deap")
 IN_EVERY_KEY = frozenset([PROJECT, *NUMERICAL])
 LEFT_OUT = (".pyc", ".pyo", ".pth")  # what Python itself writes, and where an installer says that files lie elsewhere
 DISTRIBUTION, FILE = "distribution ", "file "  # how names of versions and of hashes begin
-IMPORTERS = ("import_module", "__import__")
 
 
-def outside_code(modules: Iterable[str]) -> dict[str, str]:
-    """Versions of distributions and hashes of files, by name, that the plugins in these modules bring along; empty for
-    plugins of the project."""
+def outside_code(modules: Iterable[str], plugin_files: Iterable[Path] = ()) -> dict[str, str]:
+    """Versions of distributions and hashes of files, by name, that the plugins in these modules and plain files bring along;
+    empty for plugins of the project."""
     packages = frozenset(module.partition(".")[0] for module in modules) - {*OURS}
-    return dict(_outside_code(packages)) if packages else {}
+    return dict(_outside_code(packages, frozenset(plugin_files)))
 
 
 def is_distribution(name: str) -> bool:
@@ -48,10 +46,15 @@ def is_file(name: str) -> bool:
 
 
 @cache
-def _outside_code(packages: frozenset[str]) -> dict[str, str]:
+def _outside_code(packages: frozenset[str], plugin_files: frozenset[Path]) -> dict[str, str]:
     found: dict[str, str] = {}
     done: set[str] = set()
     pending = [(package, True) for package in sorted(packages)]
+    for path in plugin_files:
+        found |= {FILE + name: digest for name, digest in digests(path).items()}
+        beside = brought_along(path)
+        done |= {PurePosixPath(name).parts[0].removesuffix(".py") for name in beside}
+        pending += [(package, False) for package in _imported(beside.values())]
     while pending:
         package, is_plugin = pending.pop()
         if package in done or package in OURS or package in sys.stdlib_module_names:
@@ -69,7 +72,7 @@ def _outside_code(packages: frozenset[str]) -> dict[str, str]:
             files = _folder(package)
         for name, path in files.items():
             found[FILE + name] = hashlib.sha256(path.read_bytes()).hexdigest()[:12]
-        pending += [(name, False) for path in files.values() if path.suffix == ".py" for name in _imported(path)]
+        pending += [(package, False) for package in _imported(files.values())]
     return dict(sorted(found.items()))
 
 
@@ -163,19 +166,7 @@ def _is_left_out(path: PurePosixPath) -> bool:
     return path.suffix in LEFT_OUT or "__pycache__" in path.parts
 
 
-def _imported(source: Path) -> Iterator[str]:
-    """Top-level packages that a file imports, also by a name that it spells out."""
-    try:
-        tree = ast.parse(source.read_text(encoding="utf-8"))
-    except (SyntaxError, ValueError):
-        return
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from (alias.name.partition(".")[0] for alias in node.names)
-        elif isinstance(node, ast.ImportFrom) and not node.level and node.module:
-            yield node.module.partition(".")[0]
-        elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
-            called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-            name = node.args[0].value
-            if called in IMPORTERS and isinstance(name, str) and not name.startswith("."):
-                yield name.partition(".")[0]
+def _imported(files: Iterable[Path]) -> list[str]:
+    """Top-level packages that those of the files import which are Python's."""
+    names = (name for path in files if path.suffix == ".py" for name in imported(path))
+    return list(dict.fromkeys(name.partition(".")[0] for name in names))

@@ -10,7 +10,7 @@ import json
 import math
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -102,6 +102,9 @@ class Plan:
     modules: Mapping[str, str]  # digests of all modules that take part in any of the runs
     cells: tuple[Cell, ...]
     runs: tuple[Run, ...]
+    plugins: Mapping[str, str] = field(
+        default_factory=dict
+    )  # plain files of plugins by what chooses them: optimizer=mine
 
     def seeds(self, run: Run) -> dict[str, list[int]]:
         """Entropy of each component's `numpy.random.SeedSequence`."""

@@ -12,40 +12,60 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import scipy.linalg  # noqa: F401 – its own linear algebra is loaded with it, and named too
 from threadpoolctl import threadpool_info
 
-from bench.plan.outside import DISTRIBUTION, NUMERICAL, OURS, outside_code
+from bench.plan.outside import DISTRIBUTION, NUMERICAL, outside_code
 from bench.storage.places import ROOT
 from ksmea import registry
+from ksmea.plugin_files import OURS, brought_along, imported
 from ksmea.settings import Settings
 
 SHOWN = "ksmea.show"  # texts, tables and figures of results: nothing in it is computed with
 ENTRANCE = "bench.jobs.execute"  # where a run begins
 OPTIONAL = ("cma",)  # numerical libraries of an extra: their versions belong to runs that import them
+NO_FILES: Mapping[str, str] = MappingProxyType({})
 PARTS = "parts"  # where a run's settings keep the modules of plugins that its own are made of
 
 
-def used_modules(settings: Mapping[str, Any]) -> dict[str, str]:
+def used_modules(settings: Mapping[str, Any], plugins: Mapping[str, str] = NO_FILES) -> dict[str, str]:
     """Digest by name of every module that a run with these settings executes: its plugins, and all that they and the
     run itself import, of this project and of the packages that the plugins come from; with these, what else they bring along
-    from outside (`bench.plan.outside`)."""
-    plugins = [
-        registry.plugin_class(group, settings[group]["name"]).__module__
-        for group in registry.GROUPS
-        if settings.get(group) is not None
+    from outside (`bench.plan.outside`). `plugins` are the plain files of plugins by what chooses them, `optimizer=mine`;
+    they are read and not executed."""
+    by_module = {Path(path).stem: Path(path) for path in plugins.values()}
+    chosen = [(group, settings[group]["name"]) for group in registry.GROUPS if settings.get(group) is not None]
+    modules = [
+        Path(plugins[word]).stem
+        if (word := f"{group}={name}") in plugins
+        else registry.plugin_class(group, name).__module__
+        for group, name in chosen
     ]
-    plugins += settings.get(PARTS, ())
-    return dict(_used_modules(tuple(plugins)))
+    modules += settings.get(PARTS, ())
+    installed = tuple(module for module in modules if module not in by_module)
+    return dict(_used_modules(installed, frozenset(by_module[module] for module in modules if module in by_module)))
+
+
+def plugin_files(settings: Mapping[str, Any]) -> dict[str, str]:
+    """Plain files of the plugins that a run with these settings is made of, by what chooses them."""
+    modules = settings.get(PARTS, ())
+    return {
+        f"{group}={name}": str(path)
+        for path, group, name in registry.plugins_in_files()
+        if path.stem in modules or (settings.get(group) or {}).get("name") == name
+    }
 
 
 @cache
-def _used_modules(plugins: tuple[str, ...]) -> dict[str, str]:
+def _used_modules(plugins: tuple[str, ...], files: frozenset[Path]) -> dict[str, str]:
     packages = frozenset([*OURS, *(name.partition(".")[0] for name in plugins)])
     found: dict[str, str] = {}
-    pending = [ENTRANCE, *plugins]
+    in_files = (source for path in files for source in brought_along(path).values() if source.suffix == ".py")
+    of_files = (name for source in in_files for name in imported(source) if name.partition(".")[0] in OURS)
+    pending = [ENTRANCE, *plugins, *of_files]
     while pending:
         name = pending.pop()
         if name not in found and (source := _source(name)) is not None:
@@ -58,7 +78,7 @@ def _used_modules(plugins: tuple[str, ...]) -> dict[str, str]:
                 for module in _imports(source, name)
                 if module.partition(".")[0] in packages and not (module + ".").startswith(SHOWN + ".")
             )
-    return dict(sorted(found.items())) | outside_code(plugins)
+    return dict(sorted(found.items())) | outside_code(plugins, files)
 
 
 def modules_of_parts(plugins: Iterable[Settings]) -> list[str]:

@@ -65,3 +65,27 @@ def test_units_ranges_and_sources(enter):
 def test_help_on_what_is_not_there(words, expected, enter):
     page = enter("help", *words)
     assert page.code == 2 and page.out == "" and page.err.startswith(f"error: {expected}")
+
+
+def test_plugins_from_outside_with_their_package_and_whether_they_load(enter, tmp_path, monkeypatch):
+    """One that loads, one that does not, and one whose name is that of a plugin of this project."""
+    information = tmp_path / "their_tools-1.5.dist-info"
+    information.mkdir()
+    (information / "METADATA").write_text("Metadata-Version: 2.1\nName: their-tools\nVersion: 1.5\n")
+    points = "good = optimizers.pso:PSO\nbad = nothing_of_this_name:Bad\nde = optimizers.pso:PSO\n"
+    (information / "entry_points.txt").write_text(f"[ksmea.optimizers]\n{points}")
+    monkeypatch.syspath_prepend(tmp_path)
+    registry.registered.cache_clear()
+    try:
+        page = enter("help").out.partition("plugins from outside:\n")[2].splitlines()
+        group = enter("help", "optimizer").out
+    finally:
+        registry.registered.cache_clear()
+    reason = "ModuleNotFoundError: No module named 'nothing_of_this_name'"
+    assert page == [
+        f"  optimizer=bad: from their-tools 1.5; cannot be chosen: nothing_of_this_name:Bad cannot be loaded: {reason}",
+        "  optimizer=good: from their-tools 1.5; loads",
+        "  optimizer=de: from their-tools 1.5; left out, ksmea-bench has one of this name: rename it there",
+    ]
+    assert f"{reason} [their-tools 1.5]" in group
+    assert group.count("[their-tools 1.5]") == 2 and "[ksmea-bench " in group

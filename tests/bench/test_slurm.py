@@ -44,6 +44,13 @@ class Napper(Optimizer):
         objective(rng.random((4, objective.dim)))
         return objective.result()
 '''
+# The same in a plain file, with a number from a module beside it.
+FILE = (
+    NAPPER.replace("Napper", "FiledNapper")
+    .replace("NAP)", "0)")
+    .replace("import time", "import time\nfrom points import N")
+)
+FILE = FILE.replace("(4,", "(N,")
 METADATA = "Metadata-Version: 2.1\nName: napper\nVersion: 1.0\n"
 NAP = 0.3  # s
 RUNS = 24
@@ -282,3 +289,22 @@ def test_files_given_by_relative_paths_are_found_by_jobs(call, place):
     cheap = ["method=direct", "optimizer=napper", "study.intervals=none", "repetitions=1"]
     code, out, err = call(*files, *cheap, *ARRAY, "output=of_files")
     assert code == 0 and "all 1 runs of run have a result" in out, out + err
+
+
+def test_a_plain_file_of_a_plugin_and_a_campaign_travel_by_relative_paths(call, place):
+    examples = Path(__file__).parents[2] / "docs" / "examples"
+    (place / "mine").mkdir()
+    for name in ("campaign.yaml", "two_runs.csv"):
+        (place / "mine" / name).write_bytes((examples / name).read_bytes())
+    (place / "mine" / "filed_napper.py").write_text(FILE)
+    (place / "mine" / "points.py").write_text("N = 7\n")
+    words = ["plugins=[mine/filed_napper.py]", "optimizer=filed_napper", "method=direct", "study.intervals=none"]
+    words += ["measurement=campaign", "measurement.path=mine/campaign.yaml", "repetitions=4"]
+    code, out, err = call(*words, *ARRAY, "output=filed")
+    assert code == 0 and "all 4 runs of run have a result" in out, out + err
+    assert {"file filed_napper.py", "file points.py"} <= {*read_plan(place / "filed").modules}
+    code, _, err = call(*words, "output=filed_here", "workers=1")
+    assert code == 0, err
+    assert_same_tables(place / "filed", files_of(place / "filed_here"))
+    for command in ("status", "collect"):
+        assert call(command, "filed")[0] == 0  # without the file being given again

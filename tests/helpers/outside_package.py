@@ -1,7 +1,10 @@
 """An installed package of someone else, for tests that enter the bench inside their own process."""
 
+import sys
 from contextlib import contextmanager
+from pathlib import Path
 
+import pytest
 from hydra.core.config_store import ConfigStore
 
 from ksmea import registry
@@ -18,3 +21,19 @@ def outside_package(folder, monkeypatch, files, group, name):
     yield
     registry.registered.cache_clear()
     ConfigStore.instance().repo.get(group, {}).pop(f"{name}.yaml", None)
+
+
+@contextmanager
+def plain_files(folder):
+    """A process that has registered no plain file yet; what it registers below the folder is forgotten afterwards."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(sys, "path", [*sys.path])
+        patch.setattr(registry, "_in_files", {})
+        registry.registered.cache_clear()
+        yield
+        for _, group, name in registry.plugins_in_files():
+            ConfigStore.instance().repo.get(group, {}).pop(f"{name}.yaml", None)
+    registry.registered.cache_clear()
+    for name, module in [*sys.modules.items()]:
+        if Path(getattr(module, "__file__", None) or "/").is_relative_to(folder):
+            del sys.modules[name]

@@ -147,22 +147,35 @@ def test_a_method_is_made_of_the_parts_that_it_has():
     )
 
 
-@pytest.mark.parametrize("name", ["de", "mine"])
-def test_a_name_that_two_packages_register_is_refused_with_both(name, tmp_path, monkeypatch):
-    """Also a name of this project, which nothing from outside may take."""
-    packages = ["one"] if name == "de" else ["one", "two"]
-    for package in packages:
-        information = tmp_path / f"{package}_tools-1.0.dist-info"
-        information.mkdir()
-        (information / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {package}-tools\nVersion: 1.0\n")
-        (information / "entry_points.txt").write_text(f"[ksmea.optimizers]\n{name} = optimizers.pso:PSO\n")
-    monkeypatch.syspath_prepend(tmp_path)
-    registry.registered.cache_clear()
-    try:
-        text = refusal(registry.create, "optimizer", name, {})
-        assert registry.create("optimizer", "ga", {}) is not None
-    finally:
+@pytest.fixture
+def packages(tmp_path, monkeypatch):
+    """Packages of others that register an optimiser of one name."""
+
+    def install(name, *owners):
+        for owner in owners:
+            information = tmp_path / f"{owner}_tools-1.0.dist-info"
+            information.mkdir()
+            (information / "METADATA").write_text(f"Metadata-Version: 2.1\nName: {owner}-tools\nVersion: 1.0\n")
+            (information / "entry_points.txt").write_text(f"[ksmea.optimizers]\n{name} = optimizers.pso:PSO\n")
+        monkeypatch.syspath_prepend(tmp_path)
         registry.registered.cache_clear()
-    assert text.startswith(f"optimizer={name}: expected one package that registers this name, got ")
-    assert all(f"{package}-tools (optimizers.pso:PSO)" in text for package in packages)
-    assert ("ksmea-bench (optimizers.de:DE)" in text) is (name == "de")
+
+    yield install
+    registry.registered.cache_clear()
+
+
+def test_a_name_that_two_packages_register_is_refused_with_both(packages):
+    packages("mine", "one", "two")
+    text = refusal(registry.create, "optimizer", "mine", {})
+    assert registry.create("optimizer", "ga", {}) is not None
+    assert text.startswith("optimizer=mine: expected one package that registers this name, got ")
+    assert all(f"{package}-tools (optimizers.pso:PSO)" in text for package in ("one", "two"))
+
+
+def test_a_name_of_this_project_stays_its_own(packages):
+    """A package that registers it too is left out, and takes nothing away from whoever chooses the name."""
+    packages("de", "one")
+    assert type(registry.create("optimizer", "de", {})) is DE
+    assert registry.origin("optimizer", "de").startswith("ksmea-bench ")
+    assert [registry.origin_of(point) for point in registry.left_out("optimizer")] == ["one-tools 1.0"]
+    assert registry.left_out("surrogate") == []
