@@ -9,7 +9,7 @@ from ksmea.identification import Streams
 from ksmea.journal import Journal, JournaledProblem
 from ksmea.loop import KSMEA
 from ksmea.measurement import Measurement, Noise, observe
-from ksmea.registry import plugin_class, registered
+from ksmea.registry import plugin_class
 from problems.three_disk import ThreeDisk
 from surrogates.kriging import Kriging
 
@@ -59,12 +59,25 @@ def identify(method, problem, measurement):
     return method.identify(problem, measurement, streams)
 
 
+GENERATIONS = {"generations": 6, "population": 20}
+EVALUATIONS = {"evaluations": 140}
+CHEAP = {
+    "cmaes": EVALUATIONS,
+    "de": GENERATIONS,
+    "dual_annealing": EVALUATIONS,
+    "ga": GENERATIONS,
+    "lm": {"screening": 200, "starts": 2},
+    "nelder_mead": EVALUATIONS,
+    "pso": GENERATIONS,
+    "random_search": EVALUATIONS,
+}
+
+
 def cheap(name):
-    few = {"lm": {"screening": 200, "starts": 2}}
-    return plugin_class("optimizer", name)(**few.get(name, {"generations": 6, "population": 20}))
+    return plugin_class("optimizer", name)(**CHEAP[name])
 
 
-@pytest.mark.parametrize("name", [name for name in registered("optimizer") if name in ("de", "pso", "ga", "lm")])
+@pytest.mark.parametrize("name", sorted(CHEAP))
 @pytest.mark.parametrize("method", ["direct", "ksmea"])
 def test_a_run_cut_off_twice_ends_like_an_undisturbed_one(method, name, problem, measurement, tmp_path):
     made = {
