@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import copy
 from dataclasses import dataclass
+from types import MethodType
 from typing import Any, TypeVar
 
 import numpy as np
@@ -74,14 +75,23 @@ class CountedSurrogate(Surrogate):
 
 
 def _behind(counted: Any, name: str) -> Any:
-    """An attribute of what is counted, which a copy in the making does not have yet."""
+    """An attribute of what is counted, which a copy in the making does not have yet; a surrogate that a method of it returns is
+    counted too."""
     if name in ("behind", "count") or name.startswith("__"):
         raise AttributeError(name)
-    return getattr(counted.behind, name)
+    member = getattr(counted.behind, name)
+    if not isinstance(member, MethodType):
+        return member
+
+    def call(*arguments: Any, **named: Any) -> Any:
+        answer = member(*arguments, **named)
+        return CountedSurrogate(answer, counted.count) if isinstance(answer, Surrogate) else answer
+
+    return call
 
 
 def _handed_on(name: str) -> property:
-    return property(lambda self: getattr(self.behind, name))
+    return property(lambda self: _behind(self, name))
 
 
 # What the contracts have a default for is asked of the one behind too.

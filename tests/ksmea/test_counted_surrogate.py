@@ -62,6 +62,9 @@ class OneOfItsOwn(Surrogate):
     def least_samples(self, d):
         return 2 * d
 
+    def of_degree(self, degree):
+        return dataclasses.replace(self, degree=degree)
+
     def fit(self, u, y, rng):
         return Constant()
 
@@ -71,6 +74,8 @@ def test_contract_and_what_a_plugin_has_of_its_own_are_those_behind():
     surrogate = CountedSurrogate(OneOfItsOwn(), count)
     assert (surrogate.transform, surrogate.degree, surrogate.least_samples(3)) == ("log", 7, 6)
     assert not surrogate.is_true_model
+    other = surrogate.of_degree(8)
+    assert isinstance(other, CountedSurrogate) and other.degree == 8 and other.count is count
     points = np.zeros((4, 2))
     predictor = surrogate.fit(points, np.zeros((4, 1)), np.random.default_rng(0))
     assert np.array_equal(predictor.variance(points), 2.0 * np.ones((4, 1))) and predictor.leave_one_out() == [0.5]
