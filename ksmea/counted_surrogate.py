@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+from collections.abc import Callable
 from dataclasses import dataclass
 from types import MethodType
 from typing import Any, TypeVar
@@ -12,6 +13,7 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.contracts import Surrogate
 from ksmea.predictor import Predictor
+from ksmea.unsuited import Unsuited
 
 AnyMethod = TypeVar("AnyMethod")
 
@@ -63,12 +65,20 @@ class CountedSurrogate(Surrogate):
         return self.behind.least_samples(d)
 
     def fit(self, u: Array, y: Array, rng: np.random.Generator) -> Predictor:
-        return CountedPredictor(self.behind.fit(u, y, rng), self.count)
+        return self._counted(lambda: self.behind.fit(u, y, rng))
 
     def refit(self, previous: Predictor, u: Array, y: Array, rng: np.random.Generator) -> Predictor:
-        if isinstance(previous, CountedPredictor):
-            previous = previous.behind
-        return CountedPredictor(self.behind.refit(previous, u, y, rng), self.count)
+        bare = previous.behind if isinstance(previous, CountedPredictor) else previous
+        return self._counted(lambda: self.behind.refit(bare, u, y, rng))
+
+    def _counted(self, made: Callable[[], Predictor]) -> CountedPredictor:
+        """A predictor that counts; so does what takes over where the surrogate is not suited."""
+        try:
+            return CountedPredictor(made(), self.count)
+        except Unsuited as unsuited:
+            if unsuited.substitute is not None and not unsuited.substitute.is_true_model:
+                unsuited.substitute = CountedSurrogate(unsuited.substitute, self.count)
+            raise
 
     def __getattr__(self, name: str) -> Any:
         return _behind(self, name)

@@ -12,6 +12,7 @@ from ksmea.direct import Direct
 from ksmea.loop import KSMEA
 from ksmea.measurement import Noise
 from ksmea.predictor import Predictor
+from ksmea.unsuited import Unsuited
 from optimizers.de import DE
 from problems.three_disk import ThreeDisk
 from surrogates.kriging import Kriging
@@ -85,6 +86,25 @@ def test_contract_and_what_a_plugin_has_of_its_own_are_those_behind():
     assert count.points == 4
     with pytest.raises(AttributeError, match="of_nobody"):
         predictor.of_nobody  # noqa: B018
+
+
+@dataclasses.dataclass(frozen=True)
+class AtALoss(OneOfItsOwn):
+    substitute: Surrogate | None = None
+
+    def fit(self, u, y, rng):
+        raise Unsuited("of no use here", self.substitute)
+
+
+def test_what_takes_over_from_a_surrogate_is_counted_too():
+    count, nothing = PredictionCount(), (np.zeros((4, 2)), np.zeros((4, 1)), np.random.default_rng(0))
+    for substitute in (OneOfItsOwn(), NoSurrogate(), None):
+        with pytest.raises(Unsuited) as raised:
+            CountedSurrogate(AtALoss(substitute=substitute), count).fit(*nothing)
+        found = raised.value.substitute
+        assert isinstance(found, CountedSurrogate) == isinstance(substitute, OneOfItsOwn)
+        if not isinstance(found, CountedSurrogate):
+            assert found is substitute
 
 
 def test_every_member_of_the_contracts_is_counted_or_handed_on():
