@@ -35,6 +35,14 @@ class ProbeCrosstalk(PlacedEffect):
     def draw(self, problem: RotorProblem, rng: np.random.Generator) -> np.ndarray:
         return rng.uniform(0.05, 0.2, 1) * rng.choice([-1.0, 1.0])
 
+    def needed_channels(self, channels: Sequence[Channel]) -> Sequence[Channel]:
+        """The other probe of each plane, where it is not asked for itself."""
+        return [
+            dataclasses.replace(channel, direction="y" if channel.direction == "x" else "x")
+            for channel in channels
+            if is_at(channel, self.position)
+        ]
+
     def observed(
         self, response: np.ndarray, channels: Sequence[Channel], speed: np.ndarray, theta: np.ndarray
     ) -> np.ndarray:

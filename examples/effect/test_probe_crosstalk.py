@@ -3,8 +3,12 @@ import pytest
 from probe_crosstalk import ProbeCrosstalk
 
 import ksmea
+from ksmea.testing import check_effect
+from problems.three_disk import ThreeDisk
 
 ROTOR = ksmea.load_problem("three_disk", sensors=[0.1, 0.5], n_speed=9)
+
+test_exam = check_effect.tests(ProbeCrosstalk(), on=ThreeDisk())
 
 
 def test_each_plane_with_two_probes_is_a_location():

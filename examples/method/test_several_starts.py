@@ -4,7 +4,9 @@ from several_starts import SeveralStarts
 import ksmea
 from ksmea.direct import Direct
 from ksmea.identification import Streams
+from ksmea.testing import check_method
 from optimizers.de import DE
+from optimizers.lm import LM
 
 ROTOR = ksmea.load_problem("three_disk").problem
 DATA = ksmea.synthetic_measurement(ksmea.load_problem("three_disk"), relative=0.05).measurement
@@ -13,6 +15,9 @@ SHORT = DE(population=5, generations=3)  # ends far from the minimum, elsewhere 
 
 def streams():
     return Streams(*np.random.default_rng(0).spawn(3))
+
+
+test_exam = check_method.tests(SeveralStarts(LM(), starts=2))
 
 
 def test_it_is_as_good_as_the_best_of_its_searches_and_counts_all_of_them():

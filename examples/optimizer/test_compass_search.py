@@ -3,6 +3,9 @@ import pytest
 from compass_search import CompassSearch
 
 from ksmea import Objective
+from ksmea.testing import check_optimizer
+
+test_exam = check_optimizer.tests(CompassSearch())
 
 
 def test_the_minimum_of_a_sphere_within_the_last_step():

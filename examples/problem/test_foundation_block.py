@@ -3,10 +3,13 @@ import pytest
 from foundation_block import FoundationBlock
 
 import ksmea
+from ksmea.testing import check_problem
 
 BLOCK = FoundationBlock()
 PROBLEM = BLOCK.build()
 X = np.array([*BLOCK.reference().values()])
+
+test_exam = check_problem.tests(FoundationBlock())
 
 
 def test_far_above_resonance_the_block_moves_as_its_mass_alone_asks():

@@ -2,8 +2,12 @@ import numpy as np
 import pytest
 from radial_basis import RadialBasis
 
+from ksmea.testing import check_surrogate
+
 RNG = np.random.default_rng(0)
 U = RNG.random((20, 2))
+
+test_exam = check_surrogate.tests(RadialBasis())
 
 
 def test_it_goes_through_its_samples():
