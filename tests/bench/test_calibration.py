@@ -111,7 +111,7 @@ def test_the_report_is_printed_tabled_and_drawn(plan, tmp_path):
     assert "100.0 %" in made.text and "covers %" in made.text
     assert set(made.figures()) == {"coverage.png"}
     boxes, coverage = calibration_figure(plan, frame, runs).axes
-    assert coverage.containers[0].lines[0].get_xdata() == pytest.approx(frame["covered_pct"])
+    assert list(coverage.containers[0].lines[0].get_xdata()) == pytest.approx(frame["covered_pct"].tolist())
     median = [line for line in boxes.get_lines() if np.ptp(line.get_xdata()) == 0 and np.ptp(line.get_ydata()) == 0.6]
     assert [line.get_xdata()[0] for line in median] == pytest.approx([0.0], abs=1e-9)
 

@@ -81,6 +81,8 @@ def another_value(field):
             return not default
         case None if "list" in field.type:
             return [0.125]
+        case None if "bool" in field.type:
+            return True
         case None:
             return 60 if "int" in field.type else 0.5
         case int():
