@@ -49,10 +49,11 @@ class TraceRecord:
     def check(self, d: int) -> None:
         """Raise `SettingError` where columns differ in length, or points have not d values."""
         n = len(self.evaluations)
-        columns = (self.jacobians, self.surrogate_evaluations, self.misfit, self.seconds, self.x or self.misfit)
-        if any(len(column) != n for column in (*columns, self.error or self.misfit)):
+        counts = self.evaluations, self.jacobians, self.surrogate_evaluations
+        values = self.misfit, self.seconds, self.x or self.misfit, self.error or self.misfit
+        if {*map(len, counts), *map(len, values)} != {n}:
             raise SettingError(f"trace: expected {n} entries in each column, got another number of them")
-        if any(len(x) != d for x in (*self.x, *(stage.x for stage in self.stages))):
+        if {*map(len, self.x), *(len(stage.x) for stage in self.stages)} - {d}:
             raise SettingError(f"trace: expected {d} values at each point, got another number of them")
 
     @property
