@@ -2,18 +2,14 @@
 
 import numpy as np
 import pytest
-from scipy.stats import qmc
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF
 
 from ksmea.errors import SettingError
+from smooth_samples import fit, latin_hypercube, smooth
 from surrogates.correlation import CORRELATIONS, squared_differences
 from surrogates.kriging import Kriging
 from surrogates.trend import n_terms
-
-
-def latin_hypercube(n, d, seed):
-    return qmc.LatinHypercube(d, rng=np.random.default_rng(seed)).random(n)
 
 
 def two_masses(u):
@@ -24,17 +20,6 @@ def two_masses(u):
     determinant = (ground + link - speed**2) * (link - speed**2) - link**2
     response = np.stack([force * link / determinant, force * (ground + link - speed**2) / determinant], axis=2)
     return np.log(np.abs(response)).reshape(len(u), -1)
-
-
-def smooth(u):
-    """Points (n, 2) → three outputs of different size and smoothness, (n, 3)."""
-    return np.column_stack(
-        [np.sin(3 * u[:, 0]) + u[:, 1] ** 2, 100 * np.exp(-u[:, 0] * u[:, 1]), np.cos(5 * u[:, 1]) / (1.2 + u[:, 0])]
-    )
-
-
-def fit(settings, u, y, seed=0):
-    return settings.fit(u, y, np.random.default_rng(seed))
 
 
 @pytest.fixture(scope="module")
