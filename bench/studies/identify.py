@@ -110,7 +110,8 @@ class Identify(Study):
             near = _maximum_near(setup.true_x, seen, used)
             if self.basin and near is not None and record.deviance is not None:
                 record = dataclasses.replace(record, basin_excess=record.deviance - near.deviance)
-            record = dataclasses.replace(record, trace=_judged(record.trace, setup, near, seen, used))
+            if record.trace is not None:
+                record = dataclasses.replace(record, trace=_judged(record.trace, setup, near, seen, used))
         return dataclasses.replace(record, hidden=setup.hidden(draw)).to_data()
 
 
@@ -124,11 +125,11 @@ def _maximum_near(x: Array, problem: Problem, measurement: Measurement) -> Point
 
 
 def _judged(
-    trace: TraceRecord | None, setup: Setup, near: Point | None, problem: Problem, measurement: Measurement
-) -> TraceRecord | None:
+    trace: TraceRecord, setup: Setup, near: Point | None, problem: Problem, measurement: Measurement
+) -> TraceRecord:
     """A trace against the true values and the maximum near them; without noise, which is no maximum, against them alone."""
     true, parameters = setup.true_x, problem.parameters
     best = true if near is None else parameters.to_si(near.theta[: len(true)])
     searched, data = as_searched(problem, measurement)
     least = finite(comparable_misfit(data)(searched.response(best[None]))[0])
-    return trace and trace.judged(parameters, true, setup.crlb(problem), least)
+    return trace.judged(parameters, true, setup.crlb(problem), least)
