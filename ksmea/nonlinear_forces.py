@@ -14,8 +14,6 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 
-QUARTER_TURN = np.array([[0.0, -1.0], [1.0, 0.0]])  # x to y
-
 OrbitForce = Callable[[Array, Array, ComplexArray, float], tuple[Array, Array]]
 
 
@@ -52,16 +50,25 @@ def rub(coefficients: Array, orbit: Array, turn: ComplexArray, rounding: float) 
     surface slides the way that it turns, whatever its whirl. Coefficients: k N/m, δ m, μ.
 
     J. Jiang and H. Ulbrich, Nonlinear Dyn. 24 (2001) 269–283; A. Muszynska, Rotordynamics, 2005, ch. 5."""
-    stiffness, clearance, friction = (each[:, None, None] for each in coefficients.T)
-    radius = np.maximum(np.linalg.norm(orbit, axis=-1, keepdims=True), np.finfo(float).tiny)
-    direction = orbit / radius
+    stiffness, clearance, friction = (each[:, None] for each in coefficients.T)
+    x, y = orbit[..., 0], orbit[..., 1]
+    radius = np.maximum(np.hypot(x, y), np.finfo(float).tiny)
     depth, width = radius - clearance, np.maximum(rounding * clearance, np.finfo(float).tiny)
     slope = np.clip(np.clip(depth, -width, width) / width + 0.5, 0.0, 1.0)
-    pressed = np.where(depth > width / 2, depth, width * slope**2 / 2)
-    outwards = direction[..., :, None] * direction[..., None, :]
-    by_orbit = slope[..., None] * outwards + (pressed / radius)[..., None] * (np.eye(2) - outwards)
-    turned = -stiffness[..., None] * (np.eye(2) + friction[..., None] * QUARTER_TURN)
-    return _times(turned, pressed * direction), turned @ by_orbit
+    across = np.where(depth > width / 2, depth, width * slope**2 / 2) / radius  # what is pressed in, over the radius
+    along, (to_x, to_y) = slope - across, (x / radius, y / radius)
+    # the force without friction, and with each column of its derivatives: both turn by the friction alike
+    pressed = np.stack([across * x, across * y], axis=-1)
+    by_x = np.stack([across + along * to_x**2, along * to_x * to_y], axis=-1)
+    by_y = np.stack([along * to_x * to_y, across + along * to_y**2], axis=-1)
+    force, by_x, by_y = (_rubbing(each, stiffness, friction) for each in (pressed, by_x, by_y))
+    return force, np.stack([by_x, by_y], axis=-1)
+
+
+def _rubbing(pressed: Array, stiffness: Array, friction: Array) -> Array:
+    """−k (1 + μ J) times vectors (n, n_angle, 2), with k and μ (n, 1)."""
+    x, y = pressed[..., 0], pressed[..., 1]
+    return np.stack([stiffness * (friction * y - x), -stiffness * (friction * x + y)], axis=-1)
 
 
 def on_sites(forces: Sequence[OrbitForce], n_coefficient: Sequence[int]) -> OrbitForce:

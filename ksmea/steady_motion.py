@@ -36,7 +36,7 @@ REGULAR = 1e-9  # of the largest receptance: added to one that no force moves
 class SiteMotion:
     """How sites move at speeds (n_speed,), rad/s: by Q (n, n_speed, m), m, at the frequency of rotation without a force on them, and
     by G (n, n_speed, m, m), m/N, with each unit of one. `further` has G at other harmonics, by their order. `near`
-    (n, n_speed, m), m, is a motion that is known from elsewhere."""
+    (n, n_speed, n_known, m), m, has the first harmonics of a motion next to which the steady one is."""
 
     speed: Array
     without_force: ComplexArray
@@ -52,10 +52,11 @@ class SiteMotion:
 
 @dataclass(frozen=True)
 class SteadyForce:
-    """A force in the motion that it is part of: its harmonics (n, n_speed, n_order, m), N; and the part (n, n_speed) that the largest
-    harmonic which is left out has of that of the rotation."""
+    """A force in the motion that it is part of: the harmonics (n, n_speed, n_order, m) of both, N and m; and the part (n, n_speed) that
+    the largest harmonic of the force which is left out has of that of the rotation."""
 
     harmonics: ComplexArray
+    motion: ComplexArray
     left_out: Array
 
 
@@ -100,9 +101,9 @@ def steady_force(force: SiteForce, site: SiteMotion) -> SteadyForce:
     stiffness = _dynamic_stiffness(at_rotation)
     largest = _largest(alone, stiffness)
     if site.near is None:
-        start, plain = alone, _has_one_motion(rotation, stiffness, force.stiffens[row], largest)
+        start, plain = alone[:, None], _has_one_motion(rotation, stiffness, force.stiffens[row], largest)
     else:
-        start, plain = site.near.reshape(-1, m), np.ones(len(alone), dtype=bool)
+        start, plain = site.near.reshape(len(alone), -1, m), np.ones(len(alone), dtype=bool)
 
     motion, is_found = np.empty_like(whole.alone), np.zeros(len(alone), dtype=bool)
     tried = np.flatnonzero(plain)
@@ -129,8 +130,10 @@ def steady_force(force: SiteForce, site: SiteMotion) -> SteadyForce:
         motion[lacking] = _padded(moved, whole)
     if not is_found.all():
         raise np.linalg.LinAlgError("no steady motion was found under this force")
-    acting = whole.harmonics.motion(whole.acting(motion)[0])
-    return SteadyForce(acting.reshape(n, n_speed, -1, m), left_out(whole, motion).reshape(n, n_speed))
+    acting, moving = (
+        whole.harmonics.motion(each).reshape(n, n_speed, -1, m) for each in (whole.acting(motion)[0], motion)
+    )
+    return SteadyForce(acting, moving, left_out(whole, motion).reshape(n, n_speed))
 
 
 def _sharpened(balance: Balance, found: Branches, order: Indices, roundings: Sequence[float]) -> tuple[Array, Mask]:
@@ -155,14 +158,14 @@ def _padded(motion: Array, whole: Balance) -> Array:
 def _balance(
     force: OrbitForce, coefficients: Array, harmonics: Harmonics, alone: ComplexArray, per_force: ComplexArray
 ) -> Balance:
-    excited = _components(alone, harmonics.orders)
+    excited = _components(alone[:, None], harmonics.orders)
     return Balance(force, coefficients, harmonics, excited, harmonics.receptance(per_force))
 
 
-def _components(at_rotation: ComplexArray, orders: tuple[int, ...]) -> Array:
-    """Those of a motion (n, m) at the frequency of rotation alone, the first of these harmonics."""
-    motion = np.zeros((len(at_rotation), len(orders), at_rotation.shape[1]), dtype=complex)
-    motion[:, 0] = at_rotation
+def _components(first: ComplexArray, orders: tuple[int, ...]) -> Array:
+    """Those of a motion that has the first (n, n_known, m) of these harmonics alone."""
+    motion = np.zeros((len(first), len(orders), first.shape[2]), dtype=complex)
+    motion[:, : first.shape[1]] = first
     return Harmonics(orders).components(motion)
 
 

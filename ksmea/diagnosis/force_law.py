@@ -145,7 +145,7 @@ class LawLikelihood(SumOfSquares):
         n_channel = len(self._base.problem.channels)
         coefficients = theta[:, self.d :] * self.scale
         motion, per_force = response[:, :, n_channel:], columns[:, :, n_channel:]
-        start = None if near is None else np.broadcast_to(near, motion.shape)
+        start = None if near is None else np.broadcast_to(near, motion.shape)[:, :, None]
         force = self.law.steady(coefficients, SiteMotion(self._seen.speed, motion, per_force, start))
         acting = response + (columns @ force[..., None])[..., 0]
         return acting[:, :, :n_channel], force, acting[:, :, n_channel:]

@@ -109,8 +109,10 @@ def _noncentrality(n_unknown: int, level: float) -> float:
 
 def collinearity(trial: Trial, other: Candidate) -> float:
     """Collinearity of an effect, as fitted, with another: the cosine between its change of the data and the nearest change
-    that the other makes, everything else being fitted along. At 1 the data cannot tell them apart."""
-    problem = other.effect.added_to(trial.fit.problem)
+    that the other makes, everything else being fitted along. At 1 the data cannot tell them apart; it is 0 of two that cannot
+    act together, of which it says nothing."""
+    if (problem := other.beside(trial.fit.problem)) is None:
+        return 0.0
     n_other = len(other.effect.parameters(trial.fit.problem.machine))
     u = np.concatenate([trial.fit.u, without_effects(problem, len(trial.fit.u))])
     whitened, of_noise = _whitened(problem, u, trial.fit)

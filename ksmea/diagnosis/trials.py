@@ -36,6 +36,13 @@ class Candidate:
     name: str
     effect: AnyEffect
 
+    def beside(self, problem: Problem) -> Problem | None:
+        """The problem with the effect; None where it cannot act beside those that the problem has."""
+        try:
+            return self.effect.added_to(problem)
+        except SettingError:
+            return None
+
 
 @dataclass(frozen=True)
 class Trial:
@@ -132,7 +139,9 @@ def fitted(
     trials: list[Trial] = []
     for candidate in found:
         lowest = min((trial.fit.deviance for trial in trials), default=np.inf)
-        extended = candidate.effect.added_to(problem)
+        if (extended := candidate.beside(problem)) is None:
+            progress()
+            continue
         with suppress(np.linalg.LinAlgError):  # an effect without a steady motion where the model fits is no candidate
             fit = fit_nearby(extended, measurement, without, max_iterations, lowest + FAR)
             fit = stable_fit(fit, start_nearby(fit.problem, without))

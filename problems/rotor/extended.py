@@ -43,6 +43,7 @@ from problems.rotor.with_effects import RotorWithEffects
 
 CHUNK_BYTES = 2**22  # of the largest temporary array of a batch: with fewer, hooks of effects cost as much as the rotor
 MAX_REDUCTIONS = 64  # kept of rotors that an effect has changed
+MAX_SITE_MOTIONS = 8  # kept, which sensitivities start from
 MAX_LINEARISED = 8  # kept of responses with their sensitivities: several fits start where another one has ended
 
 
@@ -103,6 +104,14 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy):
     def response(self, x: Array) -> ComplexArray:
         """(n, d) SI → (n, n_speed, n_channel), m."""
         return self._rotor_by_rotor(x, (len(self.channels),), (), self._reduced_response)
+
+    def response_next_to(self, x: Array, points: Array) -> ComplexArray:
+        """The response (n, n_speed, n_channel), m, at points (n, d) SI; of several steady motions that next to the one at x (d,)."""
+        if tuple(x) not in self._site_motions:
+            self.response(x[None])
+        return self._rotor_by_rotor(
+            points, (len(self.channels),), (), partial(self._reduced_response, near=self._site_motions.get(tuple(x)))
+        )
 
     def load_response(self, x: Array, loads: Sequence[Load]) -> ComplexArray:
         """(n, d) SI → response to unit loads, (n, n_speed, n_channel, n_load) m per N or N m."""
@@ -205,8 +214,11 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy):
 
         return recent(self._reductions, (changing, loads, harmonic), reduced, MAX_REDUCTIONS)
 
-    def _motion(self, reduction: Reduction, x: Array) -> tuple[ComplexArray, list[Array]]:
-        """Motion and responses to unit loads at the seen channels, (n, n_speed, n_seen, 1 + n_load), and each effect's values."""
+    def _motion(
+        self, reduction: Reduction, x: Array, near: ComplexArray | None = None
+    ) -> tuple[ComplexArray, list[Array]]:
+        """Motion and responses to unit loads at the seen channels, (n, n_speed, n_seen, 1 + n_load), and each effect's values.
+        `near` is as `with_nonlinear_forces` has it; what that finds of one set is kept."""
         of_effects = self.parts(x)[1]
         impedance, sizes = self.impedances_and_sizes(x)
         per_load, n_own = reduction.response_per_load(impedance), sizes.shape[1]
@@ -220,7 +232,9 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy):
             units = further.response_per_load(self.impedances_and_sizes(x, order)[0])[:, n_own:]
             return responses_at_order(units.transpose(2, 3, 0, 1), linear, len(seen), self.speed, order)
 
-        columns = with_nonlinear_forces(columns, nonlinear, seen, self.speed, at_order)
+        columns, at_sites = with_nonlinear_forces(columns, nonlinear, seen, self.speed, at_order, near)
+        if at_sites is not None and len(x) == 1:
+            recent(self._site_motions, tuple(x[0]), lambda: at_sites[0], MAX_SITE_MOTIONS)
         if self._turning.are_there:
             columns[..., 0] = self._turning_motion(x, sizes)
         columns[..., 0] += self._sweep_change(x)
@@ -235,6 +249,11 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy):
         return shaft.motion(entries, self._turning.acting(of_effects, sizes, self.forces(of_effects)[0]))
 
     @cached_property
+    def _site_motions(self) -> OrderedDict[tuple[float, ...], ComplexArray]:
+        """Of the sites of forces that are not linear in the motion, by values of the unknowns."""
+        return OrderedDict()
+
+    @cached_property
     def _turning_shafts(self) -> OrderedDict[tuple[float, ...], TurningShaft]:
         return OrderedDict()
 
@@ -242,8 +261,8 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy):
         sites, seen = self.site_laws, self.seen_channels
         return self._turning.shaft(rotor, self.impedances, self.speed, seen, self.loads(rotor), sites)
 
-    def _reduced_response(self, reduction: Reduction, x: Array) -> ComplexArray:
-        columns, of_effects = self._motion(reduction, x)
+    def _reduced_response(self, reduction: Reduction, x: Array, near: ComplexArray | None = None) -> ComplexArray:
+        columns, of_effects = self._motion(reduction, x, near)
         return self.observed(columns[..., 0], of_effects)
 
     def _reduced_load_response(self, reduction: Reduction, x: Array) -> ComplexArray:

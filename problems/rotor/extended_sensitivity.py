@@ -63,7 +63,7 @@ class Extended(Protocol):
     def rotor_with(self, x: Array) -> Rotor: ...
     def further_forces(self, rotor: Rotor, loads: tuple[Load, ...]) -> ComplexArray | None: ...
     def shown(self, columns: ComplexArray, x: Array) -> ComplexArray: ...
-    def response(self, x: Array) -> ComplexArray: ...
+    def response_next_to(self, x: Array, points: Array) -> ComplexArray: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,7 +105,7 @@ def differenced(problem: Extended, x: Array) -> tuple[ComplexArray, ComplexArray
     """The same by central differences of the whole response."""
     parameters = problem.parameters
     differences = central_differences(x, STEP * parameters.width, parameters.lower, parameters.upper)
-    response = problem.response(np.concatenate([x[None], differences.points]))
+    response = problem.response_next_to(x, np.concatenate([x[None], differences.points]))
     return response[0], differences.derivative(response[1:])
 
 

@@ -25,9 +25,15 @@ AtOrder = Callable[[int], ComplexArray]
 
 
 def with_nonlinear_forces(
-    columns: ComplexArray, forces: Sequence[Force], seen: Sequence[Channel], speed: Array, at_order: AtOrder
-) -> ComplexArray:
-    """The motion (n, n_speed, n_seen, 1) with these forces acting, at all harmonics that channels look at.
+    columns: ComplexArray,
+    forces: Sequence[Force],
+    seen: Sequence[Channel],
+    speed: Array,
+    at_order: AtOrder,
+    near: ComplexArray | None = None,
+) -> tuple[ComplexArray, ComplexArray | None]:
+    """The motion (n, n_speed, n_seen, 1) with these forces acting, at all harmonics that channels look at; and that of their sites,
+    (n, n_speed, n_order, n_unit), or None where there are none. `near` (n_speed, n_order, n_unit) is such a motion next to which it is.
 
     `columns` (n, n_speed, n_seen, 1 + n_unit) are the motion without and the responses to unit forces in x and y at all sites.
     `at_order` gives responses to these at another harmonic: of the seen channels, and behind them of the sites,
@@ -35,7 +41,7 @@ def with_nonlinear_forces(
     its own.
     """
     if not forces:
-        return columns
+        return columns, None
     sites = [site for site, _ in forces]
     laws = [site.law for site in sites if isinstance(site.law, NonlinearLaw)]
     rows = [seen.index(channel) for site in sites for channel in site.channels]
@@ -49,6 +55,7 @@ def with_nonlinear_forces(
         speed,
         alone / begins[..., None],
         columns[:, :, rows, 1:],
+        near=None if near is None else np.broadcast_to(near, (len(alone), *near.shape)),
         further={order: responses[:, :, len(seen) :] for order, responses in further.items()},
     )
     at_sites = [law for site, law in zip(sites, laws) for _ in site.positions]
@@ -67,7 +74,7 @@ def with_nonlinear_forces(
     moved = columns[..., :1] + columns[..., 1:] @ acting[:, :, 0, :, None]
     for index, responses in enumerate(further.values(), start=1):
         moved = moved + responses[:, :, : len(seen)] @ acting[:, :, index, :, None]
-    return moved
+    return moved, found.motion
 
 
 def _begins(motion: ComplexArray) -> ComplexArray:
@@ -126,7 +133,7 @@ def dense_motion(
         force = force + site.at_rest(coefficients, speed) @ site.rows(rotor)
     moved = np.linalg.solve(stiffness_at(1), np.concatenate([force[..., None], *units], axis=2))
     columns = (channel_rows(rotor, seen) @ moved)[None]
-    return with_nonlinear_forces(columns, nonlinear, seen, speed, at_order)[0, :, :, 0]
+    return with_nonlinear_forces(columns, nonlinear, seen, speed, at_order)[0][0, :, :, 0]
 
 
 def _all_alike(stiffens: Array) -> Array:

@@ -6,6 +6,7 @@ import pytest
 from ksmea import registry
 from ksmea.channel import Channel
 from ksmea.diagnosis.fitting import fit_from_values
+from ksmea.diagnosis.observability import collinearity
 from ksmea.diagnosis.trials import Candidate, best_by_name, fitted
 from ksmea.measurement import Measurement, Noise, observe
 from problems.three_disk import ThreeDisk
@@ -16,6 +17,16 @@ CHANNELS = tuple(
 )
 NAMES = ("crack", "coupling_misalignment", "residual_bow")
 PROBLEM = ThreeDisk().build().at(np.linspace(60.0, 500.0, 24), CHANNELS)
+
+
+def place(name):
+    return Candidate(name, registry.create("effect", name, {}).locations(PROBLEM)[0])
+
+
+def measured(name, theta):
+    response = place(name).effect.added_to(PROBLEM).response(np.append(TRUTH, theta)[None])[0]
+    values = observe(response, "complex", Noise(0.05, 1e-7), np.random.default_rng(5))
+    return Measurement(PROBLEM.speed, CHANNELS, values, None, "test")
 
 
 def candidates():
@@ -35,12 +46,20 @@ def candidates():
 )
 def test_what_makes_2x_is_told_from_what_does_not(name, theta):
     """One draw of the noise each, 5 % and 0.1 µm. ΔBIC above 6 is strong evidence."""
-    hidden = registry.create("effect", name, {}).locations(PROBLEM)[0]
-    response = hidden.added_to(PROBLEM).response(np.append(TRUTH, theta)[None])[0]
-    values = observe(response, "complex", Noise(0.05, 1e-7), np.random.default_rng(5))
-    measurement = Measurement(PROBLEM.speed, CHANNELS, values, None, "test")
+    measurement = measured(name, theta)
     baseline = fit_from_values(PROBLEM, TRUTH, measurement)
     trials = fitted(PROBLEM, measurement, baseline, candidates(), lambda: None)
     best, *others = best_by_name(trials).values()
     assert best.name == name
     assert best.delta_bic > 6 and all(best.delta_bic > other.delta_bic + 6 for other in others)
+
+
+def test_what_cannot_act_together_is_no_second_effect():
+    """A rub beside a crack is refused, and must not end a diagnosis that tries all pairs."""
+    crack, rub, runout = map(place, ("crack", "clearance_rub", "runout"))
+    measurement = measured("crack", [0.05, -0.03])
+    baseline = fit_from_values(PROBLEM, TRUTH, measurement)
+    (first,) = fitted(PROBLEM, measurement, baseline, [crack], lambda: None)
+    seconds = fitted(first.fit.problem, measurement, first.fit, [rub, runout], lambda: None)
+    assert [each.name for each in seconds] == ["runout"]
+    assert collinearity(first, rub) == 0 < collinearity(first, runout)

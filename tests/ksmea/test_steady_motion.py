@@ -72,5 +72,5 @@ def test_of_several_motions_it_is_the_one_that_is_known_about():
     speed = np.array([1.4])
     low, _, high = np.sqrt(squared_amplitudes(speed[0], CUBIC))
     for amplitude in (low, high):
-        near = np.array([[FORWARD]]) * (-amplitude if amplitude == low else -1j * amplitude)
+        near = np.array([[[FORWARD]]]) * (-amplitude if amplitude == low else -1j * amplitude)
         assert squared(CUBIC, speed=speed, near=near)[0] == pytest.approx(amplitude**2, rel=1e-6)
