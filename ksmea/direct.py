@@ -47,7 +47,7 @@ class Direct(Method):
         started = time.perf_counter()
         model = Model(problem, budget=self.budget, jacobian_cost=self.jacobian_cost)
         misfit = Misfit(measurement, self.misfit)
-        objective = model_objective(model, misfit, self.budget)
+        objective = model_objective(model, misfit, model.left)
         with suppress(BudgetSpent):
             self.optimizer.minimize(objective, streams.optimizer)
         minimum = objective.result()  # not what the optimiser returned: the objective knows

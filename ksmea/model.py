@@ -12,6 +12,7 @@ import numpy as np
 
 from ksmea.alignment import require_aligned
 from ksmea.arrays import Array, ComplexArray
+from ksmea.budget import BudgetedProblem
 from ksmea.contracts import Problem
 from ksmea.differences import cube_differences
 from ksmea.errors import BudgetSpent
@@ -81,13 +82,15 @@ class Model:
     """A problem over the unit cube, counting points (`evaluations`), sensitivities (`jacobians`) and `seconds`.
 
     `budget` is the number of points at most: what would exceed it raises `BudgetSpent` and is not evaluated. In it a
-    sensitivity counts as `jacobian_cost` points; 0: it is counted, and costs nothing.
+    sensitivity counts as `jacobian_cost` points; 0: it is counted, and costs nothing. Where the problem has a budget of its own
+    (`ksmea.budget`), both hold, and a sensitivity costs no less than it does there.
     """
 
     def __init__(self, problem: Problem, budget: int | None = None, jacobian_cost: int = 0) -> None:
         self.problem = problem
         self.budget = budget
-        self.jacobian_cost = jacobian_cost
+        self._of_run = problem.budget if isinstance(problem, BudgetedProblem) else None
+        self.jacobian_cost = max(jacobian_cost, self._of_run.jacobian_cost if self._of_run else 0)
         self._counted = CountedProblem(problem)
 
     @property
@@ -104,9 +107,9 @@ class Model:
 
     @property
     def left(self) -> int | None:
-        """Points that the budget leaves; None without one."""
-        spent = self.evaluations + self.jacobian_cost * self.jacobians
-        return None if self.budget is None else self.budget - spent
+        """Points that both budgets leave; None without any."""
+        left = [each for each in (self._own_left, self._of_run.left if self._of_run else None) if each is not None]
+        return min(left, default=None)
 
     @property
     def is_spent(self) -> bool:
@@ -130,9 +133,14 @@ class Model:
         response, sensitivity = self._counted.linearised(parameters.to_si(u))
         return response, sensitivity * parameters.width
 
+    @property
+    def _own_left(self) -> int | None:
+        spent = self.evaluations + self.jacobian_cost * self.jacobians
+        return None if self.budget is None else self.budget - spent
+
     def _require(self, n_point: int) -> None:
-        """Raise `BudgetSpent` where the budget leaves fewer points."""
-        if self.left is not None and n_point and n_point > self.left:
+        """Raise `BudgetSpent` where the model's own budget leaves fewer points; the problem sees to the other."""
+        if self._own_left is not None and n_point and n_point > self._own_left:
             raise BudgetSpent(f"the budget of {self.budget} evaluations of the true model is spent")
 
     def _differences(self, u: Array) -> tuple[ComplexArray, ComplexArray]:

@@ -67,9 +67,10 @@ class GA(Optimizer):
         at_most=1.0,
     )
     chromosome_length: int = setting(52, "bits of a chromosome", source="Table 5", at_least=2)
-    bits: list[int] = setting(
-        [11, 11, 10, 10, 10],
-        "bits of each parameter; assumed, the paper does not say how its 52 bits are shared",
+    bits: list[int] | None = setting(
+        None,
+        "bits of each parameter; null: shared evenly, as the paper's 52 by five as 11, 11, 10, 10, 10. That is assumed, it does"
+        " not say",
         at_least=1,
         at_most=52,  # digits of a float
     )
@@ -85,7 +86,7 @@ class GA(Optimizer):
     )
 
     def check(self) -> None:
-        if sum(self.bits) != self.chromosome_length:
+        if self.bits is not None and sum(self.bits) != self.chromosome_length:
             raise SettingError(
                 f"bits: expected a sum of chromosome_length = {self.chromosome_length}, got {list(self.bits)}, which is"
                 f" {sum(self.bits)}; change bits or write chromosome_length={sum(self.bits)}"
@@ -120,18 +121,26 @@ class GA(Optimizer):
     def _evaluate(self, population: list[Chromosome], objective: Objective) -> None:
         changed = [individual for individual in population if not individual.fitness.valid]
         if changed:
-            for individual, value in zip(changed, objective(decode(np.array(changed), self.bits, self.gray))):
+            for individual, value in zip(
+                changed, objective(decode(np.array(changed), self._shared(objective.dim), self.gray))
+            ):
                 individual.fitness.values = (value,)
 
     def check_dimension(self, dim: int) -> None:
         """Raise `SettingError` where the bits are not shared among `dim` parameters."""
-        if len(self.bits) != dim:
-            share, rest = divmod(max(self.chromosome_length, dim), dim)
-            bits = [share + (i < rest) for i in range(dim)]
+        if len(self._shared(dim)) != dim:
             raise SettingError(
-                f"bits: expected one entry for each of {dim} parameters, got {len(self.bits)} entries; write for"
-                f" example bits=[{','.join(map(str, bits))}] chromosome_length={sum(bits)}"
+                f"bits: expected one entry for each of {dim} parameters, got {len(self._shared(dim))} entries; leave it null"
             )
+        if self.chromosome_length < dim:
+            raise SettingError(
+                f"chromosome_length: expected a bit at least for each of {dim} parameters, got {self.chromosome_length}"
+            )
+
+    def _shared(self, dim: int) -> list[int]:
+        """Bits of each of `dim` parameters."""
+        share, rest = divmod(self.chromosome_length, dim)
+        return [share + (index < rest) for index in range(dim)] if self.bits is None else self.bits
 
 
 def decode(chromosomes: Array, bits: Sequence[int], gray: bool = False) -> Array:

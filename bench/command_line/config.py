@@ -31,7 +31,7 @@ class BenchConfig:
     samples: int = MISSING
     repetitions: int = MISSING
     seed: int = MISSING
-    own_seeds: bool = False
+    own_seeds: str | None = None
     workers: int | None = None
     timeout: float | None = None
     memory: float | None = None
@@ -48,6 +48,7 @@ class BenchConfig:
     exact: float | None = None
     includes: list[str] = field(default_factory=list)
     standard: dict[str, Any] = field(default_factory=dict)
+    instances: list[dict[str, Any]] = field(default_factory=list)
     grid: list[dict[str, Any]] = field(default_factory=list)
     problem: Any = MISSING
     measurement: Any = MISSING

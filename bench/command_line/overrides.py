@@ -50,7 +50,7 @@ def for_some_plugins(words: list[str], groups: Iterable[str]) -> list[str]:
     ['optimizer=pso,lm', 'optimizer.screening=choice(500)']
     """
     number = {choice.key: len(choice.values) for choice in parse(words)}
-    is_varied = "experiment" in number or "grid" in number
+    is_varied = not number.keys().isdisjoint(("experiment", "instances", "grid"))
     varied = {group for group in groups if number.get(group, 2 if is_varied else 1) > 1}
     return [_left_to_the_sweeper(word) if word.partition(".")[0] in varied else word for word in words]
 

@@ -47,6 +47,13 @@ class Composer:
         return self._load(choice.word for choice in self._fixed if not _of_plugin(choice))
 
     @cached_property
+    def blocks(self) -> list[dict[str, Any]]:
+        """The blocks of the grid, each with each of the experiment's instances."""
+        grid: Any = OmegaConf.to_container(self.outline.grid)
+        instances: Any = OmegaConf.to_container(self.outline.instances)
+        return [{**block, **instance} for block in grid or [{}] for instance in instances or [{}]]
+
+    @cached_property
     def whole(self) -> DictConfig:
         """The experiment with all settings of those plugins."""
         return self.at({})
@@ -123,8 +130,7 @@ class Composer:
             yield from self._swept[group]
             return
         is_fixed = any(choice.key == group for choice in self._fixed)  # and has left the grid
-        blocks: Any = [{}] if is_fixed else OmegaConf.to_container(self.outline.grid) or [{}]
-        for block in blocks:
+        for block in [{}] if is_fixed else self.blocks:
             names = block.get(group, self.outline[group].name)
             yield from names if isinstance(names, list) else [names]
 

@@ -36,6 +36,7 @@ from ksmea import registry
 from ksmea.errors import SettingError, unknown
 
 FIGURES = ("updates", "response", "cost", "trace")
+OWN_SEEDS = ("instance", "label")  # what cells that draw numbers of their own differ in
 # Settings of the whole experiment, which cannot be an axis of it.
 WHOLE = (
     "name",
@@ -49,6 +50,7 @@ WHOLE = (
     "includes",
     "own_seeds",
     "standard",
+    "instances",
     "grid",
 )
 # Settings of how it is dealt out to jobs.
@@ -98,10 +100,9 @@ class Experiment:
         composer = Composer(loader, master, fixed, swept)
         config = composer.whole
         _check_whole(config)
-        grid: Any = OmegaConf.to_container(config.grid)
-        for block in grid:
+        for block in composer.blocks:
             _check_axes(block)
-        points = with_rotors(composer.own(grid_points(grid, swept, {choice.key for choice in fixed})), fleet)
+        points = with_rotors(composer.own(grid_points(composer.blocks, swept, {choice.key for choice in fixed})), fleet)
         modules: dict[str, str] = {}
         cells = _cells(composer, points, modules)
         versions = library_versions()
@@ -147,6 +148,8 @@ def _check_whole(config: DictConfig) -> None:
         raise unknown("table of the paper", config.paper, [path.stem for path in PAPER.glob("*.csv")])
     if config.table is not None and config.table not in registry.registered("report"):
         raise unknown("table", config.table, registry.registered("report"))
+    if config.own_seeds not in (None, *OWN_SEEDS):
+        raise unknown("value for own_seeds:", config.own_seeds, OWN_SEEDS)
     for figure in config.figures:
         if figure not in FIGURES:
             raise unknown("figure", figure, FIGURES)
@@ -189,8 +192,10 @@ def _with_file(cell: Cell, config: DictConfig, point: Mapping[str, Any]) -> Cell
     """A cell with the files of another point in place of its own, as far as they can be known without being read."""
     settings = {key: value for key, value in cell.settings.items() if key not in FINGERPRINTS.values()}
     files = {group: OmegaConf.to_container(config[group], resolve=True) for group in FINGERPRINTS if settings[group]}
-    seed = own_seed(config.seed, point) if config.own_seeds else config.seed
-    return dataclasses.replace(cell, place={**cell.place, **point}, settings={**settings, **files}, seed=seed)
+    settings = {**settings, **files}
+    return dataclasses.replace(
+        cell, place={**cell.place, **point}, settings=settings, seed=_seed(config, point, settings)
+    )
 
 
 def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) -> Cell:
@@ -223,8 +228,18 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) ->
     modules |= used
     samples = None if "samples" in ignored and "samples" not in point else config.samples
     place = {"samples": samples} | point
-    seed = own_seed(config.seed, point) if config.own_seeds else config.seed
-    return Cell(place, settings, seed, parameters, code_digest(used))
+    return Cell(place, settings, _seed(config, point, settings), parameters, code_digest(used))
+
+
+def _seed(config: DictConfig, point: Mapping[str, Any], settings: Mapping[str, Any]) -> int:
+    """The seed of a cell: that of the experiment, or one of its own (`OWN_SEEDS`)."""
+    if config.own_seeds == "instance":
+        return own_seed(config.seed, {group: settings[group] for group in ("problem", "measurement")})
+    if config.own_seeds == "label":
+        return own_seed(
+            config.seed, {key: value for key, value in point.items() if key.startswith(("label", "measurement"))}
+        )
+    return int(config.seed)
 
 
 def _facts(setup: Setup, journal: bool) -> tuple[ParameterFacts, ...]:

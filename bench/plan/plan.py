@@ -115,10 +115,9 @@ def component_seeds(seed: int, repetition: int) -> dict[str, list[int]]:
     return {component: [seed, repetition, place] for component, place in SEED_PLACES.items()}
 
 
-def own_seed(seed: int, place: Mapping[str, Any]) -> int:
-    """The seed of a cell where an experiment gives cells with other data their own: made of its label and of what its place
-    on the axes says of the measurement, so that it stays the same whatever other cells there are."""
-    data = {key: value for key, value in place.items() if key == "label" or key.startswith("measurement")}
+def own_seed(seed: int, data: Mapping[str, Any]) -> int:
+    """The seed of a cell where an experiment gives cells with other data their own: made of what says which data they are, so
+    that it stays the same whatever other cells there are."""
     return int(_hash([seed, data])[:8], 16)
 
 

@@ -1,7 +1,7 @@
 """How far a method has come when: misfit and errors of the best point so far against what it took, over all runs of a cell.
 
-The cost of a point is the evaluations and Jacobians of the true model until then, a Jacobian at the method's `jacobian_cost`, or
-where that is 0 at `JACOBIAN_AS_EVALUATIONS`. A run keeps what it has when it ends. One that has nothing yet, or has failed, counts
+The cost of a point is the evaluations and Jacobians of the true model until then, a Jacobian at its price in the study's budget;
+without one at the method's `jacobian_cost`, or where that is 0 at `JACOBIAN_AS_EVALUATIONS`. A run keeps what it has when it ends. One that has nothing yet, or has failed, counts
 as infinitely far, so that medians and quartiles are of all planned runs.
 
 The excess is the misfit above that at the maximum of the likelihood nearest to the truth, or where nobody knows that at the maximum
@@ -24,8 +24,8 @@ from bench.jobs.lines import RunLine
 from bench.jobs.records import read_records
 from bench.plan.columns import place_columns
 from bench.plan.plan import Cell, Plan
-from bench.reports.cost import JACOBIAN_AS_EVALUATIONS
 from ksmea.arrays import Array
+from ksmea.budget import JACOBIAN_AS_EVALUATIONS
 from ksmea.records.identification import IdentificationRecord
 from ksmea.records.trace import TraceRecord
 
@@ -73,6 +73,9 @@ def _traced(line: RunLine) -> Traced | None:
 
 def jacobian_price(cell: Cell) -> int:
     """Evaluations that one Jacobian of a cell's method counts as."""
+    study = cell.settings.get("study") or {}
+    if study.get("budget") is not None:
+        return int(study["jacobian_cost"])
     return cell.settings["method"].get("jacobian_cost") or JACOBIAN_AS_EVALUATIONS
 
 

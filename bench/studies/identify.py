@@ -14,6 +14,7 @@ from bench.plan.plan import generator
 from bench.plan.setup import Setup
 from bench.plan.study import Study
 from ksmea.arrays import Array
+from ksmea.budget import JACOBIAN_AS_EVALUATIONS, Budget
 from ksmea.contracts import Problem
 from ksmea.diagnosis.location import require_enough as require_enough_to_locate
 from ksmea.difference_likelihood import likelihood_of
@@ -65,6 +66,18 @@ class Identify(Study):
         " all places and of all kinds that explain the data (docs/location.md)",
     )
 
+    budget: int | None = setting(
+        None,
+        "true-model evaluations at most, of any method, its own settings apart; null: what the method asks for. A run that asks"
+        " for more ends with the best point until then",
+        at_least=1,
+    )
+    jacobian_cost: int = setting(
+        JACOBIAN_AS_EVALUATIONS,
+        "evaluations that one Jacobian counts as in this budget; 2: a response and one adjoint solution",
+        at_least=0,
+    )
+
     record: ClassVar[type[Record]] = IdentificationRecord
     report: ClassVar[str] = "summary"
 
@@ -100,6 +113,7 @@ class Identify(Study):
             beside=self.beside,
             remarks=setup.source.remarks,
             rng=generator(draw.seeds["diagnosis"]),
+            budget=None if self.budget is None else Budget(self.budget, self.jacobian_cost),
         )
         seen, used = answered(problem, measurement)  # what the record is of
         response = setup.true_response(draw) if draw.with_curves else None

@@ -15,13 +15,14 @@ from contextlib import suppress
 import numpy as np
 
 from ksmea.arrays import Array
+from ksmea.budget import Budget, BudgetedProblem
 from ksmea.contracts import Method, Problem
 from ksmea.counted_surrogate import PredictionCount, with_counted_surrogate
 from ksmea.cramer_rao import Identifiability, identifiability
 from ksmea.diagnosis.fit_quality import fit_quality
 from ksmea.diagnosis.fitting import Fit, likely_maxima
 from ksmea.difference_likelihood import likelihood_of
-from ksmea.errors import LONGEST_NAME, SettingError, shortened
+from ksmea.errors import LONGEST_NAME, BudgetSpent, SettingError, shortened
 from ksmea.harmonics import answered
 from ksmea.identification import Identification, Stage, Streams, at_limit
 from ksmea.intervals import Estimate, Interval, estimate
@@ -56,6 +57,7 @@ from ksmea.studies.repeats import repeats_of
 from ksmea.studies.slips import slips
 from ksmea.studies.stability import stability_of
 from ksmea.studies.weights import weights_found
+from ksmea.studies.within_budget import within_budget
 from ksmea.trace import TracedProblem, thinned
 from ksmea.units import TURN
 
@@ -80,6 +82,7 @@ def identification(
     beside: LocationOptions | None = None,
     remarks: Sequence[str] = (),
     rng: np.random.Generator | None = None,
+    budget: Budget | None = None,
 ) -> IdentificationRecord:
     """The record of what a method identifies from a measurement; true values have no part in it.
 
@@ -91,7 +94,7 @@ def identification(
     of the whole box; where they are few, simulations tell how far the deviance rises within them (`ksmea.simulated_rise`), if
     there is a generator. All that draws from `rng`. `curves` adds the amplitudes that figures compare. `beside`
     (`location_options`) adds the unknowns beside a force that the model lacks (`ksmea.studies.locate`): they stay true although
-    the model is wrong.
+    the model is wrong. `budget` is what the method may take of the true model; intervals are made beyond it.
 
     Raises `SettingError` for settings that cannot be and for fewer data than unknowns, `ArithmeticError` where what was identified is not finite.
     """
@@ -111,9 +114,12 @@ def identification(
     predictions = PredictionCount()
     searched, data = as_searched(problem, measurement)
     traced = TracedProblem(searched, data, predictions)
-    found = with_counted_surrogate(method, predictions).identify(traced, data, streams)
+    found = within_budget(with_counted_surrogate(method, predictions), traced, data, streams, budget)
     if measurement.is_by_differences and (measurement.noise is None or measurement.has_noise):
-        found = _at_nearest(found, CountedProblem(problem, traced.count), measurement)
+        counted = CountedProblem(problem, traced.count)
+        with suppress(BudgetSpent):
+            within = counted if budget is None else BudgetedProblem(counted, budget)
+            found = _at_nearest(found, within, traced.count, measurement)
     trace = thinned(traced.improvements, found.stages)
     found = _within_a_turn(problem.parameters, found)
     record = _method_record(searched, data, found, traced.count, trace)
@@ -169,10 +175,10 @@ def location_options(unmodelled: str, level: float) -> LocationOptions | None:
     return LocationOptions(interval_level=level, positions=[position], kinds=[FORCE])
 
 
-def _at_nearest(found: Identification, counted: CountedProblem, measurement: Measurement) -> Identification:
+def _at_nearest(found: Identification, problem: Problem, count: Count, measurement: Measurement) -> Identification:
     """What was found, and as one more stage the maximum of the likelihood nearest to it: of differences, where a search takes
     their noise for independent."""
-    likelihood, parameters, count = likelihood_of(Model(counted), measurement), counted.parameters, counted.count
+    likelihood, parameters = likelihood_of(Model(problem), measurement), problem.parameters
     stages = found.stages or (Stage("search", found.x, count.evaluations, count.jacobians),)
     nearest = nearest_maximum(likelihood, np.clip(parameters.to_cube(found.x), 0.0, 1.0))
     x = parameters.to_si(nearest.theta[: likelihood.d])

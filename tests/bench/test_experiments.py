@@ -27,6 +27,7 @@ from problems.three_disk import ThreeDisk
 
 TABLES = ["table2", "table3", "table4", "table5", "table6", "table8"]
 REPETITIONS = {  # of others than tables
+    "contest": 2,
     "coverage": 2000,
     "efficiency": 100,
     "rational": 100,
@@ -47,6 +48,7 @@ EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 RUN_UP = EXAMPLES / "run_up.csv"
 NEEDED = {  # to plan them at all
     "identify": [f"measurement.path={RUN_UP}"],
+    "contest": ["problem.instance=0"],  # of the same kind as all others
     "balance": ["measurement=campaign", f"measurement.path={EXAMPLES / 'balancing.yaml'}"],
     "diagnose": ["measurement.relative=0.1"],
     "locate": ["measurement.relative=0.1", "measurement.kind=complex", "problem.sensors=[0.1,0.5]"],

@@ -21,7 +21,6 @@ COMPONENTS = ["noise", "design", "surrogate", "optimizer", "hidden", "diagnosis"
 
 # Where the rules below find no legal value: settings that hang together.
 OTHER_VALUES = {
-    "optimizer.chromosome_length": {"optimizer.chromosome_length": 53, "optimizer.bits": [12, 11, 10, 10, 10]},
     "optimizer.bits": {"optimizer.bits": [10, 11, 11, 10, 10]},
     "surrogate.theta": {"surrogate.theta": [1.0, 1.0, 1.0, 1.0, 1.0]},
     "measurement.truth": {"measurement.truth": {"kxx": 40.0}},

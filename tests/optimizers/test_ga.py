@@ -28,7 +28,7 @@ def batches(ga, seed=0):
 def test_defaults_are_table_5():
     ga = GA()
     assert (ga.crossover_rate, ga.mutation_rate, ga.chromosome_length, ga.population) == (0.5, 0.1, 52, 100)
-    assert sum(ga.bits) == 52 and len(ga.bits) == 5
+    assert ga._shared(5) == [11, 11, 10, 10, 10]
 
 
 def test_binary_code_by_hand():
@@ -96,7 +96,7 @@ def test_without_elites_it_is_eaSimple_of_deap():
     toolbox = ga._toolbox()
 
     def evaluate(individual):
-        points.append(decode(np.array([individual]), ga.bits)[0])
+        points.append(decode(np.array([individual]), ga._shared(5))[0])
         return (float(np.sum((points[-1] - LOWEST) ** 2)),)
 
     toolbox.register("evaluate", evaluate)
@@ -116,7 +116,7 @@ def test_elites_survive_a_search_that_forgets():
 def test_it_finds_the_lowest_point_of_a_sphere_to_the_resolution_of_its_grid(seed):
     ga = GA(gray=True, elites=2, mutation_rate=0.5, generations=200)
     minimum = ga.minimize(Objective(5, lambda u: u - LOWEST), np.random.default_rng(seed))
-    step = 1 / (2.0 ** np.array(ga.bits) - 1)
+    step = 1 / (2.0 ** np.array(ga._shared(5)) - 1)
     assert np.all(np.abs(minimum.u - LOWEST) <= step)  # at most the second nearest grid point
 
 
@@ -133,8 +133,10 @@ def test_bits_that_do_not_add_up_are_refused():
 
 
 def test_another_number_of_parameters_says_what_to_write():
-    with pytest.raises(SettingError, match=r"3 parameters.*bits=\[18,17,17\] chromosome_length=52"):
-        GA().minimize(Objective(3, lambda u: u), np.random.default_rng(0))
+    with pytest.raises(
+        SettingError, match=r"bits: expected one entry for each of 3 parameters, got 2 entries; leave it null"
+    ):
+        GA(bits=[26, 26]).minimize(Objective(3, lambda u: u), np.random.default_rng(0))
     minimum = GA(bits=[18, 17, 17]).minimize(Objective(3, lambda u: u - 0.3), np.random.default_rng(0))
     assert minimum.value < 0.02
 
@@ -144,8 +146,13 @@ def test_as_many_elites_as_individuals_are_refused():
         GA(population=10, elites=10)
 
 
-def test_the_list_of_bits_is_not_shared():
-    assert GA().bits is not GA().bits
+def test_bits_are_shared_evenly_by_any_number_of_unknowns():
+    for dim in (1, 3, 7):
+        bits = GA()._shared(dim)
+        assert len(bits) == dim and sum(bits) == 52 and max(bits) - min(bits) <= 1
+        GA().check_dimension(dim)
+    with pytest.raises(SettingError, match="chromosome_length: expected a bit at least for each of 53"):
+        GA().check_dimension(53)
 
 
 def test_deap_draws_from_the_isolated_generator_only():

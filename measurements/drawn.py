@@ -1,0 +1,69 @@
+"""Synthetic measurements whose noise is drawn: the level and the kind of data are those of an instance of `problem=drawn`.
+
+Family, set and number seed the draw, as they seed that of the rotor; an experiment gives both the same
+(`measurement.instance: ${problem.instance}`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ksmea.arrays import ComplexArray
+from ksmea.contracts import MeasurementSource, ProblemSettings
+from ksmea.measurement import KINDS, Layout, Measurement, Noise
+from ksmea.settings import setting
+from measurements.synthetic import Synthetic
+
+# Relative standard deviation of each value, evenly in its logarithm: 1 % is a careful measurement, 10 % the paper's worst.
+RELATIVE = 0.01, 0.1
+
+
+@dataclass(frozen=True)
+class Drawn(MeasurementSource):
+    """Amplitudes or complex responses, as likely, with Gaussian noise of 1 to 10 % of each value, which methods are told."""
+
+    family: str = setting("three_disk", "the family of the instance (`python -m bench help problem drawn`)")
+    instance: int = setting(0, "number of the draw", at_least=0)
+    held_back: bool = setting(False, "draw from the stream of the instances that no method is developed on")
+
+    @cached_property
+    def _synthetic(self) -> Synthetic:
+        entropy = [*b"noise", *self.family.encode(), int(self.held_back), self.instance]
+        rng = np.random.default_rng(np.random.SeedSequence(entropy))
+        relative = round(math.exp(rng.uniform(*np.log(RELATIVE))), 4)  # the same on machines that round differently
+        return Synthetic(kind=KINDS[rng.integers(len(KINDS))], relative=relative)
+
+    @property
+    def kind(self) -> str:
+        return self._synthetic.kind
+
+    @property
+    def noise(self) -> Noise:
+        """The noise that is drawn, SI."""
+        return self._synthetic.noise
+
+    def layout(self, settings: ProblemSettings) -> Layout:
+        return self._synthetic.layout(settings)
+
+    def true_values(self, settings: ProblemSettings) -> dict[str, float]:
+        """Those of the problem; whether its rotor is stable there is asked when it is measured."""
+        return dict(settings.reference())
+
+    def measure(
+        self,
+        settings: ProblemSettings,
+        truth: Mapping[str, float],
+        noise: np.random.Generator,
+        hidden: np.random.Generator,
+    ) -> Measurement:
+        return self._synthetic.measure(settings, truth, noise, hidden)
+
+    def response(
+        self, settings: ProblemSettings, truth: Mapping[str, float], hidden: np.random.Generator
+    ) -> ComplexArray:
+        return self._synthetic.response(settings, truth, hidden)
