@@ -49,6 +49,8 @@ class BenchConfig:
     includes: list[str] = field(default_factory=list)
     standard: dict[str, Any] = field(default_factory=dict)
     grid: list[dict[str, Any]] = field(default_factory=list)
+    add: list[dict[str, Any]] = field(default_factory=list)
+    cross: list[dict[str, Any]] = field(default_factory=list)
     problem: Any = MISSING
     measurement: Any = MISSING
     surrogate: Any = MISSING

@@ -1,10 +1,9 @@
-"""The command line's overrides and an experiment's grid: which values each setting takes."""
+"""The command line's overrides: which values each setting takes."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import product
 from typing import Any
 
 from hydra.core.override_parser.overrides_parser import OverridesParser
@@ -50,7 +49,7 @@ def for_some_plugins(words: list[str], groups: Iterable[str]) -> list[str]:
     ['optimizer=pso,lm', 'optimizer.screening=choice(500)']
     """
     number = {choice.key: len(choice.values) for choice in parse(words)}
-    is_varied = "experiment" in number or "grid" in number
+    is_varied = not number.keys().isdisjoint(("experiment", "grid", "add", "cross"))
     varied = {group for group in groups if number.get(group, 2 if is_varied else 1) > 1}
     return [_left_to_the_sweeper(word) if word.partition(".")[0] in varied else word for word in words]
 
@@ -78,28 +77,6 @@ def _values(override: Override) -> tuple[Any, ...]:
 
 def _plain(value: Any) -> Any:
     return value.text if isinstance(value, QuotedString) else value
-
-
-def grid_points(grid: list[dict[str, Any]], swept: dict[str, tuple[Any, ...]], fixed: set[str]) -> list[dict[str, Any]]:
-    """The points of an experiment: the product inside each block, the union of the blocks, each point once.
-
-    A key that the command line fixes leaves the grid; one that it sweeps replaces that axis in every block.
-
-    >>> grid_points([{"samples": [40, 70]}], {"optimizer": ("de", "pso")}, {"samples"})
-    [{'optimizer': 'de'}, {'optimizer': 'pso'}]
-    """
-    points: list[dict[str, Any]] = []
-    for block in grid or [{}]:
-        axes = {key: _listed(value) for key, value in block.items() if key not in fixed} | swept
-        for values in product(*axes.values()):
-            point = dict(zip(axes, values))
-            if point not in points:
-                points.append(point)
-    return points
-
-
-def _listed(value: Any) -> tuple[Any, ...]:
-    return tuple(value) if isinstance(value, (list, tuple)) else (value,)
 
 
 def override(key: str, value: Any) -> str:

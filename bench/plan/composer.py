@@ -14,6 +14,7 @@ from hydra.core.override_parser.types import OverrideType
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
+from bench.command_line.grid import Block, grid_blocks, labelled, listed
 from bench.command_line.messages import unknown_key
 from bench.command_line.offered import require_offered
 from bench.command_line.overrides import Choice, override
@@ -23,7 +24,8 @@ from ksmea.settings import own_fields
 
 
 class Composer:
-    """Configurations of one experiment. `fixed` is what the command line gives one value, `swept` what it gives several."""
+    """Configurations of one experiment. `fixed` is what the command line gives one value, `swept` what it gives several;
+    `labels` are of the lines of the grid that it chooses (none: all)."""
 
     def __init__(
         self,
@@ -31,6 +33,7 @@ class Composer:
         master: DictConfig,
         fixed: Iterable[Choice],
         swept: Mapping[str, Sequence[Any]],
+        labels: Sequence[Any] = (),
     ) -> None:
         self._loader = loader
         self._master = master
@@ -38,6 +41,7 @@ class Composer:
         self._searched = [word for word in master.hydra.overrides.hydra if word.startswith("hydra.searchpath=")]
         self._fixed = tuple(fixed)
         self._swept = swept
+        self._labels = labels
         self._composed: dict[tuple[str, ...], DictConfig] = {}
 
     @cached_property
@@ -45,6 +49,13 @@ class Composer:
         """The experiment without the settings that the command line gives plugins: what it includes, its grid and the
         plugins where the grid names none."""
         return self._load(choice.word for choice in self._fixed if not _of_plugin(choice))
+
+    @cached_property
+    def blocks(self) -> list[Block]:
+        """The blocks of the experiment's grid, of the chosen labels alone where some are chosen."""
+        lines: Any = (OmegaConf.to_container(self.outline[key]) for key in ("grid", "add", "cross"))
+        blocks = grid_blocks(*lines)
+        return labelled(blocks, self._labels) if self._labels else blocks
 
     @cached_property
     def whole(self) -> DictConfig:
@@ -123,10 +134,8 @@ class Composer:
             yield from self._swept[group]
             return
         is_fixed = any(choice.key == group for choice in self._fixed)  # and has left the grid
-        blocks: Any = [{}] if is_fixed else OmegaConf.to_container(self.outline.grid) or [{}]
-        for block in blocks:
-            names = block.get(group, self.outline[group].name)
-            yield from names if isinstance(names, list) else [names]
+        for block in [{}] if is_fixed else self.blocks:
+            yield from listed(block.get(group, self.outline[group].name))
 
 
 def _of_plugin(choice: Choice) -> bool:

@@ -12,7 +12,8 @@ from hydra.core.config_loader import ConfigLoader
 from omegaconf import DictConfig, OmegaConf
 
 from bench.command_line.config import BenchConfig
-from bench.command_line.overrides import Choice, as_given, grid_points, override, parse
+from bench.command_line.grid import LABEL, grid_points
+from bench.command_line.overrides import Choice, as_given, override, parse
 from bench.command_line.plugin_words import require_registered
 from bench.plan.composer import Composer
 from bench.plan.fleet import MEASURED, ROTOR, fleet_axes, with_rotors
@@ -50,6 +51,8 @@ WHOLE = (
     "own_seeds",
     "standard",
     "grid",
+    "add",
+    "cross",
 )
 # Settings of how it is dealt out to jobs.
 DEALING = ("batches", "share", "wait")
@@ -89,19 +92,20 @@ class Experiment:
         cls, loader: ConfigLoader, master: DictConfig, arguments: list[str], share: Sequence[str] = ()
     ) -> Experiment:
         """One experiment; finished runs of the same key are also taken over from the folders in `share`."""
-        choices = parse(arguments)
-        fleet = fleet_axes(choices)
+        words = parse(arguments)
+        fleet = fleet_axes(words)
+        chosen = [label for choice in words if choice.key == LABEL for label in choice.values]
+        choices = [choice for choice in words if choice.key != LABEL]
         fixed = _fixed(choices)
         swept = {choice.key: choice.values for choice in choices if len(choice.values) > 1}
         swept |= {MEASURED: fleet[MEASURED]} if fleet else {}
         _check_axes(swept)
-        composer = Composer(loader, master, fixed, swept)
+        composer = Composer(loader, master, fixed, swept, chosen)
         config = composer.whole
         _check_whole(config)
-        grid: Any = OmegaConf.to_container(config.grid)
-        for block in grid:
+        for block in composer.blocks:
             _check_axes(block)
-        points = with_rotors(composer.own(grid_points(grid, swept, {choice.key for choice in fixed})), fleet)
+        points = with_rotors(composer.own(grid_points(composer.blocks, swept, {choice.key for choice in fixed})), fleet)
         modules: dict[str, str] = {}
         cells = _cells(composer, points, modules)
         versions = library_versions()

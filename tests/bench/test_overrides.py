@@ -1,9 +1,9 @@
-"""Which values the settings take: the command line's overrides and an experiment's grid."""
+"""Which values the command line's words give the settings."""
 
 import pytest
 from hydra.errors import OverrideParseException
 
-from bench.command_line.overrides import grid_points, parse
+from bench.command_line.overrides import parse
 from ksmea.errors import SettingError
 
 
@@ -47,51 +47,3 @@ def test_a_continuous_interval_is_no_sweep():
 def test_an_unbalanced_bracket_is_refused():
     with pytest.raises(OverrideParseException):
         parse(["problem.sensors=[0.1"])
-
-
-def test_a_block_is_a_product_whose_last_axis_varies_first():
-    assert grid_points([{"a": [1, 2], "b": ["x", "y"]}], {}, set()) == [
-        {"a": 1, "b": "x"},
-        {"a": 1, "b": "y"},
-        {"a": 2, "b": "x"},
-        {"a": 2, "b": "y"},
-    ]
-
-
-def test_blocks_are_united_and_need_not_have_the_same_axes():
-    grid = [{"method": "direct", "optimizer": ["de", "ga"]}, {"method": "ksmea", "samples": [40, 70]}]
-    assert grid_points(grid, {}, set()) == [
-        {"method": "direct", "optimizer": "de"},
-        {"method": "direct", "optimizer": "ga"},
-        {"method": "ksmea", "samples": 40},
-        {"method": "ksmea", "samples": 70},
-    ]
-
-
-def test_a_value_on_the_command_line_removes_the_axis():
-    grid = [{"samples": [40, 70], "optimizer": ["de", "pso"]}]
-    assert grid_points(grid, {}, {"samples"}) == [{"optimizer": "de"}, {"optimizer": "pso"}]
-    assert grid_points(grid, {}, {"samples", "optimizer", "seed"}) == [{}]
-
-
-def test_a_list_on_the_command_line_replaces_the_axis_where_it_stands():
-    grid = [{"samples": [40, 70], "optimizer": ["de"]}]
-    points = grid_points(grid, {"samples": (25, 30, 35)}, set())
-    assert points == [{"samples": n, "optimizer": "de"} for n in (25, 30, 35)]
-
-
-def test_a_list_on_the_command_line_adds_an_axis_to_every_block():
-    points = grid_points([{"method": "direct"}, {"method": "ksmea"}], {"seed": (1, 2)}, set())
-    assert points == [{"method": method, "seed": seed} for method in ("direct", "ksmea") for seed in (1, 2)]
-    assert grid_points([], {"seed": (1, 2)}, set()) == [{"seed": 1}, {"seed": 2}]
-
-
-def test_points_that_blocks_share_come_once():
-    grid = [{"samples": [40, 70]}, {"samples": [70, 100]}, {"samples": 40}]
-    assert grid_points(grid, {}, set()) == [{"samples": 40}, {"samples": 70}, {"samples": 100}]
-    assert grid_points([{"a": [1], "samples": [40]}, {"a": [1], "samples": [70]}], {}, {"samples"}) == [{"a": 1}]
-    assert grid_points([], {"seed": (1, 1)}, set()) == [{"seed": 1}]
-
-
-def test_no_grid_is_one_point():
-    assert grid_points([], {}, {"samples"}) == [{}]

@@ -175,6 +175,20 @@ def test_a_group_from_the_grid_keeps_the_experiments_plain_values(compose):
     assert all(cell.settings["measurement"]["relative"] == 0.1 for cell in plan.cells)
 
 
+def test_a_label_runs_its_line_alone_and_an_added_line_meets_what_all_lines_meet(compose):
+    shared = "cross=[{measurement.relative: [0.05, 0.1], seed: [1, 2, 3]}]"
+    whole = compose("+experiment=efficiency", shared, "add=[{label: Mine, optimizer: pso, optimizer.population: 20}]")
+    alone = compose("+experiment=efficiency", shared, "label=DE,LM")
+    assert len(whole.cells) == 8 * 6
+    assert [cell.place["label"] for cell in alone.cells] == ["LM"] * 6 + ["DE"] * 6
+    assert {run.key for run in alone.runs} < {run.key for run in whole.runs}
+    mine = [cell for cell in whole.cells if cell.place["label"] == "Mine"]
+    assert {(cell.seed, cell.settings["measurement"]["relative"]) for cell in mine} == {
+        (seed, relative) for seed in (1, 2, 3) for relative in (0.05, 0.1)
+    }
+    assert all(cell.settings["optimizer"]["population"] == 20 for cell in mine)
+
+
 def test_table3_is_planned_as_the_paper_has_it(compose):
     plan = compose("+experiment=table3")
     assert (plan.name, plan.report.paper, plan.axes) == ("table3", "table3", ("samples",))
