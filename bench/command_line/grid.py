@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any
 
+from bench.command_line.plugin_settings import short
 from ksmea.errors import SettingError, unknown
 
 LABEL = "label"
@@ -46,14 +47,16 @@ def labelled(blocks: Sequence[Block], chosen: Sequence[Any]) -> list[Block]:
 def grid_points(grid: Sequence[Block], swept: Mapping[str, tuple[Any, ...]], fixed: set[str]) -> list[dict[str, Any]]:
     """The points of an experiment: the product inside each block, the union of the blocks, each point once.
 
-    A key that the command line fixes leaves the grid; one that it sweeps replaces that axis in every block.
+    A key that the command line fixes leaves the grid, also where the grid names the plugin; one that it sweeps replaces that
+    axis in every block.
 
     >>> grid_points([{"samples": [40, 70]}], {"optimizer": ("de", "pso")}, {"samples"})
     [{'optimizer': 'de'}, {'optimizer': 'pso'}]
     """
     points: list[dict[str, Any]] = []
     for block in grid or [{}]:
-        axes = {key: listed(value) for key, value in block.items() if key not in fixed} | dict(swept)
+        left = {key: listed(value) for key, value in block.items() if fixed.isdisjoint((key, short(key)))}
+        axes = {key: values for key, values in left.items() if key in swept or short(key) not in swept} | dict(swept)
         for values in product(*axes.values()):
             point = dict(zip(axes, values))
             if point not in points:
