@@ -12,7 +12,7 @@ from bench.command_line.config import register_schemas
 from bench.command_line.messages import USER_ERRORS, one_line
 from bench.command_line.offered import require_offered
 from bench.command_line.overrides import for_some_plugins, parse
-from bench.command_line.plugin_words import register_plugins
+from bench.command_line.plugin_words import CONFIG_DIR, register_plugins
 from bench.jobs.deal import job_of
 from bench.jobs.work import work
 from bench.storage.places import CONF
@@ -56,10 +56,11 @@ def _run(words: list[str]) -> int:
     register_schemas()
     options = [word for word in words if word.startswith("-") or "=" not in word]  # argparse wants them side by side
     settings = [word for word in words if word not in options]
-    if not any(word.startswith("-") for word in words):
+    is_run = all(option.partition("=")[0] in CONFIG_DIR for option in options if option.startswith("-"))
+    if is_run:
         settings = for_some_plugins(settings, registry.GROUPS)
     sys.argv[1:] = [*options, *(f"+{word}" if word.startswith("experiment=") else word for word in settings)]
-    if not any(word.startswith("-") for word in words):
+    if is_run:
         sys.argv.append("--multirun")  # conf/config.yaml says so too, but Hydra forgets it where composing fails
     try:
         _job()
@@ -69,9 +70,12 @@ def _run(words: list[str]) -> int:
 
 
 def _check_names(words: list[str]) -> None:
-    """Every choice of a plugin is a name; Hydra itself fails on a number or null there, and merges a list. It knows no
-    setting of a plugin that has one which it cannot offer."""
+    """Every sweep has a value, and every choice of a plugin is a name; Hydra itself fails on a number or null there, and merges
+    a list. It knows no setting of a plugin that has one which it cannot offer."""
     for choice in parse([word for word in words if "=" in word and not word.startswith("-")]):
+        if choice.override.is_sweep_override() and not choice.values:
+            known = f"; known: {', '.join(registry.registered(choice.key))}" if choice.key in registry.GROUPS else ""
+            raise SettingError(f"expected a sweep of at least one value, got {choice.override.input_line}{known}")
         for name in choice.values:
             if choice.key in registry.GROUPS and not isinstance(name, str):
                 raise unknown(choice.key, str(name), registry.registered(choice.key))

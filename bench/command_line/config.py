@@ -48,8 +48,9 @@ class BenchConfig:
     exact: float | None = None
     includes: list[str] = field(default_factory=list)
     standard: dict[str, Any] = field(default_factory=dict)
-    instances: list[dict[str, Any]] = field(default_factory=list)
     grid: list[dict[str, Any]] = field(default_factory=list)
+    add: list[dict[str, Any]] = field(default_factory=list)
+    cross: list[dict[str, Any]] = field(default_factory=list)
     problem: Any = MISSING
     measurement: Any = MISSING
     surrogate: Any = MISSING

@@ -29,8 +29,10 @@ python -m bench new KIND NAME [--file]                      an effect, method, o
 python -m bench help [GROUP [NAME]]                         plugins, where they come from, settings, units and sources
 
 settings of every experiment: samples repetitions seed output workers timeout memory journal share batches
-  several values make a sweep:  samples=40,70  optimizer=de,pso  problem.mesh=13,21
+  several values make a sweep:  samples=40,70  optimizer=de,pso  samples=range(40,201,40)  optimizer=glob(*)
   a plugin's own settings:      optimizer.population=50  measurement.relative=0.05
+  of one plugin among several:  optimizer=de,ga optimizer.de.population=20 optimizer.ga.population=40
+  lines of a grid:              label=DE,LM  "add=[{label: Mine, optimizer: mine}]"
   a plugin from a plain file:   plugins=[my_optimizer.py] optimizer=my_optimizer, named as its class (MyOptimizer)
 exit code: 0 all runs have a result, 1 some failed, 2 bad input, 130 interrupted (finished runs are kept)
 BENCH_TRACEBACK=1 shows the traceback of an error of input"""

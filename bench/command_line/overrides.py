@@ -1,18 +1,30 @@
-"""The command line's overrides and an experiment's grid: which values each setting takes."""
+"""The command line's overrides: which values each setting takes."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass
-from itertools import product
+from decimal import Decimal
 from typing import Any
 
 from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.core.override_parser.types import Override, OverrideType, Quote, QuotedString
+from hydra.core.override_parser.types import (
+    FloatRange,
+    Glob,
+    Override,
+    OverrideType,
+    Quote,
+    QuotedString,
+    RangeSweep,
+    Sweep,
+)
 
+from bench.command_line.plugin_settings import names_plugin, short
+from ksmea import registry
 from ksmea.errors import SettingError
 
-ALONE = "choice("  # begins the sweep of one value
+ALONE, END = "tag(alone,choice([", "]))"  # around the one value of a word that Hydra is to leave to the sweeper
+TAG = "alone"
 
 
 @dataclass(frozen=True)
@@ -25,8 +37,11 @@ class Choice:
 
     @property
     def word(self) -> str:
-        """It as one word of the command line, by itself."""
-        return as_given(str(self.override.input_line))
+        """It as one word that a configuration knows; of one value."""
+        if self.override.is_sweep_override() or names_plugin(self.key):
+            prefix = {OverrideType.ADD: "+", OverrideType.FORCE_ADD: "++"}.get(self.override.type, "")
+            return prefix + override(short(self.key), self.values[0])
+        return str(self.override.input_line)
 
 
 def parse(arguments: list[str]) -> tuple[Choice, ...]:
@@ -36,70 +51,93 @@ def parse(arguments: list[str]) -> tuple[Choice, ...]:
         key = override.get_key_element().lstrip("+~")
         if override.is_sweep_override() and not override.is_discrete_sweep():
             raise SettingError(
-                f"{key}: expected a value or a list a,b,c, got {str(override.input_line).partition('=')[2]}"
+                f"{key}: expected a value, a list a,b,c or range(from,to,step), got {_given(override)}, which has no steps"
             )
-        choices[key] = Choice(key, _values(override), override)
+        choices[key] = Choice(key, _values(key, override), override)
     return tuple(choices.values())
 
 
 def for_some_plugins(words: list[str], groups: Iterable[str]) -> list[str]:
-    """The words with settings of a group of plugins of which several may be chosen as sweeps of one value, which Hydra
-    leaves to the sweeper: it would refuse those that the first plugin has not.
+    """The words with settings of a named plugin, or of a group of plugins of which several may be chosen, as sweeps of one
+    value, which Hydra leaves to the sweeper: it would refuse those that the first plugin has not.
 
     >>> for_some_plugins(["optimizer=pso,lm", "optimizer.screening=500"], ["optimizer"])
-    ['optimizer=pso,lm', 'optimizer.screening=choice(500)']
+    ['optimizer=pso,lm', 'optimizer.screening=tag(alone,choice([500]))']
     """
     number = {choice.key: len(choice.values) for choice in parse(words)}
-    is_varied = not number.keys().isdisjoint(("experiment", "instances", "grid"))
+    is_varied = not number.keys().isdisjoint(("experiment", "grid", "add", "cross"))
     varied = {group for group in groups if number.get(group, 2 if is_varied else 1) > 1}
-    return [_left_to_the_sweeper(word) if word.partition(".")[0] in varied else word for word in words]
+    return [
+        _left_to_the_sweeper(word) if word.partition(".")[0] in varied or names_plugin(word.partition("=")[0]) else word
+        for word in words
+    ]
 
 
 def _left_to_the_sweeper(word: str) -> str:
     key, _, value = word.partition("=")
     (choice,) = parse([word])
-    stays = choice.override.is_sweep_override() or choice.values in ((), (None,))  # Hydra has no sweep of null
-    return word if stays or not value else f"{key}={ALONE}{value})"
+    return word if choice.override.is_sweep_override() or not value else f"{key}={ALONE}{value}{END}"
 
 
 def as_given(word: str) -> str:
     """A word as it was typed, before `for_some_plugins`."""
     key, _, value = word.partition("=")
-    return f"{key}={value[len(ALONE) : -1]}" if value.startswith(ALONE) and value.endswith(")") else word
+    return f"{key}={value[len(ALONE) : -len(END)]}" if value.startswith(ALONE) else word
 
 
-def _values(override: Override) -> tuple[Any, ...]:
+def _values(key: str, override: Override) -> tuple[Any, ...]:
     if override.type == OverrideType.DEL:
         return ()
-    if override.is_sweep_override():
-        return tuple(_plain(value) for value in override.sweep_iterator())
-    return (_plain(override.value()),)
+    value = override.value()
+    if isinstance(value, Glob):
+        return _plugins(key, value, override)
+    if not isinstance(value, Sweep):
+        return (_plain(value),)
+    if getattr(value, "shuffle", False):
+        raise SettingError(
+            f"{key}: expected values in an order that stays, got {_given(override)}; no result depends on the order of runs:"
+            " leave shuffle out"
+        )
+    if isinstance(value, RangeSweep):
+        return _steps(key, value, override)
+    values = tuple(_plain(each) for each in override.sweep_iterator())
+    return tuple(values[0]) if TAG in value.tags else values
+
+
+def _plugins(key: str, pattern: Glob, override: Override) -> tuple[str, ...]:
+    """The plugins whose names fit a pattern."""
+    if key not in registry.GROUPS:
+        raise SettingError(
+            f"{key}: expected values, got {_given(override)}; glob chooses plugins, of {', '.join(registry.GROUPS)}"
+        )
+    return tuple(pattern.filter(list(registry.registered(key))))
+
+
+def _steps(key: str, steps: RangeSweep, override: Override) -> tuple[Any, ...]:
+    """The numbers of a range, which ends before its second bound; decimal fractions as they are written: 0.15, not
+    0.15000000000000002."""
+    if steps.step == 0:
+        raise SettingError(f"{key}: expected a step other than 0, got {_given(override)}")
+    numbers = steps.range()
+    return tuple(
+        numbers
+        if isinstance(numbers, range)
+        else FloatRange(*(Decimal(str(each)) for each in (steps.start, steps.stop, steps.step)))
+    )
+
+
+def _given(override: Override) -> str:
+    """The value as it was typed."""
+    return as_given(str(override.input_line)).partition("=")[2]
 
 
 def _plain(value: Any) -> Any:
+    """A value of Hydra's grammar without its marks of quotation."""
+    if isinstance(value, list):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, dict):
+        return {_plain(name): _plain(entry) for name, entry in value.items()}
     return value.text if isinstance(value, QuotedString) else value
-
-
-def grid_points(grid: list[dict[str, Any]], swept: dict[str, tuple[Any, ...]], fixed: set[str]) -> list[dict[str, Any]]:
-    """The points of an experiment: the product inside each block, the union of the blocks, each point once.
-
-    A key that the command line fixes leaves the grid; one that it sweeps replaces that axis in every block.
-
-    >>> grid_points([{"samples": [40, 70]}], {"optimizer": ("de", "pso")}, {"samples"})
-    [{'optimizer': 'de'}, {'optimizer': 'pso'}]
-    """
-    points: list[dict[str, Any]] = []
-    for block in grid or [{}]:
-        axes = {key: _listed(value) for key, value in block.items() if key not in fixed} | swept
-        for values in product(*axes.values()):
-            point = dict(zip(axes, values))
-            if point not in points:
-                points.append(point)
-    return points
-
-
-def _listed(value: Any) -> tuple[Any, ...]:
-    return tuple(value) if isinstance(value, (list, tuple)) else (value,)
 
 
 def override(key: str, value: Any) -> str:

@@ -14,16 +14,19 @@ from hydra.core.override_parser.types import OverrideType
 from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
+from bench.command_line.grid import Block, grid_blocks, labelled, listed
 from bench.command_line.messages import unknown_key
 from bench.command_line.offered import require_offered
 from bench.command_line.overrides import Choice, override
+from bench.command_line.plugin_settings import PluginSetting, names_plugin, plugin_setting, short
 from ksmea import registry
 from ksmea.errors import SettingError
 from ksmea.settings import own_fields
 
 
 class Composer:
-    """Configurations of one experiment. `fixed` is what the command line gives one value, `swept` what it gives several."""
+    """Configurations of one experiment. `fixed` is what the command line gives one value, `swept` what it gives several;
+    `labels` are of the lines of the grid that it chooses (none: all)."""
 
     def __init__(
         self,
@@ -31,13 +34,15 @@ class Composer:
         master: DictConfig,
         fixed: Iterable[Choice],
         swept: Mapping[str, Sequence[Any]],
+        labels: Sequence[Any] = (),
     ) -> None:
         self._loader = loader
         self._master = master
         # Hydra hands the sweeper no overrides of its own, without this one experiments of other folders are not found.
         self._searched = [word for word in master.hydra.overrides.hydra if word.startswith("hydra.searchpath=")]
-        self._fixed = tuple(fixed)
+        self._fixed = sorted(fixed, key=lambda choice: names_plugin(choice.key))  # which says more, and comes last
         self._swept = swept
+        self._labels = labels
         self._composed: dict[tuple[str, ...], DictConfig] = {}
 
     @cached_property
@@ -47,11 +52,11 @@ class Composer:
         return self._load(choice.word for choice in self._fixed if not _of_plugin(choice))
 
     @cached_property
-    def blocks(self) -> list[dict[str, Any]]:
-        """The blocks of the grid, each with each of the experiment's instances."""
-        grid: Any = OmegaConf.to_container(self.outline.grid)
-        instances: Any = OmegaConf.to_container(self.outline.instances)
-        return [{**block, **instance} for block in grid or [{}] for instance in instances or [{}]]
+    def blocks(self) -> list[Block]:
+        """The blocks of the experiment's grid, of the chosen labels alone where some are chosen."""
+        lines: Any = (OmegaConf.to_container(self.outline[key]) for key in ("grid", "add", "cross"))
+        blocks = grid_blocks(*lines)
+        return labelled(blocks, self._labels) if self._labels else blocks
 
     @cached_property
     def whole(self) -> DictConfig:
@@ -59,12 +64,18 @@ class Composer:
         return self.at({})
 
     def own(self, points: Iterable[Mapping[str, Any]]) -> list[dict[str, Any]]:
-        """The points, each once, without settings that are swept and that the plugins chosen there do not have."""
+        """The points, each once, as a configuration knows them: with the settings that plugins chosen there have. One that
+        names its plugin says more than one that does not, and the command line more than the grid."""
         kept: list[dict[str, Any]] = []
         for point in points:
             groups = {key: value for key, value in point.items() if key in registry.GROUPS}
-            left_out = {key for key in self._swept if _is_of_plugin(key) and not self._has(key, groups)}
-            own = {key: value for key, value in point.items() if key not in left_out}
+            left = {key: value for key, value in point.items() if self._is_meant(key, groups)}
+            fixed = {short(each.key) for each in self._fixed if names_plugin(each.key) and self._concerns(each, groups)}
+            own = {
+                short(key): value
+                for key, value in sorted(left.items(), key=lambda item: names_plugin(item[0]))
+                if names_plugin(key) or key not in fixed
+            }
             if own not in kept:
                 kept.append(own)
         return kept
@@ -100,49 +111,83 @@ class Composer:
 
     def _standard(self, groups: Mapping[str, str]) -> Iterable[str]:
         """What the experiment sets of the plugins chosen at a point, as far as they have it."""
-        for key, value in self.outline.standard.items():
-            group, setting = key.split(".")
-            if setting in _settings(group, groups.get(group, self.outline[group].name)):
-                yield override(key, value)
+        for key, value in sorted(self.outline.standard.items(), key=lambda item: names_plugin(item[0])):
+            said = plugin_setting(key)
+            if said is None or "." in said.setting:
+                raise SettingError(f"standard: expected GROUP.SETTING or GROUP.PLUGIN.SETTING, got {key}")
+            if said.plugin is not None:
+                _require_setting(said.group, said.plugin, said.setting)
+            chosen = groups.get(said.group, self.outline[said.group].name)
+            if _names(said, chosen) and said.setting in _settings(said.group, chosen):
+                yield override(said.short, value)
+
+    def _is_meant(self, key: str, groups: Mapping[str, str]) -> bool:
+        """Whether a key of the grid or of a sweep is for a point: a setting of a plugin that is swept or names its plugin,
+        where the one chosen there has it."""
+        said = plugin_setting(key)
+        if said is None:
+            return True
+        if key in self._swept:
+            return self._has(key, groups)
+        if said.plugin is not None:
+            _require_setting(said.group, said.plugin, said.setting.partition(".")[0])
+        return _names(said, groups.get(said.group, self.outline[said.group].name))
 
     def _has(self, key: str, groups: Mapping[str, str]) -> bool:
-        """Whether a setting is one of the plugin chosen at a point; of a group without alternatives it always is."""
-        group, setting = key.split(".")[:2]
+        """Whether a setting on the command line is one of the plugin chosen at a point; one that none of the chosen has, or of a
+        plugin that is not chosen, is refused."""
+        said = plugin_setting(key)
+        if said is None:
+            return True
+        group, setting = said.group, said.setting.partition(".")[0]
         names = self._alternatives[group]
         chosen = groups.get(group, self.outline[group].name)
         require_offered(group, chosen)
-        if len(names) == 1:
-            return True
+        if said.plugin is not None:
+            if said.plugin not in names:
+                raise SettingError(
+                    f"{key}: expected a setting of what is chosen, {group}={','.join(names)}, got one of {said.plugin}; choose"
+                    " it too, or leave its settings out"
+                )
+            _require_setting(group, said.plugin, setting)
+            return said.plugin == chosen
         known = {name: _settings(group, name) for name in names}
         if not any(setting in settings for settings in known.values()):
-            raise SettingError(
-                unknown_key(f"{group}.{setting}", {each for settings in known.values() for each in settings})
-            )
+            plugins = (
+                registry.registered(group) if setting != said.setting else ()
+            )  # more of a path: a plugin's name, perhaps
+            offered = {each for settings in known.values() for each in settings}
+            raise SettingError(unknown_key(f"{group}.{setting}", {*offered, *plugins}))
         return setting in known.get(chosen, ())
 
     @cached_property
     def _alternatives(self) -> Mapping[str, list[str]]:
         """Names of the plugins that the experiment's points choose from, by group."""
-        return {group: list(dict.fromkeys(self._names(group))) for group in registry.GROUPS}
+        return {group: list(dict.fromkeys(self._chosen(group))) for group in registry.GROUPS}
 
-    def _names(self, group: str) -> Iterable[str]:
+    def _chosen(self, group: str) -> Iterable[str]:
         if group in self._swept:
             yield from self._swept[group]
             return
         is_fixed = any(choice.key == group for choice in self._fixed)  # and has left the grid
         for block in [{}] if is_fixed else self.blocks:
-            names = block.get(group, self.outline[group].name)
-            yield from names if isinstance(names, list) else [names]
+            yield from listed(block.get(group, self.outline[group].name))
 
 
 def _of_plugin(choice: Choice) -> bool:
     """Whether it sets a setting of a plugin; one that is added (+) or deleted (~) goes through as it is."""
-    return _is_of_plugin(choice.key) and choice.override.type == OverrideType.CHANGE
+    return plugin_setting(choice.key) is not None and choice.override.type == OverrideType.CHANGE
 
 
-def _is_of_plugin(key: str) -> bool:
-    group, _, setting = key.partition(".")
-    return group in registry.GROUPS and bool(setting)
+def _names(said: PluginSetting, chosen: str) -> bool:
+    """Whether a key is for a plugin: names it, or none."""
+    return said.plugin in (None, chosen)
+
+
+def _require_setting(group: str, plugin: str, setting: str) -> None:
+    known = _settings(group, plugin)
+    if setting not in known:
+        raise SettingError(unknown_key(f"{group}.{plugin}.{setting}", known))
 
 
 def _settings(group: str, name: str) -> list[str]:

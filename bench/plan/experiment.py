@@ -12,7 +12,8 @@ from hydra.core.config_loader import ConfigLoader
 from omegaconf import DictConfig, OmegaConf
 
 from bench.command_line.config import BenchConfig
-from bench.command_line.overrides import Choice, as_given, grid_points, override, parse
+from bench.command_line.grid import LABEL, grid_points
+from bench.command_line.overrides import Choice, as_given, override, parse
 from bench.command_line.plugin_words import require_registered
 from bench.plan.composer import Composer
 from bench.plan.fleet import MEASURED, ROTOR, fleet_axes, with_rotors
@@ -50,8 +51,9 @@ WHOLE = (
     "includes",
     "own_seeds",
     "standard",
-    "instances",
     "grid",
+    "add",
+    "cross",
 )
 # Settings of how it is dealt out to jobs.
 DEALING = ("batches", "share", "wait")
@@ -91,13 +93,15 @@ class Experiment:
         cls, loader: ConfigLoader, master: DictConfig, arguments: list[str], share: Sequence[str] = ()
     ) -> Experiment:
         """One experiment; finished runs of the same key are also taken over from the folders in `share`."""
-        choices = parse(arguments)
-        fleet = fleet_axes(choices)
+        words = parse(arguments)
+        fleet = fleet_axes(words)
+        chosen = [label for choice in words if choice.key == LABEL for label in choice.values]
+        choices = [choice for choice in words if choice.key != LABEL]
         fixed = _fixed(choices)
         swept = {choice.key: choice.values for choice in choices if len(choice.values) > 1}
         swept |= {MEASURED: fleet[MEASURED]} if fleet else {}
         _check_axes(swept)
-        composer = Composer(loader, master, fixed, swept)
+        composer = Composer(loader, master, fixed, swept, chosen)
         config = composer.whole
         _check_whole(config)
         for block in composer.blocks:

@@ -58,7 +58,7 @@ def ended(shell, tmp_path_factory):
         FEW,
         "repetitions=1",
         "measurement.expected_drop=20,1000",
-        "label='<b>data'",
+        "grid=[{label: '<b>data'}]",
     ]
     one = [
         "measurement.kind=complex",

@@ -1,9 +1,9 @@
-"""Which values the settings take: the command line's overrides and an experiment's grid."""
+"""Which values the command line's words give the settings."""
 
 import pytest
 from hydra.errors import OverrideParseException
 
-from bench.command_line.overrides import grid_points, parse
+from bench.command_line.overrides import as_given, for_some_plugins, parse
 from ksmea.errors import SettingError
 
 
@@ -28,6 +28,15 @@ def values(*words):
         ("name='40'", "name", ("40",)),
         ("samples=choice(40,70)", "samples", (40, 70)),
         ("~optimizer", "optimizer", ()),
+        ("samples=range(40,201,40)", "samples", (40, 80, 120, 160, 200)),
+        (
+            "measurement.relative=range(0.05,0.2,0.05)",
+            "measurement.relative",
+            (0.05, 0.1, 0.15),
+        ),  # as one would write them
+        ("samples=sort(70,40,50)", "samples", (40, 50, 70)),
+        ("optimizer=glob([d*,p*],exclude=dual*)", "optimizer", ("de", "pso")),
+        ("optimizer=glob(nothing*)", "optimizer", ()),
     ],
 )
 def test_a_word_of_the_command_line(word, key, expected):
@@ -39,59 +48,27 @@ def test_the_last_word_on_a_setting_wins():
     assert values("samples=40", "seed=1", "samples=70,80") == {"samples": (70, 80), "seed": (1,)}
 
 
-def test_a_continuous_interval_is_no_sweep():
-    with pytest.raises(SettingError, match=r"^samples: expected a value or a list a,b,c, got interval"):
-        parse(["samples=interval(40,70)"])
+@pytest.mark.parametrize(
+    "word, line",
+    [
+        ("samples=interval(40,70)", r"samples: expected a value, a list a,b,c or range\(from,to,step\), got interval"),
+        ("samples=shuffle(40,70)", r"samples: expected values in an order that stays, got shuffle\(40,70\)"),
+        ("samples=range(40,70,0)", r"samples: expected a step other than 0, got range\(40,70,0\)"),
+        ("samples=glob(*)", r"samples: expected values, got glob\(\*\); glob chooses plugins, of problem, "),
+    ],
+)
+def test_what_gives_no_values_or_no_order_is_refused(word, line):
+    with pytest.raises(SettingError, match=f"^{line}"):
+        parse([word])
+
+
+def test_a_word_comes_back_from_the_sweeper_as_it_was_typed():
+    words = ["optimizer.lm.screening=null", "optimizer.de.population=[1,2]", "surrogate.krig=1", "samples=40"]
+    left = for_some_plugins(["optimizer=de,lm", *words], ["optimizer"])
+    assert [choice.values for choice in parse(left)][1:] == [(None,), ([1, 2],), (1,), (40,)]
+    assert list(map(as_given, left)) == ["optimizer=de,lm", *words]
 
 
 def test_an_unbalanced_bracket_is_refused():
     with pytest.raises(OverrideParseException):
         parse(["problem.sensors=[0.1"])
-
-
-def test_a_block_is_a_product_whose_last_axis_varies_first():
-    assert grid_points([{"a": [1, 2], "b": ["x", "y"]}], {}, set()) == [
-        {"a": 1, "b": "x"},
-        {"a": 1, "b": "y"},
-        {"a": 2, "b": "x"},
-        {"a": 2, "b": "y"},
-    ]
-
-
-def test_blocks_are_united_and_need_not_have_the_same_axes():
-    grid = [{"method": "direct", "optimizer": ["de", "ga"]}, {"method": "ksmea", "samples": [40, 70]}]
-    assert grid_points(grid, {}, set()) == [
-        {"method": "direct", "optimizer": "de"},
-        {"method": "direct", "optimizer": "ga"},
-        {"method": "ksmea", "samples": 40},
-        {"method": "ksmea", "samples": 70},
-    ]
-
-
-def test_a_value_on_the_command_line_removes_the_axis():
-    grid = [{"samples": [40, 70], "optimizer": ["de", "pso"]}]
-    assert grid_points(grid, {}, {"samples"}) == [{"optimizer": "de"}, {"optimizer": "pso"}]
-    assert grid_points(grid, {}, {"samples", "optimizer", "seed"}) == [{}]
-
-
-def test_a_list_on_the_command_line_replaces_the_axis_where_it_stands():
-    grid = [{"samples": [40, 70], "optimizer": ["de"]}]
-    points = grid_points(grid, {"samples": (25, 30, 35)}, set())
-    assert points == [{"samples": n, "optimizer": "de"} for n in (25, 30, 35)]
-
-
-def test_a_list_on_the_command_line_adds_an_axis_to_every_block():
-    points = grid_points([{"method": "direct"}, {"method": "ksmea"}], {"seed": (1, 2)}, set())
-    assert points == [{"method": method, "seed": seed} for method in ("direct", "ksmea") for seed in (1, 2)]
-    assert grid_points([], {"seed": (1, 2)}, set()) == [{"seed": 1}, {"seed": 2}]
-
-
-def test_points_that_blocks_share_come_once():
-    grid = [{"samples": [40, 70]}, {"samples": [70, 100]}, {"samples": 40}]
-    assert grid_points(grid, {}, set()) == [{"samples": 40}, {"samples": 70}, {"samples": 100}]
-    assert grid_points([{"a": [1], "samples": [40]}, {"a": [1], "samples": [70]}], {}, {"samples"}) == [{"a": 1}]
-    assert grid_points([], {"seed": (1, 1)}, set()) == [{"seed": 1}]
-
-
-def test_no_grid_is_one_point():
-    assert grid_points([], {}, {"samples"}) == [{}]

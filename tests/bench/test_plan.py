@@ -174,6 +174,66 @@ def test_a_group_from_the_grid_keeps_the_experiments_plain_values(compose):
     assert all(cell.settings["measurement"]["relative"] == 0.1 for cell in plan.cells)
 
 
+def test_a_label_runs_its_line_alone_and_an_added_line_meets_what_all_lines_meet(compose):
+    shared = "cross=[{measurement.relative: [0.05, 0.1], seed: [1, 2, 3]}]"
+    whole = compose("+experiment=efficiency", shared, "add=[{label: Mine, optimizer: pso, optimizer.population: 20}]")
+    alone = compose("+experiment=efficiency", shared, "label=DE,LM")
+    assert len(whole.cells) == 8 * 6
+    assert [cell.place["label"] for cell in alone.cells] == ["LM"] * 6 + ["DE"] * 6
+    assert {run.key for run in alone.runs} < {run.key for run in whole.runs}
+    mine = [cell for cell in whole.cells if cell.place["label"] == "Mine"]
+    assert {(cell.seed, cell.settings["measurement"]["relative"]) for cell in mine} == {
+        (seed, relative) for seed in (1, 2, 3) for relative in (0.05, 0.1)
+    }
+    assert all(cell.settings["optimizer"]["population"] == 20 for cell in mine)
+
+
+def populations(plan):
+    return [(cell.settings["optimizer"]["name"], cell.settings["optimizer"].get("population")) for cell in plan.cells]
+
+
+@pytest.mark.parametrize(
+    "words, expected",
+    [
+        (["optimizer=de,ga", "optimizer.de.population=20", "optimizer.ga.population=40"], [("de", 20), ("ga", 40)]),
+        (["optimizer=lm,de", "optimizer.de.population=20,40"], [("lm", None), ("de", 20), ("de", 40)]),
+        # what names a plugin says more than what does not, in whichever order
+        (["optimizer=de,ga", "optimizer.de.population=20", "optimizer.population=40,60"], [("de", 20), ("ga", 40), ("ga", 60)]),
+        (["optimizer=de,ga", "optimizer.de.population=20,30", "optimizer.population=40"], [("de", 20), ("de", 30), ("ga", 40)]),
+        (["grid=[{optimizer: [de, ga], optimizer.de.population: 20, optimizer.ga.population: [40, 60]}]"],
+         [("de", 20), ("ga", 40), ("ga", 60)]),
+        # the command line says more than the grid
+        (["grid=[{optimizer: [de, ga], optimizer.de.population: 20}]", "optimizer.population=60"], [("de", 60), ("ga", 60)]),
+        (["grid=[{optimizer: [de, ga], optimizer.population: [40, 60]}]", "optimizer.de.population=20"],
+         [("de", 20), ("ga", 40), ("ga", 60)]),
+        (["grid=[{optimizer: [de, lm], optimizer.de.population: 20}]", "optimizer=lm"], [("lm", None)]),
+        (["grid=[{optimizer: [de, ga]}]", "+standard={optimizer.de.population: 20, optimizer.population: 30}"],
+         [("de", 20), ("ga", 30)]),
+    ],
+)  # fmt: skip
+def test_a_setting_that_names_its_plugin_is_for_that_one_alone(words, expected, compose):
+    plan = compose("method=direct", *words)
+    assert populations(plan) == expected
+    assert not any("optimizer.de.population" in cell.place for cell in plan.cells)  # one column for all that have it
+
+
+@pytest.mark.parametrize(
+    "words, line",
+    [
+        (["optimizer.lmm.screening=5"], "unknown setting 'optimizer.lmm'; did you mean 'optimizer.lm'"),
+        (["optimizer.lm.screenin=5"], "unknown setting 'optimizer.lm.screenin'; did you mean 'optimizer.lm.screening'"),
+        (
+            ["optimizer.pso.population=5"],
+            "optimizer.pso.population: expected a setting of what is chosen, optimizer=de,lm",
+        ),
+        (["grid=[{optimizer.de.popul: 5}]"], "unknown setting 'optimizer.de.popul'; did you mean"),
+    ],
+)
+def test_a_plugin_that_is_not_there_or_not_chosen_is_named(words, line, compose):
+    with pytest.raises(SettingError, match=line):
+        compose("method=direct", "optimizer=de,lm", *words)
+
+
 def test_table3_is_planned_as_the_paper_has_it(compose):
     plan = compose("+experiment=table3")
     assert (plan.name, plan.report.paper, plan.axes) == ("table3", "table3", ("samples",))
