@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 
 from bench.plan.plan import Cell, Plan
-from bench.reports.contest.runs import PARTS, method_name
+from bench.reports.contest.runs import PARTS, budget, method_name
 from ksmea import registry
 from ksmea.errors import SettingError
 from ksmea.settings import own_fields
@@ -27,7 +27,7 @@ def entrants_frame(plan: Plan) -> pd.DataFrame:
             "from": ", ".join(
                 dict.fromkeys(_origin(plan, group, cell.chosen(group)) for cell in cells for group in _groups(cell))
             ),
-            "budget": _values([cell.settings["method"].get(BUDGET) for cell in cells]) or "none",
+            "budget": _values([budget(cell) for cell in cells]) or "none",
             "cells": str(len(cells)),
         }
         for method, cells in methods.items()

@@ -17,7 +17,7 @@ from ksmea.show.style import INTERVAL, REFERENCE
 
 COST = "evaluations / unknowns"
 LEAST = 1e-3  # of a measure, below which the data see no difference: drawn as this
-BANDED = 7  # methods, beyond which bands would hide the lines
+BANDED = 7  # methods, beyond which bands of quartiles would hide the lines
 PRICES = np.logspace(-6, np.log10(3600), 200)  # s per evaluation: from a microsecond to an hour
 KINDS = {
     "performance": "expected running time / that of the fastest (performance profile)",
@@ -34,8 +34,7 @@ def ecdf_figure(frame: pd.DataFrame, measure: Measure, methods: Sequence[str]) -
             rows = mine[(mine["family"] == group) & (mine["method"] == method)]
             cost = rows["cost_per_unknown"].to_numpy()
             draw_line(axes, cost, rows["share"].to_numpy(), style, number)
-            if len(methods) <= BANDED:
-                _band(axes, cost, rows["low"], rows["high"], style.colour)
+            _band(axes, cost, rows["low"], rows["high"], style.colour)
         axes.set(xscale="log", ylim=(-0.02, 1.02), title=group)
         axes.grid(alpha=0.25)
     figure.supxlabel(COST, fontsize=10)

@@ -1,6 +1,7 @@
 """The runs of a contest: which method met which instance, when it reached each target, and what it had when it ended.
 
-A *method* is a label. An *instance* is the whole of a cell's problem and measurement settings, its *family* the problem's name.
+A *method* is a label. An *instance* is the whole of a cell's problem and measurement settings, its *family* the problem's setting
+of that name, or the problem's own name.
 Methods are compared on the draws, an instance with a seed and a repetition, that all of them have ended; what is left out is
 told. A run that failed, or has no trace, has reached nothing, at the cost of its whole budget.
 """
@@ -23,7 +24,7 @@ from bench.reports.trace import Traced, jacobian_price
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
 
-HELD_BACK = "held_back"  # setting of a problem: an instance that is kept for the final ranking
+FAMILY, HELD_BACK = "family", "held_back"  # settings of a problem; the latter: kept for the final ranking
 PARTS = ("method", "surrogate", "optimizer")  # that name a method without a label
 ENDED = ("failed", "surrogate", "cost", "seconds", "model_seconds", "excess", "error")  # what is told of a run's end
 
@@ -95,7 +96,7 @@ def contest(plan: Plan, runs: pd.DataFrame, traces: Mapping[str, Traced]) -> Con
             "label": [method_name(cell) for cell in plan.cells],
             "identity": identities,
             "price": [jacobian_price(cell) for cell in plan.cells],
-            "budget": [cell.settings["method"].get("budget") for cell in plan.cells],
+            "budget": [budget(cell) for cell in plan.cells],
         }
     )
     ended = runs[runs["status"] != "not run"].merge(cells.drop(columns="label"), on="cell")
@@ -132,6 +133,12 @@ def method_name(cell: Cell) -> str:
     return " + ".join(str(cell.settings[part]["name"]) for part in PARTS if cell.settings.get(part))
 
 
+def budget(cell: Cell) -> int | None:
+    """Evaluations of the true model that a run of a cell may take: the study's budget, or else the method's own."""
+    parts = (cell.settings.get(part) or {} for part in ("study", "method"))
+    return next((part["budget"] for part in parts if part.get("budget") is not None), None)
+
+
 def _identity(cell: Cell) -> str:
     """All that an instance is, as text: settings of problem and measurement, and content of their files."""
     names = ("problem", "measurement", *FINGERPRINTS.values())
@@ -155,14 +162,29 @@ def _instances(plan: Plan, identities: list[str], kept: list[str]) -> pd.DataFra
     cells = [first[identity] for identity in kept]
     frame = pd.DataFrame(
         {
-            "family": [str(cell.settings["problem"]["name"]) for cell in cells],
+            "family": [_family(cell.settings["problem"]) for cell in cells],
             "unknowns": [len(cell.parameters) for cell in cells],
             "held_back": [cell.settings["problem"].get(HELD_BACK) for cell in cells],
-            "settings": kept,
+            "settings": _telling([cell.settings for cell in cells]),
         }
     )
     frame.insert(1, "number", frame.groupby("family").cumcount() + 1)
     return frame
+
+
+def _family(problem: Mapping[str, Any]) -> str:
+    return str(problem.get(FAMILY) or problem["name"])
+
+
+def _telling(settings: list[Mapping[str, Any]]) -> list[str]:
+    """Words that tell instances apart: settings of problem and measurement that are not the same in all."""
+    words = [
+        {f"{group}.{name}": value for group in ("problem", "measurement") for name, value in each[group].items()}
+        for each in settings
+    ]
+    names = dict.fromkeys(name for each in words for name in each)
+    telling = [name for name in names if len({str(each.get(name)) for each in words}) > 1]
+    return [" ".join(f"{name}={each[name]}" for name in telling if name in each) for each in words]
 
 
 def _notes(
@@ -179,6 +201,8 @@ def _notes(
             f"compared on the {n_kept} of {n_all} instances and {kept} of {draws} draws that all methods have ended"
             + (f"; not ended: {told}" if told else "")
         )
+    if (compared.groupby("identity")["budget"].nunique(dropna=False) > 1).any():
+        notes.append("budgets differ between methods: results at the end are not at equal cost")
     return tuple(notes)
 
 

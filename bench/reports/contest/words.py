@@ -86,7 +86,7 @@ def _apart(best: str, pairs: pd.DataFrame) -> str:
     """Which methods the tests do not tell from the first one."""
     mine = pairs[(pairs["method"] == best) | (pairs["other"] == best)]
     if mine.empty:
-        return "it is alone"
+        return "no other method to compare with"
     alike = mine[~mine["told_apart"]]
     others = [other if method == best else method for method, other in alike[["method", "other"]].to_numpy()]
     instances = int(mine[["better", "worse", "alike"]].iloc[0].sum())
@@ -129,14 +129,12 @@ def _fastest(contest: Contest, board: pd.DataFrame) -> list[str]:
     low, high = (_count(best[f"{measure.name}_ert_{end}"]) for end in ("low", "high"))
     told = f"{best['method']} is the fastest to {target}: expected {_count(best[f'{measure.name}_ert'])} ({low}–{high}) evaluations"
     paying = rows.dropna(subset="break_even_s").sort_values("break_even_s")
-    pays = [
-        f"{method} from {price:.2g} s"
-        for method, price in paying[["method", "break_even_s"]].head(MOST_NAMES).to_numpy()
+    prices = [
+        f"{method} {f'above {price:.2g} s' if price else 'at any price'}"
+        for method, price in paying[["method", "break_even_s"]].to_numpy()
     ]
-    return [
-        told,
-        *([f"a surrogate saves time where one evaluation takes longer than: {', '.join(pays)}"] if pays else []),
-    ]
+    pays = f"at these prices of an evaluation a surrogate is faster than all methods without one: {_listed(prices)}"
+    return [told, pays] if prices else [told]
 
 
 def _of_set(contest: Contest) -> list[str]:
