@@ -37,16 +37,20 @@ def leaderboard_page(
     drawings: Mapping[str, bytes],
 ) -> str:
     """The page: what was found, the board of all instances and of each family, running times, figures, methods, instances."""
-    boards = [table_block(f"Leaderboard, {group}", shown(board, contest, group)) for group in contest.groups()]
     sentences = "".join(f"<li>{escape(each)}</li>" for each in told)
+    methods = board["method"].unique().tolist()
+    every, *families = (
+        table_block(f"Leaderboard, {group}", shown(board, contest, group)) for group in contest.groups()
+    )
     blocks = [
         f"<p>{escape(_seeds(plan))}</p><ul>{sentences}</ul>",
-        *boards,
+        every,
+        *(figure_block(*SHOWN[name], drawings[name]) for name in SHOWN if name in drawings),
         *(
-            table_block(f"Expected running time, {measure.name}", _times(times, measure.name))
+            table_block(f"Expected running time, {measure.name}", _times(times, measure.name, methods))
             for measure in contest.measures
         ),
-        *(figure_block(*SHOWN[name], drawings[name]) for name in SHOWN if name in drawings),
+        *families,
         table_block("Methods", entrants_frame(plan)),
         table_block("Instances", contest.instances.fillna("not said").astype(str)),
     ]
@@ -54,16 +58,17 @@ def leaderboard_page(
 
 
 def _seeds(plan: Plan) -> str:
-    """For example 'experiment contest, commit c0de, seeds 0, repetitions 0 to 14'."""
-    seeds = ", ".join(str(seed) for seed in sorted({cell.seed for cell in plan.cells}))
+    """For example 'experiment contest, commit c0de, seed 0, repetitions 0 to 14'."""
+    seeds = sorted({cell.seed for cell in plan.cells})
+    told = f"{len(seeds)} seeds" if len(seeds) > 1 else f"seed {seeds[0]}"
     last = max((run.repetition for run in plan.runs), default=0)
-    return f"experiment {plan.name}, commit {plan.commit}, seed {seeds}, repetitions 0 to {last}"
+    return f"experiment {plan.name}, commit {plan.commit}, {told}, repetitions 0 to {last}"
 
 
-def _times(times: pd.DataFrame, measure: str) -> pd.DataFrame:
-    """Expected running times over all instances, a column for each target."""
+def _times(times: pd.DataFrame, measure: str, methods: Sequence[str]) -> pd.DataFrame:
+    """Expected running times over all instances, a row for each method and a column for each target."""
     rows = times[(times["family"] == "all") & (times["measure"] == measure)]
-    table = rows.pivot(index="method", columns="target", values="ert").loc[rows["method"].unique()]
+    table = rows.pivot(index="method", columns="target", values="ert").loc[list(methods)]
     texts = table[sorted(table.columns, reverse=True)].map(
         lambda value: f"{value:.0f}" if np.isfinite(value) else "never"
     )

@@ -83,7 +83,7 @@ def _of_criterion(name: str, board: pd.DataFrame, pairs: pd.DataFrame, tests: pd
 
 
 def _apart(best: str, pairs: pd.DataFrame) -> str:
-    """Which methods the tests do not tell from the first one."""
+    """Which methods the tests do not tell apart from the first one."""
     mine = pairs[(pairs["method"] == best) | (pairs["other"] == best)]
     if mine.empty:
         return "no other method to compare with"
@@ -91,8 +91,8 @@ def _apart(best: str, pairs: pd.DataFrame) -> str:
     others = [other if method == best else method for method, other in alike[["method", "other"]].to_numpy()]
     instances = int(mine[["better", "worse", "alike"]].iloc[0].sum())
     if not others:
-        return f"all others are told from it (Wilcoxon's test with Holm's correction, {100 * LEVEL:g} %)"
-    told = f"not told from it (Wilcoxon, Holm, {100 * LEVEL:g} %): {_listed(others)}"
+        return f"all others are told apart from it (Wilcoxon's test with Holm's correction, {100 * LEVEL:g} %)"
+    told = f"not told apart from it (Wilcoxon, Holm, {100 * LEVEL:g} %): {_listed(others)}"
     if least := _too_few(instances, len(pairs)):
         told += f"; {instances} instances tell no pair of {len(pairs)} apart, {least} could"
     return told
