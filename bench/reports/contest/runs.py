@@ -27,6 +27,9 @@ from ksmea.errors import SettingError
 FAMILY, HELD_BACK = "family", "held_back"  # settings of a problem; the latter: kept for the final ranking
 PARTS = ("method", "surrogate", "optimizer")  # that name a method without a label
 ENDED = ("failed", "surrogate", "cost", "seconds", "model_seconds", "excess", "error")  # what is told of a run's end
+# columns of `runs_frame` that are used, and of those of a contest that are told before its end
+OF_RUN = ("key", "cell", "seed", "repetition", "status", "time", "time_model", "surrogate_evaluations")
+KEPT = ("key", "method", "instance", "draw", "repetition", "status", "price", "budget")
 
 
 @dataclass(frozen=True)
@@ -88,42 +91,44 @@ def contest(plan: Plan, runs: pd.DataFrame, traces: Mapping[str, Traced]) -> Con
 
     Raises `SettingError` where a label has several cells of one instance and seed.
     """
-    identities = [_identity(cell) for cell in plan.cells]
-    _require_one_cell_each(plan, identities)
-    cells = pd.DataFrame(
+    cells = _cells_frame(plan)
+    ended = runs[runs["status"] != "not run"].reindex(columns=list(OF_RUN)).merge(cells, on="cell")
+    ended["draw"] = ended["seed"].astype(str) + "/" + ended["repetition"].astype(str)
+    methods = tuple(label for label in dict.fromkeys(cells["label"]) if label in set(ended["label"]))
+    met_by = ended.groupby(["identity", "draw"])["label"].transform("nunique")
+    compared = ended[met_by == len(methods)].reset_index(drop=True)
+    instances = _instances_frame(plan, cells[cells["identity"].isin(compared["identity"])])
+    compared["method"] = pd.Categorical(compared["label"], methods).codes.astype(int)
+    compared["instance"] = pd.Categorical(compared["identity"], instances.pop("identity")).codes.astype(int)
+    ends = [_end(run, traces.get(run["key"])) for run in compared.to_dict("records")]
+    table = _charged(compared[list(KEPT)].join(pd.DataFrame(ends, columns=list(ENDED))))
+    hits, overheads = _reached(table, traces)
+    measures = tuple(measure for measure in MEASURES if np.isfinite(table[measure.name].astype(float)).any())
+    return Contest(
+        methods, instances, table, hits, overheads, traces, measures, _notes(cells, ended, compared, methods)
+    )
+
+
+def _cells_frame(plan: Plan) -> pd.DataFrame:
+    """Label, instance, price of a Jacobian and budget of each cell. `SettingError` where a label has several cells of one
+    instance and seed."""
+    frame = pd.DataFrame(
         {
             "cell": range(len(plan.cells)),
             "label": [method_name(cell) for cell in plan.cells],
-            "identity": identities,
+            "identity": [_identity(cell) for cell in plan.cells],
             "price": [jacobian_price(cell) for cell in plan.cells],
             "budget": [budget(cell) for cell in plan.cells],
         }
     )
-    ended = runs[runs["status"] != "not run"].merge(cells.drop(columns="label"), on="cell")
-    ended["label"] = cells["label"].to_numpy()[ended["cell"]]
-    ended["draw"] = [f"{seed}/{repetition}" for seed, repetition in ended[["seed", "repetition"]].to_numpy()]
-    methods = tuple(label for label in dict.fromkeys(cells["label"]) if label in set(ended["label"]))
-    of_draw = ended.groupby(["identity", "draw"])["label"].transform("nunique")
-    compared = ended[of_draw == len(methods)].reset_index(drop=True)
-    kept = [identity for identity in dict.fromkeys(identities) if identity in set(compared["identity"])]
-    compared["method"] = compared["label"].map({name: number for number, name in enumerate(methods)}).astype(int)
-    compared["instance"] = compared["identity"].map({name: number for number, name in enumerate(kept)}).astype(int)
-    notes = _notes(cells, ended, compared, methods)
-    rows = [_ended(run, traces.get(run["key"])) for run in compared.to_dict("records")]
-    told = ["key", "method", "instance", "draw", "repetition", "status", "price", "budget"]
-    table = compared[told].join(pd.DataFrame(rows, columns=list(ENDED)))
-    table = _charged(table)
-    hits, overheads = _reached(table, traces)
-    return Contest(
-        methods,
-        _instances(plan, identities, kept),
-        table,
-        hits,
-        overheads,
-        traces,
-        tuple(measure for measure in MEASURES if len(table) and np.isfinite(table[measure.name]).any()),
-        notes,
-    )
+    seeds = [cell.seed for cell in plan.cells]
+    twice = frame.assign(seed=seeds).duplicated(["label", "identity", "seed"])
+    if twice.any():
+        raise SettingError(
+            f"table=contest: expected one cell of label {frame['label'][twice].iloc[0]} for each instance, got two that differ"
+            " otherwise; give each method a label of its own"
+        )
+    return frame
 
 
 def method_name(cell: Cell) -> str:
@@ -145,30 +150,20 @@ def _identity(cell: Cell) -> str:
     return json.dumps({name: cell.settings.get(name) for name in names}, sort_keys=True, default=str)
 
 
-def _require_one_cell_each(plan: Plan, identities: list[str]) -> None:
-    seen = set()
-    for cell, identity in zip(plan.cells, identities):
-        place = method_name(cell), identity, cell.seed
-        if place in seen:
-            raise SettingError(
-                f"table=contest: expected one cell of label {place[0]} for each instance, got two that differ otherwise;"
-                " give each method a label of its own"
-            )
-        seen.add(place)
-
-
-def _instances(plan: Plan, identities: list[str], kept: list[str]) -> pd.DataFrame:
-    first = {identity: cell for identity, cell in zip(reversed(identities), reversed(plan.cells))}
-    cells = [first[identity] for identity in kept]
+def _instances_frame(plan: Plan, cells: pd.DataFrame) -> pd.DataFrame:
+    """A row for each instance of these cells, in their order."""
+    first = cells.drop_duplicates("identity")
+    found = [plan.cells[index] for index in first["cell"]]
     frame = pd.DataFrame(
         {
-            "family": [_family(cell.settings["problem"]) for cell in cells],
-            "unknowns": [len(cell.parameters) for cell in cells],
-            "held_back": [cell.settings["problem"].get(HELD_BACK) for cell in cells],
-            "settings": _telling([cell.settings for cell in cells]),
+            "identity": first["identity"].to_numpy(),
+            "family": [_family(cell.settings["problem"]) for cell in found],
+            "unknowns": [len(cell.parameters) for cell in found],
+            "held_back": [cell.settings["problem"].get(HELD_BACK) for cell in found],
+            "settings": _telling([cell.settings for cell in found]),
         }
     )
-    frame.insert(1, "number", frame.groupby("family").cumcount() + 1)
+    frame.insert(2, "number", frame.groupby("family").cumcount() + 1)
     return frame
 
 
@@ -206,7 +201,7 @@ def _notes(
     return tuple(notes)
 
 
-def _ended(run: Mapping[str, Any], traced: Traced | None) -> dict[str, Any]:
+def _end(run: Mapping[str, Any], traced: Traced | None) -> dict[str, Any]:
     """What a run had when it ended, and what it took; infinitely far where it has nothing."""
     if run["status"] not in RESULTS or traced is None or not len(traced.trace.misfit):
         return dict(zip(ENDED, (run["status"] not in RESULTS, False, np.nan, np.nan, np.nan, np.inf, np.inf)))
