@@ -1,0 +1,1 @@
+"""The report of a contest: methods compared on instances of problems, at equal budgets of true-model evaluations."""

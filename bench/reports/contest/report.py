@@ -1,0 +1,74 @@
+"""`table: contest`: methods ranked over instances, with all tables and figures, and a leaderboard page."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+
+from bench.plan.plan import Plan
+from bench.plan.report import Drawing, Made, Report
+from bench.reports.contest import figures
+from bench.reports.contest.comparisons import all_pairs_frame, friedman_frame, instances_frame
+from bench.reports.contest.curves import anytime_frame, ecdf_frame, profiles_frame
+from bench.reports.contest.leaderboard import leaderboard, running_time_frame
+from bench.reports.contest.leaderboard_page import PAGE, leaderboard_page
+from bench.reports.contest.resampling import resamples
+from bench.reports.contest.runs import contest
+from bench.reports.contest.words import sentences, text
+from bench.reports.runs import runs_frame
+from bench.reports.tables import csv_text
+from bench.reports.trace import read_traces
+from ksmea.show.style import png
+
+SEED = 20130507  # of the bootstrap: the same records make the same tables
+NOTHING = "nothing to rank: no run that all methods have ended has a trace that is judged by the truth"
+
+
+@dataclass(frozen=True)
+class ContestReport(Report):
+    """Methods, one a label, compared on instances, one for each choice of problem and measurement."""
+
+    study: ClassVar[str] = "identify"
+
+    def make(self, plan: Plan, output: Path) -> Made:
+        runs = runs_frame(plan, output)
+        found = contest(plan, runs, read_traces(plan, output))
+        of_runs = {"runs.csv": csv_text(runs).encode()}
+        if not found.measures:
+            return Made("\n".join([NOTHING, *found.notes]), of_runs, runs)
+        weights = resamples(found.families.tolist(), np.random.default_rng(SEED))
+        board, pairs, tests = leaderboard(found, weights), all_pairs_frame(found), friedman_frame(found, weights)
+        times, ecdf = running_time_frame(found, weights), ecdf_frame(found, weights)
+        anytime, profiles = anytime_frame(found), profiles_frame(found)
+        told = sentences(found, board, pairs, tests)
+        tables = {
+            "": board,
+            "_ert": times,
+            "_pairs": pairs,
+            "_tests": tests,
+            "_ecdf": ecdf,
+            "_anytime": anytime,
+            "_profiles": profiles,
+            "_instances": instances_frame(found),
+        }
+
+        def drawn() -> Mapping[str, Drawing]:
+            first, methods = found.measures[0], board["method"].unique().tolist()
+            made = {f"_ecdf_{each.name}": partial(figures.ecdf_figure, ecdf, each, methods) for each in found.measures}
+            made |= {
+                "_ranks": partial(figures.ranks_figure, board, pairs),
+                "_anytime": partial(figures.anytime_figure, anytime, first, methods),
+                "_profiles": partial(figures.profiles_figure, profiles, first, methods),
+                "_price": partial(figures.price_figure, board, first, methods),
+            }
+            drawings = {name: png(figure()) for name, figure in made.items()}
+            files = {f"{plan.name}{name}.png": content for name, content in drawings.items()}
+            return {**files, PAGE: leaderboard_page(plan, found, board, times, told, drawings).encode()}
+
+        files = {f"{plan.name}{name}.csv": csv_text(frame).encode() for name, frame in tables.items()}
+        return Made(f"{text(found, board, told)}\n\nleaderboard: {PAGE}", {**files, **of_runs}, runs, drawn)

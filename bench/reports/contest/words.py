@@ -1,0 +1,167 @@
+"""What a contest found in plain sentences: who wins and how surely, whether the seeds agree, and what is not compared."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from bench.reports.contest.paired_tests import LEVEL
+from bench.reports.contest.runs import Contest
+from bench.reports.contest.scores import WORDS
+from ksmea.show.text import aligned, chance, number
+
+MOST_NAMES, LEADERS = 5, 2  # of methods in one sentence, and of the best ones
+
+
+def shown(board: pd.DataFrame, contest: Contest, group: str = "all") -> pd.DataFrame:
+    """The leaderboard of a group of instances as text, for terminal and page."""
+    rows = board[board["family"] == group]
+    first, *_ = contest.measures
+    columns: dict[str, list[str]] = {"method": rows["method"].tolist()}
+    for name in _criteria(board):
+        columns[f"{name} rank"] = [
+            f"{mean:.2f} ({low:.2f}–{high:.2f})"
+            for mean, low, high in rows[[f"{name}_rank{end}" for end in ("", "_low", "_high")]].to_numpy()
+        ]
+    columns["first %"] = [f"{100 * share:.0f}" for share in rows[f"{first.name}_first"]]
+    for measure in contest.measures:
+        columns[f"{measure.name} ≤ {measure.main:g}, %"] = [
+            f"{100 * share:.0f} ({100 * low:.0f}–{100 * high:.0f})"
+            for share, low, high in rows[[f"{measure.name}_reached{end}" for end in ("", "_low", "_high")]].to_numpy()
+        ]
+    columns["ERT"] = [_count(value) for value in rows[f"{first.name}_ert"]]
+    columns["break-even s"] = [number(value, 2) for value in rows["break_even_s"]]
+    columns["s / run"] = [number(value, 2) for value in rows["seconds"]]
+    columns["failed"] = [str(failed) for failed in rows["failed"]]
+    return pd.DataFrame(columns)
+
+
+def _count(value: float) -> str:
+    return f"{value:.0f}" if np.isfinite(value) else "never"
+
+
+def _criteria(board: pd.DataFrame) -> list[str]:
+    return [name for name in WORDS if f"{name}_rank" in board]
+
+
+def what_is_compared(contest: Contest) -> str:
+    """For example '5 methods on 6 instances of 1 family, 4 draws each: 120 runs, 0 failed'."""
+    draws = contest.runs.groupby(["instance", "method"]).size()
+    each = f"{draws.min()}" if draws.min() == draws.max() else f"{draws.min()} to {draws.max()}"
+    counts = f"{len(contest.runs)} runs, {int(contest.runs['failed'].sum())} failed"
+    return (
+        f"{_plural(len(contest.methods), 'method')} on {_plural(len(contest.instances), 'instance')} of"
+        f" {', '.join(dict.fromkeys(contest.families))}, {_plural(each, 'draw')} each: {counts}"
+    )
+
+
+def _plural(count: int | str, noun: str) -> str:
+    return f"{count} {noun}" + ("" if str(count) == "1" else "s")
+
+
+def sentences(contest: Contest, board: pd.DataFrame, pairs: pd.DataFrame, tests: pd.DataFrame) -> list[str]:
+    """Who is first by each criterion, over all instances; whether both halves of the seeds agree; what is left out."""
+    told = [_of_criterion(name, board, pairs, tests) for name in _criteria(board)]
+    return [*told, *_fastest(contest, board), *_of_set(contest), *_of_failures(contest), *contest.notes]
+
+
+def _of_criterion(name: str, board: pd.DataFrame, pairs: pd.DataFrame, tests: pd.DataFrame) -> str:
+    rows = board[board["family"] == "all"].sort_values(f"{name}_rank", kind="stable")
+    told = [
+        f"{method} {mean:.2f} ({low:.2f}–{high:.2f})"
+        for method, mean, low, high in rows[
+            ["method", *(f"{name}_rank{end}" for end in ("", "_low", "_high"))]
+        ].to_numpy()
+    ]
+    best, first = rows[["method", f"{name}_first"]].iloc[0]
+    mine = pairs[(pairs["family"] == "all") & (pairs["criterion"] == name)]
+    leaders = " and ".join(told[:LEADERS])
+    ranks = f"lowest mean ranks {leaders}; {best} is first in {100 * first:.0f} % of resamples of the instances"
+    return f"{WORDS[name]}: {ranks}; {_apart(best, mine)}; {_agreement(name, tests)}"
+
+
+def _apart(best: str, pairs: pd.DataFrame) -> str:
+    """Which methods the tests do not tell apart from the first one."""
+    mine = pairs[(pairs["method"] == best) | (pairs["other"] == best)]
+    if mine.empty:
+        return "no other method to compare with"
+    alike = mine[~mine["told_apart"]]
+    others = [other if method == best else method for method, other in alike[["method", "other"]].to_numpy()]
+    instances = int(mine[["better", "worse", "alike"]].iloc[0].sum())
+    if not others:
+        return f"all others are told apart from it (Wilcoxon's test with Holm's correction, {100 * LEVEL:g} %)"
+    told = f"not told apart from it (Wilcoxon, Holm, {100 * LEVEL:g} %): {_listed(others)}"
+    if least := _too_few(instances, len(pairs)):
+        told += f"; {instances} instances tell no pair of {len(pairs)} apart, {least} could"
+    return told
+
+
+def _too_few(instances: int, n_pair: int) -> int:
+    """How many instances could tell a pair apart where so few never can: n that all agree have p = 2^(1 − n). 0 where they can."""
+    least = int(np.ceil(1 + np.log2(n_pair / LEVEL)))
+    return least if instances < least else 0
+
+
+def _listed(names: Sequence[str]) -> str:
+    more = [f"{len(names) - MOST_NAMES} more"] if len(names) > MOST_NAMES else []
+    return ", ".join([*names[:MOST_NAMES], *more])
+
+
+def _agreement(name: str, tests: pd.DataFrame) -> str:
+    row = tests[(tests["family"] == "all") & (tests["criterion"] == name)].iloc[0]
+    friedman = "" if np.isnan(row["friedman_p"]) else f"Friedman's test of all: {chance(row['friedman_p'])}; "
+    if np.isnan(row["tau_of_halves"]):
+        return f"{friedman}no halves of the seeds to compare"
+    agree = "agree" if row["tau_low"] > 0 else "are not shown to agree"
+    interval = f"{row['tau_low']:.2f}–{row['tau_high']:.2f}"
+    return f"{friedman}both halves of the seeds {agree}, Kendall's τ {row['tau_of_halves']:.2f} ({interval})"
+
+
+def _fastest(contest: Contest, board: pd.DataFrame) -> list[str]:
+    measure = contest.measures[0]
+    rows = board[(board["family"] == "all") & np.isfinite(board[f"{measure.name}_ert"])]
+    target = f"{measure.name} ≤ {measure.main:g}"
+    if rows.empty:
+        return [f"no run reaches {target}"]
+    best = rows.loc[rows[f"{measure.name}_ert"].idxmin()]
+    low, high = (_count(best[f"{measure.name}_ert_{end}"]) for end in ("low", "high"))
+    told = f"{best['method']} is the fastest to {target}: expected {_count(best[f'{measure.name}_ert'])} ({low}–{high}) evaluations"
+    paying = rows.dropna(subset="break_even_s").sort_values("break_even_s")
+    prices = [
+        f"{method} {f'above {price:.2g} s' if price else 'at any price'}"
+        for method, price in paying[["method", "break_even_s"]].to_numpy()
+    ]
+    pays = f"at these prices of an evaluation a surrogate is faster than all methods without one: {_listed(prices)}"
+    return [told, pays] if prices else [told]
+
+
+def _of_set(contest: Contest) -> list[str]:
+    """Of which set of instances this is, where instances say so."""
+    told = contest.instances["held_back"].map({True: "held back", False: "open"}).dropna()
+    counts = told.value_counts()
+    if counts.empty:
+        return []
+    if counts.get("open", 0):
+        both = f"{counts.get('open', 0)} open, {counts.get('held back', 0)} held back"
+        return [f"these are instances of the open set ({both}): the final ranking is that of the held-back set alone"]
+    return ["all instances are of the held-back set: this is the final ranking"]
+
+
+def _of_failures(contest: Contest) -> list[str]:
+    failed = contest.runs[contest.runs["failed"]].groupby("method").size()
+    if failed.empty:
+        return []
+    told = ", ".join(f"{contest.methods[at]} {count}" for at, count in failed.items())
+    return [f"failed, counted as never reaching a target: {told}"]
+
+
+def text(contest: Contest, board: pd.DataFrame, told: Sequence[str]) -> str:
+    """What the terminal shows."""
+    table = shown(board, contest)
+    lines = "\n".join(f"- {each}" for each in told)
+    remark = "rank: mean over the instances with its 95 % interval; ERT: expected evaluations to the first target, a Jacobian at its price"
+    return "\n\n".join(
+        [what_is_compared(contest), aligned(list(table.columns), table.to_numpy().tolist()), remark, lines]
+    )
