@@ -11,6 +11,7 @@ COMMANDS = {
     "status": "bench.commands.status:status",
     "explain": "bench.commands.explain:explain",
     "collect": "bench.commands.collect:collect_again",
+    "merge": "bench.commands.merge:merge",
     "verify": "bench.commands.verify:verify",
     "reference": "bench.commands.reference:reference",
     "new": "bench.commands.new:new",
