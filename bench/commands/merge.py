@@ -5,8 +5,6 @@ The new folder has one plan and the records of all, as they are; `collect` makes
 
 from __future__ import annotations
 
-import os
-import shutil
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -15,7 +13,8 @@ from bench.jobs.merging import done_twice, merge_records
 from bench.jobs.presence import numbers_at_work
 from bench.jobs.records import finished_keys, running_sessions
 from bench.plan.merging import Part, merged_plan
-from bench.plan.plan import Plan, read_plan, write_plan
+from bench.plan.plan import read_plan, write_plan
+from bench.storage.files import new_folder
 from ksmea.errors import SettingError, visible
 
 OUT = "--out"
@@ -27,11 +26,11 @@ def merge(words: list[str]) -> int:
     if len(names) < 2 or out is None:
         raise SettingError("merge: expected two folders of results or more and --out DIR, got fewer; name them all")
     output = Path(out)
-    if output.exists():
-        raise SettingError(f"merge: expected no {output} yet, found one; choose another --out")
-    parts = [_part(name) for name in names]
-    plan = merged_plan(parts)
-    _write(parts, plan, output)
+    with new_folder(output) as partial:
+        parts = [_part(name) for name in names]
+        plan = merged_plan(parts)
+        merge_records(parts, partial)
+        write_plan(plan, partial)  # the last: what has no plan is taken for no results
     finished = {key for part in parts for key in part.finished}
     n_done = sum(run.key in finished for run in plan.runs)
     print(visible(f"{plan.name}: {len(plan.cells)} cells, {len(plan.runs)} runs, {n_done} with a result, in {output}"))
@@ -49,18 +48,6 @@ def _part(name: str) -> Part:
         raise SettingError(f"merge: jobs are at work in {folder}; wait for them to end")
     plan = read_plan(folder)
     return Part(folder, plan, {run.key for run in plan.runs} & finished_keys(folder, plan))
-
-
-def _write(parts: Sequence[Part], plan: Plan, output: Path) -> None:
-    """Write the folder in one move; the plan last, so that nobody takes a half-written one for results."""
-    partial = output.with_name(f".{output.name}.{os.getpid()}")
-    try:
-        partial.mkdir(parents=True)
-        merge_records(parts, partial)
-        write_plan(plan, partial)
-        partial.rename(output)
-    finally:
-        shutil.rmtree(partial, ignore_errors=True)
 
 
 def _told(part: Part, before: Sequence[Part]) -> str:

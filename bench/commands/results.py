@@ -12,6 +12,7 @@ COMMANDS = {
     "explain": "bench.commands.explain:explain",
     "collect": "bench.commands.collect:collect_again",
     "merge": "bench.commands.merge:merge",
+    "export": "bench.commands.export:export",
     "verify": "bench.commands.verify:verify",
     "reference": "bench.commands.reference:reference",
     "new": "bench.commands.new:new",
