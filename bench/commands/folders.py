@@ -30,3 +30,21 @@ def one_folder(words: list[str], command: str) -> Path:
     if others:
         raise SettingError(f"{command}: expected one experiment, got {words[0]} with several; name one, as {first}")
     return first
+
+
+def with_option(words: list[str], option: str, command: str) -> tuple[list[str], str | None]:
+    """The words without an option such as `--out DIR` or `--out=DIR`, and its value; None where it is not given."""
+    others: list[str] = []
+    value: str | None = None
+    remaining = iter(words)
+    for word in remaining:
+        name, _, given = word.partition("=")
+        if name == option:
+            value = given or next(remaining, None)
+            if value is None:
+                raise SettingError(f"{command}: expected a value after {option}, got nothing")
+        elif word.startswith("-"):
+            raise unknown(f"option of {command}:", name, [option])
+        else:
+            others.append(word)
+    return others, value

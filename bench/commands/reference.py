@@ -34,7 +34,7 @@ def reference(words: list[str]) -> int:
 def write_reference(output: Path, folder: Path = REFERENCE) -> list[Path]:
     """Make the reference of an experiment whose runs are all done, by committed code."""
     plan = read_plan(output)
-    if plan.commit.endswith("+"):
+    if "+" in plan.commit:
         raise SettingError(
             f"{output / PLAN_FILE}: expected results of committed code, got {plan.commit}; commit and run again"
         )

@@ -11,6 +11,8 @@ COMMANDS = {
     "status": "bench.commands.status:status",
     "explain": "bench.commands.explain:explain",
     "collect": "bench.commands.collect:collect_again",
+    "merge": "bench.commands.merge:merge",
+    "export": "bench.commands.export:export",
     "verify": "bench.commands.verify:verify",
     "reference": "bench.commands.reference:reference",
     "new": "bench.commands.new:new",

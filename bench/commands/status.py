@@ -13,7 +13,7 @@ from bench.jobs.lines import RESULTS, UNREADABLE, RunLine, Started
 from bench.jobs.processors import counted_processors, mixed_processors, processor
 from bench.jobs.records import read_records, running_sessions
 from bench.jobs.submitted import job_states
-from bench.plan.plan import Plan, Run, read_plan
+from bench.plan.plan import Plan, Run, answered_by, key_of, read_plan
 from bench.plan.provenance import code_digest, library_versions, used_modules
 from ksmea.errors import SettingError, visible
 
@@ -41,8 +41,8 @@ def _status(output: Path) -> int:
 
     records = read_records(output, told, plan)
     answered = {each.question for each in records.values() if each.state in RESULTS}
-    changed = _changed(plan)
-    counts = Counter(_state(run, changed, records, answered) for run in plan.runs)
+    answering = _answering(plan)
+    counts = Counter(_state(run, answering, records, answered) for run in plan.runs)
     n_done = sum(counts[state] for state in RESULTS)
     n_failed = sum(count for state, count in counts.items() if state not in (*RESULTS, "running", "stale", "missing"))
     print(visible(f"{plan.name} in {output}"))
@@ -60,26 +60,26 @@ def _status(output: Path) -> int:
     known = {key: each.processor for key, each in records.items()}
     if mixed := mixed_processors(counted_processors(known, plan)):
         print(visible(f"note: {mixed}"))
+    for note in plan.notes:
+        print(visible(f"note: {note}"))
     return 0 if n_done == len(plan.runs) else 1
 
 
-def _changed(plan: Plan) -> set[int]:
-    """The cells that other code or libraries than those of the plan would answer now; none of a plugin that is not here to
-    tell."""
-    changed = set()
+def _answering(plan: Plan) -> dict[int, str]:
+    """By cell, the digest of the code and libraries that would answer now; none of a plugin that is not here to tell."""
+    found = {}
     for index, cell in enumerate(plan.cells):
         with suppress(SettingError):
-            now = code_digest(used_modules(cell.settings, plan.plugins)), library_versions()
-            if now != (cell.code, plan.versions):
-                changed.add(index)
-    return changed
+            found[index] = answered_by(code_digest(used_modules(cell.settings, plan.plugins)), library_versions())
+    return found
 
 
-def _state(run: Run, changed: set[int], records: Mapping[str, _Told], answered: set[str]) -> str:
+def _state(run: Run, answering: Mapping[int, str], records: Mapping[str, _Told], answered: set[str]) -> str:
     """A result is stale once its run has another key, by what was planned or by what is installed."""
     state = records[run.key].state if run.key in records else None
     if state in RESULTS:
-        return "stale" if run.cell in changed else state
+        now = answering.get(run.cell)
+        return state if now is None or run.key == key_of(run.question, now) else "stale"
     return state or ("stale" if run.question in answered else "missing")
 
 

@@ -105,6 +105,9 @@ class Plan:
     plugins: Mapping[str, str] = field(
         default_factory=dict
     )  # plain files of plugins by what chooses them: optimizer=mine
+    notes: tuple[
+        str, ...
+    ] = ()  # what is to be told beside all tables, such as that parts of other code were put together
 
     def seeds(self, run: Run) -> dict[str, list[int]]:
         """Entropy of each component's `numpy.random.SeedSequence`."""

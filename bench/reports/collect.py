@@ -61,7 +61,7 @@ def collect(output: Path, redraw: bool = True) -> int:
     there = sorted(path.name for pattern in ("*.csv", "*.png") for path in output.glob(pattern))
     counted = [_count_line(plan, made.runs)] if len(plan.runs) else []
     mixed = mixed_processors(counted_processors(processors(output), plan))
-    counted += [f"note: {mixed}"] if mixed else []
+    counted += [f"note: {note}" for note in ([mixed] if mixed else []) + [*plan.notes]]
     print(visible_lines("\n" + "\n".join([*counted, f"in {output}: {', '.join(map(visible, there))}"])))
     return 0 if made.runs["status"].isin(RESULTS).all() else 1
 

@@ -4,8 +4,12 @@ from __future__ import annotations
 
 import os
 import re
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 
+from ksmea.errors import SettingError
 from ksmea.regular_files import open_regular
 
 PARTIAL = re.compile(r"\.(.+\.(csv|png|json|jsonl|yaml)|\.drawn)\.([1-9][0-9]{0,9})")  # .NAME.PID
@@ -24,6 +28,21 @@ def replace_file(path: Path, content: bytes) -> None:
         os.replace(partial, path)
     finally:
         partial.unlink(missing_ok=True)
+
+
+@contextmanager
+def new_folder(path: Path) -> Iterator[Path]:
+    """A folder to be filled, which takes the path's name at the end of the block; nothing of it stays where the block fails.
+    `SettingError` where there is something of that name."""
+    if path.exists():
+        raise SettingError(f"expected no {path} yet, found one; choose another --out, or remove it")
+    partial = path.with_name(f".{path.name}.{os.getpid()}")
+    try:
+        partial.mkdir(parents=True)
+        yield partial
+        partial.rename(path)
+    finally:
+        shutil.rmtree(partial, ignore_errors=True)
 
 
 def remove_partial(folder: Path) -> None:

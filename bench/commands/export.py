@@ -1,0 +1,44 @@
+"""`export ioh|coco|csv NAME|DIR [--out DIR]`: the course of each run for the programs of other benchmarks.
+
+`instances.csv` beside it says which settings the numbers of functions and instances stand for.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from bench.commands.folders import one_folder, with_option
+from bench.plan.plan import read_plan
+from bench.reports.exports.coco import write_coco
+from bench.reports.exports.courses import read_courses
+from bench.reports.exports.ioh import write_ioh
+from bench.reports.exports.table import write_table
+from bench.reports.tables import csv_text
+from bench.storage.files import new_folder
+from ksmea.errors import SettingError, unknown, visible
+
+FORMATS = {"ioh": write_ioh, "coco": write_coco, "csv": write_table}
+
+
+def export(words: list[str]) -> int:
+    """Write the files into a new folder, below that of the results unless another is named, and print what they hold."""
+    names, out = with_option(words, "--out", "export")
+    if len(names) != 2:
+        raise SettingError(f"export: expected a format and a folder of results, as ioh contest, got {len(names)} words")
+    asked, name = names
+    if asked not in FORMATS:
+        raise unknown("format of export:", asked, FORMATS)
+    folder = one_folder([name], "export")
+    output = folder / asked if out is None else Path(out)
+    with new_folder(output) as partial:
+        plan = read_plan(folder)
+        found = read_courses(plan, folder)
+        FORMATS[asked](found, partial)
+        (partial / "instances.csv").write_text(csv_text(found.instances), encoding="utf-8")
+    n_algorithm = len({course.place.algorithm for course in found.courses})
+    told = f"{len(found.courses)} runs (algorithms: {n_algorithm}, instances: {len(found.instances)})"
+    left_out = f"; left out: {found.n_left_out} not done or without a known maximum" if found.n_left_out else ""
+    print(visible(f"{plan.name}: {told} in {output}{left_out}"))
+    for note in plan.notes:
+        print(visible(f"note: {note}"))
+    return 0

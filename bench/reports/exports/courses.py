@@ -1,0 +1,193 @@
+"""The course of each run as other programs take it: numbers for functions and instances, one axis of cost, one value at each.
+
+A *function* is a problem's name, an *instance* the whole of a cell's problem and measurement settings, an *algorithm* a label. The
+cost is the evaluations of the true model and its Jacobians at their price, as in `bench.reports.trace`.
+
+Readers tell runs apart by a first row at cost 1, and want a last one at the cost of the whole run. So a run that had no finite
+value there has `NOTHING` at cost 1, and a failed one nothing else, at the cost of its budget.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from bench.jobs.lines import RESULTS
+from bench.jobs.records import read_records
+from bench.plan.columns import place_columns
+from bench.plan.naming import place_text
+from bench.plan.plan import Cell, Plan, Run
+from bench.plan.setup import FINGERPRINTS
+from bench.reports.trace import Traced, jacobian_price, read_traces
+from ksmea.arrays import Array
+from ksmea.errors import SettingError
+
+NOTHING = 3e21  # what counts as infinite in the data of COCO (`cocopp.testbedsettings.inf_like`): readers take no infinite number
+COLUMNS = ("cost", "excess", "error", "evaluations", "jacobians", "surrogate_evaluations", "seconds")
+OF_INSTANCE = ("problem", "measurement")
+OF_METHOD = ("method", "surrogate", "optimizer")  # name an algorithm without a label
+
+
+@dataclass(frozen=True)
+class Place:
+    """What a run is of: names and numbers from 1. `unknowns` is the dimension."""
+
+    algorithm: str
+    family: str
+    function: int
+    instance: int
+    unknowns: int
+
+
+@dataclass(frozen=True)
+class Course:
+    """A run's values (n, column) at its improvements and its end (`COLUMNS`), costs rising from 1."""
+
+    place: Place
+    seed: int
+    repetition: int
+    jacobian_price: int
+    values: Array
+
+    @property
+    def costs(self) -> Array:
+        return self.values[:, COLUMNS.index("cost")]
+
+    @property
+    def excess(self) -> Array:
+        return self.values[:, COLUMNS.index("excess")]
+
+
+@dataclass(frozen=True)
+class Courses:
+    """All courses in the order of the plan; `instances` says what the numbers are; `n_left_out` runs have none: they have not
+    been done, have no trace, or nobody knows the maximum that their excess is above."""
+
+    experiment: str
+    commit: str
+    courses: tuple[Course, ...]
+    instances: pd.DataFrame
+    n_left_out: int
+
+
+def grouped(courses: Iterable[Course], *names: str) -> list[tuple[tuple[Any, ...], list[Course]]]:
+    """Courses by what their places have of these names, in the order of the first of each."""
+    found: dict[tuple[Any, ...], list[Course]] = {}
+    for course in courses:
+        found.setdefault(tuple(getattr(course.place, name) for name in names), []).append(course)
+    return [*found.items()]
+
+
+def read_courses(plan: Plan, output: Path) -> Courses:
+    """The courses of the runs of a plan; `SettingError` where it has none."""
+    statuses = read_records(output, lambda line: line.status, plan)
+    found = courses(plan, read_traces(plan, output), statuses)
+    if not found.courses:
+        raise SettingError(
+            f"{output}: expected identifications with traces from a known maximum, got none; give the experiment's command again"
+        )
+    return found
+
+
+def courses(plan: Plan, traces: Mapping[str, Traced], statuses: Mapping[str, str]) -> Courses:
+    """The courses of runs by their traces and statuses, both by key."""
+    places, instances = _places(plan)
+    found: list[Course] = []
+    for run in plan.runs:
+        cell, price = plan.cells[run.cell], jacobian_price(plan.cells[run.cell])
+        values = _values(traces.get(run.key), price)
+        if values is None and run.key in statuses and statuses[run.key] not in RESULTS:
+            values = _failed(_budget(plan, run, traces))
+        if values is not None:
+            found.append(Course(places[run.cell], cell.seed, run.repetition, price, values))
+    return Courses(plan.name, plan.commit, tuple(found), instances, len(plan.runs) - len(found))
+
+
+def _values(traced: Traced | None, price: int) -> Array | None:
+    """The values of a run; None without a trace or without an excess."""
+    if traced is None or np.isnan(traced.excess).any():
+        return None
+    trace = traced.trace
+    counts = np.array([trace.evaluations, trace.jacobians, trace.surrogate_evaluations], dtype=float)
+    costs = np.maximum(counts[0] + price * counts[1], 1.0)
+    values = np.column_stack([costs, traced.excess, traced.error, *counts, trace.seconds])
+    values = values[np.append(np.diff(costs) > 0, True)[: len(costs)]]  # of several at one cost the last
+    if len(values) == 0 or values[0, 0] > 1:
+        values = np.vstack([_nothing(1.0)[None], values])
+    total = traced.evaluations + price * traced.jacobians
+    if total > values[-1, 0]:
+        end = [total, *values[-1, 1:3], traced.evaluations, traced.jacobians, np.nan, np.nan]  # which no trace tells
+        values = np.vstack([values, end])
+    return np.asarray(values)
+
+
+def _nothing(cost: float) -> Array:
+    return np.array([cost, NOTHING, np.nan, cost, 0.0, 0.0, 0.0])
+
+
+def _failed(budget: float) -> Array:
+    return np.array([_nothing(cost) for cost in ((1.0, budget) if budget > 1 else (1.0,))])
+
+
+def _budget(plan: Plan, run: Run, traces: Mapping[str, Traced]) -> float:
+    """What a failed run is charged: its budget, or without one the most that any run of its cell took."""
+    settings = plan.cells[run.cell].settings
+    for part in ("study", "method"):
+        if (budget := (settings.get(part) or {}).get("budget")) is not None:
+            return float(budget)
+    price = jacobian_price(plan.cells[run.cell])
+    others = [traces[other.key] for other in plan.runs if other.cell == run.cell and other.key in traces]
+    return float(max((each.evaluations + price * each.jacobians for each in others), default=1))
+
+
+def _places(plan: Plan) -> tuple[list[Place], pd.DataFrame]:
+    """The place of each cell, and what its numbers mean."""
+    functions: dict[str, int] = {}
+    instances: dict[str, dict[str, int]] = {}
+    places, rows = [], []
+    names = _algorithms(plan)
+    for cell, name in zip(plan.cells, names):
+        family, settings = cell.chosen("problem"), _of_instance(cell)
+        function = functions.setdefault(family, len(functions) + 1)
+        numbers = instances.setdefault(family, {})
+        known = len(numbers)
+        instance = numbers.setdefault(settings, known + 1)
+        places.append(Place(name, family, function, instance, len(cell.parameters)))
+        if len(numbers) > known:
+            rows.append((function, family, instance, len(cell.parameters), settings))
+    return places, pd.DataFrame(rows, columns=["function", "family", "instance", "unknowns", "settings"])
+
+
+def _algorithms(plan: Plan) -> list[str]:
+    """What each cell's method is called: its label, or its plugins; and what tells it from others so called that meet the same
+    data."""
+    named = [
+        str(cell.place["label"])
+        if cell.place.get("label") is not None
+        else " + ".join(cell.chosen(part) for part in OF_METHOD if cell.settings.get(part))
+        for cell in plan.cells
+    ]
+    axes = [axis for axis in plan.axes if axis != "label" and axis.split(".")[0] not in OF_INSTANCE]
+    met: dict[tuple[str, str], list[dict[str, str]]] = {}
+    own = []
+    for name, cell in zip(named, plan.cells):
+        place = {axis: place_text(value) for axis, value in place_columns(plan, cell).items() if axis in axes}
+        met.setdefault((name, _of_instance(cell)), []).append(place)
+        own.append(place)
+    told = {axis for alike in met.values() for axis in axes if len({place[axis] for place in alike}) > 1} - {"seed"}
+    return [
+        ", ".join([name, *(f"{axis} {place[axis]}" for axis in axes if axis in told)])
+        for name, place in zip(named, own)
+    ]
+
+
+def _of_instance(cell: Cell) -> str:
+    """All that an instance is, as text: settings of problem and measurement, and the content of their files."""
+    names = (*OF_INSTANCE, *FINGERPRINTS.values())
+    return json.dumps({name: cell.settings[name] for name in names if name in cell.settings}, sort_keys=True)
