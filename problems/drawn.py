@@ -88,9 +88,10 @@ CROSS_COUPLING = (
 )  # of √(kxx kyy), evenly; alike in both directions, as of a bearing with inclined axes: stable
 N_ELEMENT = 16  # two at least between neighbouring things, mostly three
 
-# Search limits: from the true value down and up by factors that are drawn each by itself, so that its middle says nothing. The
-# paper's limits, as far as known, lie 1.4 to 50 times away.
-LIMIT_FACTORS = {"stiffness": (1.4, 6.0), "damping": (2.0, 20.0), "unbalance": (1.4, 8.0)}
+# Search limits: the upper one in parts of the lower one, and where between them the true value lies, evenly in the logarithm: the
+# middle says nothing. Of the paper's limits, as far as known, the ratios are 10, 100 and 10.
+LIMIT_RATIOS = {"stiffness": (4.0, 30.0), "damping": (10.0, 300.0), "unbalance": (4.0, 30.0)}
+LIMIT_PLACE = 0.1, 0.9
 CROSS_LIMITS = 0.35, 0.6  # either way, of √(kxx kyy), evenly
 FULL_TURN = -180 * DEGREE, 180 * DEGREE
 
@@ -269,10 +270,8 @@ def _parameter(name: str, true: Mapping[str, float], rng: np.random.Generator) -
         geometric_mean = math.sqrt(true["kxx"] * true["kyy"])
         lower, upper = (sign * _rounded(rng.uniform(*CROSS_LIMITS) * geometric_mean) for sign in (-1, 1))
     else:
-        lower, upper = (
-            _rounded(true[name] / _log(LIMIT_FACTORS[kind], rng)),
-            _rounded(true[name] * _log(LIMIT_FACTORS[kind], rng)),
-        )
+        ratio, place = _log(LIMIT_RATIOS[kind], rng), rng.uniform(*LIMIT_PLACE)
+        lower, upper = _rounded(true[name] / ratio**place), _rounded(true[name] * ratio ** (1 - place))
     return Parameter(name, *UNITS[kind], lower, upper)
 
 
