@@ -267,6 +267,19 @@ def test_before_anything_is_run_there_is_nothing_to_rank(tmp_path):
     assert (made.runs["status"] == "not run").all()
 
 
+def test_any_experiment_of_methods_and_instances_can_be_ranked(enter, monkeypatch):
+    """Without labels methods are called by their plugins; instances are whatever differs in problem and measurement."""
+    monkeypatch.setattr("bench.reports.contest.report.png", lambda figure: b"")
+    words = ["table=contest", "optimizer=de,random_search", "problem.mesh=9,13", "measurement.relative=0.1"]
+    ended = enter("method=direct", "method.budget=30", "study.intervals=none", *words, "repetitions=2", "workers=1")
+    assert ended.code == 0, ended.err
+    assert ended.out.startswith("2 methods on 2 instances of three_disk, 2 draws each: 8 runs, 0 failed")
+    board = ended.table("run")
+    assert set(board["method"]) == {"direct + de", "direct + random_search"} and (board["evaluations"] == 30).all()
+    assert ended.table("run_instances")["settings"].tolist() == ["problem.mesh=9", "problem.mesh=13"]
+    assert "method=direct optimizer=random_search" in (ended.output / "index.html").read_text()
+
+
 def test_the_page_says_what_each_method_is():
     plan = contest_plan(METHODS, INSTANCES, budget=1000)
     cell = plan.cells[0]
