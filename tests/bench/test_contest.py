@@ -260,6 +260,21 @@ def test_a_report_from_records_to_the_page(tmp_path, capsys):
     assert page.count("data:image/png") == len(figures) and "http" not in page
 
 
+def test_one_method_without_a_known_excess_is_drawn_too(tmp_path, monkeypatch):
+    monkeypatch.setattr("bench.reports.contest.report.png", lambda figure: figure.get_axes() and b"drawn")
+
+    def result(label, instance, repetition):
+        made = usual(label, instance, repetition)
+        return made | {"trace": made["trace"] | {"least": None}}
+
+    plan = contest_plan(("fast",), INSTANCES, repetitions=1)
+    made = ContestReport().make(plan, write_contest(plan, tmp_path, result))
+    files = made.figures()
+    assert {"contest_ranks.png", "contest_ecdf_error.png", "index.html"} <= files.keys()
+    assert all(files.values()) and "contest_ecdf_excess.png" not in files
+    assert "no other method to compare with; no halves of the seeds to compare" in made.text
+
+
 def test_before_anything_is_run_there_is_nothing_to_rank(tmp_path):
     plan = contest_plan(METHODS, INSTANCES)
     made = ContestReport().make(plan, write_contest(plan, tmp_path, lambda *place: None))
