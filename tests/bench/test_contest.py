@@ -260,11 +260,39 @@ def test_a_report_from_records_to_the_page(tmp_path, capsys):
     assert page.count("data:image/png") == len(figures) and "http" not in page
 
 
+def test_one_method_without_a_known_excess_is_drawn_too(tmp_path, monkeypatch):
+    monkeypatch.setattr("bench.reports.contest.report.png", lambda figure: figure.get_axes() and b"drawn")
+
+    def result(label, instance, repetition):
+        made = usual(label, instance, repetition)
+        return made | {"trace": made["trace"] | {"least": None}}
+
+    plan = contest_plan(("fast",), INSTANCES, repetitions=1)
+    made = ContestReport().make(plan, write_contest(plan, tmp_path, result))
+    files = made.figures()
+    assert {"contest_ranks.png", "contest_ecdf_error.png", "index.html"} <= files.keys()
+    assert all(files.values()) and "contest_ecdf_excess.png" not in files
+    assert "no other method to compare with; no halves of the seeds to compare" in made.text
+
+
 def test_before_anything_is_run_there_is_nothing_to_rank(tmp_path):
     plan = contest_plan(METHODS, INSTANCES)
     made = ContestReport().make(plan, write_contest(plan, tmp_path, lambda *place: None))
     assert made.text.startswith("nothing to rank") and list(made.files) == ["runs.csv"]
     assert (made.runs["status"] == "not run").all()
+
+
+def test_any_experiment_of_methods_and_instances_can_be_ranked(enter, monkeypatch):
+    """Without labels methods are called by their plugins; instances are whatever differs in problem and measurement."""
+    monkeypatch.setattr("bench.reports.contest.report.png", lambda figure: b"")
+    words = ["table=contest", "optimizer=de,random_search", "problem.mesh=9,13", "measurement.relative=0.1"]
+    ended = enter("method=direct", "method.budget=30", "study.intervals=none", *words, "repetitions=2", "workers=1")
+    assert ended.code == 0, ended.err
+    assert ended.out.startswith("2 methods on 2 instances of three_disk, 2 draws each: 8 runs, 0 failed")
+    board = ended.table("run")
+    assert set(board["method"]) == {"direct + de", "direct + random_search"} and (board["evaluations"] == 30).all()
+    assert ended.table("run_instances")["settings"].tolist() == ["problem.mesh=9", "problem.mesh=13"]
+    assert "method=direct optimizer=random_search" in (ended.output / "index.html").read_text()
 
 
 def test_the_page_says_what_each_method_is():

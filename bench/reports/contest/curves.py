@@ -66,13 +66,13 @@ def anytime_frame(contest: Contest) -> pd.DataFrame:
 
 def _by_cost(contest: Contest, measure: Measure, grid: Array) -> Array:
     """What each run had at each cost per unknown, (n_run, n_grid)."""
-    had = np.full((len(contest.runs), len(grid)), np.inf)
+    had, unknowns = np.full((len(contest.runs), len(grid)), np.inf), contest.unknowns
     for number, (key, price, failed) in enumerate(contest.runs[["key", "price", "failed"]].itertuples(index=False)):
         if failed or key not in contest.traces:
             continue
         traced = contest.traces[key]
         costs = np.array(traced.trace.evaluations) + price * np.array(traced.trace.jacobians)
-        at = np.searchsorted(costs, grid * contest.unknowns[number], side="right") - 1
+        at = np.searchsorted(costs, grid * unknowns[number], side="right") - 1
         values = np.nan_to_num(getattr(traced, measure.name), nan=np.inf)
         had[number] = np.where(at >= 0, values[at], np.inf)
     return had

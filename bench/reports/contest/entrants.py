@@ -7,7 +7,7 @@ from typing import Any
 import pandas as pd
 
 from bench.plan.plan import Cell, Plan
-from bench.reports.contest.runs import PARTS, budget, method_name
+from bench.reports.contest.places import PARTS, budget, method_name
 from ksmea import registry
 from ksmea.errors import SettingError
 from ksmea.settings import own_fields

@@ -89,7 +89,7 @@ def profiles_figure(frame: pd.DataFrame, measure: Measure, methods: Sequence[str
 def ranks_figure(board: pd.DataFrame, pairs: pd.DataFrame) -> Figure:
     """Mean ranks over all instances with their intervals, a panel for each criterion; bars join methods that no test tells
     apart (critical-difference diagram: Demšar, J. Mach. Learn. Res. 7 (2006) 1–30)."""
-    names = list(dict.fromkeys(pairs["criterion"]))
+    names = [name for name in WORDS if f"{name}_rank" in board]
     rows = board[board["family"] == "all"]
     figure = Figure(figsize=(4.2 * len(names) + 0.5, 0.9 + 0.32 * len(rows)), layout="constrained")
     for axes, name in zip(figure.subplots(1, len(names), squeeze=False)[0], names):

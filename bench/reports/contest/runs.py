@@ -1,14 +1,11 @@
 """The runs of a contest: which method met which instance, when it reached each target, and what it had when it ended.
 
-A *method* is a label. An *instance* is the whole of a cell's problem and measurement settings, its *family* the problem's setting
-of that name, or the problem's own name.
 Methods are compared on the draws, an instance with a seed and a repetition, that all of them have ended; what is left out is
 told. A run that failed, or has no trace, has reached nothing, at the cost of its whole budget.
 """
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -17,15 +14,13 @@ import numpy as np
 import pandas as pd
 
 from bench.jobs.lines import RESULTS
-from bench.plan.plan import Cell, Plan
-from bench.plan.setup import FINGERPRINTS
+from bench.plan.plan import Plan
+from bench.reports.contest.places import budget, family, identity, is_held_back, method_name, telling_words
 from bench.reports.contest.targets import MEASURES, Measure, reached
 from bench.reports.trace import Traced, jacobian_price
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
 
-FAMILY, HELD_BACK = "family", "held_back"  # settings of a problem; the latter: kept for the final ranking
-PARTS = ("method", "surrogate", "optimizer")  # that name a method without a label
 ENDED = ("failed", "surrogate", "cost", "seconds", "model_seconds", "excess", "error")  # what is told of a run's end
 # columns of `runs_frame` that are used, and of those of a contest that are told before its end
 OF_RUN = ("key", "cell", "seed", "repetition", "status", "time", "time_model", "surrogate_evaluations")
@@ -116,7 +111,7 @@ def _cells_frame(plan: Plan) -> pd.DataFrame:
         {
             "cell": range(len(plan.cells)),
             "label": [method_name(cell) for cell in plan.cells],
-            "identity": [_identity(cell) for cell in plan.cells],
+            "identity": [identity(cell) for cell in plan.cells],
             "price": [jacobian_price(cell) for cell in plan.cells],
             "budget": [budget(cell) for cell in plan.cells],
         }
@@ -131,25 +126,6 @@ def _cells_frame(plan: Plan) -> pd.DataFrame:
     return frame
 
 
-def method_name(cell: Cell) -> str:
-    """The label of a cell, or its method with its parts."""
-    if (label := cell.place.get("label")) is not None:
-        return str(label)
-    return " + ".join(str(cell.settings[part]["name"]) for part in PARTS if cell.settings.get(part))
-
-
-def budget(cell: Cell) -> int | None:
-    """Evaluations of the true model that a run of a cell may take: the study's budget, or else the method's own."""
-    parts = (cell.settings.get(part) or {} for part in ("study", "method"))
-    return next((part["budget"] for part in parts if part.get("budget") is not None), None)
-
-
-def _identity(cell: Cell) -> str:
-    """All that an instance is, as text: settings of problem and measurement, and content of their files."""
-    names = ("problem", "measurement", *FINGERPRINTS.values())
-    return json.dumps({name: cell.settings.get(name) for name in names}, sort_keys=True, default=str)
-
-
 def _instances_frame(plan: Plan, cells: pd.DataFrame) -> pd.DataFrame:
     """A row for each instance of these cells, in their order."""
     first = cells.drop_duplicates("identity")
@@ -157,29 +133,14 @@ def _instances_frame(plan: Plan, cells: pd.DataFrame) -> pd.DataFrame:
     frame = pd.DataFrame(
         {
             "identity": first["identity"].to_numpy(),
-            "family": [_family(cell.settings["problem"]) for cell in found],
+            "family": [family(cell) for cell in found],
             "unknowns": [len(cell.parameters) for cell in found],
-            "held_back": [cell.settings["problem"].get(HELD_BACK) for cell in found],
-            "settings": _telling([cell.settings for cell in found]),
+            "held_back": [is_held_back(cell) for cell in found],
+            "settings": telling_words(found),
         }
     )
     frame.insert(2, "number", frame.groupby("family").cumcount() + 1)
     return frame
-
-
-def _family(problem: Mapping[str, Any]) -> str:
-    return str(problem.get(FAMILY) or problem["name"])
-
-
-def _telling(settings: list[Mapping[str, Any]]) -> list[str]:
-    """Words that tell instances apart: settings of problem and measurement that are not the same in all."""
-    words = [
-        {f"{group}.{name}": value for group in ("problem", "measurement") for name, value in each[group].items()}
-        for each in settings
-    ]
-    names = dict.fromkeys(name for each in words for name in each)
-    telling = [name for name in names if len({str(each.get(name)) for each in words}) > 1]
-    return [" ".join(f"{name}={each[name]}" for name in telling if name in each) for each in words]
 
 
 def _notes(
