@@ -239,10 +239,12 @@ def use_campaign(folder: Path) -> None:
 
 
 def try_results(folder: Path) -> None:
-    """`status`, `explain` and `collect` of a folder; figures are not drawn, which is most of the time of them."""
+    """The commands on results, of a folder; figures are not drawn, which is most of the time of them."""
     refused: list[str] = []
+    exports = [["export", each, "--out", str(folder / each)] for each in ("ioh", "coco", "csv")]
+    merge = ["merge", str(folder), "--out", str(folder / "merged")]
     with patch.object(summary, "png", lambda figure: b""):
-        for words in (["status"], ["explain", ""], ["collect"]):
+        for words in (["status"], ["explain", ""], ["collect"], *exports, merge):
             door.run([*words, str(folder)], refused.append)
     if refused:
         raise SettingError("\n".join(refused[:1]))

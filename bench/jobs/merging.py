@@ -34,7 +34,7 @@ def merge_records(parts: Sequence[Part], output: Path) -> None:
     an earlier part has too."""
     numbers = count()
     done: set[str] = set()
-    written: set[bytes] = set()  # digests of lines without a result, and of sessions
+    written: set[bytes] = set()  # digests of lines
     for part in parts:
         for path in sorted((part.folder / FOLDER).glob("*.jsonl")):
             target = record_file(output, next(numbers))

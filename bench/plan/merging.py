@@ -42,6 +42,24 @@ def merged_plan(parts: Sequence[Part]) -> Plan:
     for part in parts[1:]:
         _require_same_experiment(first, part)
     axes = _axes(parts)
+    cells, runs = _cells_and_runs(parts, axes)
+    plans = [part.plan for part in parts]
+    figures = dict.fromkeys(figure for plan in plans for figure in plan.report.figures)
+    return dataclasses.replace(
+        first.plan,
+        report=dataclasses.replace(first.plan.report, figures=tuple(figures)),
+        axes=axes,
+        commit=", ".join(dict.fromkeys(commit for plan in plans for commit in plan.commit.split(", "))),
+        modules={name: digest for plan in reversed(plans) for name, digest in plan.modules.items()},
+        plugins={word: path for plan in reversed(plans) for word, path in plan.plugins.items()},
+        cells=cells,
+        runs=runs,
+        notes=tuple(dict.fromkeys([*(note for plan in plans for note in plan.notes), *_mixture(plans)])),
+    )
+
+
+def _cells_and_runs(parts: Sequence[Part], axes: tuple[str, ...]) -> tuple[tuple[Cell, ...], tuple[Run, ...]]:
+    """Each cell once, in the order of the parts, and its runs, repetition by repetition."""
     finished = {key for part in parts for key in part.finished}
     cells: dict[tuple[str, int], tuple[int, Cell, Path]] = {}  # number, cell and folder by place
     runs: dict[tuple[int, int], Run] = {}  # by repetition and cell
@@ -59,20 +77,7 @@ def merged_plan(parts: Sequence[Part]) -> Plan:
             here = run.repetition, numbers[run.cell]
             if here not in runs or (runs[here].key not in finished and run.key in finished):
                 runs[here] = dataclasses.replace(run, cell=numbers[run.cell])
-    plans = [part.plan for part in parts]
-    return dataclasses.replace(
-        first.plan,
-        report=dataclasses.replace(
-            first.plan.report, figures=tuple(dict.fromkeys(each for plan in plans for each in plan.report.figures))
-        ),
-        axes=axes,
-        commit=", ".join(dict.fromkeys(each for plan in plans for each in plan.commit.split(", "))),
-        modules={name: digest for plan in reversed(plans) for name, digest in plan.modules.items()},
-        plugins={word: path for plan in reversed(plans) for word, path in plan.plugins.items()},
-        cells=tuple(cell for _, cell, _ in cells.values()),
-        runs=tuple(runs[here] for here in sorted(runs)),
-        notes=tuple(dict.fromkeys([*(note for plan in plans for note in plan.notes), *_mixture(plans)])),
-    )
+    return tuple(cell for _, cell, _ in cells.values()), tuple(runs[here] for here in sorted(runs))
 
 
 def _axes(parts: Sequence[Part]) -> tuple[str, ...]:
@@ -81,7 +86,9 @@ def _axes(parts: Sequence[Part]) -> tuple[str, ...]:
     axes = dict.fromkeys(axis for part in parts for axis in part.plan.axes)
     others = [SEED] if "label" in axes else [SEED, *registry.GROUPS]
     differing = [
-        axis for axis in others if len({frozenset(_at(cell, axis) for cell in each.plan.cells) for each in parts}) > 1
+        axis
+        for axis in others
+        if len({frozenset(str(_at(cell, axis)) for cell in each.plan.cells) for each in parts}) > 1
     ]
     return tuple(dict.fromkeys([*axes, *differing]))
 

@@ -10,6 +10,7 @@ import pytest
 from bench.jobs.claims import CLAIMS
 from bench.jobs.records import RecordWriter, read_lines, read_records
 from bench.plan.plan import all_runs, read_plan, write_plan
+from bench.plan.provenance import code_digest, library_versions, used_modules
 
 TIMES = ("time", "time_model", "time_surrogate", "time_search")
 
@@ -119,6 +120,19 @@ def test_parts_of_other_code_are_put_together_and_it_is_said(plan, merge, enter,
     keys = {(run.cell, run.repetition): run.key for run in merged.runs}
     assert keys[0, 0] == one.runs[0].key and keys[0, 1] == two.runs[2].key
     assert merged.commit == "c0de, d0de" and keys[0, 2] == one.runs[4].key
+
+
+def test_of_merged_runs_those_of_other_code_than_is_installed_are_stale(plan, merge, enter, tmp_path):
+    """Also where they are of the same cell: a run of the second part in a cell of the first."""
+    cells = tuple(dataclasses.replace(cell, code=code_digest(used_modules(cell.settings))) for cell in plan.cells)
+    here = dataclasses.replace(plan, cells=cells, versions=library_versions())
+    here = dataclasses.replace(here, runs=all_runs(cells, 4, here.versions))
+    done = merge(
+        written(tmp_path / "here", here, {(0, 0): "done", (1, 0): "done"}),
+        written(tmp_path / "older", plan, {(0, 1): "done"}),
+    )
+    states = {words[0]: int(words[1]) for words in map(str.split, enter("status", "all").out.splitlines()[1:6])}
+    assert done.code == 0 and states == {"planned": 8, "done": 2, "failed": 0, "stale": 1, "missing": 5}
 
 
 def test_another_seed_is_another_draw_told_apart_by_its_column(plan, merge, tmp_path):

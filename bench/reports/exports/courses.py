@@ -22,7 +22,7 @@ from bench.jobs.lines import RESULTS
 from bench.jobs.records import read_records
 from bench.plan.columns import place_columns
 from bench.plan.naming import place_text
-from bench.plan.plan import Cell, Plan, Run
+from bench.plan.plan import Cell, Plan
 from bench.plan.setup import FINGERPRINTS
 from bench.reports.trace import Traced, jacobian_price, read_traces
 from ksmea.arrays import Array
@@ -98,12 +98,13 @@ def read_courses(plan: Plan, output: Path) -> Courses:
 def courses(plan: Plan, traces: Mapping[str, Traced], statuses: Mapping[str, str]) -> Courses:
     """The courses of runs by their traces and statuses, both by key."""
     places, instances = _places(plan)
+    budgets = _budgets(plan, traces)
     found: list[Course] = []
     for run in plan.runs:
         cell, price = plan.cells[run.cell], jacobian_price(plan.cells[run.cell])
         values = _values(traces.get(run.key), price)
         if values is None and run.key in statuses and statuses[run.key] not in RESULTS:
-            values = _failed(_budget(plan, run, traces))
+            values = _failed(budgets[run.cell])
         if values is not None:
             found.append(Course(places[run.cell], cell.seed, run.repetition, price, values))
     return Courses(plan.name, plan.commit, tuple(found), instances, len(plan.runs) - len(found))
@@ -135,15 +136,19 @@ def _failed(budget: float) -> Array:
     return np.array([_nothing(cost) for cost in ((1.0, budget) if budget > 1 else (1.0,))])
 
 
-def _budget(plan: Plan, run: Run, traces: Mapping[str, Traced]) -> float:
-    """What a failed run is charged: its budget, or without one the most that any run of its cell took."""
-    settings = plan.cells[run.cell].settings
-    for part in ("study", "method"):
-        if (budget := (settings.get(part) or {}).get("budget")) is not None:
-            return float(budget)
-    price = jacobian_price(plan.cells[run.cell])
-    others = [traces[other.key] for other in plan.runs if other.cell == run.cell and other.key in traces]
-    return float(max((each.evaluations + price * each.jacobians for each in others), default=1))
+def _budgets(plan: Plan, traces: Mapping[str, Traced]) -> list[float]:
+    """What a failed run of each cell is charged: its budget, or without one the most that another run of the cell took."""
+    budgets = [1.0] * len(plan.cells)
+    for run in plan.runs:
+        if (traced := traces.get(run.key)) is not None:
+            total = traced.evaluations + jacobian_price(plan.cells[run.cell]) * traced.jacobians
+            budgets[run.cell] = max(budgets[run.cell], total)
+    for number, cell in enumerate(plan.cells):
+        for part in ("study", "method"):
+            if (budget := (cell.settings.get(part) or {}).get("budget")) is not None:
+                budgets[number] = float(budget)
+                break
+    return budgets
 
 
 def _places(plan: Plan) -> tuple[list[Place], pd.DataFrame]:
