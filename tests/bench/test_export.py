@@ -249,8 +249,14 @@ def test_the_command_writes_what_the_records_have(enter, cheapest):
         assert done.code == 2 and told in done.err and len(done.err.splitlines()) == 1
 
 
-def test_an_experiment_without_traces_is_refused_in_one_line(plan, enter, tmp_path):
-    write_plan(plan, tmp_path / "results" / "contest")
+@pytest.mark.parametrize(
+    "study, told", [("identify", "traces above a known maximum, got none"), ("diagnose", "records of another study")]
+)
+def test_an_experiment_without_traces_is_refused_in_one_line(study, told, plan, enter, tmp_path):
+    cells = tuple(
+        dataclasses.replace(each, settings={**each.settings, "study": {"name": study}}) for each in plan.cells
+    )
+    write_plan(dataclasses.replace(plan, cells=cells), tmp_path / "results" / "contest")
     done = enter("export", "ioh", "contest")
-    assert done.code == 2 and "with traces from a known maximum, got none" in done.err
+    assert done.code == 2 and told in done.err and len(done.err.splitlines()) == 1
     assert not (tmp_path / "results" / "contest" / "ioh").exists()

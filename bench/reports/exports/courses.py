@@ -19,7 +19,7 @@ import numpy as np
 import pandas as pd
 
 from bench.jobs.lines import RESULTS
-from bench.jobs.records import read_records
+from bench.jobs.records import read_records, record_kinds
 from bench.plan.columns import place_columns
 from bench.plan.naming import place_text
 from bench.plan.plan import Cell, Plan
@@ -27,6 +27,7 @@ from bench.plan.setup import FINGERPRINTS
 from bench.reports.trace import Traced, jacobian_price, read_traces
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
+from ksmea.records.identification import IdentificationRecord
 
 NOTHING = 3e21  # what counts as infinite in the data of COCO (`cocopp.testbedsettings.inf_like`): readers take no infinite number
 COLUMNS = ("cost", "excess", "error", "evaluations", "jacobians", "surrogate_evaluations", "seconds")
@@ -85,12 +86,16 @@ def grouped(courses: Iterable[Course], *names: str) -> list[tuple[tuple[Any, ...
 
 
 def read_courses(plan: Plan, output: Path) -> Courses:
-    """The courses of the runs of a plan; `SettingError` where it has none."""
+    """The courses of the runs of a plan; `SettingError` where it is of another study, or has none."""
+    if {*record_kinds(plan).values()} - {IdentificationRecord}:
+        raise SettingError(
+            f"{output}: expected identifications, got records of another study; export has no traces of those"
+        )
     statuses = read_records(output, lambda line: line.status, plan)
     found = courses(plan, read_traces(plan, output), statuses)
     if not found.courses:
         raise SettingError(
-            f"{output}: expected identifications with traces from a known maximum, got none; give the experiment's command again"
+            f"{output}: expected runs with traces above a known maximum, got none; give the experiment's command again"
         )
     return found
 
