@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import os
 import sys
+from pathlib import Path
 
 import hydra
 from omegaconf import DictConfig
 
 from bench.command_line.config import register_schemas
+from bench.command_line.config_files import CONFIG_DIR, chosen_files, require_experiments, with_file
 from bench.command_line.messages import USER_ERRORS, one_line
 from bench.command_line.offered import require_offered
 from bench.command_line.overrides import for_some_plugins, parse
-from bench.command_line.plugin_words import CONFIG_DIR, register_plugins
+from bench.command_line.plugin_words import register_plugins
 from bench.jobs.deal import job_of
 from bench.jobs.work import work
 from bench.storage.places import CONF
@@ -40,16 +42,20 @@ def run_experiment(words: list[str]) -> int:
 
     Raises `SettingError` for words that cannot be done.
     """
+    paths: list[Path] = []
     try:
-        return _run(words)
-    except USER_ERRORS as error:
-        raise SettingError(one_line(error)) from error
+        paths = chosen_files(words)
+        return _run(words, paths)
+    except (SettingError, *USER_ERRORS) as error:
+        line = str(error) if isinstance(error, SettingError) else one_line(error)
+        raise SettingError(with_file(line, paths, words)) from error
 
 
-def _run(words: list[str]) -> int:
+def _run(words: list[str], paths: list[Path]) -> int:
     for word in words:
         if word.startswith("-") and word.partition("=")[0] not in HYDRA_OPTIONS:
             raise unknown("option", word, HYDRA_OPTIONS)
+    require_experiments(paths)
     register_plugins(words)
     _check_names(words)
     os.environ["HYDRA_FULL_ERROR"] = "1"  # errors come here as they are; this is the only place that prints them

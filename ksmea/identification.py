@@ -21,6 +21,18 @@ class Streams:
     optimizer: np.random.Generator
 
 
+POLISH = "polish"  # name of the part of a search that goes on from where the optimiser ended
+
+
+@dataclass(frozen=True)
+class SearchStage:
+    """A part of a search on the surrogate as it ended: the optimum until then, and its misfit on the surrogate."""
+
+    name: str
+    x: Array  # (d,) SI
+    misfit: float
+
+
 @dataclass(frozen=True)
 class Update:
     """One updating step: the surrogate's optimum, its misfit as predicted and as the true model has it, and both
@@ -32,19 +44,26 @@ class Update:
     smc: float
     sdf: float  # m
     sum_of_amplitudes: float  # Σ|y_FE|, m: what sdf is to be compared with
-    polish_gain: float | None = (
-        None  # how far the polish came below the optimiser's misfit on the surrogate; None without
-    )
+    search: tuple[SearchStage, ...] = ()  # how x was found
+
+    @property
+    def polish_gain(self) -> float | None:
+        """How far the polish came below the optimiser's misfit on the surrogate; None without a polish."""
+        if len(self.search) < 2 or self.search[-1].name != POLISH:
+            return None
+        return self.search[-2].misfit - self.search[-1].misfit
 
 
 @dataclass(frozen=True)
 class Stage:
-    """A part of a method as it ended: the point that it left to the next one, and what all until then took of the true model."""
+    """A part of a method as it ended: the point that it left to the next one, and what all until then took of the true model.
+    A part `on_surrogate` takes nothing of it."""
 
     name: str
     x: Array  # (d,) SI
     evaluations: int
     jacobians: int
+    on_surrogate: bool = False
 
 
 @dataclass(frozen=True)

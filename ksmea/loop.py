@@ -20,16 +20,16 @@ import numpy as np
 from ksmea.alignment import require_aligned
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.contracts import Method, Optimizer, Problem, Surrogate
-from ksmea.descent import descend
 from ksmea.errors import BudgetSpent, SettingError
 from ksmea.final_step import FINAL_STEP, most_likely
-from ksmea.identification import Identification, Stage, Streams, Update, at_limit
+from ksmea.identification import POLISH, Identification, SearchStage, Stage, Streams, Update, at_limit
 from ksmea.infill import improvement_residual
 from ksmea.measurement import Measurement
 from ksmea.misfit import FORMS, Misfit
 from ksmea.model import Model, TrueModel
 from ksmea.objective import Objective
 from ksmea.parameters import Parameters
+from ksmea.polish import polish
 from ksmea.predictor import Predictor
 from ksmea.response_structure import ResponseStructure
 from ksmea.sampling import latin_hypercube
@@ -38,6 +38,7 @@ from ksmea.stopping import simple_difference, squared_multiple_correlation
 from ksmea.transforms import Transform, make_transform
 from ksmea.unsuited import Unsuited
 
+SEARCH = "search"  # the stage's name
 INFILLS = ("optimum", "expected_improvement")
 
 
@@ -144,6 +145,7 @@ class KSMEA(Method):
         history: list[Update] = []
         remarks: list[str] = []
         optimum: tuple[Array, float] | None = None  # on the surrogate, where the true model is not evaluated there
+        search: tuple[SearchStage, ...] = ()
         surrogate_evaluations = 0
         stop = ""
         while not stop:
@@ -160,7 +162,8 @@ class KSMEA(Method):
             try:
                 with clock.measures("search"):
                     objective = self._objective(misfit, predictor, transform, known)
-                    u, polish_gain = self._search(objective, streams.optimizer)
+                    u = self._search(objective, streams.optimizer)
+                    search = _search_stages(objective, problem.parameters)
                     surrogate_evaluations += objective.evaluations
                     prediction = transform.decode(predictor.predict(u[None]))
                 if not self.max_updates:
@@ -171,11 +174,12 @@ class KSMEA(Method):
                 stop = "budget"
                 break
             predicted = prediction[0]  # not before the true model has been evaluated there: the two go together
-            history.append(_update(u, prediction, added, misfit, problem.parameters, polish_gain))
+            history.append(_update(u, prediction, added, misfit, problem.parameters, search))
             stop = self._stop(history, known.distance_to(u), model)
             known = known.with_sample(added)
 
         best, best_misfit = optimum or known.best()
+        stages += [Stage(each.name, each.x, model.evaluations, model.jacobians, on_surrogate=True) for each in search]
         stages.append(Stage("updating steps", problem.parameters.to_si(best), model.evaluations, model.jacobians))
         if self.final_step and (found := most_likely(model, measurement, best)) is not None:
             best, best_misfit = found
@@ -247,22 +251,24 @@ class KSMEA(Method):
             budget=self.surrogate_budget,
         )
 
-    def _search(self, objective: Objective, rng: np.random.Generator) -> tuple[Array, float | None]:
-        """The optimum (d,) on the surrogate, and how far the polish came below the optimiser's; a spent budget ends the search
-        with the best point seen."""
-        before = None
+    def _search(self, objective: Objective, rng: np.random.Generator) -> Array:
+        """The optimum (d,) on the surrogate, by the optimiser and then the polish, each a stage of the objective; a spent
+        budget ends the search with the best point seen."""
+        stage = SEARCH
         try:
             self.optimizer.minimize(objective, rng)
             if self.polish:
-                before = objective.result().value
-                descend(objective, objective.result().u, max_iterations=50)
+                objective.end_stage(SEARCH)
+                stage = POLISH
+                polish(objective)
         except BudgetSpent:
             if not objective.was_refused:  # the true model's budget, of a surrogate that evaluates it
                 raise
+        objective.end_stage(stage)
         best = objective.result()
         if not np.isfinite(best.value):
             raise ArithmeticError(f"none of the {objective.evaluations} points of the optimiser has a finite misfit")
-        return best.u, None if before is None else before - best.value
+        return best.u
 
     def _stop(self, history: list[Update], distance: float, model: Model) -> str:
         """The reason to stop, or '' to go on; `distance` is that of the new sample to the nearest old one."""
@@ -341,13 +347,17 @@ def _evaluated(points: Array, model: Model, misfit: Misfit) -> _Samples:
     return _Samples(points, responses, misfit.value(misfit.observed(responses)))
 
 
+def _search_stages(objective: Objective, parameters: Parameters) -> tuple[SearchStage, ...]:
+    return tuple(SearchStage(name, parameters.to_si(end.u), end.value) for name, end in objective.stages)
+
+
 def _update(
     u: Array,
     predicted: Array | ComplexArray,
     added: _Samples,
     misfit: Misfit,
     parameters: Parameters,
-    polish_gain: float | None,
+    search: tuple[SearchStage, ...],
 ) -> Update:
     """What an updating step found: prediction (1, n_speed, n_channel) and true model at the surrogate's optimum u."""
     modelled = misfit.observed(added.responses)[0]
@@ -358,7 +368,7 @@ def _update(
         smc=squared_multiple_correlation(predicted[0], modelled, misfit.measurement.values),
         sdf=simple_difference(predicted[0], modelled),
         sum_of_amplitudes=float(np.sum(np.abs(modelled))),
-        polish_gain=polish_gain,
+        search=search,
     )
 
 

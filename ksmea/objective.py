@@ -54,6 +54,9 @@ class Objective:
         self.jacobian_cost = jacobian_cost
         self.evaluations = 0
         self.jacobians = 0
+        self.stages: list[
+            tuple[str, Minimum]
+        ] = []  # parts of the search that have ended, and the best point until then
         self.was_refused = False  # whether more was asked for than the budget holds
         self._residuals_at = residuals_at
         self._jacobian_at = jacobian_at
@@ -92,6 +95,13 @@ class Objective:
     def result(self) -> Minimum:
         """The best point evaluated so far."""
         return Minimum(self._best_u.copy(), float(self._best_value), self.evaluations, self.jacobians)
+
+    def end_stage(self, name: str) -> None:
+        """Keep how a part of the search ended; nothing where nothing was evaluated since the last one did."""
+        minimum = self.result()
+        taken = [(each.evaluations, each.jacobians) for _, each in self.stages] or [(0, 0)]
+        if taken[-1] != (minimum.evaluations, minimum.jacobians):
+            self.stages.append((name, minimum))
 
     def _checked(self, u: Array) -> Array:
         u = np.atleast_2d(np.asarray(u, dtype=float))

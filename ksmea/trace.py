@@ -110,7 +110,10 @@ class TracedProblem(CountedProblem):
 def thinned(improvements: Sequence[Improvement], stages: Sequence[Stage]) -> TraceRecord:
     """The record of a trace: of the improvements of a stage within a step of evaluations and Jacobians (`STEPS_PER_DECADE`)
     the last, at its own count, so that none is dated too early."""
-    ends = tuple(StageRecord(each.name, each.evaluations, each.jacobians, tuple(map(float, each.x))) for each in stages)
+    ends = tuple(
+        StageRecord(each.name, each.evaluations, each.jacobians, tuple(map(float, each.x)), None, each.on_surrogate)
+        for each in stages
+    )
     kept = {}
     for each in improvements:
         step = int(np.log10(each.evaluations + each.jacobians) * STEPS_PER_DECADE)

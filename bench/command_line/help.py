@@ -7,9 +7,9 @@ import inspect
 import textwrap
 from collections.abc import Sequence
 
+from bench.command_line.config_files import EXPERIMENT, folders, without_folders
 from bench.command_line.offered import require_offered
 from bench.command_line.plugin_words import given_files, is_of_plugins
-from bench.storage.places import CONF
 from ksmea import registry
 from ksmea.contracts import AnyEffect
 from ksmea.errors import SettingError, unknown
@@ -41,24 +41,26 @@ BENCH_TRACEBACK=1 shows the traceback of an error of input"""
 
 
 def help_text(words: list[str]) -> str:
-    """Help on everything, on a group, or on one plugin; with plugins=[my_optimizer.py] on those of plain files too."""
+    """Help on everything, on a group, or on one plugin; with plugins=[my_optimizer.py] on those of plain files too, with
+    --config-dir DIR on experiments there."""
     refused = []
     for path in given_files([word for word in words if is_of_plugins(word)]):
         try:
             registry.register_file(path)
         except SettingError as error:  # it does not take the help on the others away
             refused.append(str(error))
-    return "\n".join([_help_text([word for word in words if not is_of_plugins(word)]), *refused])
+    asked = [word for word in without_folders(words) if not is_of_plugins(word)]
+    experiments = sorted({path.stem for folder in folders(words) for path in (folder / EXPERIMENT).glob("*.yaml")})
+    return "\n".join([_help_text(asked, experiments), *refused])
 
 
-def _help_text(words: list[str]) -> str:
+def _help_text(words: list[str], experiments: list[str]) -> str:
     if not words:
-        experiments = ", ".join(sorted(path.stem for path in (CONF / "experiment").glob("*.yaml")))
         groups = "\n".join(f"  {group + '=':<13}{' | '.join(registry.registered(group))}" for group in registry.GROUPS)
         effects = textwrap.fill(
             " | ".join(registry.registered(EFFECT)), 100, initial_indent="  ", subsequent_indent="  "
         )
-        return f"{USAGE}\n\nexperiments: {experiments}\nplugins:\n{groups}\neffects (help effect NAME):\n{effects}{_from_outside()}"
+        return f"{USAGE}\n\nexperiments: {', '.join(experiments)}\nplugins:\n{groups}\neffects (help effect NAME):\n{effects}{_from_outside()}"
     group, *names = words
     if group not in (*registry.GROUPS, EFFECT):
         raise unknown("group", group, [*registry.GROUPS, EFFECT])

@@ -10,17 +10,12 @@ from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from bench.command_line.config_files import chosen_files, content, settings_of
 from bench.command_line.messages import USER_ERRORS, one_line
-from bench.command_line.overrides import Choice, parse
-from bench.storage.places import CONF
 from ksmea import registry
 from ksmea.errors import SettingError
 
 PLUGINS = "plugins"
-CONFIG_DIR = ("--config-dir", "-cd")
-SEARCH_PATH = "hydra.searchpath"
 
 
 def register_plugins(words: Sequence[str]) -> None:
@@ -59,34 +54,11 @@ def _absolute(name: str) -> Path:
 
 
 def _names(words: Sequence[str]) -> Iterator[str]:
-    choices = parse([word for word in words if "=" in word and not word.startswith("-")])
-    folders = [CONF, *_folders(words, choices)]
-    for choice in choices:
+    for choice in settings_of(words):
         if choice.key == PLUGINS:
             yield from _listed(choice.values[0] if len(choice.values) == 1 else None)
-        elif len(choice.values) == 1 and isinstance(choice.values[0], str):
-            for path in (folder / choice.key / f"{choice.values[0]}.yaml" for folder in folders):
-                yield from _listed(_of_yaml(path))
-
-
-def _folders(words: Sequence[str], choices: Sequence[Choice]) -> Iterator[Path]:
-    """Folders of configurations of the user's own."""
-    for word, following in zip(words, [*words[1:], ""]):
-        option, _, value = word.partition("=")
-        if option in CONFIG_DIR:
-            yield Path(value or following)
-    for choice in choices:
-        if choice.key == SEARCH_PATH and isinstance(choice.values[0], list):
-            yield from (Path(str(each).removeprefix("file://")) for each in choice.values[0])
-
-
-def _of_yaml(path: Path) -> Any:
-    """What a configuration file says of plugins; nothing where there is none: composing says what is wrong with a file."""
-    try:
-        content = yaml.safe_load(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, yaml.YAMLError):
-        return []
-    return (content.get(PLUGINS) or []) if isinstance(content, dict) else []
+    for path in chosen_files(words):
+        yield from _listed(content(path).get(PLUGINS) or [])
 
 
 def _listed(names: Any) -> list[str]:

@@ -32,7 +32,7 @@ from ksmea.records.trace import TraceRecord
 STEPS_PER_DECADE = 20  # rows of the table for each tenfold of the cost, as many as a trace keeps
 QUARTILES = (0.25, 0.5, 0.75)
 COLUMNS = ("excess", "error")
-OF_STAGES = ("stage", "evaluations", "jacobians", "excess", "error", "runs")
+OF_STAGES = ("stage", "on_surrogate", "evaluations", "jacobians", "excess", "error", "runs")
 
 
 @dataclass(frozen=True)
@@ -107,7 +107,8 @@ def trace_frame(plan: Plan, traces: Mapping[str, Traced]) -> pd.DataFrame:
 
 def stages_frame(plan: Plan, traces: Mapping[str, Traced]) -> pd.DataFrame:
     """A row for each cell and stage of its method, as it ended: medians over its runs of what all until then took, of the
-    excess of the best point until then, and of the error of the point that the stage left to the next."""
+    excess of the best point until then that the true model has evaluated, and of the error of the point that the stage left to
+    the next. Stages on a surrogate, the search and its polish, are those of the last updating step."""
     rows = []
     for index, cell in enumerate(plan.cells):
         runs = [traces[run.key] for run in plan.runs if run.cell == index and run.key in traces]
@@ -123,6 +124,7 @@ def stages_frame(plan: Plan, traces: Mapping[str, Traced]) -> pd.DataFrame:
                     "cell": index,
                     **place_columns(plan, cell),
                     "stage": stage,
+                    "on_surrogate": any(end.on_surrogate for _, end in ended),
                     "evaluations": _median([end.evaluations for _, end in ended]),
                     "jacobians": _median([end.jacobians for _, end in ended]),
                     "excess": _median(excesses),

@@ -31,7 +31,7 @@ def trace_figure(plan: Plan, frame: pd.DataFrame, stages: pd.DataFrame) -> Figur
     styles = [(line, colour) for line in LINES for colour in COLOURS]
     for (line, colour), (cell, rows) in zip(cycle(styles), list(frame.groupby("cell"))[:MAX_LINES]):
         label = cell_name(plan, plan.cells[cell])
-        ends = stages[stages["cell"] == cell].iloc[:-1]
+        ends = stages[(stages["cell"] == cell) & ~stages["on_surrogate"].astype(bool)].iloc[:-1]
         for panel, column in zip(panels, LABELS):
             _draw(panel, rows, ends, column, line, colour, label)
     price = sorted(set(frame["jacobian_price"]))

@@ -81,6 +81,15 @@ class ParameterRecord:
 
 
 @dataclass(frozen=True)
+class SearchStageRecord:
+    """A part of a search on the surrogate as it ended (`ksmea.identification.SearchStage`)."""
+
+    name: str
+    x: tuple[float, ...]  # (d,) SI
+    misfit: float | None  # on the surrogate; None where it is not finite
+
+
+@dataclass(frozen=True)
 class UpdateRecord:
     """One updating step (`ksmea.identification.Update`); None where a number is not finite."""
 
@@ -90,6 +99,7 @@ class UpdateRecord:
     smc: float | None = None
     sdf: float | None = None  # m
     polish_gain: float | None = None
+    search: tuple[SearchStageRecord, ...] = ()  # the optimiser, then the polish; none in older records
 
 
 @dataclass(frozen=True)

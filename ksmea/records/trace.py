@@ -25,6 +25,7 @@ class StageRecord:
     jacobians: int
     x: tuple[float, ...]  # (d,) SI
     error: float | None = None  # as that of improvements
+    on_surrogate: bool = False
 
 
 @dataclass(frozen=True)
@@ -89,5 +90,7 @@ class TraceRecord:
 
 
 def stage_number(stages: Sequence[StageRecord], evaluations: int, jacobians: int) -> int:
-    """Which of the stages these counts fall into; what comes after all is of the last."""
-    return sum(evaluations > stage.evaluations or jacobians > stage.jacobians for stage in stages[:-1])
+    """Which of the stages these counts fall into, of those that take the true model; what comes after all is of the last."""
+    taking = [number for number, stage in enumerate(stages) if not stage.on_surrogate]
+    ended = [evaluations > stages[number].evaluations or jacobians > stages[number].jacobians for number in taking[:-1]]
+    return taking[sum(ended)] if taking else 0

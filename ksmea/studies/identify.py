@@ -40,6 +40,7 @@ from ksmea.records.identification import (
     LackOfFit,
     NoiseLevel,
     ParameterRecord,
+    SearchStageRecord,
     Seconds,
     UpdateRecord,
 )
@@ -222,6 +223,9 @@ def _method_record(
                 finite(update.smc),
                 finite(update.sdf),
                 None if update.polish_gain is None else finite(update.polish_gain),
+                tuple(
+                    SearchStageRecord(each.name, tuple(each.x.tolist()), finite(each.misfit)) for each in update.search
+                ),
             )
             for update in found.history
         ),

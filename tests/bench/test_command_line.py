@@ -262,6 +262,40 @@ def test_experiments_of_ones_own_are_found_in_folders_of_ones_own(shell, cheapes
     assert ended.code == 0 and "all 1 runs of own have a result" in ended.out, ended.err
 
 
+HEAD = "# @package _global_\nname: own\n"
+
+
+@pytest.mark.parametrize(
+    "text, line",
+    [
+        (HEAD + "grid: [{method: direct\n", "own.yaml: expected a YAML file, could not read it (while parsing"),
+        ("name: own\n", "own.yaml: expected '# @package _global_' as its first line"),
+        (HEAD + "sampels: 3\n", "own.yaml: unknown setting 'sampels'; did you mean 'samples'?"),
+        (HEAD + "method: {bugdet: 3}\n", "own.yaml: unknown setting 'method.bugdet'; did you mean 'method.budget'?"),
+        (HEAD + "grid: [{samples: many}]\n", "own.yaml: samples: expected a whole number, got 'many'"),
+    ],
+)
+def test_an_error_in_an_experiment_of_ones_own_names_its_file(enter, tmp_path, monkeypatch, text, line):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "mine" / "experiment").mkdir(parents=True)
+    (tmp_path / "mine" / "experiment" / "own.yaml").write_text(text)
+    ended = enter("--config-dir", "mine", "+experiment=own")
+    assert (ended.code, ended.err.count("\n")) == (2, 1)
+    assert line in ended.err and "mine/experiment" in ended.err
+
+
+def test_help_lists_experiments_of_ones_own_and_a_folder_that_is_not_there_is_named(enter, tmp_path):
+    (tmp_path / "experiment").mkdir()
+    (tmp_path / "experiment" / "own_one.yaml").write_text(HEAD)
+    for words in (["--config-dir", str(tmp_path)], [f"hydra.searchpath=[{tmp_path}]"]):
+        assert ", own_one, " in enter("help", *words).out
+    for words in (["--config-dir=nowhere"], ["hydra.searchpath=[nowhere]"]):
+        ended = enter("+experiment=own_one", *words)
+        assert ended.code == 2 and ended.err.startswith("error: nowhere: expected a folder with configuration files"), (
+            ended.err
+        )
+
+
 def test_the_launcher_of_joblib_gives_the_same_table(shell, cheapest, tmp_path):
     pytest.importorskip("hydra_plugins.hydra_joblib_launcher", reason="hydra-joblib-launcher is not installed")
     words = ["+experiment=table3", *cheapest, "samples=25,30", "repetitions=2"]

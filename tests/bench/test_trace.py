@@ -114,7 +114,10 @@ def test_a_sweep_leaves_traces_judged_by_the_truth_and_their_table(enter, cheape
             assert stage.error == pytest.approx(np.sqrt(np.mean(deviations**2)), rel=1e-4)
         assert len(trace.error) == len(trace.misfit) and trace.x == () and trace.excess[0] > 0
     stages = ended.table("run_stages").groupby("method.final_step")["stage"].agg(list).to_dict()
-    assert stages == {True: ["samples", "updating steps", "final step"], False: ["samples", "updating steps"]}
+    assert stages == {
+        True: ["samples", "search", "polish", "updating steps", "final step"],
+        False: ["samples", "search", "polish", "updating steps"],
+    }
     assert set(ended.table("run_trace")["cell"]) == {0, 1}
     assert ended.runs().groupby("method.final_step")["stage"].unique().map(list).to_dict() == {
         True: ["final step"], False: ["updating steps"]

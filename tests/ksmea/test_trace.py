@@ -183,8 +183,11 @@ def test_a_method_with_a_surrogate_improves_at_samples_and_at_the_points_that_it
     method = KSMEA(Kriging(), DE(population=10, generations=5), 30, max_updates=4)
     record = run(rotor, measurement, method)
     trace = record.trace
-    assert [stage.name for stage in trace.stages] == ["samples", "updating steps"]
-    assert [stage.evaluations for stage in trace.stages] == [30, record.model_evaluations]
+    taking = [stage for stage in trace.stages if not stage.on_surrogate]
+    assert [(stage.name, stage.evaluations) for stage in taking] == [
+        ("samples", 30),
+        ("updating steps", record.model_evaluations),
+    ]
     assert set(trace.stage_names) == {"samples", "updating steps"}
     for evaluations, predicted, name in zip(trace.evaluations, trace.surrogate_evaluations, trace.stage_names):
         assert (name == "samples") == (evaluations <= 30) == (predicted == 0)
@@ -206,6 +209,26 @@ def test_the_gain_of_a_polish_is_told_beside_the_optimiser_that_came_before(roto
     # ten points in five dimensions are far from the optimum: by more than 1 of a misfit in units of the noise
     assert gain(rough) > 1 and gain(rough, polish=False) is None
     assert 0 <= gain(least_squares) < 1e-6  # which the polish repeats
+
+
+def test_the_search_and_its_polish_are_stages_of_the_record_and_of_the_trace(rotor):
+    measurement = measured(rotor, TRUTH, "amplitude", Noise(0.1, 0.0))
+    record = run(rotor, measurement, KSMEA(Kriging(), DE(population=5, generations=1), 30, max_updates=3))
+    for update in record.history:
+        search, polish = update.search
+        assert (search.name, polish.name) == ("search", "polish")
+        assert polish.x == update.x != search.x and polish.misfit < search.misfit
+        assert update.polish_gain == pytest.approx(search.misfit - polish.misfit)
+    stages = {stage.name: stage for stage in record.trace.stages}
+    assert list(stages) == ["samples", "search", "polish", "updating steps"]
+    assert [name for name, stage in stages.items() if stage.on_surrogate] == ["search", "polish"]
+    # what the true model has shown is never that of a search on the surrogate
+    assert set(record.trace.stage_names) <= {"samples", "updating steps"}
+    raw = run(rotor, measurement, KSMEA(Kriging(), DE(population=5, generations=1), 30, max_updates=1, polish=False))
+    assert [stage.name for stage in raw.history[0].search] == ["search"]
+    assert raw.history[0].search[0].x == raw.history[0].x
+    # the same optimiser on the same surrogate: the polish alone is what differs
+    assert raw.history[0].x == record.history[0].search[0].x
 
 
 # -- what a record keeps --

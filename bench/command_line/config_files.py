@@ -1,0 +1,106 @@
+"""Configuration files that the words of a command choose: the project's, and those in folders of the user's own."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from bench.command_line.overrides import Choice, parse
+from bench.storage.places import CONF
+from ksmea.errors import SettingError
+
+CONFIG_DIR = ("--config-dir", "-cd")
+SEARCH_PATH = "hydra.searchpath"
+EXPERIMENT = "experiment"
+PACKAGE = re.compile(r"^# *@package +_global_ *$", re.MULTILINE)
+KEY = re.compile(r"unknown setting '([\w.]+)'|([\w.]+): ")  # at the beginning of a line for the user
+
+
+def settings_of(words: Sequence[str]) -> tuple[Choice, ...]:
+    """What the words say without options."""
+    return parse([word for word in words if "=" in word and not word.startswith("-")])
+
+
+def folders(words: Sequence[str]) -> list[Path]:
+    """Where configuration files are looked for; `SettingError` where there is no such folder."""
+    own = [*_own_folders(words)]
+    for folder in own:
+        if not folder.is_dir():
+            raise SettingError(f"{folder}: expected a folder with configuration files, found none; write its path")
+    return [CONF, *own]
+
+
+def _own_folders(words: Sequence[str]) -> Iterator[Path]:
+    for word, following in zip(words, [*words[1:], ""]):
+        option, _, value = word.partition("=")
+        if option in CONFIG_DIR:
+            yield Path(value or following)
+    for choice in settings_of(words):
+        if choice.key == SEARCH_PATH and isinstance(choice.values[0], list):
+            found = (str(each) for each in choice.values[0])
+            yield from (Path(each.removeprefix("file://")) for each in found if not each.startswith("pkg://"))
+
+
+def without_folders(words: Sequence[str]) -> list[str]:
+    """The words without those that name folders of the user's own."""
+    before = ["", *words]
+    is_folder = [
+        word.partition("=")[0] in (*CONFIG_DIR, SEARCH_PATH) or last in CONFIG_DIR for last, word in zip(before, words)
+    ]
+    return [word for word, leave in zip(words, is_folder) if not leave]
+
+
+def chosen_files(words: Sequence[str]) -> list[Path]:
+    """The configuration files that single values of the words choose."""
+    searched = folders(words)
+    named = [(each.key, each.values[0]) for each in settings_of(words) if len(each.values) == 1]
+    paths = [folder / key / f"{name}.yaml" for key, name in named if isinstance(name, str) for folder in searched]
+    return [path for path in paths if path.is_file()]
+
+
+def content(path: Path) -> dict[str, Any]:
+    """What a configuration file says; `SettingError` with its name where it cannot be read."""
+    try:
+        found = yaml.safe_load(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, yaml.YAMLError) as error:
+        raise SettingError(
+            f"{path}: expected a YAML file, could not read it ({' '.join(str(error).split())})"
+        ) from error
+    if not isinstance(found or {}, dict):
+        raise SettingError(f"{path}: expected setting: value, got {type(found).__name__}")
+    return found or {}
+
+
+def require_experiments(paths: Sequence[Path]) -> None:
+    """Raise `SettingError` with the file's name where one cannot be read, or is an experiment that says nothing of the whole."""
+    for path in paths:
+        content(path)
+        if path.parent.name == EXPERIMENT and not PACKAGE.search(path.read_text(encoding="utf-8")):
+            raise SettingError(
+                f"{path}: expected '# @package _global_' as its first line, without which it sets nothing"
+            )
+
+
+def with_file(line: str, paths: Sequence[Path], words: Sequence[str]) -> str:
+    """A line for the user with the name of the user's own file in front that says what it is about, if the words do not."""
+    found = KEY.match(line)
+    key = "" if found is None else found[1] or found[2]
+    if not key or key in [choice.key for choice in settings_of(words)]:
+        return line
+    own = [path for path in paths if not path.is_relative_to(CONF) and key in _keys(content(path))]
+    return f"{own[0]}: {line}" if own else line
+
+
+def _keys(said: Any, above: str = "") -> Iterator[str]:
+    """All keys of a configuration file with dots, those of its blocks too."""
+    if isinstance(said, list):
+        for each in said:
+            yield from _keys(each)
+    elif isinstance(said, dict):
+        for key, value in said.items():
+            yield f"{above}{key}"
+            yield from _keys(value, f"{above}{key}.")
