@@ -68,7 +68,7 @@ class ContestReport(Report):
             }
             drawings = {name: png(figure()) for name, figure in made.items()}
             files = {f"{plan.name}{name}.png": content for name, content in drawings.items()}
-            return {**files, PAGE: leaderboard_page(plan, found, board, times, told, drawings).encode()}
+            return {**files, PAGE: leaderboard_page(plan, found, board, times, [*told, *plan.notes], drawings).encode()}
 
         files = {f"{plan.name}{name}.csv": csv_text(frame).encode() for name, frame in tables.items()}
         return Made(f"{text(found, board, told)}\n\nleaderboard: {PAGE}", {**files, **of_runs}, runs, drawn)

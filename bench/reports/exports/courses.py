@@ -1,6 +1,6 @@
 """The course of each run as other programs take it: numbers for functions and instances, one axis of cost, one value at each.
 
-A *function* is a problem's name, an *instance* the whole of a cell's problem and measurement settings, an *algorithm* a label. The
+A *function* is a family of instances, an *algorithm* a method, as a contest has them (`bench.reports.contest.places`). The
 cost is the evaluations of the true model and its Jacobians at their price, as in `bench.reports.trace`.
 
 Readers tell runs apart by a first row at cost 1, and want a last one at the cost of the whole run. So a run that had no finite
@@ -9,7 +9,6 @@ value there has `NOTHING` at cost 1, and a failed one nothing else, at the cost 
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,8 +21,8 @@ from bench.jobs.lines import RESULTS
 from bench.jobs.records import read_records, record_kinds
 from bench.plan.columns import place_columns
 from bench.plan.naming import place_text
-from bench.plan.plan import Cell, Plan
-from bench.plan.setup import FINGERPRINTS
+from bench.plan.plan import Plan
+from bench.reports.contest.places import OF_INSTANCE, budget, family, identity, method_name
 from bench.reports.trace import Traced, jacobian_price, read_traces
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
@@ -31,8 +30,6 @@ from ksmea.records.identification import IdentificationRecord
 
 NOTHING = 3e21  # what counts as infinite in the data of COCO (`cocopp.testbedsettings.inf_like`): readers take no infinite number
 COLUMNS = ("cost", "excess", "error", "evaluations", "jacobians", "surrogate_evaluations", "seconds")
-OF_INSTANCE = ("problem", "measurement")
-OF_METHOD = ("method", "surrogate", "optimizer")  # name an algorithm without a label
 
 
 @dataclass(frozen=True)
@@ -148,12 +145,8 @@ def _budgets(plan: Plan, traces: Mapping[str, Traced]) -> list[float]:
         if (traced := traces.get(run.key)) is not None:
             total = traced.evaluations + jacobian_price(plan.cells[run.cell]) * traced.jacobians
             budgets[run.cell] = max(budgets[run.cell], total)
-    for number, cell in enumerate(plan.cells):
-        for part in ("study", "method"):
-            if (budget := (cell.settings.get(part) or {}).get("budget")) is not None:
-                budgets[number] = float(budget)
-                break
-    return budgets
+    told = [budget(cell) for cell in plan.cells]
+    return [most if own is None else float(own) for own, most in zip(told, budgets)]
 
 
 def _places(plan: Plan) -> tuple[list[Place], pd.DataFrame]:
@@ -163,41 +156,29 @@ def _places(plan: Plan) -> tuple[list[Place], pd.DataFrame]:
     places, rows = [], []
     names = _algorithms(plan)
     for cell, name in zip(plan.cells, names):
-        family, settings = cell.chosen("problem"), _of_instance(cell)
-        function = functions.setdefault(family, len(functions) + 1)
-        numbers = instances.setdefault(family, {})
+        kind, settings = family(cell), identity(cell)
+        function = functions.setdefault(kind, len(functions) + 1)
+        numbers = instances.setdefault(kind, {})
         known = len(numbers)
         instance = numbers.setdefault(settings, known + 1)
-        places.append(Place(name, family, function, instance, len(cell.parameters)))
+        places.append(Place(name, kind, function, instance, len(cell.parameters)))
         if len(numbers) > known:
-            rows.append((function, family, instance, len(cell.parameters), settings))
+            rows.append((function, kind, instance, len(cell.parameters), settings))
     return places, pd.DataFrame(rows, columns=["function", "family", "instance", "unknowns", "settings"])
 
 
 def _algorithms(plan: Plan) -> list[str]:
-    """What each cell's method is called: its label, or its plugins; and what tells it from others so called that meet the same
-    data."""
-    named = [
-        str(cell.place["label"])
-        if cell.place.get("label") is not None
-        else " + ".join(cell.chosen(part) for part in OF_METHOD if cell.settings.get(part))
-        for cell in plan.cells
-    ]
+    """What each cell's method is called, and what tells it from others so called that meet the same data."""
+    named = [method_name(cell) for cell in plan.cells]
     axes = [axis for axis in plan.axes if axis != "label" and axis.split(".")[0] not in OF_INSTANCE]
     met: dict[tuple[str, str], list[dict[str, str]]] = {}
     own = []
     for name, cell in zip(named, plan.cells):
         place = {axis: place_text(value) for axis, value in place_columns(plan, cell).items() if axis in axes}
-        met.setdefault((name, _of_instance(cell)), []).append(place)
+        met.setdefault((name, identity(cell)), []).append(place)
         own.append(place)
     told = {axis for alike in met.values() for axis in axes if len({place[axis] for place in alike}) > 1} - {"seed"}
     return [
         ", ".join([name, *(f"{axis} {place[axis]}" for axis in axes if axis in told)])
         for name, place in zip(named, own)
     ]
-
-
-def _of_instance(cell: Cell) -> str:
-    """All that an instance is, as text: settings of problem and measurement, and the content of their files."""
-    names = (*OF_INSTANCE, *FINGERPRINTS.values())
-    return json.dumps({name: cell.settings[name] for name in names if name in cell.settings}, sort_keys=True)
