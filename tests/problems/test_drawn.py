@@ -116,7 +116,7 @@ def test_another_process_draws_the_same():
         "import json; from problems.drawn import drawn;"
         f" print(json.dumps([[*map(float, drawn(*e).x), float(drawn(*e).problem.speed[-1])] for e in {words}]))"
     )
-    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)  # noqa: S603
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert json.loads(told.stdout) == here
 
 
