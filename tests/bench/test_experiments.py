@@ -48,7 +48,7 @@ EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 RUN_UP = EXAMPLES / "run_up.csv"
 NEEDED = {  # to plan them at all
     "identify": [f"measurement.path={RUN_UP}"],
-    "contest": ["problem.instance=0"],  # of the same kind as all others
+    "contest": ["problem.instance=0"],  # others are alike
     "balance": ["measurement=campaign", f"measurement.path={EXAMPLES / 'balancing.yaml'}"],
     "diagnose": ["measurement.relative=0.1"],
     "locate": ["measurement.relative=0.1", "measurement.kind=complex", "problem.sensors=[0.1,0.5]"],
@@ -149,6 +149,23 @@ def test_table6_compares_six_methods(plan_of):
     for cell in plan.cells[1:]:
         for part in ("problem", "measurement"):
             assert cell.settings[part] == plan.cells[0].settings[part]
+
+
+def test_the_contest_is_every_method_on_every_instance_with_one_budget(plan_of):
+    plan = plan_of("contest", "problem.instance=0")
+    labels = list(dict.fromkeys(cell.place["label"] for cell in plan.cells))
+    assert len(labels) == 14 and {"random search", "CMA-ES", "Kriging + DE"} <= set(labels)
+    families = list(dict.fromkeys(chosen(plan, "problem.family")))
+    assert [(cell.place["label"], cell.place["problem.family"]) for cell in plan.cells] == [
+        (label, family) for label in labels for (family,) in families
+    ]
+    assert set(chosen(plan, "study.budget", "problem.held_back")) == {(2000, False)}
+    for cell in plan.cells:
+        if cell.settings["method"]["name"] == "ksmea":
+            assert cell.settings["method"]["polish"] is False
+    assert len({cell.seed for cell in plan.cells}) == len(
+        families
+    )  # other noise on another instance, and the same for all
 
 
 def test_table8_is_the_rk4_rig_in_rpm(plan_of):
