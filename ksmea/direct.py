@@ -54,7 +54,11 @@ class Direct(Method):
         if not np.isfinite(minimum.value):
             raise ArithmeticError(f"none of the {objective.evaluations} points of the optimiser has a finite misfit")
         u, value = minimum.u, minimum.value - misfit.offset
-        stages = [Stage("search", problem.parameters.to_si(u), model.evaluations, model.jacobians)]
+        objective.end_stage("search")  # or the optimiser has ended stages of its own
+        stages = [
+            Stage(name, problem.parameters.to_si(end.u), end.evaluations, end.jacobians)
+            for name, end in objective.stages
+        ]
         if self._ends_in_final_step(measurement) and (found := most_likely(model, measurement, u)) is not None:
             u, value = found
             stages.append(Stage(FINAL_STEP, problem.parameters.to_si(u), model.evaluations, model.jacobians))

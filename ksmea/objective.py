@@ -71,8 +71,11 @@ class Objective:
 
     def residuals(self, u: Array) -> Array:
         """Residuals at one point (d,) → (m,); their sum of squares is the misfit there."""
-        u = self._checked(u)
-        return np.asarray(self._within_budget(u, self._remembered_residuals)[0])
+        return np.asarray(self.all_residuals(u)[0])
+
+    def all_residuals(self, u: Array) -> Array:
+        """Residuals at points (k, d) → (k, m)."""
+        return self._within_budget(self._checked(u), self._remembered_residuals)
 
     def jacobian(self, u: Array) -> Array:
         """Derivatives of the residuals at one point (d,) → (m, d); central differences where none are given."""
@@ -91,6 +94,16 @@ class Objective:
         if screening_at is None:
             return self(u)
         return self._within_budget(self._checked(u), lambda points: _finite_or_inf(screening_at(points)))
+
+    @property
+    def has_jacobian(self) -> bool:
+        """Whether derivatives are given, and not taken as differences."""
+        return self._jacobian_at is not None
+
+    @property
+    def left(self) -> int | None:
+        """Points that the budget leaves; None without a budget."""
+        return None if self.budget is None else max(self._left(self.budget), 0)
 
     def result(self) -> Minimum:
         """The best point evaluated so far."""

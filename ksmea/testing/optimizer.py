@@ -82,8 +82,8 @@ class Watched(Objective):
     def __call__(self, u: Array) -> Array:
         return super().__call__(self._noted(u))
 
-    def residuals(self, u: Array) -> Array:
-        return super().residuals(self._noted(u))
+    def all_residuals(self, u: Array) -> Array:
+        return super().all_residuals(self._noted(u))
 
     def jacobian(self, u: Array) -> Array:
         return super().jacobian(self._noted(u))

@@ -8,7 +8,7 @@ TABLE3 = "+experiment=table3"
 UNKNOWN = [
     (
         ["optimizer=dee"],
-        "unknown optimizer 'dee'; did you mean 'de'? known: cmaes, de, dual_annealing, ga, lm, nelder_mead, pso, random_search",
+        "unknown optimizer 'dee'; did you mean 'de'? known: chain, cmaes, de, dual_annealing, ga, lm, nelder_mead, pso, random_search",
     ),
     (["optimizer=de,psso"], "unknown optimizer 'psso'; did you mean 'pso'?"),
     (["surrogate=krigng"], "unknown surrogate 'krigng'; did you mean 'kriging'?"),
@@ -51,6 +51,11 @@ WRONG_TYPE = [
     (["optimizer.population=ten"], "optimizer.population: expected a whole number, got 'ten'"),
     (["optimizer.mutation_factor=high"], "optimizer.mutation_factor: expected a number, got 'high'"),
     (["optimizer.mutation_factor=0.5,high"], "optimizer.mutation_factor: expected a number, got 'high'"),
+    (["optimizer=chain", "optimizer.then=lmm"], "optimizer=chain: unknown optimizer 'lmm'; did you mean 'lm'?"),
+    (
+        ["optimizer=chain", "optimizer.first_settings={popul: 3}"],
+        "optimizer=chain: unknown setting of optimizer=de: 'popul'",
+    ),
     (["method.polish=maybe"], "method.polish: expected true or false, got 'maybe'"),
     (["problem.sensors=0.1"], "problem.sensors: expected a list [a,b,...], got one value"),
     (["problem.sensors=[here]"], "problem.sensors[0]: expected a number, got 'here'"),
@@ -59,11 +64,11 @@ WRONG_TYPE = [
     (["measurement.truth.kxx=stiff"], "measurement.truth.kxx: expected a number, got 'stiff'"),
     (
         ["optimizer=3"],
-        "unknown optimizer '3'; known: cmaes, de, dual_annealing, ga, lm, nelder_mead, pso, random_search",
+        "unknown optimizer '3'; known: chain, cmaes, de, dual_annealing, ga, lm, nelder_mead, pso, random_search",
     ),
     (
         ["optimizer=null"],
-        "unknown optimizer 'None'; known: cmaes, de, dual_annealing, ga, lm, nelder_mead, pso, random_search",
+        "unknown optimizer 'None'; known: chain, cmaes, de, dual_annealing, ga, lm, nelder_mead, pso, random_search",
     ),
     (["optimizer=[de,pso]"], "unknown optimizer '['de', 'pso']'"),
     (["output=[a,b]"], "output: "),
@@ -108,7 +113,10 @@ GRAMMAR = [
     (["samples=40,,70"], "samples=40,,70: expected setting=value"),
     (["output='x"], "output='x: expected setting=value"),
     (["table3"], "table3: expected setting=value"),
-    (["samples=interval(40,70)"], "samples: expected a value or a list a,b,c, got interval(40,70)"),
+    (
+        ["samples=interval(40,70)"],
+        "samples: expected a value, a list a,b,c or range(from,to,step), got interval(40,70), which has no steps",
+    ),
     (["output=a,b"], "output: expected one value for the whole experiment, got several"),
     (["repetitions=1,2"], "repetitions: expected one value for the whole experiment, got several"),
     (["+experiment=table3,table3"], "experiment: expected one value for the whole experiment, got several"),

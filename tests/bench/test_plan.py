@@ -38,6 +38,10 @@ OTHER_VALUES = {
     },
     "measurement.runs": {"measurement.runs": ["bare", "150@0.2"]},
     "method.budget": {"method.budget": 1000},
+    "optimizer.first": {"optimizer.first": "ga"},
+    "optimizer.then": {"optimizer.then": "lm"},
+    "optimizer.first_settings": {"optimizer.first_settings": {"population": 20}},
+    "optimizer.then_settings": {"optimizer.then_settings": {"evaluations": 20}},
     "study.target": {"study.target": "kyy"},
     "study.unmodelled": {
         "study.unmodelled": "auto",
