@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import NoReturn
+from typing import NoReturn, TypeVar
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import Problem
 from ksmea.errors import BudgetSpent
 from ksmea.load import Load
+from ksmea.modes import Campbell, Mode
 from ksmea.proxy import ProblemProxy
+
+Found = TypeVar("Found")
 
 JACOBIAN_AS_EVALUATIONS = 2  # a response and an adjoint-like solution; it is recorded apart
 
@@ -36,7 +39,8 @@ class Budget:
 
 class BudgetedProblem(ProblemProxy):
     """A problem that answers within a budget. Of a batch that exceeds it, what is left is evaluated before `BudgetSpent` is
-    raised, so that a method that goes on asking has seen exactly as much as the budget holds."""
+    raised, so that a method that goes on asking has seen exactly as much as the budget holds. An evaluation is of one set of
+    unknowns, at any speeds; free motions of one, such as its modes, count as one too."""
 
     def __init__(self, behind: Problem, budget: Budget) -> None:
         self._behind = behind
@@ -48,6 +52,31 @@ class BudgetedProblem(ProblemProxy):
 
     def around(self, behind: Problem) -> Problem:
         return BudgetedProblem(behind, self.budget)
+
+    def changed(self, change: Callable[[Problem], Problem]) -> Problem:
+        def within(problem: Problem) -> Problem:
+            made = change(BudgetedProblem(problem, self.budget))
+            return made.behind if isinstance(made, BudgetedProblem) else made
+
+        return self.around(self._behind.changed(within))
+
+    def critical_speeds(self, x: Array, highest: float | None = None) -> Array:
+        return self._as_one(lambda: self._behind.critical_speeds(x, highest))
+
+    def modes(self, x: Array, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
+        return self._as_one(lambda: self._behind.modes(x, speed, n_mode))
+
+    def campbell(self, x: Array, speed: Array, n_mode: int = 6) -> Campbell:
+        return self._as_one(lambda: self._behind.campbell(x, speed, n_mode))
+
+    def growth_rate(self, x: Array, speed: Array) -> Array:
+        return self._as_one(lambda: self._behind.growth_rate(x, speed))
+
+    def stability_threshold(self, x: Array, highest: float) -> float:
+        return self._as_one(lambda: self._behind.stability_threshold(x, highest))
+
+    def is_stable(self, x: Array) -> bool:
+        return self._as_one(lambda: self._behind.is_stable(x))
 
     def response(self, x: Array) -> ComplexArray:
         return self._within(x, self._behind.response)
@@ -78,6 +107,13 @@ class BudgetedProblem(ProblemProxy):
         if n_admitted < len(x):
             self.budget.refuse()
         return response
+
+    def _as_one(self, evaluate: Callable[[], Found]) -> Found:
+        if not self.budget.left:
+            self.budget.refuse()
+        found = evaluate()
+        self.budget.spent += 1
+        return found
 
     def _require_jacobian(self) -> None:
         if self.budget.jacobian_cost > self.budget.left:

@@ -15,6 +15,7 @@ import numpy as np
 
 from ksmea.arrays import ComplexArray
 from ksmea.contracts import MeasurementSource, ProblemSettings
+from ksmea.errors import SettingError
 from ksmea.measurement import KINDS, Layout, Measurement, Noise
 from ksmea.settings import setting
 from measurements.synthetic import Synthetic
@@ -48,6 +49,12 @@ class Drawn(MeasurementSource):
         return self._synthetic.noise
 
     def layout(self, settings: ProblemSettings) -> Layout:
+        for name in ("family", "instance", "held_back"):
+            own, of_problem = getattr(self, name), getattr(settings, name, None)
+            if of_problem not in (None, own):
+                raise SettingError(
+                    f"measurement.{name}: expected that of the problem, {of_problem}, got {own}; give measurement.{name}={of_problem}"
+                )
         return self._synthetic.layout(settings)
 
     def true_values(self, settings: ProblemSettings) -> dict[str, float]:

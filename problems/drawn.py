@@ -4,12 +4,12 @@ An instance is drawn by a generator that its family, its set and its number alon
 on every machine. The ranges lie about published rotors: the three-disk rotor of Table 1 and the RK-4 rigs (`problems/three_disk.py`,
 `rk4.py`, `rk4_two_disk.py`). A draw that is not sound is drawn anew:
 
-- it has a critical speed, about which its band lies;
+- it has a critical speed, by which its band is set;
 - it is stable up to its highest speed;
 - amplitudes with 5 % noise tell at least half of its unknowns within half of their values (Cramér–Rao lower bound, 1 σ), an angle
   within half a radian, and leave no direction of the unknowns open.
 
-The band ends below the first critical speed in a few per cent of the draws, as it does on machines that may not run faster.
+The band ends below the first critical speed in about one draw of ten, as it does on machines that may not run faster.
 """
 
 from __future__ import annotations
@@ -92,7 +92,8 @@ N_ELEMENT = 16  # two at least between neighbouring things, mostly three
 # middle says nothing. Of the paper's limits, as far as known, the ratios are 10, 100 and 10.
 LIMIT_RATIOS = {"stiffness": (4.0, 30.0), "damping": (10.0, 300.0), "unbalance": (4.0, 30.0)}
 LIMIT_PLACE = 0.1, 0.9
-CROSS_LIMITS = 0.35, 0.6  # either way, of √(kxx kyy), evenly
+# Either way, evenly, of the root of the product of the upper limits of kxx and kyy: it tells nothing that these do not.
+CROSS_LIMITS = 0.35, 0.6
 FULL_TURN = -180 * DEGREE, 180 * DEGREE
 
 BAND_FROM, BAND_TO = (0.3, 0.8), (0.9, 3.0)  # ends of the speeds in parts of the first critical speed
@@ -237,7 +238,10 @@ def _any_draw(family: Family, rng: np.random.Generator) -> Instance:
     true = {name: true[name] for name in family.unknowns}
     places = PROBES[int(rng.integers(1, 1 + len(PROBES)))]
     probes = [_rounded(length * rng.uniform(*place)) for place in places]
-    unknowns = tuple(Unknown(_parameter(name, true, rng), targets) for name, targets in family.unknowns.items())
+    limited: dict[str, Parameter] = {}
+    for name in family.unknowns:
+        limited[name] = _parameter(name, true, limited, rng)
+    unknowns = tuple(Unknown(limited[name], targets) for name, targets in family.unknowns.items())
     problem = RotorProblem(rotor, unknowns, np.array([machine.fastest]), channels_of(probes, family.directions))
     return Instance(problem, true)
 
@@ -261,14 +265,16 @@ def _true_values(machine: Machine, rng: np.random.Generator) -> dict[str, float]
     return {"k": k, "c": c, "kxx": k, "cxx": c, "kyy": kyy, "cyy": cyy, "kxy": kxy, "u": u1, "u1": u1, "u2": u2}
 
 
-def _parameter(name: str, true: Mapping[str, float], rng: np.random.Generator) -> Parameter:
-    """An unknown with its limits."""
+def _parameter(
+    name: str, true: Mapping[str, float], before: Mapping[str, Parameter], rng: np.random.Generator
+) -> Parameter:
+    """An unknown with its limits; those before it have theirs."""
     kind = KINDS[name[0]]
     if kind == "angle":
         lower, upper = FULL_TURN
     elif name == "kxy":
-        geometric_mean = math.sqrt(true["kxx"] * true["kyy"])
-        lower, upper = (sign * _rounded(rng.uniform(*CROSS_LIMITS) * geometric_mean) for sign in (-1, 1))
+        largest = math.sqrt(before["kxx"].upper * before["kyy"].upper)
+        lower, upper = (sign * _rounded(rng.uniform(*CROSS_LIMITS) * largest) for sign in (-1, 1))
     else:
         ratio, place = _log(LIMIT_RATIOS[kind], rng), rng.uniform(*LIMIT_PLACE)
         lower, upper = _rounded(true[name] / ratio**place), _rounded(true[name] * ratio ** (1 - place))

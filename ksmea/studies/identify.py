@@ -115,7 +115,7 @@ def identification(
     predictions = PredictionCount()
     searched, data = as_searched(problem, measurement)
     traced = TracedProblem(searched, data, predictions)
-    found = within_budget(with_counted_surrogate(method, predictions), traced, data, streams, budget)
+    found = within_budget(with_counted_surrogate(method, predictions), traced, data, streams, budget, predictions)
     if measurement.is_by_differences and (measurement.noise is None or measurement.has_noise):
         counted = CountedProblem(problem, traced.count)
         with suppress(BudgetSpent):

@@ -7,13 +7,19 @@ import time
 
 from ksmea.budget import Budget, BudgetedProblem
 from ksmea.contracts import Method
+from ksmea.counted_surrogate import PredictionCount
 from ksmea.identification import Identification, Streams, at_limit
 from ksmea.measurement import Measurement
 from ksmea.trace import TracedProblem
 
 
 def within_budget(
-    method: Method, traced: TracedProblem, measurement: Measurement, streams: Streams, budget: Budget | None
+    method: Method,
+    traced: TracedProblem,
+    measurement: Measurement,
+    streams: Streams,
+    budget: Budget | None,
+    predictions: PredictionCount,
 ) -> Identification:
     """What a method finds. Where it asks for more than the budget holds, that is the best point that the true model has shown
     (`ksmea.trace.comparable_misfit`), whatever the method returns or raises then."""
@@ -30,11 +36,13 @@ def within_budget(
         return found
     if found is None:
         total, model = time.perf_counter() - started, traced.count.seconds
-        found = _nothing(traced, {"model": model, "surrogate": 0.0, "search": total - model, "total": total})
+        found = _nothing(
+            traced, predictions, {"model": model, "surrogate": 0.0, "search": total - model, "total": total}
+        )
     return _best_so_far(found, traced)
 
 
-def _nothing(traced: TracedProblem, seconds: dict[str, float]) -> Identification:
+def _nothing(traced: TracedProblem, predictions: PredictionCount, seconds: dict[str, float]) -> Identification:
     """What a method has found that did not return."""
     middle = (traced.parameters.lower + traced.parameters.upper) / 2
     return Identification(
@@ -45,7 +53,7 @@ def _nothing(traced: TracedProblem, seconds: dict[str, float]) -> Identification
         updates=0,
         model_evaluations=traced.count.evaluations,
         model_jacobians=traced.count.jacobians,
-        surrogate_evaluations=0,
+        surrogate_evaluations=predictions.points,
         seconds=seconds,
     )
 

@@ -135,6 +135,34 @@ def test_a_refused_batch_is_evaluated_as_far_as_the_budget_goes():
     assert budget.was_refused and counted.count.jacobians == 1
 
 
+def test_free_motions_have_their_price_too():
+    problem = BudgetedProblem(SETTINGS.build(), Budget(3))
+    x = problem.parameters.to_si(np.full(5, 0.5))
+    problem.modes(x, 100.0)
+    problem.is_stable(x)
+    assert problem.changed(lambda bare: bare.with_phase_origin()).budget is problem.budget
+    problem.changed(lambda bare: [bare.response(x[None]), bare][1])  # what changes it is within the budget
+    assert problem.budget.left == 0
+    with pytest.raises(BudgetSpent):
+        problem.critical_speeds(x)
+
+
+def test_predictions_of_a_method_that_dies_are_counted():
+    @dataclass(frozen=True)
+    class Dying(Method):
+        surrogate: Kriging
+
+        def identify(self, problem, measurement, streams):
+            u = streams.design.random((30, 5))
+            predictor = self.surrogate.fit(
+                u, np.abs(problem.response(problem.parameters.to_si(u)))[:, :, 0], streams.surrogate
+            )
+            predictor.predict(streams.optimizer.random((500, 5)))
+            problem.response(problem.parameters.to_si(u))
+
+    assert record_of(Dying(Kriging()), 40).surrogate_evaluations == 500
+
+
 def test_an_error_of_the_method_itself_passes():
     with pytest.raises(AssertionError, match="the budget was to end this"):
         record_of(Ignorant(), 10_000)
