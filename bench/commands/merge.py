@@ -14,6 +14,7 @@ from bench.jobs.presence import numbers_at_work
 from bench.jobs.records import finished_keys, running_sessions
 from bench.plan.merging import Part, merged_plan
 from bench.plan.plan import read_plan, write_plan
+from bench.plan.report import report_named
 from bench.storage.files import new_folder
 from ksmea.errors import SettingError, visible
 
@@ -29,6 +30,7 @@ def merge(words: list[str]) -> int:
     with new_folder(output) as partial:
         parts = [_part(name) for name in names]
         plan = merged_plan(parts)
+        report_named(plan.report.table).check_plan(plan)
         merge_records(parts, partial)
         write_plan(plan, partial)  # the last: what has no plan is taken for no results
     finished = {key for part in parts for key in part.finished}

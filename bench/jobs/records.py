@@ -18,7 +18,16 @@ from ksmea import registry
 from ksmea.records.record import Record
 from ksmea.regular_files import open_regular
 
-__all__ = ["RESULTS", "RecordWriter", "RunLine", "finished_keys", "read_lines", "read_records", "running_sessions"]
+__all__ = [
+    "RESULTS",
+    "RecordWriter",
+    "RunLine",
+    "begun_keys",
+    "finished_keys",
+    "read_lines",
+    "read_records",
+    "running_sessions",
+]
 
 FOLDER = "records"
 
@@ -126,6 +135,12 @@ def running_sessions(output: Path) -> set[str]:
             began = [line.session for line in _lines_of(path) if isinstance(line, SessionLine)]
             sessions.update(began[-1:])
     return sessions
+
+
+def begun_keys(output: Path) -> set[str]:
+    """The runs that were started and have no end: they are being done, or were interrupted."""
+    begun = read_records(output, lambda line: isinstance(line, Started))
+    return {key for key, has_no_end in begun.items() if has_no_end}
 
 
 @overload

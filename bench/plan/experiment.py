@@ -126,6 +126,8 @@ class Experiment:
         working = tuple(override(key, config[key]) for key in WORKING)
         output = Path(config.output).absolute()
         require_own_folder(plan, output)
+        if config.table is not None:
+            report_named(config.table).check_plan(plan)
         return cls(plan, output, config.batches, tuple(map(Path, [*config.share, *share])), working)
 
 

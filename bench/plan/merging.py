@@ -49,6 +49,7 @@ def merged_plan(parts: Sequence[Part]) -> Plan:
         first.plan,
         report=dataclasses.replace(first.plan.report, figures=tuple(figures)),
         axes=axes,
+        command=("merge", *(part.folder.name for part in parts)),
         commit=", ".join(dict.fromkeys(commit for plan in plans for commit in plan.commit.split(", "))),
         modules={name: digest for plan in reversed(plans) for name, digest in plan.modules.items()},
         plugins={word: path for plan in reversed(plans) for word, path in plan.plugins.items()},
@@ -84,13 +85,17 @@ def _axes(parts: Sequence[Part]) -> tuple[str, ...]:
     """All axes, and what else tells the cells of one part from those of another: the seed, and where nothing has a label the
     plugins."""
     axes = dict.fromkeys(axis for part in parts for axis in part.plan.axes)
-    others = [SEED] if "label" in axes else [SEED, *registry.GROUPS]
     differing = [
         axis
-        for axis in others
+        for axis in ([] if "label" in axes else registry.GROUPS)
         if len({frozenset(str(_at(cell, axis)) for cell in each.plan.cells) for each in parts}) > 1
     ]
-    return tuple(dict.fromkeys([*axes, *differing]))
+    found = tuple(dict.fromkeys([*axes, *differing]))
+    seeds: dict[str, set[int]] = {}
+    for cell in (cell for part in parts for cell in part.plan.cells):
+        seeds.setdefault(json.dumps([_at(cell, axis) for axis in found]), set()).add(cell.seed)
+    has_several = any(len(each) > 1 for each in seeds.values())
+    return (*found, SEED) if has_several and SEED not in found else found
 
 
 def _at(cell: Cell, axis: str) -> Any:

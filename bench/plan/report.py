@@ -46,6 +46,9 @@ class Report(Settings, ABC):
 
     study: ClassVar[str]
 
+    def check_plan(self, plan: Plan) -> None:
+        """Raise `SettingError` where no report could be made of a plan, before anything is run. Left out: it always can."""
+
     @abstractmethod
     def make(self, plan: Plan, output: Path) -> Made:
         """The report of a plan's records in the folder of an experiment."""

@@ -43,6 +43,14 @@ class Traced:
     evaluations: int
     jacobians: int
 
+    def costs(self, price: int) -> Array:
+        """(n,) evaluations until each improvement, a Jacobian at its price."""
+        return np.array(self.trace.evaluations) + price * np.array(self.trace.jacobians)
+
+    def cost(self, price: int) -> int:
+        """The same of the whole run."""
+        return self.evaluations + price * self.jacobians
+
     @property
     def excess(self) -> Array:
         """(n,); not a number where nobody knows the maximum."""
@@ -86,9 +94,8 @@ def trace_frame(plan: Plan, traces: Mapping[str, Traced]) -> pd.DataFrame:
         planned = [run for run in plan.runs if run.cell == index]
         runs = [traces[run.key] for run in planned if run.key in traces]
         price = jacobian_price(cell)
-        costs = [each.evaluations + price * each.jacobians for each in runs]
-        for cost in _grid(max(costs, default=0)):
-            reached = [(each, _reached(each.trace, price, cost)) for each in runs]
+        for cost in _grid(max((each.cost(price) for each in runs), default=0)):
+            reached = [(each, int(np.searchsorted(each.costs(price), cost, side="right")) - 1) for each in runs]
             rows.append(
                 {
                     "cell": index,
@@ -141,12 +148,6 @@ def _grid(most: int) -> list[int]:
         return []
     steps = np.arange(STEPS_PER_DECADE * np.log10(most))
     return sorted({*np.rint(10 ** (steps / STEPS_PER_DECADE)).astype(int).tolist(), most})
-
-
-def _reached(trace: TraceRecord, price: int, cost: int) -> int:
-    """The number of the last improvement at this cost, −1 before the first."""
-    costs = np.array(trace.evaluations) + price * np.array(trace.jacobians)
-    return int(np.searchsorted(costs, cost, side="right")) - 1
 
 
 def _last(trace: TraceRecord, evaluations: int, jacobians: int) -> int | None:

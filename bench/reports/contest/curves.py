@@ -71,7 +71,7 @@ def _by_cost(contest: Contest, measure: Measure, grid: Array) -> Array:
         if failed or key not in contest.traces:
             continue
         traced = contest.traces[key]
-        costs = np.array(traced.trace.evaluations) + price * np.array(traced.trace.jacobians)
+        costs = traced.costs(price)
         at = np.searchsorted(costs, grid * unknowns[number], side="right") - 1
         values = np.nan_to_num(getattr(traced, measure.name), nan=np.inf)
         had[number] = np.where(at >= 0, values[at], np.inf)

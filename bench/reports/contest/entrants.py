@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import pandas as pd
@@ -82,7 +83,7 @@ def _defaults(group: str, name: str) -> dict[str, Any]:
 def _origin(plan: Plan, group: str, name: str) -> str:
     """The package with its version, or the file, that a plugin comes from."""
     if (path := plan.plugins.get(f"{group}={name}")) is not None:
-        return path
+        return Path(path).name
     if name in registry.registered(group):
         return registry.origin(group, name)
     return f"{group}={name}, which is not installed here"

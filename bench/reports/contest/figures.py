@@ -68,7 +68,7 @@ def anytime_figure(frame: pd.DataFrame, measure: Measure, methods: Sequence[str]
             axes.axhline(target, color=REFERENCE, linewidth=0.5, linestyle=":" if target != measure.main else "-")
         axes.set(xscale="log", yscale="log", title=group)
     figure.supxlabel(COST, fontsize=10)
-    figure.supylabel(f"{measure.words}, at least {LEAST:g}", fontsize=10)
+    figure.supylabel(f"{measure.name}, at least {LEAST:g}", fontsize=10)
     return figure
 
 

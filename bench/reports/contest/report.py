@@ -10,6 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from bench.jobs.records import begun_keys
 from bench.plan.plan import Plan
 from bench.plan.report import Drawing, Made, Report
 from bench.reports.contest import figures
@@ -18,7 +19,7 @@ from bench.reports.contest.curves import anytime_frame, ecdf_frame, profiles_fra
 from bench.reports.contest.leaderboard import leaderboard, running_time_frame
 from bench.reports.contest.leaderboard_page import PAGE, leaderboard_page
 from bench.reports.contest.resampling import resamples
-from bench.reports.contest.runs import contest
+from bench.reports.contest.runs import NO_END, cells_frame, contest
 from bench.reports.contest.words import sentences, text
 from bench.reports.runs import runs_frame
 from bench.reports.tables import csv_text
@@ -35,8 +36,12 @@ class ContestReport(Report):
 
     study: ClassVar[str] = "identify"
 
+    def check_plan(self, plan: Plan) -> None:
+        cells_frame(plan)
+
     def make(self, plan: Plan, output: Path) -> Made:
         runs = runs_frame(plan, output)
+        runs.loc[runs["key"].isin(begun_keys(output)), "status"] = NO_END
         found = contest(plan, runs, read_traces(plan, output))
         of_runs = {"runs.csv": csv_text(runs).encode()}
         if not found.measures:

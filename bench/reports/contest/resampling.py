@@ -16,6 +16,7 @@ from ksmea.arrays import Array
 
 N_RESAMPLE = 1000  # the ends of 95 % intervals are then good to about a percentile
 LEVEL = 0.95
+LEAST_INSTANCES = 5  # samples of fewer hardly vary: an interval of them says too little
 
 
 def resamples(families: Sequence[str], rng: np.random.Generator, n: int = N_RESAMPLE) -> Array:

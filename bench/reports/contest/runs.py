@@ -21,6 +21,7 @@ from bench.reports.trace import Traced, jacobian_price
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
 
+NO_END = "begun"  # status of a run that was started and has no end: it is being done, or was interrupted
 ENDED = ("failed", "surrogate", "cost", "seconds", "model_seconds", "excess", "error")  # what is told of a run's end
 # columns of `runs_frame` that are used, and of those of a contest that are told before its end
 OF_RUN = ("key", "cell", "seed", "repetition", "status", "time", "time_model", "surrogate_evaluations")
@@ -56,8 +57,10 @@ class Contest:
 
     @property
     def most(self) -> float:
-        """The largest cost per unknown of any run."""
-        return float(np.max(self.runs["cost"] / self.unknowns))
+        """The largest cost per unknown that a run may take, so that a score does not depend on who else takes part; without a
+        budget for all, that any run took."""
+        budget = self.runs["budget"].astype(float)
+        return float(np.max((self.runs["cost"] if budget.isna().any() else budget) / self.unknowns))
 
     def groups(self) -> dict[str, np.ndarray]:
         """Instances that tables take together (n_instance,): all, then each family where there are several."""
@@ -86,8 +89,8 @@ def contest(plan: Plan, runs: pd.DataFrame, traces: Mapping[str, Traced]) -> Con
 
     Raises `SettingError` where a label has several cells of one instance and seed.
     """
-    cells = _cells_frame(plan)
-    ended = runs[runs["status"] != "not run"].reindex(columns=list(OF_RUN)).merge(cells, on="cell")
+    cells = cells_frame(plan)
+    ended = runs[~runs["status"].isin(("not run", NO_END))].reindex(columns=list(OF_RUN)).merge(cells, on="cell")
     ended["draw"] = ended["seed"].astype(str) + "/" + ended["repetition"].astype(str)
     methods = tuple(label for label in dict.fromkeys(cells["label"]) if label in set(ended["label"]))
     met_by = ended.groupby(["identity", "draw"])["label"].transform("nunique")
@@ -104,7 +107,7 @@ def contest(plan: Plan, runs: pd.DataFrame, traces: Mapping[str, Traced]) -> Con
     )
 
 
-def _cells_frame(plan: Plan) -> pd.DataFrame:
+def cells_frame(plan: Plan) -> pd.DataFrame:
     """Label, instance, price of a Jacobian and budget of each cell. `SettingError` where a label has several cells of one
     instance and seed."""
     frame = pd.DataFrame(
@@ -169,7 +172,7 @@ def _end(run: Mapping[str, Any], traced: Traced | None) -> dict[str, Any]:
     return {
         "failed": False,
         "surrogate": run["surrogate_evaluations"] > 0,
-        "cost": float(traced.evaluations + run["price"] * traced.jacobians),
+        "cost": float(traced.cost(run["price"])),
         "seconds": run["time"],
         "model_seconds": run["time_model"],
         "excess": np.nan_to_num(traced.excess[-1], nan=np.inf, neginf=-np.inf),
@@ -198,7 +201,7 @@ def _reached(runs: pd.DataFrame, traces: Mapping[str, Traced]) -> tuple[dict[str
         if failed or key not in traces:
             continue
         traced = traces[key]
-        costs = np.array(traced.trace.evaluations) + price * np.array(traced.trace.jacobians)
+        costs = traced.costs(price)
         alone = np.maximum(np.array(traced.trace.seconds) - per_cost[number] * costs, 0.0)
         for measure in MEASURES:
             at = reached(getattr(traced, measure.name), measure.targets)

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from bench.reports.contest.paired_tests import LEVEL
+from bench.reports.contest.resampling import LEAST_INSTANCES
 from bench.reports.contest.runs import Contest
 from bench.reports.contest.scores import WORDS
 from ksmea.show.text import aligned, chance, number
@@ -63,11 +64,16 @@ def _plural(count: int | str, noun: str) -> str:
 
 def sentences(contest: Contest, board: pd.DataFrame, pairs: pd.DataFrame, tests: pd.DataFrame) -> list[str]:
     """Who is first by each criterion, over all instances; whether both halves of the seeds agree; what is left out."""
-    told = [_of_criterion(name, board, pairs, tests) for name in _criteria(board)]
+    n_instance = len(contest.instances)
+    told = [_of_criterion(name, board, pairs, tests, n_instance) for name in _criteria(board)]
+    if n_instance < LEAST_INSTANCES:
+        told.append(f"intervals of {_plural(n_instance, 'instance')} say too little; take {LEAST_INSTANCES} or more")
+    if len(contest.methods) == 1:
+        told = [f"{contest.methods[0]} alone: nothing to rank; merge its folder with that of others (docs/export.md)"]
     return [*told, *_fastest(contest, board), *_of_set(contest), *_of_failures(contest), *contest.notes]
 
 
-def _of_criterion(name: str, board: pd.DataFrame, pairs: pd.DataFrame, tests: pd.DataFrame) -> str:
+def _of_criterion(name: str, board: pd.DataFrame, pairs: pd.DataFrame, tests: pd.DataFrame, n_instance: int) -> str:
     rows = board[board["family"] == "all"].sort_values(f"{name}_rank", kind="stable")
     told = [
         f"{method} {mean:.2f} ({low:.2f}–{high:.2f})"
@@ -79,7 +85,7 @@ def _of_criterion(name: str, board: pd.DataFrame, pairs: pd.DataFrame, tests: pd
     mine = pairs[(pairs["family"] == "all") & (pairs["criterion"] == name)]
     leaders = " and ".join(told[:LEADERS])
     ranks = f"lowest mean ranks {leaders}; {best} is first in {100 * first:.0f} % of resamples of the instances"
-    return f"{WORDS[name]}: {ranks}; {_apart(best, mine)}; {_agreement(name, tests)}"
+    return f"{WORDS[name]}: {ranks}; {_apart(best, mine)}; {_agreement(name, tests, n_instance)}"
 
 
 def _apart(best: str, pairs: pd.DataFrame) -> str:
@@ -109,12 +115,12 @@ def _listed(names: Sequence[str]) -> str:
     return ", ".join([*names[:MOST_NAMES], *more])
 
 
-def _agreement(name: str, tests: pd.DataFrame) -> str:
+def _agreement(name: str, tests: pd.DataFrame, n_instance: int) -> str:
     row = tests[(tests["family"] == "all") & (tests["criterion"] == name)].iloc[0]
     friedman = "" if np.isnan(row["friedman_p"]) else f"Friedman's test of all: {chance(row['friedman_p'])}; "
     if np.isnan(row["tau_of_halves"]):
         return f"{friedman}no halves of the seeds to compare"
-    agree = "agree" if row["tau_low"] > 0 else "are not shown to agree"
+    agree = "agree" if row["tau_low"] > 0 and n_instance >= LEAST_INSTANCES else "are not shown to agree"
     interval = f"{row['tau_low']:.2f}–{row['tau_high']:.2f}"
     return f"{friedman}both halves of the seeds {agree}, Kendall's τ {row['tau_of_halves']:.2f} ({interval})"
 
@@ -161,7 +167,11 @@ def text(contest: Contest, board: pd.DataFrame, told: Sequence[str]) -> str:
     """What the terminal shows."""
     table = shown(board, contest)
     lines = "\n".join(f"- {each}" for each in told)
-    remark = "rank: mean over the instances with its 95 % interval; ERT: expected evaluations to the first target, a Jacobian at its price"
+    first = contest.measures[0]
+    remark = (
+        "rank: mean over the instances with its 95 % interval; ERT: expected evaluations to"
+        f" {first.name} ≤ {first.main:g}, a Jacobian at its price"
+    )
     return "\n\n".join(
         [what_is_compared(contest), aligned(list(table.columns), table.to_numpy().tolist()), remark, lines]
     )

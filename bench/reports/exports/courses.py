@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 
 from bench.jobs.lines import RESULTS
-from bench.jobs.records import read_records, record_kinds
+from bench.jobs.records import begun_keys, read_records, record_kinds
 from bench.plan.columns import place_columns
 from bench.plan.naming import place_text
 from bench.plan.plan import Plan
@@ -88,7 +88,9 @@ def read_courses(plan: Plan, output: Path) -> Courses:
         raise SettingError(
             f"{output}: expected identifications, got records of another study; export has no traces of those"
         )
-    statuses = read_records(output, lambda line: line.status, plan)
+    begun = begun_keys(output)
+    told = read_records(output, lambda line: line.status, plan)
+    statuses = {key: status for key, status in told.items() if key not in begun}
     found = courses(plan, read_traces(plan, output), statuses)
     if not found.courses:
         raise SettingError(
@@ -118,12 +120,12 @@ def _values(traced: Traced | None, price: int) -> Array | None:
         return None
     trace = traced.trace
     counts = np.array([trace.evaluations, trace.jacobians, trace.surrogate_evaluations], dtype=float)
-    costs = np.maximum(counts[0] + price * counts[1], 1.0)
+    costs = np.maximum(traced.costs(price), 1.0)
     values = np.column_stack([costs, traced.excess, traced.error, *counts, trace.seconds])
     values = values[np.append(np.diff(costs) > 0, True)[: len(costs)]]  # of several at one cost the last
     if len(values) == 0 or values[0, 0] > 1:
         values = np.vstack([_nothing(1.0)[None], values])
-    total = traced.evaluations + price * traced.jacobians
+    total = traced.cost(price)
     if total > values[-1, 0]:
         end = [total, *values[-1, 1:3], traced.evaluations, traced.jacobians, np.nan, np.nan]  # which no trace tells
         values = np.vstack([values, end])
@@ -139,14 +141,14 @@ def _failed(budget: float) -> Array:
 
 
 def _budgets(plan: Plan, traces: Mapping[str, Traced]) -> list[float]:
-    """What a failed run of each cell is charged: its budget, or without one the most that another run of the cell took."""
-    budgets = [1.0] * len(plan.cells)
+    """What a failed run of each cell is charged: its budget, or without one the most that any run took on the instance."""
+    instances, most = [identity(cell) for cell in plan.cells], dict[str, float]()
     for run in plan.runs:
         if (traced := traces.get(run.key)) is not None:
-            total = traced.evaluations + jacobian_price(plan.cells[run.cell]) * traced.jacobians
-            budgets[run.cell] = max(budgets[run.cell], total)
+            instance, cost = instances[run.cell], traced.cost(jacobian_price(plan.cells[run.cell]))
+            most[instance] = max(most.get(instance, 1.0), cost)
     told = [budget(cell) for cell in plan.cells]
-    return [most if own is None else float(own) for own, most in zip(told, budgets)]
+    return [most.get(instance, 1.0) if own is None else float(own) for own, instance in zip(told, instances)]
 
 
 def _places(plan: Plan) -> tuple[list[Place], pd.DataFrame]:
@@ -177,8 +179,13 @@ def _algorithms(plan: Plan) -> list[str]:
         place = {axis: place_text(value) for axis, value in place_columns(plan, cell).items() if axis in axes}
         met.setdefault((name, identity(cell)), []).append(place)
         own.append(place)
-    told = {axis for alike in met.values() for axis in axes if len({place[axis] for place in alike}) > 1} - {"seed"}
+    told = {
+        (name, axis)
+        for (name, _), alike in met.items()
+        for axis in axes
+        if axis != "seed" and len({place[axis] for place in alike}) > 1
+    }
     return [
-        ", ".join([name, *(f"{axis} {place[axis]}" for axis in axes if axis in told)])
+        ", ".join([name, *(f"{axis} {place[axis]}" for axis in axes if (name, axis) in told)])
         for name, place in zip(named, own)
     ]
