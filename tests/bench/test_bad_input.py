@@ -33,7 +33,7 @@ UNKNOWN = [
     (["own_seeds=labels"], "unknown value for own_seeds: 'labels'; did you mean 'label'? known: instance, label"),
     (["problem=drawn", "problem.family=rotors"], "unknown value for family: 'rotors'"),
     (["study.budget=0"], "study=identify: budget: expected a number at least 1, got 0"),
-    (["instances=3"], "instances: expected a list [a,b,...], got one value"),
+    (["cross=3"], "cross: expected a list [a,b,...], got one value"),
     (["paper=table33"], "unknown table of the paper 'table33'; did you mean 'table3'?"),
     (["hydra/launcher=basc"], "unknown hydra/launcher 'basc'; did you mean 'basic'?"),
     (["--multrun"], "unknown option '--multrun'; did you mean '--multirun'?"),
