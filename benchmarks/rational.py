@@ -48,7 +48,7 @@ def exact(n: int) -> None:
     for truth in range(n):
         rng = np.random.default_rng([SEED, truth])
         x = PROBLEM.parameters.to_si(rng.random(len(REFERENCE)))
-        errors.append(np.abs(identified(x, Kind.AMPLITUDE, Noise(0.0, 0.0), LM(), rng) / x - 1))
+        errors.append(np.abs(identified(x, Kind.AMPLITUDE, Noise(0.0, 0.0), LM(starts=30), rng) / x - 1))
     print(f"{n} truths, {SAMPLES} evaluations each")
     for name, median, largest in zip(PROBLEM.parameters.names, np.median(errors, axis=0), np.max(errors, axis=0)):
         print(f"{name:4} relative error: median {median:.0e}, largest {largest:.0e}")
