@@ -22,7 +22,7 @@ __all__ = [
     "RESULTS",
     "RecordWriter",
     "RunLine",
-    "begun_keys",
+    "ended_statuses",
     "finished_keys",
     "read_lines",
     "read_records",
@@ -137,10 +137,10 @@ def running_sessions(output: Path) -> set[str]:
     return sessions
 
 
-def begun_keys(output: Path) -> set[str]:
-    """The runs that were started and have no end: they are being done, or were interrupted."""
-    begun = read_records(output, lambda line: isinstance(line, Started))
-    return {key for key, has_no_end in begun.items() if has_no_end}
+def ended_statuses(output: Path, plan: Plan) -> dict[str, str]:
+    """How runs have ended, by key. One that was started and has no end is being done, or was interrupted: it is left out."""
+    found = read_records(output, lambda line: None if isinstance(line, Started) else line.status, plan)
+    return {key: status for key, status in found.items() if status is not None}
 
 
 @overload

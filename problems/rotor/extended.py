@@ -107,7 +107,7 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy):
 
     def response_next_to(self, x: Array, points: Array) -> ComplexArray:
         """The response (n, n_speed, n_channel), m, at points (n, d) SI; of several steady motions that next to the one at x (d,)."""
-        if tuple(x) not in self._site_motions:
+        if self._is_nonlinear and tuple(x) not in self._site_motions:
             self.response(x[None])
         return self._rotor_by_rotor(
             points, (len(self.channels),), (), partial(self._reduced_response, near=self._site_motions.get(tuple(x)))
@@ -165,7 +165,12 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy):
         """Whether one solution of D q = f at 1X is all of the motion, and a changed rotor stays a chain from bearing to bearing."""
         of_effects = self.parts(np.zeros((1, len(self.parameters))))[1]
         chain = not (self.couples_bearings and len(self.costly))
-        return chain and not (self._turning.are_there or self.forces(of_effects)[1] or self.sweeps(of_effects))
+        return chain and not (self._turning.are_there or self._is_nonlinear or self.sweeps(of_effects))
+
+    @cached_property
+    def _is_nonlinear(self) -> bool:
+        """Whether a force depends on the motion of its site otherwise than linearly."""
+        return bool(self.forces(self.parts(np.zeros((1, len(self.parameters))))[1])[1])
 
     def dense_response(self, x: Array) -> ComplexArray:
         """`response` by the dense route, the whole rotor per set and speed: slow, for comparison and for making data."""

@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from bench.jobs.records import begun_keys
+from bench.jobs.records import ended_statuses
 from bench.plan.plan import Plan
 from bench.plan.report import Drawing, Made, Report
 from bench.reports.contest import figures
@@ -41,7 +41,8 @@ class ContestReport(Report):
 
     def make(self, plan: Plan, output: Path) -> Made:
         runs = runs_frame(plan, output)
-        runs.loc[runs["key"].isin(begun_keys(output)), "status"] = NO_END
+        has_end = runs["key"].isin(ended_statuses(output, plan))
+        runs.loc[~has_end & (runs["status"] != "not run"), "status"] = NO_END
         found = contest(plan, runs, read_traces(plan, output))
         of_runs = {"runs.csv": csv_text(runs).encode()}
         if not found.measures:

@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 
 from bench.jobs.lines import RESULTS
-from bench.jobs.records import begun_keys, read_records, record_kinds
+from bench.jobs.records import ended_statuses, record_kinds
 from bench.plan.columns import place_columns
 from bench.plan.naming import place_text
 from bench.plan.plan import Plan
@@ -88,10 +88,7 @@ def read_courses(plan: Plan, output: Path) -> Courses:
         raise SettingError(
             f"{output}: expected identifications, got records of another study; export has no traces of those"
         )
-    begun = begun_keys(output)
-    told = read_records(output, lambda line: line.status, plan)
-    statuses = {key: status for key, status in told.items() if key not in begun}
-    found = courses(plan, read_traces(plan, output), statuses)
+    found = courses(plan, read_traces(plan, output), ended_statuses(output, plan))
     if not found.courses:
         raise SettingError(
             f"{output}: expected runs with traces above a known maximum, got none; give the experiment's command again"
