@@ -1,0 +1,43 @@
+"""Docstrings as Sphinx reads them. Ours are plain text: `name` is code, and signs such as * and | mean themselves."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+from sphinx.application import Sphinx
+
+CODE = re.compile(r"(?<!`)`([^`]+)`(?!`)")
+IN_FRONT = re.compile(r"^(\s*)(>>>|\.\.\. )")
+MARKUP = re.compile(r"([*|\\])|(?<=\w)_(?=\W|$)")
+
+
+def as_restructured_text(lines: list[str]) -> list[str]:
+    """Lines of a docstring whose text says in reStructuredText what it says as it stands; examples are left alone.
+
+    >>> as_restructured_text(["Raises `SettingError` at |r| > 1 (`*`).", "", ">>> `a`"])
+    ['Raises ``SettingError`` at \\\\|r\\\\| > 1 (``*``).', '', '>>> `a`']
+    """
+    out, in_example = [], False
+    for line in lines:
+        in_example = bool(IN_FRONT.match(line)) or (in_example and bool(line.strip()))
+        out.append(line if in_example else _text(line))
+    return out
+
+
+def _text(line: str) -> str:
+    """Code and what stands between, one after the other."""
+    parts = CODE.split(line)  # text, code, text, …
+    return "".join(
+        f"``{part}``" if index % 2 else MARKUP.sub(lambda found: "\\" + found[0], part)
+        for index, part in enumerate(parts)
+    )
+
+
+def _process(app: Sphinx, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
+    lines[:] = as_restructured_text(lines)
+
+
+def setup(app: Sphinx) -> dict[str, bool]:
+    app.connect("autodoc-process-docstring", _process)
+    return {"parallel_read_safe": True, "parallel_write_safe": True}

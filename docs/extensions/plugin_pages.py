@@ -1,0 +1,109 @@
+"""Settings of all plugins as Markdown, from what `python -m bench help` is made of: their fields, docstrings and registry.
+
+One section for each plugin of this project, named as on the command line; effects have their unknowns, limits and sources.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import inspect
+import typing
+from collections.abc import Iterable, Iterator, Sequence
+
+from docstring_text import as_markdown, cell
+from ksmea import registry
+from ksmea.contracts import AnyEffect
+from ksmea.parameters import Parameter
+from ksmea.setting_types import in_words
+from ksmea.settings import expected_range, own_fields, part_fields
+
+EFFECT = "effect"
+EXAMPLE = "three_disk"  # the problem that limits of effects are shown for
+HEAD = ("setting", "default", "unit", "takes", "is")
+
+
+def group_text(group: str) -> str:
+    """A section for each plugin of a group, in alphabetical order."""
+    return "\n\n".join(plugin_text(group, name) for name in own_plugins(group))
+
+
+def own_plugins(group: str) -> list[str]:
+    """Names of this project's plugins: who builds the site may have others."""
+    return [name for name in registry.registered(group) if registry.origin(group, name).startswith(registry.PROJECT)]
+
+
+def plugin_text(group: str, name: str) -> str:
+    """The section of one plugin: what it is, its sources, its settings."""
+    plugin = registry.plugin_class(group, name)
+    module = inspect.getdoc(inspect.getmodule(plugin)) or ""
+    parts = [f"## {name}", as_markdown(inspect.getdoc(plugin) or ""), as_markdown(module)]
+    if group == EFFECT:
+        effect = registry.create(EFFECT, name, {})
+        parts += [_unknowns(effect), _aliases(effect)]
+    parts += [_parts(plugin), _settings(group, plugin)]
+    return "\n\n".join(part for part in parts if part)
+
+
+def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    lines = [head, ["---"] * len(head), *rows]
+    return "\n".join(f"| {' | '.join(line)} |" for line in lines)
+
+
+def _settings(group: str, plugin: type) -> str:
+    fields = own_fields(plugin)
+    if not fields:
+        return "It has no settings."
+    hints = typing.get_type_hints(plugin)
+    return table(HEAD, (_row(group, field, hints[field.name]) for field in fields))
+
+
+def _row(group: str, field: dataclasses.Field[typing.Any], hint: typing.Any) -> Iterator[str]:
+    metadata = field.metadata
+    source = f" – {metadata['source']}" if metadata.get("source") else ""
+    yield f"`{group}.{field.name}`"
+    yield f"`{_default(field)}`"
+    yield cell(metadata.get("unit", ""))
+    yield cell(_takes(metadata, hint))
+    yield cell(metadata.get("help", "") + source)
+
+
+def _takes(metadata: typing.Any, hint: typing.Any) -> str:
+    if metadata.get("choices"):
+        return ", ".join(f"`{choice}`" for choice in metadata["choices"])
+    return " ".join(filter(None, (in_words(hint), expected_range(metadata))))
+
+
+def _default(field: dataclasses.Field[typing.Any]) -> str:
+    """As it is written on the command line."""
+    default = field.default_factory() if field.default_factory is not dataclasses.MISSING else field.default
+    if default is None:
+        return "null"
+    return str(default).lower() if isinstance(default, bool) else str(default) or "''"
+
+
+def _parts(plugin: type) -> str:
+    """What a method is made of, chosen beside it."""
+    rows = [(f"`{field.name}`", cell(field.metadata["help"])) for field in part_fields(plugin)]
+    return f"Chosen beside it:\n\n{table(('part', 'is'), rows)}" if rows else ""
+
+
+def _unknowns(effect: AnyEffect) -> str:
+    rows = [
+        (f"`{each.name}`", *(f"{end / each.si_per_unit:g}" for end in (each.lower, each.upper)), cell(each.unit))
+        for each in _parameters_of_example(effect)
+    ]
+    if not rows:
+        return f"Its unknowns depend on its settings; on `problem={EXAMPLE}` it has none by itself."
+    return f"Unknowns, with their limits on `problem={EXAMPLE}`:\n\n" + table(("unknown", "from", "to", "unit"), rows)
+
+
+def _parameters_of_example(effect: AnyEffect) -> Sequence[Parameter]:
+    try:
+        return effect.parameters(registry.create("problem", EXAMPLE, {}).build())
+    except Exception:  # an effect that does not fit this problem
+        return ()
+
+
+def _aliases(effect: AnyEffect) -> str:
+    rows = [(f"[{alias}](#{alias})", cell(what)) for alias, what in effect.aliases.items()]
+    return "Can look like\n\n" + table(("effect", "and what tells them apart"), rows) if rows else ""
