@@ -24,13 +24,10 @@ myst_enable_extensions = ["dollarmath"]
 myst_heading_anchors = 4  # as GitHub makes them, so that [links](page.md#to-a-heading) hold in both places
 myst_links_external_new_tab = False
 
-# A page of the list in index.md may not be there yet: it is named by a pattern that finds it once it is.
-suppress_warnings = ["toc.empty_glob"]
-
 nitpicky = True
 nitpick_ignore_regex = [
     # Types of other libraries, whose pages lie on the network, and of the inner modules, which have none.
-    (r"py:.*", r"(np|numpy|pd|pandas|matplotlib|pathlib|collections|typing|dataclasses|abc)(\..*)?"),
+    (r"py:.*", r"(np|numpy|pd|pandas|matplotlib|pathlib|collections|contextlib|typing|dataclasses|abc)(\..*)?"),
     (r"py:.*", r"(Axes|Figure|Path|Any|Mapping|Sequence|Callable|ClassVar|Generic|Self|Iterable|Iterator)"),
     (r"py:.*", r"(ksmea|bench)\.[a-z_]+(\..*)?"),
     (r"py:.*", r".*(Array|Record|Indices|Seen|Data|Seed|Streams|Kind|Layout|Load|Parameters?|Mode|Campbell|Campaign)"),
@@ -41,6 +38,7 @@ autodoc_member_order = "bysource"
 autodoc_typehints = "signature"
 autodoc_preserve_defaults = True
 add_module_names = False
+maximum_signature_line_length = 100
 toc_object_entries = False
 
 html_theme = "furo"

@@ -1,4 +1,4 @@
-"""The README's Python lines do what they say."""
+"""The Python lines of the pages do what they say, and the README has what continuous integration reads from it."""
 
 import re
 import shutil
@@ -9,11 +9,27 @@ import pytest
 
 ROOT = Path(__file__).resolve().parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")
+MARKED = {  # what .ci/run and the first job of a reader take from the README, word by word
+    "main job": "python -m bench +experiment=table3",
+    "test command": "python -m pytest -q -n auto --maxprocesses 4",
+}
+MOST_LINES = 120
 
 
-def block(heading):
-    section = README.split(f"## {heading}\n")[1].split("\n## ")[0]
-    return re.search(r"```python\n(.*?)```", section, re.DOTALL)[1]
+def block(page):
+    """The first Python block of a page."""
+    text = (ROOT / "docs" / page).read_text(encoding="utf-8")
+    return re.search(r"```python\n(.*?)```", text, re.DOTALL)[1]
+
+
+def test_the_readme_is_short():
+    assert len(README.splitlines()) <= MOST_LINES
+
+
+def test_the_marked_commands_stand_between_their_markers():
+    for mark, last in MARKED.items():
+        [between] = re.findall(rf"<!-- {mark} -->\n```sh\n(.*)\n```\n<!-- end -->", README)
+        assert between.startswith("python3 -m venv .venv && ") and between.endswith(last)
 
 
 def test_from_python(tmp_path, monkeypatch, capsys):
@@ -21,7 +37,7 @@ def test_from_python(tmp_path, monkeypatch, capsys):
     shutil.copy(ROOT / "docs" / "examples" / "rotor.yaml", "my_rotor.yaml")
     shutil.copy(ROOT / "docs" / "examples" / "run_up.csv", "run_up.csv")
     names = {}
-    exec(block("From Python").replace("repetitions=3", "repetitions=1, samples=40"), names)  # noqa: S102 – our own lines
+    exec(block("python.md").replace("repetitions=3", "repetitions=1, samples=40"), names)  # noqa: S102 – our own lines
     printed = capsys.readouterr().out
     assert "kxx = " in printed and "Verdict: " in printed
     assert Path("found.json").is_file() and Path("found.png").read_bytes()[:4] == b"\x89PNG"
@@ -30,7 +46,7 @@ def test_from_python(tmp_path, monkeypatch, capsys):
 
 def test_bring_a_plugin():
     names = {"__name__": "uniform_search"}
-    exec(block("Bring a plugin"), names)  # noqa: S102
+    exec(block("plugins.md"), names)  # noqa: S102
     objective = names["Objective"](2, lambda u: u - 0.5)
     found = names["UniformSearch"](points=500).minimize(objective, np.random.default_rng(0))
     assert found.evaluations == 500 and found.value < 0.01

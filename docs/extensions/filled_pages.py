@@ -1,8 +1,10 @@
-"""Pages that are filled when the site is built: where one has the line `<!-- optimizer -->`, the settings of all optimisers stand."""
+"""Pages that are filled when the site is built: where one has the line `<!-- filled: optimizer -->`, the settings of all
+optimisers stand; where `further` stands, the names of pages that no list of index.md names yet."""
 
 from __future__ import annotations
 
 import re
+from pathlib import Path
 
 from experiment_pages import experiments_text, settings_text
 from plugin_pages import EFFECT, group_text
@@ -10,6 +12,7 @@ from sphinx.application import Sphinx
 
 from ksmea import registry
 
+DOCS = Path(__file__).resolve().parents[1]
 MARK = re.compile(r"^<!-- filled: (\w+) -->$", re.MULTILINE)
 
 
@@ -21,7 +24,14 @@ def filled(page: str) -> str:
 def _content(name: str) -> str:
     if name in (*registry.GROUPS, EFFECT):
         return group_text(name)
-    return {"settings": settings_text, "experiments": experiments_text}[name]()
+    return {"settings": settings_text, "experiments": experiments_text, "further": further_pages}[name]()
+
+
+def further_pages() -> str:
+    """Pages that are in the folder and in no list: a new one is found in the site before anyone says where it belongs."""
+    index = (DOCS / "index.md").read_text(encoding="utf-8")
+    named = {"index", *re.findall(r"^[a-z_0-9/]+$", index, re.MULTILINE)}
+    return "\n".join(sorted({page.stem for page in DOCS.glob("*.md")} - named))
 
 
 def _fill(app: Sphinx, page: str, source: list[str]) -> None:

@@ -1,6 +1,6 @@
 """Pictures of boxes and arrows: blocks of `mermaid`, which GitHub draws, as SVG that asks for no script.
 
-A box stands one row below the lowest that points to it. Within its row it stands near those.
+A box stands one row above the highest that it points to. Within its row it stands near those that it is joined to.
 """
 
 from __future__ import annotations
@@ -47,13 +47,13 @@ def drawn(text: str) -> str:
 
 
 def _rows(edges: Edges) -> list[list[str]]:
-    """Names by the longest way that leads to them."""
+    """Names by the longest way that leads down from them, the top row first."""
     names = list(dict.fromkeys(name for edge in edges for name in edge))
-    depth = dict.fromkeys(names, 0)
+    height = dict.fromkeys(names, 0)
     for _ in names:  # the longest way has no more steps
         for one, other in edges:
-            depth[other] = max(depth[other], depth[one] + 1)
-    return [[name for name in names if depth[name] == row] for row in range(max(depth.values()) + 1)]
+            height[one] = max(height[one], height[other] + 1)
+    return [[name for name in names if height[name] == row] for row in range(max(height.values()), -1, -1)]
 
 
 def _ordered(rows: list[list[str]], edges: Edges) -> list[list[str]]:
