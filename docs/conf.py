@@ -13,7 +13,7 @@ sys.path[:0] = [str(DOCS.parent), str(DOCS / "extensions")]
 
 project = "ksmea-bench"
 author = "The ksmea-bench authors"
-copyright = author  # noqa: A001 – Sphinx's own name
+copyright = author
 language = "en"
 
 extensions = ["myst_parser", "sphinx.ext.autodoc", "docstrings", "filled_pages", "mathml", "pictures"]

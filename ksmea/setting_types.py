@@ -12,7 +12,14 @@ import numpy as np
 from ksmea.errors import SettingError, described
 
 TRUTHS = {"true": True, "false": False}  # strict YAML has them as texts
-IN_WORDS = {bool: "true or false", int: "a whole number", float: "a number", str: "a text", type(None): "null", Any: "anything"}
+IN_WORDS = {
+    bool: "true or false",
+    int: "a whole number",
+    float: "a number",
+    str: "a text",
+    type(None): "null",
+    Any: "anything",
+}
 NUMBERS = {  # what counts as each; numpy's numbers are as good as Python's, and true is no number
     bool: (bool, np.bool_),
     int: (int, np.integer),

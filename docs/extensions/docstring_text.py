@@ -36,7 +36,8 @@ def cell(text: str) -> str:
 def escaped(text: str) -> str:
     """Text outside of `code` with its signs escaped; within a table a bar would end the cell, so that it is escaped there too."""
     return "".join(
-        part.replace("|", "\\|") if index % 2 else SIGNS.sub(r"\\\1", part) for index, part in enumerate(CODE.split(text))
+        part.replace("|", "\\|") if index % 2 else SIGNS.sub(r"\\\1", part)
+        for index, part in enumerate(CODE.split(text))
     )
 
 

@@ -5,10 +5,9 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
+from bench.storage.places import CONF
 from docstring_text import cell, escaped
 from plugin_pages import table
-
-from bench.storage.places import CONF
 
 REMARKED = re.compile(r"^(\w+): +(\S.*?) +# (.*)$", re.MULTILINE)
 COMMAND = re.compile(r"^ *(?:python -m bench )?(\+experiment=.*)$")

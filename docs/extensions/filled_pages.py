@@ -6,11 +6,11 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from experiment_pages import experiments_text, settings_text
-from plugin_pages import EFFECT, group_text
 from sphinx.application import Sphinx
 
+from experiment_pages import experiments_text, settings_text
 from ksmea import registry
+from plugin_pages import EFFECT, group_text
 
 DOCS = Path(__file__).resolve().parents[1]
 MARK = re.compile(r"^<!-- filled: (\w+) -->$", re.MULTILINE)

@@ -19,7 +19,7 @@ from ksmea.settings import expected_range, own_fields, part_fields
 
 EFFECT = "effect"
 EXAMPLE = "three_disk"  # the problem that limits of effects are shown for
-HEAD = ("setting", "default", "unit", "takes", "is")
+HEAD = ("setting", "default", "takes", "is")
 
 
 def group_text(group: str) -> str:
@@ -62,7 +62,6 @@ def _row(group: str, field: dataclasses.Field[typing.Any], hint: typing.Any) -> 
     source = f" – {metadata['source']}" if metadata.get("source") else ""
     yield f"`{group}.{field.name}`"
     yield f"`{_default(field)}`"
-    yield cell(metadata.get("unit", ""))
     yield cell(_takes(metadata, hint))
     yield cell(metadata.get("help", "") + source)
 
@@ -70,7 +69,8 @@ def _row(group: str, field: dataclasses.Field[typing.Any], hint: typing.Any) -> 
 def _takes(metadata: typing.Any, hint: typing.Any) -> str:
     if metadata.get("choices"):
         return ", ".join(f"`{choice}`" for choice in metadata["choices"])
-    return " ".join(filter(None, (in_words(hint), expected_range(metadata))))
+    unit = f" ({metadata['unit']})" if metadata.get("unit") else ""
+    return ", ".join(filter(None, (in_words(hint) + unit, expected_range(metadata))))
 
 
 def _default(field: dataclasses.Field[typing.Any]) -> str:

@@ -4,9 +4,11 @@ The plan refuses names, settings and files that do not exist; nothing is run her
 planned by tests/bench/test_experiments.py. What quick start and tutorial print is held by tests of their own.
 """
 
+import copy
 import re
 import shutil
 import sys
+from itertools import pairwise
 from pathlib import Path
 
 import pytest
@@ -113,13 +115,26 @@ class Planned(SystemExit):
     """The plan is made, and nothing is run."""
 
 
+class LoadsOnce:
+    """Hydra's loader, which composes a choice of plugins once for all commands that have it."""
+
+    def __init__(self, loader):
+        self._loader, self._loaded = loader, {}
+
+    def load_configuration(self, config_name, overrides, run_mode):
+        key = (config_name, *overrides)
+        if key not in self._loaded:
+            self._loaded[key] = self._loader.load_configuration(config_name, overrides, run_mode)
+        return copy.deepcopy(self._loaded[key])
+
+
 @pytest.fixture(scope="module")
 def composed():
     """The plans of an experiment's words, by what the command line composes them with."""
     register_schemas()
     with initialize_config_dir(str(CONF), version_base="1.3"):
-        loader = GlobalHydra.instance().config_loader()
-        master = loader.load_configuration("config", overrides=[], run_mode=RunMode.MULTIRUN)
+        loader = LoadsOnce(GlobalHydra.instance().config_loader())
+        master = loader.load_configuration("config", [], RunMode.MULTIRUN)
     return lambda words: Experiment.compose_all(loader, master, for_some_plugins(words, registry.GROUPS))
 
 
@@ -229,7 +244,7 @@ def named_results():
     for param in BENCH:
         words = param.values[0]
         names |= {Path(word.partition("=")[2]).name for word in words if word.startswith("output=")}
-        names |= {Path(after).name for word, after in zip(words, words[1:]) if word == "--out"}
+        names |= {Path(after).name for word, after in pairwise(words) if word == "--out"}
     return names
 
 

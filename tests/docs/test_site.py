@@ -43,7 +43,7 @@ def site(tmp_path_factory):
     """The folder of the site."""
     folder = tmp_path_factory.mktemp("site")
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", str(DOCS), str(folder)]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=300, cwd=ROOT)
+    done = subprocess.run(command, check=False, capture_output=True, text=True, timeout=300, cwd=ROOT)
     assert done.returncode == 0, done.stderr
     return folder
 
@@ -67,7 +67,7 @@ def test_every_page_is_reached_from_the_first(site, read):
         targets = {(page.parent / urlsplit(url).path).resolve() for tag, url in read[page].pointers if tag == "a"}
         pending += [target for target in targets & read.keys() if target not in reached]
         reached |= targets & read.keys()
-    assert reached == read.keys()
+    assert {page.name for page in read.keys() - reached} == {"genindex.html", "search.html"}  # by the search field
 
 
 def test_every_link_and_anchor_is_there(read):
@@ -117,7 +117,7 @@ def test_the_reference_has_every_setting_of_every_plugin(group, site):
         assert f'id="{name.replace("_", "-")}"' in page
         for field in own_fields(registry.plugin_class(group, name)):
             assert f"{group}.{field.name}" in text
-            for told in (field.metadata["help"], field.metadata["source"]):
+            for told in (field.metadata["help"], field.metadata["source"], field.metadata["unit"]):
                 assert plain(told) in plain(text), f"{group}={name}: {field.name}"
 
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import shlex
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 
 from filled_pages import filled
@@ -34,6 +35,7 @@ def pages() -> list[Path]:
     return [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted(DOCS.rglob("*.md"))]
 
 
+@cache
 def text_of(page: Path) -> str:
     """A page with what is filled in when the site is built."""
     return filled(page.read_text(encoding="utf-8"))
