@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from ksmea.channel import Channel
+from ksmea.channel import Channel, require_direction
 from ksmea.errors import SettingError
 
 
@@ -14,8 +14,10 @@ def check_probes(sensors: Sequence[float], directions: Sequence[str]) -> None:
         if not entries or len(set(entries)) < len(entries):
             raise SettingError(f"{name}: expected at least one entry and none twice, got {list(entries)}")
     for direction in directions:
-        if direction not in ("x", "y"):
-            raise SettingError(f"directions: expected x or y, got {direction!r}")
+        try:
+            require_direction(direction)
+        except SettingError as error:
+            raise SettingError(str(error).replace("direction", "directions", 1)) from error
 
 
 def channels_of(sensors: Sequence[float], directions: Sequence[str]) -> tuple[Channel, ...]:

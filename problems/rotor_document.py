@@ -13,7 +13,7 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.blocks import Block, Units, inside
-from ksmea.channel import Channel
+from ksmea.channel import DIRECTIONS, Channel, direction_at
 from ksmea.errors import described, unknown
 from ksmea.parameters import Parameter
 from ksmea.units import GIGAPASCAL
@@ -31,6 +31,8 @@ from problems.rotor.mesh import share_elements
 from problems.rotor.problem import RotorProblem
 from problems.rotor.unknowns import UNBALANCE_PARTS, BearingTarget, Target, UnbalanceTarget, Unknown
 from problems.size import MAX_ELEMENTS, MAX_SPEEDS, MAX_SUPPORTS, MAX_THINGS, check_ports, check_size
+
+MAX_ANGLE = 360.0  # degrees
 
 THINNEST_WALL = 1e-6  # of the outer diameter; differences of squares lose thinner ones
 LONGEST_SHAFT = 50.0  # m; more, and moduli beyond those of soft plastics and of diamond, are slips in a unit
@@ -246,11 +248,18 @@ def _channels(blocks: Sequence[Block], units: Units, shaft: Rotor) -> tuple[Chan
     for block in blocks:
         block.check_keys(("position", "direction"))
         position = _position(block, units, shaft, "probe", needs_node=False)
-        channel = Channel(position, block.choice("direction", "direction", ("x", "y")))
+        channel = Channel(position, _direction(block))
         if channel in channels:
             raise block.error("", f"expected each probe once, got {channel} again; remove it")
         channels.append(channel)
     return tuple(channels)
+
+
+def _direction(block: Block) -> str:
+    """x, y, or an angle in degrees from x towards y."""
+    if isinstance(block.values["direction"], (int, float)):
+        return direction_at(block.number("direction", "deg", at_least=-MAX_ANGLE, at_most=MAX_ANGLE))
+    return block.choice("direction", "direction", DIRECTIONS)
 
 
 def _unknowns(

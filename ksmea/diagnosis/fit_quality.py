@@ -157,12 +157,15 @@ def upper_ranks(values: Array) -> Indices:
 
 
 def whirl_parts(residuals: Array | ComplexArray, channels: Sequence[Channel]) -> dict[float, ComplexArray]:
-    """Forward and backward whirl (2, n_speed) in complex residuals at 1X, by the position of planes that have both x and y: a
-    forward circular motion is (1, −i), a backward one (1, i)."""
-    columns = {(item.position, item.direction): index for index, item in enumerate(channels) if item.is_1x}
+    """Forward and backward whirl (2, n_speed) in complex residuals at 1X, by the position of planes that have probes in two
+    directions: a forward circular motion is (1, −i) in x and y, a backward one (1, i)."""
     found = {}
     for position in dict.fromkeys(channel.position for channel in channels):
-        if (position, "x") in columns and (position, "y") in columns:
-            x, y = residuals[:, columns[position, "x"]], residuals[:, columns[position, "y"]]
+        there = [index for index, item in enumerate(channels) if item.is_1x and item.position == position]
+        across = [index for index in there if not channels[index].is_parallel_to(channels[there[0]])]
+        if across:
+            pair = sorted((there[0], across[0]), key=lambda index: channels[index].direction)
+            read = np.array([channels[index].cosines for index in pair])  # of x and y by each of the two
+            x, y = np.linalg.inv(read) @ residuals[:, pair].T
             found[position] = np.stack([(x + 1j * y) / 2, (x - 1j * y) / 2])
     return found

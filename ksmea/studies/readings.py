@@ -9,7 +9,7 @@ from itertools import chain
 
 import numpy as np
 
-from ksmea.channel import DIRECTIONS
+from ksmea.channel import ANGLES, DIRECTIONS, direction_at
 from ksmea.measurement import Measurement
 from ksmea.units import HERTZ, INCH, MICROMETRE, RPM
 
@@ -48,7 +48,7 @@ def readings(measurement: Measurement) -> Iterator[Reading]:
         yield _lag(measurement)
         yield from _reversed(measurement)
     across = tuple(
-        dataclasses.replace(item, direction="y" if item.direction == "x" else "x") for item in measurement.channels
+        dataclasses.replace(item, direction=direction_at(ANGLES["y"] - item.angle)) for item in measurement.channels
     )
     yield Reading(
         ("x and y are swapped, or the shaft turns from y to x",),
@@ -80,7 +80,8 @@ def _reversed(measurement: Measurement) -> Iterator[Reading]:
     channels = measurement.channels
     everyone = frozenset(range(len(channels)))
     single = [frozenset({index}) for index in everyone] if len(everyone) <= MAX_CHANNELS else []
-    by_direction = [frozenset(i for i in everyone if channels[i].direction == name) for name in DIRECTIONS]
+    directions = sorted({channel.direction for channel in channels}, key=lambda name: (name not in DIRECTIONS, name))
+    by_direction = [frozenset(i for i in everyone if channels[i].direction == name) for name in directions]
     done = {frozenset[int](), everyone} if not measurement.phase_known else {frozenset[int]()}
     for group in chain(single, by_direction):
         if group in done:

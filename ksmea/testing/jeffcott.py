@@ -16,7 +16,7 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.channel import Channel
+from ksmea.channel import DIRECTIONS, Channel
 from ksmea.contracts import Problem, ProblemSettings
 from ksmea.errors import SettingError
 from ksmea.parameters import Parameter, Parameters
@@ -47,6 +47,8 @@ class Jeffcott(Problem):
             raise SettingError(
                 "channels: expected 1X, got another harmonic, at which this rotor is at rest; leave it out"
             )
+        if not all(channel.direction in DIRECTIONS for channel in channels):
+            raise SettingError("channels: expected directions x and y, got another one, which nobody asks of this rotor")
         return replace(self, speed=speed, channels=tuple(channels))
 
     def response(self, x: Array) -> ComplexArray:

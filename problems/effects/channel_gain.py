@@ -16,10 +16,10 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.channel import Channel
+from ksmea.channel import Channel, require_direction
 from ksmea.parameters import Parameter
 from ksmea.settings import setting
-from problems.rotor.effect import PlacedEffect, drawn_either_side, is_at, require_on_shaft, where
+from problems.rotor.effect import PlacedEffect, drawn_either_side, is_at, named, require_on_shaft, where
 from problems.rotor.problem import RotorProblem
 
 LARGEST = 0.3
@@ -31,14 +31,18 @@ class ChannelGain(PlacedEffect):
     """One channel reads too much or too little."""
 
     position: float | None = setting(None, "where the channel looks; null: all positions", unit="m", at_least=0)
-    direction: str | None = setting(None, "the channel's direction; null: both", choices=("x", "y"))
+    direction: str | None = setting(None, "the channel's direction: x, y or degrees; null: all")
 
     is_scanned: ClassVar[bool] = False
     aliases: ClassVar[Mapping[str, str]] = MappingProxyType({})
     stage: ClassVar[int] = 2
 
+    def check(self) -> None:
+        if self.direction is not None:
+            require_direction(self.direction)
+
     def __str__(self) -> str:
-        return f"{self.direction or 'x and y'} {where(self.position)}"
+        return f"{named(self.direction)} {where(self.position)}"
 
     def locations(self, problem: RotorProblem) -> Sequence[ChannelGain]:
         """Each channel, where there is another to compare it with."""

@@ -1,6 +1,6 @@
 """Probes at one plane that stand at other angles than assumed: both turned by θ, from x to y.
 
-y_x' = cos θ y_x + sin θ y_y, y_y' = −sin θ y_x + cos θ y_y, the same at all speeds. On a circular orbit it is only a phase;
+y_x' = cos θ y_x + sin θ y_y, y_y' = −sin θ y_x + cos θ y_y, the same at all speeds and alike for probes at other angles. On a circular orbit it is only a phase;
 an ellipse turns (Bently & Hatch, Fundamentals of Rotating Machinery Diagnostics, 2002, for probes and their angles).
 """
 
@@ -14,13 +14,14 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.channel import Channel
+from ksmea.channel import Channel, direction_at
 from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from ksmea.units import DEGREE
 from problems.rotor.effect import PlacedEffect, drawn_either_side, is_at, planes, require_on_shaft, where
 from problems.rotor.problem import RotorProblem
 
+RIGHT_ANGLE = 90.0  # degrees
 LARGEST = 20 * DEGREE
 NOTICED = (1 * DEGREE, 15 * DEGREE)  # of either sign, are drawn
 
@@ -41,9 +42,8 @@ class ProbeRotation(PlacedEffect):
         return where(self.position)
 
     def locations(self, problem: RotorProblem) -> Sequence[ProbeRotation]:
-        """Each plane that has both probes."""
-        present = {(channel.position, channel.direction) for channel in problem.channels}
-        both = [plane for plane in planes(problem) if {(plane, "x"), (plane, "y")} <= present]
+        """Each plane that has probes in two directions."""
+        both = [plane for plane in planes(problem) if _has_two(plane, problem.channels)]
         return [dataclasses.replace(self, position=position) for position in both]
 
     def placed_on(self, problem: RotorProblem) -> ProbeRotation:
@@ -65,12 +65,20 @@ class ProbeRotation(PlacedEffect):
         for index, channel in enumerate(channels):
             if is_at(channel, self.position):
                 other = response[..., channels.index(_partner(channel))]
-                turned[..., index] = (
-                    cosine * response[..., index] + (1 if channel.direction == "x" else -1) * sine * other
-                )
+                turned[..., index] = cosine * response[..., index] + _sense(channel) * sine * other
         return turned
 
 
 def _partner(channel: Channel) -> Channel:
-    """The channel at right angles to one."""
-    return dataclasses.replace(channel, direction="y" if channel.direction == "x" else "x")
+    """The channel at right angles to one: of x it is y, and of y it is x."""
+    return dataclasses.replace(channel, direction=direction_at(channel.angle + _sense(channel) * RIGHT_ANGLE))
+
+
+def _sense(channel: Channel) -> int:
+    """Whether its partner is a quarter of a turn ahead of it or behind."""
+    return 1 if channel.angle % (2 * RIGHT_ANGLE) < RIGHT_ANGLE else -1
+
+
+def _has_two(plane: float, channels: Sequence[Channel]) -> bool:
+    there = [channel for channel in channels if channel.position == plane]
+    return any(not channel.is_parallel_to(there[0]) for channel in there)

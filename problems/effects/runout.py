@@ -1,7 +1,7 @@
 """Runout: the surface under the probes is not concentric, so that they read a motion that is none.
 
-A forward vector r is added at one measuring plane, the same at all speeds: y_x += r, y_y += −i r (API 684, slow-roll
-vector; Bently & Hatch, Fundamentals of Rotating Machinery Diagnostics, 2002, chapter 7).
+A forward vector r is added at one measuring plane, the same at all speeds: y_x += r, y_y += −i r, and e^{−iθ} r to what a probe
+at θ reads (API 684, slow-roll vector; Bently & Hatch, Fundamentals of Rotating Machinery Diagnostics, 2002, chapter 7).
 """
 
 from __future__ import annotations
@@ -54,5 +54,5 @@ class Runout(PlacedEffect):
 
     def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
         seen = [channel.is_1x and is_at(channel, self.position) for channel in channels]
-        read = [each * (1.0 if channel.direction == "x" else -1j) for each, channel in zip(seen, channels)]
+        read = [each * channel.forward_factor for each, channel in zip(seen, channels)]
         return response + forward_vector(theta)[:, None, None] * np.array(read)

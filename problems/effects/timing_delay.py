@@ -17,12 +17,12 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.channel import Channel
+from ksmea.channel import Channel, require_direction
 from ksmea.measurement import Measurement
 from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from ksmea.units import MICROSECOND
-from problems.rotor.effect import PlacedEffect, drawn_either_side, is_at, require_on_shaft, where
+from problems.rotor.effect import PlacedEffect, drawn_either_side, is_at, named, require_on_shaft, where
 from problems.rotor.problem import RotorProblem
 
 LARGEST = 500 * MICROSECOND  # 9° at 3000 rpm: a filter at some hundred Hz
@@ -34,7 +34,7 @@ class TimingDelay(PlacedEffect):
     """Readings are late by a constant time."""
 
     position: float | None = setting(None, "where the late channel looks; null: all positions", unit="m", at_least=0)
-    direction: str | None = setting(None, "the late channel's direction; null: both", choices=("x", "y"))
+    direction: str | None = setting(None, "the late channel's direction: x, y or degrees; null: all")
 
     is_scanned: ClassVar[bool] = False
     aliases: ClassVar[Mapping[str, str]] = {
@@ -43,10 +43,14 @@ class TimingDelay(PlacedEffect):
     }
     stage: ClassVar[int] = 2
 
+    def check(self) -> None:
+        if self.direction is not None:
+            require_direction(self.direction)
+
     def __str__(self) -> str:
         if self.position is None and self.direction is None:
             return "all channels"
-        return f"{self.direction or 'x and y'} {where(self.position)}"
+        return f"{named(self.direction)} {where(self.position)}"
 
     def seen_in(self, measurement: Measurement) -> TimingDelay | None:
         """None of amplitudes."""

@@ -89,7 +89,7 @@ def chained(matrices: Sequence[Array]) -> Array:
 
 
 def displacement_row(rotor: Rotor, position: float, direction: str) -> Array:
-    """The row (n_dof,) that reads the deflection in x or y at a position (m), by the element's own shape functions.
+    """The row (n_dof,) that reads the deflection in a direction (`ksmea.channel`) at a position (m), by the element's own shape functions.
 
     Its transpose spreads a force at that position over the nodes consistently.
     """

@@ -10,7 +10,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.campaign_problem import CampaignProblem
-from ksmea.channel import Channel
+from ksmea.channel import DIRECTIONS, Channel
 from ksmea.contracts import Effect, Problem
 from ksmea.errors import SettingError
 from problems.rotor.data import SAME_PLACE
@@ -49,6 +49,13 @@ class PlacedEffect(RotorEffect):
 
     def places(self, problem: RotorProblem) -> Sequence[float]:
         return () if self.position is None else (self.position,)
+
+
+def named(direction: str | None) -> str:
+    """The direction of the channels that an effect is about, in words; None: all."""
+    if direction is None:
+        return "x and y"
+    return direction if direction in DIRECTIONS else f"{direction}°"
 
 
 def column(values: Array) -> Array:

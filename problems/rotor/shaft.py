@@ -20,6 +20,7 @@ from itertools import pairwise
 import numpy as np
 
 from ksmea.arrays import Array
+from ksmea.channel import cosines
 from problems.rotor.data import ShaftSegment
 from problems.rotor.mesh import Element
 
@@ -162,13 +163,14 @@ def stiffness_under_hubs(element: Element) -> Array:
 
 
 def displacement_row(element: Element, fraction: float, direction: str) -> Array:
-    """The row (8,) that reads the deflection in x or y at a fraction of the element from its degrees of freedom."""
+    """The row (8,) that reads the deflection in a direction at a fraction of the element from its degrees of freedom."""
     return _deflection_row(element.length, shear_parameter(element), fraction, direction)
 
 
 @lru_cache(MAX_KEPT)
 def _deflection_row(length: float, phi: float, fraction: float, direction: str) -> Array:
-    row = np.asarray(deflection_shapes(length, phi, fraction) @ (X_PLANE if direction == "x" else Y_PLANE))
+    along_x, along_y = cosines(direction)
+    row = np.asarray(deflection_shapes(length, phi, fraction) @ (along_x * X_PLANE + along_y * Y_PLANE))
     row.flags.writeable = False
     return row
 

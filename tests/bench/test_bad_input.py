@@ -95,7 +95,7 @@ OUT_OF_RANGE = [
     (["problem.limits={u:[5]}"], "problem=three_disk: limits of u: expected [lower, upper] in g mm, got [5.0]"),
     (["problem.speed_from=1600"], "problem=three_disk: speed_to: expected more than speed_from (1600), got 1500"),
     (["problem.sensors=[]"], "problem=three_disk: sensors: expected at least one entry"),
-    (["problem.directions=[z]"], "problem=three_disk: directions: expected x or y, got 'z'"),
+    (["problem.directions=[z]"], "problem=three_disk: directions: expected x, y or degrees from x towards y, got 'z'"),
     (["optimizer.mutation_factor=nan"], "optimizer=de: mutation_factor: expected a number above 0"),
     (["optimizer.population=4"], "optimizer=de: population: expected a number at least 5, got 4"),
     (["optimizer=ga", "optimizer.bits=[10,10]"], "optimizer=ga: bits: expected a sum of chromosome_length = 52, got"),

@@ -108,5 +108,5 @@ def test_values_that_are_no_numbers_are_refused(bad):
 
 def test_a_channel_looks_in_x_or_y():
     assert str(Channel(0.1, "x")) == "x at 0.1 m"
-    with pytest.raises(SettingError, match="expected x or y, got 'z'"):
+    with pytest.raises(SettingError, match="expected x, y or degrees from x towards y, got 'z'"):
         Channel(0.1, "z")

@@ -132,7 +132,7 @@ def test_disk_of_given_thickness_keeps_its_mass():
         ({"sensors": [0.45]}, "up to 0.44 m, the shaft's length in layout span_320"),
         ({"sensors": [0.33], "layout": "span_200"}, "up to 0.32 m"),
         ({"sensors": []}, "at least one entry"),
-        ({"directions": ["z"]}, "expected x or y"),
+        ({"directions": ["z"]}, "expected x, y or degrees"),
         ({"speed_from": 2500.0, "speed_to": 1500.0}, "more than speed_from"),
         ({"limits": {"k": [1, 2]}}, "unknown name in limits"),
         ({"limits": {"u": [1]}}, r"expected \[lower, upper\] in g mm"),

@@ -101,7 +101,7 @@ def test_refinement_converges_at_a_probe_between_nodes():
         ({"sensors": [1.4]}, "at most 1.3"),
         ({"sensors": []}, "at least one entry"),
         ({"sensors": [0.1, 0.1]}, "none twice"),
-        ({"directions": ["z"]}, "expected x or y, got 'z'"),
+        ({"directions": ["z"]}, "expected x, y or degrees from x towards y, got 'z'"),
         ({"directions": []}, "at least one entry"),
         ({"limits": {"kx": [1, 2]}}, "did you mean 'kxx'"),
         ({"limits": {"kxx": [1]}}, r"expected \[lower, upper\] in MN/m"),
