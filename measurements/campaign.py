@@ -24,6 +24,7 @@ All runs have the same channels, all of them phases or none, and all of them `si
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -32,7 +33,6 @@ from pathlib import Path
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray
 from ksmea.blocks import Block, inside
 from ksmea.campaign import Campaign, Run
 from ksmea.channel import Channel
@@ -46,6 +46,7 @@ from measurements.campaign_document import Document, RunEntry, read_document
 from measurements.common_speeds import at_common_speeds
 from measurements.run_up import RunUp, run_up
 from measurements.run_up_rows import Rows, read_bytes, rows_of, rows_of_run, text_of
+from measurements.shared_speeds import at_shared_speeds
 
 
 @dataclass(frozen=True)
@@ -55,8 +56,9 @@ class CampaignFile(MeasurementSource):
     path: str = setting("", "the YAML file; docs/campaigns.md shows its keys")
     incomplete: str = setting(
         "refuse",
-        "what becomes of a speed that lacks a channel: an error, or the speed is left out",
-        choices=("refuse", "drop"),
+        "what becomes of a speed that lacks a channel: an error, the speed is left out, or channels (and with a reference runs) with"
+        " speeds of their own are interpolated to common ones",
+        choices=("refuse", "drop", "interpolate"),
     )
     reference: str = setting(
         "",
@@ -166,12 +168,15 @@ class CampaignFile(MeasurementSource):
             rows = inside(entry.block, "name", partial(rows_of_run, rows, entry.name, entry.file))
         elif rows.run is not None:
             raise entry.block.error("file", f"{entry.file}: expected one run, got a column run; give file beside runs")
+        return inside(entry.block, "", partial(self._run_up, rows, entry))
+
+    def _run_up(self, rows: Rows, entry: RunEntry) -> RunUp:
+        remark = None
+        if self.incomplete == "interpolate":
+            rows, remark = at_shared_speeds(rows, entry.file)
         drop = self.incomplete == "drop"
-        return inside(
-            entry.block,
-            "",
-            lambda: run_up(rows, entry.file, entry.speed_from, entry.speed_to, drop, least=1, repeats=True),
-        )
+        found = run_up(rows, entry.file, entry.speed_from, entry.speed_to, drop, least=1, repeats=True)
+        return dataclasses.replace(found, remarks=(remark, *found.remarks)) if remark else found
 
 
 def _alike(entry: RunEntry, run: RunUp, first: RunUp) -> RunUp:
@@ -193,16 +198,13 @@ def _alike(entry: RunEntry, run: RunUp, first: RunUp) -> RunUp:
 
 
 def _reordered(run: RunUp, order: Sequence[int]) -> RunUp:
-    values: Array | ComplexArray = run.values[:, order]
-    return RunUp(
-        run.speed,
-        tuple(run.channels[index] for index in order),
-        tuple(run.first_lines[index] for index in order),
-        values,
-        None if run.sigma is None else run.sigma[:, order],
-        run.history,
-        run.time,
-        run.remarks,
+    return dataclasses.replace(
+        run,
+        channels=tuple(run.channels[index] for index in order),
+        first_lines=tuple(run.first_lines[index] for index in order),
+        values=run.values[:, order],
+        sigma=None if run.sigma is None else run.sigma[:, order],
+        order=run.order[:, order],
     )
 
 

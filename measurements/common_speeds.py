@@ -47,5 +47,6 @@ def _part(run: RunUp, kept: Indices) -> RunUp:
         values=run.values[kept],
         sigma=None if run.sigma is None else run.sigma[kept],
         time=None if run.time is None else run.time[kept],
+        order=run.order[kept],
         remarks=(*run.remarks, *remark),
     )

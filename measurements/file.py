@@ -8,7 +8,8 @@ One row per speed and channel:
 
 - `speed_rpm` of the shaft, above 0. Speeds may be unevenly spaced and in any order: a run-up's rows stand in the order
   of time. They are sorted for the analysis; each speed has every channel once.
-- `position_m` of the probe from the rotor's left end, `direction` x or y as in the model.
+- `position_m` of the probe from the rotor's left end, `direction` x or y as in the model, or degrees from x towards y, the
+  sense in which the shaft turns: 45, -135.
 - `amplitude_um_0pk` of the 1X vibration, µm zero to peak: half of peak to peak.
 - `phase_lead_deg`, the angle of the complex amplitude q under Re(q e^{iΩt}): on every row (complex data) or on none
   (amplitudes). Instruments often show a lag: that is its negative. Where it is counted from does not matter.
@@ -21,11 +22,16 @@ One row per speed and channel:
 
 The last columns may be missing. Lines that begin with # are remarks, empty lines are left out. Nothing is guessed:
 what does not fit is an error that names the line. docs/examples/run_up.csv is such a file.
+
+Files of instruments and tables of other layouts are read by `measurement.format` and the settings that answer what they leave
+open (`measurements/formats`, docs/own_data.md). `python -m bench import` writes what it read as the file above.
 """
 
 from __future__ import annotations
 
+import dataclasses
 import hashlib
+import re
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -37,22 +43,30 @@ from ksmea.contracts import MeasurementSource, ProblemSettings
 from ksmea.errors import SettingError
 from ksmea.measurement import Layout, Measurement, Noise
 from ksmea.settings import setting
+from measurements.formats.answers import OWN, Answers
+from measurements.formats.readers import foreign_rows
+from measurements.repeats import averaged
 from measurements.run_up import RunUp, run_up
-from measurements.run_up_rows import Rows, read_bytes, rows_of, text_of
+from measurements.run_up_rows import Rows, read_bytes, rows_at, rows_of, text_of
+from measurements.shared_speeds import at_shared_speeds
+from measurements.slow_roll import SUBTRACTED, without_slow_roll
+from measurements.sweeps import ANY, require_one_way, rows_of_sweep
+
+HAS_NO_SLOW_ROLL = re.compile(rf"^\s*#\s*{SUBTRACTED}", re.MULTILINE)
 
 
 @dataclass(frozen=True)
-class File(MeasurementSource):
-    """A measured run-up, coast-down or set of steady speeds from a CSV file, amplitudes with or without phase.
+class File(Answers, MeasurementSource):
+    """A measured run-up, coast-down or set of steady speeds from a file, amplitudes with or without phase.
 
     Where phases were measured, the unbalance's angle is one more unknown: the origin of measured phases is arbitrary.
     """
 
-    path: str = setting("", "the file; docs/examples/run_up.csv shows its columns and units")
     incomplete: str = setting(
         "refuse",
-        "what becomes of a speed that lacks a channel: an error, or the speed is left out",
-        choices=("refuse", "drop"),
+        "what becomes of a speed that lacks a channel: an error, the speed is left out, or channels with speeds of their own are"
+        " interpolated to common ones",
+        choices=("refuse", "drop", "interpolate"),
     )
     speed_from: float | None = setting(None, "lowest speed of the file that is used; null: all", unit="rpm", above=0)
     speed_to: float | None = setting(None, "highest speed of the file that is used; null: all", unit="rpm", above=0)
@@ -67,7 +81,8 @@ class File(MeasurementSource):
             raise SettingError(
                 f"speed_to: expected more than speed_from ({self.speed_from:g}), got {self.speed_to:g}; swap them"
             )
-        if self._content[0].run is not None:
+        self.check_answers()
+        if self._read_rows[0].run is not None:
             raise SettingError(
                 f"{self.path}: expected the rows of one run, got a column run; describe the runs in a YAML file and give"
                 " measurement=campaign measurement.path=campaign.yaml"
@@ -94,12 +109,17 @@ class File(MeasurementSource):
 
     @property
     def remarks(self) -> tuple[str, ...]:
-        """What was left out of the file, in words."""
-        return self._run_up.remarks
+        """What was decided of the file and left out of it, in words."""
+        return (*self._prepared[1], *self._run_up.remarks)
+
+    @property
+    def used_rows(self) -> Rows:
+        """The rows that make the measurement, in the order of the file."""
+        return rows_at(self._prepared[0], sorted(self._run_up.order.reshape(-1).tolist()))
 
     def fingerprint(self) -> str:
         """Hash of the file's content, which the settings name but do not hold: a changed file is another measurement."""
-        return self._content[1]
+        return hashlib.sha256(self._bytes).hexdigest()[:16]
 
     def layout(self, settings: ProblemSettings) -> Layout:
         """The file's speeds and channels; where it has phases, their origin is not known."""
@@ -121,10 +141,47 @@ class File(MeasurementSource):
         )
 
     @cached_property
-    def _content(self) -> tuple[Rows, str]:
-        content = read_bytes(self.path)
-        return rows_of(text_of(content, self.path), self.path), hashlib.sha256(content).hexdigest()[:16]
+    def _bytes(self) -> bytes:
+        return read_bytes(self.path)
+
+    @cached_property
+    def _read_rows(self) -> tuple[Rows, tuple[str, ...], bool]:
+        """The rows as they stand in the file, the remarks on them, and whether slow roll is subtracted there."""
+        if self.format != OWN:
+            return foreign_rows(self._bytes, self)
+        text = text_of(self._bytes, self.path)
+        rows = rows_of(text, self.path)
+        if self.phase == "none":
+            rows = dataclasses.replace(rows, phase=None)
+        return rows, (), bool(HAS_NO_SLOW_ROLL.search(text))
+
+    @cached_property
+    def _prepared(self) -> tuple[Rows, tuple[str, ...]]:
+        """The rows after what the settings ask for, one after the other, and the remarks on all that."""
+        rows, told, is_compensated = self._read_rows
+        remarks: list[str | None] = [*told]
+        if self.sweep not in (None, ANY):
+            rows, remark = rows_of_sweep(rows, str(self.sweep), self.path)
+            remarks.append(remark)
+        elif self.sweep is None and self.format != OWN:
+            require_one_way(rows, self.path)
+        if self.slow_roll is not None:
+            if is_compensated:
+                raise SettingError(
+                    f"slow_roll: expected a file with slow roll in it, got {self.path}, from which it is subtracted; leave it out"
+                )
+            rows, remark = without_slow_roll(rows, self.slow_roll, self.path)
+            remarks.append(remark)
+        elif is_compensated:
+            remarks.append(f"{SUBTRACTED}, as the file says")
+        if self.repeats == "average":
+            rows, averaging = averaged(rows)
+            remarks.append(averaging)
+        if self.incomplete == "interpolate":
+            rows, interpolation = at_shared_speeds(rows, self.path)
+            remarks.append(interpolation)
+        return rows, tuple(remark for remark in remarks if remark)
 
     @cached_property
     def _run_up(self) -> RunUp:
-        return run_up(self._content[0], self.path, self.speed_from, self.speed_to, self.incomplete == "drop")
+        return run_up(self._prepared[0], self.path, self.speed_from, self.speed_to, self.incomplete == "drop")

@@ -9,7 +9,7 @@ from typing import NoReturn
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray
+from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.channel import Channel
 from ksmea.errors import SettingError
 from ksmea.speed_history import SpeedHistory
@@ -32,6 +32,7 @@ class RunUp:
     history: SpeedHistory | None
     time: Array | None  # (n_speed,) s
     remarks: tuple[str, ...]
+    order: Indices  # (n_speed, n_channel) the row of each
 
 
 def run_up(
@@ -63,7 +64,7 @@ def run_up(
         if channel in there:
             raise SettingError(
                 f"{path} line {line}: expected each speed and channel once, got {speed:g} rpm, {Channel(*channel)} again"
-                f" after line {rows.line[there[channel]]}; average them, or keep one"
+                f" after line {rows.line[there[channel]]}; average them (measurement.repeats=average), or keep one"
             )
         there[channel] = index
     complete = sorted(speed for speed, there in by_speed.items() if len(there) == len(first_lines))
@@ -91,6 +92,7 @@ def run_up(
         history=None if dropped else speed_history(speeds[recorded], None if time is None else time[recorded]),
         time=time,
         remarks=tuple(remarks),
+        order=order,
     )
 
 
@@ -106,7 +108,7 @@ def _refuse_incomplete(
     raise SettingError(
         f"{path} line {rows.line[index]}: expected every channel at every speed, got no {Channel(*missing)} at"
         f" {rows.speed[index]:g} rpm ({len(lacking)} of {len(by_speed)} speeds lack one);"
-        " measurement.incomplete=drop leaves such speeds out"
+        " measurement.incomplete=drop leaves such speeds out, interpolate brings channels to common ones"
     )
 
 

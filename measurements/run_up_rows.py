@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
+from ksmea.channel import DIRECTIONS, direction_at
 from ksmea.errors import SettingError, unknown
 
 REQUIRED = ("speed_rpm", "position_m", "direction", "amplitude_um_0pk")
@@ -31,6 +32,7 @@ ABOVE_ZERO = {  # and what to do where it is not
 }
 NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
 DECIMAL_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+", re.ASCII)
+MAX_ANGLE = 360  # degrees, of a direction
 MAX_QUOTED = 40  # characters of a file that a message quotes
 
 
@@ -48,14 +50,17 @@ class Rows:
     run: list[str] | None
 
 
+def rows_at(rows: Rows, indices: Sequence[int]) -> Rows:
+    """Some of the rows, in this order."""
+    return Rows(**{key: values and [values[index] for index in indices] for key, values in vars(rows).items()})
+
+
 def rows_of_run(rows: Rows, name: str, path: str) -> Rows:
     """The rows of one run, of a file with several."""
     names = rows.run or []
     if name not in names:
         raise unknown(f"run of {path}:", name, [*dict.fromkeys(names)])
-    kept = [index for index, each in enumerate(names) if each == name]
-    columns = {key: values and [values[index] for index in kept] for key, values in vars(rows).items()}
-    return Rows(**columns)
+    return rows_at(rows, [index for index, each in enumerate(names) if each == name])
 
 
 def read_bytes(path: str) -> bytes:
@@ -192,9 +197,7 @@ def _refuse_count(where: str, cells: Sequence[str], names: Sequence[str]) -> NoR
 def _value(where: str, name: str, cell: str) -> float | str | None:
     """A cell as a number or direction; None where an optional one is empty."""
     if name == "direction":
-        if cell not in ("x", "y"):
-            raise SettingError(f"{where}: expected direction x or y, got {quoted(cell)}")
-        return cell
+        return cell if cell in DIRECTIONS else _direction(where, cell)
     if not cell and name in OPTIONAL:
         return None
     if name == "run":
@@ -213,6 +216,12 @@ def _value(where: str, name: str, cell: str) -> float | str | None:
             f"{where}: expected {name} of 0 or more, got {quoted(cell)}; a sign belongs into phase_lead_deg"
         )
     return value
+
+
+def _direction(where: str, cell: str) -> str:
+    if not NUMBER.fullmatch(cell) or abs(float(cell)) > MAX_ANGLE:
+        raise SettingError(f"{where}: expected direction x, y or degrees from x towards y, got {quoted(cell)}")
+    return direction_at(float(cell))
 
 
 def _refuse_number(where: str, name: str, cell: str) -> NoReturn:

@@ -48,7 +48,9 @@ class Jeffcott(Problem):
                 "channels: expected 1X, got another harmonic, at which this rotor is at rest; leave it out"
             )
         if not all(channel.direction in DIRECTIONS for channel in channels):
-            raise SettingError("channels: expected directions x and y, got another one, which nobody asks of this rotor")
+            raise SettingError(
+                "channels: expected directions x and y, got another one, which nobody asks of this rotor"
+            )
         return replace(self, speed=speed, channels=tuple(channels))
 
     def response(self, x: Array) -> ComplexArray:

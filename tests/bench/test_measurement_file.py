@@ -168,7 +168,7 @@ BAD = {  # content, what the one line has to contain
     "negative amplitude": (text(*GOOD, "1300,0.1,x,-1,30,"), "line 6: expected amplitude_um_0pk of 0 or more, got '-1'"),
     "at rest": (text(*GOOD, "0,0.1,x,1,30,"), "line 6: expected speed_rpm above 0, got '0'"),
     "no sigma": (text(*GOOD[:3], "1200,0.1,y,1,30,0"), "line 5: expected sigma_um above 0, got '0'"),
-    "direction": (text(*GOOD, "1300,0.1,horizontal,1,30,"), "line 6: expected direction x or y, got 'horizontal'"),
+    "direction": (text(*GOOD, "1300,0.1,horizontal,1,30,"), "line 6: expected direction x, y or degrees from x towards y, got 'horizontal'"),
     "one speed": (text(*GOOD[:2]), "expected at least 2 speeds with every channel, got 1 (1000 rpm)"),
     "twice": (text(*GOOD, ROW), "line 6: expected each speed and channel once, got 1000 rpm, x at 0.1 m again after line 2"),
     "channel missing": (text(*GOOD[:3]), "line 4: expected every channel at every speed, got no y at 0.1 m at 1200 rpm"),

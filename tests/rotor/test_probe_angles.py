@@ -110,7 +110,13 @@ def test_one_skew_probe_identifies_what_it_sees():
 
 @pytest.mark.parametrize(
     ("direction", "message"),
-    [("90", "expected y, got '90'"), ("045", "expected 45"), ("360", "expected x"), ("z", "degrees"), ("nan", "degrees")],
+    [
+        ("90", "expected y, got '90'"),
+        ("045", "expected 45"),
+        ("360", "expected x"),
+        ("z", "degrees"),
+        ("nan", "degrees"),
+    ],
 )
 def test_each_direction_has_one_name(direction, message):
     with pytest.raises(SettingError, match=message):

@@ -1,0 +1,43 @@
+"""What one probe of a file shows at one harmonic, in the file's own units."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ksmea.arrays import Array
+
+
+@dataclass(frozen=True)
+class Curve:
+    """The rows of one probe in the order of the file, (n,) each. Texts are those of the file, empty where it does not say."""
+
+    name: str
+    where: str  # in the file, for messages
+    line: list[int]
+    speed: Array
+    amplitude: Array  # or the size of what is complex
+    phase: Array | None = None  # degrees, as a lag or a lead
+    sigma: Array | None = None  # in the unit of the amplitude, total for complex data
+    time: Array | None = None  # s from any origin
+    speed_unit: str = ""
+    unit: str = ""  # of amplitudes, with the detector: 'mil pp'
+    sense: str = ""  # of phases, lag or lead
+    angle: str = ""  # of the probe: '45° Right'
+    position: float | None = None  # m
+    direction: str = ""
+    harmonic: float = 1.0
+    is_compensated: bool = False  # slow roll is subtracted
+    left_out: Mapping[str, int] = field(default_factory=dict)  # rows, by reason
+
+    def rows(self, kept: Array, reason: str) -> Curve:
+        """The curve at some of its rows (n,) bool; the others are counted under a reason."""
+        if np.all(kept):
+            return self
+        indices = np.flatnonzero(kept)
+        parts = {name: getattr(self, name) for name in ("speed", "amplitude", "phase", "sigma", "time")}
+        changes = {name: None if part is None else part[indices] for name, part in parts.items()}
+        left_out = {**self.left_out, reason: self.left_out.get(reason, 0) + int(np.sum(~kept))}
+        return Curve(**{**vars(self), **changes, "line": [self.line[i] for i in indices], "left_out": left_out})

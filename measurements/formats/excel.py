@@ -1,0 +1,128 @@
+"""Excel files (.xlsx): one sheet, its headings in the first row that has them all."""
+
+from __future__ import annotations
+
+import io
+import zipfile
+from collections.abc import Sequence
+from datetime import datetime
+from typing import Any
+
+from ksmea.errors import SettingError, shortened, unknown
+from measurements.formats.sheet import Cell, Sheet, unit_row
+from measurements.run_up_rows import MAX_BYTES, MAX_ROWS, REQUIRED, quoted
+
+MAX_COLUMNS = 1000
+ZIP, OLD_EXCEL = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
+
+
+def read_excel(content: bytes, path: str, sheet: str, headings: Sequence[str], most_rows: int = MAX_ROWS) -> Sheet:
+    """The table of a sheet; `SettingError` where openpyxl is not installed, there are several sheets and none is named, or the
+    headings are nowhere."""
+    if content.startswith(OLD_EXCEL):
+        raise SettingError(
+            f"{path}: expected .xlsx, got an older or an encrypted Excel file; save it as .xlsx without password"
+        )
+    if not content.startswith(ZIP):
+        raise SettingError(f"{path}: expected an Excel file (.xlsx), got something else; name the format of the file")
+    try:
+        import openpyxl
+    except ImportError as error:
+        raise SettingError(
+            f"{path}: Excel files are read by openpyxl, which is not installed; pip install 'ksmea-bench[formats]', or save it as"
+            " CSV and give format=csv"
+        ) from error
+    _require_small(content, path)
+    try:
+        book: Any = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
+        names = list(book.sheetnames)
+    except Exception as error:  # openpyxl raises whatever a damaged archive makes it meet
+        raise _unreadable(path, error) from error
+    try:
+        return _table(book, path, _chosen(names, sheet, path), list(headings), most_rows)
+    except SettingError:
+        raise
+    except Exception as error:
+        raise _unreadable(path, error) from error
+    finally:
+        book.close()
+
+
+def _require_small(content: bytes, path: str) -> None:
+    """A zip archive may hold a thousand times its own size."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            size = sum(entry.file_size for entry in archive.infolist())
+    except Exception as error:
+        raise _unreadable(path, error) from error
+    if size > MAX_BYTES:
+        raise SettingError(
+            f"{path}: expected at most {MAX_BYTES >> 20} MB unpacked, got {size >> 20} MB; remove other sheets"
+        )
+
+
+def _chosen(names: list[str], sheet: str, path: str) -> str:
+    if sheet:
+        if sheet not in names:
+            raise SettingError(f"{path}: {unknown('sheet', sheet, names)}")
+        return sheet
+    if len(names) != 1:
+        raise SettingError(f"{path}: expected one sheet, got {shortened(', '.join(names), 200)}; give sheet=NAME")
+    return names[0]
+
+
+def _table(book: Any, path: str, sheet: str, headings: list[str], most_rows: int) -> Sheet:
+    names: list[str] = []
+    lines: list[int] = []
+    rows: list[list[Cell]] = []
+    units: dict[str, str] = {}
+    wanted = {each.lower() for each in headings if not each.startswith("#")} or set(REQUIRED)
+    where = f"{path} sheet {shortened(sheet)}"
+    for number, values in enumerate(book[sheet].iter_rows(values_only=True, max_col=MAX_COLUMNS), start=1):
+        cells = [_cell(value) for value in values]
+        if not any(cell != "" for cell in cells):
+            continue
+        if not names:
+            texts = [str(cell).strip() for cell in cells]
+            if wanted <= {text.lower() for text in texts}:
+                names = texts
+                for name in names:
+                    if name and names.count(name) > 1:
+                        raise SettingError(
+                            f"{where} line {number}: expected each heading once, got {shortened(repr(name))} twice; rename one"
+                        )
+            continue
+        cells = cells[: len(names)] + [""] * (len(names) - len(cells))
+        if not rows and not units and (found := unit_row(names, cells)) is not None:
+            units = found
+            continue
+        if len(rows) == most_rows:
+            raise SettingError(f"{where} line {number}: expected at most {most_rows} rows, got more; thin them out")
+        lines.append(number)
+        rows.append(cells)
+    if not names:
+        raise SettingError(
+            f"{where}: expected a row with the headings {shortened(', '.join(sorted(wanted)), 200)}, got none"
+        )
+    if not rows:
+        raise SettingError(f"{where}: expected rows below the headings, got none")
+    return Sheet(where, lines, {name: [row[index] for row in rows] for index, name in enumerate(names) if name}, units)
+
+
+def _cell(value: object) -> Cell:
+    if value is None:
+        return ""
+    if isinstance(value, bool):
+        return str(value)
+    if isinstance(value, (int, float)):
+        try:
+            return float(value)
+        except OverflowError:
+            return str(value)
+    if isinstance(value, datetime):
+        return value.isoformat(" ")
+    return str(value).strip()
+
+
+def _unreadable(path: str, error: Exception) -> SettingError:
+    return SettingError(f"{path}: expected an Excel file that can be read, got {quoted(error)}; save it again")

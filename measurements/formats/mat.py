@@ -1,0 +1,90 @@
+"""MATLAB files up to version 7: each numeric variable is a column, of a matrix each column, of a structure each field.
+
+A vector `n` is called n, the second column of a matrix `q` is q[2], a field is S.n.
+"""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+from scipy.io import loadmat
+
+from ksmea.errors import SettingError, shortened
+from measurements.formats.sheet import Sheet
+from measurements.run_up_rows import MAX_BYTES, quoted
+
+HDF5 = b"\x89HDF\r\n\x1a\n"
+MAX_COLUMNS = 1000
+DEEPEST = 3  # structures within each other
+
+
+def read_mat(content: bytes, path: str, headings: Sequence[str]) -> Sheet:
+    """The columns of a .mat file that are as long as the one that is named first, or as most are."""
+    if HDF5 in content[:1024] or content[:20].startswith(b"MATLAB 7.3"):
+        raise SettingError(
+            f"{path}: expected a .mat file of version 7 or before, got 7.3; save it by save('run.mat', …, '-v7') in MATLAB"
+        )
+    try:
+        variables: dict[str, Any] = loadmat(
+            io.BytesIO(content), squeeze_me=False, verify_compressed_data_integrity=True
+        )
+    except NotImplementedError as error:
+        raise SettingError(
+            f"{path}: expected a .mat file of version 7 or before, got another; save it by save('run.mat', …, '-v7')"
+        ) from error
+    except MemoryError as error:
+        raise SettingError(f"{path}: expected a .mat file, got one whose sizes make no sense; save it again") from error
+    except Exception as error:  # whatever a damaged file makes scipy meet
+        raise SettingError(
+            f"{path}: expected a .mat file that can be read, got {quoted(error)}; save it again"
+        ) from error
+    columns: dict[str, np.ndarray] = {}
+    for name, column in _columns(variables):
+        if len(columns) == MAX_COLUMNS:
+            raise SettingError(f"{path}: expected at most {MAX_COLUMNS} columns, got more; save what is needed alone")
+        columns[name] = column
+    if sum(column.nbytes for column in columns.values()) > 8 * MAX_BYTES:
+        raise SettingError(
+            f"{path}: expected at most {8 * MAX_BYTES >> 20} MB of numbers, got more; save what is needed alone"
+        )
+    if not columns:
+        raise SettingError(f"{path}: expected numeric variables, got none")
+    length = _length(columns, headings, path)
+    return Sheet(
+        path, range(1, length + 1), {name: column for name, column in columns.items() if len(column) == length}
+    )
+
+
+def _length(columns: dict[str, np.ndarray], headings: Sequence[str], path: str) -> int:
+    """The common length of the columns that are named."""
+    for heading in headings:
+        if heading not in columns:
+            continue
+        for other in headings:
+            if other in columns and len(columns[other]) != len(columns[heading]):
+                raise SettingError(
+                    f"{path}: expected columns of one length, got {len(columns[heading])} in {shortened(heading)} and"
+                    f" {len(columns[other])} in {shortened(other)}; cut them in MATLAB"
+                )
+        return len(columns[heading])
+    lengths = [len(column) for column in columns.values()]
+    return max(set(lengths), key=lambda each: (lengths.count(each), each))
+
+
+def _columns(variables: dict[str, Any], prefix: str = "", depth: int = 1) -> Iterator[tuple[str, np.ndarray]]:
+    for name, value in variables.items():
+        if name.startswith("__") or not isinstance(value, np.ndarray):
+            continue
+        if value.dtype.names and value.size == 1 and depth < DEEPEST:
+            record = value.reshape(-1)[0]
+            yield from _columns({each: record[each] for each in value.dtype.names}, f"{prefix}{name}.", depth + 1)
+        elif value.dtype.kind in "iufc" and value.ndim == 2:
+            whole = value if value.dtype.kind == "c" else value.astype(float)
+            if 1 in value.shape:
+                yield f"{prefix}{name}", whole.reshape(-1)
+            elif value.shape[1] <= MAX_COLUMNS:
+                for column in range(value.shape[1]):
+                    yield f"{prefix}{name}[{column + 1}]", whole[:, column]

@@ -1,0 +1,157 @@
+"""Vectors at multiples of the speed of rotation from waveforms and a keyphasor, turn by turn.
+
+The angle θ(t) of the shaft is a cubic spline through the pulses, 2π apart, so that a speed that changes within a turn turns no
+phase. In windows of whole turns the waveform is fitted, by least squares, by a constant, a straight line and a harmonic series,
+
+    x(t) ≈ a + b t + Σ_h Re(q_h e^{ihθ(t)}),
+
+so that q_h is zero to peak and its phase is a lead, counted from the pulse. Samples need not divide the turn evenly. The first
+harmonics are fitted along even where nobody asks for them, so that they do not leak into those that are asked for.
+
+The noise of a vector is what differs from one window to the next: of white noise the second difference of three disjoint windows
+has the variance 6 s², and a vector that changes evenly with speed leaves nothing of itself there.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+
+from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.errors import SettingError
+from ksmea.units import TURN
+
+ALONG = (1.0, 2.0, 3.0)  # harmonics that are fitted in any case
+SAMPLES_PER_UNKNOWN = 2  # in each window, at least
+FEWEST_WINDOWS = 5  # that say a noise
+NEIGHBOURS = 10  # windows on either side that share their noise
+REARMED, CROSSED = 0.25, 0.5  # of a pulse's height: below the one it is over, at the other it is there
+IRREGULAR = 1.5  # times as long as the turn before: a pulse is missing, or one too many
+CLEAR = 5.0  # times as high as what the signal does beside its pulses, in the median
+
+
+@dataclass(frozen=True)
+class Tracked:
+    """Vectors of windows one after the other."""
+
+    time: Array  # (n_window,) s, where each begins
+    speed: Array  # (n_window,) rad/s, mean
+    values: ComplexArray  # (n_window, n_signal, n_harmonic), zero to peak
+    sigma: Array | None  # the same shape, total; None where the windows are too few to say
+    first: Indices  # (n_window,) the first sample
+
+
+def pulse_times(time: Array, keyphasor: Array) -> Array:
+    """When each pulse begins, s: its leading edge at half its height, whether it goes up or down. Raises `SettingError`
+    where there are no pulses."""
+    rest = float(np.median(keyphasor))
+    up, down = float(np.max(keyphasor)) - rest, rest - float(np.min(keyphasor))
+    height = (keyphasor - rest) / (up if up >= down else -down) if max(up, down) > 0 else np.zeros(len(time))
+    if not np.any(height) or float(np.median(np.abs(height))) * CLEAR > 1:
+        raise SettingError(
+            "keyphasor: expected pulses from a level at rest, got none; name the column of the keyphasor"
+        )
+    above, below = height >= CROSSED, height < REARMED
+    state = np.where(above, 1, np.where(below, -1, 0))  # 0 keeps what was before
+    known = np.flatnonzero(state)
+    edges = known[1:][(state[known][1:] == 1) & (state[known][:-1] == -1)]
+    before = edges - 1
+    part = (CROSSED - height[before]) / (height[edges] - height[before])
+    return np.asarray(time[before] + part * (time[edges] - time[before]))
+
+
+def tracked(time: Array, signals: Array, pulses: Array, harmonics: tuple[float, ...], revolutions: int = 1) -> Tracked:
+    """Vectors of signals (n_sample, n_signal) at harmonics, from windows of `revolutions` turns between pulses (n_pulse,) s.
+
+    Raises `SettingError` where pulses are missing, samples too few, or a harmonic is not whole in a window.
+    """
+    for harmonic in harmonics:
+        if abs(harmonic * revolutions - round(harmonic * revolutions)) > 1e-9:
+            raise SettingError(
+                f"revolutions: expected windows with whole periods of {harmonic:g}X, got {revolutions} turns; give more, such as"
+                f" revolutions={_whole(harmonic)}"
+            )
+    if len(pulses) < revolutions + 1:
+        raise SettingError(
+            f"keyphasor: expected at least {revolutions + 1} pulses, got {len(pulses)}; check the column, or lower revolutions"
+        )
+    _require_regular(pulses)
+    ends = pulses[: (len(pulses) - 1) // revolutions * revolutions + 1 : revolutions]
+    starts = np.searchsorted(time, ends)
+    counts = np.diff(starts)
+    fitted = tuple(dict.fromkeys((*harmonics, *ALONG)))
+    if np.min(counts) < SAMPLES_PER_UNKNOWN * (2 + 2 * len(fitted)):
+        fitted = tuple(harmonics)
+    n_basis = 2 + 2 * len(fitted)
+    if np.min(counts) < SAMPLES_PER_UNKNOWN * n_basis:
+        raise SettingError(
+            f"waveform: expected at least {SAMPLES_PER_UNKNOWN * n_basis} samples in {revolutions} turns, got {np.min(counts)};"
+            " sample faster, or give more revolutions"
+        )
+    inside = slice(int(starts[0]), int(starts[-1]))
+    angle = TURN * _turns(pulses, time[inside])
+    window = np.repeat(np.arange(len(counts)), counts)
+    along = (time[inside] - ends[window]) / np.diff(ends)[window] - 0.5
+    basis = [np.ones(len(along)), along]
+    for harmonic in fitted:
+        basis += [np.cos(harmonic * angle), -np.sin(harmonic * angle)]
+    coefficients = _least_squares(np.stack(basis), signals[inside].T, starts[:-1] - starts[0])
+    values = coefficients[:, 2::2] + 1j * coefficients[:, 3::2]  # (n_window, n_harmonic, n_signal)
+    values = np.moveaxis(values[:, : len(harmonics)], 1, 2)
+    speed = TURN * revolutions / np.diff(ends)
+    return Tracked(ends[:-1], speed, values, noise_of(values), starts[:-1])
+
+
+def noise_of(values: ComplexArray) -> Array | None:
+    """Standard deviation (total) of vectors (n_window, …) by their second differences over neighbouring windows; None where
+    these are too few."""
+    if len(values) < FEWEST_WINDOWS:
+        return None
+    squared = np.abs(values[:-2] - 2 * values[1:-1] + values[2:]) ** 2 / 6  # of the windows 1 … n − 2
+    total = np.concatenate([np.zeros((1, *values.shape[1:])), np.cumsum(squared, axis=0)])
+    centre = np.arange(len(values)) - 1
+    low, high = np.clip(centre - NEIGHBOURS, 0, len(squared)), np.clip(centre + NEIGHBOURS + 1, 0, len(squared))
+    shape = (-1,) + (1,) * (values.ndim - 1)
+    return np.asarray(np.sqrt((total[high] - total[low]) / (high - low).reshape(shape)))
+
+
+def _least_squares(basis: Array, signals: Array, starts: Indices) -> Array:
+    """Coefficients (n_window, n_basis, n_signal) of basis functions (n_basis, n_sample) in signals (n_signal, n_sample), in
+    windows that begin at `starts`, by normal equations: a harmonic series over whole turns is well conditioned."""
+    n_basis = len(basis)
+    gram = np.empty((len(starts), n_basis, n_basis))
+    for row in range(n_basis):
+        for column in range(row + 1):
+            sums = np.add.reduceat(basis[row] * basis[column], starts)
+            gram[:, row, column] = gram[:, column, row] = sums
+    right = np.stack(
+        [np.stack([np.add.reduceat(each * signal, starts) for each in basis], axis=-1) for signal in signals], axis=-1
+    )
+    return np.linalg.solve(gram, right)
+
+
+def _turns(pulses: Array, time: Array) -> Array:
+    """How many turns after the first pulse, at times between the first and the last."""
+    number = np.arange(len(pulses), dtype=float)
+    if len(pulses) < 4:
+        return np.interp(time, pulses, number)
+    return np.asarray(CubicSpline(pulses, number)(time))
+
+
+def _require_regular(pulses: Array) -> None:
+    turns = np.diff(pulses)
+    ratio = turns[1:] / turns[:-1]
+    bad = np.flatnonzero((ratio > IRREGULAR) | (ratio < 1 / IRREGULAR))
+    if len(bad):
+        at = int(bad[0]) + 1
+        raise SettingError(
+            f"keyphasor: expected one pulse in each turn, got turns of {turns[at - 1]:.4g} s and {turns[at]:.4g} s one after the"
+            f" other at {pulses[at]:.6g} s; a pulse is missing or there is one too many: cut the record, or clean the signal"
+        )
+
+
+def _whole(harmonic: float) -> int:
+    """The fewest turns with whole periods of a harmonic."""
+    return next((n for n in range(1, 101) if abs(harmonic * n - round(harmonic * n)) < 1e-9), 100)

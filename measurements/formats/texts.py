@@ -1,0 +1,77 @@
+"""Text files of instruments: their encodings, separators, decimal marks and numbers."""
+
+from __future__ import annotations
+
+import csv
+import io
+import math
+import re
+from collections.abc import Iterator, Sequence
+
+from ksmea.errors import SettingError
+from measurements.run_up_rows import quoted
+
+BYTE_ORDER_MARKS = {b"\xff\xfe": "utf-16", b"\xfe\xff": "utf-16", b"\xef\xbb\xbf": "utf-8-sig"}
+SEPARATORS = (";", "\t", "|", ",")
+POINT = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eEdD][-+]?[0-9]+)?", re.ASCII)
+COMMA = re.compile(r"[-+]?([0-9]+,[0-9]*|,[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
+MISSING = {"", "-", "--", "---", "n/a", "na", "nan", "null", "none", "invalid", "#n/a", "*", "inf", "-inf", "+inf"}
+LONGEST_LINE = 100_000  # characters
+
+
+def text_of(content: bytes, path: str) -> str:
+    """The content as text: by its byte order mark, as UTF-16 where every other byte is 0, else UTF-8, else Windows-1252."""
+    encodings = [name for mark, name in BYTE_ORDER_MARKS.items() if content.startswith(mark)]
+    if not encodings:
+        head = content[:1000]
+        odd, even = head[1::2].count(0), head[::2].count(0)
+        wide = max(odd, even) > len(head) // 4  # half of a Latin text in UTF-16 is 0
+        encodings = ["utf-16-le" if odd >= even else "utf-16-be"] if wide else ["utf-8", "cp1252"]
+    for encoding in encodings:
+        try:
+            text = content.decode(encoding)
+        except UnicodeDecodeError:
+            continue
+        if "\0" not in text:
+            return text
+    raise SettingError(
+        f"{path}: expected a text in UTF-8, UTF-16 or Windows-1252, got binary data; name the format of the file"
+    )
+
+
+def rows_of_cells(text: str, separator: str, path: str) -> Iterator[tuple[int, list[str]]]:
+    """Number and stripped cells of each line that holds something."""
+    for number, line in enumerate(io.StringIO(text, newline=None), start=1):
+        if not line.strip(separator + " \t\n"):
+            continue
+        if len(line) > LONGEST_LINE:
+            raise SettingError(f"{path} line {number}: expected cells of a table, got a line of {len(line)} characters")
+        try:
+            (cells,) = csv.reader([line.strip("\n")], delimiter=separator, strict=True)
+        except (csv.Error, ValueError) as error:
+            raise SettingError(f"{path} line {number}: expected cells of a table, got {quoted(error)}") from error
+        yield number, [cell.strip() for cell in cells]
+
+
+def has_decimal_commas(cells: Sequence[str], where: str) -> bool:
+    """Whether numbers are written with commas. `SettingError` where some are and some have points: one of them may be a mark
+    of thousands."""
+    comma = next((cell for cell in cells if COMMA.fullmatch(cell)), None)
+    point = next((cell for cell in cells if "." in cell and POINT.fullmatch(cell)), None)
+    if comma is not None and point is not None:
+        raise SettingError(
+            f"{where}: expected one decimal mark, got {quoted(comma)} and {quoted(point)}; write all numbers alike, without marks"
+            " of thousands"
+        )
+    return comma is not None
+
+
+def number(cell: str, where: str, *, decimal_comma: bool = False) -> float:
+    """A cell as a number; NaN where it says that there is none. `SettingError` where it is something else."""
+    if cell.lower() in MISSING:
+        return math.nan
+    if decimal_comma and COMMA.fullmatch(cell):
+        cell = cell.replace(",", ".")
+    if not POINT.fullmatch(cell):
+        raise SettingError(f"{where}: expected a number, got {quoted(cell)}; correct it, or remove the row")
+    return float(cell.lower().replace("d", "e"))

@@ -1,0 +1,102 @@
+"""Units as files spell them: of amplitudes with their detector (peak to peak, zero to peak, rms), and of speeds."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+
+from ksmea.units import HERTZ, INCH, MICROMETRE, RPM
+
+MIL = 1e-3 * INCH  # m
+STANDARD_GRAVITY = 9.80665  # m/s²: exact by definition
+MILLIMETRE = 1e-3  # m
+
+# Size in SI, and how often displacement is differentiated in time.
+UNITS = {
+    "um": (MICROMETRE, 0),
+    "mil": (MIL, 0),
+    "mm": (MILLIMETRE, 0),
+    "in": (INCH, 0),
+    "m": (1.0, 0),
+    "mm/s": (MILLIMETRE, 1),
+    "in/s": (INCH, 1),
+    "m/s": (1.0, 1),
+    "g": (STANDARD_GRAVITY, 2),
+    "m/s2": (1.0, 2),
+}
+ZERO_TO_PEAK = {"pp": 0.5, "0pk": 1.0, "rms": 2**0.5}  # of an amplitude, of a sinusoid
+DETECTORS = tuple(ZERO_TO_PEAK)
+SPEED_UNITS = {"rpm": RPM, "Hz": HERTZ, "rad/s": 1.0}  # rad/s
+
+_SPELT = {
+    "mils": "mil",
+    "micron": "um",
+    "microns": "um",
+    "micrometer": "um",
+    "micrometre": "um",
+    "inch": "in",
+    "inches": "in",
+    "ips": "in/s",
+    "m/s^2": "m/s2",
+    "m/s**2": "m/s2",
+    "g's": "g",
+}
+_DETECTOR = {
+    "pp": r"p-?p|pk-?pk|peak[- ]?(?:to[- ])?peak",
+    "rms": r"rms|eff",
+    "0pk": r"0-?pk?|0-peak|zero[- ]to[- ]peak|pk|peak",
+}
+_SPEED = {
+    "rpm": ("rpm", "cpm", "1/min", "u/min", "min-1", "min^-1", "r/min", "rev/min"),
+    "Hz": ("hz", "cps", "1/s", "s-1", "rev/s"),
+    "rad/s": ("rad/s", "rad/sec"),
+}
+_PARENTHESES = re.compile(r"[\[(]([^\[\]()]*)[\])]\s*$")
+
+
+@dataclass(frozen=True)
+class AmplitudeUnit:
+    """What a text says of an amplitude: its unit and its detector, either empty where it does not say."""
+
+    unit: str
+    detector: str
+
+
+def amplitude_unit(text: str) -> AmplitudeUnit | None:
+    """The unit that a text names, or None where it names none of `UNITS`.
+
+    >>> amplitude_unit("mil pp"), amplitude_unit("µm 0-pk")
+    (AmplitudeUnit(unit='mil', detector='pp'), AmplitudeUnit(unit='um', detector='0pk'))
+    """
+    left = text.strip().lower().replace("µ", "u").replace("μ", "u").replace("²", "2").replace("_", " ")
+    detector = ""
+    for name, pattern in _DETECTOR.items():
+        left, found = re.subn(rf"(?:^|(?<=\s))(?:{pattern})$", "", left)
+        if found:
+            detector = name
+            break
+    left = left.strip(" ,-")
+    unit = _SPELT.get(left, left)
+    if unit and unit not in UNITS:
+        return None
+    return AmplitudeUnit(unit, detector)
+
+
+def speed_unit(text: str) -> str:
+    """The unit of a speed that a text names; empty where it names none.
+
+    >>> speed_unit("1/min"), speed_unit("furlongs")
+    ('rpm', '')
+    """
+    spelt = text.strip().lower()
+    return next((name for name, texts in _SPEED.items() if spelt in texts), "")
+
+
+def unit_in_heading(heading: str) -> str:
+    """What stands in brackets at the end of a heading; empty where nothing does.
+
+    >>> unit_in_heading("1X Amp (µm pp)"), unit_in_heading("Speed")
+    ('µm pp', '')
+    """
+    found = _PARENTHESES.search(heading)
+    return found[1] if found else ""

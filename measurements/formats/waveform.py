@@ -1,0 +1,163 @@
+"""Raw waveforms beside a keyphasor, from a text table, an Excel or .mat file or a universal file, by `columns`:
+
+    columns=[time=t,keyphasor=KPH,signal.1X=probe A,signal.1Y=probe B]
+
+Without `time` the `sampling` rate is needed. Vectors are those of `order_tracking`: zero to peak, a phase that leads.
+"""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.errors import SettingError, shortened, unknown
+from ksmea.units import RPM
+from measurements.formats.answers import Answers
+from measurements.formats.curve import Curve
+from measurements.formats.delimited import read_delimited
+from measurements.formats.excel import ZIP, read_excel
+from measurements.formats.mat import HDF5, read_mat
+from measurements.formats.order_tracking import Tracked, pulse_times, tracked
+from measurements.formats.sheet import Sheet
+from measurements.formats.uff import waveforms_of_uff
+
+TIME, KEYPHASOR, SIGNAL = "time", "keyphasor", "signal"
+MAX_SAMPLES = 2_000_000  # rows of a text or an Excel sheet
+UNEVEN = 0.01  # of a step of time, by which steps may differ
+UNIVERSAL = re.compile(rb"^ *-1 *\r?\n", re.MULTILINE)
+
+
+def read_waveform(content: bytes, answers: Answers) -> list[Curve]:
+    """The probes of a file with waveforms, each at each harmonic that is asked for."""
+    if answers.phase in ("lag", "lead"):
+        raise SettingError(
+            f"phase: expected none with format=waveform, whose phases are computed here, got {answers.phase}"
+        )
+    columns = _columns(answers.columns)
+    sheet = _sheet(content, answers, list(columns.values()))
+    time = _time(sheet, columns.get(TIME), answers)
+    names = [role.removeprefix(f"{SIGNAL}.") for role in columns if role.startswith(f"{SIGNAL}.")]
+    headings = [columns[f"{SIGNAL}.{name}"] for name in names]
+    signals = np.stack([_complete(sheet, heading) for heading in headings], axis=1)
+    pulses = pulse_times(time, _complete(sheet, columns[KEYPHASOR]))
+    found = tracked(time, signals, pulses, tuple(answers.harmonics), answers.revolutions)
+    return [
+        _curve(found, sheet, name, sheet.unit(heading), number, order, harmonic)
+        for number, (name, heading) in enumerate(zip(names, headings))
+        for order, harmonic in enumerate(answers.harmonics)
+    ]
+
+
+def _columns(texts: Sequence[str]) -> dict[str, str]:
+    """Headings by role."""
+    found: dict[str, str] = {}
+    for text in texts:
+        role, separator, heading = text.partition("=")
+        role = role.strip()
+        if not separator or not heading.strip():
+            raise SettingError(f"columns: expected role=heading, such as keyphasor=KPH, got {shortened(repr(text))}")
+        if role not in (TIME, KEYPHASOR) and not re.fullmatch(rf"{SIGNAL}\.\S.*", role):
+            raise unknown("role in columns:", role, (TIME, KEYPHASOR, f"{SIGNAL}.NAME"))
+        if role in found:
+            raise SettingError(f"columns: expected each role once, got {shortened(role)} twice; remove one")
+        found[role] = heading.strip()
+    if KEYPHASOR not in found or not any(role.startswith(SIGNAL) for role in found):
+        raise SettingError(
+            "columns: expected keyphasor=HEADING and signal.NAME=HEADING with format=waveform, got"
+            f" {', '.join(found) or 'none'}; add them"
+        )
+    return found
+
+
+def _sheet(content: bytes, answers: Answers, headings: Sequence[str]) -> Sheet:
+    """The columns of whatever file it is, by how that begins."""
+    path = answers.path
+    if content.startswith(ZIP):
+        return read_excel(content, path, answers.sheet, headings, MAX_SAMPLES)
+    if content.startswith(b"MATLAB") or HDF5 in content[:1024]:
+        return read_mat(content, path, headings)
+    if UNIVERSAL.match(content):
+        return waveforms_of_uff(content, path)
+    return _fast(content, path, headings) or read_delimited(content, path, headings, MAX_SAMPLES)
+
+
+def _fast(content: bytes, path: str, headings: Sequence[str]) -> Sheet | None:
+    """A plain text of numbers below one line of headings in UTF-8, which most long records are; None where it is anything
+    else, which is read cell by cell."""
+    head, _, body = content.partition(b"\n")
+    for separator in (",", "\t", ";"):
+        names = [name.strip() for name in head.decode("utf-8-sig", "replace").strip().split(separator)]
+        if len(names) > 1 and set(headings) <= set(names) and len(set(names)) == len(names) and b'"' not in head:
+            try:
+                with io.BytesIO(body) as text:
+                    values = np.loadtxt(text, delimiter=separator, ndmin=2, comments=None)
+            except ValueError:
+                return None
+            if values.shape[1] != len(names) or not np.all(np.isfinite(values)) or len(values) > MAX_SAMPLES:
+                return None
+            return Sheet(path, range(2, len(values) + 2), {name: values[:, at] for at, name in enumerate(names)})
+    return None
+
+
+def _time(sheet: Sheet, heading: str | None, answers: Answers) -> Array:
+    if heading is None:
+        if TIME in sheet.columns and isinstance(sheet.columns[TIME], np.ndarray) and answers.sampling is None:
+            heading = TIME  # a universal file's own
+        elif answers.sampling is None:
+            raise SettingError(
+                f"{sheet.where}: expected a column of time or a sampling rate, got none; give sampling=Hz"
+            )
+        else:
+            return np.arange(len(sheet.lines)) / answers.sampling
+    if answers.sampling is not None:
+        raise SettingError("sampling: expected none beside a column of time, got both; leave one out")
+    time = _complete(sheet, heading) * _seconds(sheet.unit(heading))
+    steps = np.diff(time)
+    if len(time) < 2 or np.any(steps <= 0):
+        first = int(np.flatnonzero(steps <= 0)[0]) + 1 if len(time) > 1 else 0
+        raise SettingError(
+            f"{sheet.where} line {sheet.lines[first]}: expected times that rise, got one that does not; sort them"
+        )
+    if np.any(np.abs(steps - np.median(steps)) > max(UNEVEN, 0.6e-6 / float(np.median(steps))) * np.median(steps)):
+        first = int(np.argmax(np.abs(steps - np.median(steps)))) + 1
+        raise SettingError(
+            f"{sheet.where} line {sheet.lines[first]}: expected samples at even steps of time, got one after {steps[first - 1]:.4g} s"
+            f" where others take {np.median(steps):.4g} s; cut the record there"
+        )
+    return time
+
+
+def _seconds(unit: str) -> float:
+    return {"ms": 1e-3, "us": 1e-6, "µs": 1e-6}.get(unit.strip().lower(), 1.0)
+
+
+def _complete(sheet: Sheet, heading: str) -> Array:
+    values = sheet.numbers(heading)
+    if np.any(bad := ~np.isfinite(values)):
+        first = int(np.flatnonzero(bad)[0])
+        raise SettingError(
+            f"{sheet.where} line {sheet.lines[first]}: expected a number in {shortened(heading)}, got none; cut the record there"
+        )
+    return values
+
+
+def _curve(found: Tracked, sheet: Sheet, name: str, unit: str, number: int, order: int, harmonic: float) -> Curve:
+    values = found.values[:, number, order]
+    return Curve(
+        name,
+        "",
+        [int(sheet.lines[first]) for first in found.first],
+        found.speed / RPM,
+        np.abs(values),
+        phase=np.angle(values, deg=True),
+        sigma=None if found.sigma is None else found.sigma[:, number, order],
+        time=found.time,
+        speed_unit="rpm",
+        unit=f"{unit} 0pk".strip(),
+        sense="lead",
+        harmonic=harmonic,
+    )
