@@ -1,15 +1,36 @@
-"""A measurement written as the file that `measurement=file` reads."""
+"""A measurement, or rows that were read, written as the file that `measurement=file` reads."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.measurement import Measurement
 from ksmea.units import DEGREE, MICROMETRE, RPM
-from measurements.run_up_rows import REQUIRED
+from measurements.run_up_rows import REQUIRED, Rows
+
+
+def rows_as_csv(rows: Rows, remarks: Iterable[str] = ()) -> str:
+    """The rows of one run as such a file, in their order; the way back is exact to the last bit."""
+    optional = {
+        "phase_lead_deg": rows.phase,
+        "sigma_um": rows.sigma,
+        "time_s": rows.time,
+        "harmonic": None if all(harmonic == 1 for *_, harmonic in rows.channel) else [each[2] for each in rows.channel],
+    }
+    columns = [(name, values) for name, values in optional.items() if values is not None]
+    lines = [*(f"# {remark}" for remark in remarks), ",".join((*REQUIRED, *(name for name, _ in columns)))]
+    for index, (speed, (position, direction, _), amplitude) in enumerate(zip(rows.speed, rows.channel, rows.amplitude)):
+        numbers = (_exact(values[index]) for _, values in columns)
+        lines.append(",".join([_exact(speed), _exact(position), direction, _exact(amplitude), *numbers]))
+    return "\n".join(lines) + "\n"
+
+
+def _exact(number: float) -> str:
+    """The shortest text that is read as the same number."""
+    return repr(float(number)).removesuffix(".0")
 
 
 def as_csv(measurement: Measurement, remarks: Sequence[str] = (), time: Array | None = None) -> str:

@@ -9,6 +9,7 @@ not, a speed at which e exceeds 2 % of the vector is left out, and so is one who
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -59,7 +60,7 @@ def _cubic(speed: Array, values: Array | ComplexArray, right: Indices, at: Array
     first = np.clip(right - 2, 0, len(speed) - n_node)
     nodes = first[:, None] + np.arange(n_node)
     x = speed[nodes]
-    total = np.zeros(len(at), dtype=values.dtype)
+    total: Any = np.zeros(len(at), dtype=values.dtype)
     for node in range(n_node):
         others = [other for other in range(n_node) if other != node]
         weight = np.prod([(at - x[:, other]) / (x[:, node] - x[:, other]) for other in others], axis=0)

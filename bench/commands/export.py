@@ -1,12 +1,14 @@
 """`export ioh|coco|csv NAME|DIR [--out DIR]`: the course of each run for the programs of other benchmarks.
 
-`instances.csv` beside it says which settings the numbers of functions and instances stand for.
+`instances.csv` beside it says which settings the numbers of functions and instances stand for. `export measurement` writes a
+synthetic measurement (`bench/commands/export_measurement.py`).
 """
 
 from __future__ import annotations
 
 from pathlib import Path
 
+from bench.commands.export_measurement import export_measurement
 from bench.commands.folders import one_folder, with_option
 from bench.plan.plan import read_plan
 from bench.reports.exports.coco import write_coco
@@ -17,17 +19,20 @@ from bench.reports.tables import csv_text
 from bench.storage.files import new_folder
 from ksmea.errors import SettingError, unknown, visible
 
+MEASUREMENT = "measurement"
 FORMATS = {"ioh": write_ioh, "coco": write_coco, "csv": write_table}
 
 
 def export(words: list[str]) -> int:
     """Write the files into a new folder, below that of the results unless another is named, and print what they hold."""
+    if words[:1] == [MEASUREMENT]:
+        return export_measurement(words[1:])
     names, out = with_option(words, "--out", "export")
     if len(names) != 2:
         raise SettingError(f"export: expected a format and a folder of results, as ioh contest, got {len(names)} words")
     asked, name = names
     if asked not in FORMATS:
-        raise unknown("format of export:", asked, FORMATS)
+        raise unknown("format of export:", asked, [*FORMATS, MEASUREMENT])
     folder = one_folder([name], "export")
     output = folder / asked if out is None else Path(out)
     with new_folder(output) as partial:

@@ -13,6 +13,7 @@ COMMANDS = {
     "collect": "bench.commands.collect:collect_again",
     "merge": "bench.commands.merge:merge",
     "export": "bench.commands.export:export",
+    "import": "bench.commands.import_file:import_file",
     "verify": "bench.commands.verify:verify",
     "reference": "bench.commands.reference:reference",
     "new": "bench.commands.new:new",

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
 from ksmea.arrays import Array
+
+Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
 
 @dataclass(frozen=True)
@@ -32,12 +35,12 @@ class Curve:
     is_compensated: bool = False  # slow roll is subtracted
     left_out: Mapping[str, int] = field(default_factory=dict)  # rows, by reason
 
-    def rows(self, kept: Array, reason: str) -> Curve:
+    def rows(self, kept: Flags, reason: str) -> Curve:
         """The curve at some of its rows (n,) bool; the others are counted under a reason."""
         if np.all(kept):
             return self
         indices = np.flatnonzero(kept)
         parts = {name: getattr(self, name) for name in ("speed", "amplitude", "phase", "sigma", "time")}
         changes = {name: None if part is None else part[indices] for name, part in parts.items()}
-        left_out = {**self.left_out, reason: self.left_out.get(reason, 0) + int(np.sum(~kept))}
+        left_out = {**self.left_out, reason: self.left_out.get(reason, 0) + int(np.count_nonzero(np.logical_not(kept)))}
         return Curve(**{**vars(self), **changes, "line": [self.line[i] for i in indices], "left_out": left_out})

@@ -91,7 +91,7 @@ def _chosen(curves: Sequence[Curve], answers: Answers) -> tuple[list[tuple[Curve
 
 
 def _decided(curve: Curve, place: Place | None, answers: Answers) -> Decided:
-    where = f"{answers.path} {curve.where}"
+    where = f"{answers.path} {curve.where}".strip()
     stated = place.direction if place and place.direction else curve.direction or curve.angle
     direction = model_direction(stated, answers.rotation, f"{where} {shortened(curve.name)}".strip())
     position = place.position if place else curve.position

@@ -27,10 +27,9 @@ def read_mat(content: bytes, path: str, headings: Sequence[str]) -> Sheet:
         raise SettingError(
             f"{path}: expected a .mat file of version 7 or before, got 7.3; save it by save('run.mat', …, '-v7') in MATLAB"
         )
+    file: Any = io.BytesIO(content)  # which loadmat takes, though its stubs do not say so
     try:
-        variables: dict[str, Any] = loadmat(
-            io.BytesIO(content), squeeze_me=False, verify_compressed_data_integrity=True
-        )
+        variables: dict[str, Any] = loadmat(file, squeeze_me=False, verify_compressed_data_integrity=True)
     except NotImplementedError as error:
         raise SettingError(
             f"{path}: expected a .mat file of version 7 or before, got another; save it by save('run.mat', …, '-v7')"
@@ -53,9 +52,8 @@ def read_mat(content: bytes, path: str, headings: Sequence[str]) -> Sheet:
     if not columns:
         raise SettingError(f"{path}: expected numeric variables, got none")
     length = _length(columns, headings, path)
-    return Sheet(
-        path, range(1, length + 1), {name: column for name, column in columns.items() if len(column) == length}
-    )
+    chosen: dict[str, Any] = {name: column for name, column in columns.items() if len(column) == length}
+    return Sheet(path, range(1, length + 1), chosen, has_units_in_headings=False)
 
 
 def _length(columns: dict[str, np.ndarray], headings: Sequence[str], path: str) -> int:

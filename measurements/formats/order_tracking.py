@@ -1,12 +1,14 @@
 """Vectors at multiples of the speed of rotation from waveforms and a keyphasor, turn by turn.
 
 The angle θ(t) of the shaft is a cubic spline through the pulses, 2π apart, so that a speed that changes within a turn turns no
-phase. In windows of whole turns the waveform is fitted, by least squares, by a constant, a straight line and a harmonic series,
+phase. In windows of whole turns the waveform is fitted, by least squares, by a constant and a harmonic series,
 
-    x(t) ≈ a + b t + Σ_h Re(q_h e^{ihθ(t)}),
+    x(t) ≈ a + Σ_h Re(q_h e^{ihθ(t)}).
 
-so that q_h is zero to peak and its phase is a lead, counted from the pulse. Samples need not divide the turn evenly. The first
-harmonics are fitted along even where nobody asks for them, so that they do not leak into those that are asked for.
+Each q_h is zero to peak and its phase is a lead, counted from the pulse. Samples need not divide the turn evenly. The first harmonics
+are fitted along even where nobody asks for them, so that they do not leak into those that are asked for. White noise of σ in each of
+n samples makes a vector of variance 4 σ²/n. The gap of a probe drifts: the fit is done again without the line through the constants
+of neighbouring windows, since a straight line in each would cost 1X nearly half of its precision.
 
 The noise of a vector is what differs from one window to the next: of white noise the second difference of three disjoint windows
 has the variance 6 s², and a vector that changes evenly with speed leaves nothing of itself there.
@@ -29,7 +31,7 @@ FEWEST_WINDOWS = 5  # that say a noise
 NEIGHBOURS = 10  # windows on either side that share their noise
 REARMED, CROSSED = 0.25, 0.5  # of a pulse's height: below the one it is over, at the other it is there
 IRREGULAR = 1.5  # times as long as the turn before: a pulse is missing, or one too many
-CLEAR = 5.0  # times as high as what the signal does beside its pulses, in the median
+CLEAR = 10.0  # times as high as what the signal does beside its pulses, in the median
 
 
 @dataclass(frozen=True)
@@ -82,9 +84,9 @@ def tracked(time: Array, signals: Array, pulses: Array, harmonics: tuple[float, 
     starts = np.searchsorted(time, ends)
     counts = np.diff(starts)
     fitted = tuple(dict.fromkeys((*harmonics, *ALONG)))
-    if np.min(counts) < SAMPLES_PER_UNKNOWN * (2 + 2 * len(fitted)):
+    if np.min(counts) < SAMPLES_PER_UNKNOWN * (1 + 2 * len(fitted)):
         fitted = tuple(harmonics)
-    n_basis = 2 + 2 * len(fitted)
+    n_basis = 1 + 2 * len(fitted)
     if np.min(counts) < SAMPLES_PER_UNKNOWN * n_basis:
         raise SettingError(
             f"waveform: expected at least {SAMPLES_PER_UNKNOWN * n_basis} samples in {revolutions} turns, got {np.min(counts)};"
@@ -93,12 +95,15 @@ def tracked(time: Array, signals: Array, pulses: Array, harmonics: tuple[float, 
     inside = slice(int(starts[0]), int(starts[-1]))
     angle = TURN * _turns(pulses, time[inside])
     window = np.repeat(np.arange(len(counts)), counts)
-    along = (time[inside] - ends[window]) / np.diff(ends)[window] - 0.5
-    basis = [np.ones(len(along)), along]
+    basis = [np.ones(len(window))]
     for harmonic in fitted:
         basis += [np.cos(harmonic * angle), -np.sin(harmonic * angle)]
-    coefficients = _least_squares(np.stack(basis), signals[inside].T, starts[:-1] - starts[0])
-    values = coefficients[:, 2::2] + 1j * coefficients[:, 3::2]  # (n_window, n_harmonic, n_signal)
+    first, functions, waves = starts[:-1] - starts[0], np.stack(basis), signals[inside].T
+    levels = _least_squares(functions, waves, first)[:, 0].T  # (n_signal, n_window), by which the gap drifts
+    centres = (ends[:-1] + ends[1:]) / 2
+    drift = np.stack([np.interp(time[inside], centres, level) for level in levels])
+    coefficients = _least_squares(functions, waves - drift, first)
+    values = coefficients[:, 1::2] + 1j * coefficients[:, 2::2]  # (n_window, n_harmonic, n_signal)
     values = np.moveaxis(values[:, : len(harmonics)], 1, 2)
     speed = TURN * revolutions / np.diff(ends)
     return Tracked(ends[:-1], speed, values, noise_of(values), starts[:-1])

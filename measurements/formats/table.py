@@ -16,7 +16,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.arrays import Array
+from ksmea.arrays import Array, Indices
 from ksmea.errors import SettingError, shortened, unknown
 from measurements.formats.answers import Answers
 from measurements.formats.curve import Curve
@@ -149,7 +149,7 @@ def _require_places(sheet: Sheet, places: Array) -> None:
         )
 
 
-def _curve(sheet: Sheet, roles: Roles, whole: str, rows: Array, name: str, harmonic: float) -> Curve:
+def _curve(sheet: Sheet, roles: Roles, whole: str, rows: Indices, name: str, harmonic: float) -> Curve:
     speed = roles.of("speed", whole)
     if speed is None:
         raise SettingError(

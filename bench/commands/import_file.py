@@ -1,0 +1,165 @@
+"""`import FILE --format FORMAT … --out RUN.csv`: a file of an instrument, or a table, as the project's own CSV file.
+
+Options are the settings of `measurement=file` by their names, `--slow-roll 300` or `slow_roll=300`; `--probe` and `--column` may
+be given several times. What is decided of the file stands in remarks at its head, and the same settings read the file directly.
+`--sweep both` writes the run-up and the coast-down apart, beside a YAML file for `measurement=campaign`.
+"""
+
+from __future__ import annotations
+
+import typing
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import Any
+
+from bench.storage.files import replace_file
+from ksmea.errors import SettingError, unknown, visible
+from ksmea.setting_types import read_as
+from ksmea.settings import own_fields
+from measurements.file import File
+from measurements.formats.answers import FORMATS, OWN
+from measurements.formats.placing import CLOCKWISE
+from measurements.run_up_csv import rows_as_csv
+from measurements.slow_roll import SUBTRACTED
+from measurements.sweeps import DOWN, UP
+
+BOTH = "both"
+OUT = "out"
+SEVERAL = {"probe": "probes", "column": "columns", "harmonic": "harmonics"}  # an option that may be given several times
+
+
+def import_file(words: list[str]) -> int:
+    """Write what a file holds, and print what was decided of it."""
+    path, given = _options(words)
+    out = Path(given.pop(OUT, None) or _refuse_out(path))
+    if out.suffix == "":
+        raise SettingError(f"import: expected --out with a file name such as run.csv, got {out}")
+    if "format" not in given:
+        raise SettingError(
+            f"import: expected what wrote {path}, got nothing; give --format, one of {', '.join(FORMATS)}"
+        )
+    both = given.get("sweep") == BOTH
+    parts = (UP, DOWN) if both else (given.get("sweep"),)
+    outs = [out.with_name(f"{out.stem}_{part}{out.suffix}") if both else out for part in parts]
+    campaign = out.with_suffix(".yaml")
+    for each in [*outs, *([campaign] if both else [])]:
+        if each.exists():
+            raise SettingError(f"import: expected no {each} yet, found one; choose another --out, or remove it")
+    settings = [{**given, **({"sweep": part} if part else {})} for part in parts]
+    sources = [_source(path, each) for each in settings]  # all are read before any is written
+    for source, target, chosen in zip(sources, outs, settings):
+        replace_file(target, rows_as_csv(source.used_rows, _head(source, chosen)).encode())
+        _tell(source, target)
+    if both:
+        runs = "".join(
+            f"  - {{name: {part}, file: {target.name}, direction: {part}}}\n" for part, target in zip(parts, outs)
+        )
+        replace_file(
+            campaign, f"# {visible(Path(path).name)}, split where its speed turns back\nruns:\n{runs}".encode()
+        )
+        print(f"written: {visible(str(campaign))} (measurement=campaign)")
+    return 0
+
+
+def _source(path: str, settings: dict[str, Any]) -> File:
+    try:
+        return File(path=path, **settings)
+    except SettingError as error:
+        raise SettingError(f"import: {error}") from error
+
+
+def _tell(source: File, target: Path) -> None:
+    data = source.read()
+    rpm = [min(source.used_rows.speed), max(source.used_rows.speed)]
+    channels = ", ".join(map(str, data.channels))
+    print(f"written: {visible(str(target))}: {len(data.speed)} speeds from {rpm[0]:g} to {rpm[1]:g} rpm; {channels}")
+    for remark in source.remarks:
+        print(f"  {visible(remark)}")
+
+
+def _head(source: File, settings: dict[str, Any]) -> Iterator[str]:
+    """The remarks of a written file: what was decided, so that nobody has to ask and nothing is done twice."""
+    yield visible(f"Imported from {Path(source.path).name}, format {source.format}.")
+    yield "Units: rpm; m from the left end; µm zero to peak; degrees of phase lead; s. Directions: x, y, degrees from x to y."
+    if source.format != OWN:
+        yield f"rotation: {_rotation(source)}"
+    if not any(remark.startswith(SUBTRACTED) for remark in source.remarks):
+        yield "slow roll: not subtracted"
+    asked = " ".join(f"{name}={value}" for name, value in settings.items() if name not in ("format", "path"))
+    if asked:
+        yield visible(f"settings: {asked}")
+    for remark in source.remarks:
+        yield visible(remark)
+
+
+def _rotation(source: File) -> str:
+    if source.rotation is None:
+        return "from x to y, as probes are given"
+    return "clockwise; x of the model is to the left" if source.rotation == CLOCKWISE else "counterclockwise"
+
+
+def _options(words: Sequence[str]) -> tuple[str, dict[str, Any]]:
+    """The file and the settings that words give it."""
+    hints = typing.get_type_hints(File)
+    known = {field.name: hints[field.name] for field in own_fields(File) if field.name != "path"}
+    files: list[str] = []
+    given: dict[str, Any] = {}
+    remaining = iter(words)
+    for word in remaining:
+        name, separator, value = word.partition("=")
+        option = name.lstrip("-").replace("-", "_")
+        if not word.startswith("--") and (not separator or option not in (*known, *SEVERAL, OUT)):
+            files.append(word)
+            continue
+        if option not in (*known, *SEVERAL, OUT):
+            raise unknown("option of import:", name, [_spelt(each) for each in (OUT, *known, *SEVERAL)])
+        if not separator:
+            value = next(remaining, "")
+        if not value:
+            raise SettingError(f"import: expected a value after {name}, got nothing")
+        key = SEVERAL.get(option, option)
+        if option in SEVERAL:
+            given.setdefault(key, []).append(value)
+        elif key in given:
+            raise SettingError(f"import: expected {name} once, got it again; leave one out")
+        else:
+            given[key] = [part.strip() for part in value.strip("[]").split(",")] if _is_list(key, known) else value
+    if len(files) != 1:
+        raise SettingError(f"import: expected one file, got {len(files)}: import FILE --format FORMAT --out run.csv")
+    return files[0], {key: _as_setting(key, value, known) for key, value in given.items()}
+
+
+def _is_list(key: str, known: dict[str, Any]) -> bool:
+    return key in known and typing.get_origin(known[key]) is list
+
+
+def _as_setting(key: str, value: Any, known: dict[str, Any]) -> Any:
+    """A text, or several, as the setting has it."""
+    if key == OUT or (key == "sweep" and value == BOTH):
+        return value
+    try:
+        return read_as(_plain(value, known[key]), known[key])
+    except SettingError as error:
+        raise SettingError(f"import: --{_spelt(key).lstrip('-')}: {error}") from error
+
+
+def _plain(value: Any, hint: Any) -> Any:
+    """Numbers among texts as numbers, where the setting has numbers."""
+    options = typing.get_args(hint) or (hint,)
+    if str in options:
+        return value
+    if isinstance(value, list):
+        return [_plain(each, float) for each in value]
+    try:
+        number = float(value)
+    except ValueError:
+        return value
+    return int(number) if int in options and number.is_integer() else number
+
+
+def _spelt(name: str) -> str:
+    return f"--{name.replace('_', '-')}"
+
+
+def _refuse_out(path: str) -> str:
+    raise SettingError(f"import: expected where to write what {path} holds, got nothing; give --out run.csv")

@@ -1,0 +1,447 @@
+"""Files of instruments: each format gives the vectors that it was made of, and what a file leaves open is asked for."""
+
+import dataclasses
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import ksmea
+from bench import door
+from instrument_files import (
+    HALF_HEIGHT,
+    OMEGA,
+    SPEED,
+    TABLES,
+    VALUES,
+    csv_wide,
+    mat,
+    sampled,
+    system1,
+    uff,
+    waveform,
+)
+from ksmea.channel import Channel
+from ksmea.errors import SettingError
+from measurements.file import File
+from measurements.formats.order_tracking import noise_of, pulse_times, tracked
+from measurements.formats.placing import model_direction
+from measurements.run_up_csv import as_csv, rows_as_csv
+
+DATA = Path(os.environ.get("KSMEA_DATA", Path(__file__).resolve().parents[3] / "shared" / "data"))
+XY = (Channel(0.1, "x"), Channel(0.1, "y"))
+RUN_UP = "speed_rpm,position_m,direction,amplitude_um_0pk,phase_lead_deg"
+
+
+def public(name):
+    if not (DATA / name).exists():
+        pytest.skip(f"no {name} in {DATA}; KSMEA_DATA names the directory of public data")
+    return DATA / name
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def written(example, **changes):
+    Path(example.name).write_bytes(example.content)
+    return File(path=example.name, **{**example.settings, **changes})
+
+
+def as_words(settings):
+    """Settings as options of import."""
+    for name, value in settings.items():
+        option = f"--{name.replace('_', '-')}"
+        if isinstance(value, list):
+            single = option.removesuffix("s")
+            yield from (word for each in value for word in (single, str(each)))
+        else:
+            yield from (option, str(value))
+
+
+@pytest.mark.parametrize("name", TABLES)
+def test_each_format_gives_the_vectors_it_was_made_of(folder, name):
+    example = TABLES[name]()
+    data = written(example).read()
+    assert data.channels == XY
+    # rel: the digits that the file prints
+    assert data.speed == pytest.approx(OMEGA, rel=1e-9)
+    assert data.values == pytest.approx(VALUES, rel=example.precision)
+    assert data.noise is None and not data.phase_known
+
+
+@pytest.mark.parametrize("name", [*TABLES, "waveform"])
+def test_an_imported_file_is_the_same_measurement_exactly(folder, name, capsys):
+    example = waveform(noise=0.1) if name == "waveform" else TABLES[name]()
+    direct = written(example).read()
+    assert door.run(["import", example.name, *as_words(example.settings), "--out", "run.csv"]) == 0
+    told = capsys.readouterr().out
+    back = ksmea.read_measurement("run.csv")
+    assert np.array_equal(back.speed, direct.speed) and back.channels == direct.channels
+    assert np.array_equal(back.values, direct.values)
+    assert (back.noise is None) == (direct.noise is None)
+    if back.noise is not None:
+        assert np.array_equal(back.noise.floor, direct.noise.floor)
+    head = [line for line in Path("run.csv").read_text("utf-8").splitlines() if line.startswith("#")]
+    senses = {"system1": "lag", "adre": "lag", "waveform": "lead"}
+    sense = example.settings.get("phase") or senses[example.settings["format"]]
+    for word in (example.name, f"format {example.settings['format']}", f"phase {sense}"):
+        assert any(word in line for line in head), word
+    assert "slow roll: not subtracted" in "\n".join(head) and "written: run.csv" in told
+
+
+def test_the_public_system_1_example(folder):
+    """Values by hand: 0.217 mil pp is 0.217 · 25.4 / 2 µm, a lag of 47° a lead of −47°; the third row is not valid."""
+    path = public("formats/system1_bode_legacy_example.csv")
+    source = File(path=str(path), format="system1", probes=["@0.3"], rotation="ccw")
+    data = source.read()
+    assert data.channels == (Channel(0.3, "45"),)
+    assert data.speed * 30 / np.pi == pytest.approx([234, 241, 255])
+    assert np.abs(data.values[:, 0]) == pytest.approx(np.array([0.217, 0.231, 0.240]) * 12.7e-6)
+    assert np.angle(data.values[:, 0], deg=True) == pytest.approx([-47, -48, -48])
+    assert "1 not valid" in source.remarks[0] and source.time == pytest.approx([0, 1, 5])
+
+
+def test_the_real_run_up_is_read_as_its_owners_say(folder):
+    """RK-4: µm zero to peak and phase lead, so that nothing but the names changes."""
+    path = public("rk4/runup_bode_first_critical.csv")
+    table = np.loadtxt(path, delimiter=",", skiprows=1)
+    columns = ["speed=rpm", "amplitude=amp_1x_um_0pk", "phase=phase_1x_deg"]
+    answers = {"unit": "um", "amplitude": "0pk", "speed_unit": "rpm"}
+    data = File(path=str(path), format="csv", columns=columns, probes=["@0.12@x"], phase="lead", **answers).read()
+    order = np.argsort(table[:, 0])
+    expected = (table[:, 1] * 1e-6 * np.exp(1j * np.radians(table[:, 2])))[order]
+    assert data.values[:, 0] == pytest.approx(expected, rel=1e-12)
+    assert data.history is not None  # a row per turn: how the speed went is seen
+
+
+@pytest.mark.parametrize(
+    ("name", "message"),
+    [
+        ("binary8byte.uff", "dataset 1: expected a function over the speed, got a time history; give format=waveform"),
+        ("sample_dataset58_psd.uff", "got a power spectral density; export order tracks"),
+        ("TestLab_161_164_18_15_82.uff", "expected a dataset 58, got 15, 18, 82, 151, 164"),
+        ("non_ascii_header.uff", "got a frequency response function"),
+        ("dataset_milestone_in_header.uff", "expected 2508876 points, which it says to have, got 42"),
+        ("time-history-not-all-columns-filled.uff", "got a time history"),
+    ],
+)
+def test_public_universal_files_that_are_no_run_ups_are_refused(folder, name, message):
+    with pytest.raises(SettingError) as refused:
+        File(path=str(public(f"uff/{name}")), format="uff", probes=["@0.1@x"])
+    assert message in str(refused.value)
+
+
+OPEN = {  # what a file leaves open, and the setting that the refusal names
+    "probes": (system1, {"probes": []}, "give probes=[name@m@direction,…] for 'A', 'B'"),
+    "rotation": (system1, {"probes": ["A@0.1", "B@0.1@y"]}, "give rotation=ccw or cw"),
+    "unit": (mat, {"unit": None}, "give unit=mil"),
+    "amplitude": (mat, {"amplitude": None}, "give amplitude=pp, 0pk or rms"),
+    "phase": (mat, {"phase": None}, "give phase=lag, lead or none"),
+    "speed_unit": (mat, {"speed_unit": None}, "give speed_unit=rpm, Hz or rad/s"),
+    "columns": (csv_wide, {"columns": []}, "expected a line with the headings speed_rpm"),
+    "a detector that the file states": (
+        csv_wide,
+        {"amplitude": "rms"},
+        "expected amplitude=pp, which the file says, got rms",
+    ),
+    "a unit that the file states": (system1, {"unit": "um"}, "expected unit=mil, which the file says, got um"),
+    "a probe that is not there": (system1, {"probes": ["C@0.1@x"]}, "unknown probe in probes: 'C'"),
+    "a column that is not there": (
+        csv_wide,
+        {"columns": ["speed=rpm"]},
+        "expected a line with the headings rpm, got none",
+    ),
+    "a direction": (system1, {"probes": ["A@0.1@up", "B@0.1@y"]}, "expected a direction x, y, H, V"),
+    "one channel twice": (
+        system1,
+        {"probes": ["A@0.1@x", "B@0.1@H"]},
+        "expected each channel once, got x at 0.1 m from A and B",
+    ),
+    "format": (csv_wide, {"format": "run_up", "columns": [], "phase": None}, "expected none with format=run_up"),
+    "harmonics": (system1, {"harmonics": [1.0, 2.0]}, "expected 2X, which harmonics names, got 1X"),
+}
+
+
+@pytest.mark.parametrize("case", OPEN)
+def test_what_a_file_leaves_open_is_asked_for(folder, case):
+    example, changes, message = OPEN[case]
+    with pytest.raises(SettingError) as refused:
+        written(example(), **changes)
+    assert message in str(refused.value) and "\n" not in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("text", "rotation", "expected"),
+    [
+        ("x", None, "x"),
+        ("H", None, "x"),
+        ("v", "ccw", "y"),
+        ("V", "cw", "y"),
+        ("30°", None, "30"),
+        ("45R", "ccw", "45"),
+        ("45° Left", "ccw", "135"),
+        ("45R", "cw", "135"),  # turning clockwise, the right probe is passed after the left one
+        ("45 left", "cw", "45"),
+        ("H", "cw", "180"),
+        ("90° Right", "ccw", "x"),
+    ],
+)
+def test_directions_as_people_name_them(text, rotation, expected):
+    assert model_direction(text, rotation, "probe") == expected
+
+
+def test_a_forward_orbit_is_forward_for_either_sense_of_rotation():
+    """Probes at 45L and 45R of a shaft on a circular orbit: what turns towards a probe first leads there."""
+    for rotation, sense in (("ccw", 1), ("cw", -1)):
+        right, left = np.radians(90 - 45), np.radians(90 + 45)
+        read = [np.exp(-1j * sense * each) for each in (right, left)]  # of x + iy = e^{± iΩt} in the machine's axes
+        model = [Channel(0.1, model_direction(text, rotation, "")).forward_factor for text in ("45R", "45L")]
+        assert read[1] / read[0] == pytest.approx(model[1] / model[0])
+
+
+def test_a_skew_pair_of_an_instrument_is_identified(folder):
+    """System 1 with probes at 45° left and right: the same values as of probes in x and y, within their intervals."""
+    rotor = ksmea.load_problem("three_disk", directions=["45", "135"])
+    made = ksmea.synthetic_measurement(rotor, relative=0.02, kind="complex", noise_known=False, rng=4).measurement
+    lines = []
+    for number, (name, side) in enumerate((("A", "Right"), ("B", "Left"))):
+        lines += [
+            f"Point Name,{name}",
+            f"Probe Angle,45° {side}",
+            "X-Axis Unit,rpm",
+            "Y-Axis Unit,mil pp",
+            "Variable,1X",
+        ]
+        lines += ["X-Axis Value,Y-Axis Value,Phase"]
+        for speed, value in zip(made.speed * 30 / np.pi, made.values[:, number]):
+            lines.append(f"{speed:.6f},{abs(value) / 12.7e-6:.8g},{-np.angle(value, deg=True):.6f}")
+    Path("pair.csv").write_text("\n".join(lines), encoding="utf-8")
+    data = ksmea.read_measurement("pair.csv", format="system1", probes=["A@0.1", "B@0.1"], rotation="ccw")
+    assert data.values == pytest.approx(made.values, rel=1e-6)
+    found = ksmea.identify(ksmea.load_problem("three_disk"), data, rng=1)
+    for name, true in (("kxx", 50.0), ("kyy", 70.0), ("u", 200.0)):
+        assert found[name].low < true < found[name].high
+
+
+def own_file(rows, remarks=(), header=RUN_UP):
+    Path("own.csv").write_text("\n".join([*remarks, header, *rows]) + "\n", encoding="utf-8")
+    return "own.csv"
+
+
+def test_slow_roll_is_subtracted_as_a_vector_and_once(folder):
+    runout = np.array([2e-6 * np.exp(0.4j), 1e-6 * np.exp(2j)])
+    slow, vectors = np.array([100.0, 120.0]), np.concatenate([np.zeros((2, 2)), VALUES]) + runout
+    speeds = np.concatenate([slow, SPEED])
+    measurement = dataclasses.replace(written(system1()).read(), speed=speeds * np.pi / 30, values=vectors, noise=None)
+    Path("own.csv").write_text(as_csv(measurement), encoding="utf-8")
+    assert door.run(["import", "own.csv", "--format", "run_up", "--slow-roll", "200", "--out", "run.csv"]) == 0
+    data = ksmea.read_measurement("run.csv")
+    assert data.values == pytest.approx(VALUES, rel=1e-6)  # eight printed digits of the sum
+    assert "# slow roll: subtracted, the mean vector up to 200 rpm of x at 0.1 m 2 µm" in Path("run.csv").read_text(
+        "utf-8"
+    )
+    with pytest.raises(SettingError, match="expected a file with slow roll in it"):
+        File(path="run.csv", slow_roll=700.0)
+    with pytest.raises(SettingError, match="expected a file with slow roll in it"):
+        example = system1()
+        written(
+            dataclasses.replace(example, content=example.content.replace(b"Comp,", b"Comp,Slow Roll")), slow_roll=700.0
+        )
+
+
+def test_slow_roll_adds_its_variance(folder):
+    rows = [f"{speed},0.1,x,{5 + speed / 1000},10,0.3" for speed in (100, 110, 120, 130, 1000, 1100, 1200)]
+    file = File(path=own_file(rows, header=f"{RUN_UP},sigma_um"), slow_roll=200.0)
+    # four rows of 0.3 µm have a mean of 0.15 µm
+    assert file.noise.floor == pytest.approx(np.hypot(0.3, 0.15) * 1e-6)
+
+
+def test_run_up_and_coast_down_are_told_apart(folder, capsys):
+    up, down = SPEED, SPEED[::-1] + 3.7
+    rows = [f"{speed},0.1,x,{2 + number},30" for number, part in enumerate((up, down)) for speed in part]
+    example = own_file(rows)
+    columns = ["speed=speed_rpm", "amplitude=amplitude_um_0pk", "phase=phase_lead_deg", "position=position_m"]
+    answers = {"unit": "um", "amplitude": "0pk", "phase": "lead", "speed_unit": "rpm", "columns": columns}
+    with pytest.raises(SettingError, match="give sweep=up or sweep=down"):
+        File(path=example, format="csv", probes=["@0.1@x"], **{**answers, "columns": columns[:3]})
+    for sweep, speeds, amplitude in (("up", up, 2e-6), ("down", np.sort(down), 3e-6)):
+        data = File(path=example, sweep=sweep).read()
+        # the turning point itself may count to either
+        assert abs(len(data.speed) - len(speeds)) <= 1 and np.all(
+            np.isin(np.round(data.speed * 30 / np.pi, 6), np.round(np.r_[up, down], 6))
+        )
+        assert np.count_nonzero(np.isclose(np.abs(data.values), amplitude)) >= len(speeds) - 1
+    assert door.run(["import", example, "--format", "run_up", "--sweep", "both", "--out", "both.csv"]) == 0
+    campaign = ksmea.read_measurement("both.yaml")
+    assert [run.direction for run in campaign.campaign.runs] == ["up", "down"]
+    assert len(campaign.speed) == len(rows)
+
+
+def test_repeated_speeds_are_averaged_where_that_is_asked_for(folder):
+    rows = ["1000,0.1,x,2,0,0.2", "1000,0.1,x,2,90,0.2", "1100,0.1,x,3,0,0.2", "1200,0.1,x,3,0,0.2"]
+    path = own_file(rows, header=f"{RUN_UP},sigma_um")
+    with pytest.raises(SettingError, match=r"measurement\.repeats=average"):
+        File(path=path)
+    data = File(path=path, repeats="average").read()
+    assert data.values[0, 0] == pytest.approx((2 + 2j) / 2 * 1e-6)
+    assert data.noise.floor[:, 0] == pytest.approx(np.array([0.2 / np.sqrt(2), 0.2, 0.2]) * 1e-6)
+
+
+def response_at(rpm):
+    omega = rpm * np.pi / 30
+    return 40.0 * omega**2 / (180.0**2 - omega**2 + 0.1j * 180.0 * omega)
+
+
+def own_speeds(sigma=None):
+    """Rows of a channel at even speeds and one at others, of the same response in µm."""
+    rows = []
+    for direction, speeds in (("x", np.arange(900.0, 2600.0, 20.0)), ("y", np.arange(911.0, 2580.0, 13.0))):
+        for speed in speeds:
+            value = response_at(speed)
+            rows.append(
+                f"{speed},0.1,{direction},{abs(value)},{np.angle(value, deg=True)}" + (f",{sigma}" if sigma else "")
+            )
+    return own_file(rows, header=RUN_UP + (",sigma_um" if sigma else ""))
+
+
+def test_channels_with_speeds_of_their_own_are_interpolated(folder):
+    path = own_speeds()
+    with pytest.raises(SettingError, match="interpolate brings channels to common ones"):
+        File(path=path)
+    source = File(path=path, incomplete="interpolate")
+    data = source.read()
+    rpm = data.speed * 30 / np.pi
+    # those of x, which has fewer rows, where y was measured too; near 1719 rpm they may be left out
+    assert len(rpm) > 70 and np.allclose(rpm, 20 * np.round(rpm / 20))
+    # what is stated of the error holds: 2 % of each vector
+    assert np.max(np.abs(data.values[:, 1] * 1e6 / response_at(rpm) - 1)) < 0.02
+    assert data.values[:, 0] * 1e6 == pytest.approx(response_at(rpm), rel=1e-9)
+    assert "common speeds, those of x at 0.1 m" in source.remarks[0]
+
+
+def test_interpolation_states_its_uncertainty(folder):
+    data = File(path=own_speeds(sigma=0.5), incomplete="interpolate").read()
+    rpm, sigma = data.speed * 30 / np.pi, data.noise.floor * 1e6
+    error = np.abs(data.values[:, 1] * 1e6 - response_at(rpm))
+    assert sigma[:, 0] == pytest.approx(0.5)
+    # between two rows of 0.5 µm: 0.5 at a row to 0.354 in the middle, and the error of interpolation where the curve bends
+    far = np.abs(rpm - 1719) > 300
+    assert np.all(sigma[far, 1] < 0.501) and np.min(sigma[:, 1]) == pytest.approx(0.5 / np.sqrt(2), rel=0.02)
+    assert np.all(error < 3 * sigma[:, 1]) and np.max(sigma[:, 1]) > 0.5
+
+
+def test_waveforms_give_the_vectors_that_are_in_them(folder):
+    data = written(waveform()).read()
+    _, _, _, vectors = sampled()
+    expected = (vectors * np.exp(1j * np.array([1, 2]) * HALF_HEIGHT)).reshape(-1)
+    assert [str(channel) for channel in data.channels] == ["x at 0.1 m", "2X x at 0.1 m", "y at 0.1 m", "2X y at 0.1 m"]
+    # 2e-4: the pulse is a triangle sampled forty times in a turn's fiftieth, of which a straight line finds the half height
+    assert data.values * 1e6 == pytest.approx(np.tile(expected, (len(data.speed), 1)), rel=5e-4)
+    assert data.speed == pytest.approx(2 * np.pi * np.linspace(20, 24, 60)[:-1] + 2 * np.pi * 2 / 60, rel=0.02)
+
+
+def test_the_noise_of_a_waveform_is_that_which_is_in_it():
+    """White noise σ of samples gives a vector of n samples the total variance 4 σ²/n."""
+    time, keyphasor, signals, vectors = sampled(turns=120, samples=24_000, noise=2.0, seed=5)
+    found = tracked(time, signals, pulse_times(time, keyphasor), (1.0, 2.0))
+    expected = 2 * 2.0 / np.sqrt(24_000 / 120)
+    # 120 windows, of which 21 neighbours share a value: 5 % in the mean
+    assert np.mean(found.sigma) == pytest.approx(expected, rel=0.06)
+    truth = vectors * np.exp(1j * np.array([1, 2]) * HALF_HEIGHT)
+    errors = np.abs(found.values - truth)
+    assert np.sqrt(np.mean(errors**2)) == pytest.approx(np.sqrt(np.mean(found.sigma**2)), rel=0.06)
+
+
+def test_half_orders_need_whole_windows_and_noise_needs_neighbours():
+    time, keyphasor, signals, _ = sampled(turns=10, samples=4000)
+    pulses = pulse_times(time, keyphasor)
+    with pytest.raises(SettingError, match="such as revolutions=2"):
+        tracked(time, signals, pulses, (1.0, 0.5))
+    found = tracked(time, signals, pulses, (1.0, 0.5), revolutions=2)
+    assert found.values.shape == (4, 2, 2) and found.sigma is None and noise_of(found.values) is None
+    assert np.max(np.abs(found.values[..., 1])) < 1e-3  # there is none in the signal
+    with pytest.raises(SettingError, match="a pulse is missing"):
+        tracked(time, signals, np.delete(pulses, 4), (1.0,))
+    with pytest.raises(SettingError, match="expected pulses"):
+        pulse_times(time, np.zeros(len(time)))
+    with pytest.raises(SettingError, match="expected pulses"):
+        pulse_times(time, np.random.default_rng(1).standard_normal(len(time)))
+
+
+def test_excel_and_universal_files_name_the_extra_where_it_is_absent(folder, monkeypatch):
+    import sys
+
+    for module, example in (("openpyxl", TABLES["excel"]()), ("pyuff", uff())):
+        monkeypatch.setitem(sys.modules, module, None)
+        with pytest.raises(SettingError) as refused:
+            written(example)
+        assert f"read by {module}" in str(refused.value) and "pip install 'ksmea-bench[formats]'" in str(refused.value)
+
+
+def test_matlab_7_3_is_refused_with_the_cure(folder):
+    header = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(512, b" ") + b"\x89HDF\r\n\x1a\n"
+    with pytest.raises(SettingError, match=r"save it by save\('run\.mat', …, '-v7'\)"):
+        written(dataclasses.replace(mat(), content=header))
+
+
+def test_a_table_of_our_own_from_a_spreadsheet_needs_no_roles(folder):
+    rows = ["1000;0,1;x;2,5;30", "1200;0,1;x;3,5;-31,5"]
+    Path("own.csv").write_text("\n".join([RUN_UP.replace(",", ";"), *rows]), encoding="utf-8")
+    data = File(path="own.csv", format="csv").read()
+    assert data.values[:, 0] == pytest.approx(np.array([2.5, 3.5]) * 1e-6 * np.exp(1j * np.radians([30, -31.5])))
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["--format", "csv"], "give --out run.csv"),
+        (["--out", "run.csv"], "give --format"),
+        (["--format", "cvs", "--out", "run.csv"], "unknown value for format: 'cvs'; did you mean 'csv'"),
+        (["--format", "csv", "--fase", "lag", "--out", "run.csv"], "did you mean '--phase'"),
+        (["--format", "csv", "--slow-roll", "much", "--out", "run.csv"], "--slow-roll: expected a number or null"),
+        (["--format", "csv", "--out", "wide.csv"], "expected no wide.csv yet"),
+        (["--format", "csv", "more.csv", "--out", "run.csv"], "expected one file, got 2"),
+        (["--format", "csv", "--format", "csv", "--out", "run.csv"], "expected --format once"),
+        (["--format", "csv", "--out"], "expected a value after --out"),
+    ],
+)
+def test_words_that_import_does_not_know(folder, capsys, words, message):
+    Path("wide.csv").write_bytes(csv_wide().content)
+    assert door.run(["import", "wide.csv", *words]) == 2
+    error = capsys.readouterr().err
+    assert message in error and error.count("\n") == 1
+    assert not Path("run.csv").exists()
+
+
+def test_a_synthetic_measurement_is_exported_without_its_truth(folder, capsys):
+    words = ["problem=three_disk", "problem.sensors=[0.1,0.5]", "measurement.kind=complex", "measurement.relative=0.02"]
+    assert (
+        door.run(["export", "measurement", "--out", "made.csv", *words, "measurement.truth={kxx: 40.0}", "seed=3"]) == 0
+    )
+    text = Path("made.csv").read_text("utf-8")
+    assert "kxx" not in text and "40" not in text.splitlines()[0]
+    data = ksmea.read_measurement("made.csv")
+    rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5])
+    made = ksmea.synthetic_measurement(rotor, relative=0.02, kind="complex", truth={"kxx": 40.0}, rng=3).measurement
+    assert data.values == pytest.approx(made.values, rel=1e-7)
+    assert door.run(["export", "measurement", "--out", "made.csv"]) == 2
+    assert "expected no made.csv yet" in capsys.readouterr().err
+
+
+def test_rows_are_written_as_they_were_read(folder):
+    source = written(system1())
+    Path("again.csv").write_text(rows_as_csv(source.used_rows), encoding="utf-8")
+    assert File(path="again.csv").used_rows.amplitude == source.used_rows.amplitude
+
+
+def test_a_drifting_gap_does_not_leak_into_1x():
+    """A drift of 1 µm a turn would leave 1/π µm in each vector; of a line through constants nothing is left but at the ends."""
+    time, keyphasor, signals, vectors = sampled()
+    drift = 60 * time / time[-1]
+    found = tracked(time, signals + drift[:, None], pulse_times(time, keyphasor), (1.0,))
+    expected = vectors[:, 0] * np.exp(1j * HALF_HEIGHT)
+    assert np.max(np.abs(found.values[1:-1, :, 0] - expected)) < 0.02 < 1 / np.pi
