@@ -160,7 +160,10 @@ class CampaignFile(MeasurementSource):
         runs = [self._read(entry) for entry in self._document.runs]
         alike = [_alike(entry, run, runs[0]) for entry, run in zip(self._document.runs, runs)]
         names = [entry.name for entry in self._document.runs]
-        return tuple(at_common_speeds(alike, names, self.reference, self.path) if self.reference else alike)
+        if not self.reference:
+            return tuple(alike)
+        interpolate = self.incomplete == "interpolate"
+        return tuple(at_common_speeds(alike, names, self.reference, self.path, interpolate=interpolate))
 
     def _read(self, entry: RunEntry) -> RunUp:
         rows = self._rows[entry.file]

@@ -1,20 +1,28 @@
-"""The runs of a campaign at the speeds that all of them have: differences between runs are of these."""
+"""The runs of a campaign at the speeds that all of them have: differences between runs are of these.
+
+Runs that were measured at speeds of their own can be interpolated to common ones, as channels are (`measurements/shared_speeds.py`
+says how, and what becomes of their uncertainty): those of the run with the fewest between the speeds that all reach.
+"""
 
 from __future__ import annotations
 
 import dataclasses
 from collections.abc import Sequence
-from itertools import pairwise
+from itertools import chain, pairwise
 
 import numpy as np
 
-from ksmea.arrays import Indices
+from ksmea.arrays import Array, Indices
 from ksmea.equal_speeds import COMMON_SPEED, common_speeds
 from ksmea.errors import SettingError, unknown
+from measurements.formats.curve import Flags
 from measurements.run_up import RunUp
+from measurements.shared_speeds import Interpolated, interpolated
 
 
-def at_common_speeds(runs: Sequence[RunUp], names: Sequence[str], reference: str, file: str) -> list[RunUp]:
+def at_common_speeds(
+    runs: Sequence[RunUp], names: Sequence[str], reference: str, file: str, *, interpolate: bool = False
+) -> list[RunUp]:
     """The runs at their common speeds, with a remark on what that leaves out; `SettingError` where differences from the
     reference mean nothing."""
     if reference not in names:
@@ -27,15 +35,69 @@ def at_common_speeds(runs: Sequence[RunUp], names: Sequence[str], reference: str
         raise SettingError(
             f"{file}: expected phases for differences between runs, got amplitudes; leave measurement.reference out"
         )
+    if interpolate:
+        runs = _interpolated_runs(runs, names, file)
     ends = np.cumsum([0, *(len(run.speed) for run in runs)])
     rows = [slice(start, stop) for start, stop in pairwise(ends.tolist())]
     common = common_speeds(np.concatenate([run.speed for run in runs]), rows)
     if not len(common):
         raise SettingError(
             f"{file}: expected speeds that all runs have for differences, equal within {100 * COMMON_SPEED:g} %, got none; measure"
-            " the runs at the same speeds, or leave measurement.reference out"
+            " the runs at the same speeds, interpolate them (measurement.incomplete=interpolate), or leave measurement.reference out"
         )
     return [_part(run, common[(common >= own.start) & (common < own.stop)] - own.start) for run, own in zip(runs, rows)]
+
+
+def _interpolated_runs(runs: Sequence[RunUp], names: Sequence[str], file: str) -> list[RunUp]:
+    """The runs at the speeds of the one with the fewest, where their rows lie near enough to each other."""
+    for name, run in zip(names, runs):
+        if len(run.speed) < 2 or np.any(np.diff(run.speed) <= 0):
+            raise SettingError(
+                f"{file}: expected two speeds or more of run {name}, each once, to interpolate between, got others; average"
+                " repeats, or measure the runs at the same speeds"
+            )
+    low, high = max(run.speed[0] for run in runs), min(run.speed[-1] for run in runs)
+    inside = [run.speed[(run.speed >= low) & (run.speed <= high)] for run in runs]
+    common = min(inside, key=len)
+    moved = [
+        [
+            interpolated(
+                run.speed, run.values[:, channel], None if run.sigma is None else run.sigma[:, channel], common
+            )
+            for channel in range(len(run.channels))
+        ]
+        for run in runs
+    ]
+    kept = np.ones(len(common), dtype=bool)
+    for each in chain.from_iterable(moved):
+        kept &= each.is_kept
+    if not np.any(kept):
+        raise SettingError(
+            f"{file}: expected runs whose rows lie near enough to each other to be interpolated, got none; measure the runs at"
+            " the same speeds"
+        )
+    return [_moved(run, each, common, kept) for run, each in zip(runs, moved)]
+
+
+def _moved(run: RunUp, channels: Sequence[Interpolated], common: Array, kept: Flags) -> RunUp:
+    if np.array_equal(run.speed, common[kept]):
+        return run
+    first = channels[0]
+    remark = f"interpolated from {len(run.speed)} speeds to {np.count_nonzero(kept)} that all runs share"
+    return dataclasses.replace(
+        run,
+        speed=common[kept],
+        values=np.stack([each.values for each in channels], axis=1)[kept],
+        sigma=None if run.sigma is None else np.stack([_given(each.sigma) for each in channels], axis=1)[kept],
+        time=None if run.time is None else np.sum(first.weights * run.time[first.neighbours], axis=1)[kept],
+        order=run.order[first.neighbours[np.arange(len(common)), np.argmax(first.weights, axis=1)]][kept],
+        remarks=(*run.remarks, remark),
+    )
+
+
+def _given(sigma: Array | None) -> Array:
+    assert sigma is not None  # of a run that states it
+    return sigma
 
 
 def _part(run: RunUp, kept: Indices) -> RunUp:

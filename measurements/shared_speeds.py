@@ -16,6 +16,7 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.channel import Channel
 from ksmea.errors import SettingError
+from measurements.formats.curve import Flags
 from measurements.run_up_rows import Rows
 from measurements.vectors import by_channel, vectors
 
@@ -33,7 +34,14 @@ class Interpolated:
     error: Array  # by interpolation
     weights: Array  # (n, 2) of the two neighbours
     neighbours: Indices  # (n, 2)
-    is_near: Array  # whether these lie near enough
+    is_near: Flags  # whether these lie near enough
+
+    @property
+    def is_kept(self) -> Flags:
+        """Which speeds can be used: near rows, and an error that is small or part of a stated sigma."""
+        if self.sigma is not None:
+            return self.is_near
+        return np.asarray(self.is_near & (self.error <= LARGEST_ERROR * np.abs(self.values)))
 
 
 def interpolated(speed: Array, values: Array | ComplexArray, sigma: Array | None, at: Array) -> Interpolated:
@@ -94,9 +102,7 @@ def at_shared_speeds(rows: Rows, path: str) -> tuple[Rows, str | None]:
     }
     kept = np.ones(len(common), dtype=bool)
     for each in moved.values():
-        kept &= each.is_near
-        if sigma is None:
-            kept &= each.error <= LARGEST_ERROR * np.abs(each.values)
+        kept &= each.is_kept
     if not np.any(kept):
         raise SettingError(
             f"{path}: expected channels whose rows lie near enough to each other to be interpolated, got none; use"

@@ -27,6 +27,7 @@ from ksmea.units import TURN
 
 ALONG = (1.0, 2.0, 3.0)  # harmonics that are fitted in any case
 SAMPLES_PER_UNKNOWN = 2  # in each window, at least
+FEWEST_PULSES = 4  # that a cubic goes through
 FEWEST_WINDOWS = 5  # that say a noise
 NEIGHBOURS = 10  # windows on either side that share their noise
 REARMED, CROSSED = 0.25, 0.5  # of a pulse's height: below the one it is over, at the other it is there
@@ -75,9 +76,9 @@ def tracked(time: Array, signals: Array, pulses: Array, harmonics: tuple[float, 
                 f"revolutions: expected windows with whole periods of {harmonic:g}X, got {revolutions} turns; give more, such as"
                 f" revolutions={_whole(harmonic)}"
             )
-    if len(pulses) < revolutions + 1:
+    if len(pulses) < (least := max(FEWEST_PULSES, revolutions + 1)):
         raise SettingError(
-            f"keyphasor: expected at least {revolutions + 1} pulses, got {len(pulses)}; check the column, or lower revolutions"
+            f"keyphasor: expected at least {least} pulses, got {len(pulses)}; check the column, or lower revolutions"
         )
     _require_regular(pulses)
     ends = pulses[: (len(pulses) - 1) // revolutions * revolutions + 1 : revolutions]
@@ -140,8 +141,6 @@ def _least_squares(basis: Array, signals: Array, starts: Indices) -> Array:
 def _turns(pulses: Array, time: Array) -> Array:
     """How many turns after the first pulse, at times between the first and the last."""
     number = np.arange(len(pulses), dtype=float)
-    if len(pulses) < 4:
-        return np.interp(time, pulses, number)
     return np.asarray(CubicSpline(pulses, number)(time))
 
 

@@ -445,3 +445,22 @@ def test_a_drifting_gap_does_not_leak_into_1x():
     found = tracked(time, signals + drift[:, None], pulse_times(time, keyphasor), (1.0,))
     expected = vectors[:, 0] * np.exp(1j * HALF_HEIGHT)
     assert np.max(np.abs(found.values[1:-1, :, 0] - expected)) < 0.02 < 1 / np.pi
+
+
+def test_runs_at_speeds_of_their_own_are_interpolated_for_differences(folder):
+    for name, speeds in (("bare", np.arange(900.0, 1500.0, 10.0)), ("trial", np.arange(903.0, 1480.0, 7.0))):
+        rows = [f"{rpm},0.1,x,{abs(response_at(rpm))},{np.angle(response_at(rpm), deg=True)}" for rpm in speeds]
+        Path(f"{name}.csv").write_text("\n".join([RUN_UP, *rows]), encoding="utf-8")
+    Path("campaign.yaml").write_text("runs:\n  - {name: bare, file: bare.csv}\n  - {name: trial, file: trial.csv}\n")
+    with pytest.raises(SettingError, match=r"measurement\.incomplete=interpolate"):
+        rows = [f"{rpm},0.1,x,1,0" for rpm in (1503.0, 1515.0)]
+        Path("far.csv").write_text("\n".join([RUN_UP, *rows]), encoding="utf-8")
+        Path("far.yaml").write_text("runs:\n  - {name: bare, file: bare.csv}\n  - {name: far, file: far.csv}\n")
+        ksmea.read_measurement("far.yaml", reference="bare")
+    few = ksmea.read_measurement("campaign.yaml", reference="bare")
+    data = ksmea.read_measurement("campaign.yaml", reference="bare", incomplete="interpolate")
+    rpm = data.speed * 30 / np.pi
+    assert len(data.speed) > 2 * len(few.speed)
+    assert np.max(np.abs(data.values[:, 0] * 1e6 / response_at(rpm) - 1)) < 0.02  # as is stated
+    bare, trial = (rpm[rows] for rows in data.rows)
+    assert np.array_equal(bare, trial)
