@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+
 from instrument_files import TABLES
 
 FUZZER = Path(__file__).resolve().parents[2] / "benchmarks" / "fuzz_importers.py"

@@ -10,24 +10,21 @@ import pytest
 import ksmea
 from bench import door
 from instrument_files import (
-    HALF_HEIGHT,
     OMEGA,
-    SPEED,
     TABLES,
     VALUES,
     csv_wide,
     mat,
-    sampled,
     system1,
     uff,
     waveform,
+    written,
 )
 from ksmea.channel import Channel
 from ksmea.errors import SettingError
 from measurements.file import File
-from measurements.formats.order_tracking import noise_of, pulse_times, tracked
 from measurements.formats.placing import model_direction
-from measurements.run_up_csv import as_csv, rows_as_csv
+from measurements.run_up_csv import rows_as_csv
 
 DATA = Path(os.environ.get("KSMEA_DATA", Path(__file__).resolve().parents[3] / "shared" / "data"))
 XY = (Channel(0.1, "x"), Channel(0.1, "y"))
@@ -44,11 +41,6 @@ def public(name):
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     return tmp_path
-
-
-def written(example, **changes):
-    Path(example.name).write_bytes(example.content)
-    return File(path=example.name, **{**example.settings, **changes})
 
 
 def as_words(settings):
@@ -227,151 +219,6 @@ def test_a_skew_pair_of_an_instrument_is_identified(folder):
         assert found[name].low < true < found[name].high
 
 
-def own_file(rows, remarks=(), header=RUN_UP):
-    Path("own.csv").write_text("\n".join([*remarks, header, *rows]) + "\n", encoding="utf-8")
-    return "own.csv"
-
-
-def test_slow_roll_is_subtracted_as_a_vector_and_once(folder):
-    runout = np.array([2e-6 * np.exp(0.4j), 1e-6 * np.exp(2j)])
-    slow, vectors = np.array([100.0, 120.0]), np.concatenate([np.zeros((2, 2)), VALUES]) + runout
-    speeds = np.concatenate([slow, SPEED])
-    measurement = dataclasses.replace(written(system1()).read(), speed=speeds * np.pi / 30, values=vectors, noise=None)
-    Path("own.csv").write_text(as_csv(measurement), encoding="utf-8")
-    assert door.run(["import", "own.csv", "--format", "run_up", "--slow-roll", "200", "--out", "run.csv"]) == 0
-    data = ksmea.read_measurement("run.csv")
-    assert data.values == pytest.approx(VALUES, rel=1e-6)  # eight printed digits of the sum
-    assert "# slow roll: subtracted, the mean vector up to 200 rpm of x at 0.1 m 2 µm" in Path("run.csv").read_text(
-        "utf-8"
-    )
-    with pytest.raises(SettingError, match="expected a file with slow roll in it"):
-        File(path="run.csv", slow_roll=700.0)
-    with pytest.raises(SettingError, match="expected a file with slow roll in it"):
-        example = system1()
-        written(
-            dataclasses.replace(example, content=example.content.replace(b"Comp,", b"Comp,Slow Roll")), slow_roll=700.0
-        )
-
-
-def test_slow_roll_adds_its_variance(folder):
-    rows = [f"{speed},0.1,x,{5 + speed / 1000},10,0.3" for speed in (100, 110, 120, 130, 1000, 1100, 1200)]
-    file = File(path=own_file(rows, header=f"{RUN_UP},sigma_um"), slow_roll=200.0)
-    # four rows of 0.3 µm have a mean of 0.15 µm
-    assert file.noise.floor == pytest.approx(np.hypot(0.3, 0.15) * 1e-6)
-
-
-def test_run_up_and_coast_down_are_told_apart(folder, capsys):
-    up, down = SPEED, SPEED[::-1] + 3.7
-    rows = [f"{speed},0.1,x,{2 + number},30" for number, part in enumerate((up, down)) for speed in part]
-    example = own_file(rows)
-    columns = ["speed=speed_rpm", "amplitude=amplitude_um_0pk", "phase=phase_lead_deg", "position=position_m"]
-    answers = {"unit": "um", "amplitude": "0pk", "phase": "lead", "speed_unit": "rpm", "columns": columns}
-    with pytest.raises(SettingError, match="give sweep=up or sweep=down"):
-        File(path=example, format="csv", probes=["@0.1@x"], **{**answers, "columns": columns[:3]})
-    for sweep, speeds, amplitude in (("up", up, 2e-6), ("down", np.sort(down), 3e-6)):
-        data = File(path=example, sweep=sweep).read()
-        # the turning point itself may count to either
-        assert abs(len(data.speed) - len(speeds)) <= 1 and np.all(
-            np.isin(np.round(data.speed * 30 / np.pi, 6), np.round(np.r_[up, down], 6))
-        )
-        assert np.count_nonzero(np.isclose(np.abs(data.values), amplitude)) >= len(speeds) - 1
-    assert door.run(["import", example, "--format", "run_up", "--sweep", "both", "--out", "both.csv"]) == 0
-    campaign = ksmea.read_measurement("both.yaml")
-    assert [run.direction for run in campaign.campaign.runs] == ["up", "down"]
-    assert len(campaign.speed) == len(rows)
-
-
-def test_repeated_speeds_are_averaged_where_that_is_asked_for(folder):
-    rows = ["1000,0.1,x,2,0,0.2", "1000,0.1,x,2,90,0.2", "1100,0.1,x,3,0,0.2", "1200,0.1,x,3,0,0.2"]
-    path = own_file(rows, header=f"{RUN_UP},sigma_um")
-    with pytest.raises(SettingError, match=r"measurement\.repeats=average"):
-        File(path=path)
-    data = File(path=path, repeats="average").read()
-    assert data.values[0, 0] == pytest.approx((2 + 2j) / 2 * 1e-6)
-    assert data.noise.floor[:, 0] == pytest.approx(np.array([0.2 / np.sqrt(2), 0.2, 0.2]) * 1e-6)
-
-
-def response_at(rpm):
-    omega = rpm * np.pi / 30
-    return 40.0 * omega**2 / (180.0**2 - omega**2 + 0.1j * 180.0 * omega)
-
-
-def own_speeds(sigma=None):
-    """Rows of a channel at even speeds and one at others, of the same response in µm."""
-    rows = []
-    for direction, speeds in (("x", np.arange(900.0, 2600.0, 20.0)), ("y", np.arange(911.0, 2580.0, 13.0))):
-        for speed in speeds:
-            value = response_at(speed)
-            rows.append(
-                f"{speed},0.1,{direction},{abs(value)},{np.angle(value, deg=True)}" + (f",{sigma}" if sigma else "")
-            )
-    return own_file(rows, header=RUN_UP + (",sigma_um" if sigma else ""))
-
-
-def test_channels_with_speeds_of_their_own_are_interpolated(folder):
-    path = own_speeds()
-    with pytest.raises(SettingError, match="interpolate brings channels to common ones"):
-        File(path=path)
-    source = File(path=path, incomplete="interpolate")
-    data = source.read()
-    rpm = data.speed * 30 / np.pi
-    # those of x, which has fewer rows, where y was measured too; near 1719 rpm they may be left out
-    assert len(rpm) > 70 and np.allclose(rpm, 20 * np.round(rpm / 20))
-    # what is stated of the error holds: 2 % of each vector
-    assert np.max(np.abs(data.values[:, 1] * 1e6 / response_at(rpm) - 1)) < 0.02
-    assert data.values[:, 0] * 1e6 == pytest.approx(response_at(rpm), rel=1e-9)
-    assert "common speeds, those of x at 0.1 m" in source.remarks[0]
-
-
-def test_interpolation_states_its_uncertainty(folder):
-    data = File(path=own_speeds(sigma=0.5), incomplete="interpolate").read()
-    rpm, sigma = data.speed * 30 / np.pi, data.noise.floor * 1e6
-    error = np.abs(data.values[:, 1] * 1e6 - response_at(rpm))
-    assert sigma[:, 0] == pytest.approx(0.5)
-    # between two rows of 0.5 µm: 0.5 at a row to 0.354 in the middle, and the error of interpolation where the curve bends
-    far = np.abs(rpm - 1719) > 300
-    assert np.all(sigma[far, 1] < 0.501) and np.min(sigma[:, 1]) == pytest.approx(0.5 / np.sqrt(2), rel=0.02)
-    assert np.all(error < 3 * sigma[:, 1]) and np.max(sigma[:, 1]) > 0.5
-
-
-def test_waveforms_give_the_vectors_that_are_in_them(folder):
-    data = written(waveform()).read()
-    _, _, _, vectors = sampled()
-    expected = (vectors * np.exp(1j * np.array([1, 2]) * HALF_HEIGHT)).reshape(-1)
-    assert [str(channel) for channel in data.channels] == ["x at 0.1 m", "2X x at 0.1 m", "y at 0.1 m", "2X y at 0.1 m"]
-    # 2e-4: the pulse is a triangle sampled forty times in a turn's fiftieth, of which a straight line finds the half height
-    assert data.values * 1e6 == pytest.approx(np.tile(expected, (len(data.speed), 1)), rel=5e-4)
-    assert data.speed == pytest.approx(2 * np.pi * np.linspace(20, 24, 60)[:-1] + 2 * np.pi * 2 / 60, rel=0.02)
-
-
-def test_the_noise_of_a_waveform_is_that_which_is_in_it():
-    """White noise σ of samples gives a vector of n samples the total variance 4 σ²/n."""
-    time, keyphasor, signals, vectors = sampled(turns=120, samples=24_000, noise=2.0, seed=5)
-    found = tracked(time, signals, pulse_times(time, keyphasor), (1.0, 2.0))
-    expected = 2 * 2.0 / np.sqrt(24_000 / 120)
-    # 120 windows, of which 21 neighbours share a value: 5 % in the mean
-    assert np.mean(found.sigma) == pytest.approx(expected, rel=0.06)
-    truth = vectors * np.exp(1j * np.array([1, 2]) * HALF_HEIGHT)
-    errors = np.abs(found.values - truth)
-    assert np.sqrt(np.mean(errors**2)) == pytest.approx(np.sqrt(np.mean(found.sigma**2)), rel=0.06)
-
-
-def test_half_orders_need_whole_windows_and_noise_needs_neighbours():
-    time, keyphasor, signals, _ = sampled(turns=10, samples=4000)
-    pulses = pulse_times(time, keyphasor)
-    with pytest.raises(SettingError, match="such as revolutions=2"):
-        tracked(time, signals, pulses, (1.0, 0.5))
-    found = tracked(time, signals, pulses, (1.0, 0.5), revolutions=2)
-    assert found.values.shape == (4, 2, 2) and found.sigma is None and noise_of(found.values) is None
-    assert np.max(np.abs(found.values[..., 1])) < 1e-3  # there is none in the signal
-    with pytest.raises(SettingError, match="a pulse is missing"):
-        tracked(time, signals, np.delete(pulses, 4), (1.0,))
-    with pytest.raises(SettingError, match="expected pulses"):
-        pulse_times(time, np.zeros(len(time)))
-    with pytest.raises(SettingError, match="expected pulses"):
-        pulse_times(time, np.random.default_rng(1).standard_normal(len(time)))
-
-
 def test_excel_and_universal_files_name_the_extra_where_it_is_absent(folder, monkeypatch):
     import sys
 
@@ -436,31 +283,3 @@ def test_rows_are_written_as_they_were_read(folder):
     source = written(system1())
     Path("again.csv").write_text(rows_as_csv(source.used_rows), encoding="utf-8")
     assert File(path="again.csv").used_rows.amplitude == source.used_rows.amplitude
-
-
-def test_a_drifting_gap_does_not_leak_into_1x():
-    """A drift of 1 µm a turn would leave 1/π µm in each vector; of a line through constants nothing is left but at the ends."""
-    time, keyphasor, signals, vectors = sampled()
-    drift = 60 * time / time[-1]
-    found = tracked(time, signals + drift[:, None], pulse_times(time, keyphasor), (1.0,))
-    expected = vectors[:, 0] * np.exp(1j * HALF_HEIGHT)
-    assert np.max(np.abs(found.values[1:-1, :, 0] - expected)) < 0.02 < 1 / np.pi
-
-
-def test_runs_at_speeds_of_their_own_are_interpolated_for_differences(folder):
-    for name, speeds in (("bare", np.arange(900.0, 1500.0, 10.0)), ("trial", np.arange(903.0, 1480.0, 7.0))):
-        rows = [f"{rpm},0.1,x,{abs(response_at(rpm))},{np.angle(response_at(rpm), deg=True)}" for rpm in speeds]
-        Path(f"{name}.csv").write_text("\n".join([RUN_UP, *rows]), encoding="utf-8")
-    Path("campaign.yaml").write_text("runs:\n  - {name: bare, file: bare.csv}\n  - {name: trial, file: trial.csv}\n")
-    with pytest.raises(SettingError, match=r"measurement\.incomplete=interpolate"):
-        rows = [f"{rpm},0.1,x,1,0" for rpm in (1503.0, 1515.0)]
-        Path("far.csv").write_text("\n".join([RUN_UP, *rows]), encoding="utf-8")
-        Path("far.yaml").write_text("runs:\n  - {name: bare, file: bare.csv}\n  - {name: far, file: far.csv}\n")
-        ksmea.read_measurement("far.yaml", reference="bare")
-    few = ksmea.read_measurement("campaign.yaml", reference="bare")
-    data = ksmea.read_measurement("campaign.yaml", reference="bare", incomplete="interpolate")
-    rpm = data.speed * 30 / np.pi
-    assert len(data.speed) > 2 * len(few.speed)
-    assert np.max(np.abs(data.values[:, 0] * 1e6 / response_at(rpm) - 1)) < 0.02  # as is stated
-    bare, trial = (rpm[rows] for rows in data.rows)
-    assert np.array_equal(bare, trial)

@@ -15,6 +15,8 @@ from typing import Any
 
 import numpy as np
 
+from measurements.file import File
+
 SPEED = np.round(np.linspace(600.0, 3000.0, 25), 1)  # rpm
 OMEGA = SPEED * np.pi / 30
 RESONANCE = 180.0  # rad/s
@@ -207,3 +209,9 @@ TABLES = {
     "uff58": uff,
     "uff58b": lambda: uff(1),
 }
+
+
+def written(example: Example, **changes: Any) -> File:
+    """The source of an example in the working directory, with other settings."""
+    Path(example.name).write_bytes(example.content)
+    return File(path=example.name, **{**example.settings, **changes})
