@@ -42,7 +42,7 @@ from ksmea.measurement import Measurement
 from measurements.file import File
 
 EXAMPLES = {**TABLES, "waveform": waveform}
-LENIENT = {"incomplete": "drop", "sweep": "any"}  # so that a row that is left out does not make the rest refused
+LENIENT = {"incomplete": "drop"}  # so that a row that is left out does not make the rest refused
 SECONDS, BYTES = 20, 2 * 2**30
 FAULTS = ("traceback", "hang", "memory", "several lines", "silently wrong", "died")
 GOOD = ("fine", "consistent", "refused")

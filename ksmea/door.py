@@ -73,8 +73,8 @@ def load_problem(name: str | Path, **settings: Any) -> LoadedProblem:
 
 
 def read_measurement(path: str | Path, **settings: Any) -> Measurement:
-    """A measured run from a CSV file (`measurements/file.py` has its columns): `incomplete="drop"`, `speed_from=…`; or
-    several runs of one machine from the YAML file that describes them (`measurements/campaign.py`).
+    """A measured run from a CSV file (`measurements/file.py` has its columns): `incomplete="drop"`, `speed_from=…`; from a
+    file of an instrument with `format="system1"` and what it leaves open (docs/own_data.md); or several runs of one machine from the YAML file that describes them (`measurements/campaign.py`).
 
     >>> import ksmea
     >>> measurement = ksmea.read_measurement("docs/examples/run_up.csv")

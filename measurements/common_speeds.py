@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Sequence
 from itertools import chain, pairwise
+from typing import Any
 
 import numpy as np
 
@@ -83,11 +84,12 @@ def _moved(run: RunUp, channels: Sequence[Interpolated], common: Array, kept: Fl
     if np.array_equal(run.speed, common[kept]):
         return run
     first = channels[0]
+    values: Any = np.stack([each.values for each in channels], axis=1)[kept]
     remark = f"interpolated from {len(run.speed)} speeds to {np.count_nonzero(kept)} that all runs share"
     return dataclasses.replace(
         run,
         speed=common[kept],
-        values=np.stack([each.values for each in channels], axis=1)[kept],
+        values=values,
         sigma=None if run.sigma is None else np.stack([_given(each.sigma) for each in channels], axis=1)[kept],
         time=None if run.time is None else np.sum(first.weights * run.time[first.neighbours], axis=1)[kept],
         order=run.order[first.neighbours[np.arange(len(common)), np.argmax(first.weights, axis=1)]][kept],

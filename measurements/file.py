@@ -45,9 +45,10 @@ from ksmea.measurement import Layout, Measurement, Noise
 from ksmea.settings import setting
 from measurements.formats.answers import OWN, Answers
 from measurements.formats.readers import foreign_rows
+from measurements.formats.waveform import MOST_BYTES
 from measurements.repeats import averaged
 from measurements.run_up import RunUp, run_up
-from measurements.run_up_rows import Rows, read_bytes, rows_at, rows_of, text_of
+from measurements.run_up_rows import MAX_BYTES, Rows, read_bytes, rows_at, rows_of, text_of
 from measurements.shared_speeds import at_shared_speeds
 from measurements.slow_roll import SUBTRACTED, without_slow_roll
 from measurements.sweeps import ANY, require_one_way, rows_of_sweep
@@ -142,7 +143,7 @@ class File(Answers, MeasurementSource):
 
     @cached_property
     def _bytes(self) -> bytes:
-        return read_bytes(self.path)
+        return read_bytes(self.path, MOST_BYTES if self.format == "waveform" else MAX_BYTES)
 
     @cached_property
     def _read_rows(self) -> tuple[Rows, tuple[str, ...], bool]:

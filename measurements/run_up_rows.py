@@ -63,8 +63,8 @@ def rows_of_run(rows: Rows, name: str, path: str) -> Rows:
     return rows_at(rows, [index for index, each in enumerate(names) if each == name])
 
 
-def read_bytes(path: str) -> bytes:
-    """The content of a file; `SettingError` where there is none, it cannot be read or is too large."""
+def read_bytes(path: str, most: int = MAX_BYTES) -> bytes:
+    """The content of a file of at most so many bytes; `SettingError` where there is none, it cannot be read or is too large."""
     file = Path(path).expanduser()
     try:
         if file.is_dir():
@@ -73,7 +73,11 @@ def read_bytes(path: str) -> bytes:
             raise SettingError(f"{path}: expected a CSV file, found none (working directory: {Path.cwd()})")
         if not file.is_file():
             raise SettingError(f"{path}: expected a CSV file, got something that is no regular file; copy it into one")
-        if file.stat().st_size > MAX_BYTES:
+        if file.stat().st_size > most > MAX_BYTES:
+            raise SettingError(
+                f"{path}: expected at most {most >> 20} MB, got {file.stat().st_size >> 20} MB; cut the record into parts"
+            )
+        if file.stat().st_size > most:
             raise SettingError(
                 f"{path}: expected at most {MAX_ROWS} rows, got {file.stat().st_size / 2**20:.0f} MB;"
                 " thin it out or average neighbouring speeds"

@@ -92,9 +92,9 @@ class Answers(Settings):
                         f"{name}: expected none with format={OWN}, whose header says its units, got {getattr(self, name)};"
                         " leave it out, or name the format of the file"
                     )
-            if self.probes or self.columns or self.phase not in (None, "none"):
+            if self.probes or self.columns or self.harmonics != [1.0] or self.phase not in (None, "none"):
                 raise SettingError(
-                    f"probes, columns, phase: expected none with format={OWN}, whose columns have fixed names, got some; leave"
+                    f"probes, columns, harmonics, phase: expected none with format={OWN}, whose columns have fixed names, got some; leave"
                     " them out, or name the format of the file (format=csv)"
                 )
         for name in ("revolutions", "sampling"):

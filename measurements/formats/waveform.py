@@ -26,8 +26,9 @@ from measurements.formats.sheet import Sheet
 from measurements.formats.uff import waveforms_of_uff
 
 TIME, KEYPHASOR, SIGNAL = "time", "keyphasor", "signal"
-MAX_SAMPLES = 2_000_000  # rows of a text or an Excel sheet
-UNEVEN = 0.01  # of a step of time, by which steps may differ
+MOST_BYTES = 256 * 2**20  # of a file: five million samples of four channels in text
+MAX_SAMPLES = 5_000_000  # rows of a text or an Excel sheet
+UNEVEN = 0.3  # of a step, by which rounded times may lie beside even ones: a missing sample is half a step or more
 UNIVERSAL = re.compile(rb"^ *-1 *\r?\n", re.MULTILINE)
 
 
@@ -122,13 +123,15 @@ def _time(sheet: Sheet, heading: str | None, answers: Answers) -> Array:
         raise SettingError(
             f"{sheet.where} line {sheet.lines[first]}: expected times that rise, got one that does not; sort them"
         )
-    if np.any(np.abs(steps - np.median(steps)) > max(UNEVEN, 0.6e-6 / float(np.median(steps))) * np.median(steps)):
-        first = int(np.argmax(np.abs(steps - np.median(steps)))) + 1
+    even = np.linspace(time[0], time[-1], len(time))
+    step = float(even[1] - even[0])
+    if np.any(np.abs(time - even) > UNEVEN * step):
+        first = int(np.argmax(np.abs(steps - step))) + 1
         raise SettingError(
             f"{sheet.where} line {sheet.lines[first]}: expected samples at even steps of time, got one after {steps[first - 1]:.4g} s"
             f" where others take {np.median(steps):.4g} s; cut the record there"
         )
-    return time
+    return even  # the file's own are rounded
 
 
 def _seconds(unit: str) -> float:
