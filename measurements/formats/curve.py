@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from ksmea.arrays import Array
+from ksmea.arrays import Array, Indices
 
 Flags = np.ndarray[Any, np.dtype[np.bool_]]
 
@@ -39,8 +40,11 @@ class Curve:
         """The curve at some of its rows (n,) bool; the others are counted under a reason."""
         if np.all(kept):
             return self
-        indices = np.flatnonzero(kept)
-        parts = {name: getattr(self, name) for name in ("speed", "amplitude", "phase", "sigma", "time")}
-        changes = {name: None if part is None else part[indices] for name, part in parts.items()}
         left_out = {**self.left_out, reason: self.left_out.get(reason, 0) + int(np.count_nonzero(np.logical_not(kept)))}
-        return Curve(**{**vars(self), **changes, "line": [self.line[i] for i in indices], "left_out": left_out})
+        return dataclasses.replace(self.at(np.flatnonzero(kept)), left_out=left_out)
+
+    def at(self, indices: Indices) -> Curve:
+        """Some of its rows, in this order."""
+        parts = {name: getattr(self, name) for name in ("speed", "amplitude", "phase", "sigma", "time")}
+        changes: dict[str, Any] = {name: None if part is None else part[indices] for name, part in parts.items()}
+        return dataclasses.replace(self, line=[self.line[index] for index in indices], **changes)

@@ -10,16 +10,17 @@ A table with the columns of the project's own file, such as one that went throug
 
 from __future__ import annotations
 
+import dataclasses
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.arrays import Array, Indices
+from ksmea.arrays import Array
 from ksmea.errors import SettingError, shortened, unknown
 from measurements.formats.answers import Answers
-from measurements.formats.curve import Curve
+from measurements.formats.curve import Curve, Flags
 from measurements.formats.sheet import Sheet
 from measurements.run_up_rows import REQUIRED
 
@@ -27,6 +28,7 @@ VALUES = ("amplitude", "phase", "real", "imag", "response", "sigma")
 OF_ROWS = ("speed", "time", "status")
 OF_LONG = ("channel", "position", "direction", "harmonic")
 ROLES = (*OF_ROWS, *VALUES, *OF_LONG)
+MAX_CHANNELS = 1000  # of a long table, harmonics by themselves
 VALID = ("valid", "ok", "good", "true", "1", "")
 HARMONIC = re.compile(r"(.*)\.([0-9]+\.?[0-9]*)X", re.ASCII)
 OWN_COLUMNS = {
@@ -90,9 +92,11 @@ def read_table(sheet: Sheet, answers: Answers) -> list[Curve]:
         )
     for heading in roles.headings.values():
         sheet.named(heading)
-    if roles.is_long:
-        return _long(sheet, roles, is_own=is_own)
-    return [_wide(sheet, roles, name) for name in roles.names]
+    curves = (
+        _long(sheet, roles, is_own=is_own) if roles.is_long else [_wide(sheet, roles, each) for each in roles.names]
+    )
+    where = sheet.where.removeprefix(answers.path).strip()  # the sheet, of an Excel file
+    return [dataclasses.replace(curve, where=where) for curve in curves]
 
 
 def _own_roles(sheet: Sheet) -> dict[tuple[str, str], str]:
@@ -111,8 +115,8 @@ def _wide(sheet: Sheet, roles: Roles, whole: str) -> Curve:
     name, harmonic = (found[1], float(found[2])) if found else (whole, 1.0)
     if not 0 < harmonic <= 100:
         raise SettingError(f"columns: expected a harmonic from 0.1X to 100X, got {shortened(whole)}")
-    rows = np.arange(len(sheet.lines))
-    return _curve(sheet, roles, whole, rows, name, harmonic)
+    curve, is_valid = _curve(sheet, roles, whole)
+    return _valid(dataclasses.replace(curve, name=name, harmonic=harmonic), is_valid)
 
 
 def _long(sheet: Sheet, roles: Roles, *, is_own: bool) -> list[Curve]:
@@ -126,18 +130,31 @@ def _long(sheet: Sheet, roles: Roles, *, is_own: bool) -> list[Curve]:
     harmonics = np.where(np.isnan(harmonics), 1.0, harmonics)
     if position:
         _require_places(sheet, places)
-    keys = list(zip(names, np.where(np.isnan(places), -1.0, places).tolist(), directions, harmonics.tolist()))
+    rows: dict[tuple[str, float, str, float], list[int]] = {}
+    for row, key in enumerate(
+        zip(names, np.where(np.isnan(places), -1.0, places).tolist(), directions, harmonics.tolist())
+    ):
+        rows.setdefault(key, []).append(row)
+    if len(rows) > MAX_CHANNELS:
+        raise SettingError(
+            f"{sheet.where}: expected at most {MAX_CHANNELS} probes and harmonics, got {len(rows)}; check channel, position,"
+            " direction and harmonic in columns"
+        )
+    whole, is_valid = _curve(sheet, roles, "")
+    said = {"speed_unit": "rpm", "unit": "um 0pk", "sense": "lead"} if is_own else {}
     curves = []
-    for key in dict.fromkeys(keys):
-        name, place, looks, harmonic = key
+    for (name, place, looks, harmonic), indices in rows.items():
         if not 0 < harmonic <= 100:
             raise SettingError(f"{sheet.where}: expected harmonics from 0.1 to 100, got {harmonic:g}; check the column")
-        rows = np.flatnonzero([each == key for each in keys])
-        label = name or (f"{looks} at {place:g} m" if position else "")
-        curve = _curve(sheet, roles, "", rows, label, harmonic)
-        said = {"speed_unit": "rpm", "unit": "um 0pk", "sense": "lead"} if is_own else {}
-        place_in_file = place if position else None
-        curves.append(Curve(**{**vars(curve), "position": place_in_file, "direction": looks, **said}))
+        own = {
+            "name": name or (f"{looks} at {place:g} m" if position else ""),
+            "position": place if position else None,
+            "direction": looks,
+            "harmonic": harmonic,
+            **said,
+        }
+        part = Curve(**{**vars(whole.at(np.array(indices))), **own})
+        curves.append(_valid(part, None if is_valid is None else is_valid[indices]))
     return curves
 
 
@@ -149,34 +166,35 @@ def _require_places(sheet: Sheet, places: Array) -> None:
         )
 
 
-def _curve(sheet: Sheet, roles: Roles, whole: str, rows: Indices, name: str, harmonic: float) -> Curve:
-    speed = roles.of("speed", whole)
+def _curve(sheet: Sheet, roles: Roles, name: str) -> tuple[Curve, Flags | None]:
+    """All rows of a table as one curve, of the roles with a name or without, and which of them are valid (None: all)."""
+    speed = roles.of("speed", name)
     if speed is None:
         raise SettingError(
             f"columns: expected a column with the speed, got none; give speed=… of {_listed(sheet.columns)}"
         )
-    amplitude, phase, heading = _vector(sheet, roles, whole)
-    sigma, time, status = (roles.of(role, whole) for role in ("sigma", "time", "status"))
+    amplitude, phase, heading = _vector(sheet, roles, name)
+    sigma, time, status = (roles.of(role, name) for role in ("sigma", "time", "status"))
     curve = Curve(
         name,
-        sheet.where.partition(" ")[2] if " sheet " in sheet.where else "",
-        [int(sheet.lines[row]) for row in rows],
-        sheet.numbers(speed)[rows],
-        amplitude[rows],
-        phase=None if phase is None else phase[rows],
-        sigma=None if sigma is None else sheet.numbers(sigma)[rows],
-        time=None if time is None else sheet.numbers(time)[rows],
+        "",
+        list(map(int, sheet.lines)),
+        sheet.numbers(speed),
+        amplitude,
+        phase=phase,
+        sigma=None if sigma is None else sheet.numbers(sigma),
+        time=None if time is None else sheet.numbers(time),
         speed_unit=sheet.unit(speed),
         unit=sheet.unit(heading),
-        harmonic=harmonic,
     )
     if status is None:
-        return _with_times(curve)
-    texts = sheet.texts(status)
-    return _with_times(curve.rows(np.array([texts[row].lower() in VALID for row in rows]), "not valid"))
+        return curve, None
+    return curve, np.array([text.lower() in VALID for text in sheet.texts(status)])
 
 
-def _with_times(curve: Curve) -> Curve:
+def _valid(curve: Curve, is_valid: Flags | None) -> Curve:
+    if is_valid is not None:
+        curve = curve.rows(is_valid, "not valid")
     return curve if curve.time is None else curve.rows(np.isfinite(curve.time), "without a time")
 
 

@@ -11,6 +11,7 @@ import ksmea
 from bench import door
 from instrument_files import (
     OMEGA,
+    SPEED,
     TABLES,
     VALUES,
     csv_wide,
@@ -283,3 +284,43 @@ def test_rows_are_written_as_they_were_read(folder):
     source = written(system1())
     Path("again.csv").write_text(rows_as_csv(source.used_rows), encoding="utf-8")
     assert File(path="again.csv").used_rows.amplitude == source.used_rows.amplitude
+
+
+def test_harmonics_of_a_tabular_list_are_taken_along(folder):
+    """2X of the list is 0.2 µm pp with a lag of 25° at every speed."""
+    data = written(TABLES["adre"](), harmonics=[1.0, 2.0]).read()
+    assert [str(channel) for channel in data.channels] == ["x at 0.1 m", "2X x at 0.1 m", "y at 0.1 m", "2X y at 0.1 m"]
+    assert data.values[:, 0] == pytest.approx(VALUES[:, 0], rel=1e-9)
+    assert data.values[:, [1, 3]] == pytest.approx(np.full((len(SPEED), 2), 0.1e-6 * np.exp(-1j * np.radians(25))))
+
+
+def test_flagged_vectors_and_samples_that_stand_twice_are_left_out_and_counted(folder):
+    example = TABLES["adre"]()
+    lines = example.content.decode("utf-16").split("\r\n")
+    at = [index for index, line in enumerate(lines) if line.startswith("1|A|") and "|DT-R|" in line]
+    cells = lines[at[3]].split("|")
+    cells[9] += "BMA"
+    lines[at[3]] = "|".join(cells)
+    lines.insert(at[5] + 1, lines[at[5]])
+    source = written(dataclasses.replace(example, content="\r\n".join(lines).encode("utf-8")), incomplete="drop")
+    assert "rows left out: 1 twice, 1 flagged" in source.remarks[0]
+    assert len(source.read().speed) == len(SPEED) - 1
+
+
+def test_volts_become_displacement_by_a_scale(folder):
+    """200 mV/mil: 0.4 V zero to peak are 2 mil."""
+    Path("volts.csv").write_text("rpm,A (V pk),deg\n1000,0.4,10\n1100,0.2,20\n", encoding="utf-8")
+    columns = ["speed=rpm", "amplitude=A (V pk)", "phase=deg"]
+    answers = {"speed_unit": "rpm", "phase": "lead", "probes": ["@0.1@x"], "columns": columns}
+    data = File(path="volts.csv", format="csv", unit="mil", scale=5.0, **answers).read()
+    assert np.abs(data.values[:, 0]) == pytest.approx(np.array([2.0, 1.0]) * 25.4e-6)
+    with pytest.raises(SettingError, match="got 'V pk'"):
+        File(path="volts.csv", format="csv", unit="mil", **answers)
+
+
+def test_a_long_table_whose_channels_are_rows_is_refused_at_once(folder):
+    rows = "\n".join(f"{600 + row / 100},p{row},1,0" for row in range(5000))
+    Path("odd.csv").write_text(f"rpm,probe,um,deg\n{rows}\n", encoding="utf-8")
+    columns = ["speed=rpm", "channel=probe", "amplitude=um", "phase=deg"]
+    with pytest.raises(SettingError, match="expected at most 1000 probes and harmonics, got 5000"):
+        File(path="odd.csv", format="csv", columns=columns, probes=["@0.1@x"])
