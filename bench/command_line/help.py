@@ -26,8 +26,8 @@ python -m bench explain KEY [NAME|DIR]                      why a run failed or 
 python -m bench collect NAME|DIR                            tables and figures again, from plan and records alone
 python -m bench merge NAME|DIR NAME|DIR ... --out DIR       parts of one experiment, done in several places, in one folder
 python -m bench export ioh|coco|csv NAME|DIR [--out DIR]    the course of each run for IOHanalyzer, cocopp or a table
-python -m bench import FILE --format FORMAT --out RUN.csv    a file of an instrument as the project's own: docs/own_data.md
-python -m bench export measurement --out RUN.csv [setting=value ...]   a synthetic measurement as such a file
+python -m bench import FILE --format FORMAT --out RUN.csv   a file of an instrument as the project's own: docs/own_data.md
+python -m bench export measurement --out RUN.csv [X=Y ...]  a synthetic measurement as such a file
 python -m bench verify TABLE [repetitions=N] [tolerance=T]  compute results/reference again and compare
 python -m bench new KIND NAME [--file]                      an effect, method, optimizer, problem or surrogate of your own
 python -m bench help [GROUP [NAME]]                         plugins, where they come from, settings, units and sources

@@ -84,7 +84,7 @@ def _head(source: File, settings: dict[str, Any]) -> Iterator[str]:
     if source.format != OWN:
         yield f"rotation: {_rotation(source)}"
     if not any(remark.startswith(SUBTRACTED) for remark in source.remarks):
-        yield "slow roll: not subtracted"
+        yield "slow roll: not subtracted by this import"
     asked = " ".join(f"{name}={value}" for name, value in settings.items() if name not in ("format", "path"))
     if asked:
         yield visible(f"settings: {asked}")

@@ -23,6 +23,7 @@ from measurements.formats.unit_texts import (
     ZERO_TO_PEAK,
     AmplitudeUnit,
     amplitude_unit,
+    detector_of,
     speed_unit,
 )
 from measurements.run_up_rows import LARGEST, MAX_ROWS, Rows
@@ -132,10 +133,8 @@ def _decided(curve: Curve, place: Place | None, answers: Answers) -> Decided:
 def _unit(curve: Curve, answers: Answers, where: str) -> tuple[str, str, str]:
     """Name, unit and detector of an amplitude, by the file or else by the settings."""
     said = amplitude_unit(curve.unit)
-    if answers.scale is not None:  # the file's own unit is what the scale begins at
-        words = curve.unit.split()
-        said = amplitude_unit(" ".join(["um", *words[1:]]) if words else "") or amplitude_unit("")
-        said = AmplitudeUnit("", said.detector if said else "")
+    if answers.scale is not None:  # what the file measures in is what the scale begins at; its detector stays
+        said = AmplitudeUnit("", detector_of(curve.unit))
     if said is None:
         raise SettingError(
             f"{where}: expected a displacement, velocity or acceleration in {', '.join(UNITS)}, got {shortened(repr(curve.unit))};"

@@ -68,18 +68,30 @@ def amplitude_unit(text: str) -> AmplitudeUnit | None:
     >>> amplitude_unit("mil pp"), amplitude_unit("µm 0-pk")
     (AmplitudeUnit(unit='mil', detector='pp'), AmplitudeUnit(unit='um', detector='0pk'))
     """
-    left = text.strip().lower().replace("µ", "u").replace("μ", "u").replace("²", "2").replace("_", " ")
-    detector = ""
-    for name, pattern in _DETECTOR.items():
-        left, found = re.subn(rf"(?:^|(?<=\s))(?:{pattern})$", "", left)
-        if found:
-            detector = name
-            break
-    left = left.strip(" ,-")
+    left, detector = _apart(text)
     unit = _SPELT.get(left, left)
     if unit and unit not in UNITS:
         return None
     return AmplitudeUnit(unit, detector)
+
+
+def detector_of(text: str) -> str:
+    """The detector that a text ends in, whatever the unit before it; empty where it names none.
+
+    >>> detector_of("V pk"), detector_of("V")
+    ('0pk', '')
+    """
+    return _apart(text)[1]
+
+
+def _apart(text: str) -> tuple[str, str]:
+    """What stands before the detector, in small letters, and the detector."""
+    left = text.strip().lower().replace("µ", "u").replace("μ", "u").replace("²", "2").replace("_", " ")
+    for name, pattern in _DETECTOR.items():
+        left, found = re.subn(rf"(?:^|(?<=\s))(?:{pattern})$", "", left)
+        if found:
+            return left.strip(" ,-"), name
+    return left.strip(" ,-"), ""
 
 
 def speed_unit(text: str) -> str:
