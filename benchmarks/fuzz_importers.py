@@ -4,8 +4,9 @@ Each trial mutates a healthy file (`tests/helpers/instrument_files.py`) one to t
 with 20 s and 2 GB. A reading is right where every channel that is read has only vectors that the healthy file has at that speed,
 or values that the mutation itself wrote: a number that was changed into another plausible number cannot be known, and touches one
 row, one probe or (in a line of units, the time or the keyphasor) what depends on it. So `fine` means that at most the rows of the
-mutated lines differ; `consistent` that a line which concerns all rows was changed, and all rows changed alike; everything else
-but a refusal in one line is a fault.
+mutated lines differ; `consistent` that a line which concerns all rows was changed, and all rows changed alike; `relabelled` that two
+headings changed places, so that the file says of itself what nothing in it can contradict. Everything else but a refusal in one
+line is a fault.
 """
 
 from __future__ import annotations
@@ -45,7 +46,7 @@ EXAMPLES = {**TABLES, "waveform": waveform}
 LENIENT = {"incomplete": "drop"}  # so that a row that is left out does not make the rest refused
 SECONDS, BYTES = 20, 2 * 2**30
 FAULTS = ("traceback", "hang", "memory", "several lines", "silently wrong", "died")
-GOOD = ("fine", "consistent", "refused")
+GOOD = ("fine", "consistent", "relabelled", "refused")
 MOST_CHANGED = (
     0.34  # of the rows, by mutations of single lines: three of 25, each of which two probes may share, and their turns
 )
@@ -177,6 +178,20 @@ def judged(found: Measurement, healthy: Measurement, same: float) -> Outcome:
     return Outcome("silently wrong", f"{100 * float(np.max(changed)):.0f} % of the rows of a channel differ")
 
 
+def is_relabelled(content: bytes, healthy: bytes) -> bool:
+    """Whether a line of headings has the healthy one's cells in another order."""
+    before = {tuple(sorted(cells)): cells for cells in map(_cells, healthy.split(b"\n")) if len(cells) > 2}
+    return any(
+        cells != before.get(tuple(sorted(cells)), cells) and not any(cell[:1].isdigit() for cell in cells)
+        for cells in map(_cells, content.split(b"\n"))
+    )
+
+
+def _cells(line: bytes) -> list[bytes]:
+    separator = next((each for each in (b";", b"\t", b"|", b",") if each in line), b" ")
+    return line.strip().split(separator)
+
+
 def outcome_of(name: str, content: bytes, example: Example, healthy: Measurement, folder: Path) -> Outcome:
     """What a damaged file does in this process."""
     path = folder / example.name
@@ -230,7 +245,10 @@ def fuzz(name: str, seeds: range, folder: Path, *, apart: bool = True) -> dict[i
     found = {}
     for seed in seeds:
         content = mutated(example.content, random.Random(f"{name} {seed}"), binary=name in BINARY)
-        found[seed] = run(name, content, example, healthy, folder)
+        outcome = run(name, content, example, healthy, folder)
+        if outcome.kind == "silently wrong" and is_relabelled(content, example.content):
+            outcome = Outcome("relabelled", outcome.detail)
+        found[seed] = outcome
     return found
 
 
