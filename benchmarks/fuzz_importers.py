@@ -50,6 +50,7 @@ GOOD = ("fine", "consistent", "relabelled", "refused")
 MOST_CHANGED = (
     0.34  # of the rows, by mutations of single lines: three of 25, each of which two probes may share, and their turns
 )
+MOST_MUTATIONS = 3  # of a file, each of which may change a row
 SAME = 1e-6  # relative: what files print
 SAME_TRACKED = 3e-3  # of turns at the end of a record, where the spline of the angle ends elsewhere
 TOKENS = [
@@ -162,7 +163,7 @@ def judged(found: Measurement, healthy: Measurement, same: float) -> Outcome:
     is_same_speed = distance[np.arange(len(found.speed)), nearest] <= same * found.speed
     is_same = np.abs(found.values - own[nearest]) <= same * np.abs(own[nearest])
     changed = np.mean(~(is_same & is_same_speed[:, None]), axis=0)
-    if np.all(changed <= MOST_CHANGED):
+    if np.all(changed <= max(MOST_CHANGED, MOST_MUTATIONS / len(found.speed))):
         return Outcome("fine")
     if len(found.speed) == len(healthy.speed):  # a unit, a name or another line that concerns all rows
         factor = found.values / own
