@@ -23,9 +23,12 @@ from ksmea.errors import SettingError
 from ksmea.load import Load
 from ksmea.parameters import Parameters
 from ksmea.proxy import ProblemProxy
+from ksmea.rotordynamics import Rotordynamic
 from problems.rotor.data import Rotor
 from problems.rotor.effect_unknowns import effect_unknowns
+from problems.rotor.extended_motion import free_motion_with_effects
 from problems.rotor.extended_sensitivity import differenced, linearised
+from problems.rotor.free_motion import FreeMotion
 from problems.rotor.loads import unit_loads
 from problems.rotor.nonlinear_sites import dense_motion, responses_at_order, with_nonlinear_forces
 from problems.rotor.problem import RotorProblem, checked_sets, combined, finite
@@ -48,7 +51,7 @@ MAX_LINEARISED = 8  # kept of responses with their sensitivities: several fits s
 
 
 @dataclass(frozen=True, eq=False)
-class ExtendedProblem(RotorWithEffects, ProblemProxy):
+class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
     """A rotor problem with effects."""
 
     def __post_init__(self) -> None:
@@ -189,6 +192,10 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy):
             low = low.with_attached(index, *attached(force, speed))
         damping = impedance.imag / speed[:, None, None, None]
         return growth_rate(low, speed, impedance.real, damping, self.supports(of_effects))
+
+    def free_rotor(self, x: Array, highest: float) -> FreeMotion:
+        """The rotor at values x (d,) SI with its free motions up to a frequency and spin speed (rad/s)."""
+        return free_motion_with_effects(self, checked_sets(np.asarray(x)[None], self.parameters)[0], highest)
 
     def unbalance(self, x: Array) -> dict[float, complex]:
         """That of the rotor itself, and of effects that are unbalance too, by position (m), kg m."""

@@ -10,15 +10,14 @@ import scipy.linalg
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.modes import Campbell, Mode
+from ksmea.whirl import direction_of_whirl
 from problems.rotor.assembly import Matrices, assemble
 from problems.rotor.data import Rotor
 from problems.rotor.mesh import DOF_PER_NODE
 
-STILL = 1e-3  # of the largest amplitude: nodes that move less do not vote on the direction of whirl
 OVERDAMPED = (
     1e-7  # |Im λ|/|λ| below which a root is real: rounding splits a double one into as much as √(1e-16) either side
 )
-STRAIGHT = 1e-6  # an orbit's minor axis relative to its major one below which it is a line, not an ellipse
 
 
 def natural_modes(rotor: Rotor, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
@@ -68,22 +67,6 @@ def _mode(eigenvalue: complex, vector: ComplexArray) -> Mode:
     return Mode(
         frequency=float(eigenvalue.imag),
         damping_ratio=float(-eigenvalue.real / abs(eigenvalue)),
-        whirl=_whirl(shape[:, 0], shape[:, 1]),
+        whirl=direction_of_whirl(shape[:, 0], shape[:, 1]),
         shape=shape / shape[largest],
     )
-
-
-def _whirl(x: ComplexArray, y: ComplexArray) -> str:
-    """Direction of the orbits Re(x e^{iωt}), Re(y e^{iωt}) over the nodes.
-
-    An orbit is a forward circle of radius |x + iy|/2 and a backward one of radius |x − iy|/2; the difference of
-    their squares is Im(x ȳ), which is ±(|x|² + |y|²)/2 for a circle and 0 for a line.
-    """
-    power = np.abs(x) ** 2 + np.abs(y) ** 2
-    moving = power > STILL**2 * power.max()
-    roundness = 2 * np.imag(x * y.conj())[moving] / power[moving]
-    if np.all(roundness > STRAIGHT):
-        return "forward"
-    if np.all(roundness < -STRAIGHT):
-        return "backward"
-    return "mixed"

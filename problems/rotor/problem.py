@@ -20,10 +20,12 @@ from ksmea.load import Load
 from ksmea.modes import Campbell, Mode
 from ksmea.parameters import PHASE_ORIGIN, Parameter, Parameters
 from ksmea.response_structure import UnknownImpedance
+from ksmea.rotordynamics import Rotordynamic
 from ksmea.units import GRAM_MILLIMETRE
 from problems.rotor import dense
 from problems.rotor.critical_speeds import critical_speeds
 from problems.rotor.data import DAMPINGS, STIFFNESSES, Rotor, UnbalancePlane
+from problems.rotor.free_motion import N_MODE, FreeMotion
 from problems.rotor.loads import unit_loads
 from problems.rotor.modes import campbell_diagram, natural_modes
 from problems.rotor.receptance import Impedance, Reduction, reduce_rotor
@@ -46,7 +48,7 @@ CHUNK_BYTES = 2**20  # of the largest temporary array of a batch: about what a c
 
 
 @dataclass(frozen=True, eq=False)
-class RotorProblem(Problem):
+class RotorProblem(Problem, Rotordynamic):
     """The unbalance response of a rotor at given speeds and channels as a function of its unknowns.
 
     Whatever values the unknowns have in the given rotor are replaced by the middle of their limits, so that a
@@ -232,6 +234,19 @@ class RotorProblem(Problem):
         over_speed = np.broadcast_to(parts, (len(speed), *parts.shape))
         low = low_modes(self.rotor, searched_speed(self.speed, speed))
         return growth_rate(low, speed, over_speed[:, :, 0], over_speed[:, :, 1])
+
+    def free_rotor(self, x: Array, highest: float) -> FreeMotion:
+        """The rotor at values x (d,) SI with its free motions up to a frequency and spin speed (rad/s)."""
+        rotor = self._rotor_at(x)
+        low = low_modes(self.rotor, highest, least=N_MODE)
+        stiffness = np.array([bearing.stiffness for bearing in rotor.bearings])
+        damping = np.array([bearing.damping for bearing in rotor.bearings])
+
+        def bearings_at(speed: Array) -> tuple[Array, Array]:
+            shape = (len(speed), *stiffness.shape)
+            return np.broadcast_to(stiffness, shape), np.broadcast_to(damping, shape)
+
+        return FreeMotion(rotor, self.channels, lambda speed: low, bearings_at)
 
     def _rotor_at(self, x: Array) -> Rotor:
         return rotor_at(self.rotor, self.unknowns, checked_sets(np.asarray(x)[None], self.parameters)[0])

@@ -112,12 +112,12 @@ def growth_rate(
     spin = speed[:, None, None]
     own_damping = low.matrices.damping + spin * low.matrices.gyroscopic
     own_stiffness = low.matrices.stiffness + spin * low.matrices.circulatory
-    bearing_stiffness, bearing_damping = _by_port(stiffness), _by_port(damping)
+    bearing_stiffness, bearing_damping = by_port(stiffness), by_port(damping)
     if not supports:
         own_stiffness = own_stiffness + low.ports.T @ bearing_stiffness @ low.ports
         own_damping = own_damping + low.ports.T @ bearing_damping @ low.ports
         parts = np.linalg.solve(low.matrices.mass, np.stack([own_stiffness, own_damping]))
-        return _largest(np.linalg.eigvals(_state_matrices(*parts)).astype(complex))
+        return _largest(np.linalg.eigvals(state_matrices(*parts)).astype(complex))
     return np.array(
         [
             _largest(_on_supports(low, *parts, supports)[None])[0]
@@ -130,7 +130,16 @@ def _on_supports(
     low: LowModes, stiffness: Array, damping: Array, of_bearings: Array, damping_of_bearings: Array,
     supports: Sequence[Support],
 ) -> ComplexArray:  # fmt: skip
-    """Eigenvalues (n,) at one spin speed, 0 in place of infinite ones; time in units of the highest frequency."""
+    """Eigenvalues (n,) at one spin speed, 0 in place of infinite ones."""
+    pencil = pencil_on_supports(low, stiffness, damping, of_bearings, damping_of_bearings, supports)
+    return finite_eigenvalues(*scipy.linalg.eigvals(*pencil, homogeneous_eigvals=True)) * low.highest
+
+
+def pencil_on_supports(
+    low: LowModes, stiffness: Array, damping: Array, of_bearings: Array, damping_of_bearings: Array,
+    supports: Sequence[Support],
+) -> tuple[ComplexArray, ComplexArray]:  # fmt: skip
+    """A and B (2n, 2n) of A z = λ B z with z = (q, e, λq, λe) at one spin speed; time in units of the highest frequency."""
     n_port, n_low = low.ports.shape
     n_bearing = n_port // 2
     carries = [np.tile(np.eye(2), (n_bearing, 1)) if support.is_common else np.eye(n_port) for support in supports]
@@ -151,9 +160,13 @@ def _on_supports(
     n = len(mass)
     left = np.block([[np.zeros((n, n)), np.eye(n)], [-of_stiffness, -of_damping]])
     right = scipy.linalg.block_diag(np.eye(n), mass)
-    numerator, denominator = scipy.linalg.eigvals(left, right, homogeneous_eigvals=True)
+    return left, right
+
+
+def finite_eigenvalues(numerator: ComplexArray, denominator: ComplexArray) -> ComplexArray:
+    """Eigenvalues (n,) as quotients, 0 in place of infinite ones."""
     finite = np.abs(numerator) < INFINITE * np.abs(denominator)
-    return np.asarray(np.divide(numerator, denominator, out=np.zeros_like(numerator), where=finite) * low.highest)
+    return np.asarray(np.divide(numerator, denominator, out=np.zeros_like(numerator), where=finite))
 
 
 def _largest(eigenvalues: ComplexArray) -> Array:
@@ -164,7 +177,7 @@ def _largest(eigenvalues: ComplexArray) -> Array:
     return np.asarray(np.max(np.where(is_motion, real, -np.inf), axis=-1))
 
 
-def _by_port(parts: Array) -> Array:
+def by_port(parts: Array) -> Array:
     """Matrices of the bearings (n_speed, n_bearing, 2, 2) as one of all ports (n_speed, n_port, n_port)."""
     n_speed, n_bearing = parts.shape[:2]
     whole = np.zeros((n_speed, n_bearing, 2, n_bearing, 2))
@@ -173,7 +186,7 @@ def _by_port(parts: Array) -> Array:
     return whole.reshape(n_speed, 2 * n_bearing, 2 * n_bearing)
 
 
-def _state_matrices(stiffness: Array, damping: Array) -> Array:
+def state_matrices(stiffness: Array, damping: Array) -> Array:
     """A of ż = A z with z = (q, q̇) and a unit mass matrix, (n_speed, 2 n_low, 2 n_low)."""
     n_speed, n = stiffness.shape[:2]
     top = np.broadcast_to(np.hstack([np.zeros((n, n)), np.eye(n)]), (n_speed, n, 2 * n))

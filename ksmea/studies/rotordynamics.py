@@ -1,0 +1,139 @@
+"""How a rotor looks and whirls at values of its unknowns: Campbell diagram, critical speeds, stability, mode shapes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.contracts import Problem
+from ksmea.studies.critical_speeds import critical_speeds
+from ksmea.errors import SettingError
+from ksmea.mode_tracking import tracked
+from ksmea.rotor_layout import RotorLayout
+from ksmea.rotordynamics import FreeRotor, Rotordynamic
+from ksmea.settings import Settings, setting
+from ksmea.stability import SLOWEST
+from ksmea.units import MEGANEWTON_PER_METRE, RPM
+from ksmea.whirl import CriticalSpeedMap, ModeShapes, Rotordynamics, direction_of_whirl
+
+SEARCHED = 1.5  # times a problem's highest speed, up to which critical speeds are looked for unless said otherwise
+MORE_MODES = 4  # are followed than are shown: modes change places
+N_STIFFNESS = 61  # of a critical speed map
+N_PLACE = 201  # of a mode shape
+MAP_DECADES = 1.5  # either side of the stiffnesses of the model
+NOMINAL = 10 * MEGANEWTON_PER_METRE  # in the middle of the map of a rotor whose bearings have no stiffness
+
+
+@dataclass(frozen=True)
+class RotordynamicsOptions(Settings):
+    """What is drawn of a rotor."""
+
+    highest_rpm: float | None = setting(
+        None, "speed up to which critical speeds are looked for; null: 1.5 times the problem's highest", unit="rpm", above=0
+    )
+    speed_rpm: float | None = setting(
+        None, "speed at which modes are drawn and bearings' coefficients told; null: the first critical speed", unit="rpm",
+        above=0,
+    )  # fmt: skip
+    modes: int = setting(6, "number of modes that are followed over speed and drawn", at_least=1, at_most=20)
+    harmonics: list[float] = setting(
+        [1.0, 2.0], "multiples of the speed that are crossed with the natural frequencies", above=0, at_most=20
+    )
+    speeds: int = setting(101, "number of speeds of the Campbell diagram", at_least=16, at_most=2000)
+    stiffness_from: float | None = setting(
+        None, "least stiffness of the critical speed map; null: below that of the bearings", unit="MN/m", above=0
+    )
+    stiffness_to: float | None = setting(None, "largest stiffness of the map", unit="MN/m", above=0)
+
+    def check(self) -> None:
+        if not self.harmonics:
+            raise SettingError("harmonics: expected at least one, got none; 1 is the speed itself")
+        if self.stiffness_from and self.stiffness_to and self.stiffness_from >= self.stiffness_to:
+            raise SettingError(
+                f"stiffness_to: expected more than {self.stiffness_from:g} MN/m, where the map begins, got {self.stiffness_to:g}"
+            )
+
+
+def rotordynamics(
+    problem: Problem, x: Array, options: RotordynamicsOptions, *, title: str, remarks: tuple[str, ...] = ()
+) -> Rotordynamics:
+    """All that is drawn of a problem at values x (d,) SI. `SettingError` where it is not made of a rotor."""
+    if not isinstance(problem, Rotordynamic):
+        raise SettingError(
+            f"expected a problem that knows its rotor, got {type(problem).__name__}; take one that is made of a rotor"
+        )
+    highest = SEARCHED * float(np.max(problem.speed)) if options.highest_rpm is None else options.highest_rpm * RPM
+    rotor = problem.free_rotor(x, max(highest * max(1.0, *options.harmonics), _speed(options, 0.0)))
+    speed = np.linspace(0.0, highest, options.speeds).clip(SLOWEST * highest)
+    branches = tracked([each.first(options.modes + MORE_MODES) for each in rotor.motions(speed)], options.modes)
+    found = critical_speeds(rotor, speed, options.harmonics)
+    at_1x = [each.speed for each in found if each.harmonic == 1.0]
+    shown_at = _speed(options, at_1x[0] if at_1x else highest)
+    layout = rotor.layout(shown_at)
+    values = tuple((each.name, each.unit, value / each.si_per_unit) for each, value in zip(problem.parameters, x.tolist()))
+    return Rotordynamics(
+        title=title,
+        values=values,
+        layout=layout,
+        highest=highest,
+        branches=branches,
+        harmonics=tuple(options.harmonics),
+        critical_speeds=found,
+        threshold=problem.stability_threshold(x, highest),
+        speed_map=_speed_map(rotor, layout, options, highest),
+        shapes=_mode_shapes(rotor, layout, shown_at, options.modes),
+        remarks=(*remarks, *rotor.remarks),
+    )
+
+
+def _speed(options: RotordynamicsOptions, otherwise: float) -> float:
+    """The speed (rad/s) at which modes are drawn."""
+    return otherwise if options.speed_rpm is None else options.speed_rpm * RPM
+
+
+def _mode_shapes(rotor: FreeRotor, layout: RotorLayout, speed: float, n_mode: int) -> ModeShapes:
+    places = np.union1d(np.linspace(0.0, layout.length, N_PLACE), layout.node_positions)
+    motions = rotor.shapes(speed, places.tolist()).first(n_mode)
+    return ModeShapes(places, motions, tuple(direction_of_whirl(*shape.T) for shape in motions.shape))
+
+
+def _speed_map(
+    rotor: FreeRotor, layout: RotorLayout, options: RotordynamicsOptions, highest: float
+) -> CriticalSpeedMap | None:
+    of_model = _own_stiffnesses(layout)
+    sizes = [size for _, size in of_model] or [NOMINAL]
+    ends = (min(sizes) / 10**MAP_DECADES, max(sizes) * 10**MAP_DECADES)
+    given = (options.stiffness_from, options.stiffness_to)
+    least, largest = (end if one is None else one * MEGANEWTON_PER_METRE for one, end in zip(given, ends))
+    if least >= largest:
+        raise SettingError(
+            f"stiffness_from, stiffness_to: expected a rising pair, got {least / MEGANEWTON_PER_METRE:g} and"
+            f" {largest / MEGANEWTON_PER_METRE:g} MN/m; give both"
+        )
+    stiffness = np.geomspace(least, largest, N_STIFFNESS)
+    try:
+        found = [rotor.undamped_critical_speeds(each) for each in stiffness.tolist()]
+    except np.linalg.LinAlgError:  # no stiffness there holds the rotor, as with one bearing
+        return None
+    forward, backward = (_padded([pair[side][: options.modes] for pair in found], options.modes) for side in (0, 1))
+    return CriticalSpeedMap(stiffness, forward, backward, of_model)
+
+
+def _own_stiffnesses(layout: RotorLayout) -> tuple[tuple[str, float], ...]:
+    """Direct stiffnesses of the bearings above 0 by name; one name where all bearings have the same."""
+    named: dict[str, float] = {}
+    for axis, name in enumerate(("kxx", "kyy")):
+        sizes = [float(bearing.stiffness[axis, axis]) for bearing in layout.bearings]
+        if np.allclose(sizes, sizes[0], rtol=1e-9):
+            named[name] = sizes[0]
+        else:
+            named |= {f"{name} of bearing {number}": size for number, size in enumerate(sizes, start=1)}
+    return tuple((name, size) for name, size in named.items() if size > 0)
+
+
+def _padded(rows: list[Array], n: int) -> Array:
+    """Rows of up to n numbers as (len(rows), n), not a number where there are fewer."""
+    return np.array([np.append(row, np.full(n - len(row), np.nan)) for row in rows])
