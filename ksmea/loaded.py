@@ -17,9 +17,11 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import Channel
 from ksmea.contracts import Problem, ProblemSettings
+from ksmea.drawing import RotorDrawing
 from ksmea.errors import SettingError, unknown
 from ksmea.modes import Campbell, Mode
 from ksmea.parameters import Parameter, Parameters
+from ksmea.studies.rotordynamics import RotordynamicsOptions, rotordynamics
 
 HEAD = ("unknown", "unit", "lower limit", "upper limit", "published")
 
@@ -112,6 +114,26 @@ class LoadedProblem:
         """The lowest spin speed (rad/s) at which a free motion grows, up to `highest` (the highest of the problem's speeds
         if not given); 0: from rest, infinite: nowhere."""
         return self.problem.stability_threshold(self.x(values), float(self.speed.max()) if highest is None else highest)
+
+    def draw(self, values: Mapping[str, float] | None = None, **options: Any) -> RotorDrawing:
+        """The rotor to scale, its Campbell diagram, critical speeds, stability, critical speed map and mode shapes. `options`
+        are those of `python -m bench draw`: highest_rpm, speed_rpm, modes, harmonics … An unknown that has no value has the
+        middle of its limits.
+
+        >>> import ksmea
+        >>> drawing = ksmea.load_problem("three_disk").draw(highest_rpm=12_000)
+        >>> drawing.to_frame().query("harmonic == 1")["critical_speed_rpm"].round().tolist()
+        [3620.0, 3798.0, 10017.0, 11278.0]
+        """
+        given = dict(values or {})
+        without = [each for each in self.parameters if each.name not in self.reference | given]
+        middles = {each.name: (each.lower + each.upper) / 2 / each.si_per_unit for each in without}
+        remarks = tuple(
+            f"{each.name} has no value: it is taken as {middles[each.name]:.4g} {each.unit}, the middle of its limits."
+            for each in without
+        )
+        chosen, x = RotordynamicsOptions(**options), self.x(middles | given)
+        return RotorDrawing(rotordynamics(self.problem, x, chosen, title=self.name, remarks=remarks))
 
     def with_settings(self, **settings: Any) -> LoadedProblem:
         """The same problem with some of its settings changed."""

@@ -12,6 +12,7 @@ RPM = math.pi / 30  # rad/s
 HERTZ = 2 * math.pi  # rad/s
 
 INCH, POUND, OUNCE = 0.0254, 0.45359237, 0.028349523125  # m, kg, kg: exact by definition
+MILLIMETRE = 1e-3  # m
 MICROMETRE = 1e-6  # m
 MICROSECOND = 1e-6  # s
 GRAM_MILLIMETRE = 1e-6  # kg m

@@ -12,6 +12,7 @@ from ksmea.rotor_layout import RotorLayout
 
 FORWARD, BACKWARD, MIXED = "forward", "backward", "mixed"
 STILL = 1e-3  # of the largest amplitude: places that move less do not vote on the direction of whirl
+PREVAILING = 0.9  # of the squared amplitudes of one direction, less those of the other, from which it is called so
 STRAIGHT = 1e-6  # an orbit's minor axis relative to its major one below which it is a line, not an ellipse
 
 
@@ -133,6 +134,16 @@ def direction_of_whirl(x: ComplexArray, y: ComplexArray) -> str:
     if np.all(round_by > STRAIGHT):
         return FORWARD
     return BACKWARD if np.all(round_by < -STRAIGHT) else MIXED
+
+
+def prevailing_direction(x: ComplexArray, y: ComplexArray) -> str:
+    """Direction in which almost all of a shape (n_place,) whirls: squared amplitudes vote, so that what hardly moves, as next to a
+    node, makes no motion mixed."""
+    power = np.abs(x) ** 2 + np.abs(y) ** 2
+    round_by = np.nan_to_num(roundness(x, y))
+    votes = np.where(np.abs(round_by) > STRAIGHT, np.sign(round_by), 0.0)
+    share = float(np.sum(power * votes) / np.sum(power))
+    return FORWARD if share > PREVAILING else BACKWARD if share < -PREVAILING else MIXED
 
 
 def roundness(x: ComplexArray, y: ComplexArray) -> Array:

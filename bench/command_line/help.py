@@ -29,6 +29,7 @@ python -m bench export ioh|coco|csv NAME|DIR [--out DIR]    the course of each r
 python -m bench import FILE --format FORMAT --out RUN.csv   a file of an instrument as the project's own: docs/own_data.md
 python -m bench export measurement --out RUN.csv [X=Y ...]  a synthetic measurement as such a file
 python -m bench verify TABLE [repetitions=N] [tolerance=T]  compute results/reference again and compare
+python -m bench draw problem=NAME [setting=value ...]       a rotor to scale, Campbell diagram, critical speeds, mode shapes
 python -m bench new KIND NAME [--file]                      an effect, method, optimizer, problem or surrogate of your own
 python -m bench help [GROUP [NAME]]                         plugins, where they come from, settings, units and sources
 

@@ -16,6 +16,7 @@ COMMANDS = {
     "import": "bench.commands.import_file:import_file",
     "verify": "bench.commands.verify:verify",
     "reference": "bench.commands.reference:reference",
+    "draw": "bench.commands.draw:draw",
     "new": "bench.commands.new:new",
 }
 

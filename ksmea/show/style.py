@@ -12,6 +12,9 @@ from matplotlib.figure import Figure
 from ksmea.arrays import Array
 
 OURS, PAPER, REFERENCE, INTERVAL = "#2b6ca3", "#c8501e", "#444444", "#3a8f4d"
+# Told apart by colour-blind readers too: Okabe & Ito, *Color Universal Design*, 2008; yellow, which is pale on white, left out.
+COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+MARKERS = "osD^vPX*<>hdp8"
 
 
 class ShownFigure(Figure):

@@ -17,7 +17,7 @@ from ksmea.rotordynamics import FreeRotor, Rotordynamic
 from ksmea.settings import Settings, setting
 from ksmea.stability import SLOWEST
 from ksmea.units import MEGANEWTON_PER_METRE, RPM
-from ksmea.whirl import CriticalSpeedMap, ModeShapes, Rotordynamics, direction_of_whirl
+from ksmea.whirl import CriticalSpeedMap, ModeShapes, Rotordynamics, prevailing_direction
 
 SEARCHED = 1.5  # times a problem's highest speed, up to which critical speeds are looked for unless said otherwise
 MORE_MODES = 4  # are followed than are shown: modes change places
@@ -97,7 +97,7 @@ def _speed(options: RotordynamicsOptions, otherwise: float) -> float:
 def _mode_shapes(rotor: FreeRotor, layout: RotorLayout, speed: float, n_mode: int) -> ModeShapes:
     places = np.union1d(np.linspace(0.0, layout.length, N_PLACE), layout.node_positions)
     motions = rotor.shapes(speed, places.tolist()).first(n_mode)
-    return ModeShapes(places, motions, tuple(direction_of_whirl(*shape.T) for shape in motions.shape))
+    return ModeShapes(places, motions, tuple(prevailing_direction(*shape.T) for shape in motions.shape))
 
 
 def _speed_map(

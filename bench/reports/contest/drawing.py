@@ -13,10 +13,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-# Told apart by colour-blind readers too: Okabe & Ito, *Color Universal Design*, 2008; yellow, which is pale on white, left out.
-COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
+from ksmea.show.style import COLOURS, MARKERS
+
 LINES: tuple[Literal["-", "--", ":"], ...] = ("-", "--", ":")
-MARKERS = "osD^vPX*<>hdp8"
 COLUMNS = 3  # of panels
 N_MARKER = 5  # on a line
 

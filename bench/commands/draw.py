@@ -1,0 +1,106 @@
+"""`draw problem=NAME [problem.SETTING=…] [values.UNKNOWN=…] [OPTION=…] [output=DIR]`: a rotor to scale and how it whirls.
+
+Figures, the numbers behind them as CSV files, and one page with all of it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from bench.command_line.messages import USER_ERRORS, one_line
+from bench.command_line.overrides import parse
+from bench.command_line.plugin_words import PLUGINS, register_plugins
+from bench.plan.plan import PLAN_FILE
+from bench.reports.rotor_page import rotor_page
+from bench.reports.tables import csv_text
+from bench.storage.files import replace_file
+from ksmea.door import load_problem
+from ksmea.drawing import RotorDrawing
+from ksmea.errors import SettingError, unknown, visible_lines
+from ksmea.settings import own_fields
+from ksmea.show.rotordynamics import FRAMES
+from ksmea.show.style import png
+from ksmea.studies.rotordynamics import RotordynamicsOptions
+
+PROBLEM, VALUES, OUTPUT = "problem", "values", "output"
+DEFAULT = "three_disk"
+OPTIONS = tuple(field.name for field in own_fields(RotordynamicsOptions))
+FIGURES = {
+    "rotor": RotorDrawing.plot,
+    "campbell": RotorDrawing.plot_campbell,
+    "stability": RotorDrawing.plot_stability,
+    "speed_map": RotorDrawing.plot_speed_map,
+    "orbits": RotorDrawing.plot_orbits,
+    "deflections": RotorDrawing.plot_deflections,
+}
+
+
+def draw(words: list[str]) -> int:
+    """Write the files into the folder, and print the critical speeds."""
+    name, settings, values, options, output = _asked(words)
+    folder = Path(output) if output else Path("results") / _folder_name(name, settings)
+    if (folder / PLAN_FILE).exists():
+        raise SettingError(f"{folder}: expected a folder of its own, got one of an experiment; choose another output=DIR")
+    loaded = load_problem(name, **settings)
+    drawing = loaded.draw(values, **options)
+    left_out = [] if drawing.record.speed_map else ["speed_map"]
+    pictures = {each: png(plot(drawing)) for each, plot in FIGURES.items() if each not in left_out}
+    files = {f"{each}.png": picture for each, picture in pictures.items()}
+    files |= {f"{each}.csv": csv_text(drawing.to_frame(each)).encode() for each in FRAMES if each not in left_out}
+    files["index.html"] = rotor_page(drawing.record, pictures, words).encode()
+    folder.mkdir(parents=True, exist_ok=True)
+    for file, content in files.items():
+        replace_file(folder / file, content)
+    print(visible_lines(f"{drawing}\nwritten: {folder / 'index.html'}, {len(pictures)} figures (.png) and their numbers (.csv)"))
+    return 0
+
+
+def _asked(words: list[str]) -> tuple[str, dict[str, Any], dict[str, float], dict[str, Any], str | None]:
+    """Problem, its settings, values of unknowns, options of the drawing, and the folder."""
+    for word in words:
+        if "=" not in word or word.startswith("-"):
+            raise SettingError(f"draw: expected setting=value, got {word}; as in draw problem={DEFAULT} output=DIR")
+    register_plugins(words)
+    given: dict[str, Any] = {}
+    try:
+        choices = parse(words)
+    except USER_ERRORS as error:
+        raise SettingError(one_line(error)) from error
+    for choice in choices:
+        if len(choice.values) != 1 or choice.override.is_sweep_override():
+            raise SettingError(f"draw: expected one value of {choice.key}, got {len(choice.values)}; draw one after the other")
+        _put(given, choice.key.split("."), choice.values[0])
+    given.pop(PLUGINS, None)
+    problem, values, output = given.pop(PROBLEM, {}), given.pop(VALUES, {}), given.pop(OUTPUT, None)
+    settings = dict(problem) if isinstance(problem, Mapping) else {"name": problem}
+    for key in given:
+        if key not in OPTIONS:
+            raise unknown("setting of draw:", key, [PROBLEM, VALUES, OUTPUT, *OPTIONS])
+    if not isinstance(values, Mapping):
+        raise SettingError(f"values: expected values by name, as values.kxx=50, got {values}")
+    for name, value in values.items():
+        if isinstance(value, bool) or not isinstance(value, (int, float)):
+            raise SettingError(f"values.{name}: expected a number in the unit of the unknown, got {value}")
+    return str(settings.pop("name", DEFAULT)), settings, dict(values), given, None if output is None else str(output)
+
+
+def _put(given: dict[str, Any], keys: list[str], value: Any) -> None:
+    """A value into nested settings. The name of a plugin and its settings stand side by side."""
+    first, *rest = keys
+    if not rest:
+        inner = given.get(first)
+        given[first] = {**inner, "name": value} if first == PROBLEM and isinstance(inner, dict) else value
+        return
+    inner = given.get(first)
+    if not isinstance(inner, dict):
+        inner = given[first] = {} if inner is None else {"name": inner}
+    _put(inner, rest, value)
+
+
+def _folder_name(name: str, settings: Mapping[str, Any]) -> str:
+    file = settings.get("file")
+    stem = re.sub(r"[^A-Za-z0-9.-]+", "_", Path(file).stem) if isinstance(file, str) else ""
+    return f"draw_{stem or name}"
