@@ -12,6 +12,7 @@ from ksmea.rotor_layout import RotorLayout
 
 FORWARD, BACKWARD, MIXED = "forward", "backward", "mixed"
 STILL = 1e-3  # of the largest amplitude: places that move less do not vote on the direction of whirl
+NO_PEAK = np.sqrt(0.5)  # damping ratio from which on a response has no peak, so that a motion has no critical speed
 PREVAILING = 0.9  # of the squared amplitudes of one direction, less those of the other, from which it is called so
 STRAIGHT = 1e-6  # an orbit's minor axis relative to its major one below which it is a line, not an ellipse
 
@@ -26,8 +27,9 @@ class Motions:
     shape: ComplexArray  # (n_motion, n_place, 2)
 
     def first(self, n: int) -> Motions:
-        """The slowest n of them."""
-        return Motions(self.speed, self.eigenvalue[:n], self.shape[:n])
+        """The slowest n of those that can resonate."""
+        kept = np.flatnonzero(damping_ratio(self.eigenvalue) < NO_PEAK)[:n]
+        return Motions(self.speed, self.eigenvalue[kept], self.shape[kept])
 
 
 @dataclass(frozen=True, eq=False)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -12,10 +12,13 @@ from matplotlib.lines import Line2D
 from ksmea.arrays import Array
 from ksmea.show.style import COLOURS, REFERENCE, ShownFigure, figure_of
 from ksmea.units import HERTZ, RPM
-from ksmea.whirl import Branches, Rotordynamics
+from ksmea.whirl import Branches, CriticalSpeed, Rotordynamics
 
 WHIRL = {1.0: ("forward", COLOURS[0]), -1.0: ("backward", COLOURS[1]), 0.0: ("mixed", COLOURS[3])}
 MAX_LABELS = 10  # critical speeds at 1X with their amplification factor beside them
+OFFSETS = ((10.0, -15.0), (-6.0, 14.0), (34.0, -30.0), (-30.0, 30.0))  # of these words from their point, in points
+NEAR = 0.09  # of the highest speed: closer ones have their words on different sides
+CLOSE = 0.002  # relative: a frequency between two scanned speeds is not quite on the straight line
 FAR_FROM_STABLE = 0.5  # of a logarithmic decrement: more than this is well damped, and the axis bends above
 
 
@@ -34,17 +37,18 @@ def campbell_figure(found: Rotordynamics, axes: Axes | None = None) -> Figure:
         end = min(right, top / (harmonic * RPM / HERTZ))
         axes.annotate(f"{harmonic:g}X", (end, end * harmonic * RPM / HERTZ), (-4, -2), textcoords="offset points",
                       ha="right", va="top", fontsize=9, color=REFERENCE)  # fmt: skip
-    at_1x = [each for each in found.critical_speeds if each.harmonic == 1.0]
-    for each in found.critical_speeds:
+    marked = [each for each in found.critical_speeds if _is_on_a_branch(each, branches)]
+    at_1x = [each for each in marked if each.harmonic == 1.0][:MAX_LABELS]
+    for each in marked:
         marker = "o" if each.harmonic == 1.0 else "s"
         axes.plot(each.speed / RPM, each.harmonic * each.speed / HERTZ, marker, color="black",
                   markerfacecolor="white", markersize=6, zorder=5)  # fmt: skip
-    for each, above in zip(at_1x[:MAX_LABELS], _sides([each.speed for each in at_1x], 0.09 * found.highest)):
+    for each, offset in zip(at_1x, _offsets([each.speed for each in at_1x], NEAR * found.highest)):
         factor = each.amplification_factor
-        text = f"{each.speed / RPM:.0f} rpm, " + (f"AF {factor:.{3 if factor < 100 else 0}{'g' if factor < 100 else 'f'}}" if factor is not None else "unstable")
-        axes.annotate(text, (each.speed / RPM, each.speed / HERTZ), (10, -14) if not above else (6, 14),
-                      textcoords="offset points", fontsize=8,
-                      bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "alpha": 0.85, "linewidth": 0}, zorder=6)  # fmt: skip
+        told = "unstable" if factor is None else f"AF {factor:.3g}" if factor < 100 else f"AF {factor:.0f}"
+        axes.annotate(f"{each.speed / RPM:.0f} rpm, {told}", (each.speed / RPM, each.speed / HERTZ), offset,
+                      textcoords="offset points", fontsize=8, zorder=6, arrowprops={"arrowstyle": "-", "linewidth": 0.6},
+                      bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "alpha": 0.85, "linewidth": 0})  # fmt: skip
     axes.set(xlim=(0, right), ylim=(0, top))
     axes.set_ylabel("natural frequency (Hz)", fontsize=10)
     more = [Line2D([], [], color="black", marker="o", markerfacecolor="white", linestyle="", label="critical speed")]
@@ -70,7 +74,8 @@ def stability_figure(found: Rotordynamics, axes: Axes | None = None) -> Figure:
     axes.text(0.01, 0.01, "unstable", transform=axes.transAxes, fontsize=9, color="#a04000", va="bottom")
     if np.isfinite(found.threshold):
         axes.axvline(found.threshold / RPM, color="black", linestyle=":", linewidth=1.4)
-        axes.annotate(f"threshold {found.threshold / RPM:.0f} rpm", (found.threshold / RPM, 0.97), (4, 0),
+        told = f"threshold {found.threshold / RPM:.0f} rpm" if found.threshold else "unstable from rest"
+        axes.annotate(told, (found.threshold / RPM, 0.97), (4, 0),
                       xycoords=("data", "axes fraction"), textcoords="offset points", va="top", fontsize=9)  # fmt: skip
     axes.set_xlim(0, found.highest / RPM)
     axes.set_ylabel("logarithmic decrement", fontsize=10)
@@ -96,12 +101,22 @@ def _pieces(direction: Array) -> Iterator[tuple[int, int, float]]:
             start = index
 
 
-def _sides(speeds: list[float], near: float) -> list[bool]:
-    """Whether the text of each rising speed stands above its point: where the last one is near, on the other side."""
-    sides: list[bool] = []
+def _is_on_a_branch(critical: CriticalSpeed, branches: Branches) -> bool:
+    """Whether a critical speed lies on one of the modes that are drawn."""
+    at = np.searchsorted(branches.speed, critical.speed).clip(1, len(branches.speed) - 1)
+    ends = branches.frequency[at - 1 : at + 1]
+    low, high = np.nanmin(ends, axis=0, initial=np.inf), np.nanmax(ends, axis=0, initial=-np.inf)
+    frequency = critical.harmonic * critical.speed
+    return bool(np.any((low <= (1 + CLOSE) * frequency) & (high >= (1 - CLOSE) * frequency)))
+
+
+def _offsets(speeds: Sequence[float], near: float) -> list[tuple[float, float]]:
+    """Where the words of each rising speed stand beside its point: those of neighbours on different sides, ever further away."""
+    place, found = 0, []
     for index, speed in enumerate(speeds):
-        sides.append(bool(index and speed - speeds[index - 1] < near and not sides[-1]))
-    return sides
+        place = place + 1 if index and speed - speeds[index - 1] < near else 0
+        found.append(OFFSETS[place % len(OFFSETS)])
+    return found
 
 
 def _finish(axes: Axes, branches: Branches, more: list[Line2D]) -> None:

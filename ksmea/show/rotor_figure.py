@@ -21,6 +21,7 @@ WIDTH = 8.0  # inches
 IN_METRES = 3.0  # m, from which length on the axis is in m
 THINNEST = 0.008  # of the length: a thinner disk is drawn as wide as this
 ROW = 0.055  # of the length, between rows of text
+WORDS = 0.085  # of the length, as wide as those of a disk
 NEAR = 0.24  # of the length: words of places closer than this stand in different rows
 
 
@@ -72,7 +73,8 @@ class _Scaled:
         radius = layout.largest_radius
         rows = max((first + len(mark.lines) for mark, first in _stacked(_marks(layout), layout.length)), default=0)
         above = radius + (1.6 + rows) * ROW * layout.length
-        return -max(radius, 0.1 * layout.length) - 3.4 * ROW * layout.length, above
+        below = max(radius, 0.1 * layout.length) + max(_drops(layout), default=0.0)
+        return -below - 3.4 * ROW * layout.length, above
 
     def shaft(self) -> None:
         for each in self.layout.sections:
@@ -86,7 +88,8 @@ class _Scaled:
         self.axes.plot(ends, (0, 0), color=REFERENCE, linewidth=0.7, dashes=(12, 3, 2, 3))
 
     def disks(self) -> None:
-        for number, disk in enumerate(self.layout.disks, start=1):
+        drops = _drops(self.layout)
+        for number, (disk, drop) in enumerate(zip(self.layout.disks, drops), start=1):
             width, top = max(disk.thickness, THINNEST * self.length), _top(disk, self.layout)
             if disk.outer_radius is None:
                 self.axes.plot(disk.position / self.unit, 0, "o", color=DISK, markeredgecolor="black", markersize=9)
@@ -94,7 +97,8 @@ class _Scaled:
                 height = disk.outer_radius - disk.bore_radius
                 for base in (disk.bore_radius, -disk.outer_radius):
                     self._box(disk.position - width / 2, base, width, height, DISK)
-            self._text(disk.position, -top - 0.012 * self.length, f"disk {number}\n{disk.mass:.3g} kg", "black", "top")
+            below = -top - 0.012 * self.length - drop
+            self._text(disk.position, below, f"disk {number}\n{disk.mass:.3g} kg", "black", "top")
 
     def bearings(self) -> None:
         size = 0.035 * self.length
@@ -148,6 +152,15 @@ class _Scaled:
 
     def _text(self, x: float, y: float, text: str, colour: str, vertical: str, horizontal: str = "center") -> None:
         self.axes.text(x / self.unit, y / self.unit, text, color=colour, fontsize=8, va=vertical, ha=horizontal, zorder=7)
+
+
+def _drops(layout: RotorLayout) -> list[float]:
+    """How far (m) the words of each disk stand lower than those of others: by two lines beside a near one."""
+    drops: list[float] = []
+    for index, disk in enumerate(layout.disks):
+        near = index > 0 and disk.position - layout.disks[index - 1].position < WORDS * layout.length
+        drops.append(1.6 * ROW * layout.length if near and not drops[-1] else 0.0)
+    return drops
 
 
 def _top(disk: DiskOutline, layout: RotorLayout) -> float:

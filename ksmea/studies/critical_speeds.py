@@ -10,7 +10,7 @@ from scipy.optimize import brentq, linear_sum_assignment
 
 from ksmea.arrays import Array
 from ksmea.rotordynamics import FreeRotor
-from ksmea.whirl import CriticalSpeed, prevailing_direction
+from ksmea.whirl import NO_PEAK, CriticalSpeed, prevailing_direction
 
 TOLERANCE = 1e-9  # of the highest speed
 SAME = 0.2  # |ln| of the ratio of a damped critical speed to an undamped one that may be the same one
@@ -18,13 +18,14 @@ SAME = 0.2  # |ln| of the ratio of a damped critical speed to an undamped one th
 
 def critical_speeds(rotor: FreeRotor, speed: Array, harmonics: Sequence[float]) -> tuple[CriticalSpeed, ...]:
     """Speeds (rad/s) within rising scanned speeds (n_speed,) at which a damped natural frequency is a harmonic of the speed, each
-    with the undamped critical speed next to it. A frequency that crosses twice between two scanned speeds is missed."""
+    with the undamped critical speed next to it; none where damping is so large that the response has no peak. A frequency that crosses twice between two scanned speeds is missed."""
     damped, undamped = rotor.frequencies, partial(rotor.frequencies, damped=False)
     tables = damped(speed), undamped(speed)
     found: list[CriticalSpeed] = []
     for harmonic in harmonics:
         at_harmonic = [_critical_speed(rotor, each, harmonic) for each in _crossings(damped, tables[0], speed, harmonic)]
-        found += _with_undamped(at_harmonic, np.array(_crossings(undamped, tables[1], speed, harmonic)))
+        resonant = [each for each in at_harmonic if each.damping_ratio < NO_PEAK]
+        found += _with_undamped(resonant, np.array(_crossings(undamped, tables[1], speed, harmonic)))
     return tuple(found)
 
 
