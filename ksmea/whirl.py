@@ -85,7 +85,9 @@ class CriticalSpeedMap:
     stiffness: Array  # (n,) N/m
     forward: Array  # (n, n_curve) rad/s, rising; NaN where there are fewer
     backward: Array  # (n, n_curve) rad/s
-    of_model: tuple[tuple[str, float], ...]  # name and value (N/m) of the stiffnesses that the rotor's own bearings have
+    of_model: tuple[
+        tuple[str, float], ...
+    ]  # name and value (N/m) of the stiffnesses that the rotor's own bearings have
 
 
 @dataclass(frozen=True, eq=False)

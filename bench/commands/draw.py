@@ -43,7 +43,9 @@ def draw(words: list[str]) -> int:
     name, settings, values, options, output = _asked(words)
     folder = Path(output) if output else Path("results") / _folder_name(name, settings)
     if (folder / PLAN_FILE).exists():
-        raise SettingError(f"{folder}: expected a folder of its own, got one of an experiment; choose another output=DIR")
+        raise SettingError(
+            f"{folder}: expected a folder of its own, got one of an experiment; choose another output=DIR"
+        )
     loaded = load_problem(name, **settings)
     drawing = loaded.draw(values, **options)
     left_out = [] if drawing.record.speed_map else ["speed_map"]
@@ -54,7 +56,11 @@ def draw(words: list[str]) -> int:
     folder.mkdir(parents=True, exist_ok=True)
     for file, content in files.items():
         replace_file(folder / file, content)
-    print(visible_lines(f"{drawing}\nwritten: {folder / 'index.html'}, {len(pictures)} figures (.png) and their numbers (.csv)"))
+    print(
+        visible_lines(
+            f"{drawing}\nwritten: {folder / 'index.html'}, {len(pictures)} figures (.png) and their numbers (.csv)"
+        )
+    )
     return 0
 
 
@@ -71,7 +77,9 @@ def _asked(words: list[str]) -> tuple[str, dict[str, Any], dict[str, float], dic
         raise SettingError(one_line(error)) from error
     for choice in choices:
         if len(choice.values) != 1 or choice.override.is_sweep_override():
-            raise SettingError(f"draw: expected one value of {choice.key}, got {len(choice.values)}; draw one after the other")
+            raise SettingError(
+                f"draw: expected one value of {choice.key}, got {len(choice.values)}; draw one after the other"
+            )
         _put(given, choice.key.split("."), choice.values[0])
     given.pop(PLUGINS, None)
     problem, values, output = given.pop(PROBLEM, {}), given.pop(VALUES, {}), given.pop(OUTPUT, None)

@@ -11,11 +11,13 @@ from ksmea.show.rotordynamics import bearing_table, critical_speed_table, mode_t
 from ksmea.whirl import Rotordynamics
 
 TITLES = {  # of the figures: heading and what they show
-    "rotor": ("Rotor to scale", "Shaft sections, disks, bearings, unbalance planes and probes, with lengths between them."),
+    "rotor": (
+        "Rotor to scale",
+        "Shaft sections, disks, bearings, unbalance planes and probes, with lengths between them.",
+    ),
     "campbell": (
         "Campbell diagram",
-        "Damped natural frequencies over speed by direction of whirl. Circles are critical speeds with their amplification"
-        " factors (AF), squares crossings with other harmonics.",
+        "Natural frequencies by direction of whirl. Circles: critical speeds with amplification factors (AF); squares: harmonics.",
     ),
     "stability": ("Stability", "Logarithmic decrement of each mode over speed. Below zero the motion grows."),
     "speed_map": (

@@ -53,7 +53,9 @@ def campbell_figure(found: Rotordynamics, axes: Axes | None = None) -> Figure:
     axes.set_ylabel("natural frequency (Hz)", fontsize=10)
     more = [Line2D([], [], color="black", marker="o", markerfacecolor="white", linestyle="", label="critical speed")]
     if any(each.harmonic != 1.0 for each in found.critical_speeds):
-        more.append(Line2D([], [], color="black", marker="s", markerfacecolor="white", linestyle="", label="at a harmonic"))
+        more.append(
+            Line2D([], [], color="black", marker="s", markerfacecolor="white", linestyle="", label="at a harmonic")
+        )
     _finish(axes, branches, more)
     return figure_of(axes)
 

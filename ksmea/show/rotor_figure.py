@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from dataclasses import dataclass
-from itertools import cycle
+from itertools import cycle, pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -130,17 +130,28 @@ class _Scaled:
     def dimensions(self) -> None:
         """Lengths between all places where something sits or a section ends, below the rotor."""
         layout = self.layout
-        stops = {0.0, layout.length, *(disk.position for disk in layout.disks), *(each.position for each in layout.bearings)}
+        stops = {
+            0.0,
+            layout.length,
+            *(disk.position for disk in layout.disks),
+            *(each.position for each in layout.bearings),
+        }
         places = _apart(sorted(stops), 1e-6 * self.length)
         level = self.reach(layout)[0] + 0.9 * ROW * self.length
         previous_row = cycle((0.0, 0.55 * ROW * self.length))
-        for left, right in zip(places, places[1:]):
+        for left, right in pairwise(places):
             short = right - left < 0.07 * self.length
             at = level / self.unit
             arrow = {"arrowstyle": "<->", "linewidth": 0.8, "color": REFERENCE, "shrinkA": 0, "shrinkB": 0}
             self.axes.annotate("", (left / self.unit, at), (right / self.unit, at), arrowprops=arrow)
             drop = next(previous_row) if short else 0.0
-            self._text((left + right) / 2, level - 0.006 * self.length - drop, f"{(right - left) / self.unit:.5g}", REFERENCE, "top")
+            self._text(
+                (left + right) / 2,
+                level - 0.006 * self.length - drop,
+                f"{(right - left) / self.unit:.5g}",
+                REFERENCE,
+                "top",
+            )
         for place in places:
             self.axes.plot((place / self.unit,) * 2, ((level - 0.01 * self.length) / self.unit, (level + 0.02 * self.length) / self.unit),
                            color=REFERENCE, linewidth=0.6)  # fmt: skip
@@ -151,7 +162,9 @@ class _Scaled:
         self.axes.add_patch(Rectangle(corner, *size, facecolor=colour, edgecolor="black", linewidth=0.8, zorder=3))
 
     def _text(self, x: float, y: float, text: str, colour: str, vertical: str, horizontal: str = "center") -> None:
-        self.axes.text(x / self.unit, y / self.unit, text, color=colour, fontsize=8, va=vertical, ha=horizontal, zorder=7)
+        self.axes.text(
+            x / self.unit, y / self.unit, text, color=colour, fontsize=8, va=vertical, ha=horizontal, zorder=7
+        )
 
 
 def _drops(layout: RotorLayout) -> list[float]:

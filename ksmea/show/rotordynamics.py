@@ -88,7 +88,9 @@ def speed_map_frame(found: Rotordynamics) -> pd.DataFrame:
         return pd.DataFrame(columns=columns)
     stiffness = drawn.stiffness / MEGANEWTON_PER_METRE
     parts = [
-        pd.DataFrame(zip(stiffness, np.full(len(curve), name), np.full(len(curve), number), curve / RPM), columns=columns)
+        pd.DataFrame(
+            zip(stiffness, np.full(len(curve), name), np.full(len(curve), number), curve / RPM), columns=columns
+        )
         for name, curves in (("forward", drawn.forward), ("backward", drawn.backward))
         for number, curve in enumerate(curves.T, start=1)
     ]
@@ -102,7 +104,9 @@ def mode_shape_frame(found: Rotordynamics) -> pd.DataFrame:
     for number, (value, shape) in enumerate(zip(shapes.motions.eigenvalue, shapes.motions.shape), start=1):
         x, y = shape.T
         columns = {"x_re": x.real, "x_im": x.imag, "y_re": y.real, "y_im": y.imag, "roundness": roundness(x, y)}
-        parts.append(pd.DataFrame({"mode": number, "frequency_hz": value.imag / HERTZ, "position_m": shapes.places, **columns}))
+        parts.append(
+            pd.DataFrame({"mode": number, "frequency_hz": value.imag / HERTZ, "position_m": shapes.places, **columns})
+        )
     return pd.concat(parts) if parts else pd.DataFrame(columns=["mode", "frequency_hz", "position_m"])
 
 
@@ -120,7 +124,15 @@ def critical_speed_table(found: Rotordynamics) -> pd.DataFrame:
     return pd.DataFrame([_row(each) for each in found.critical_speeds], columns=list(HEAD))
 
 
-HEAD = ("order", "critical speed (rpm)", "undamped (rpm)", "whirl", "damping ratio (%)", "log decrement", "amplification factor")
+HEAD = (
+    "order",
+    "critical speed (rpm)",
+    "undamped (rpm)",
+    "whirl",
+    "damping ratio (%)",
+    "log decrement",
+    "amplification factor",
+)
 
 
 def _row(each: CriticalSpeed) -> tuple[str, ...]:
@@ -170,7 +182,9 @@ def bearing_table(found: Rotordynamics) -> pd.DataFrame:
 def sentences(found: Rotordynamics) -> list[str]:
     """What the drawings say, in short."""
     layout, at = found.layout, found.shapes.motions.speed / RPM
-    said = [f"{layout.length:g} m long, {layout.mass:.4g} kg; {_count(layout.disks, 'disk')}, {_count(layout.bearings, 'bearing')}."]
+    said = [
+        f"{layout.length:g} m long, {layout.mass:.4g} kg; {_count(layout.disks, 'disk')}, {_count(layout.bearings, 'bearing')}."
+    ]
     said += [f"Values: {', '.join(f'{name} {value:.4g} {unit}' for name, unit, value in found.values)}."]
     if layout.support:
         said.append(f"{layout.support[0].upper()}{layout.support[1:]}.")

@@ -17,7 +17,9 @@ def speed_map_figure(found: Rotordynamics, axes: Axes | None = None) -> Figure:
     """Forward and backward critical speeds of the shaft on bearings of one stiffness; dotted: those of the model."""
     drawn = found.speed_map
     if drawn is None:
-        raise SettingError("critical speed map: expected bearings at two places, got a rotor that they do not hold; add one")
+        raise SettingError(
+            "critical speed map: expected bearings at two places, got a rotor that they do not hold; add one"
+        )
     if axes is None:
         axes = ShownFigure(figsize=(8.0, 5.6), layout="constrained").subplots()
         axes.set_title(f"Undamped critical speed map, {found.title}", fontsize=11)

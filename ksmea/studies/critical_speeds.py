@@ -23,7 +23,9 @@ def critical_speeds(rotor: FreeRotor, speed: Array, harmonics: Sequence[float]) 
     tables = damped(speed), undamped(speed)
     found: list[CriticalSpeed] = []
     for harmonic in harmonics:
-        at_harmonic = [_critical_speed(rotor, each, harmonic) for each in _crossings(damped, tables[0], speed, harmonic)]
+        at_harmonic = [
+            _critical_speed(rotor, each, harmonic) for each in _crossings(damped, tables[0], speed, harmonic)
+        ]
         resonant = [each for each in at_harmonic if each.damping_ratio < NO_PEAK]
         found += _with_undamped(resonant, np.array(_crossings(undamped, tables[1], speed, harmonic)))
     return tuple(found)

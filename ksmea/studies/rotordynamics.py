@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
-from ksmea.studies.critical_speeds import critical_speeds
 from ksmea.errors import SettingError
 from ksmea.mode_tracking import tracked
 from ksmea.rotor_layout import RotorLayout
 from ksmea.rotordynamics import FreeRotor, Rotordynamic
 from ksmea.settings import Settings, setting
 from ksmea.stability import SLOWEST
+from ksmea.studies.critical_speeds import critical_speeds
 from ksmea.units import MEGANEWTON_PER_METRE, RPM
 from ksmea.whirl import CriticalSpeedMap, ModeShapes, Rotordynamics, prevailing_direction
 
@@ -32,7 +31,10 @@ class RotordynamicsOptions(Settings):
     """What is drawn of a rotor."""
 
     highest_rpm: float | None = setting(
-        None, "speed up to which critical speeds are looked for; null: 1.5 times the problem's highest", unit="rpm", above=0
+        None,
+        "speed up to which critical speeds are looked for; null: 1.5 times the problem's highest",
+        unit="rpm",
+        above=0,
     )
     speed_rpm: float | None = setting(
         None, "speed at which modes are drawn and bearings' coefficients told; null: the first critical speed", unit="rpm",
@@ -73,7 +75,9 @@ def rotordynamics(
     at_1x = [each.speed for each in found if each.harmonic == 1.0]
     shown_at = _speed(options, at_1x[0] if at_1x else highest)
     layout = rotor.layout(shown_at)
-    values = tuple((each.name, each.unit, value / each.si_per_unit) for each, value in zip(problem.parameters, x.tolist()))
+    values = tuple(
+        (each.name, each.unit, value / each.si_per_unit) for each, value in zip(problem.parameters, x.tolist())
+    )
     return Rotordynamics(
         title=title,
         values=values,

@@ -30,6 +30,7 @@ from problems.rotor.undamped import undamped_critical_speeds
 
 N_MODE = 30  # of the rotor on nominal springs, besides its deflections under forces at its ports
 AT_REST = 1e-7  # of the middle one of all frequencies: slower motions are those of a rotor that nothing holds
+DOUBLE = 1e-7  # relative difference of eigenvalues that are one
 
 Pencil = tuple[ComplexArray, ComplexArray]  # A and B of A z = λ B z
 Eigenpairs = tuple[ComplexArray, ComplexArray]  # (n,) rad/s, and their coordinates (n_low, n)
@@ -59,7 +60,9 @@ class FreeMotion(FreeRotor):
         pencils = self._pencils(speed, damped)
         if isinstance(pencils, list):
             scale = self.low_at(speed[:1]).highest
-            found = [finite_eigenvalues(*scipy.linalg.eigvals(*each, homogeneous_eigvals=True)) * scale for each in pencils]
+            found = [
+                finite_eigenvalues(*scipy.linalg.eigvals(*each, homogeneous_eigvals=True)) * scale for each in pencils
+            ]
         else:
             found = list(np.linalg.eigvals(pencils).astype(complex))
         return np.sort(np.stack([np.where(_oscillates(each), each.imag, 0.0) for each in found]), axis=1)
@@ -121,9 +124,25 @@ def _motions(speed: float, eigenvalue: ComplexArray, coordinates: ComplexArray, 
     oscillating = np.flatnonzero(_oscillates(eigenvalue))
     order = oscillating[np.argsort(eigenvalue[oscillating].imag)]
     shape = np.moveaxis(rows @ coordinates[:, order], -1, 0)  # (n, n_place, 2)
+    for first in np.flatnonzero(np.abs(np.diff(eigenvalue[order])) <= DOUBLE * np.abs(eigenvalue[order[1:]])).tolist():
+        shape[first : first + 2] = _as_circles(shape[first : first + 2])
     flat = shape.reshape(len(shape), -1)
     largest = flat[np.arange(len(flat)), np.argmax(np.abs(flat), axis=1)]
     return Motions(speed, eigenvalue[order], shape / largest[:, None, None])
+
+
+def _as_circles(pair: ComplexArray) -> ComplexArray:
+    """Two shapes (2, n_place, 2) of one frequency as those two of their sums that whirl forward and backward most: on isotropic
+    bearings every sum of a forward and a backward motion of the same frequency is a motion too."""
+    flat = pair.reshape(2, -1)
+    power = flat.conj() @ flat.T
+    x, y = np.moveaxis(pair, -1, 0)
+    whirl = -1j * (y.conj() @ x.T - x.conj() @ y.T)  # Σ 2 Im(x ȳ) of a sum, as a Hermitian form
+    try:
+        sums = scipy.linalg.eigh(whirl, power)[1]
+    except np.linalg.LinAlgError:  # the same motion twice
+        return pair
+    return np.einsum("ij,ink->jnk", sums, pair)
 
 
 def _symmetric(matrices: Array) -> Array:

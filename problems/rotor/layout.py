@@ -54,9 +54,7 @@ def layout_of(
 
 def _outline(disk: Disk, sections: Sequence[ShaftSection], tolerance: float) -> DiskOutline:
     touching = [
-        each.outer_radius
-        for each in sections
-        if each.start - tolerance <= disk.position <= each.end + tolerance
+        each.outer_radius for each in sections if each.start - tolerance <= disk.position <= each.end + tolerance
     ]
     bore = max(touching)
     outer_squared = 2 * disk.polar_inertia / disk.mass - bore**2

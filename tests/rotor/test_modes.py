@@ -5,25 +5,18 @@ import pytest
 
 from problems.rotor.assembly import assemble, assemble_free
 from problems.rotor.critical_speeds import _crossings, critical_speeds
-from problems.rotor.data import Bearing, Disk, Material, Rotor, ShaftSegment
+from problems.rotor.data import Bearing, Material, Rotor
 from problems.rotor.modes import natural_modes
-from problems.rotor.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
+from published_rotor import PUBLISHED_CRITICALS, published
+from tilting_rotor import DAMPING, HALF_SPAN, STIFFNESS, rigid_properties, tilting_rotor
 
 RPM = np.pi / 30
 STEEL = Material(young_modulus=200e9, density=7800.0, poisson_ratio=0.3)
 
 
-def published(mesh=13):
-    """The three-disk rotor with the coefficients of Table 1."""
-    settings = ThreeDisk(mesh=mesh)
-    problem = settings.build()
-    return rotor_at(problem.rotor, problem.unknowns, [settings.reference()[name] for name in problem.parameters.names])
-
-
 # Lalanne & Ferraris, Rotordynamics Prediction in Engineering: the example rotor, isotropic shaft on two bearings.
 PUBLISHED_FREQUENCIES = (55.41, 67.21, 157.9, 193.7, 249.9, 407.6)  # Hz at 25 000 rpm
-PUBLISHED_CRITICALS = {3620: 5e-4, 3798: 5e-4, 10018: 5e-4, 11279: 5e-4, 16785: 1.2e-3, 24400: 1.2e-3}  # rpm: tolerance
 
 
 def test_published_frequencies():
@@ -96,37 +89,10 @@ def test_shapes_are_scaled_to_a_largest_deflection_of_one():
         assert np.abs(mode.shape[:, :2]).max() == pytest.approx(1.0)
 
 
-STIFFNESS, DAMPING = 1e5, 40.0  # of each bearing, N/m and N s/m
-HALF_SPAN = 0.3  # m
-
-
-def rigid_rotor():
-    """A thick short shaft with a wide disk in the middle on soft bearings at its ends; it moves as a rigid body.
-
-    The shaft is 1e5 times stiffer than its bearings, so that flexibility moves frequencies by less than 1e-5.
-    """
-    light = Material(young_modulus=2e13, density=1.0, poisson_ratio=0.3)
-    segment = ShaftSegment(HALF_SPAN, 0.05, light, 2)
-    bearings = tuple(Bearing(z, kxx=STIFFNESS, kyy=STIFFNESS, cxx=DAMPING, cyy=DAMPING) for z in (0.0, 2 * HALF_SPAN))
-    disk = Disk(HALF_SPAN, mass=20.0, polar_inertia=0.4, diametral_inertia=0.9)
-    return Rotor((segment, segment), (disk,), bearings)
-
-
-def rigid_properties(rotor):
-    """Mass, polar and diametral inertia of shaft and disk together."""
-    segment, disk = rotor.segments[0], rotor.disks[0]
-    mass, squared = segment.material.density * segment.area * rotor.length, segment.outer_radius**2
-    return (
-        disk.mass + mass,
-        disk.polar_inertia + mass * squared / 2,
-        disk.diametral_inertia + mass * (3 * squared + rotor.length**2) / 12,
-    )
-
-
 def test_rigid_rotor_in_closed_form():
     # Bounce: M λ² + 2cλ + 2k = 0. Pitch: I_d λ² − i I_p Ω λ + 2a²(cλ + k) = 0 in the complex tilt, whose solutions
     # with Im λ > 0 whirl forward and with Im λ < 0 backward.
-    rotor, speed = rigid_rotor(), 400.0
+    rotor, speed = tilting_rotor(), 400.0
     mass, polar, diametral = rigid_properties(rotor)
     bounce = np.roots([mass, 2 * DAMPING, 2 * STIFFNESS])
     arm = 2 * HALF_SPAN**2
@@ -141,7 +107,7 @@ def test_rigid_rotor_in_closed_form():
 
 def test_rigid_critical_speeds_in_closed_form():
     # Bounce meets the spin at √(2k/M) in both whirls, pitch at √(2ka²/(I_d ± I_p)); undamped.
-    rotor = rigid_rotor()
+    rotor = tilting_rotor()
     undamped = Rotor(
         rotor.segments,
         rotor.disks,
@@ -157,7 +123,7 @@ def test_rigid_critical_speeds_in_closed_form():
 
 
 def test_overdamped_motion_is_no_mode():
-    rotor = rigid_rotor()
+    rotor = tilting_rotor()
     heavy = tuple(
         Bearing(b.position, kxx=STIFFNESS, kyy=STIFFNESS, cxx=1e5, cyy=1e5) for b in rotor.bearings
     )  # damping ratio far above 1 for bounce and pitch
