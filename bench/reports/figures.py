@@ -13,6 +13,7 @@ from bench.plan.plan import Plan
 from bench.reports.tables import EFFORT, EXACT, has_intervals
 from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE
 
+COLUMNS = 3  # of panels: more are too small to read on a page
 MAX_LABELS = 12  # more cells than this are numbered, not named
 
 
@@ -20,9 +21,9 @@ def summary_figure(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> Fig
     """A panel per parameter (and updates, evaluations, time): box plots over the repetitions, the paper's values. Cells
     whose problem has not the parameter, or has it in another unit, are no part of its panel."""
     names = list(dict.fromkeys(zip(summary["parameter"], summary["unit"])))
-    columns = min(4, len(names))
+    columns = min(COLUMNS, len(names))
     n_row = -(-len(names) // columns)
-    figure = Figure(figsize=(3.4 * columns, 2.9 * n_row), layout="constrained")
+    figure = Figure(figsize=(2.9 * columns, 2.7 * n_row + 0.6), layout="constrained")
     panels = figure.subplots(n_row, columns, squeeze=False).ravel()
     for panel, (name, unit) in zip(panels, names):
         rows = summary[(summary["parameter"] == name) & (summary["unit"] == unit)]

@@ -12,7 +12,7 @@ from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
 from ksmea.records.curves import ResponseCurves, as_array
 from ksmea.records.identification import UpdateRecord
-from ksmea.show.style import OURS, PAPER, REFERENCE, broken
+from ksmea.show.style import COLOURS, OURS, REFERENCE, broken
 from ksmea.units import MICROMETRE, RPM
 
 MAX_ROWS = 8  # cells in one figure; more would be a poster
@@ -23,7 +23,7 @@ def updates_figure(plan: Plan, histories: Mapping[str, Sequence[UpdateRecord]]) 
     """Stiffnesses and misfit against the updating step, a row per cell and a line per repetition, as in Fig. 3."""
     cells = list(range(len(plan.cells)))[:MAX_ROWS]
     n_shown = max(min(2, len(plan.cells[cell].parameters)) for cell in cells)
-    figure = Figure(figsize=(3.8 * (n_shown + 1), 2.3 * len(cells) + 0.6), layout="constrained")
+    figure = Figure(figsize=(2.9 * (n_shown + 1), 2.2 * len(cells) + 0.6), layout="constrained")
     panels = figure.subplots(len(cells), n_shown + 1, squeeze=False)
     for row, cell in zip(panels, cells):
         runs = [histories.get(run.key, []) for run in plan.runs if run.cell == cell and run.repetition < MAX_LINES]
@@ -52,7 +52,7 @@ def response_figure(plan: Plan, curves: Mapping[int, ResponseCurves]) -> Figure:
     """Amplitude against speed of one repetition: measured and identified on the left (Figs. 6 and 10), surrogate and FE
     model at the surrogate's last optimum on the right (Figs. 4, 7 and 11); a row per cell, channels one over another."""
     cells = list(curves)[:MAX_ROWS]
-    figure = Figure(figsize=(11, 2.6 * len(cells) + 0.8), layout="constrained")
+    figure = Figure(figsize=(8.6, 2.5 * len(cells) + 1.0), layout="constrained")
     panels = figure.subplots(len(cells), 2, squeeze=False)
     for (left, right), cell in zip(panels, cells):
         _draw(left, curves[cell], {"measured": ".", "identified": "-"})
@@ -60,17 +60,25 @@ def response_figure(plan: Plan, curves: Mapping[int, ResponseCurves]) -> Figure:
         left.set_title(cell_name(plan, plan.cells[cell]), fontsize=9, loc="left")
         handles, labels = left.get_legend_handles_labels()
         more_handles, more_labels = right.get_legend_handles_labels()
-    figure.legend(handles + more_handles, labels + more_labels, loc="outside lower center", ncols=4, fontsize=8)
+    figure.legend(
+        handles + more_handles,
+        labels + more_labels,
+        loc="outside lower center",
+        ncols=4 if len(handles) < 5 else 2,
+        fontsize=8,
+        frameon=False,
+    )
     _finish(panels, "speed (rpm)")
     figure.suptitle(
-        f"{plan.name}, repetition 0. Left: measured and identified. Right: final surrogate and FE model", fontsize=10
+        f"{plan.name}, repetition 0, at the measured speeds.\nLeft: measured and identified. Right: final surrogate and FE model",
+        fontsize=10,
     )
     return figure
 
 
 def mesh_figure(coarse: ResponseCurves, fine: ResponseCurves) -> Figure:
     """The true response with 13 and with 21 elements, and their relative difference: the paper's Fig. 5."""
-    figure = Figure(figsize=(11, 3.4), layout="constrained")
+    figure = Figure(figsize=(8.6, 3.4), layout="constrained")
     left, right = figure.subplots(1, 2)
     _draw(left, coarse, {"true": "-"}, " (13 elements)")
     _draw(left, fine, {"true": "."}, " (21 elements)")
@@ -79,7 +87,7 @@ def mesh_figure(coarse: ResponseCurves, fine: ResponseCurves) -> Figure:
     speed = as_array(coarse.speed) / RPM
     for index, channel in enumerate(coarse.channels):
         right.semilogy(
-            speed, np.abs(other[:, index] / one[:, index] - 1) * 100, color=(OURS, PAPER)[index % 2], label=channel
+            speed, np.abs(other[:, index] / one[:, index] - 1) * 100, color=COLOURS[index % len(COLOURS)], label=channel
         )
     right.set_ylabel("difference (%)", fontsize=8)
     right.legend(fontsize=7)
@@ -97,12 +105,12 @@ def _draw(panel: Axes, curves: ResponseCurves, styles: Mapping[str, str], remark
             continue
         values = as_array(drawn)
         for index, channel in enumerate(curves.channels):
-            colour = (OURS, PAPER)[index % 2]
+            colour = COLOURS[index % len(COLOURS)]
             panel.semilogy(
                 broken(speed, curves.breaks), broken(values[:, index] / MICROMETRE, curves.breaks), style, color=colour, markersize=4, linewidth=1,
                 label=f"{name}{remark}, {channel}",
             )  # fmt: skip
-    panel.set_ylabel("amplitude (µm)", fontsize=8)
+    panel.set_ylabel("amplitude (µm 0-peak)", fontsize=8)
 
 
 def _finish(panels: np.ndarray, label: str) -> None:

@@ -26,7 +26,7 @@ LABELS = {
 def trace_figure(plan: Plan, frame: pd.DataFrame, stages: pd.DataFrame) -> Figure:
     """Medians as lines and quartiles as bands; a dot where a stage of the method ended and another followed, a cross where the
     last run ended."""
-    figure = Figure(figsize=(12, 5.2), layout="constrained")
+    figure = Figure(figsize=(9.6, 5.0), layout="constrained")
     panels = figure.subplots(1, 2)
     styles = [(line, colour) for line in LINES for colour in COLOURS]
     for (line, colour), (cell, rows) in zip(cycle(styles), list(frame.groupby("cell"))[:MAX_LINES]):

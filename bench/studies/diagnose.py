@@ -78,6 +78,7 @@ class Diagnose(DiagnosisOptions, Study):
                 left_out=left_out,
                 remarks=setup.source.remarks,
                 details=not setup.truth,  # made data are not misread
+                fine=draw.with_curves,
                 progress=progress,
             )
         found = dataclasses.replace(

@@ -11,6 +11,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 
 DIGITS = 8  # a figure of differences needs no more, and records stay small
+DRAWN_DIGITS = 5  # of what is only drawn; speeds have two more, which part those of a sharp peak
 
 Row = tuple[float | None, ...]  # None: not finite
 Matrix = tuple[Row, ...]  # (n_speed, n_channel)
@@ -37,6 +38,12 @@ class FineCurve:
     amplitude: Matrix
     phase: Matrix | None = None
     breaks: tuple[int, ...] = ()
+
+    @classmethod
+    def of(cls, speed: Array, response: ComplexArray, breaks: tuple[int, ...], *, with_phase: bool) -> Self:
+        """A response (n_speed, n_channel), m, as it is drawn."""
+        phase = matrix(np.angle(response), DRAWN_DIGITS) if with_phase else None
+        return cls(row(speed, DRAWN_DIGITS + 2), matrix(np.abs(response), DRAWN_DIGITS), phase, breaks)
 
 
 def check_shape(name: str, matrix: Matrix | None, n_row: int, n_column: int) -> None:
@@ -97,15 +104,15 @@ class ResponseCurves:
             check_shape(f"curves.{name}", getattr(self, name), len(self.speed), len(self.channels))
 
 
-def row(values: Array) -> Row:
+def row(values: Array, digits: int = DIGITS) -> Row:
     """(n,) as a record has it."""
-    rounded: Row = tuple(_rounded(value) for value in values.tolist())
+    rounded: Row = tuple(_rounded(value, digits) for value in values.tolist())
     return rounded
 
 
-def matrix(values: Array) -> Matrix:
+def matrix(values: Array, digits: int = DIGITS) -> Matrix:
     """(n_speed, n_channel) as a record has it."""
-    return tuple(row(line) for line in values)
+    return tuple(row(line, digits) for line in values)
 
 
 def as_array(values: Any) -> Array:
@@ -118,5 +125,5 @@ def as_array(values: Any) -> Array:
     return np.array(values, dtype=float)
 
 
-def _rounded(value: float) -> float | None:
-    return float(f"{value:.{DIGITS}g}") if np.isfinite(value) else None
+def _rounded(value: float, digits: int) -> float | None:
+    return float(f"{value:.{digits}g}") if np.isfinite(value) else None

@@ -15,6 +15,7 @@ import numpy as np
 from ksmea.elpd import ElpdDifference
 from ksmea.records.averaged import AveragedRecord, BandRecord, ExplanationRecord
 from ksmea.records.both_ways import BothWaysRecord
+from ksmea.records.curves import FineCurve, check_shape
 from ksmea.records.diagnosis_upgrade import is_older, renamed
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
 from ksmea.records.extension import EffectRecord, PredictiveGainRecord
@@ -129,6 +130,15 @@ class CurvesRecord(Record):
     residuals: ResidualsRecord
     breaks: tuple[int, ...] = ()
     averaged: BandRecord | None = None  # None where nothing is averaged, and in older records
+    fine_before: FineCurve | None = None  # the models at more speeds, where they were wanted
+    fine_after: FineCurve | None = None
+
+    def check(self) -> None:
+        """Raise `SettingError` where a curve is not as long as its speeds, or not of each channel."""
+        for curve in (self.fine_before, self.fine_after):
+            if curve is not None:
+                check_shape("curves.fine.amplitude", curve.amplitude, len(curve.speed), len(self.channels))
+                check_shape("curves.fine.phase", curve.phase, len(curve.speed), len(self.channels))
 
 
 @dataclass(frozen=True)

@@ -7,10 +7,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ksmea.records.balance import BalanceRecord
-from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE, ShownFigure, figure_of
+from ksmea.show.style import COLOURS, INTERVAL, OURS, PAPER, REFERENCE, ShownFigure, figure_of
 from ksmea.units import RPM
 
 SMALLEST_P = 1e-16  # drawn
+FAR_APART = 20  # largest to smallest amplitude, from which on the axis is logarithmic
 
 
 def plot(record: BalanceRecord, axes: Axes | None = None) -> Figure:
@@ -36,10 +37,15 @@ def _draw_responses(panel: Axes, record: BalanceRecord) -> None:
     for index, each in enumerate(found.left):
         if each.low is not None and each.high is not None:
             panel.plot([index + 0.2] * 2, [each.low, each.high], color=REFERENCE, linewidth=1.2)
+    sizes = [each.size for each in (*found.bare, *found.left) if each.size > 0]
+    if sizes and max(sizes) > FAR_APART * min(sizes):  # what is left could not be seen beside what was there
+        panel.set_yscale("log")
+        panel.set_ylim(bottom=0.5 * min(sizes))
+        panel.yaxis.set_major_formatter("{x:g}")
     labels = ["\n".join([f"{each.speed / RPM:.0f}", *each.channel.split(" at ")]) for each in record.entries]
     step = 1 + len(at) // 12
-    panel.set_xticks(at[::step], labels[::step], fontsize=7)
-    panel.set_ylabel("amplitude (µm)", fontsize=9)
+    panel.set_xticks(at[::step], labels[::step], fontsize=8)
+    panel.set_ylabel("amplitude (µm 0-peak)", fontsize=9)
     panel.legend(fontsize=8, frameon=False)
 
 
@@ -47,7 +53,7 @@ def _draw_drift(panel: Axes, record: BalanceRecord) -> None:
     """Real parts drawn through, imaginary parts dotted, over the runs in the order of time."""
     at = np.arange(len(record.runs))
     for index, each in enumerate(record.drift):
-        colour = f"C{index}"
+        colour = COLOURS[index % len(COLOURS)]
         label = f"{each.entry.speed / RPM:.0f} rpm, {each.entry.channel}"
         panel.plot(at, each.real, color=colour, linewidth=1.0, label=label)
         panel.plot(at, each.imaginary, ":", color=colour, linewidth=1.2)
@@ -56,7 +62,7 @@ def _draw_drift(panel: Axes, record: BalanceRecord) -> None:
         panel.axvline(float(pause) + 0.5, color=REFERENCE, linewidth=0.6, linestyle="--")
     panel.set_ylabel("drift (µm)\nline: real, dotted: imaginary", fontsize=8)
     panel.set_xlabel("run in the order of time; dashed: a pause", fontsize=8)
-    panel.legend(fontsize=6, ncols=4, loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False)
+    panel.legend(fontsize=7, ncols=3, loc="lower left", bbox_to_anchor=(0.0, 1.0), frameon=False)
 
 
 def _draw_runs(panel: Axes, record: BalanceRecord) -> None:

@@ -2,19 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
+
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogFormatterMathtext
 
-from ksmea.arrays import Array
+from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
+from ksmea.records.curves import FineCurve
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, TrialRecord, Values
+from ksmea.show.response_lines import AMPLITUDE, PHASE, amplitude_line, phase_axis, phase_line
 from ksmea.show.style import OURS, PAPER, REFERENCE, ShownFigure, broken
 from ksmea.units import MICROMETRE, RPM
 
 BEFORE, AFTER = PAPER, OURS  # colours
 NAMED, IN_GROUP, OTHER = OURS, "#a3c4de", "#bbbbbb"
-MAX_CHANNELS = 8
+COLUMNS, MAX_CHANNELS = 3, 9
+BEFOREHAND, AFTERWARDS = "residual / noise, before", "residual / noise, after"
+HEIGHTS = {AMPLITUDE: 2.0, PHASE: 1.0, BEFOREHAND: 1.0, AFTERWARDS: 1.0}
 LEAST_SHOWN = 1e-6  # of the largest amplitude: where a band on a logarithmic axis ends that reaches to 0
 
 
@@ -26,65 +33,118 @@ def residual_figure(record: DiagnosisRecord) -> Figure:
             "residuals of a diagnosis: expected a record with its curves, got one without (diagnosis.json leaves them out);"
             " draw the record of the run, or give axes to draw the ranking of effects"
         )
-    channels = curves.channels[:MAX_CHANNELS]
-    figure = ShownFigure(figsize=(max(5.0, 3.1 * len(channels)), 6.4), layout="constrained")
-    panels = figure.subplots(3, len(channels), squeeze=False, sharex=True, height_ratios=[2, 1, 1])
-    for column, channel in enumerate(channels):
-        _draw_channel(panels[:, column], curves, column)
-        panels[0, column].set_title(channel, fontsize=9)
-    for panel, text in zip(panels[:, 0], ("amplitude (µm)", "residual / noise, before", "residual / noise, after")):
-        panel.set_ylabel(text, fontsize=8)
-    for panel in panels.ravel():
-        panel.tick_params(labelsize=7)
-        panel.grid(alpha=0.25)
+    channels, rows = curves.channels[:MAX_CHANNELS], _rows(curves)
+    columns, n_block = min(COLUMNS, len(channels)), -(-len(channels) // COLUMNS)
+    heights = [HEIGHTS[row] for row in rows] * n_block
+    size = (max(6.0, 2.8 * columns + 0.4), 0.95 * sum(heights) + 1.0)
+    figure = ShownFigure(figsize=size, layout="constrained")
+    panels = figure.subplots(len(heights), columns, squeeze=False, sharex=True, height_ratios=heights)
+    for index, channel in enumerate(channels):
+        block, column = divmod(index, columns)
+        own = panels[block * len(rows) : (block + 1) * len(rows), column]
+        for row, panel in zip(rows, own):
+            _DRAW[row](panel, curves, index)
+            panel.tick_params(labelsize=8)
+            panel.grid(alpha=0.25)
+            if column == 0:
+                panel.set_ylabel(row, fontsize=8)
+        own[0].set_title(channel, fontsize=10)
+    for panel in panels.ravel()[:-columns]:
+        panel.tick_params(labelbottom=False)
+    for panel in panels[-len(rows) :, (len(channels) - 1) % columns + 1 :].ravel():
+        panel.set_axis_off()
+    for panel in panels[-1]:
+        panel.set_xlabel("speed (rpm)", fontsize=9)
     handles, labels = panels[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=8, frameon=False)
+    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=9, frameon=False)
     names = " and ".join(f"{effect.name} ({effect.location})" for effect in record.applied)
-    figure.suptitle(f"Verdict: {record.verdict}" + (f"; after: with {names}" if names else ""), fontsize=11)
+    left_out = len(curves.channels) - len(channels)
+    more = f"; {left_out} channels more are not shown" if left_out else ""
+    figure.suptitle(f"Verdict: {record.verdict}" + (f"; after: with {names}" if names else "") + more, fontsize=11)
     return figure
 
 
-def _draw_channel(panels: np.ndarray, curves: CurvesRecord, column: int) -> None:
-    """One channel on three panels: amplitudes, residuals before, residuals after."""
-    top, middle, bottom = panels
+def _rows(curves: CurvesRecord) -> list[str]:
+    """The panels of a channel, by their labels."""
+    has_phase = np.ndim(curves.responses.measured) == 3
+    after = [AFTERWARDS] if curves.residuals.after is not None else []
+    return [AMPLITUDE, *([PHASE] if has_phase else []), BEFOREHAND, *after]
+
+
+def _models(curves: CurvesRecord) -> Iterator[tuple[str, str, FineCurve]]:
+    """Label, colour and curve of the model before and after; at the measured speeds where a record has no finer ones."""
+    responses = curves.responses
+    for label, colour, fine, coarse in (
+        ("model before", BEFORE, curves.fine_before, responses.before),
+        ("model after", AFTER, curves.fine_after, responses.after),
+    ):
+        if fine is not None:
+            yield label, colour, fine
+        elif coarse is not None:
+            values = _response(coarse)
+            yield (
+                label,
+                colour,
+                FineCurve.of(np.array(curves.speed), values, curves.breaks, with_phase=np.iscomplexobj(values)),
+            )
+
+
+def _draw_amplitude(panel: Axes, curves: CurvesRecord, column: int) -> None:
     speed = np.array(curves.speed) / RPM
-    responses, residuals = curves.responses, curves.residuals
-    measured = _amplitude(responses.measured, column) / MICROMETRE
-    top.semilogy(speed, measured, ".", color=REFERENCE, label="measured")
-    before = _amplitude(responses.before, column) / MICROMETRE
-    line = broken(speed, curves.breaks)
-    top.semilogy(line, broken(before, curves.breaks), color=BEFORE, linewidth=1, label="model before")
-    _draw_residuals(middle, speed, residuals.before, column, BEFORE)
-    if responses.after is None or residuals.after is None:
-        bottom.set_axis_off()
-        middle.set_xlabel("speed (rpm)", fontsize=8)
-        return
-    if curves.averaged is not None:
+    measured = np.abs(_response(curves.responses.measured)[:, column]) / MICROMETRE
+    panel.semilogy(speed, measured, ".", color=REFERENCE, markersize=4, label="measured")
+    if curves.averaged is not None and curves.responses.after is not None:
+        line = broken(speed, curves.breaks)
         ends = (np.array(part)[:, column] / MICROMETRE for part in (curves.averaged.low, curves.averaged.high))
         band = [broken(np.maximum(end, LEAST_SHOWN * np.max(measured)), curves.breaks) for end in ends]
-        top.fill_between(line, *band, color=IN_GROUP, alpha=0.5, linewidth=0, label="averaged, its interval")
-    after = _amplitude(responses.after, column) / MICROMETRE
-    top.semilogy(line, broken(after, curves.breaks), color=AFTER, linewidth=1, label="model after")
-    _draw_residuals(bottom, speed, residuals.after, column, AFTER)
-    bottom.set_xlabel("speed (rpm)", fontsize=8)
+        panel.fill_between(line, *band, color=IN_GROUP, alpha=0.5, linewidth=0, label="averaged, its interval")
+    for label, colour, curve in _models(curves):
+        panel.semilogy(*amplitude_line(curve, column), color=colour, linewidth=1, label=label)
+    panel.yaxis.set_major_formatter("{x:g}")
 
 
-def _draw_residuals(panel: Axes, speed: Array, values: Values, column: int, colour: str) -> None:
+def _draw_phase(panel: Axes, curves: CurvesRecord, column: int) -> None:
+    measured = np.degrees(np.angle(_response(curves.responses.measured)[:, column]))
+    panel.plot(np.array(curves.speed) / RPM, measured, ".", color=REFERENCE, markersize=4)
+    for _, colour, curve in _models(curves):
+        if curve.phase is not None:
+            panel.plot(*phase_line(curve, column), color=colour, linewidth=1)
+    phase_axis(panel)
+
+
+def _draw_before(panel: Axes, curves: CurvesRecord, column: int) -> None:
+    _draw_residuals(panel, curves, curves.residuals.before, column, BEFORE)
+
+
+def _draw_after(panel: Axes, curves: CurvesRecord, column: int) -> None:
+    if curves.residuals.after is not None:
+        _draw_residuals(panel, curves, curves.residuals.after, column, AFTER)
+
+
+_DRAW: dict[str, Callable[[Axes, CurvesRecord, int], None]] = {
+    AMPLITUDE: _draw_amplitude,
+    PHASE: _draw_phase,
+    BEFOREHAND: _draw_before,
+    AFTERWARDS: _draw_after,
+}
+
+
+def _draw_residuals(panel: Axes, curves: CurvesRecord, values: Values, column: int, colour: str) -> None:
     """Both parts of complex residuals, or real ones, with the band of two standard deviations."""
     parts = np.array(values)[:, column]
     scale = np.sqrt(2) if parts.ndim == 2 else 1.0  # a complex residual of unit variance has parts of half of it
     panel.axhspan(-2, 2, color=REFERENCE, alpha=0.08)
     for part, marker in zip(np.atleast_2d(parts.T), "ox"):
-        panel.plot(speed, part * scale, marker, color=colour, markersize=2.5, alpha=0.8)
+        panel.plot(np.array(curves.speed) / RPM, part * scale, marker, color=colour, markersize=2.5, alpha=0.8)
     panel.axhline(0, color=REFERENCE, linewidth=0.6)
     limit = max(4.0, 1.1 * float(np.abs(parts).max()) * scale)
     panel.set_ylim(-limit, limit)
 
 
-def _amplitude(values: Values, column: int) -> Array:
-    parts = np.array(values)[:, column]
-    amplitude: Array = np.hypot(*parts.T) if parts.ndim == 2 else np.abs(parts)
-    return amplitude
+def _response(values: Values) -> Array | ComplexArray:
+    """(n_speed, n_channel): complex of pairs, real ones as they are."""
+    parts = np.array(values)
+    return parts[..., 0] + 1j * parts[..., 1] if parts.ndim == 3 else parts
 
 
 def ranking_figure(record: DiagnosisRecord) -> Figure:
@@ -109,7 +169,8 @@ def draw_ranking(record: DiagnosisRecord, axes: Axes) -> None:
     axes.set_yticks(range(len(trials)), [f"{trial.effect} ({trial.location})" for trial in trials], fontsize=8)
     axes.axvline(0, color=REFERENCE, linewidth=0.8)
     axes.set_xscale("symlog", linthresh=10)
-    axes.xaxis.set_major_formatter("{x:g}")
+    axes.xaxis.set_major_formatter(LogFormatterMathtext())
+    axes.set_ylim(-0.7, len(trials) - 0.3)
     axes.set_xlabel("ΔBIC in favour of the effect" + _key(record), fontsize=8)
     axes.tick_params(axis="x", labelsize=8)
     axes.grid(axis="x", alpha=0.25)

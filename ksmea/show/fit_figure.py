@@ -9,15 +9,15 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ksmea.arrays import Array
-from ksmea.records.curves import FitCurves, Matrix, as_array
-from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE, ShownFigure, broken
+from ksmea.records.curves import FitCurves, as_array
+from ksmea.show.response_lines import AMPLITUDE, PHASE, amplitude_line, column, phase_axis, phase_line
+from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE, ShownFigure
 from ksmea.units import MICROMETRE, RPM
 
-MAX_CHANNELS = 6  # columns; the record has all
+MAX_CHANNELS = 4  # columns; the record has all
 MAX_ERROR_BARS = 400  # more points than this are drawn without
 COMPONENTS = (("in phase", OURS, "o"), ("in quadrature", INTERVAL, "s"))
 FAR = 10.0  # residuals beyond this are drawn on an axis that is logarithmic beyond half of it
-JUMP = 1.9 * np.pi  # of a wrapped phase, where its line is broken
 
 
 def fit_figure(fit: FitCurves, title: str = "") -> Figure:
@@ -26,7 +26,7 @@ def fit_figure(fit: FitCurves, title: str = "") -> Figure:
     with_phase = fit.has_phase
     rows = ["amplitude", *(["phase"] if with_phase else []), *(["residual"] if fit.sd is not None else [])]
     heights = [{"amplitude": 3, "phase": 1.6, "residual": 1.6}[row] for row in rows]
-    figure = ShownFigure(figsize=(max(7.0, 4.3 * n_channel + 0.6), 1.15 * sum(heights) + 1.2), layout="constrained")
+    figure = ShownFigure(figsize=(max(7.0, 2.8 * n_channel + 0.6), 1.15 * sum(heights) + 1.2), layout="constrained")
     panels = figure.subplots(len(rows), n_channel, squeeze=False, sharex=True, sharey="row", height_ratios=heights)
     draw = {"amplitude": draw_amplitude, "phase": _phase, "residual": _residual}
     for index in range(n_channel):
@@ -36,7 +36,7 @@ def fit_figure(fit: FitCurves, title: str = "") -> Figure:
             panel.tick_params(labelsize=8)
         panels[0, index].set_title(fit.channels[index], fontsize=10)
         panels[-1, index].set_xlabel("speed (rpm)", fontsize=9)
-    labels = {"amplitude": "amplitude (µm 0-peak)", "phase": "phase lead (°)", "residual": "residual / noise"}
+    labels = {"amplitude": AMPLITUDE, "phase": PHASE, "residual": "residual / noise"}
     for row, panel in zip(rows, panels[:, 0]):
         panel.set_ylabel(labels[row], fontsize=9)
     handles, names = panels[0, 0].get_legend_handles_labels()
@@ -51,34 +51,26 @@ def fit_figure(fit: FitCurves, title: str = "") -> Figure:
 
 def draw_amplitude(panel: Axes, fit: FitCurves, index: int) -> None:
     """Measured and fitted amplitude (µm) of one channel over speed (rpm)."""
-    speed, measured = as_array(fit.speed) / RPM, _column(fit.measured.amplitude, index) / MICROMETRE
+    speed, measured = as_array(fit.speed) / RPM, column(fit.measured.amplitude, index) / MICROMETRE
     style: Any = {"fmt": "o", "color": OURS, "markersize": 3.5, "elinewidth": 0.9, "alpha": 0.8}
     sd = None
     if fit.sd is not None and len(speed) <= MAX_ERROR_BARS:
         # of complex data, sd is the total one; along the amplitude lies 1/√2 of it
-        sd = _column(fit.sd, index) / MICROMETRE / (np.sqrt(2) if fit.has_phase else 1)
+        sd = column(fit.sd, index) / MICROMETRE / (np.sqrt(2) if fit.has_phase else 1)
         sd = np.stack([np.minimum(sd, 0.95 * measured), sd])  # the axis is logarithmic
     panel.errorbar(speed, measured, sd, label="measured ± 1 σ" if sd is not None else "measured", **style)
-    fine = fit.fine
-    speed, amplitude = as_array(fine.speed) / RPM, _column(fine.amplitude, index) / MICROMETRE
-    panel.plot(
-        broken(speed, fine.breaks), broken(amplitude, fine.breaks), color=PAPER, linewidth=1.3, label="fitted", zorder=3
-    )
+    panel.plot(*amplitude_line(fit.fine, index), color=PAPER, linewidth=1.3, label="fitted", zorder=3)
     panel.set_yscale("log")
     panel.yaxis.set_major_formatter("{x:g}")
 
 
 def _phase(panel: Axes, fit: FitCurves, index: int) -> None:
-    curve = _column(fit.fine.phase, index)
-    unwrapped = np.where(np.abs(np.diff(curve, append=curve[-1])) > JUMP, np.nan, curve)
-    speed, phase = (broken(values, fit.fine.breaks) for values in (as_array(fit.fine.speed), unwrapped))
-    panel.plot(speed / RPM, np.degrees(phase), color=PAPER, linewidth=1.3, zorder=3)
+    panel.plot(*phase_line(fit.fine, index), color=PAPER, linewidth=1.3, zorder=3)
     panel.plot(
-        as_array(fit.speed) / RPM, np.degrees(_column(fit.measured.phase, index)), "o", color=OURS,
+        as_array(fit.speed) / RPM, np.degrees(column(fit.measured.phase, index)), "o", color=OURS,
         markersize=3.5, alpha=0.8,
     )  # fmt: skip
-    panel.set_ylim(-190, 190)
-    panel.set_yticks([-180, -90, 0, 90, 180])
+    phase_axis(panel)
 
 
 def _residual(panel: Axes, fit: FitCurves, index: int) -> None:
@@ -95,15 +87,10 @@ def _residual(panel: Axes, fit: FitCurves, index: int) -> None:
 def residuals(fit: FitCurves, index: int) -> list[Array]:
     """Measured minus fitted in units of the noise, (n_speed,): of amplitudes one; of complex data the components along the
     fitted response and at right angles to it, whose standard deviations are both 1."""
-    sd = _column(fit.sd, index)
-    measured, fitted = _column(fit.measured.amplitude, index), _column(fit.fitted.amplitude, index)
+    sd = column(fit.sd, index)
+    measured, fitted = column(fit.measured.amplitude, index), column(fit.fitted.amplitude, index)
     if not fit.has_phase:
         return [(measured - fitted) / sd]
-    turn = _column(fit.measured.phase, index) - _column(fit.fitted.phase, index)
+    turn = column(fit.measured.phase, index) - column(fit.fitted.phase, index)
     scaled = np.sqrt(2) * (measured * np.exp(1j * turn) - fitted) / sd
     return [scaled.real, scaled.imag]
-
-
-def _column(values: Matrix | None, index: int) -> Array:
-    column: Array = as_array(values)[:, index]
-    return column

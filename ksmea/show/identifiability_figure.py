@@ -11,10 +11,9 @@ from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
 
 from ksmea.arrays import Array
 from ksmea.records.identifiability import IdentifiabilityRecord, Variation
-from ksmea.show.style import ShownFigure, figure_of
+from ksmea.show.style import COLOURS, MARKERS, ShownFigure, figure_of
 from ksmea.units import RPM
 
-COLOURS = ("#2b6ca3", "#c8501e", "#3a8f4d", "#8a5aa8", "#b08a00", "#555555", "#d16ba5", "#17a2b8")
 HEADINGS = {
     "speeds": "number of speeds in the band",
     "band": "band (rpm), with as many speeds",
@@ -22,6 +21,7 @@ HEADINGS = {
     "noise": "noise, times the present",
     "kind": "kind of data",
 }
+CARET = "$\\uparrow$"  # of what lies beyond the upper edge
 MIN_PCT, MAX_PCT = 1e-3, 1e4  # what lies beyond stands at the upper edge as an arrow
 
 
@@ -37,7 +37,7 @@ def plot(record: IdentifiabilityRecord, axes: Axes | None = None, *, title: str 
         return _one_panel(record, axes)
     columns = min(2, len(panelled))
     n_row = -(-len(panelled) // columns)
-    figure = ShownFigure(figsize=(5.2 * columns + 0.4, 3.5 * n_row + 0.7), layout="constrained")
+    figure = ShownFigure(figsize=(4.1 * columns + 0.4, 3.1 * n_row + 0.9), layout="constrained")
     panels = figure.subplots(n_row, columns, squeeze=False, sharey=True).ravel()
     limits = _axis_limits([entry.crlb_si for entries in panelled.values() for entry in entries], record)
     for panel, (name, entries) in zip(panels, panelled.items()):
@@ -47,7 +47,7 @@ def plot(record: IdentifiabilityRecord, axes: Axes | None = None, *, title: str 
     for panel in panels[: len(panelled) : columns]:
         panel.set_ylabel(_quantity(record), fontsize=9)
     handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 9), frameon=False, fontsize=9)
+    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6), frameon=False, fontsize=9)
     of_what = f"{title}: " if title else ""
     figure.suptitle(f"{of_what}how well the unknowns can be known (dotted: as it is; grey: not at all)", fontsize=11)
     return figure
@@ -102,13 +102,13 @@ def _draw(
     n_parameter = len(record.parameters)
     widths = _widths([entry.crlb_si for entry in entries], record)
     present = _widths([record.crlb_si], record)[0]
-    for index, (parameter, colour) in enumerate(zip(record.parameters, cycle(COLOURS))):
+    for index, (parameter, colour, mark) in enumerate(zip(record.parameters, cycle(COLOURS), cycle(MARKERS))):
         x = abscissa + (0.6 * ((index + 0.5) / n_parameter - 0.5) if is_named else 0.0)
         shown = np.minimum(widths[:, index], MAX_PCT)
-        style = "o" if is_named else "o-"
+        style = mark if is_named else f"{mark}-"
         panel.plot(x, shown, style, color=colour, markersize=4.5, linewidth=1.4, label=parameter.name)
         beyond = widths[:, index] > MAX_PCT
-        panel.plot(x[beyond], shown[beyond], "^", color=colour, markersize=8)
+        panel.plot(x[beyond], shown[beyond], marker=CARET, linestyle="", color=colour, markersize=8)
         panel.axhline(min(present[index], MAX_PCT), color=colour, linestyle=":", linewidth=0.9, alpha=0.7)
     panel.set_title(HEADINGS[name], fontsize=10)
     _ticks(panel, name, entries, abscissa)
@@ -118,8 +118,8 @@ def _draw(
 def _draw_present(panel: Axes, record: IdentifiabilityRecord) -> None:
     """A dot per unknown."""
     widths = _widths([record.crlb_si], record)[0]
-    for index, colour in zip(range(len(widths)), cycle(COLOURS)):
-        marker = "o" if widths[index] <= MAX_PCT else "^"
+    for index, colour, own in zip(range(len(widths)), cycle(COLOURS), cycle(MARKERS)):
+        marker = own if widths[index] <= MAX_PCT else CARET
         panel.plot([index], [min(widths[index], MAX_PCT)], marker, color=colour, markersize=6)
     panel.set_xticks(range(len(widths)), record.names)
     panel.set_title("the data as they are", fontsize=10)

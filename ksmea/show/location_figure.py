@@ -96,7 +96,7 @@ def _draw_amplitude(panel: Axes, record: LocationRecord, force: ForceRecord) -> 
             panel.fill_between(_rpm(record), low, high, color=REFERENCE, alpha=0.15, linewidth=0)
     panel.set_yscale("log")
     panel.set_ylabel(f"{force.kind} ({'µm' if in_micrometre else force.parts[0].unit})", fontsize=9)
-    panel.legend(fontsize=8, ncols=3, frameon=False)
+    panel.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
 
 
 def _draw_work(panel: Axes, record: LocationRecord, force: ForceRecord) -> None:

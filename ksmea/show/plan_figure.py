@@ -33,8 +33,11 @@ def plot(record: PlanRecord, axes: Axes | None = None) -> Figure:
             _finish(axes, record)
             axes.set_ylabel(_quantity(record), fontsize=9)
         return figure_of(axes)
-    figure = ShownFigure(figsize=(13, 4.1), layout="constrained")
-    draw_row(figure.subplots(1, len(FAMILIES)), record)
+    figure = ShownFigure(figsize=(8.0, 9.0), layout="constrained")
+    panels = figure.subplots(len(FAMILIES), 1)
+    draw_row(panels, record)
+    for panel in panels[1:]:
+        panel.set_ylabel(_quantity(record) if panel.axison else "", fontsize=9)
     figure.suptitle("what each candidate gives by itself, the chosen ones marked", fontsize=11)
     return figure
 
@@ -182,4 +185,4 @@ def _finish(panel: Axes, record: PlanRecord) -> None:
         panel.set_ylim(bottom=0, top=max(panel.get_ylim()[1], 1e-3) * 1.1)
     panel.tick_params(labelsize=8)
     panel.grid(alpha=0.25)
-    panel.legend(fontsize=7, ncols=2, loc="best")
+    panel.legend(fontsize=8, ncols=2, loc="best")

@@ -12,9 +12,7 @@ from typing import Any
 import numpy as np
 
 from ksmea.alignment import require_aligned
-from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import AnyEffect, Problem
-from ksmea.diagnosis.averaging import Averaged
 from ksmea.diagnosis.diagnosis import Diagnosis, diagnose
 from ksmea.diagnosis.fit_quality import FitQuality, whirl_parts
 from ksmea.diagnosis.fitting import Effort, Fit
@@ -25,20 +23,16 @@ from ksmea.diagnosis.trials import Candidate, Trial
 from ksmea.intervals import Estimate, estimate
 from ksmea.measurement import Measurement
 from ksmea.parameters import Parameter
-from ksmea.records.averaged import AveragedRecord, BandRecord, ExplanationRecord
+from ksmea.records.averaged import AveragedRecord, ExplanationRecord
 from ksmea.records.diagnosis import (
     CoefficientRecord,
-    CurvesRecord,
     DetectableRecord,
     DiagnosisRecord,
     FitQualityRecord,
     LackOfFitRecord,
     NoiseRecord,
-    ResidualsRecord,
-    ResponsesRecord,
     SplitRecord,
     TrialRecord,
-    Values,
 )
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.extension import EffectRecord, PredictiveGainRecord
@@ -49,6 +43,7 @@ from ksmea.run_notation import notation
 from ksmea.settings import Settings, setting
 from ksmea.studies.both_ways import both_ways
 from ksmea.studies.campaign_remarks import campaign_remarks, refuse_differences
+from ksmea.studies.diagnosis_curves import diagnosis_curves
 from ksmea.studies.estimates import estimate_record, noise_record
 from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.misreadings import misreadings
@@ -124,6 +119,7 @@ def diagnosis(
     left_out: Mapping[str, str] = MappingProxyType({}),
     remarks: Sequence[str] = (),
     details: bool = True,
+    fine: bool = True,
     progress: Callable[[], None] = lambda: None,
 ) -> DiagnosisRecord:
     """The diagnosis of a measurement by a problem and the effects, by name, that may extend it; `progress` is called at
@@ -151,7 +147,7 @@ def diagnosis(
     )
     remarks = (*remarks, *stated_noise_remarks(found, measurement), *sweep_remarks(found, measurement.history))
     measurement = believed(found)
-    record = diagnosis_record(found, measurement, options.interval_level)
+    record = diagnosis_record(found, measurement, options.interval_level, fine=fine)
     if options.locate and record.verdict in WRONG and not missing_to_locate(problem, measurement.kind):
         where = location(
             problem, measurement, rng, options=options.location, baseline=found.baseline, progress=progress
@@ -202,8 +198,10 @@ def _slips(found: Diagnosis, problem: Problem, measurement: Measurement) -> tupl
     return misreadings(problem, measurement, x, fit.noise, rejected=rejected) or slips(problem, x, measurement)
 
 
-def diagnosis_record(found: Diagnosis, measurement: Measurement, interval_level: float) -> DiagnosisRecord:
-    """A diagnosis as plain data; values of unknowns in their units."""
+def diagnosis_record(
+    found: Diagnosis, measurement: Measurement, interval_level: float, *, fine: bool = False
+) -> DiagnosisRecord:
+    """A diagnosis as plain data; values of unknowns in their units. `fine` adds the models' curves at more speeds."""
     gain = found.predictive_gain
     return DiagnosisRecord(
         verdict=found.verdict,
@@ -224,7 +222,7 @@ def diagnosis_record(found: Diagnosis, measurement: Measurement, interval_level:
         collinearity=dict(found.collinearity),
         aliases={name: text for candidate in found.applied for name, text in candidate.effect.aliases.items()},
         effects=tuple(dict.fromkeys(trial.name for trial in found.trials)),
-        curves=_curves(found, measurement),
+        curves=diagnosis_curves(found, measurement, fine=fine),
         left_out=dict(found.left_out),
         source=measurement.source,
         stability=_stability(found, measurement, interval_level),
@@ -364,37 +362,3 @@ def _detectable(location: str, detectable: Detectable) -> DetectableRecord:
         largest=detectable.largest / parameter.si_per_unit,
         observable=detectable.is_observable,
     )
-
-
-def _curves(found: Diagnosis, measurement: Measurement) -> CurvesRecord:
-    return CurvesRecord(
-        speed=tuple(measurement.speed.tolist()),
-        channels=tuple(str(channel) for channel in measurement.channels),
-        responses=ResponsesRecord(
-            measured=_parts(measurement.values),
-            before=_parts(measurement.seen(found.baseline.response())),
-            after=None if found.best is None else _parts(measurement.seen(found.best.response())),
-        ),
-        residuals=ResidualsRecord(
-            before=_parts(found.baseline_quality.residuals),
-            after=None if found.best_quality is None else _parts(found.best_quality.residuals),
-        ),
-        breaks=measurement.breaks,
-        averaged=None if found.averaged is None else _band(found.averaged),
-    )
-
-
-def _band(averaged: Averaged) -> BandRecord:
-    parts = (averaged.amplitude, averaged.amplitude_low, averaged.amplitude_high)
-    return BandRecord(*(tuple(tuple(map(_rounded, row)) for row in part) for part in parts))
-
-
-def _parts(values: Array | ComplexArray) -> Values:
-    """Complex values as pairs of real and imaginary parts, real ones as they are, to five digits."""
-    if np.iscomplexobj(values):
-        return tuple(tuple((_rounded(value.real), _rounded(value.imag)) for value in row) for row in values)
-    return tuple(tuple(_rounded(value) for value in row) for row in values)
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.5g}")

@@ -7,7 +7,7 @@ import dataclasses
 import numpy as np
 
 from ksmea.alignment import aligned
-from ksmea.arrays import Array
+from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import Problem
 from ksmea.difference_likelihood import likelihood_of
 from ksmea.identification import Identification
@@ -15,37 +15,38 @@ from ksmea.likelihood import Likelihood
 from ksmea.measurement import Layout, Measurement, Noise
 from ksmea.model import Model
 from ksmea.records.curves import FineCurve, FitCurves, Polar, ResponseCurves, matrix, row
-
-N_FINE = 1000  # speeds that a fitted curve is drawn at, besides those measured
+from ksmea.studies.fine_speeds import fine_layout
 
 
 def fit_curves(problem: Problem, measurement: Measurement, x: Array, noise: Noise | None) -> FitCurves:
     """Data and fitted response at x (d,) SI over speed, with the noise where it is known or estimated. Where only differences
     between runs count, what these show alike is added, at the measured speeds alone."""
     fitted = problem.response(x[None])[0]
-    layout = _finer(measurement)
     with_phase = not measurement.is_amplitude
     if measurement.is_by_differences and noise is not None:
         likelihood = with_noise(problem, measurement, noise)
-        fitted, layout = fitted + likelihood.alike(problem.parameters.to_cube(x), fitted), measurement.layout
-    responses = aligned(problem, layout).response(x[None])[0] if layout.speed is not measurement.speed else fitted
-    fine = Polar.of(responses, with_phase=with_phase)
+        fitted = fitted + likelihood.alike(problem.parameters.to_cube(x), fitted)
+        fine = _curve(measurement.layout, fitted)
+    else:
+        fine = fine_curve(problem, measurement, x)
     return FitCurves(
         speed=row(measurement.speed),
         channels=tuple(str(channel) for channel in measurement.channels),
         measured=Polar.of(measurement.values, with_phase=with_phase),
         fitted=Polar.of(fitted, with_phase=with_phase),
         sd=None if noise is None or noise.is_absent else matrix(noise.sd(np.abs(fitted))),
-        fine=FineCurve(row(layout.speed), **vars(fine), breaks=layout.breaks),
+        fine=fine,
     )
 
 
-def _finer(measurement: Measurement) -> Layout:
-    """More speeds in the band of each run."""
-    bands = [measurement.speed[rows] for rows in measurement.rows]
-    finer = [np.union1d(speed, np.linspace(np.min(speed), np.max(speed), N_FINE)) for speed in bands]
-    campaign = measurement.campaign and measurement.campaign.with_counts([len(speed) for speed in finer])
-    return dataclasses.replace(measurement.layout, speed=np.concatenate(finer), campaign=campaign)
+def fine_curve(problem: Problem, measurement: Measurement, x: Array) -> FineCurve:
+    """The response at x (d,) SI at as many speeds in the band of each run as a figure needs, with phases where data have any."""
+    layout = fine_layout(problem, measurement, x)
+    return _curve(layout, aligned(problem, layout).response(x[None])[0])
+
+
+def _curve(layout: Layout, response: ComplexArray) -> FineCurve:
+    return FineCurve.of(layout.speed, response, layout.breaks, with_phase=layout.kind == "complex")
 
 
 def response_curves(problem: Problem, measurement: Measurement, found: Identification) -> ResponseCurves:

@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 from ksmea.show.style import COLOURS, MARKERS
 
 LINES: tuple[Literal["-", "--", ":"], ...] = ("-", "--", ":")
-COLUMNS = 3  # of panels
+COLUMNS = 2  # of panels: more are too small to read on a page
 N_MARKER = 5  # on a line
 
 
@@ -37,7 +37,7 @@ def panels_of(groups: Sequence[str], methods: Sequence[str], height: float = 3.2
     """A figure with a panel for each group of instances and a legend of all methods beside them."""
     columns = min(COLUMNS, len(groups))
     rows = math.ceil(len(groups) / columns)
-    width = 5.2 if columns > 1 else 7.0
+    width = 3.9 if columns > 1 else 7.0
     figure = Figure(figsize=(width * columns + 2.0, height * rows + 0.8), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False)
     for axes in list(grid.flat)[len(groups) :]:

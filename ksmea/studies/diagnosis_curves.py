@@ -1,0 +1,57 @@
+"""Responses and residuals over speed, as the figures of a diagnosis draw them."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.diagnosis.averaging import Averaged
+from ksmea.diagnosis.diagnosis import Diagnosis
+from ksmea.diagnosis.fitting import Fit
+from ksmea.measurement import Measurement
+from ksmea.records.averaged import BandRecord
+from ksmea.records.curves import FineCurve
+from ksmea.records.diagnosis import CurvesRecord, ResidualsRecord, ResponsesRecord, Values
+from ksmea.studies.fitted_curves import fine_curve
+
+
+def diagnosis_curves(found: Diagnosis, measurement: Measurement, *, fine: bool) -> CurvesRecord:
+    """The curves of a diagnosis; `fine` adds both models at as many speeds as show their peaks."""
+    return CurvesRecord(
+        speed=tuple(measurement.speed.tolist()),
+        channels=tuple(str(channel) for channel in measurement.channels),
+        responses=ResponsesRecord(
+            measured=_parts(measurement.values),
+            before=_parts(measurement.seen(found.baseline.response())),
+            after=None if found.best is None else _parts(measurement.seen(found.best.response())),
+        ),
+        residuals=ResidualsRecord(
+            before=_parts(found.baseline_quality.residuals),
+            after=None if found.best_quality is None else _parts(found.best_quality.residuals),
+        ),
+        breaks=measurement.breaks,
+        averaged=None if found.averaged is None else _band(found.averaged),
+        fine_before=_fine(found.baseline, measurement) if fine else None,
+        fine_after=_fine(found.best, measurement) if fine and found.best is not None else None,
+    )
+
+
+def _fine(fit: Fit, measurement: Measurement) -> FineCurve | None:
+    """None where only differences between runs count: what these show alike is known at the measured speeds alone."""
+    return None if measurement.is_by_differences else fine_curve(fit.problem, measurement, fit.x)
+
+
+def _band(averaged: Averaged) -> BandRecord:
+    parts = (averaged.amplitude, averaged.amplitude_low, averaged.amplitude_high)
+    return BandRecord(*(tuple(tuple(map(_rounded, row)) for row in part) for part in parts))
+
+
+def _parts(values: Array | ComplexArray) -> Values:
+    """Complex values as pairs of real and imaginary parts, real ones as they are, to five digits."""
+    if np.iscomplexobj(values):
+        return tuple(tuple((_rounded(value.real), _rounded(value.imag)) for value in row) for row in values)
+    return tuple(tuple(_rounded(value) for value in row) for row in values)
+
+
+def _rounded(value: float) -> float:
+    return float(f"{value:.5g}")
