@@ -83,7 +83,7 @@ def _asked(words: list[str]) -> tuple[str, dict[str, Any], dict[str, float], dic
         _put(given, choice.key.split("."), choice.values[0])
     given.pop(PLUGINS, None)
     problem, values, output = given.pop(PROBLEM, {}), given.pop(VALUES, {}), given.pop(OUTPUT, None)
-    settings = dict(problem) if isinstance(problem, Mapping) else {"name": problem}
+    settings = dict(problem)
     for key in given:
         if key not in OPTIONS:
             raise unknown("setting of draw:", key, [PROBLEM, VALUES, OUTPUT, *OPTIONS])
@@ -96,16 +96,18 @@ def _asked(words: list[str]) -> tuple[str, dict[str, Any], dict[str, float], dic
 
 
 def _put(given: dict[str, Any], keys: list[str], value: Any) -> None:
-    """A value into nested settings. The name of a plugin and its settings stand side by side."""
+    """A value into nested settings; a mapping is added to what is there. The name of a plugin stands beside its settings."""
     first, *rest = keys
-    if not rest:
-        inner = given.get(first)
-        given[first] = {**inner, "name": value} if first == PROBLEM and isinstance(inner, dict) else value
+    inner = given.get(first, {})
+    if not rest and not isinstance(value, Mapping) and first != PROBLEM:
+        given[first] = value
         return
-    inner = given.get(first)
-    if not isinstance(inner, dict):
-        inner = given[first] = {} if inner is None else {"name": inner}
-    _put(inner, rest, value)
+    inner = dict(inner) if isinstance(inner, Mapping) else {"name": inner}
+    if rest:
+        _put(inner, rest, value)
+    else:
+        inner |= value if isinstance(value, Mapping) else {"name": value}
+    given[first] = inner
 
 
 def _folder_name(name: str, settings: Mapping[str, Any]) -> str:

@@ -11,12 +11,14 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter
 
+from ksmea.show.style import COLOURS
+
 READINGS = {  # colour by how speeds and damping are read
-    ("rad/s", "kN s/m"): "#2b6ca3",
-    ("rad/s", "kN s/mm"): "#3a8f4d",
-    ("rpm", "kN s/m"): "#c8501e",
-    ("rpm", "kN s/mm"): "#d9a400",
-    ("rpm", "assumed"): "#c8501e",
+    ("rad/s", "kN s/m"): COLOURS[0],
+    ("rad/s", "kN s/mm"): COLOURS[2],
+    ("rpm", "kN s/m"): COLOURS[1],
+    ("rpm", "kN s/mm"): COLOURS[4],
+    ("rpm", "assumed"): COLOURS[1],
 }
 STYLES: dict[str, tuple[float, Any]] = {
     "amplitude": (2.6, "-"),
@@ -31,7 +33,7 @@ def audit_figure(frame: pd.DataFrame) -> Figure:
     tables = list(dict.fromkeys(frame["table"]))
     columns = min(2, len(tables))
     n_row = -(-len(tables) // columns)
-    figure = Figure(figsize=(5.4 * columns, 3.6 * n_row + 1.1), layout="constrained")
+    figure = Figure(figsize=(4.5 * columns, 3.2 * n_row + 1.1), layout="constrained")
     panels = figure.subplots(n_row, columns, squeeze=False, sharey=True).ravel()
     for panel, table in zip(panels, tables):
         _panel(panel, frame[frame["table"] == table])
@@ -40,7 +42,7 @@ def audit_figure(frame: pd.DataFrame) -> Figure:
         panel.set_axis_off()
     for panel in panels[::columns]:
         panel.set_ylabel("error (%)", fontsize=9)
-    figure.legend(handles=_legend(frame), loc="outside lower center", ncols=4, frameon=False, fontsize=8)
+    figure.legend(handles=_legend(frame), loc="outside lower center", ncols=3, frameon=False, fontsize=8)
     figure.suptitle("Printed errors (dots) against what the data can tell (lines: 1 σ), by how the print is read")
     return figure
 

@@ -18,9 +18,9 @@ from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
 from bench.storage.places import PAPER
 from ksmea.budget import JACOBIAN_AS_EVALUATIONS
+from ksmea.show.style import COLOURS
 
 COSTS = np.logspace(-6, np.log10(3600), 200)  # s per evaluation: from a microsecond to an hour
-COLOURS = ("#2b6ca3", "#c8501e", "#3a8f4d", "#8a5aa8", "#b08a00", "#555555", "#d16ba5")
 
 
 def cost_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:

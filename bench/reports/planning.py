@@ -19,7 +19,7 @@ from bench.reports.next_measurement import Next, next_measurement
 from bench.reports.tables import csv_text
 from ksmea.records.plan import PlanRecord
 from ksmea.show.plan import frame, text
-from ksmea.show.plan_figure import FAMILIES, draw_row
+from ksmea.show.plan_figure import FAMILIES, draw_row, plot
 from ksmea.show.style import png
 
 MAX_ROWS = 6  # cells in one figure; more would be a poster
@@ -55,6 +55,9 @@ def _section(plan: Plan, cell: int, record: PlanRecord, following: Next | None) 
 def plan_figure(plan: Plan, found: Mapping[int, PlanRecord]) -> Figure:
     """What each candidate gives if it alone is added, a row per cell."""
     cells = list(found)[:MAX_ROWS]
+    if len(found) == 1:  # one below the other is easier to read
+        [record] = found.values()
+        return plot(record, title=plan.name)
     figure = Figure(figsize=(13, 3.3 * len(cells) + 0.8), layout="constrained")
     for row, cell in zip(figure.subplots(len(cells), len(FAMILIES), squeeze=False), cells):
         draw_row(row, found[cell], _title(plan, cell))

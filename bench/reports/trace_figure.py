@@ -11,8 +11,7 @@ from matplotlib.figure import Figure
 
 from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
-from bench.reports.cost import COLOURS
-from ksmea.show.style import REFERENCE
+from ksmea.show.style import COLOURS, REFERENCE
 
 MAX_LINES = 14  # cells in one figure; more would be a tangle, and the table has all
 LEAST_EXCESS = 1e-3  # of a deviance, below which the data see no difference: drawn as this

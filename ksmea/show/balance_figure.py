@@ -46,7 +46,7 @@ def _draw_responses(panel: Axes, record: BalanceRecord) -> None:
     step = 1 + len(at) // 12
     panel.set_xticks(at[::step], labels[::step], fontsize=8)
     panel.set_ylabel("amplitude (µm 0-peak)", fontsize=9)
-    panel.legend(fontsize=8, frameon=False)
+    panel.legend(fontsize=8, ncols=2, loc="lower right", bbox_to_anchor=(1.0, 1.0), frameon=False)
 
 
 def _draw_drift(panel: Axes, record: BalanceRecord) -> None:

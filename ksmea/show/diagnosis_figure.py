@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogFormatterMathtext
+from matplotlib.ticker import LogFormatterMathtext, MaxNLocator
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
@@ -20,8 +20,8 @@ from ksmea.units import MICROMETRE, RPM
 BEFORE, AFTER = PAPER, OURS  # colours
 NAMED, IN_GROUP, OTHER = OURS, "#a3c4de", "#bbbbbb"
 COLUMNS, MAX_CHANNELS = 3, 9
-BEFOREHAND, AFTERWARDS = "residual / noise, before", "residual / noise, after"
-HEIGHTS = {AMPLITUDE: 2.0, PHASE: 1.0, BEFOREHAND: 1.0, AFTERWARDS: 1.0}
+BEFOREHAND, AFTERWARDS = "residual / noise\nbefore", "residual / noise\nafter"
+HEIGHTS = {AMPLITUDE: 2.0, PHASE: 1.2, BEFOREHAND: 1.2, AFTERWARDS: 1.2}
 LEAST_SHOWN = 1e-6  # of the largest amplitude: where a band on a logarithmic axis ends that reaches to 0
 
 
@@ -45,6 +45,7 @@ def residual_figure(record: DiagnosisRecord) -> Figure:
         for row, panel in zip(rows, own):
             _DRAW[row](panel, curves, index)
             panel.tick_params(labelsize=8)
+            panel.xaxis.set_major_locator(MaxNLocator(4))
             panel.grid(alpha=0.25)
             if column == 0:
                 panel.set_ylabel(row, fontsize=8)

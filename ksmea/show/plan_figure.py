@@ -20,7 +20,7 @@ MAX_PHASES = 8  # lines in one panel
 DIRECTION_COLOURS, DIRECTION_LINES = {"x": OURS, "y": "#6a9a3b"}, {"x": "-", "y": "--"}
 
 
-def plot(record: PlanRecord, axes: Axes | None = None) -> Figure:
+def plot(record: PlanRecord, axes: Axes | None = None, *, title: str = "") -> Figure:
     """How far each candidate alone reduces the CRLB: speeds, probes over position, trial unbalances over position; the
     chosen ones are marked. Of a target that is not known yet, the CRLB with that candidate.
 
@@ -38,7 +38,8 @@ def plot(record: PlanRecord, axes: Axes | None = None) -> Figure:
     draw_row(panels, record)
     for panel in panels[1:]:
         panel.set_ylabel(_quantity(record) if panel.axison else "", fontsize=9)
-    figure.suptitle("what each candidate gives by itself, the chosen ones marked", fontsize=11)
+    of_what = f"{title}: " if title else ""
+    figure.suptitle(f"{of_what}what each candidate gives by itself, the chosen ones marked", fontsize=11)
     return figure
 
 

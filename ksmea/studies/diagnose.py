@@ -126,7 +126,8 @@ def diagnosis(
     each step. The record names effects that do not fit the problem beside those that were left out before, and why. Where the
     model is wrong and the data over-determine an unknown force, the record has its location too, which is the verdict
     (`located`) where no effect explains the data.
-    `details` adds to the `remarks` those on data that look like a slip: what a report on one diagnosis shows.
+    `details` adds to the `remarks` those on data that look like a slip: what a report on one diagnosis shows. `fine` adds the
+    curves of both models at as many speeds as its figures need.
 
     Raises `SettingError` where problem and measurement are not aligned, ValueError where none of the effects that
     there are has a location on the problem.

@@ -15,10 +15,10 @@ from ksmea.arrays import Array
 from ksmea.contracts import Problem
 from ksmea.measurement import Layout, Measurement
 
-N_EVEN = 120  # speeds of each run to begin with
+N_EVEN = 100  # speeds of each run to begin with
 MOST = 1000  # of each run
-BENT = 0.04  # of ln|q|: 4 % of an amplitude, the width of a line
-MAX_ROUNDS = 10  # of halving: of 1/120 of a band 1e-5 of it is left
+BENT = 0.06  # of ln|q|: 6 % of an amplitude, the width of a line
+MAX_ROUNDS = 10  # of halving: of 1/100 of a band 1e-5 of it is left
 
 
 def fine_layout(problem: Problem, measurement: Measurement, x: Array) -> Layout:

@@ -1,0 +1,136 @@
+"""`draw`: a rotor to scale and how it whirls, from the words of a command to its files; what its figures show."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from matplotlib.patches import Rectangle
+
+from ksmea import load_problem
+from ksmea.errors import SettingError
+from ksmea.rotor_layout import EffectMark
+from ksmea.show.campbell_figure import WHIRL
+from ksmea.show.mode_shape_figure import in_plane, nodes
+from ksmea.show.rotor_figure import rotor_figure
+
+QUICK = ("speeds=31", "modes=4", "harmonics=[1]")
+PUBLISHED = [3620, 3798, 10018, 11279]  # rpm, Lalanne & Ferraris
+
+
+@pytest.fixture(scope="module")
+def drawing():
+    return load_problem("three_disk").draw(speeds=31, modes=4, harmonics=[1.0])
+
+
+def test_a_drawing_has_figures_numbers_and_one_page(enter):
+    ended = enter("draw", "problem=three_disk", "highest_rpm=12000", *QUICK, output="results/draw_three_disk")
+    assert ended.code == 0 and not ended.err
+    names = {path.name for path in ended.output.iterdir()}
+    pictures = {"rotor", "campbell", "stability", "speed_map", "orbits", "deflections"}
+    tables = {"rotor", "campbell", "critical_speeds", "speed_map", "mode_shapes"}
+    assert names == {*(f"{each}.png" for each in pictures), *(f"{each}.csv" for each in tables), "index.html"}
+    found = ended.table("critical_speeds")["critical_speed_rpm"]
+    assert list(found) == pytest.approx(PUBLISHED, rel=5e-4)  # as tests/rotor/test_modes.py
+    assert "3620.4" in ended.out and "index.html" in ended.out
+    page = (ended.output / "index.html").read_text()
+    assert page.count("<img") == 6 and "http" not in page and "highest_rpm=12000" in page and "3620.4" in page
+
+
+def test_values_settings_and_plugins_are_those_of_the_command_line(enter):
+    words = ("problem.mesh=21", "problem=three_disk", "values.kxx=30", "values={kyy: 30}", "output=here")
+    ended = enter("draw", *words, *QUICK, output="here")
+    assert ended.code == 0
+    bearings = ended.table("rotor").query("thing == 'bearing 1'")
+    assert bearings[["kxx_MN_m", "kyy_MN_m", "cxx_kN_s_m"]].to_numpy().tolist() == [[30, 30, 0.5]]
+    assert (ended.output / "index.html").exists()
+
+
+def test_an_unknown_without_a_value_has_the_middle_of_its_limits_and_it_is_said():
+    drawing = load_problem("rk4").with_settings().draw(speeds=16, modes=2)
+    assert not any("no value" in remark for remark in drawing.record.remarks)
+    without = load_problem("drawn").draw(speeds=16, modes=2, harmonics=[1.0])
+    assert np.isfinite([value for _, _, value in without.record.values]).all()
+
+
+@pytest.mark.parametrize(
+    ("word", "said"),
+    [
+        ("problem=nope", "unknown problem 'nope'"),
+        ("values.kxx=soft", "values.kxx: expected a number"),
+        ("values.kzz=1", "kzz"),
+        ("values=3", "values: expected values by name"),
+        ("modes=99", "modes: expected a number"),
+        ("modez=3", "did you mean 'modes'"),
+        ("values.kxx=1,2", "expected one value of values.kxx, got 2"),
+        ("--fast", "expected setting=value, got --fast"),
+        ("problem.mesh=3", "mesh: expected at least 4"),
+        ("harmonics=[]", "harmonics: expected at least one"),
+        ("stiffness_from=1e9", "stiffness_from, stiffness_to"),
+        ("output=results/run", "choose another output"),
+    ],
+)
+def test_bad_input_is_one_line(enter, tmp_path, word, said):
+    (tmp_path / "results" / "run").mkdir(parents=True)
+    (tmp_path / "results" / "run" / "plan.jsonl").write_text("")
+    ended = enter("draw", word)
+    assert ended.code == 2 and said in ended.err and ended.err.count("\n") == 1 and not ended.out
+
+
+def test_the_rotor_is_drawn_to_scale(drawing):
+    axes = rotor_figure(drawing.record.layout).axes[0]
+    assert axes.get_aspect() == 1.0
+    boxes = [patch for patch in axes.patches if isinstance(patch, Rectangle)]
+    sections = [box for box in boxes if box.get_height() == pytest.approx(100.0)]  # mm: the shaft's diameter
+    assert [box.get_width() for box in sections] == pytest.approx([200.0, 300.0, 500.0, 300.0])
+    tops = {round(box.get_y() + box.get_height()) for box in boxes if box not in sections}
+    assert {120, 200} <= tops  # outer radii of the disks
+    words = " ".join(text.get_text() for text in axes.texts)
+    for each in ("bearing 1", "bearing 2", "disk 3", "unbalance 200 g mm", "probe x, y", "500"):
+        assert each in words
+
+
+def test_words_at_one_place_do_not_hide_each_other(drawing):
+    layout = drawing.record.layout
+    marks = tuple(EffectMark(f"effect {n}", "", (0.1, 0.1 + 0.02 * n)) for n in range(4))
+    crowded = type(layout)(**{**vars(layout), "effects": marks})
+    figure = rotor_figure(crowded)
+    figure.draw_without_rendering()
+    above = [text for text in figure.axes[0].texts if text.get_verticalalignment() == "bottom"]
+    boxes = [text.get_window_extent() for text in above]
+    assert len(boxes) > 8
+    for index, box in enumerate(boxes):
+        assert not any(box.shrunk(0.98, 0.8).overlaps(other.shrunk(0.98, 0.8)) for other in boxes[:index])
+
+
+def test_the_campbell_diagram_marks_each_critical_speed_where_it_is(drawing):
+    axes = drawing.plot_campbell().axes[0]
+    circles = [line for line in axes.get_lines() if line.get_marker() == "o" and len(line.get_xdata()) == 1]
+    assert sorted(float(line.get_xdata()[0]) for line in circles) == pytest.approx(PUBLISHED, rel=5e-4)
+    for line in circles:
+        assert line.get_ydata()[0] == pytest.approx(line.get_xdata()[0] / 60)  # 1X: Hz and rpm
+    colours = {line.get_color() for line in axes.get_lines()}
+    assert {WHIRL[1.0][1], WHIRL[-1.0][1]} <= colours
+
+
+def test_tables_say_what_the_figures_show(drawing):
+    found = drawing.record
+    campbell = drawing.to_frame("campbell")
+    assert len(campbell) == np.isfinite(found.branches.frequency).sum()
+    shapes = drawing.to_frame("mode_shapes")
+    assert shapes.groupby("mode")[["x_re", "y_re"]].max().to_numpy().max() <= 1 + 1e-12
+    assert (shapes.groupby("mode").size() == len(found.shapes.places)).all()
+    speeds = drawing.to_frame("speed_map")
+    at_end = speeds[speeds["stiffness_MN_m"] == speeds["stiffness_MN_m"].max()]
+    assert (
+        at_end.groupby(["whirl", "number"])["critical_speed_rpm"].max().groupby("whirl").is_monotonic_increasing
+    ).all()
+    assert isinstance(drawing.to_frame(), pd.DataFrame) and "1X" in str(drawing) and "<table" in drawing._repr_html_()
+    with pytest.raises(SettingError, match="unknown table of a drawing"):
+        drawing.to_frame("nothing")
+
+
+def test_a_shape_in_its_plane_has_the_nodes_of_the_beam():
+    places = np.linspace(0.0, 1.0, 101)
+    shape = np.sin(3 * np.pi * places + 1e-9) * np.exp(0.7j)  # the third mode of a beam on two pins, at any moment
+    inner = [node for node in nodes(places, in_plane(shape)) if 0.01 < node < 0.99]
+    assert inner == pytest.approx([1 / 3, 2 / 3], abs=1e-3)  # straight lines between a hundred places
+    assert np.max(np.abs(in_plane(shape))) == pytest.approx(1.0)
