@@ -17,6 +17,7 @@ from ksmea.whirl import Branches, CriticalSpeed, Rotordynamics
 WHIRL = {1.0: ("forward", COLOURS[0]), -1.0: ("backward", COLOURS[1]), 0.0: ("mixed", COLOURS[3])}
 MAX_LABELS = 10  # critical speeds at 1X with their amplification factor beside them
 OFFSETS = ((10.0, -15.0), (-6.0, 14.0), (34.0, -30.0), (-30.0, 30.0))  # of these words from their point, in points
+AT_EDGE = 0.8  # of the highest speed: behind it words stand on the left of their point
 NEAR = 0.09  # of the highest speed: closer ones have their words on different sides
 CLOSE = 0.002  # relative: a frequency between two scanned speeds is not quite on the straight line
 FAR_FROM_STABLE = 0.5  # of a logarithmic decrement: more than this is well damped, and the axis bends above
@@ -35,7 +36,7 @@ def campbell_figure(found: Rotordynamics, axes: Axes | None = None) -> Figure:
     for harmonic in found.harmonics:
         axes.plot([0, right], [0, harmonic * found.highest / HERTZ], "--", color=REFERENCE, linewidth=0.9)
         end = min(right, top / (harmonic * RPM / HERTZ))
-        axes.annotate(f"{harmonic:g}X", (end, end * harmonic * RPM / HERTZ), (-4, -2), textcoords="offset points",
+        axes.annotate(f"{harmonic:g}X", (end, end * harmonic * RPM / HERTZ), (-16, 3), textcoords="offset points",
                       ha="right", va="top", fontsize=9, color=REFERENCE)  # fmt: skip
     marked = [each for each in found.critical_speeds if _is_on_a_branch(each, branches)]
     at_1x = [each for each in marked if each.harmonic == 1.0][:MAX_LABELS]
@@ -46,8 +47,10 @@ def campbell_figure(found: Rotordynamics, axes: Axes | None = None) -> Figure:
     for each, offset in zip(at_1x, _offsets([each.speed for each in at_1x], NEAR * found.highest)):
         factor = each.amplification_factor
         told = "unstable" if factor is None else f"AF {factor:.3g}" if factor < 100 else f"AF {factor:.0f}"
-        axes.annotate(f"{each.speed / RPM:.0f} rpm, {told}", (each.speed / RPM, each.speed / HERTZ), offset,
-                      textcoords="offset points", fontsize=8, zorder=6, arrowprops={"arrowstyle": "-", "linewidth": 0.6},
+        is_at_edge = each.speed > AT_EDGE * found.highest
+        place, side = ((-12.0, abs(offset[1])), "right") if is_at_edge else (offset, "left")
+        axes.annotate(f"{each.speed / RPM:.0f} rpm, {told}", (each.speed / RPM, each.speed / HERTZ), place,
+                      textcoords="offset points", ha=side, fontsize=8, zorder=6, arrowprops={"arrowstyle": "-", "linewidth": 0.6},
                       bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "alpha": 0.85, "linewidth": 0})  # fmt: skip
     axes.set(xlim=(0, right), ylim=(0, top))
     axes.set_ylabel("natural frequency (Hz)", fontsize=10)
