@@ -40,7 +40,7 @@ class FineCurve:
     breaks: tuple[int, ...] = ()
 
     @classmethod
-    def of(cls, speed: Array, response: ComplexArray, breaks: tuple[int, ...], *, with_phase: bool) -> Self:
+    def of(cls, speed: Array, response: Array | ComplexArray, breaks: tuple[int, ...], *, with_phase: bool) -> Self:
         """A response (n_speed, n_channel), m, as it is drawn."""
         phase = matrix(np.angle(response), DRAWN_DIGITS) if with_phase else None
         return cls(row(speed, DRAWN_DIGITS + 2), matrix(np.abs(response), DRAWN_DIGITS), phase, breaks)

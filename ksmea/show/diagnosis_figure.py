@@ -97,8 +97,8 @@ def _draw_amplitude(panel: Axes, curves: CurvesRecord, column: int) -> None:
     if curves.averaged is not None and curves.responses.after is not None:
         line = broken(speed, curves.breaks)
         ends = (np.array(part)[:, column] / MICROMETRE for part in (curves.averaged.low, curves.averaged.high))
-        band = [broken(np.maximum(end, LEAST_SHOWN * np.max(measured)), curves.breaks) for end in ends]
-        panel.fill_between(line, *band, color=IN_GROUP, alpha=0.5, linewidth=0, label="averaged, its interval")
+        low, high = (broken(np.maximum(end, LEAST_SHOWN * np.max(measured)), curves.breaks) for end in ends)
+        panel.fill_between(line, low, high, color=IN_GROUP, alpha=0.5, linewidth=0, label="averaged, its interval")
     for label, colour, curve in _models(curves):
         panel.semilogy(*amplitude_line(curve, column), color=colour, linewidth=1, label=label)
     panel.yaxis.set_major_formatter("{x:g}")

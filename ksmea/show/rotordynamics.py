@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import pandas as pd
 
-from ksmea.arrays import Array
+from ksmea.arrays import Array, ComplexArray
 from ksmea.show.mode_shape_figure import in_plane, nodes
 from ksmea.units import GRAM_MILLIMETRE, HERTZ, KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE, RPM
 from ksmea.whirl import CriticalSpeed, Rotordynamics, log_decrement, roundness
@@ -208,7 +208,7 @@ def text(found: Rotordynamics) -> str:
     return "\n".join([f"{found.title}: {' '.join(sentences(found))}", shown])
 
 
-def _larger(shape: Array) -> Array:
+def _larger(shape: ComplexArray) -> ComplexArray:
     """The deflection in x or in y, whichever is larger."""
     return shape[:, int(np.argmax(np.max(np.abs(shape), axis=0)))]
 

@@ -32,7 +32,7 @@ N_MODE = 30  # of the rotor on nominal springs, besides its deflections under fo
 AT_REST = 1e-7  # of the middle one of all frequencies: slower motions are those of a rotor that nothing holds
 DOUBLE = 1e-7  # relative difference of eigenvalues that are one
 
-Pencil = tuple[ComplexArray, ComplexArray]  # A and B of A z = λ B z
+Pencil = tuple[ComplexArray, Array]  # A and B of A z = λ B z
 Eigenpairs = tuple[ComplexArray, ComplexArray]  # (n,) rad/s, and their coordinates (n_low, n)
 
 

@@ -138,7 +138,7 @@ def _on_supports(
 def pencil_on_supports(
     low: LowModes, stiffness: Array, damping: Array, of_bearings: Array, damping_of_bearings: Array,
     supports: Sequence[Support],
-) -> tuple[ComplexArray, ComplexArray]:  # fmt: skip
+) -> tuple[ComplexArray, Array]:  # fmt: skip
     """A and B (2n, 2n) of A z = λ B z with z = (q, e, λq, λe) at one spin speed; time in units of the highest frequency."""
     n_port, n_low = low.ports.shape
     n_bearing = n_port // 2
