@@ -120,7 +120,7 @@ def _draw_present(panel: Axes, record: IdentifiabilityRecord) -> None:
     widths = _widths([record.crlb_si], record)[0]
     for index, colour, own in zip(range(len(widths)), cycle(COLOURS), cycle(MARKERS)):
         marker = own if widths[index] <= MAX_PCT else CARET
-        panel.plot([index], [min(widths[index], MAX_PCT)], marker, color=colour, markersize=6)
+        panel.plot([index], [min(widths[index], MAX_PCT)], marker=marker, linestyle="", color=colour, markersize=7)
     panel.set_xticks(range(len(widths)), record.names)
     panel.set_title("the data as they are", fontsize=10)
     _finish(panel, _axis_limits([record.crlb_si], record))

@@ -16,6 +16,7 @@ from ksmea.cramer_rao import identifiability
 from ksmea.measurement import Noise
 from ksmea.records.identifiability import IdentifiabilityRecord
 from ksmea.show.identifiability import COLUMNS, frame, plot, sentences, text
+from ksmea.show.identifiability_figure import CARET
 from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.identifiability import (
     Data,
@@ -285,7 +286,7 @@ def test_the_figure_shows_half_widths_and_marks_what_lies_beyond():
     lines = {line.get_label(): line for line in panel.get_lines()}
     assert lines["a"].get_xdata().tolist() == [1, 2] and lines["a"].get_ydata() == pytest.approx([2, 4])
     assert lines["b"].get_ydata() == pytest.approx([40, 80])
-    arrows = [line for line in panel.get_lines() if line.get_marker() == "^" and len(line.get_xdata())]
+    arrows = [line for line in panel.get_lines() if line.get_marker() == CARET and len(line.get_xdata())]
     assert len(arrows) == 2  # c and d, of which nothing is known
 
 
