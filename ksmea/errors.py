@@ -38,11 +38,24 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> SettingError:
     """
     names = sorted(known)
     name = shortened(name, LONGEST_NAME)
-    close = difflib.get_close_matches(name, names, n=1, cutoff=0.4)
-    hint = f"did you mean '{shortened(close[0])}'? " if close else ""
+    close = nearest(name, names)
+    hint = f"did you mean '{shortened(close)}'? " if close is not None else ""
     listed = [shortened(each, LONGEST_NAME) for each in names[:MOST_NAMES]]
     more = [f"{len(names) - len(listed)} more"] if len(names) > len(listed) else []
     return SettingError(f"unknown {kind} '{name}'; {hint}known: {', '.join([*listed, *more]) or 'none'}")
+
+
+def nearest(name: str, known: Iterable[str]) -> str | None:
+    """The known name that a wrong one comes nearest to, in upper or lower case; None where none is near.
+
+    >>> nearest("lm", ["DE", "LM"]), nearest("Kriging+de", ["DE", "Kriging + DE"]), nearest("x", ["DE"])
+    ('LM', 'Kriging + DE', None)
+    """
+    folded: dict[str, str] = {}
+    for each in sorted(known):
+        folded.setdefault(each.casefold(), each)
+    close = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.4)
+    return folded[close[0]] if close else None
 
 
 def described(value: Any) -> str:

@@ -1,77 +1,51 @@
-"""The cabinets that plugins register in, by entry point or from a file, and the only place where a name becomes a class.
-
-[project.entry-points."ksmea.optimizers"]
-mine = "my_package.mine:Mine"
-"""
+"""The cabinets that plugins register in, by entry point or from a file, and the only place where a name becomes a class."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from functools import cache
-from importlib.metadata import EntryPoint, entry_points
+from collections.abc import Iterable, Mapping
+from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
 from ksmea.contracts import CONTRACTS
 from ksmea.errors import SettingError, unknown
-from ksmea.plugin_files import FoundPlugin, one_line, plugins_of_file, require_same
+from ksmea.plugin_files import one_line, plugins_of_file, require_same
+from ksmea.plugin_names import (
+    FURTHER,
+    GROUPS,
+    PROJECT,
+    SharedName,
+    add_file,
+    is_added,
+    left_out,
+    origin,
+    origin_of,
+    plugins_in_files,
+    registered,
+)
 from ksmea.settings import own_fields, part_fields
 
-PROJECT = "ksmea-bench"
-GROUPS = {
-    "problem": "ksmea.problems",
-    "measurement": "ksmea.measurements",
-    "surrogate": "ksmea.surrogates",
-    "optimizer": "ksmea.optimizers",
-    "method": "ksmea.methods",
-    "study": "ksmea.studies",
-}
-FURTHER = {  # not parts of a run: chosen inside the settings of others, or made of records afterwards
-    "effect": "ksmea.effects",
-    "report": "ksmea.reports",
-}
-
-
-_in_files: dict[Path, list[FoundPlugin]] = {}  # what this process has registered from files
-
-
-class _SharedName(EntryPoint):
-    """A name that several packages register: it is refused where it is chosen, none of them stands in for another."""
-
-    def __init__(self, points: Sequence[EntryPoint]) -> None:
-        super().__init__(points[0].name, points[0].value, points[0].group)
-        packages = (f"{_package(point)} ({point.value})" for point in points)
-        vars(self).update(packages=" and ".join(packages))
-
-    @property
-    def refusal(self) -> str:
-        return (
-            f"expected one package that registers this name, got {vars(self)['packages']}; rename it in one of them or"
-            " uninstall that one"
-        )
-
-
-@cache
-def registered(group: str) -> dict[str, EntryPoint]:
-    """Entry points of a group ('optimizer', …) by name, in alphabetical order. A name of this project stays its own."""
-    by_name: dict[str, list[EntryPoint]] = {}
-    for point in _points(group):
-        by_name.setdefault(point.name, []).append(point)
-    for name, points in by_name.items():
-        by_name[name] = [point for point in points if _package(point) == PROJECT] or points
-    return {name: points[0] if len(points) == 1 else _SharedName(points) for name, points in by_name.items()}
-
-
-def left_out(group: str) -> list[EntryPoint]:
-    """Entry points of other packages whose names are those of this project's plugins, which stand."""
-    return [point for point in _points(group) if _package(point) != PROJECT == _package(registered(group)[point.name])]
+__all__ = [
+    "FURTHER",
+    "GROUPS",
+    "PROJECT",
+    "create",
+    "create_all",
+    "left_out",
+    "origin",
+    "origin_of",
+    "plugin_class",
+    "plugins_in_files",
+    "register_file",
+    "registered",
+]
 
 
 def register_file(path: Path, planned: Mapping[str, str] | None = None) -> None:
     """Register the plugins of a Python file, which is executed for that, beside the installed ones. A file that has been
     registered stays as it was. `SettingError` where it cannot be loaded, has no plugin, or one of a name that is taken, and
     where it and what it imports from beside it do not have the `planned` digests."""
-    if path in _in_files:
+    if is_added(path):
         return
     if planned is not None:
         require_same(path, planned)
@@ -82,36 +56,11 @@ def register_file(path: Path, planned: Mapping[str, str] | None = None) -> None:
                 f"plugins: {path}: expected names that no other plugin has, but {each.group}={each.name} is there from"
                 f" {origin(each.group, each.name)}; rename its class {each.plugin.__name__}"
             )
-    _in_files[path] = found
-    registered.cache_clear()
-
-
-def plugins_in_files() -> Iterator[tuple[Path, str, str]]:
-    """File, group and name of every plugin that was registered from a file."""
-    yield from ((path, each.group, each.name) for path, found in _in_files.items() for each in found)
-
-
-def origin(group: str, name: str) -> str:
-    """Where a plugin comes from: its package with the version, or its file."""
-    files = (str(path) for path, *chosen in plugins_in_files() if chosen == [group, name])
-    return next(files, origin_of(registered(group)[name]))
-
-
-def origin_of(point: EntryPoint) -> str:
-    """The package that an entry point comes from, with the version."""
-    return f"{_package(point)} {point.dist.version}" if point.dist else _package(point)
-
-
-def _points(group: str) -> list[EntryPoint]:
-    """Entry points of a group, from packages and from files, by their names."""
-    in_files = [each for found in _in_files.values() for each in found if each.group == group]
-    where = (GROUPS | FURTHER)[group]
-    points = [EntryPoint(each.name, f"{each.plugin.__module__}:{each.plugin.__name__}", where) for each in in_files]
-    return sorted([*entry_points(group=where), *points], key=lambda point: point.name)
-
-
-def _package(point: EntryPoint) -> str:
-    return point.dist.name if point.dist else "?"
+    groups = GROUPS | FURTHER
+    points = [
+        EntryPoint(each.name, f"{each.plugin.__module__}:{each.plugin.__name__}", groups[each.group]) for each in found
+    ]
+    add_file(path, points)
 
 
 def plugin_class(group: str, name: str) -> type:
@@ -120,7 +69,7 @@ def plugin_class(group: str, name: str) -> type:
     if name not in points:
         raise unknown(group, name, points)
     point = points[name]
-    if isinstance(point, _SharedName):
+    if isinstance(point, SharedName):
         raise SettingError(f"{group}={name}: {point.refusal}")
     try:
         plugin: type = point.load()

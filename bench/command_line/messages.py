@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import re
 from collections.abc import Iterable
 
@@ -10,7 +9,7 @@ from hydra.errors import HydraException, MissingConfigException, OverrideParseEx
 from omegaconf import Container, OmegaConf
 from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException, ValidationError
 
-from ksmea.errors import unknown
+from ksmea.errors import nearest, unknown
 from ksmea.registry import GROUPS
 
 USER_ERRORS = (HydraException, OmegaConfBaseException)
@@ -79,7 +78,7 @@ def unknown_key(key: str, names: Iterable[str]) -> str:
     """The line for a setting that is none of `names`, the nearest of them first."""
     parent, _, name = key.rpartition(".")
     known = sorted(names)
-    close = difflib.get_close_matches(name, known, n=1, cutoff=0.4)
+    close = nearest(name, known)
     path = f"{parent}." if parent else ""
-    hint = f"did you mean '{path}{close[0]}'? " if close else ""
+    hint = f"did you mean '{path}{close}'? " if close is not None else ""
     return f"unknown setting '{key}'; {hint}known: {', '.join(known)}"
