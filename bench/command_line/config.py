@@ -6,57 +6,20 @@ import dataclasses
 import glob
 import re
 import typing
-from dataclasses import dataclass, field
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
 from hydra.core.config_store import ConfigStore
 from hydra.core.plugins import Plugins
-from omegaconf import MISSING, OmegaConf
+from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
+from bench.command_line.bench_settings import BenchConfig
 from bench.command_line.offered import copied, require_offered
 from ksmea import registry
 from ksmea.errors import SettingError
 from ksmea.settings import own_fields
-
-
-@dataclass
-class BenchConfig:
-    """Settings of the bench itself; the six groups hold plugins. conf/config.yaml has the values and remarks."""
-
-    name: str = MISSING
-    plugins: list[str] = field(default_factory=list)
-    samples: int = MISSING
-    repetitions: int = MISSING
-    seed: int = MISSING
-    own_seeds: str | None = None
-    workers: int | None = None
-    timeout: float | None = None
-    memory: float | None = None
-    journal: bool = False
-    share: list[str] = field(default_factory=list)
-    output: str = MISSING
-    batches: int = MISSING
-    batch: int = MISSING
-    wait: bool = True
-    label: str | None = None
-    table: str | None = None
-    paper: str | None = None
-    figures: list[str] = field(default_factory=list)
-    exact: float | None = None
-    includes: list[str] = field(default_factory=list)
-    standard: dict[str, Any] = field(default_factory=dict)
-    grid: list[dict[str, Any]] = field(default_factory=list)
-    add: list[dict[str, Any]] = field(default_factory=list)
-    cross: list[dict[str, Any]] = field(default_factory=list)
-    problem: Any = MISSING
-    measurement: Any = MISSING
-    surrogate: Any = MISSING
-    optimizer: Any = MISSING
-    method: Any = MISSING
-    study: Any = MISSING
 
 
 def of_file(measurement: Any) -> str:

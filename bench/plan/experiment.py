@@ -11,7 +11,7 @@ from typing import Any
 from hydra.core.config_loader import ConfigLoader
 from omegaconf import DictConfig, OmegaConf
 
-from bench.command_line.config import BenchConfig
+from bench.command_line.bench_settings import BenchConfig
 from bench.command_line.grid import LABEL, grid_points
 from bench.command_line.overrides import Choice, as_given, override, parse
 from bench.command_line.plugin_words import require_registered
