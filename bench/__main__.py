@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 import os
+import signal
 import sys
 
-from bench.storage.siblings import hidden
-
-BAD_INPUT = 2
+BAD_INPUT, INTERRUPTED = 2, 130
 
 # One BLAS thread per process, set before numpy loads: the cores belong to the workers, which inherit this, and
 # sums do not depend on the machine's number of cores.
@@ -16,12 +15,20 @@ for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 
 def main() -> int:
-    if line := hidden():
-        print(f"error: {line}", file=sys.stderr)
-        return BAD_INPUT
-    from bench.door import run  # after the thread settings and this check: it loads numpy and the plugins
+    try:
+        from bench.storage.siblings import hidden
 
-    return run(sys.argv[1:])
+        if line := hidden():
+            print(f"error: {line}", file=sys.stderr)
+            return BAD_INPUT
+        from bench.door import run  # after the thread settings and this check: it may load numpy and plugins
+
+        return run(sys.argv[1:])
+    except KeyboardInterrupt:  # while these were imported
+        print("interrupted: nothing was begun", file=sys.stderr)
+        return INTERRUPTED
+    finally:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)  # all is done: what Python tidies up tells nobody anything
 
 
 if __name__ == "__main__":

@@ -1,6 +1,6 @@
 """Dispatch of the command line, and the last place where an error becomes one line and an exit code.
 
-Experiments and commands on results are imported when they are asked for: help comes at once.
+Experiments, commands and help are imported when they are asked for: what is refused, and help, come at once.
 """
 
 from __future__ import annotations
@@ -10,33 +10,38 @@ import os
 import sys
 import traceback
 from collections.abc import Callable
+from contextlib import ExitStack, redirect_stdout
+from pathlib import Path
+from pkgutil import resolve_name
 
-from bench.command_line.help import help_text
+from bench.command_line.cure import with_cure
+from bench.command_line.output_level import TRACEBACK, is_quiet, is_verbose, tell_error, without_level
 from bench.commands.results import COMMANDS, run_command
 from ksmea.errors import SettingError, visible
 
 FAILED, BAD_INPUT, INTERRUPTED, BROKEN_PIPE = 1, 2, 130, 141
 DISK_TROUBLE = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO)
-HELP = ("help", "--help", "-h")
+HELP, VERSION = ("help", "--help", "-h"), ("--version", "version")
+COMPLETION, COMPLETE = "completion", "_complete"  # what prints a shell's script, and what that calls
+TEXTS = {  # what is printed without doing anything
+    "start": "bench.command_line.help:start_text",
+    "help": "bench.command_line.help:help_text",
+    "version": "bench.command_line.version:version_text",
+    COMPLETION: "bench.command_line.completion:script",
+    COMPLETE: "bench.command_line.completion:completed",
+}
 
 
-def _to_stderr(line: str) -> None:
-    print(f"error: {line}", file=sys.stderr)
-
-
-def run(words: list[str], refuse: Callable[[str], None] = _to_stderr) -> int:
+def run(words: list[str], refuse: Callable[[str], None] = tell_error) -> int:
     """Do what the words say; the exit code. `refuse` is told in one line why they cannot be done."""
+    given = list(words)
     try:
-        if words and words[0] in HELP:
-            print(help_text(words[1:]))
-            return 0
-        if words and words[0] in COMMANDS:
-            return run_command(words)
-        from bench.run_experiment import run_experiment
-
-        return run_experiment(words)
+        with ExitStack() as shown:
+            if words[:1] != [COMPLETE]:
+                words = _with_level(words, shown)
+            return _done(words)
     except SettingError as error:
-        return _refused(str(error), refuse)
+        return _refused(with_cure(error, given), refuse)
     except BrokenPipeError:  # who reads what is printed has gone; the files are written
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BROKEN_PIPE
@@ -45,6 +50,52 @@ def run(words: list[str], refuse: Callable[[str], None] = _to_stderr) -> int:
     except KeyboardInterrupt:
         print("interrupted: finished runs are kept, the same command does the rest", file=sys.stderr)
         return INTERRUPTED
+
+
+def _with_level(words: list[str], shown: ExitStack) -> list[str]:
+    """The words without -q and -v, which hold as long as `shown` is open."""
+    others, asked = without_level(words)
+    for variable in asked:
+        before = os.environ.get(variable)
+        os.environ[variable] = "1"
+        shown.callback(_restore, variable, before)
+    if is_quiet():
+        nowhere = shown.enter_context(Path(os.devnull).open("w", encoding="utf-8"))
+        shown.enter_context(redirect_stdout(nowhere))
+    return others
+
+
+def _restore(variable: str, before: str | None) -> None:
+    if before is None:
+        os.environ.pop(variable, None)
+    else:
+        os.environ[variable] = before
+
+
+def _done(words: list[str]) -> int:
+    if not words:
+        return _printed("start")
+    first, *others = words
+    if first in (COMPLETION, COMPLETE) and (first == COMPLETE or not set(HELP) & set(others)):
+        return _printed(first, others)
+    if first in HELP:
+        return _printed("help", [word for word in others if word not in HELP])
+    if set(HELP[1:]) & set(others):  # of a command, or of an experiment
+        return _printed("help", [word for word in words if word not in HELP])
+    if first in VERSION or VERSION[0] in others:
+        return _printed("version")
+    if first in COMMANDS:
+        return run_command(words)
+    looked_at = resolve_name("bench.command_line.first_look:looked_at")
+    known = looked_at(words, [*COMMANDS, COMPLETION, "help", "version"])
+    code: int = resolve_name("bench.run_experiment:run_experiment")(known)
+    return code
+
+
+def _printed(text: str, *arguments: list[str]) -> int:
+    print(resolve_name(TEXTS[text])(*arguments))
+    sys.stdout.flush()
+    return 0
 
 
 def _cannot_write(error: OSError, refuse: Callable[[str], None]) -> int:
@@ -59,7 +110,7 @@ def _cannot_write(error: OSError, refuse: Callable[[str], None]) -> int:
 
 
 def _refused(line: str, refuse: Callable[[str], None]) -> int:
-    if os.environ.get("BENCH_TRACEBACK"):
+    if os.environ.get(TRACEBACK) or is_verbose():
         traceback.print_exc()
     refuse(visible(line))
     return BAD_INPUT

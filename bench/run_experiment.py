@@ -10,7 +10,9 @@ import hydra
 from omegaconf import DictConfig
 
 from bench.command_line.config import register_schemas
-from bench.command_line.config_files import CONFIG_DIR, chosen_files, require_experiments, with_file
+from bench.command_line.config_dirs import CONFIG_DIR
+from bench.command_line.config_files import chosen_files, require_experiments, with_file
+from bench.command_line.file_words import with_quoted_files
 from bench.command_line.messages import USER_ERRORS, one_line
 from bench.command_line.offered import require_offered
 from bench.command_line.overrides import for_some_plugins, parse
@@ -21,21 +23,6 @@ from bench.storage.places import CONF
 from ksmea import registry
 from ksmea.errors import SettingError, unknown
 
-HYDRA_OPTIONS = (
-    "--multirun",
-    "-m",
-    "--cfg",
-    "-c",
-    "--info",
-    "-i",
-    "--config-dir",
-    "-cd",
-    "--package",
-    "-p",
-    "--resolve",
-    "--version",
-)
-
 
 def run_experiment(words: list[str]) -> int:
     """Hand all words to Hydra, which plans, launches and collects through the plan sweeper; the exit code.
@@ -43,6 +30,7 @@ def run_experiment(words: list[str]) -> int:
     Raises `SettingError` for words that cannot be done.
     """
     paths: list[Path] = []
+    words = with_quoted_files(words)
     try:
         paths = chosen_files(words)
         return _run(words, paths)
@@ -52,9 +40,6 @@ def run_experiment(words: list[str]) -> int:
 
 
 def _run(words: list[str], paths: list[Path]) -> int:
-    for word in words:
-        if word.startswith("-") and word.partition("=")[0] not in HYDRA_OPTIONS:
-            raise unknown("option", word, HYDRA_OPTIONS)
     require_experiments(paths)
     register_plugins(words)
     _check_names(words)

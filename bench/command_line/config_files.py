@@ -9,13 +9,11 @@ from typing import Any
 
 import yaml
 
+from bench.command_line.config_dirs import EXPERIMENT, folders
 from bench.command_line.overrides import Choice, parse
 from bench.storage.places import CONF
 from ksmea.errors import SettingError
 
-CONFIG_DIR = ("--config-dir", "-cd")
-SEARCH_PATH = "hydra.searchpath"
-EXPERIMENT = "experiment"
 PACKAGE = re.compile(r"^# *@package +_global_ *$", re.MULTILINE)
 KEY = re.compile(r"unknown setting '([\w.]+)'|([\w.]+): ")  # at the beginning of a line for the user
 
@@ -23,35 +21,6 @@ KEY = re.compile(r"unknown setting '([\w.]+)'|([\w.]+): ")  # at the beginning o
 def settings_of(words: Sequence[str]) -> tuple[Choice, ...]:
     """What the words say without options."""
     return parse([word for word in words if "=" in word and not word.startswith("-")])
-
-
-def folders(words: Sequence[str]) -> list[Path]:
-    """Where configuration files are looked for; `SettingError` where there is no such folder."""
-    own = [*_own_folders(words)]
-    for folder in own:
-        if not folder.is_dir():
-            raise SettingError(f"{folder}: expected a folder with configuration files, found none; write its path")
-    return [CONF, *own]
-
-
-def _own_folders(words: Sequence[str]) -> Iterator[Path]:
-    for word, following in zip(words, [*words[1:], ""]):
-        option, _, value = word.partition("=")
-        if option in CONFIG_DIR:
-            yield Path(value or following)
-    for choice in settings_of(words):
-        if choice.key == SEARCH_PATH and isinstance(choice.values[0], list):
-            found = (str(each) for each in choice.values[0])
-            yield from (Path(each.removeprefix("file://")) for each in found if not each.startswith("pkg://"))
-
-
-def without_folders(words: Sequence[str]) -> list[str]:
-    """The words without those that name folders of the user's own."""
-    before = ["", *words]
-    is_folder = [
-        word.partition("=")[0] in (*CONFIG_DIR, SEARCH_PATH) or last in CONFIG_DIR for last, word in zip(before, words)
-    ]
-    return [word for word, leave in zip(words, is_folder) if not leave]
 
 
 def chosen_files(words: Sequence[str]) -> list[Path]:

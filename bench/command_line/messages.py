@@ -9,7 +9,8 @@ from hydra.errors import HydraException, MissingConfigException, OverrideParseEx
 from omegaconf import Container, OmegaConf
 from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException, ValidationError
 
-from ksmea.errors import nearest, unknown
+from bench.command_line.setting_names import unknown_key
+from ksmea.errors import unknown
 from ksmea.registry import GROUPS
 
 USER_ERRORS = (HydraException, OmegaConfBaseException)
@@ -72,13 +73,3 @@ def _unknown_setting(error: ConfigAttributeError | ConfigKeyError) -> str:
     parent = error.parent_node
     names = [str(name) for name in parent] if isinstance(parent, Container) and OmegaConf.is_dict(parent) else []
     return unknown_key(key, [name for name in names if name not in ("name", "hydra")])
-
-
-def unknown_key(key: str, names: Iterable[str]) -> str:
-    """The line for a setting that is none of `names`, the nearest of them first."""
-    parent, _, name = key.rpartition(".")
-    known = sorted(names)
-    close = nearest(name, known)
-    path = f"{parent}." if parent else ""
-    hint = f"did you mean '{path}{close}'? " if close is not None else ""
-    return f"unknown setting '{key}'; {hint}known: {', '.join(known)}"

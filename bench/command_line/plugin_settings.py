@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ksmea import registry
+from ksmea.plugin_names import GROUPS, registered
 
 
 @dataclass(frozen=True)
@@ -30,10 +30,10 @@ def plugin_setting(key: str) -> PluginSetting | None:
     PluginSetting(group='problem', plugin=None, setting='limits.kxx')
     """
     group, _, setting = key.partition(".")
-    if group not in registry.GROUPS or not setting:
+    if group not in GROUPS or not setting:
         return None
     plugin, _, own = setting.partition(".")
-    if own and plugin in registry.registered(group):
+    if own and plugin in registered(group):
         return PluginSetting(group, plugin, own)
     return PluginSetting(group, None, setting)
 

@@ -24,6 +24,17 @@ def register_plugins(words: Sequence[str]) -> None:
         registry.register_file(path)
 
 
+def registered_or_why_not(words: Sequence[str]) -> list[str]:
+    """Register the plugins of the files that words plugins=[…] name; why a file could not be, for each that could not."""
+    refused = []
+    for path in given_files([word for word in words if is_of_plugins(word)]):
+        try:
+            registry.register_file(path)
+        except SettingError as error:  # it does not take the help on the others away
+            refused.append(str(error))
+    return refused
+
+
 def is_of_plugins(word: str) -> bool:
     """Whether a word names files of plugins."""
     return word.lstrip("+").partition("=")[0] == PLUGINS

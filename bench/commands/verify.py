@@ -23,9 +23,9 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from tqdm import tqdm
 
 from bench.commands.reference import read_reference
+from bench.jobs.bar import progress_bar
 from bench.jobs.execute import execute
 from bench.jobs.lines import RESULTS
 from bench.jobs.pool import Limits, Task, run_tasks
@@ -150,7 +150,7 @@ def _executed(
 ) -> Iterator[tuple[Task, dict[str, Any]]]:
     """Each task with the record of its run, in the order in which they end."""
     n_worker = min(workers or available_cores(), len(tasks))
-    with tqdm(total=len(tasks), desc=f"verify {plan.name}", unit="run", disable=None) as bar:
+    with progress_bar(f"verify {plan.name}", len(tasks)) as bar:
         for task, record in run_tasks(execute, tasks, n_worker, Limits(), lambda task: None, own_modules(plan)):
             yield task, record
             bar.update()

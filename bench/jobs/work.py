@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import sys
 import time
 from collections import deque
 from collections.abc import Iterable, Iterator
@@ -10,8 +11,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from tqdm import tqdm
-
+from bench.command_line.output_level import is_quiet, is_verbose
+from bench.jobs.bar import progress_bar
 from bench.jobs.claims import Claims, are_offered
 from bench.jobs.execute import execute
 from bench.jobs.lines import RESULTS
@@ -22,6 +23,7 @@ from bench.jobs.presence import Presence, TakenForDead, at_work
 from bench.jobs.records import RecordWriter, finished_keys
 from bench.plan.plan import Plan, Run, read_plan
 from bench.plan.provenance import platform_name
+from ksmea.errors import visible
 from ksmea.plugin_files import OURS
 
 JOURNALS = "journals"
@@ -63,8 +65,7 @@ def work(job: Job) -> None:
             told = len(claims.todo), n_worker, plan.commit, platform_name()
             log.info("%d runs to do with %d workers, commit %s, on %s", *told)
             queue = _Queue(plan, job, claims, presence, n_worker)
-            # disable=None: silent where there is no terminal
-            with tqdm(total=len(claims.todo), desc=plan.name, unit="run", disable=None) as bar, queue:
+            with progress_bar(plan.name, len(claims.todo)) as bar, queue:
                 preload = own_modules(plan)
                 tasks = queue.tasks()
                 for run, record in run_tasks(
@@ -75,7 +76,10 @@ def work(job: Job) -> None:
                     if job.journal and record["status"] in RESULTS:
                         _journal(run, job).unlink(missing_ok=True)  # only a run without a result needs it again
                     bar.update()
-                    log.info("%s", _log_line(plan, run, record))
+                    line = _log_line(plan, run, record)
+                    log.info("%s", line)
+                    if is_verbose():
+                        bar.write(visible(line), file=sys.stderr)
             log.info("job ended")
 
 
@@ -106,7 +110,8 @@ class _Queue:
                         return
                     yield None
             run = self._runs[self._waiting.popleft()]
-            yield run, (*_arguments(self._plan, run, self._job), len(self._claims.todo) == 1, self._plugins)
+            shows_itself = len(self._claims.todo) == 1 and not is_quiet()
+            yield run, (*_arguments(self._plan, run, self._job), shows_itself, self._plugins)
 
     def _claim(self) -> bool:
         """Claim more runs; whether there were any."""

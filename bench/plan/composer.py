@@ -15,10 +15,10 @@ from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
 from bench.command_line.grid import Block, grid_blocks, labelled, listed
-from bench.command_line.messages import unknown_key
 from bench.command_line.offered import require_offered
 from bench.command_line.overrides import Choice, override
 from bench.command_line.plugin_settings import PluginSetting, names_plugin, plugin_setting, short
+from bench.command_line.setting_names import unknown_key
 from ksmea import registry
 from ksmea.errors import SettingError
 from ksmea.settings import own_fields

@@ -6,7 +6,6 @@ import ast
 import hashlib
 import importlib.util
 import platform
-import subprocess
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
@@ -19,7 +18,7 @@ import scipy.linalg  # noqa: F401 – its own linear algebra is loaded with it, 
 from threadpoolctl import threadpool_info
 
 from bench.plan.outside import DISTRIBUTION, NUMERICAL, outside_code
-from bench.storage.places import ROOT
+from bench.storage.checkout import checkout_commit
 from ksmea import registry
 from ksmea.plugin_files import OURS, brought_along, imported
 from ksmea.settings import Settings
@@ -150,10 +149,4 @@ def platform_name() -> str:
 @cache
 def commit() -> str:
     """The commit of this checkout, '+' behind it where files differ from it; the package's version where there is none."""
-    if (ROOT / ".git").exists():
-        try:
-            command = ["git", "-C", str(ROOT), "describe", "--always", "--dirty=+", "--abbrev=12", "--exclude=*"]
-            return subprocess.run(command, capture_output=True, text=True, check=True).stdout.strip()
-        except (OSError, subprocess.CalledProcessError):
-            pass
-    return version("ksmea-bench")
+    return checkout_commit() or version("ksmea-bench")

@@ -58,7 +58,7 @@ def test_units_ranges_and_sources(enter):
 @pytest.mark.parametrize(
     "words, expected",
     [
-        (["optimiser"], "unknown group 'optimiser'; did you mean 'optimizer'?"),
+        (["optimiser"], "unknown name 'optimiser'; did you mean 'optimizer'?"),
         (["optimizer", "dee"], "unknown optimizer 'dee'; did you mean 'de'?"),
     ],
 )

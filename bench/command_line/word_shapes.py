@@ -1,0 +1,209 @@
+"""Whether the words of an experiment have the shape setting=value, before anything is loaded that could read them.
+
+A word that has it not is told what is wrong, with the command line that was probably meant.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Collection, Sequence
+
+from bench.command_line.bench_settings import bench_settings
+from bench.command_line.config_dirs import experiment_names
+from ksmea.errors import SettingError, nearest, unknown
+from ksmea.plugin_names import GROUPS
+
+HYDRA_OPTIONS = {  # whether a value follows: no, perhaps, yes
+    "--multirun": "",
+    "-m": "",
+    "--cfg": "yes",
+    "-c": "yes",
+    "--info": "perhaps",
+    "-i": "perhaps",
+    "--config-dir": "yes",
+    "-cd": "yes",
+    "--package": "yes",
+    "-p": "yes",
+    "--resolve": "",
+}
+VALUES = {
+    "--cfg": ("all", "hydra", "job"),
+    "-c": ("all", "hydra", "job"),
+    "--info": ("all", "config", "defaults", "defaults-tree", "plugins", "searchpath"),
+    "-i": ("all", "config", "defaults", "defaults-tree", "plugins", "searchpath"),
+}
+ALSO = ("--help", "--quiet", "--verbose", "--version", "-h", "-q", "-v")  # options that are done before these
+PAIRS = {"[": "]", "{": "}", "(": ")"}
+QUOTES = "'\""
+
+
+class WrongShape(SettingError):
+    """A word that is no setting=value; `meant` are the words as they were probably meant."""
+
+    def __init__(self, message: str, meant: Sequence[str] | None = None) -> None:
+        super().__init__(message)
+        self.meant = None if meant is None else list(meant)
+
+
+def joined_options(words: Sequence[str]) -> list[str]:
+    """The words with the value of an option in the same word, --config-dir=DIR; `SettingError` for an option that is none, or
+    has no value."""
+    joined: list[str] = []
+    remaining = list(words)
+    while remaining:
+        word = remaining.pop(0)
+        option, _, value = word.partition("=")
+        if not word.startswith("-"):
+            joined.append(word)
+            continue
+        if option not in HYDRA_OPTIONS:
+            raise _unknown_option(words, word)
+        takes = HYDRA_OPTIONS[option]
+        follows = takes and not value and remaining and not remaining[0].startswith("-")
+        if follows and (takes == "yes" or remaining[0] in VALUES[option]):
+            value = remaining.pop(0)
+        if takes == "yes" and not value:
+            listed = f"one of {', '.join(VALUES[option])}" if option in VALUES else "a value"
+            raise WrongShape(f"{option}: expected {listed} after it, got nothing")
+        if value and option in VALUES and value not in VALUES[option]:
+            raise unknown(f"value of {option}:", value, VALUES[option])
+        joined.append(f"{option}={value}" if value else option)
+    return joined
+
+
+def require_shape(words: Sequence[str], commands: Collection[str]) -> None:
+    """Raise `WrongShape` for the first word that is no setting=value; `commands` are what it may have been meant to be."""
+    for number, word in enumerate(words):
+        if word.startswith("-"):
+            continue
+        before, after = list(words[:number]), list(words[number + 1 :])
+        if (whole := _opened(word, after)) is not None:
+            rest = after[len(whole) - 1 :]
+            raise WrongShape(
+                f"{word}: expected the whole value in one word, got it in {len(whole)}; put the word into quotes",
+                [*before, " ".join(whole), *rest],
+            )
+        if "=" not in word:
+            raise _no_setting(word, before, after, commands)
+        _require_value(word, before, after)
+
+
+def _unknown_option(words: Sequence[str], word: str) -> SettingError:
+    option, _, value = word.partition("=")
+    name = option.lstrip("-").replace("-", "_")
+    if name in bench_settings() or name.partition(".")[0] in GROUPS or name == "experiment":
+        number = list(words).index(word)
+        following = words[number + 1 : number + 2] if not value else []
+        plus = "+" if name == "experiment" else ""
+        meant = [*words[:number], f"{plus}{name}={value or ''.join(following)}", *words[number + 1 + len(following) :]]
+        return WrongShape(f"{option}: settings stand without dashes, as {plus}{name}=…", meant)
+    return unknown("option", word, [*HYDRA_OPTIONS, *ALSO])
+
+
+def _opened(word: str, after: Sequence[str]) -> list[str] | None:
+    """The words up to the one that closes a bracket which a word opens; None where none does, or it opens none."""
+    if "=" not in word or _unclosed(word) == "":
+        return None
+    for number in range(1, len(after) + 1):
+        whole = [word, *after[:number]]
+        if _unclosed(" ".join(whole)) == "":
+            return whole
+    return None
+
+
+def _unclosed(text: str) -> str:
+    """What would close all brackets and quotes that a text opens; '?' where it closes one that it never opened."""
+    pending: list[str] = []
+    for sign in text:
+        if pending and pending[-1] in QUOTES:
+            if sign == pending[-1]:
+                pending.pop()
+        elif sign in QUOTES:
+            pending.append(sign)
+        elif sign in PAIRS:
+            pending.append(PAIRS[sign])
+        elif sign in PAIRS.values() and (not pending or pending.pop() != sign):
+            return "?"
+    return "".join(reversed(pending))
+
+
+def _no_setting(word: str, before: list[str], after: list[str], commands: Collection[str]) -> SettingError:
+    """What a word without '=' was probably meant to be."""
+    if word in commands:
+        return WrongShape(f"{word}: expected a command as the first word, got it later", [word, *before, *after])
+    bare = word.lstrip("+")
+    if bare in experiment_names():
+        return WrongShape(
+            f"{word}: expected setting=value; an experiment is chosen by +experiment={bare}",
+            [*before, f"+experiment={bare}", *after],
+        )
+    key, _, value = bare.partition(":")
+    is_setting = key in (*bench_settings(), "experiment") or key.partition(".")[0] in GROUPS
+    if is_setting and value:
+        return WrongShape(f"{word}: expected setting=value, got a colon", [*before, f"{key}={value}", *after])
+    if is_setting and (after or before) and (after[:1] == ["="] or not _is_setting(after[:1])):
+        rest = after[1:] if after[:1] == ["="] else after
+        if rest and not _is_setting(rest[:1]):
+            meant = [*before, f"{key}={rest[0].lstrip('=')}", *rest[1:]]
+            return WrongShape(f"{word}: expected setting=value in one word, without spaces", meant)
+    if is_setting:
+        return WrongShape(
+            f"{word}: expected setting=value, got no value; python -m bench help {key} says what it takes"
+        )
+    if before and before[-1].endswith(","):
+        return WrongShape(f"{word}: expected no space after a comma", [*before[:-1], before[-1] + word, *after])
+    if before and _is_setting(before[-1:]) and before[-1].partition("=")[0].lstrip("+") in GROUPS:
+        return WrongShape(
+            f"{word}: expected setting=value; several values have commas between them",
+            [*before[:-1], f"{before[-1]},{word}", *after],
+        )
+    if difflib.get_close_matches(bare.casefold(), commands, n=1, cutoff=0.7) and not before:
+        near = nearest(bare, commands)
+        return WrongShape(
+            f"unknown command '{word}'; did you mean '{near}'? known: {', '.join(commands)}", [str(near), *after]
+        )
+    if (near := nearest(bare, experiment_names())) is not None and len(after) < 2 and not before:
+        return WrongShape(
+            f"{word}: expected a command or setting=value; did you mean the experiment '{near}'? commands:"
+            f" {', '.join(commands)}",
+            [f"+experiment={near}", *after],
+        )
+    return WrongShape(
+        f"{word}: expected setting=value, as samples=40, or one of the commands {', '.join(commands)} as the first word"
+    )
+
+
+def _is_setting(words: Sequence[str]) -> bool:
+    return bool(words) and "=" in words[0].strip("=")
+
+
+def _require_value(word: str, before: list[str], after: list[str]) -> None:
+    """Raise `WrongShape` where what stands behind '=' cannot be a value."""
+    key, _, value = word.partition("=")
+    if not key.lstrip("+~"):
+        raise WrongShape(f"{word}: expected setting=value in one word, got no name of a setting before '='")
+    if value.startswith("="):
+        raise WrongShape(f"{word}: expected one '=', got two", [*before, f"{key}={value.lstrip('=')}", *after])
+    missing = _unclosed(value)
+    if missing == "?":
+        raise WrongShape(
+            f"{word}: expected brackets in pairs, got a closing one that none opens; check brackets and quotes"
+        )
+    if missing:
+        raise WrongShape(
+            f"{word}: expected {missing} at the end, got a bracket or quote that is not closed",
+            [*before, word + missing, *after],
+        )
+    if any(sign in value for sign in "[{(" + QUOTES):
+        return
+    if value.endswith(",") and after and not _is_setting(after[:1]) and not after[0].startswith("-"):
+        raise WrongShape(f"{word}: expected no space after a comma", [*before, word + after[0], *after[1:]])
+    if value and "" in value.split(",") and "=" not in value:
+        kept = ",".join(filter(None, value.split(",")))
+        raise WrongShape(
+            f"{word}: expected a value on both sides of each comma, got none", [*before, f"{key}={kept}", *after]
+        )
+    if ";" in value and " " not in value and all(part.strip() for part in value.split(";")):
+        raise WrongShape(
+            f"{word}: expected commas between values, got a semicolon", [*before, word.replace(";", ","), *after]
+        )
