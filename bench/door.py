@@ -6,12 +6,12 @@ Experiments, commands and help are imported when they are asked for: what is ref
 from __future__ import annotations
 
 import errno
+import io
 import os
 import sys
 import traceback
 from collections.abc import Callable
 from contextlib import ExitStack, redirect_stdout
-from pathlib import Path
 from pkgutil import resolve_name
 
 from bench.command_line.cure import with_cure
@@ -60,9 +60,15 @@ def _with_level(words: list[str], shown: ExitStack) -> list[str]:
         os.environ[variable] = "1"
         shown.callback(_restore, variable, before)
     if is_quiet():
-        nowhere = shown.enter_context(Path(os.devnull).open("w", encoding="utf-8"))
-        shown.enter_context(redirect_stdout(nowhere))
+        shown.enter_context(redirect_stdout(_Nowhere()))
     return others
+
+
+class _Nowhere(io.TextIOBase):
+    """Takes whatever is written to it."""
+
+    def write(self, text: str) -> int:
+        return len(text)
 
 
 def _restore(variable: str, before: str | None) -> None:

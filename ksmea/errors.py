@@ -45,8 +45,8 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> SettingError:
     return SettingError(f"unknown {kind} '{name}'; {hint}known: {', '.join([*listed, *more]) or 'none'}")
 
 
-def nearest(name: str, known: Iterable[str]) -> str | None:
-    """The known name that a wrong one comes nearest to, in upper or lower case; None where none is near.
+def nearest(name: str, known: Iterable[str], cutoff: float = 0.4) -> str | None:
+    """The known name that a wrong one comes nearest to, in upper or lower case; None where none is alike by the ratio `cutoff`.
 
     >>> nearest("lm", ["DE", "LM"]), nearest("Kriging+de", ["DE", "Kriging + DE"]), nearest("x", ["DE"])
     ('LM', 'Kriging + DE', None)
@@ -54,7 +54,7 @@ def nearest(name: str, known: Iterable[str]) -> str | None:
     folded: dict[str, str] = {}
     for each in sorted(known):
         folded.setdefault(each.casefold(), each)
-    close = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=0.4)
+    close = difflib.get_close_matches(name.casefold(), folded, n=1, cutoff=cutoff)
     return folded[close[0]] if close else None
 
 

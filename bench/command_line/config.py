@@ -10,7 +10,7 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
-from hydra.core.config_store import ConfigStore
+from hydra.core.config_store import ConfigNode, ConfigStore
 from hydra.core.plugins import Plugins
 from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
@@ -32,7 +32,8 @@ def of_file(measurement: Any) -> str:
 
 
 def register_schemas() -> None:
-    """Give Hydra the schema of the bench and of every plugin under its group and name, and the conf's ${of_file:…}."""
+    """Give Hydra the schema of the bench and of every plugin under its group and name, and the conf's ${of_file:…}. A plugin is
+    imported when its schema is composed: one that nobody chooses never is."""
     OmegaConf.register_new_resolver("of_file", of_file, replace=True)
     store = ConfigStore.instance()
     Plugins.instance()  # one of which brings a launcher of that name: conf/hydra/launcher has its settings
@@ -40,7 +41,26 @@ def register_schemas() -> None:
     store.store(name="bench_schema", node=BenchConfig)
     for group in registry.GROUPS:
         for name in registry.registered(group):
-            store.store(group=group, name=name, node=_node(group, name))
+            store.store(group=group, name=name, node={"name": name})
+            store.repo[group][f"{name}.yaml"] = _PluginNode(group, name)
+
+
+class _PluginNode(ConfigNode):
+    """A stored schema that is made when it is asked for."""
+
+    def __init__(self, group: str, name: str) -> None:
+        super().__init__(f"{name}.yaml", node=None, group=group, package=None, provider=None)
+        self._plugin = name
+
+    @property
+    def node(self) -> Any:
+        if self._node is None:
+            self._node = OmegaConf.structured(_node(str(self.group), self._plugin))
+        return self._node
+
+    @node.setter
+    def node(self, node: Any) -> None:  # Hydra replaces that of its copy
+        self._node = node
 
 
 def _node(group: str, name: str) -> Any:

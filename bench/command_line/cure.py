@@ -12,7 +12,9 @@ from bench.command_line.word_shapes import WrongShape
 
 NEAREST = re.compile(r"unknown (?P<kind>[^']*)'(?P<wrong>[^']*)'; did you mean '(?P<near>[^']*)'")
 ONE_PLUGIN = re.compile(r"unknown setting '[\w.]+'; (?P<choice>\w+=\w+) has it, ")
-NO_LIST = re.compile(r"(?P<key>[\w.]+): expected a list (of lines )?\[.*got (one value|one block)")
+NO_LIST = re.compile(r"(?P<key>[\w.]+): expected a list \[.*got (?P<got>one value|one block|other brackets)")
+A_LIST = re.compile(r"(?P<key>[\w.]+): expected .*, got a list; several values are written without brackets")
+SEVERAL = re.compile(r"(?P<key>output|name): expected one value for the whole experiment, got several")
 COMMA = re.compile(r"(?P<key>[\w.]+): expected a decimal point, .*; write (?P<value>\S+)$")
 NO_PLUGIN = re.compile(r"unknown (problem|measurement) '(?P<file>[^']+\.(?P<kind>ya?ml|csv|xlsx|uff|unv))'")
 FILES = {  # what a file is read by
@@ -31,7 +33,7 @@ def program() -> str:
 def with_cure(error: Exception, words: Sequence[str]) -> str:
     """An error's line, with the command line that was probably meant behind it where there is one."""
     meant = corrected(error, list(words))
-    if meant is None or sys.argv[0] == "-c" or meant == list(words):
+    if not meant or sys.argv[0] == "-c" or meant == list(words):
         return str(error)
     return f"{error}; try: {program()} {shlex.join(meant)}"
 
@@ -46,12 +48,19 @@ def corrected(error: Exception, words: list[str]) -> list[str] | None:
     if found := COMMA.search(line):
         return _with_value(words, found["key"], found["value"])
     if found := NO_LIST.search(line):
-        return _as_list(words, found["key"])
+        return _in_brackets(words, found["key"], found["got"] == "other brackets")
+    if found := A_LIST.search(line):
+        return _without_brackets(words, found["key"])
+    if found := SEVERAL.search(line):
+        return [f'{_key(word)}="{word.partition("=")[2]}"' if _key(word) == found["key"] else word for word in words]
     if found := ONE_PLUGIN.search(line):
-        group = found["choice"].partition("=")[0]
-        return [*[word for word in words if word.partition("=")[0] != group], found["choice"]]
+        group, _, plugin = found["choice"].partition("=")
+        chosen = _given(words, group)
+        choice = f"{group}={chosen},{plugin}" if "," in chosen else found["choice"]
+        return [*[word for word in words if _key(word) != group], choice]
     if found := NEAREST.search(line):
-        return _replaced(words, found["kind"].startswith("setting "), found["wrong"], found["near"])
+        is_key = found["kind"].startswith(("setting ", "option "))
+        return _replaced(words, is_key, found["wrong"], found["near"])
     return None
 
 
@@ -63,9 +72,21 @@ def _with_value(words: list[str], key: str, value: str) -> list[str] | None:
     return [f"{word.partition('=')[0]}={value}" if _key(word) == key else word for word in words]
 
 
-def _as_list(words: list[str], key: str) -> list[str] | None:
-    given = [word.partition("=")[2] for word in words if _key(word) == key]
-    return _with_value(words, key, f"[{given[0]}]") if len(given) == 1 and not given[0].startswith("[") else None
+def _given(words: list[str], key: str) -> str:
+    """The one value that the words give a setting; '' where they give none, or several."""
+    values = [word.partition("=")[2] for word in words if _key(word) == key]
+    return values[0] if len(values) == 1 else ""
+
+
+def _in_brackets(words: list[str], key: str, is_other: bool) -> list[str] | None:
+    given = _given(words, key)
+    inner = given[1:-1] if is_other else given
+    return _with_value(words, key, f"[{inner}]") if inner and not inner.startswith("[") else None
+
+
+def _without_brackets(words: list[str], key: str) -> list[str] | None:
+    given = _given(words, key)
+    return _with_value(words, key, given[1:-1]) if given.startswith("[") and len(given) > 2 else None
 
 
 def _with_file(words: list[str], group: str, file: str, kind: str) -> list[str] | None:

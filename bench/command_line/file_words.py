@@ -9,7 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from hydra.core.override_parser.overrides_parser import OverridesParser
-from hydra.errors import OverrideParseException
+from hydra.errors import HydraException
 
 from bench.command_line.overrides import override
 
@@ -50,6 +50,6 @@ def _is_there(name: str) -> bool:
 def _reads(word: str) -> bool:
     try:
         OverridesParser.create().parse_override(word)
-    except OverrideParseException:
+    except HydraException:
         return False
     return True

@@ -12,6 +12,7 @@ from typing import Any
 
 from bench.command_line.bench_settings import bench_settings, default_plugins
 from bench.command_line.config_dirs import EXPERIMENT, experiment_files, names_folders
+from bench.command_line.grid import LABEL
 from bench.command_line.plugin_settings import plugin_setting
 from bench.command_line.setting_names import unknown_key
 from bench.command_line.source_settings import source_settings
@@ -21,10 +22,12 @@ from ksmea.plugin_names import GROUPS, registered
 
 PLAIN = re.compile(r"[^\s'\"\[\]{}()$\\=,]+")  # a value without signs of Hydra's grammar
 NAME = re.compile(r"[A-Za-z_][\w.-]*")
+BLOCKS = "[{setting: value, ...}, ...]"
 WORDS = ("null", "true", "false", "nan", "inf")  # which are no names
 GRIDS = ("grid", "add", "cross")
 DECIMAL_COMMA = re.compile(r"-?\d+,0\d+")
 IN_WORDS = {"int": "a whole number", "float": "a number", "bool": "true or false", "str": "a text"}
+OURS = {"hydra/sweeper": "plan", "hydra.mode": "MULTIRUN"}
 EXPECTED = {"output": "a folder, output=. for the working directory", "name": "the name of a file", "label": "a label"}
 TRUTHS = ("y", "yes", "on", "true", "1", "n", "no", "off", "false", "0")
 
@@ -59,6 +62,10 @@ def plain(value: str) -> tuple[str, ...]:
 
 def _require_known(key: str, value: str) -> None:
     """Whether a setting is one of the bench's, or belongs to a group; what a group knows is asked later."""
+    if key in OURS and value != OURS[key]:
+        raise SettingError(
+            f"{key}: expected {OURS[key]}, by which all experiments are planned, got {value}; leave it out"
+        )
     if "/" in key or key.partition(".")[0] == "hydra":
         return
     top, _, below = key.partition(".")
@@ -90,13 +97,35 @@ def _require_value(key: str, value: str, type_name: str) -> None:
             f"{key}: expected a decimal point, or several values with commas, got '{value}'; write {value.replace(',', '.', 1)}"
         )
     values = plain(value)
-    if kind.startswith(("list[dict", "dict[")) or not kind:
+    if kind.startswith("list[") and value not in WORDS:
+        _require_list(key, value, kind, values)
+    if kind.startswith("dict[") and (values or value.startswith("[")) and value not in WORDS:
+        raise SettingError(
+            f"{key}: expected {{name: value, ...}}, got {'a list' if value.startswith('[') else 'one value'}"
+        )
+    if kind not in IN_WORDS:
         return
-    if kind.startswith("list[") and values and value not in WORDS:
-        raise SettingError(f"{key}: expected a list [a,b,...], got one value")
+    if value.startswith(("[", "{")):
+        raise SettingError(
+            f"{key}: expected {EXPECTED.get(key, IN_WORDS[kind])}, got a list; several values are written without brackets"
+        )
+    if key == LABEL and value == "null":
+        raise SettingError(f"{key}: expected a label, got null; leave it out, for all of them")
     for each in values:
         if each.casefold() not in WORDS and not _is_of(each, kind):
             raise SettingError(f"{key}: expected {IN_WORDS[kind]}, got '{each}'")
+
+
+def _require_list(key: str, value: str, kind: str, values: tuple[str, ...]) -> None:
+    is_blocks = kind.startswith("list[dict")
+    if values:
+        raise SettingError(f"{key}: expected a list [a,b,...], got one value")
+    if value.startswith(("{", "(")):
+        raise SettingError(
+            f"{key}: expected a list {BLOCKS if is_blocks else '[a,b,...]'}, got {'one block' if is_blocks else 'other brackets'}"
+        )
+    if is_blocks and value.startswith("[") and value[1:].strip() not in ("]", "") and value[1:].strip()[0] not in "{$":
+        raise SettingError(f"{key}: expected a list {BLOCKS}, got a list of something else")
 
 
 def _is_of(text: str, kind: str) -> bool:
@@ -112,7 +141,7 @@ def _is_of(text: str, kind: str) -> bool:
 def _require_names(said: Mapping[str, str]) -> None:
     """Whether experiments, plugins and their settings are there."""
     experiments = experiment_files()
-    for name in _names(said.get(EXPERIMENT, "")):
+    for name in plain(said.get(EXPERIMENT, "")):
         if name.removesuffix(".yaml") not in experiments:
             raise unknown(EXPERIMENT, name, experiments)
     for group in GROUPS:
@@ -139,11 +168,15 @@ def _require_plugin_setting(key: str, value: str, said: Mapping[str, str]) -> No
     if len(settings) < len(every):  # one cannot be told from its source
         return
     types = {found[name].type for found in settings if name in found}
-    if not types and chosen:
+    if not types:
         prefix = f"{asked.group}.{asked.plugin}" if asked.plugin else asked.group
         raise SettingError(unknown_key(f"{prefix}.{name}", {each for found in settings for each in found}))
     if len(types) == 1 and not below:
         _require_value(key, value, types.pop())
+    if len(chosen) == 1 and not below and (choices := settings[0][name].choices):
+        for each in plain(value):
+            if each not in (*choices, *WORDS):
+                raise SettingError(f"{asked.group}={chosen[0]}: {unknown(f'value for {name}:', each, choices)}")
 
 
 def _chosen(group: str, said: Mapping[str, str]) -> list[str]:

@@ -5,7 +5,6 @@ A word that has it not is told what is wrong, with the command line that was pro
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Collection, Sequence
 
 from bench.command_line.bench_settings import bench_settings
@@ -34,6 +33,8 @@ VALUES = {
 }
 ALSO = ("--help", "--quiet", "--verbose", "--version", "-h", "-q", "-v")  # options that are done before these
 PAIRS = {"[": "]", "{": "}", "(": ")"}
+BLOCKS = ("grid", "add", "cross")  # lists of blocks {setting: value}
+ALIKE = 0.7  # ratio from which a first word is taken for a slip of a name
 QUOTES = "'\""
 
 
@@ -76,12 +77,19 @@ def require_shape(words: Sequence[str], commands: Collection[str]) -> None:
     for number, word in enumerate(words):
         if word.startswith("-"):
             continue
+        if word.startswith("~") and not word.startswith("~hydra"):
+            raise WrongShape(
+                f"{word}: expected setting=value, a setting cannot be taken away; leave the word out",
+                [*words[:number], *words[number + 1 :]],
+            )
         before, after = list(words[:number]), list(words[number + 1 :])
         if (whole := _opened(word, after)) is not None:
             rest = after[len(whole) - 1 :]
+            key, _, value = " ".join(whole).partition("=")
+            listed = f"{key}=[{value}]" if key in BLOCKS and value.startswith("{") else f"{key}={value}"
             raise WrongShape(
                 f"{word}: expected the whole value in one word, got it in {len(whole)}; put the word into quotes",
-                [*before, " ".join(whole), *rest],
+                [*before, listed, *rest],
             )
         if "=" not in word:
             raise _no_setting(word, before, after, commands)
@@ -157,19 +165,21 @@ def _no_setting(word: str, before: list[str], after: list[str], commands: Collec
             f"{word}: expected setting=value; several values have commas between them",
             [*before[:-1], f"{before[-1]},{word}", *after],
         )
-    if difflib.get_close_matches(bare.casefold(), commands, n=1, cutoff=0.7) and not before:
-        near = nearest(bare, commands)
+    if not before and (near := nearest(bare, commands, ALIKE)) is not None:
         return WrongShape(
-            f"unknown command '{word}'; did you mean '{near}'? known: {', '.join(commands)}", [str(near), *after]
+            f"unknown command '{word}'; did you mean '{near}'? known: {', '.join(commands)}", [near, *after]
         )
-    if (near := nearest(bare, experiment_names())) is not None and len(after) < 2 and not before:
+    if (near := nearest(bare, experiment_names(), ALIKE)) is not None and len(after) < 2 and not before:
         return WrongShape(
             f"{word}: expected a command or setting=value; did you mean the experiment '{near}'? commands:"
             f" {', '.join(commands)}",
             [f"+experiment={near}", *after],
         )
+    if not before and after and after[0] in experiment_names():
+        return _no_setting(after[0], [], after[1:], commands)
     return WrongShape(
-        f"{word}: expected setting=value, as samples=40, or one of the commands {', '.join(commands)} as the first word"
+        f"{word}: expected setting=value, as samples=40, or one of the commands {', '.join(commands)} as the first word;"
+        " python -m bench help lists all"
     )
 
 

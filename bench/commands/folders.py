@@ -11,7 +11,10 @@ from ksmea.errors import SettingError, unknown
 def folders(words: list[str], command: str) -> list[Path]:
     """The folders that NAME (below results/) or DIR means: of an experiment, or of those that it includes."""
     if len(words) != 1:
-        raise SettingError(f"{command}: expected one name or folder of results, got {len(words)}")
+        there = ", ".join(known_results()) or "none below results/ here"
+        raise SettingError(
+            f"{command}: expected one name or folder of results, got {len(words) or 'none'}; there are: {there}"
+        )
     for folder in (Path("results") / words[0], Path(words[0])):
         found = (
             [folder]
@@ -20,8 +23,12 @@ def folders(words: list[str], command: str) -> list[Path]:
         )
         if found:
             return found
-    known = {path.relative_to("results").parts[0] for path in Path("results").glob(f"**/{PLAN_FILE}")}
-    raise unknown("results", words[0], known)
+    raise unknown("results", words[0], known_results())
+
+
+def known_results() -> list[str]:
+    """Names below results/ of the working directory."""
+    return sorted({path.relative_to("results").parts[0] for path in Path("results").glob(f"*/**/{PLAN_FILE}")})
 
 
 def one_folder(words: list[str], command: str) -> Path:
