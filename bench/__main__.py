@@ -16,19 +16,28 @@ for _variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 def main() -> int:
     try:
-        from bench.storage.siblings import hidden
-
-        if line := hidden():
-            print(f"error: {line}", file=sys.stderr)
-            return BAD_INPUT
-        from bench.door import run  # after the thread settings and this check: it may load numpy and plugins
-
-        return run(sys.argv[1:])
-    except KeyboardInterrupt:  # while these were imported
+        code = _done()
+    except KeyboardInterrupt:  # while modules were imported
         print("interrupted: nothing was begun", file=sys.stderr)
-        return INTERRUPTED
-    finally:
-        signal.signal(signal.SIGINT, signal.SIG_DFL)  # all is done: what Python tidies up tells nobody anything
+        code = INTERRUPTED
+    signal.signal(signal.SIGINT, signal.SIG_DFL)  # all is done: a further Ctrl-C ends what Python tidies up
+    if code == INTERRUPTED:
+        # Python would end with signal 2 in place of this code where an extension module met the interrupt and passed it on.
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(code)
+    return code
+
+
+def _done() -> int:
+    from bench.storage.siblings import hidden
+
+    if line := hidden():
+        print(f"error: {line}", file=sys.stderr)
+        return BAD_INPUT
+    from bench.door import run  # after the thread settings and this check: it may load numpy and plugins
+
+    return run(sys.argv[1:])
 
 
 if __name__ == "__main__":

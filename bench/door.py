@@ -41,15 +41,32 @@ def run(words: list[str], refuse: Callable[[str], None] = tell_error) -> int:
                 words = _with_level(words, shown)
             return _done(words)
     except SettingError as error:
-        return _refused(with_cure(error, given), refuse)
+        return _interrupted() if _was_interrupted(error) else _refused(with_cure(error, given), refuse)
     except BrokenPipeError:  # who reads what is printed has gone; the files are written
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
         return BROKEN_PIPE
     except OSError as error:
         return _cannot_write(error, refuse)
     except KeyboardInterrupt:
-        print("interrupted: finished runs are kept, the same command does the rest", file=sys.stderr)
-        return INTERRUPTED
+        return _interrupted()
+    except Exception as error:
+        if _was_interrupted(error):
+            return _interrupted()
+        raise
+
+
+def _interrupted() -> int:
+    print("interrupted: finished runs are kept, the same command does the rest", file=sys.stderr)
+    return INTERRUPTED
+
+
+def _was_interrupted(error: BaseException | None) -> bool:
+    """Whether an error came of Ctrl-C: libraries that tidy up then may raise one of their own."""
+    while error is not None:
+        if isinstance(error, KeyboardInterrupt):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
 
 
 def _with_level(words: list[str], shown: ExitStack) -> list[str]:

@@ -6,9 +6,12 @@ numbers are the same to the last digit. So nothing that calls it needs a main gu
 
 from __future__ import annotations
 
+import codecs
 import json
+import os
 import subprocess
 import sys
+import tempfile
 from collections.abc import Mapping
 from dataclasses import dataclass
 from html import escape
@@ -20,6 +23,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.image import imread
 
+from bench.command_line.output_level import PROGRESS
 from bench.command_line.overrides import override
 from bench.jobs.records import RESULTS
 from bench.plan.plan import Plan, read_plan
@@ -101,12 +105,31 @@ def run(experiment: str | None = None, *, output: str | Path | None = None, **se
     folder = Path(output) if output is not None else Path("results") / str(settings.get("name", experiment or "run"))
     words.append(override("output", str(folder.absolute())))
     command = [sys.executable, "-P", "-c", LAUNCH, *words]
-    done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)  # progress goes to stderr
-    if done.returncode == INTERRUPTED:
+    code, printed = _finished(command)
+    if code == INTERRUPTED:
         raise KeyboardInterrupt
-    if done.returncode == BAD_INPUT:
-        raise SettingError(done.stdout.strip())
+    if code == BAD_INPUT:
+        raise SettingError(printed.strip())
     return Experiment(folder)
+
+
+def _finished(command: list[str]) -> tuple[int, str]:
+    """Exit code and printed text of a process. Its progress goes to the terminal; in a notebook, which has none, to the cell."""
+    if "ipykernel" not in sys.modules:
+        done = subprocess.run(command, stdout=subprocess.PIPE, text=True, check=False)
+        return done.returncode, done.stdout
+    environment = {**os.environ, PROGRESS: "1"}
+    with (
+        tempfile.TemporaryFile("w+", encoding="utf-8") as printed,
+        subprocess.Popen(command, stdout=printed, stderr=subprocess.PIPE, env=environment) as process,
+    ):
+        decoder = codecs.getincrementaldecoder("utf-8")("replace")
+        while shown := process.stderr.read1() if process.stderr else b"":
+            sys.stderr.write(decoder.decode(shown))
+            sys.stderr.flush()
+        code = process.wait()
+        printed.seek(0)
+        return code, printed.read()
 
 
 def _words(key: str, value: Any) -> list[str]:

@@ -10,6 +10,7 @@ from pathlib import Path
 
 from bench.commands.export_measurement import export_measurement
 from bench.commands.folders import one_folder, with_option
+from bench.jobs.damage import damage_notes, damaged_lines
 from bench.plan.plan import read_plan
 from bench.reports.exports.coco import write_coco
 from bench.reports.exports.courses import read_courses
@@ -44,6 +45,6 @@ def export(words: list[str]) -> int:
     told = f"{len(found.courses)} runs (algorithms: {n_algorithm}, instances: {len(found.instances)})"
     left_out = f"; left out: {found.n_left_out} not done or without a known maximum" if found.n_left_out else ""
     print(visible(f"{plan.name}: {told} in {output}{left_out}"))
-    for note in plan.notes:
+    for note in (*plan.notes, *damage_notes(damaged_lines(folder))):
         print(visible(f"note: {note}"))
     return 0

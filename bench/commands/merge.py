@@ -9,6 +9,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bench.commands.folders import one_folder, with_option
+from bench.jobs.damage import damage_notes, damaged_lines
 from bench.jobs.merging import done_twice, merge_records
 from bench.jobs.presence import numbers_at_work
 from bench.jobs.records import finished_keys, running_sessions
@@ -38,7 +39,7 @@ def merge(words: list[str]) -> int:
     print(visible(f"{plan.name}: {len(plan.cells)} cells, {len(plan.runs)} runs, {n_done} with a result, in {output}"))
     for number, part in enumerate(parts):
         print(visible(f"  {_told(part, parts[:number])}"))
-    for note in plan.notes:
+    for note in (*plan.notes, *(note for part in parts for note in damage_notes(damaged_lines(part.folder)))):
         print(visible(f"note: {note}"))
     print(visible(f"tables and figures: python -m bench collect {output}"))
     return 0

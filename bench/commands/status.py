@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bench.commands.folders import folders
+from bench.jobs.damage import damage_notes
 from bench.jobs.lines import RESULTS, UNREADABLE, RunLine, Started
 from bench.jobs.processors import counted_processors, mixed_processors, processor
 from bench.jobs.records import read_records, running_sessions
@@ -39,7 +40,8 @@ def _status(output: Path) -> int:
         is_running = isinstance(line, Started) and line.session in running
         return _Told("running" if is_running else line.status, line.question, processor(line))
 
-    records = read_records(output, told, plan)
+    damaged: Counter[Path] = Counter()
+    records = read_records(output, told, plan, damaged)
     answered = {each.question for each in records.values() if each.state in RESULTS}
     answering = _answering(plan)
     counts = Counter(_state(run, answering, records, answered) for run in plan.runs)
@@ -60,7 +62,7 @@ def _status(output: Path) -> int:
     known = {key: each.processor for key, each in records.items()}
     if mixed := mixed_processors(counted_processors(known, plan)):
         print(visible(f"note: {mixed}"))
-    for note in plan.notes:
+    for note in (*plan.notes, *damage_notes(damaged)):
         print(visible(f"note: {note}"))
     return 0 if n_done == len(plan.runs) else 1
 

@@ -18,9 +18,9 @@ def processor(line: RunLine) -> str:
     return line.platform if line.has_result else ""
 
 
-def processors(output: Path) -> dict[str, str]:
-    """What each result was computed on, by key."""
-    return read_records(output, processor)
+def processors(output: Path, damaged: Counter[Path] | None = None) -> dict[str, str]:
+    """What each result was computed on, by key; `damaged` counts lines of the records' files that are none."""
+    return read_records(output, processor, damaged=damaged)
 
 
 def counted_processors(known: Mapping[str, str], plan: Plan) -> Counter[str]:

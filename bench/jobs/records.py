@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack
 from pathlib import Path
@@ -148,24 +149,30 @@ def read_records(output: Path, *, plan: Plan | None = None) -> dict[str, RunLine
 
 
 @overload
-def read_records(output: Path, keep: Callable[[RunLine], Kept], plan: Plan | None = None) -> dict[str, Kept]: ...
+def read_records(
+    output: Path, keep: Callable[[RunLine], Kept], plan: Plan | None = None, damaged: Counter[Path] | None = None
+) -> dict[str, Kept]: ...
 
 
 def read_records(
-    output: Path, keep: Callable[[RunLine], Any] = lambda line: line, plan: Plan | None = None
+    output: Path,
+    keep: Callable[[RunLine], Any] = lambda line: line,
+    plan: Plan | None = None,
+    damaged: Counter[Path] | None = None,
 ) -> dict[str, Any]:
     """The last word on each key, as `keep` has it of the line: how the run ended, or that it was killed where it was
     started and no more. A result is never replaced by a later failure. The line's `platform` is that of its session, where it
     names none of its own.
 
     With a plan, a result of one of its runs whose record its study cannot read is none, and is done again. `keep` picks what is
-    needed while the file is read: a hundred thousand whole records would fill the memory.
+    needed while the file is read: a hundred thousand whole records would fill the memory. `damaged` counts, by file, lines that
+    are no records.
     """
     kinds = {} if plan is None else record_kinds(plan)
     with_result: set[str] = set()
     platforms: dict[str, str] = {}
     kept: dict[str, Any] = {}
-    for line in read_lines(output):
+    for line in read_lines(output, damaged):
         if isinstance(line, SessionLine):
             platforms[line.session] = line.platform
             continue
@@ -179,15 +186,21 @@ def read_records(
     return kept
 
 
-def read_lines(output: Path) -> Iterator[Line]:
-    """All lines of all record files; what is not a record is passed over."""
+def read_lines(output: Path, damaged: Counter[Path] | None = None) -> Iterator[Line]:
+    """All lines of all record files; what is not a record is passed over, and counted by file where `damaged` is given."""
     for path in sorted((output / FOLDER).glob("*.jsonl")):
-        yield from _lines_of(path)
+        yield from _lines_of(path, damaged)
 
 
-def _lines_of(path: Path) -> Iterator[Line]:
+def _lines_of(path: Path, damaged: Counter[Path] | None = None) -> Iterator[Line]:
     with open_regular(path) as file:
         for text in file:
             line = read_line(text, path)
             if line is not None:
                 yield line
+            elif (
+                damaged is not None
+                and text.strip()
+                and (text.endswith(b"\n") or not is_held(path.with_suffix(".lock")))
+            ):
+                damaged[path] += 1  # and not the line that a job is writing just now

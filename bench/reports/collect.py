@@ -12,6 +12,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from bench.jobs.damage import damage_notes
 from bench.jobs.lines import RESULTS
 from bench.jobs.processors import counted_processors, mixed_processors, processors
 from bench.jobs.records import read_records
@@ -60,8 +61,9 @@ def collect(output: Path, redraw: bool = True) -> int:
     print(visible_lines(made.text))
     there = sorted(path.name for pattern in ("*.csv", "*.png") for path in output.glob(pattern))
     counted = [_count_line(plan, made.runs)] if len(plan.runs) else []
-    mixed = mixed_processors(counted_processors(processors(output), plan))
-    counted += [f"note: {note}" for note in ([mixed] if mixed else []) + [*plan.notes]]
+    damaged: Counter[Path] = Counter()
+    mixed = mixed_processors(counted_processors(processors(output, damaged), plan))
+    counted += [f"note: {note}" for note in [*filter(None, [mixed]), *plan.notes, *damage_notes(damaged)]]
     print(visible_lines("\n" + "\n".join([*counted, f"in {output}: {', '.join(map(visible, there))}"])))
     return 0 if made.runs["status"].isin(RESULTS).all() else 1
 

@@ -1,0 +1,5 @@
+"""`python -m ksmea` is `python -m bench`: the command line of the project. Nothing else in this package knows the bench."""
+
+import runpy
+
+runpy.run_module("bench", run_name="__main__", alter_sys=True)
