@@ -34,25 +34,22 @@ TEXTS = {  # what is printed without doing anything
 
 def run(words: list[str], refuse: Callable[[str], None] = tell_error) -> int:
     """Do what the words say; the exit code. `refuse` is told in one line why they cannot be done."""
-    given = list(words)
-    try:
-        with ExitStack() as shown:
-            if words[:1] != [COMPLETE]:
-                words = _with_level(words, shown)
-            return _done(words)
-    except SettingError as error:
-        return _interrupted() if _was_interrupted(error) else _refused(with_cure(error, given), refuse)
-    except BrokenPipeError:  # who reads what is printed has gone; the files are written
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-        return BROKEN_PIPE
-    except OSError as error:
-        return _cannot_write(error, refuse)
-    except KeyboardInterrupt:
-        return _interrupted()
-    except Exception as error:
-        if _was_interrupted(error):
+    with ExitStack() as shown:
+        try:
+            return _done(words if words[:1] == [COMPLETE] else _with_level(words, shown))
+        except SettingError as error:
+            return _interrupted() if _was_interrupted(error) else _refused(with_cure(error, words), refuse)
+        except BrokenPipeError:  # who reads what is printed has gone; the files are written
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+            return BROKEN_PIPE
+        except OSError as error:
+            return _interrupted() if _was_interrupted(error) else _cannot_write(error, refuse)
+        except KeyboardInterrupt:
             return _interrupted()
-        raise
+        except Exception as error:
+            if _was_interrupted(error):
+                return _interrupted()
+            raise
 
 
 def _interrupted() -> int:
@@ -99,12 +96,13 @@ def _done(words: list[str]) -> int:
     if not words:
         return _printed("start")
     first, *others = words
-    if first in (COMPLETION, COMPLETE) and (first == COMPLETE or not set(HELP) & set(others)):
+    asks = [word for word in words if word in HELP[1:]]
+    if first in (*COMMANDS, COMPLETION, *HELP[:1]) and asks:
+        return _printed("help", [first])
+    if asks or first == HELP[0]:  # of an experiment, or of whatever is named
+        return _printed("help", [word for word in (others if first == HELP[0] else words) if word not in asks])
+    if first in (COMPLETION, COMPLETE):
         return _printed(first, others)
-    if first in HELP:
-        return _printed("help", [word for word in others if word not in HELP])
-    if set(HELP[1:]) & set(others):  # of a command, or of an experiment
-        return _printed("help", [word for word in words if word not in HELP])
     if first in VERSION or VERSION[0] in others:
         return _printed("version")
     if first in COMMANDS:

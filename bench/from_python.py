@@ -124,7 +124,7 @@ def _finished(command: list[str]) -> tuple[int, str]:
         subprocess.Popen(command, stdout=printed, stderr=subprocess.PIPE, env=environment) as process,
     ):
         decoder = codecs.getincrementaldecoder("utf-8")("replace")
-        while shown := process.stderr.read1() if process.stderr else b"":
+        while process.stderr and (shown := os.read(process.stderr.fileno(), 4096)):
             sys.stderr.write(decoder.decode(shown))
             sys.stderr.flush()
         code = process.wait()

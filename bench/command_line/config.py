@@ -48,8 +48,11 @@ def register_schemas() -> None:
 class _PluginNode(ConfigNode):
     """A stored schema that is made when it is asked for."""
 
+    _node: Any = None
+
     def __init__(self, group: str, name: str) -> None:
-        super().__init__(f"{name}.yaml", node=None, group=group, package=None, provider=None)
+        not_yet: Any = None
+        super().__init__(f"{name}.yaml", node=not_yet, group=group, package=None, provider=None)
         self._plugin = name
 
     @property

@@ -13,7 +13,7 @@ from hydra.errors import HydraException
 
 from bench.command_line.overrides import override
 
-FILES = ("output", "measurement.path", "problem.file")  # settings that name a file or folder
+FILES = ("output", "measurement.path", "problem.file", "name", "label")  # settings that name one, or a part of one
 LISTS = ("plugins", "share", "hydra.searchpath")  # and lists of such names
 BEGINS_OTHERWISE = ("'", '"', "[", "{", "$", "glob(", "choice(")
 

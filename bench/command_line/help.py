@@ -71,7 +71,7 @@ def help_text(words: list[str]) -> str:
 
 
 def _is_of_plugins(word: str) -> bool:
-    return word.lstrip("+").partition("=")[0] == "plugins"
+    return word.lstrip("+").startswith("plugins=")
 
 
 def _first_page(experiments: list[str]) -> str:

@@ -55,7 +55,7 @@ def _remark(text: str) -> Iterator[str]:
 
 def _plugins(said: Mapping[str, Any]) -> dict[str, str]:
     """The plugins where the grid names none."""
-    chosen = default_plugins()
+    chosen = {**default_plugins()}
     for entry in said.get("defaults", ()):
         for key, value in entry.items() if isinstance(entry, dict) else ():
             if found := OVERRIDE.fullmatch(key):

@@ -9,7 +9,7 @@ from collections.abc import Collection, Sequence
 
 from bench.command_line.bench_settings import bench_settings
 from bench.command_line.config_dirs import experiment_names
-from ksmea.errors import SettingError, nearest, unknown
+from ksmea.errors import SettingError, nearest, shortened, unknown
 from ksmea.plugin_names import GROUPS
 
 HYDRA_OPTIONS = {  # whether a value follows: no, perhaps, yes
@@ -105,7 +105,10 @@ def _unknown_option(words: Sequence[str], word: str) -> SettingError:
         plus = "+" if name == "experiment" else ""
         meant = [*words[:number], f"{plus}{name}={value or ''.join(following)}", *words[number + 1 + len(following) :]]
         return WrongShape(f"{option}: settings stand without dashes, as {plus}{name}=…", meant)
-    return unknown("option", word, [*HYDRA_OPTIONS, *ALSO])
+    known = [*HYDRA_OPTIONS, *ALSO]
+    if not word.startswith("--"):  # one letter is as near as another
+        return SettingError(f"unknown option '{shortened(word)}'; known: {', '.join(sorted(known))}")
+    return unknown("option", word, known)
 
 
 def _opened(word: str, after: Sequence[str]) -> list[str] | None:
