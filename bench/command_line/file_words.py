@@ -12,8 +12,8 @@ from hydra.core.override_parser.overrides_parser import OverridesParser
 from hydra.errors import HydraException
 
 from bench.command_line.overrides import override
+from bench.command_line.word_shapes import NAMED
 
-FILES = ("output", "measurement.path", "problem.file", "name", "label")  # settings that name one, or a part of one
 LISTS = ("plugins", "share", "hydra.searchpath")  # and lists of such names
 BEGINS_OTHERWISE = ("'", '"', "[", "{", "$", "glob(", "choice(")
 
@@ -30,7 +30,7 @@ def with_quoted_files(words: Sequence[str]) -> list[str]:
 def _quoted(word: str) -> str:
     key, _, value = word.partition("=")
     bare = key.lstrip("+")
-    if bare in FILES and value and (_is_there(value) or (not value.startswith(BEGINS_OTHERWISE) and not _reads(word))):
+    if bare in NAMED and value and (_is_there(value) or (not value.startswith(BEGINS_OTHERWISE) and not _reads(word))):
         return override(key, value)
     inner = value[1:-1]
     is_list = value.startswith("[") and value.endswith("]") and not inner.startswith(("'", '"'))

@@ -5,6 +5,7 @@ A word that has it not is told what is wrong, with the command line that was pro
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Sequence
 
 from bench.command_line.bench_settings import bench_settings
@@ -35,6 +36,14 @@ ALSO = ("--help", "--quiet", "--verbose", "--version", "-h", "-q", "-v")  # opti
 PAIRS = {"[": "]", "{": "}", "(": ")"}
 BLOCKS = ("grid", "add", "cross")  # lists of blocks {setting: value}
 ALIKE = 0.7  # ratio from which a first word is taken for a slip of a name
+ESCAPED = re.compile(r"\\.", re.DOTALL)
+NAMED = (
+    "output",
+    "measurement.path",
+    "problem.file",
+    "name",
+    "label",
+)  # settings that are a name, of a file or otherwise
 QUOTES = "'\""
 
 
@@ -75,7 +84,7 @@ def joined_options(words: Sequence[str]) -> list[str]:
 def require_shape(words: Sequence[str], commands: Collection[str]) -> None:
     """Raise `WrongShape` for the first word that is no setting=value; `commands` are what it may have been meant to be."""
     for number, word in enumerate(words):
-        if word.startswith("-"):
+        if word.startswith("-") or _is_name(word):
             continue
         if word.startswith("~") and not word.startswith("~hydra"):
             raise WrongShape(
@@ -94,6 +103,14 @@ def require_shape(words: Sequence[str], commands: Collection[str]) -> None:
         if "=" not in word:
             raise _no_setting(word, before, after, commands)
         _require_value(word, before, after)
+
+
+def _is_name(word: str) -> bool:
+    """Whether a word sets a name that stands without quotation marks: any sign may be in it."""
+    key, _, value = word.partition("=")
+    return (
+        key.lstrip("+") in NAMED and bool(value) and not value.startswith((*PAIRS, *QUOTES, "=")) and ",," not in value
+    )
 
 
 def _unknown_option(words: Sequence[str], word: str) -> SettingError:
@@ -125,7 +142,7 @@ def _opened(word: str, after: Sequence[str]) -> list[str] | None:
 def _unclosed(text: str) -> str:
     """What would close all brackets and quotes that a text opens; '?' where it closes one that it never opened."""
     pending: list[str] = []
-    for sign in text:
+    for sign in ESCAPED.sub("", text):
         if pending and pending[-1] in QUOTES:
             if sign == pending[-1]:
                 pending.pop()
