@@ -214,7 +214,7 @@ def test_explain_says_what_has_changed_since_the_plan(function, changed, expecte
         (["explain", "0123", "tabel3"], "unknown results 'tabel3'; did you mean 'table3'?"),
         (["explain", "xyz"], "explain: expected the key of a planned run, found no 'xyz' in results/table3; runs.csv"),
         (["explain"], "explain: expected the key of a run (see runs.csv), got nothing"),
-        (["status"], "status: expected one name or folder of results, got 0"),
+        (["status"], "status: expected one name or folder of results, got none"),
         (["status", "table3", "table4"], "status: expected one name or folder of results, got 2"),
     ],
 )
