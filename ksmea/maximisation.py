@@ -105,6 +105,12 @@ def maximise(
     return point
 
 
+def promised(likelihood: Maximised, theta: Array) -> float:
+    """By how much the first step from θ (p,) is expected to lower the deviance."""
+    point = likelihood.at(np.clip(theta, likelihood.lower, likelihood.upper))
+    return _step(likelihood, point, np.full(len(theta), True), FIRST_DAMPING, point.gradient)[1]
+
+
 def _comes_below(ceiling: float, passed: Sequence[float], left: int) -> bool:
     """Whether deviances that were passed lead below a ceiling in the iterations that are left, at the pace of the last ones."""
     if len(passed) <= PATIENCE:

@@ -23,6 +23,7 @@ from ksmea.maximisation import (
     distinct,
     maximise,
     nearest_maximum,
+    promised,
     with_best_noise,
 )
 from ksmea.measurement import Measurement, Noise
@@ -182,6 +183,12 @@ def fit_nearby(
     from where the baseline model fits. Here and in what follows a fit is given up where it would not come `below` a deviance."""
     likelihood, start = likelihood_of(Model(problem), measurement), start_nearby(problem, baseline)
     return Fit(problem, likelihood, _tried(likelihood, start, below, max_iterations, _end(baseline)))
+
+
+def promised_nearby(problem: Problem, measurement: Measurement, baseline: Fit) -> float:
+    """By how much the first step of such a fit promises to lower the deviance."""
+    likelihood = likelihood_of(Model(problem), measurement)
+    return promised(likelihood, start_nearby(problem, baseline))
 
 
 def start_nearby(problem: Problem, baseline: Fit) -> Array:

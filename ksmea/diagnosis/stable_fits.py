@@ -12,19 +12,19 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
-from ksmea.diagnosis.fitting import Fit, settled
+from ksmea.diagnosis.fitting import TRIAL_ITERATIONS, Fit, settled
 from ksmea.difference_likelihood import likelihood_of
 from ksmea.intervals import Estimate
-from ksmea.likelihood import Likelihood
+from ksmea.likelihood import Likelihood, Point
 from ksmea.maximisation import maximise
 from ksmea.model import Model
 from ksmea.stability import last_stable
 
 
-def stable_fit(fit: Fit, start: Array) -> Fit:
+def stable_fit(fit: Fit, start: Array, below: float = np.inf) -> Fit:
     """The fit where its rotor is stable, else the highest maximum among stable values that is reached from a stable start θ
     (p,) and from the last stable point on the straight way from there to the fit; the fit as it is where the start is
-    unstable too."""
+    unstable too. A search that would not come `below` a deviance is given up at the stable values that it has."""
     problem = fit.problem
     if problem.is_stable(fit.x):
         return fit
@@ -33,8 +33,13 @@ def stable_fit(fit: Fit, start: Array) -> Fit:
         return fit
     way = fit.point.theta - start
     starts = (start, start + last_stable(lambda part: bounded.is_stable(start + part * way)) * way)
-    points = [maximise(bounded, theta, tolerance=1e-4) for theta in starts]
-    return Fit(problem, bounded, min(points, key=lambda point: point.deviance))
+    if fit.deviance > below:  # among all values
+        return Fit(problem, bounded, min(map(bounded.at, starts), key=lambda point: point.deviance))
+    found: list[Point] = []
+    for theta in starts:
+        ceiling = min([below, *(point.deviance for point in found)])
+        found.append(maximise(bounded, theta, max_iterations=TRIAL_ITERATIONS, tolerance=1e-4, ceiling=ceiling))
+    return Fit(problem, bounded, min(found, key=lambda point: point.deviance))
 
 
 def settled_stable(fit: Fit, level: float, progress: Callable[[], None] = lambda: None) -> tuple[Fit, Estimate]:

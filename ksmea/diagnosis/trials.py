@@ -19,6 +19,7 @@ from ksmea.diagnosis.fitting import (
     fit_from,
     fit_from_scan,
     fit_nearby,
+    promised_nearby,
     start_nearby,
 )
 from ksmea.diagnosis.stable_fits import stable_fit
@@ -137,17 +138,27 @@ def fitted(
     """All candidates, each fitted from where the model without it fits; highest ΔBIC first. `n_candidate` is the number
     that p is corrected for, that of the candidates if not given."""
     trials: list[Trial] = []
-    for candidate in found:
-        lowest = min((trial.fit.deviance for trial in trials), default=np.inf)
-        if (extended := candidate.beside(problem)) is None:
-            progress()
-            continue
-        with suppress(np.linalg.LinAlgError):  # an effect without a steady motion where the model fits is no candidate
-            fit = fit_nearby(extended, measurement, without, max_iterations, lowest + FAR)
-            fit = stable_fit(fit, start_nearby(fit.problem, without))
+    for candidate, extended in _most_promising_first(problem, measurement, without, found):
+        below = min((trial.fit.deviance for trial in trials), default=np.inf) + FAR
+        with suppress(np.linalg.LinAlgError):  # on the way an effect may leave the rotor no steady motion
+            fit = fit_nearby(extended, measurement, without, max_iterations, below)
+            fit = stable_fit(fit, start_nearby(fit.problem, without), below)
             trials.append(trial_of(candidate, fit, without, n_candidate or len(found)))
         progress()
     return ranked(trials)
+
+
+def _most_promising_first(
+    problem: Problem, measurement: Measurement, without: Fit, found: Sequence[Candidate]
+) -> list[tuple[Candidate, Problem]]:
+    """The candidates that can act beside what a problem has, with the problem that has them, by what their first step promises:
+    once the best ones are fitted it is known which others are no rivals."""
+    promising = []
+    for candidate in found:
+        if (extended := candidate.beside(problem)) is not None:
+            with suppress(np.linalg.LinAlgError):  # one without a steady motion where the model fits is no candidate
+                promising.append((promised_nearby(extended, measurement, without), candidate, extended))
+    return [(candidate, extended) for _, candidate, extended in sorted(promising, key=lambda each: -each[0])]
 
 
 def refined(
@@ -189,7 +200,7 @@ def searched(
             fit = fit_from_scan(problem, measurement, baseline, effort, ceiling, fit.deviance)
         elif starts:
             fit = fit_from(problem, measurement, starts, baseline, effort, ceiling, fit.deviance)
-        fit = stable_fit(fit, start_nearby(problem, baseline.best))
+        fit = stable_fit(fit, start_nearby(problem, baseline.best), min(ceiling, trial.fit.deviance))
     best = min(fit, trial.fit, key=lambda each: each.deviance)
     return trial_of(trial.candidate, best, baseline.best, n_candidate)
 

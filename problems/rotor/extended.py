@@ -24,6 +24,7 @@ from ksmea.load import Load
 from ksmea.parameters import Parameters
 from ksmea.proxy import ProblemProxy
 from ksmea.rotordynamics import Rotordynamic
+from ksmea.stability import scanned_speeds
 from problems.rotor.data import Rotor
 from problems.rotor.effect_unknowns import effect_unknowns
 from problems.rotor.extended_motion import free_motion_with_effects
@@ -31,11 +32,12 @@ from problems.rotor.extended_sensitivity import differenced, linearised
 from problems.rotor.free_motion import FreeMotion
 from problems.rotor.loads import unit_loads
 from problems.rotor.nonlinear_sites import dense_motion, responses_at_order, with_nonlinear_forces
+from problems.rotor.passivity import is_passive
 from problems.rotor.problem import RotorProblem, checked_sets, combined, finite
 from problems.rotor.recent import recent
 from problems.rotor.receptance import Reduction, reduce_rotor
 from problems.rotor.run_up import Sweep, parabola, sweep_change
-from problems.rotor.site_law import attached, with_linear_forces
+from problems.rotor.site_law import Force, attached, with_linear_forces
 from problems.rotor.stability import growth_rate, low_modes, searched_speed
 from problems.rotor.synchronous_poles import Poles, block_diagonal, poles_on, spectrum, unit_force
 from problems.rotor.turning import HIGHEST, TurningShaft
@@ -93,7 +95,6 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
     modes = Problem.modes
     campbell = Problem.campbell
     stability_threshold = Problem.stability_threshold  # by its own growth rate
-    is_stable = Problem.is_stable
 
     @property
     def rotor(self) -> Rotor:
@@ -182,16 +183,30 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
     def growth_rate(self, x: Array, speed: Array) -> Array:
         """The largest real part of any damped eigenvalue at values x (d,) SI, (n_speed,) 1/s, at spin speeds (rad/s)."""
         speed = np.asarray(speed, dtype=float)
-        own, of_effects = self.parts(checked_sets(np.asarray(x)[None], self.parameters))
-        coefficients = inputs_at(self.base.rotor, self.base.unknowns, own).coefficients
-        impedance = np.moveaxis(self.bearing_impedance(coefficients, speed, of_effects)[:, :, :, 0], -1, 0)
+        at_ports, forces, of_effects = self._held_by(x, speed)
         rotor = self.rotor_with(np.asarray(x))
-        forces = [force for force in self.forces(of_effects)[0] if force[0].law.follows_motion]
         low = low_modes(rotor, searched_speed(self.speed, speed), tuple(site.position for site, _ in forces))
         for index, force in enumerate(forces):
             low = low.with_attached(index, *attached(force, speed))
-        damping = impedance.imag / speed[:, None, None, None]
-        return growth_rate(low, speed, impedance.real, damping, self.supports(of_effects))
+        return growth_rate(low, speed, *at_ports, self.supports(of_effects))
+
+    def is_stable(self, x: Array) -> bool:
+        """The same, without eigenvalues where nothing can feed a free motion."""
+        speed = scanned_speeds(float(np.max(self.speed)))
+        (spring, damper), forces, of_effects = self._held_by(x, speed)
+        masses, dampers, springs = zip((np.zeros((2, 2)), damper, spring), *(attached(force, speed) for force in forces))
+        return is_passive(
+            self.rotor_with(np.asarray(x)), springs, dampers, masses, self.supports(of_effects)
+        ) or Problem.is_stable(self, x)
+
+    def _held_by(self, x: Array, speed: Array) -> tuple[tuple[Array, Array], list[Force], list[Array]]:
+        """Stiffness and damping of the bearings (n_speed, n_bearing, 2, 2) at values x (d,) SI and spin speeds, N/m and N s/m, the
+        linear forces that follow the motion of their sites, and each effect's values."""
+        own, of_effects = self.parts(checked_sets(np.asarray(x)[None], self.parameters))
+        coefficients = inputs_at(self.base.rotor, self.base.unknowns, own).coefficients
+        impedance = np.moveaxis(self.bearing_impedance(coefficients, speed, of_effects)[:, :, :, 0], -1, 0)
+        forces = [force for force in self.forces(of_effects)[0] if force[0].law.follows_motion]
+        return (impedance.real, impedance.imag / speed[:, None, None, None]), forces, of_effects
 
     def free_rotor(self, x: Array, highest: float) -> FreeMotion:
         """The rotor at values x (d,) SI with its free motions up to a frequency and spin speed (rad/s)."""
