@@ -115,6 +115,8 @@ def steady_force(force: SiteForce, site: SiteMotion) -> SteadyForce:
         (rotation, rotation, ROUNDINGS[:1]),
     ):
         known, lacking = np.flatnonzero(is_found), np.flatnonzero(~is_found)
+        if not len(lacking):
+            break
         stays_large = force.stays_large[row[lacking]]
         rounded = dataclasses.replace(guide[lacking], rounding=ROUNDINGS[0])
         found = branches(rounded, largest[lacking], ~stays_large)

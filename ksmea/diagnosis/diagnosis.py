@@ -5,6 +5,7 @@
    Fits whose rotor is unstable at a measured speed are bounded to where it is stable.
 3. If the test rejects or any effect is significant, the trials are refined: effects that move sharp resonances are
    scanned over their whole range, at little effort first, and at all of it where the best one then leaves more than noise.
+   Where the best trial is that near the baseline model that noise is nearly as large, first scans are left out.
 4. Second effects are fitted beside the best one: one that is as significant as a first one must be is added. If the best
    effect does not leave noise behind, second effects are scanned, and beside the next best ones too (`second_effects`).
 5. The verdict:
@@ -35,7 +36,7 @@ from ksmea.diagnosis.fit_quality import FitQuality, fit_quality
 from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_baseline, polished, settled
 from ksmea.diagnosis.observability import Detectable, smallest_detectable
 from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
-from ksmea.diagnosis.rivals import collinearities, tested
+from ksmea.diagnosis.rivals import Cosines, collinearities, cosines_with, tested
 from ksmea.diagnosis.second_effects import alternatives, distinct_firsts, pairs_beside
 from ksmea.diagnosis.split import Split, best_split
 from ksmea.diagnosis.stable_fits import settled_stable, stable_fit
@@ -54,6 +55,7 @@ from ksmea.maximisation import maximise, with_best_noise
 from ksmea.measurement import Measurement
 
 MAX_TESTED = 3  # of the best pairs, those that are asked whether they leave noise behind
+NEARBY = 100.0  # deviance drop of the best trial up to which scans find nothing better than fits from nearby
 BETTER = 0.1  # of the deviance: a maximum of the baseline model that is as much higher is another one
 MAX_SPLIT = 6  # explanations that a further measurement is sought for
 MIN_OBSERVABLE = 0.5  # part of the effects that must be observable for a model to be called adequate
@@ -154,10 +156,15 @@ def _diagnosed(
         baseline, quality, trials = _ranked_trials(moved, found, half, rng, effort, progress)
         baseline_fit, baseline_estimate = settled(baseline.best, interval_level, progress)
     significant = _significant(trials, half)
-    if significant:
-        trials = tested(significant[0], trials, baseline.best, progress)
+    first = next(iter(significant), None)
+    cosines: Cosines = {}
+    if first is not None:
+        cosines = cosines_with(first, trials)
+        trials = tested(first, trials, cosines, baseline.best, progress)
         significant = _significant(trials, half)
     lead = significant[0] if significant else None
+    if lead is not None and lead is not first:
+        cosines = cosines_with(lead, trials)
     explained = (
         None if lead is None else _explained(significant, trials, baseline, measurement, half, effort, rng, progress)
     )
@@ -191,7 +198,7 @@ def _diagnosed(
         best_quality=best_quality,
         predictive_gain=None if best is None else predictive_gain(baseline_fit, best, n_block, progress),
         split=_split(accepted, len(problem.parameters), progress) if verdict == "ambiguous" else None,
-        collinearity={} if lead is None else collinearities(lead, trials),
+        collinearity={} if lead is None else collinearities(lead, trials, cosines),
         detectable=detectable,
         level=level,
     )
@@ -229,9 +236,11 @@ def _refined(
     effort: Effort,
     progress: Callable[[], None],
 ) -> list[Trial]:
-    """The trials refined at little effort, and where the best one then leaves more than noise, at all of it."""
+    """The trials refined at little effort, without scans where the data are near the baseline model, and where the best one then
+    leaves more than noise, at all of it."""
     measurement = baseline.best.likelihood.measurement
-    found = refined(trials, measurement, baseline, effort.of_first_scans, progress)
+    is_scanned = any(trial.deviance_drop > NEARBY for trial in trials)
+    found = refined(trials, measurement, baseline, effort.of_first_scans, progress, is_scanned=is_scanned)
     if not found or fit_quality(polished(found[0].fit), rng).p >= level:
         return found
     return refined(found, measurement, baseline, effort, progress)

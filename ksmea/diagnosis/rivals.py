@@ -9,7 +9,7 @@ reaches counts.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 
 import numpy as np
 
@@ -26,37 +26,53 @@ EXPECTED_GAIN = 0.1  # of the deviance, below which a fit to a prediction is at 
 MAX_ITERATIONS = 50  # of such a fit
 
 
-def collinearities(lead: Trial, trials: Sequence[Trial]) -> dict[str, float]:
+Cosines = Mapping[tuple[str, str], float]  # by effect and location
+
+
+def cosines_with(lead: Trial, trials: Sequence[Trial]) -> Cosines:
+    """Collinearity of all candidates of other effects with the best one, by sensitivities."""
+    others = [trial for trial in trials if trial.name != lead.name]
+    return {(trial.name, trial.location): collinearity(lead, trial.candidate) for trial in others}
+
+
+def collinearities(lead: Trial, trials: Sequence[Trial], cosines: Cosines) -> dict[str, float]:
     """Collinearity of the other effects with the best one, each at its most collinear location."""
     found: dict[str, float] = {}
     for trial in trials:
         if trial.name != lead.name:
-            found[trial.name] = max(found.get(trial.name, 0.0), _collinearity(lead, trial))
+            found[trial.name] = max(found.get(trial.name, 0.0), _collinearity(lead, trial, cosines))
     return dict(sorted(found.items(), key=lambda item: -item[1]))
 
 
-def tested(lead: Trial, trials: Sequence[Trial], baseline: Fit, progress: Callable[[], None]) -> list[Trial]:
+def tested(
+    lead: Trial,
+    trials: Sequence[Trial],
+    cosines: Cosines,
+    baseline: Fit,
+    progress: Callable[[], None],
+) -> list[Trial]:
     """The trials, those again whose collinearity with the best one promises a better fit than they have, highest ΔBIC
     first. `progress` is called at each trial."""
     found = []
     for trial in trials:
-        found.append(_led(trial, lead, baseline, len(trials)) if _promises(trial, lead) else trial)
+        promises = _promises(trial, lead, cosines)
+        found.append(_led(trial, lead, baseline, len(trials)) if promises else trial)
         progress()
     return ranked(found)
 
 
-def _promises(trial: Trial, lead: Trial) -> bool:
+def _promises(trial: Trial, lead: Trial, cosines: Cosines) -> bool:
     if trial.name == lead.name or Explanation.of(trial).is_near(Explanation.of(lead)):
         return False
     charge = (trial.n_unknown - lead.n_unknown) * np.log(lead.fit.likelihood.n_residual)
-    return bool(lead.deviance_drop * (1 - _collinearity(lead, trial) ** 2) + charge < NEAR)
+    return bool(lead.deviance_drop * (1 - _collinearity(lead, trial, cosines) ** 2) + charge < NEAR)
 
 
-def _collinearity(lead: Trial, trial: Trial) -> float:
+def _collinearity(lead: Trial, trial: Trial, cosines: Cosines) -> float:
     """By sensitivities, or where an effect is curved by what its fit has reached, since its deviance drop is cos² of that of
     the best."""
     reached = np.sqrt(min(trial.deviance_drop / lead.deviance_drop, 1.0))
-    return float(max(reached, collinearity(lead, trial.candidate)))
+    return float(max(reached, cosines[trial.name, trial.location]))
 
 
 def _led(trial: Trial, lead: Trial, baseline: Fit, n_candidate: int) -> Trial:

@@ -167,14 +167,19 @@ def refined(
     baseline: BaselineFits,
     effort: Effort,
     progress: Callable[[], None],
+    *,
+    is_scanned: bool = True,
 ) -> list[Trial]:
     """The same trials, each with the better of its fit and further ones: along the effect's path, from a scan of its whole
-    range where it needs that, and else from the unknowns of the baseline model's other maxima and of the best trials."""
+    range where it needs that, and else, or where nothing `is_scanned`, from the unknowns of the baseline model's other maxima
+    and of the best trials."""
     starts = [*baseline.others, *(trial.fit for trial in trials[:2])]
     lowest = min((trial.fit.deviance for trial in trials), default=np.inf)
     better = []
     for trial in trials:
-        better.append(searched(trial, measurement, baseline, effort, len(trials), starts, lowest + FAR))
+        better.append(
+            searched(trial, measurement, baseline, effort, len(trials), starts, lowest + FAR, is_scanned=is_scanned)
+        )
         lowest = min(lowest, better[-1].fit.deviance)
         progress()
     return ranked(better)
@@ -188,15 +193,18 @@ def searched(
     n_candidate: int,
     starts: Sequence[Fit] = (),
     ceiling: float = np.inf,
+    *,
+    is_scanned: bool = True,
 ) -> Trial:
     """A trial with the better of its fit and further ones: along the effect's path, from a scan of its whole range where it
-    needs that, and else from the unknowns of other fits. Scans that lead to deviances above `ceiling` are left early."""
+    needs that, and else, or where nothing `is_scanned`, from the unknowns of other fits. Scans that lead to deviances above
+    `ceiling` are left early."""
     problem, fit = trial.fit.problem, trial.fit
     path = trial.candidate.effect.path(baseline.best.problem.machine)
     with suppress(np.linalg.LinAlgError):  # within its limits an effect may leave the rotor no steady motion
         if len(path):
             fit = fit_along(problem, measurement, baseline, path, effort)
-        elif trial.candidate.effect.is_scanned:
+        elif is_scanned and trial.candidate.effect.is_scanned:
             fit = fit_from_scan(problem, measurement, baseline, effort, ceiling, fit.deviance)
         elif starts:
             fit = fit_from(problem, measurement, starts, baseline, effort, ceiling, fit.deviance)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import TypeVar
 
 import numpy as np
@@ -19,6 +20,7 @@ from problems.rotor.disk import disk_gyroscopic, disk_mass
 from problems.rotor.mesh import DOF_PER_NODE, Element, element_at, elements, locate
 
 Of = TypeVar("Of")
+MAX_KEPT = 16  # assembled rotors: many effects leave the rotor as it is, and fits come back to where they were
 
 # −(Ω ẑ ×) per unit of Ω on the degrees of freedom of a node; the shaft turns from x to y.
 AGAINST_SPIN = np.kron(np.eye(2), [[0.0, 1.0], [-1.0, 0.0]])
@@ -46,8 +48,9 @@ def assemble(rotor: Rotor) -> Matrices:
     return Matrices(free.mass, damping, free.gyroscopic, stiffness, free.circulatory)
 
 
+@lru_cache(maxsize=MAX_KEPT)
 def assemble_free(rotor: Rotor) -> Matrices:
-    """The matrices of the shaft and its disks alone, without bearings."""
+    """The matrices of the shaft and its disks alone, without bearings. They are kept, and not to be written to."""
     matrices = of_elements(rotor, shaft.element_matrices)
     mass = chained([each.mass for each in matrices])
     gyroscopic = chained([each.gyroscopic for each in matrices])
@@ -56,13 +59,16 @@ def assemble_free(rotor: Rotor) -> Matrices:
         at_node = node_dof(rotor.node_at(disk.position, "disk"))
         mass[np.ix_(at_node, at_node)] += disk_mass(disk)
         gyroscopic[np.ix_(at_node, at_node)] += disk_gyroscopic(disk)
-    internal = rotor.internal_damping * stiffness
-    circulatory = internal @ np.kron(np.eye(len(rotor.node_positions)), AGAINST_SPIN)
-    damping = internal
+    circulatory, damping = np.zeros_like(stiffness), np.zeros_like(stiffness)
+    if rotor.internal_damping:
+        damping = rotor.internal_damping * stiffness
+        circulatory = damping @ np.kron(np.eye(len(rotor.node_positions)), AGAINST_SPIN)
     if rotor.external_damping:
-        damping = internal + rotor.external_damping * chained(of_elements(rotor, shaft.drag))
+        damping = damping + rotor.external_damping * chained(of_elements(rotor, shaft.drag))
     if rotor.axial_force:
         stiffness = stiffness + rotor.axial_force * chained(of_elements(rotor, shaft.geometric_stiffness))
+    for matrix in (mass, damping, gyroscopic, stiffness, circulatory):
+        matrix.flags.writeable = False
     return Matrices(mass, damping, gyroscopic, stiffness, circulatory)
 
 
@@ -82,10 +88,13 @@ def of_elements(rotor: Rotor, matrices: Callable[[Element], Of]) -> list[Of]:
 
 def chained(matrices: Sequence[Array]) -> Array:
     """Matrices of elements (8, 8), from left to right, as one of the whole shaft."""
-    whole = np.zeros((DOF_PER_NODE * (len(matrices) + 1),) * 2)
-    for index, matrix in enumerate(matrices):
-        whole[element_dof(index), element_dof(index)] += matrix
-    return whole
+    blocks, n = np.stack(matrices), DOF_PER_NODE
+    left = np.arange(len(blocks))  # the node of each element on this side
+    whole = np.zeros((len(blocks) + 1, n, len(blocks) + 1, n))
+    for row, rows in ((left, slice(None, n)), (left + 1, slice(n, None))):
+        for column, columns in ((left, slice(None, n)), (left + 1, slice(n, None))):
+            whole[row, :, column] += blocks[:, rows, columns]
+    return whole.reshape(n * (len(blocks) + 1), -1)
 
 
 def displacement_row(rotor: Rotor, position: float, direction: str) -> Array:

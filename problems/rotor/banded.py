@@ -19,12 +19,12 @@ WIDTH = DIAGONAL + HALF_BANDWIDTH + 1
 
 
 def band_of(matrix: Array) -> Array:
-    """A real matrix (n_dof, n_dof) as its band (n_dof, WIDTH)."""
-    n = len(matrix)
-    band = np.zeros((n, WIDTH))
+    """Real matrices (…, n_dof, n_dof) as their bands (…, n_dof, WIDTH)."""
+    n = matrix.shape[-1]
+    band = np.zeros((*matrix.shape[:-1], WIDTH))
     for offset in range(-HALF_BANDWIDTH, HALF_BANDWIDTH + 1):  # row − column
-        columns = np.arange(max(0, -offset), n - max(0, offset))
-        band[columns, DIAGONAL + offset] = matrix[columns + offset, columns]
+        columns = slice(max(0, -offset), n - max(0, offset))
+        band[..., columns, DIAGONAL + offset] = np.diagonal(matrix, -offset, -2, -1)
     return band
 
 
@@ -35,8 +35,8 @@ def dynamic_stiffness_band(matrices: Matrices, speed: Array, harmonic: float = 1
     omega = harmonic * spin
     band = np.empty((len(omega), len(matrices.mass), WIDTH), dtype=complex)
     powers = np.stack([np.ones_like(omega), spin, -(omega**2)], axis=1)
-    in_phase = np.stack([band_of(each) for each in (matrices.stiffness, matrices.circulatory, matrices.mass)])
-    quadrature = np.stack([band_of(each) for each in (matrices.damping, matrices.gyroscopic)])
+    in_phase = band_of(np.stack([matrices.stiffness, matrices.circulatory, matrices.mass]))
+    quadrature = band_of(np.stack([matrices.damping, matrices.gyroscopic]))
     band.real = np.tensordot(powers, in_phase, 1)
     band.imag = np.tensordot(omega[:, None] * powers[:, :2], quadrature, 1)
     return band

@@ -199,7 +199,7 @@ class Rotor:
         for hub in self.hubs:
             self.require_on_shaft(hub.position, "hub")
 
-    @property
+    @cached_property
     def length(self) -> float:  # m
         return sum(segment.length for segment in self.segments)
 

@@ -194,7 +194,9 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
         """The same, without eigenvalues where nothing can feed a free motion."""
         speed = scanned_speeds(float(np.max(self.speed)))
         (spring, damper), forces, of_effects = self._held_by(x, speed)
-        masses, dampers, springs = zip((np.zeros((2, 2)), damper, spring), *(attached(force, speed) for force in forces))
+        masses, dampers, springs = zip(
+            (np.zeros((2, 2)), damper, spring), *(attached(force, speed) for force in forces)
+        )
         return is_passive(
             self.rotor_with(np.asarray(x)), springs, dampers, masses, self.supports(of_effects)
         ) or Problem.is_stable(self, x)
@@ -239,7 +241,15 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
                 rotor, self.impedances, self.speed, seen, forces, rows=rows, harmonic=harmonic, banded=True
             )
 
+        if not self._shapes_reduction:
+            kept, seen = self.base.reductions_beside_effects, (self.impedances, self.seen_channels)
+            return recent(kept, (*seen, loads, harmonic), reduced, MAX_REDUCTIONS)
         return recent(self._reductions, (changing, loads, harmonic), reduced, MAX_REDUCTIONS)
+
+    @property
+    def _shapes_reduction(self) -> bool:
+        """Whether effects change the rotor or load it. Others, at whatever places, share the reductions of the rotor behind."""
+        return bool(self.site_laws) or any(effect.changes_rotor or effect.has_loads for effect in self.effects)
 
     def _motion(
         self, reduction: Reduction, x: Array, near: ComplexArray | None = None

@@ -6,7 +6,8 @@ Sign convention: a real response is Re(q e^{iΩt}), m 0-peak; the shaft turns fr
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections import OrderedDict
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -140,6 +141,11 @@ class RotorProblem(Problem, Rotordynamic):
             reduction = reduce_rotor(self.rotor, impedances, self.speed, self.channels, forces, banded=True)
             self._loaded_reductions[loads] = reduction
         return self._loaded_reductions[loads]
+
+    @cached_property
+    def reductions_beside_effects(self) -> OrderedDict[Hashable, Reduction]:
+        """Kept for effects that leave the rotor and its loads as they are, by what they make of it."""
+        return OrderedDict()
 
     @cached_property
     def _loaded_reductions(self) -> dict[tuple[Load, ...], Reduction]:

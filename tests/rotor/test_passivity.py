@@ -17,7 +17,9 @@ REFERENCE = np.array([SETTINGS.reference()[name] for name in PLAIN.parameters.na
 NOTHING = np.zeros((2, 2))
 
 
-@pytest.mark.parametrize("name", sorted(set(registry.registered("effect")) - {"local_force"}))  # has a place if it is given one
+@pytest.mark.parametrize(
+    "name", sorted(set(registry.registered("effect")) - {"local_force"})
+)  # has a place if it is given one
 def test_no_eigenvalue_contradicts_it(name):
     """By all eigenvalues, at sizes from a hundredth of the limits to all of them."""
     rng = np.random.default_rng(1)
