@@ -148,6 +148,10 @@ class Problem(ABC):
         """Response to unit loads at 1X, (n, d) SI → (n, n_speed, n_channel, n_load) m per N or N m. Left out: it takes none."""
         raise self._refusal("takes loads on its shaft", "take one that is made of a rotor")
 
+    def response_and_per_load(self, x: Array, loads: Sequence[Load]) -> tuple[ComplexArray, ComplexArray]:
+        """`response` and `load_response` at the same points, which a problem may know by one solution."""
+        return self.response(x), self.load_response(x, loads)
+
     @property
     def takes_loads(self) -> bool:
         return type(self).load_response is not Problem.load_response

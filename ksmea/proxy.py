@@ -13,7 +13,7 @@ from ksmea.response_structure import UnknownImpedance
 
 class ProblemProxy(Problem):
     """Base of problems that see to what another one, `behind`, is asked. Members of the contract that a subclass leaves out
-    are those of the problem behind; `linearised` is made of its own response and sensitivity. One with unknowns of its own
+    are those of the problem behind; `linearised` and `response_and_per_load` are made of its own members. One with unknowns of its own
     makes of its own members too what the contract makes of others."""
 
     @property
@@ -57,10 +57,11 @@ def _handed_on(name: str) -> property:
     return property(lambda self: getattr(self.behind, name))
 
 
+MADE_OF_OTHERS = ("response", "linearised", "response_and_per_load")  # each proxy's own
 HANDED_ON = tuple(
     name
     for name in (*Problem.__annotations__, *vars(Problem))
-    if not (name.startswith("_") or name in vars(ProblemProxy) or name in ("response", "linearised"))
+    if not (name.startswith("_") or name in vars(ProblemProxy) or name in MADE_OF_OTHERS)
 )
 for _name in HANDED_ON:
     setattr(ProblemProxy, _name, _handed_on(_name))

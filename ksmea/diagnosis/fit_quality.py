@@ -94,37 +94,41 @@ def fit_quality(fit: Fit, rng: np.random.Generator, *, n_simulated: int = 4000) 
 
 def as_complex(noise: Array, shape: tuple[int, ...]) -> ComplexArray:
     """Unit noise in two real parts per datum → complex of unit variance; real parts first, as the likelihood has them."""
-    first, second = np.split(noise.reshape(len(noise), -1), 2, axis=1)
-    combined: ComplexArray = (first + 1j * second) / np.sqrt(2)
+    n_datum = noise.shape[1] // 2
+    combined = np.empty((len(noise), n_datum), dtype=complex)
+    np.divide(noise[:, :n_datum], np.sqrt(2), out=combined.real)
+    np.divide(noise[:, n_datum:], np.sqrt(2), out=combined.imag)
     return combined.reshape(len(noise), *shape)
 
 
 def residual_statistics(residuals: Array | ComplexArray, rows: Sequence[slice], *, scale_free: bool) -> Array:
     """Statistics (n, 4 or 5) of residuals (n, n_speed, n_channel), each run at its `rows`; all but the last do not depend
     on their scale."""
-    squared = np.abs(residuals) ** 2
+    squared = residuals.real**2 + residuals.imag**2
     total = squared.sum(axis=(1, 2))
-    unit = residuals / np.sqrt(total / residuals[0].size)[:, None, None]
+    mean = (total / residuals[0].size)[:, None, None]
+    unit, squared = residuals * (1 / np.sqrt(mean)), squared / mean
     statistics = [
         np.sum([_autocorrelation(unit[:, run]) for run in rows], axis=0),
         _cross_correlation(unit),
-        np.abs(unit).max(axis=(1, 2)),
-        _band_and_channel(np.abs(unit) ** 2, _bands(rows)),
+        np.sqrt(squared.max(axis=(1, 2))),
+        _band_and_channel(squared, _bands(rows)),
     ]
     return np.stack(statistics if scale_free else [*statistics, total], axis=1)
 
 
 def _autocorrelation(unit: Array | ComplexArray) -> Array:
     """Σ over lags and channels of the autocorrelation over speed, which a smooth misfit makes positive."""
-    lags = range(1, min(LAGS, unit.shape[1] - 1) + 1)
-    return sum(
-        (np.sum((unit[:, lag:] * np.conj(unit[:, :-lag])).real, axis=(1, 2)) for lag in lags), np.zeros(len(unit))
-    )
+    n, n_speed, _ = unit.shape
+    parts = np.ascontiguousarray(unit).view(float).reshape(n, -1)  # of complex ones both parts, whose products add up
+    step = parts.shape[1] // (n_speed or 1)
+    lags = range(1, min(LAGS, n_speed - 1) + 1)
+    return sum((np.einsum("ni,ni->n", parts[:, lag * step :], parts[:, : -lag * step]) for lag in lags), np.zeros(n))
 
 
 def _cross_correlation(unit: Array | ComplexArray) -> Array:
     """Σ over pairs of channels of their squared correlation."""
-    products = np.einsum("nsi,nsj->nij", unit, np.conj(unit))
+    products = np.matmul(unit.transpose(0, 2, 1), np.conj(unit))
     pairs = np.triu_indices(unit.shape[2], 1)
     total: Array = np.sum(np.abs(products[:, pairs[0], pairs[1]]) ** 2, axis=1) / unit.shape[1]
     return total

@@ -141,7 +141,7 @@ class LawLikelihood(SumOfSquares):
             theta[:, : self.d], axis=0, return_inverse=True
         )  # many points differ in coefficients alone
         x = self._base.problem.parameters.to_si(u)
-        response, columns = self._seen.response(x)[place], self._unmodelled.columns(self._seen, x)[place]
+        response, columns = (each[place] for each in self._unmodelled.response_and_columns(self._seen, x))
         n_channel = len(self._base.problem.channels)
         coefficients = theta[:, self.d :] * self.scale
         motion, per_force = response[:, :, n_channel:], columns[:, :, n_channel:]

@@ -87,11 +87,15 @@ class Unmodelled:
 
     def columns(self, problem: Problem, x: Array) -> ComplexArray:
         """A at sets x (n, d), (n, n_speed, n_channel, k)."""
-        shape = (len(x), len(problem.speed), len(problem.channels))
+        return self.response_and_columns(problem, x)[1]
+
+    def response_and_columns(self, problem: Problem, x: Array) -> tuple[ComplexArray, ComplexArray]:
+        """q (n, n_speed, n_channel) and A (n, n_speed, n_channel, k) at sets x (n, d)."""
         if self.loads:
-            return problem.load_response(x, self.loads)
+            return problem.response_and_per_load(x, self.loads)
+        response = problem.response(x)
         read = [self.reads(channel) for channel in problem.channels]
-        return np.broadcast_to(np.eye(len(read), dtype=complex)[:, read], (*shape, sum(read)))
+        return response, np.broadcast_to(np.eye(len(read), dtype=complex)[:, read], (*response.shape, sum(read)))
 
 
 @dataclass(frozen=True)
@@ -202,7 +206,7 @@ class ProjectedLikelihood(SumOfSquares):
     def _model(self, theta: Array) -> tuple[ComplexArray, ComplexArray]:
         """q and A at points (n, d) of the unit cube."""
         x = self.problem.parameters.to_si(theta)
-        return self.problem.response(x), self.unmodelled.columns(self.problem, x)
+        return self.unmodelled.response_and_columns(self.problem, x)
 
     def _whitened(self, response: ComplexArray) -> ComplexArray:
         return np.asarray((response - self.measured) / self.sd)

@@ -121,17 +121,22 @@ class RotorProblem(Problem, Rotordynamic):
 
     def load_response(self, x: Array, loads: Sequence[Load]) -> ComplexArray:
         """(n, d) SI → response to unit loads, (n, n_speed, n_channel, n_load) m per N or N m."""
+        return self.response_and_per_load(x, loads)[1]
+
+    def response_and_per_load(self, x: Array, loads: Sequence[Load]) -> tuple[ComplexArray, ComplexArray]:
         x = checked_sets(x, self.parameters)
-        reduction = self._loaded(tuple(loads))
-        response = np.empty((len(x), len(self.speed), len(self.channels), len(loads)), dtype=complex)
+        reduction, n_plane = self._loaded(tuple(loads)), len(self.rotor.unbalance)
+        response = np.empty((len(x), len(self.speed), len(self.channels)), dtype=complex)
+        per_load = np.empty((*response.shape, len(loads)), dtype=complex)
         n_chunk = max(1, CHUNK_BYTES // reduction.receptance.nbytes)
         with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
             for start in range(0, len(x), n_chunk):
                 chunk = slice(start, start + n_chunk)
-                parts = self._impedance_parts(inputs_at(self.rotor, self.unknowns, x[chunk]))
-                per_load = reduction.unit_response(*parts)[:, len(self.rotor.unbalance) :]
-                response[chunk] = per_load.transpose(2, 3, 0, 1)
-        return finite(response)
+                inputs = inputs_at(self.rotor, self.unknowns, x[chunk])
+                columns = reduction.unit_response(*self._impedance_parts(inputs))
+                response[chunk] = combined(columns[:, :n_plane], inputs.complex_unbalance)
+                per_load[chunk] = columns[:, n_plane:].transpose(2, 3, 0, 1)
+        return finite(response), finite(per_load)
 
     def _loaded(self, loads: tuple[Load, ...]) -> Reduction:
         """The reduction with columns for unit loads behind those of the unbalance planes."""
