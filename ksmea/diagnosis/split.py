@@ -39,6 +39,7 @@ N_REFITTED = 3  # candidates of a kind that are judged by fits
 HIGHER = 1.5  # times the highest speed, up to which a further run goes
 EXPECTED_GAIN = 0.1  # of the deviance, below which a fit is at its end
 MAX_ITERATIONS = 50  # of a fit to what another explanation predicts
+FARTHER = 4.0  # times the least separation: fits of what linear ones hold to be farther away come no nearer
 FURTHER = "further"  # name of the run that is added
 
 
@@ -210,7 +211,7 @@ class _Seen:
 
     def separations(self, pairs: Sequence[tuple[int, int]]) -> Array:
         """Deviances by which the two of each pair are told apart, whichever of them makes the data."""
-        found = self._least(pairs, self._fitted)
+        found = np.array([self._least_fitted(pair) for pair in pairs])
         if not self.noise_is_estimated:
             return found
         n = self.explanations[0][0].response.size * self.kind.dimensions
@@ -218,19 +219,23 @@ class _Seen:
 
     def linear_separations(self, pairs: Sequence[tuple[int, int]]) -> Array:
         """The same by linear fits, the noise known."""
-        return self._least(pairs, self._linear)
+        return np.array([min(itertools.starmap(self._linear, self._either_way(pair))) for pair in pairs])
 
-    def _least(
-        self, pairs: Sequence[tuple[int, int]], separation: Callable[[_Explanation, _Explanation], float]
-    ) -> Array:
-        """The least separation between any two explanations of each pair of names, (n_pair,)."""
-        either_way = [(self.explanations[one], self.explanations[other]) for one, other in pairs]
-        return np.array(
-            [
-                min(min(separation(a, b), separation(b, a)) for a, b in itertools.product(one, other))
-                for one, other in either_way
-            ]
-        )
+    def _least_fitted(self, pair: tuple[int, int]) -> float:
+        """The least separation of a pair by fits, those first that are nearest by linear ones: a fit that these hold to be many times
+        as far as the least is left out, and one is given up where it would not come below it."""
+        linear = [(self._linear(made, fitted), made, fitted) for made, fitted in self._either_way(pair)]
+        least = np.inf
+        for distance, made, fitted in sorted(linear, key=lambda each: each[0]):
+            if distance > FARTHER * least:
+                break
+            least = min(least, self._fitted(made, fitted, least))
+        return least
+
+    def _either_way(self, pair: tuple[int, int]) -> list[tuple[_Explanation, _Explanation]]:
+        """Any two explanations of a pair of names: the one that makes the data, and the one that is fitted to them."""
+        one, other = (self.explanations[index] for index in pair)
+        return [both for a, b in itertools.product(one, other) for both in ((a, b), (b, a))]
 
     def _linear(self, made: _Explanation, fitted: _Explanation) -> float:
         """Squared distance of what one explanation predicts from the tangent of another."""
@@ -240,8 +245,9 @@ class _Seen:
         scaled = tangent[:, length > 0] / length[length > 0]
         return float(np.sum(projected(distance[:, None], scaled) ** 2))
 
-    def _fitted(self, made: _Explanation, fitted: _Explanation) -> float:
-        """Deviance of an explanation that is fitted to what another predicts, above that of the other."""
+    def _fitted(self, made: _Explanation, fitted: _Explanation, least: float) -> float:
+        """Deviance of an explanation that is fitted to what another predicts, above that of the other; as far as it was fitted where
+        it would not come below the `least`."""
         layout = self.layout
         told = Measurement(
             layout.speed,
@@ -254,5 +260,7 @@ class _Seen:
         )
         own = Likelihood(Model(made.problem), told).deviance(made.u)
         likelihood = Likelihood(Model(fitted.problem), told)
-        best = maximise(likelihood, fitted.u, max_iterations=MAX_ITERATIONS, tolerance=EXPECTED_GAIN)
+        best = maximise(
+            likelihood, fitted.u, max_iterations=MAX_ITERATIONS, tolerance=EXPECTED_GAIN, ceiling=own + least
+        )
         return max(best.deviance - own, 0.0)
