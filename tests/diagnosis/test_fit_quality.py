@@ -6,7 +6,7 @@ from scipy import stats
 
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
-from ksmea.diagnosis.fit_quality import fit_quality, whirl_parts
+from ksmea.diagnosis.fit_quality import fit_quality, residual_statistics, whirl_parts
 from ksmea.diagnosis.fitting import Fit
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import maximise
@@ -92,3 +92,27 @@ def test_forward_and_backward_whirl():
     parts = whirl_parts(both, CHANNELS)
     assert parts[0.1] == pytest.approx(np.array([[2.0, 0.5j], [0.25, 1.0]]))
     assert whirl_parts(both, (Channel(0.1, "x"), Channel(0.2, "y"))) == {}
+
+
+@pytest.mark.parametrize("is_complex", [True, False])
+def test_statistics_are_what_they_say(is_complex):
+    """Against sums over speeds, channels and pairs, one by one."""
+    rng = np.random.default_rng(3)
+    residuals = rng.standard_normal((2, 14, 3)) + 1j * is_complex * rng.standard_normal((2, 14, 3))
+    residuals = residuals if is_complex else residuals.real
+    rows = [slice(0, 8), slice(8, 14)]
+    for one, found in zip(residuals, residual_statistics(residuals, rows, scale_free=False), strict=True):
+        unit = one / np.sqrt(np.mean(np.abs(one) ** 2))
+        autocorrelation = sum(
+            (unit[k + lag, c] * np.conj(unit[k, c])).real
+            for run in rows
+            for lag in (1, 2, 3)
+            for k in range(run.start, run.stop - lag)
+            for c in range(3)
+        )
+        cross = sum(abs(np.vdot(unit[:, a], unit[:, b])) ** 2 / 14 for a, b in ((0, 1), (0, 2), (1, 2)))
+        bands = [part for run in rows for part in np.array_split(np.abs(unit[run]) ** 2, 3)]
+        largest = max(np.mean(band, axis=0).max() for band in bands)
+        total = np.sum(np.abs(one) ** 2)
+        # 1e-12: rounding of some hundred terms
+        np.testing.assert_allclose(found, [autocorrelation, cross, np.abs(unit).max(), largest, total], rtol=1e-12)

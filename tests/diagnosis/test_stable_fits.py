@@ -73,3 +73,15 @@ def test_the_largest_size_that_is_told_is_stable():
     [found] = smallest_detectable(fit, Candidate("cross_coupling_antisymmetric", EFFECT), 0.01)
     # 1 %: the fitted stiffness, and a bisection to 0.1 % of the limit, which is four times the threshold
     assert found.largest == pytest.approx(CRITICAL, rel=0.01) and found.size < found.largest
+
+
+def test_a_fit_that_cannot_be_a_rival_is_given_up_among_stable_values():
+    """Where the maximum among all values lies above a deviance, so does every stable one: none is searched for."""
+    data = measured(1.3 * CRITICAL)
+    free = fit_from_values(EXTENDED, np.array([STIFFNESS, 1.3 * CRITICAL]), data)
+    start = np.append(baseline(data).u, EXTENDED.parameters.to_cube(np.zeros(2))[1:])
+    searched = stable_fit(free, start)
+    given_up = stable_fit(free, start, below=free.deviance - 1)
+    assert EXTENDED.is_stable(given_up.x) and given_up.deviance >= searched.deviance > free.deviance
+    assert given_up.likelihood.model.evaluations == 0
+    assert stable_fit(free, start, below=searched.deviance + 50).deviance == pytest.approx(searched.deviance, abs=1e-3)

@@ -86,3 +86,30 @@ def test_a_problem_that_is_no_rotor_says_so():
 
 def test_landmarks_are_bearings_and_disks_from_the_left():
     assert PROBLEM.landmarks == {"bearing 1": 0.0, "bearing 2": 1.3, "disk 1": 0.2, "disk 2": 0.5, "disk 3": 1.0}
+
+
+def test_response_and_loads_by_one_solution_are_those_by_two():
+    """Exactly but for rounding, of 1e-16 times the ratio of stiffnesses and of sharp peaks: the response alone comes by the dense
+    elimination, with loads by the banded one."""
+    x = np.stack([TRUTH, PROBLEM.parameters.upper])
+    response, per_load = PROBLEM.response_and_per_load(x, LOADS)
+    np.testing.assert_array_equal(per_load, PROBLEM.load_response(x, LOADS))
+    assert np.abs(response - PROBLEM.response(x)).max() < 1e-10 * np.abs(response).max()
+
+
+def test_a_problem_before_another_makes_both_of_its_own(monkeypatch):
+    """An extended rotor does not hand on what the rotor without its effects would answer."""
+    bowed = registry.create("effect", "residual_bow", {}).added_to(PROBLEM)
+    x = np.append(TRUTH, [2e-5, 1e-5])[None]
+    response, per_load = bowed.response_and_per_load(x, LOADS)
+    np.testing.assert_array_equal(response, bowed.response(x))
+    np.testing.assert_array_equal(per_load, bowed.load_response(x, LOADS))
+    assert np.abs(response - PROBLEM.response(x[:, :5])).max() > 1e-3 * np.abs(response).max()
+
+
+def test_effects_that_leave_the_rotor_as_it_is_share_its_reductions():
+    slow, gain = (registry.create("effect", name, {}).locations(PROBLEM)[0] for name in ("runout", "channel_gain"))
+    heavy = registry.create("effect", "mass", {}).locations(PROBLEM)[0]
+    one, other, third = (effect.added_to(PROBLEM) for effect in (slow, gain, heavy))
+    assert one.reduction((), ()) is other.reduction((), ())
+    assert third.reduction((0.1,), ()) is not one.reduction((), ())
