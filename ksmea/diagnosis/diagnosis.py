@@ -272,8 +272,9 @@ def _baseline_from(trials: Sequence[Trial], baseline: BaselineFits) -> BaselineF
     likelihood = baseline.best.likelihood
     d = likelihood.d
     for trial in trials[:3]:
-        point = maximise(likelihood, likelihood.start(trial.fit.u[:d]))
-        if point.deviance < baseline.best.deviance - BETTER:
+        limit = baseline.best.deviance - BETTER
+        point = maximise(likelihood, likelihood.start(trial.fit.u[:d]), ceiling=limit)
+        if point.deviance < limit:
             best = Fit(baseline.best.problem, likelihood, with_best_noise(likelihood, point))
             baseline = BaselineFits(best, (baseline.best, *baseline.others), baseline.screened)
     return baseline
