@@ -1,10 +1,8 @@
 """The contracts between the framework and plugins.
 
-A plugin is one file: a frozen dataclass whose fields are its settings, which subclasses one of the classes here, and
-one entry point. `ksmea.registry` refuses what registers without. What is not abstract may be left out: its docstring
-says what then holds. Points are rows of the unit cube, (n, d) in [0, 1]; physical parameter vectors are SI, in the
-order of `Problem.parameters`.
-
+A plugin is one file: a frozen dataclass whose fields are its settings, which subclasses one of the classes here, and one entry point.
+`ksmea.registry` refuses what registers without. What is not abstract may be left out: its docstring says what then holds.
+Points are rows of the unit cube, (n, d) in [0, 1]; parameter vectors are SI, in the order of `Problem.parameters`.
 Sign convention: a real response is Re(q e^{iΩt}); complex responses q are in m, 0-peak.
 """
 
@@ -32,7 +30,7 @@ from ksmea.predictor import Predictor
 from ksmea.records.hidden import HiddenEffect
 from ksmea.response_structure import ResponseStructure, UnknownImpedance
 from ksmea.settings import Settings, part_fields
-from ksmea.stability import lowest_unstable_speed, scanned_speeds
+from ksmea.stability import grows_nowhere, lowest_unstable_speed
 
 Seen = TypeVar("Seen", bound="Problem")  # the kind of problems that an effect can be added to
 METHOD_PARTS = ("surrogate", "optimizer", "samples")  # what a method may own, each chosen by name or number in a run
@@ -41,8 +39,8 @@ METHOD_PARTS = ("surrogate", "optimizer", "samples")  # what a method may own, e
 class Problem(ABC):
     """A rotor with unknowns, seen at given speeds through given channels. It never knows the true values.
 
-    Attributes or properties that every problem has: `parameters`, the unknowns; `speed`, (n_speed,) rad/s; `channels`;
-    `campaign`, the runs that its speeds belong to, None where they are those of one run without known weights.
+    Attributes or properties of every problem: `parameters`, the unknowns; `speed`, (n_speed,) rad/s; `channels`; `campaign`, the
+    runs that its speeds belong to, None where they are those of one run without known weights.
     """
 
     if TYPE_CHECKING:  # read-only; a property would become the default of a dataclass's field of that name
@@ -192,11 +190,7 @@ class Problem(ABC):
 
     def is_stable(self, x: Array) -> bool:
         """Whether no free motion grows at values x (d,) SI at any spin speed up to its highest, as far as it can tell."""
-        speeds = scanned_speeds(float(np.max(self.speed)))
-        return not self.knows_stability or not any(
-            np.any(self.growth_rate(x, part) > 0)
-            for part in (speeds[-1:], speeds[:-1])  # most instabilities last
-        )
+        return not self.knows_stability or grows_nowhere(lambda at: self.growth_rate(x, at), float(np.max(self.speed)))
 
     def _has_no_modes(self) -> SettingError:
         return self._refusal("knows its natural modes", "take one that is made of a rotor")

@@ -35,6 +35,13 @@ def lowest_unstable_speed(growth_rate: Callable[[Array], Array], highest: float)
     return high
 
 
+def grows_nowhere(growth_rate: Callable[[Array], Array], highest: float) -> bool:
+    """Whether a growth rate, as above, is above 0 at none of the speeds that are looked at; the highest of them, at which most
+    rotors that are unstable are so, is asked for first and alone."""
+    last, others = np.split(scanned_speeds(highest)[::-1], [1])
+    return not (np.any(growth_rate(last) > 0) or np.any(growth_rate(others) > 0))
+
+
 def last_stable(is_stable: Callable[[float], bool]) -> float:
     """The largest part, from 0 to 1, of the way from a stable state to an unstable one up to which `is_stable`, within
     2^-`N_HALVING` of it."""
