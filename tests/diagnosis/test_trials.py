@@ -1,0 +1,56 @@
+"""Trials: the most promising effect first, and scans left out where data are near the baseline model."""
+
+import numpy as np
+import pytest
+
+from ksmea import registry
+from ksmea.diagnosis import trials as module
+from ksmea.diagnosis.explanations import NEAR
+from ksmea.diagnosis.fitting import Effort, fit_baseline, promised_nearby
+from ksmea.diagnosis.trials import candidates, fitted, refined
+from ksmea.measurement import Measurement, Noise, observe
+from problems.three_disk import ThreeDisk
+
+SETTINGS = ThreeDisk(sensors=[0.1, 0.5], n_speed=24)
+PROBLEM, NOISE = SETTINGS.build(), Noise(0.05, 1e-7)
+EFFECTS = {name: registry.create("effect", name, {}) for name in ("runout", "speed_dependent_stiffness", "mass")}
+EFFORT = Effort(screening=512, starts=6)
+
+
+@pytest.fixture(scope="module")
+def near():
+    """Data with a runout that a fit without it leaves a deviance of some tens of, the baseline fits, and the trials."""
+    own = [SETTINGS.reference()[name] for name in PROBLEM.parameters.names]
+    runout = EFFECTS["runout"].locations(PROBLEM)[0].added_to(PROBLEM)
+    response = runout.response(np.array([[*own, 1.1e-7, 0.0]]))[0]
+    values = observe(response, "complex", NOISE, np.random.default_rng(2))
+    data = Measurement(PROBLEM.speed, PROBLEM.channels, values, NOISE, "made")
+    baseline = fit_baseline(PROBLEM, data, np.random.default_rng(0), EFFORT)
+    return data, baseline, fitted(PROBLEM, data, baseline.best, candidates(PROBLEM, EFFECTS), lambda: None)
+
+
+def test_the_first_step_promises_what_a_linear_effect_reaches(near):
+    """A runout adds to the response: only noise that depends on the response bends its deviance, by some per cent."""
+    data, baseline, trials = near
+    assert trials[0].name == "runout" and 15 < trials[0].deviance_drop < 100
+    promised = promised_nearby(trials[0].fit.problem, data, baseline.best)
+    assert promised == pytest.approx(trials[0].deviance_drop, rel=0.2)
+
+
+def test_trials_are_ranked_alike_in_whatever_order_candidates_come(near):
+    data, baseline, trials = near
+    again = fitted(PROBLEM, data, baseline.best, candidates(PROBLEM, EFFECTS)[::-1], lambda: None)
+    assert [(one.name, one.location) for one in again] == [(one.name, one.location) for one in trials]
+
+
+def test_near_the_baseline_model_fits_from_nearby_find_what_scans_do(near, monkeypatch):
+    data, baseline, trials = near
+    effort = EFFORT.of_first_scans
+    by_scans = refined(trials, data, baseline, effort, lambda: None)
+    monkeypatch.setattr(module, "fit_from_scan", lambda *_: pytest.fail("an effect was scanned"))
+    nearby = refined(trials, data, baseline, effort, lambda: None, is_scanned=False)
+    highest = by_scans[0].deviance_drop
+    drops = {(one.name, one.location): one.deviance_drop for one in nearby}
+    for one in by_scans:
+        if one.deviance_drop > highest - NEAR:  # 0.01: fits end where a step promises 1e-4
+            assert drops[one.name, one.location] == pytest.approx(one.deviance_drop, abs=0.01)
