@@ -25,12 +25,14 @@ __all__ = [
     "RunLine",
     "ended_statuses",
     "finished_keys",
+    "last_began",
     "read_lines",
     "read_records",
     "running_sessions",
 ]
 
 FOLDER = "records"
+SESSION_BEGINS = b'{"event": "session"'  # as `line_text` writes it
 
 Kept = TypeVar("Kept")
 
@@ -184,6 +186,16 @@ def read_records(
             with_result.add(line.key)
         kept[line.key] = keep(known)
     return kept
+
+
+def last_began(output: Path) -> str:
+    """When the last of all sessions began, '' where none is there. Only the lines of sessions are decoded."""
+    began = [""]
+    for path in (output / FOLDER).glob("*.jsonl"):
+        with open_regular(path) as file:
+            lines = (read_line(text, path) for text in file if text.startswith(SESSION_BEGINS))
+            began += [line.began for line in lines if isinstance(line, SessionLine)]
+    return max(began)
 
 
 def read_lines(output: Path, damaged: Counter[Path] | None = None) -> Iterator[Line]:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, ClassVar
 
+from bench.plan.page import Page
 from bench.plan.plan import Plan
 from ksmea import registry
 from ksmea.errors import SettingError
@@ -29,6 +30,7 @@ class Made:
 
     `figures` makes further files, after `files` are written; it is not asked where they are there already and were made
     of the same `files`. Content that is a function is asked for alone: where that fails, only its file is missing.
+    `page` says what the page of the experiment shows; left out, it shows `text`, the tables of `files` and the figures.
     `outdated` names files that an earlier call may have written and that would now say what is not so.
     """
 
@@ -37,6 +39,7 @@ class Made:
     runs: pd.DataFrame
     figures: Callable[[], Mapping[str, Drawing]] = _no_figures
     outdated: tuple[str, ...] = ()
+    page: Callable[[], Page] | None = None
 
 
 @dataclass(frozen=True)

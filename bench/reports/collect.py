@@ -15,10 +15,12 @@ import pandas as pd
 from bench.jobs.damage import damage_notes
 from bench.jobs.lines import RESULTS
 from bench.jobs.processors import counted_processors, mixed_processors, processors
-from bench.jobs.records import read_records
+from bench.jobs.records import last_began, read_records
 from bench.plan.plan import Plan, read_plan
 from bench.plan.report import Drawing, report_named
 from bench.reports.history_figures import mesh_figure
+from bench.reports.pages.experiment import PAGE, experiment_page
+from bench.reports.pages.index import write_index, write_index_above
 from bench.reports.summary import curves_by_cell, for_figures
 from bench.reports.tables import csv_text
 from bench.storage.files import remove_partial, replace_file
@@ -34,7 +36,7 @@ def collect(output: Path, redraw: bool = True) -> int:
     """Write and print what the records of an experiment say; 0 where every planned run has a result, else 1, as where its
     report cannot be made: what was written before then stays.
 
-    Without `redraw`, figures that were drawn from the same tables by the same code are left as they are.
+    Without `redraw`, figures and page that were drawn from the same tables by the same code are left as they are.
     """
     plan = read_plan(output)
     remove_partial(output)
@@ -56,10 +58,12 @@ def collect(output: Path, redraw: bool = True) -> int:
     drawn_from = _digest(made.files, plan.commit)
     if redraw or not _is_drawn(output, drawn_from):
         (output / DRAWN).unlink(missing_ok=True)
-        if _draw(made.figures, output):
+        drawings, all_drawn = _draw(made.figures, output)
+        if _write_page(plan, made, drawings, output) and all_drawn:
             replace_file(output / DRAWN, drawn_from)
+    write_index_above(output)
     print(visible_lines(made.text))
-    there = sorted(path.name for pattern in ("*.csv", "*.png") for path in output.glob(pattern))
+    there = sorted(path.name for pattern in ("*.csv", "*.png", PAGE) for path in output.glob(pattern))
     counted = [_count_line(plan, made.runs)] if len(plan.runs) else []
     damaged: Counter[Path] = Counter()
     mixed = mixed_processors(counted_processors(processors(output, damaged), plan))
@@ -68,28 +72,41 @@ def collect(output: Path, redraw: bool = True) -> int:
     return 0 if made.runs["status"].isin(RESULTS).all() else 1
 
 
-def _draw(figures: Callable[[], Mapping[str, Drawing]], output: Path) -> bool:
-    """Write figures one by one; one that cannot be drawn is told in a line and costs no other, nor any table. Whether all
-    were."""
+def _draw(figures: Callable[[], Mapping[str, Drawing]], output: Path) -> tuple[dict[str, bytes], bool]:
+    """Write figures one by one; one that cannot be drawn is told in a line and costs no other, nor any table. What was
+    written, and whether that is all."""
+    drawn: dict[str, bytes] = {}
     try:
         drawings = figures()
     except Exception as error:  # whatever a report of other people raises
         _tell_not_drawn("figures", error)
-        return False
-    failed = False
+        return drawn, False
     for name, drawing in drawings.items():
         try:
-            content = drawing if isinstance(drawing, bytes) else drawing()
+            drawn[name] = drawing if isinstance(drawing, bytes) else drawing()
         except Exception as error:
             _tell_not_drawn(name, error)
             (output / name).unlink(missing_ok=True)  # one of other tables
-            failed = True
         else:
-            replace_file(output / name, content)
-    return not failed
+            replace_file(output / name, drawn[name])
+    return drawn, len(drawn) == len(drawings)
+
+
+def _write_page(plan: Plan, made: Made, drawings: Mapping[str, bytes], output: Path) -> bool:
+    """Write the page; where it cannot be made, say so in a line: the tables are written. Whether it could."""
+    try:
+        content = experiment_page(plan, made, drawings, last_began(output))
+    except Exception as error:  # whatever a report of other people raises
+        _tell_not_drawn(PAGE, error)
+        (output / PAGE).unlink(missing_ok=True)
+        return False
+    replace_file(output / PAGE, content)
+    return True
 
 
 def _tell_not_drawn(what: str, error: Exception) -> None:
+    if os.environ.get("BENCH_TRACEBACK"):
+        traceback.print_exception(error)
     print(f"{what}: cannot be drawn ({_reason(error)}); the tables are written", file=sys.stderr)
 
 
@@ -107,7 +124,7 @@ def _digest(files: Mapping[str, bytes], commit: str) -> bytes:
 def _is_drawn(output: Path, drawn_from: bytes) -> bool:
     """Whether the figures are there, and were drawn from this."""
     mark = output / DRAWN
-    if not mark.exists() or not any(output.glob("*.png")):
+    if not mark.exists() or not (output / PAGE).exists() or not any(output.glob("*.png")):
         return False
     with open_regular(mark) as file:
         return file.read() == drawn_from
@@ -128,8 +145,9 @@ def collect_all(output: Path, parts: Sequence[Path]) -> None:
     table.insert(0, "table", table.pop("table"))
     replace_file(output / f"{output.name}.csv", csv_text(table).encode())
     meshes = [curves[min(curves)] for name in ("table3", "table4") if (curves := true_responses.get(name))]
-    has_meshes = len(meshes) == 2 and _draw(lambda: {"mesh.png": lambda: png(mesh_figure(*meshes))}, output)
-    written = [f"{output.name}.csv", *(["mesh.png"] if has_meshes else [])]
+    drawn = _draw(lambda: {"mesh.png": lambda: png(mesh_figure(*meshes))}, output)[0] if len(meshes) == 2 else {}
+    write_index(output)
+    written = [f"{output.name}.csv", *drawn, PAGE]
     print(visible_lines(f"\nwritten to {output}: {', '.join(written)}"))
 
 

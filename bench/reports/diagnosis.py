@@ -22,10 +22,12 @@ from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import result_runs
+from bench.reports.chapters.diagnosis import diagnosis_page
+from bench.reports.chapters.next_steps import after_diagnosis
 from bench.reports.fleet import fleet_report
 from bench.reports.fleet_rows import diagnosed
 from bench.reports.hidden import hidden_by_cell, hidden_paragraph
-from bench.reports.next_measurement import CAMPAIGN_FILE, Next, next_measurement
+from bench.reports.next_measurement import CAMPAIGN_FILE, Next, from_here, next_measurement
 from bench.reports.rates import interval
 from bench.reports.tables import csv_text
 from ksmea.extension import extended_yaml
@@ -43,7 +45,8 @@ from ksmea.show.text import aligned, number
 CLEARLY_VISIBLE = 60.0  # deviance drop that the true model makes
 SHORT = 1.0  # of a deviance drop that misses this much of it
 COLLINEAR = 0.95  # collinearity from which two effects count as one
-OF_ONE_RUN = ("diagnosis.json", "extended.yaml", CAMPAIGN_FILE, "residuals.png", "effects.png", "location.png")
+EXTENDED_FILE = "extended.yaml"
+OF_ONE_RUN = ("diagnosis.json", EXTENDED_FILE, CAMPAIGN_FILE, "residuals.png", "effects.png", "location.png")
 OF_THE_BENCH = ("curves", "hidden", "hidden_deviance_drop")  # fields that are no part of what was found
 
 
@@ -70,13 +73,15 @@ class DiagnosisReport(Report):
         files["diagnosis.json"] = (json.dumps(public(record, following), indent=1) + "\n").encode()
         chosen, settings = cell.chosen("problem"), cell.settings["problem"]
         if text_of_extension := extended_yaml(chosen, settings, record, about_extension(record)):
-            files["extended.yaml"] = text_of_extension.encode()
+            files[EXTENDED_FILE] = text_of_extension.encode()
         files |= following.files if following else {}
         figures: dict[str, Callable[[], Figure]] = {"residuals.png": lambda: residual_figure(record)}
         if record.ranking:
             figures["effects.png"] = lambda: ranking_figure(record)
         if (location := record.location) is not None:
             figures["location.png"] = lambda: plot(location)
+        extended = from_here(output / EXTENDED_FILE) if EXTENDED_FILE in files else None
+        next_blocks = list(after_diagnosis(plan, cell, record, following, extended))
         written = f"written: {', '.join(name for name in files if not name.endswith('.csv'))}"
         return Made(
             "\n\n".join([text(record), written, *([following.text] if following else [])]),
@@ -84,6 +89,7 @@ class DiagnosisReport(Report):
             runs,
             lambda: {name: png(draw()) for name, draw in figures.items()},
             outdated=tuple(name for name in OF_ONE_RUN if name not in files and name not in figures),
+            page=lambda: diagnosis_page(record, next_blocks),
         )
 
 

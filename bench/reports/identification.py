@@ -14,9 +14,12 @@ from bench.jobs.records import read_records
 from bench.plan.columns import place_columns
 from bench.plan.fleet import is_of_fleet
 from bench.plan.naming import cell_name
+from bench.plan.page import Block
 from bench.plan.plan import Plan, Run
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import run_lines
+from bench.reports.chapters.identification import identification_page
+from bench.reports.chapters.next_steps import after_identification
 from bench.reports.fleet import fleet_report
 from bench.reports.fleet_rows import identified
 from bench.reports.runs import runs_frame
@@ -46,6 +49,7 @@ class IdentificationReport(Report):
         if len(found) > len(shown):
             blocks.append(f"and {len(found) - len(shown)} more in {plan.name}.csv")
         influence = _influence(found)
+        drawn = _names(plan, shown)
         return Made(
             "\n\n".join(blocks) or "nothing was identified",
             {
@@ -54,7 +58,11 @@ class IdentificationReport(Report):
                 **({} if influence is None else {"influence.csv": csv_text(influence).encode()}),
             },
             runs,
-            lambda: _figures(plan, shown),
+            lambda: {name: png(plot(shown[run], title=_title(plan, run, shown[run]))) for run, name in drawn.items()},
+            page=lambda: identification_page(
+                [(_title(plan, run, record), record, drawn.get(run, "")) for run, record in shown.items()],
+                _following(plan, shown),
+            ),
         )
 
 
@@ -84,10 +92,18 @@ def _influence(found: Mapping[Run, IdentificationRecord]) -> pd.DataFrame | None
     return pd.concat(frames, ignore_index=True) if frames else None
 
 
-def _figures(plan: Plan, shown: Mapping[Run, IdentificationRecord]) -> dict[str, bytes]:
-    drawn = [(run, record) for run, record in shown.items() if record.fit is not None]
-    names = [f"{plan.name}{'' if index == 0 else f'_{index + 1}'}.png" for index in range(len(drawn))]
-    return {name: png(plot(record, title=_title(plan, run, record))) for name, (run, record) in zip(names, drawn)}
+def _names(plan: Plan, shown: Mapping[Run, IdentificationRecord]) -> dict[Run, str]:
+    """The name of each figure."""
+    drawn = [run for run, record in shown.items() if record.fit is not None]
+    return {run: f"{plan.name}{'' if index == 0 else f'_{index + 1}'}.png" for index, run in enumerate(drawn)}
+
+
+def _following(plan: Plan, shown: Mapping[Run, IdentificationRecord]) -> list[Block]:
+    """What to do next; of several identifications nothing."""
+    if len(shown) != 1 or len(plan.runs) != 1:
+        return []
+    ((run, record),) = shown.items()
+    return list(after_identification(plan, plan.cells[run.cell], record))
 
 
 def _title(plan: Plan, run: Run, record: IdentificationRecord) -> str:

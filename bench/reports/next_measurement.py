@@ -53,13 +53,13 @@ def next_measurement(plan: Plan, cell: Cell, run: str, output: Path) -> Next | N
         added = f"measure {FURTHER_FILE} and add to {source['path']}: - {_further(run)}"
         return Next((visible(added),), _command(plan, cell, []), {})
     if source["name"] == "file":
-        path = _from_here(output / CAMPAIGN_FILE)
+        path = from_here(output / CAMPAIGN_FILE)
         words = [
             "measurement=campaign",
             _word("measurement.path", path),
-            _word("output", f"{_from_here(output)}_campaign"),
+            _word("output", f"{from_here(output)}_campaign"),
         ]
-        step = f"measure the run that {path} describes, and put its data into {_from_here(output / FURTHER_FILE)}; then"
+        step = f"measure the run that {path} describes, and put its data into {from_here(output / FURTHER_FILE)}; then"
         content = _campaign(source, run, output).encode()
         return Next((visible(step),), _command(plan, cell, words), {CAMPAIGN_FILE: content})
     return None
@@ -84,7 +84,7 @@ def _word(key: str, path: str) -> str:
     return f"{key}={path}" if PLAIN.fullmatch(path) else override(key, path)
 
 
-def _from_here(path: Path) -> str:
+def from_here(path: Path) -> str:
     """A path as it is given in the working directory."""
     return str(path.relative_to(Path.cwd()) if path.is_relative_to(Path.cwd()) else path)
 

@@ -12,7 +12,7 @@ from pathlib import Path
 from ksmea.errors import SettingError
 from ksmea.regular_files import open_regular
 
-PARTIAL = re.compile(r"\.(.+\.(csv|png|json|jsonl|yaml)|\.drawn)\.([1-9][0-9]{0,9})")  # .NAME.PID
+PARTIAL = re.compile(r"\.(.+\.(csv|png|json|jsonl|yaml|html)|\.drawn)\.([1-9][0-9]{0,9})")  # .NAME.PID
 
 
 def replace_file(path: Path, content: bytes) -> None:

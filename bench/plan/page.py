@@ -1,0 +1,116 @@
+"""What the page of a report shows, as data: a headline, and sections of texts, tables, plots and commands.
+
+A report says what is told (`Made.page`); `bench/reports/pages` writes it as HTML. Texts are plain: whatever they hold is shown
+as it stands and does nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    import pandas as pd  # needed when there is something to report
+
+Figure = Mapping[str, Any]  # a plotly figure: {"data": [traces], "layout": {…}}, numbers, texts and None
+
+
+@dataclass(frozen=True)
+class Prose:
+    """A text as the terminal prints it: lines are sentences, indented ones a list, aligned columns a table."""
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command to be copied, and what it does."""
+
+    words: str
+    about: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A table of numbers and texts; of a long one the first rows, and the name of the file that has all."""
+
+    frame: pd.DataFrame
+    title: str = ""
+    file: str = ""
+
+
+@dataclass(frozen=True)
+class Control:
+    """A choice of which traces are seen: those whose `meta[key]` is the chosen option, and all that have no such key."""
+
+    key: str
+    label: str
+    options: tuple[str, ...]
+    with_all: bool = True  # the first option shows all of them
+    chosen: str = ""  # at first; '': all, or the first option
+
+
+@dataclass(frozen=True)
+class Plot:
+    """An interactive plot, and in words what it shows. `still` names the PNG of the same among the report's figures, which
+    stands in its place where no script runs; `height` is in px."""
+
+    title: str
+    alternative: str
+    figure: Figure
+    still: str = ""
+    controls: tuple[Control, ...] = ()
+    height: int = 420
+
+
+@dataclass(frozen=True)
+class Orbits:
+    """Orbits of the shaft at a speed to be chosen. `speed` is in rpm; of each plane and kind ('measured', 'model') the
+    phasors of x and y over speed as (re x, im x, re y, im y) in µm."""
+
+    title: str
+    alternative: str
+    speed: tuple[float, ...]
+    planes: Mapping[str, Mapping[str, tuple[tuple[float, float, float, float], ...]]]
+
+
+@dataclass(frozen=True)
+class Picture:
+    """One of the report's figures as a picture, and in words what it shows."""
+
+    name: str
+    alternative: str
+    title: str = ""
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Small plots side by side where there is room."""
+
+    plots: tuple[Plot, ...]
+
+
+@dataclass(frozen=True)
+class Folded:
+    """What is opened by a click."""
+
+    title: str
+    blocks: tuple[Block, ...]
+
+
+Block = Prose | Command | Table | Plot | Orbits | Picture | Grid | Folded
+
+
+@dataclass(frozen=True)
+class Section:
+    title: str
+    blocks: tuple[Block, ...]
+
+
+@dataclass(frozen=True)
+class Page:
+    """`headline` is what was found in a line, which the index of all results shows too."""
+
+    headline: str = ""
+    sections: tuple[Section, ...] = field(default=())

@@ -1,0 +1,71 @@
+"""Sections on one diagnosis: verdict, what to do next, effects, response before and after, unknowns, location."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from bench.plan.page import Block, Page, Prose, Section, Table
+from bench.reports.chapters.effect_plot import effect_plot
+from bench.reports.chapters.interval_plot import Shown, interval_plot
+from bench.reports.chapters.location import location_blocks
+from bench.reports.chapters.response_plots import response_blocks
+from bench.reports.chapters.responses import of_diagnosis
+from ksmea.records.diagnosis import DiagnosisRecord
+from ksmea.records.estimate import EstimateRecord
+from ksmea.show.diagnosis import coefficients_frame, frame, text
+from ksmea.show.location import in_short
+
+RESIDUALS, EFFECTS, LOCATION = "residuals.png", "effects.png", "location.png"
+
+
+def diagnosis_page(record: DiagnosisRecord, following: Sequence[Block]) -> Page:
+    """The page of a diagnosis; `following` is what to do next."""
+    sections = [Section("What was found", (Prose(text(record)),))]
+    sections += [Section("What to do next", tuple(following))] if following else []
+    if record.ranking:
+        table = frame(record)
+        sections.append(Section("Effects", (effect_plot(record, EFFECTS), Table(table, "All fits, the highest ΔBIC first"))))
+    if record.curves is not None:
+        sections.append(Section("Response", tuple(response_blocks(of_diagnosis(record.curves), RESIDUALS))))
+    sections.append(Section("Unknowns", tuple(_unknowns(record))))
+    if record.location is not None:
+        sections.append(Section("Without the library", tuple(location_blocks(record.location, LOCATION))))
+    return Page(headline(record), tuple(sections))
+
+
+def headline(record: DiagnosisRecord) -> str:
+    """The verdict and what it names."""
+    if record.verdict == "located" and record.location is not None:
+        return f"Verdict: located: an unknown {in_short(record.location)}"
+    names = " and ".join(f"{effect.name} ({effect.location})" for effect in record.applied)
+    if record.verdict == "ambiguous":
+        others = ", ".join(name for name in record.ambiguity_group if name not in record.named)
+        return f"Verdict: ambiguous: {names}" + (f", or as well {others}" if others else "")
+    return f"Verdict: {record.verdict}" + (f": {names}" if record.is_explained else "")
+
+
+def _unknowns(record: DiagnosisRecord) -> Iterator[Block]:
+    yield Table(coefficients_frame(record), "Unknowns as the model is given (before) and with what explains the data (after)")
+    averaged = {} if record.averaged is None else {each.name: each for each in record.averaged.coefficients}
+    own = [row for row in record.coefficients if row.before is not None]
+    kinds = {
+        "before": {row.name: row.before for row in own},
+        "after": {row.name: row.after for row in own},
+        "averaged": {row.name: averaged.get(row.name) for row in own},
+    }
+    unknowns = {
+        row.name: {kind: shown(of[row.name]) for kind, of in kinds.items() if of[row.name] is not None} for row in own
+    }
+    if unknowns:
+        said = "The intervals of the unknowns of the model as given, with and without what explains the data, relative to the value before."
+        yield interval_plot(unknowns, {}, said)
+
+
+def shown(estimate: EstimateRecord | None) -> Shown:
+    """An estimate as it is drawn."""
+    if estimate is None:
+        return Shown(np.nan, np.nan, np.nan, "")
+    low, high = (np.nan if end is None else end for end in (estimate.low, estimate.high))
+    return Shown(estimate.value, low, high, estimate.unit)

@@ -1,0 +1,105 @@
+"""Unknowns with their intervals, each relative to a value of its own, so that all of them stand on one axis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from bench.plan.page import Plot
+from bench.reports.pages.traces import COLOURS, axis, layout, level
+
+OPEN_REACH = 1.3  # times the farthest end: where an arrow stands for an end that is open
+SYMBOLS = ("circle", "diamond", "square", "triangle-up")
+ROW = 46  # px for each unknown
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A value with the ends of its interval in `unit`, not a number where open."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+def interval_plot(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[str, float], alternative: str) -> Plot:
+    """Of each unknown, by name, the value and interval of each series, by name; `truth` has true values in the same units.
+    What is drawn is the deviation from the value of the first series in per cent of it."""
+    series = list(dict.fromkeys(name for of in unknowns.values() for name in of))
+    names = list(unknowns)
+    zero = {name: next(iter(of.values())).value for name, of in unknowns.items()}
+    scale = {name: abs(zero[name]) or _reach(of.values()) for name, of in unknowns.items()}
+    farthest = max((_pct(end, zero[name], scale[name]) for name, of in unknowns.items() for each in of.values()
+                    for end in (each.low, each.high, each.value) if np.isfinite(end)), key=abs, default=1.0)  # fmt: skip
+    edge = OPEN_REACH * (abs(farthest) or 1.0)
+    traces: list[dict[str, Any]] = []
+    for number, kind in enumerate(series):
+        offset = 0.5 * ((number + 0.5) / len(series) - 0.5)
+        mine = [(at, name, unknowns[name][kind]) for at, name in enumerate(names) if kind in unknowns[name]]
+        traces.append(_trace(kind, mine, zero, scale, edge, offset, number))
+    if known := [(at, name) for at, name in enumerate(names) if np.isfinite(truth.get(name, np.nan))]:
+        traces.append(
+            {
+                "type": "scatter", "mode": "markers", "name": "true value", "y": [at for at, _ in known],
+                "x": [_pct(truth[name], zero[name], scale[name]) for _, name in known],
+                "marker": {"symbol": "x-thin", "size": 11, "line": {"width": 2, "color": "#7a7a7a"}},
+                "text": [f"{name}: {truth[name]:.5g}" for _, name in known], "hovertemplate": "%{text}<extra>true value</extra>",
+            }
+        )  # fmt: skip
+    made = layout(f"deviation from the {series[0]} value (%)")
+    labels = [f"{name.replace('_', ' ')} " for name in names]
+    made["yaxis"] = axis(tickvals=list(range(len(names))), ticktext=labels, range=[len(names) - 0.5, -0.5])
+    made["shapes"] = [level(0, along="x", dash="solid")]
+    return Plot("Unknowns with their intervals", alternative, {"data": traces, "layout": made}, height=110 + ROW * len(names))
+
+
+def _trace(
+    kind: str, mine: Sequence[tuple[int, str, Shown]], zero: Mapping[str, float], scale: Mapping[str, float], edge: float, offset: float, number: int
+) -> dict[str, Any]:  # fmt: skip
+    at = [_pct(each.value, zero[name], scale[name]) for _, name, each in mine]
+    low, high = (
+        [_end(getattr(each, end), sign * edge, zero[name], scale[name]) for _, name, each in mine]
+        for end, sign in (("low", -1), ("high", 1))
+    )
+    colour = COLOURS[number % len(COLOURS)]
+    return {
+        "type": "scatter",
+        "mode": "markers",
+        "name": kind,
+        "x": at,
+        "y": [row + offset for row, _, _ in mine],
+        "marker": {"color": colour, "size": 9, "symbol": SYMBOLS[number % len(SYMBOLS)]},
+        "error_x": {
+            "type": "data",
+            "symmetric": False,
+            "array": [end - value for end, value in zip(high, at)],
+            "arrayminus": [value - end for end, value in zip(low, at)],
+            "thickness": 1.8,
+            "width": 4,
+        },
+        "text": [f"{name}: {each.value:.5g} [{_shown(each.low)}, {_shown(each.high)}] {each.unit}" for _, name, each in mine],
+        "hovertemplate": "%{text}<extra>" + kind + "</extra>",
+    }
+
+
+def _pct(value: float, zero: float, scale: float) -> float:
+    return 100 * (value - zero) / scale
+
+
+def _end(value: float, edge: float, zero: float, scale: float) -> float:
+    """An end of an interval; one that is open lies at the edge."""
+    return edge if np.isnan(value) else _pct(value, zero, scale)
+
+
+def _reach(shown: Any) -> float:
+    """Of an unknown whose value is 0: how far its interval reaches."""
+    ends = [abs(end) for each in shown for end in (each.low, each.high) if np.isfinite(end)]
+    return max(ends, default=0.0) or 1.0
+
+
+def _shown(value: float) -> str:
+    return "open" if np.isnan(value) else f"{value:.5g}"

@@ -1,0 +1,175 @@
+"""Sections on a location: the shaft with all sites that were tried, what acts at the best one, and the unknowns beside it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import numpy as np
+
+from bench.plan.page import Block, Page, Plot, Prose, Section, Table
+from bench.reports.chapters.interval_plot import Shown, interval_plot
+from bench.reports.pages.traces import (
+    BLUE, COLOURS, GREEN, GREY, ORANGE, PURPLE, TEAL, axis, band, broken, layout, level, line, points,
+)  # fmt: skip
+from ksmea.arrays import Array
+from ksmea.records.estimate import EstimateRecord
+from ksmea.records.location import NONE, NOTHING, PAIR, ForceRecord, LocationRecord, SeriesRecord
+from ksmea.show.location import frame, in_short, text
+from ksmea.units import MICROMETRE, RPM
+
+KINDS = {"force": BLUE, "moment": ORANGE, "reading": GREEN, "force and moment": PURPLE, PAIR: GREY}
+MEGA = 1e6
+LEAST_P = 1e-300  # of a site, drawn on a logarithmic axis
+SPEED = "speed (rpm)"
+
+
+def location_page(record: LocationRecord, following: Sequence[Block]) -> Page:
+    """The page of a location alone."""
+    sections = [Section("What was found", (Prose(text(record)),))]
+    sections += [Section("What to do next", tuple(following))] if following else []
+    return Page(headline(record), (*sections, Section("Sites", tuple(location_blocks(record, "location.png")))))
+
+
+def headline(record: LocationRecord) -> str:
+    """What was located, in a line."""
+    if record.kind == NOTHING:
+        return "The model is enough: nothing needs to be located"
+    if record.kind == NONE:
+        return "Nothing that was tried explains the data"
+    return f"An unknown {in_short(record)} explains the data"
+
+
+def location_blocks(record: LocationRecord, still: str = "") -> Iterator[Block]:
+    """Shaft, force over speed, sites and unknowns."""
+    if record.candidates:
+        yield shaft_plot(record, still)
+        yield Table(frame(record), "All sites that were tried", "sites.csv")
+    if record.force is not None:
+        yield from _force_plots(record, record.force)
+    unknowns = {
+        each.name: {
+            name: _shown(estimate)
+            for name, estimate in (("without", each.plain), ("beside it", each.best), ("over all sites", each.over_sites))
+            if estimate is not None
+        }
+        for each in record.coefficients
+    }
+    if record.force is not None and unknowns:
+        yield interval_plot(unknowns, {}, "Unknowns without what acts there, beside it at the best site, and over all accepted sites.")
+
+
+def _shown(estimate: EstimateRecord) -> Shown:
+    low, high = (np.nan if end is None else end for end in (estimate.low, estimate.high))
+    return Shown(estimate.value, low, high, estimate.unit)
+
+
+def shaft_plot(record: LocationRecord, still: str = "") -> Plot:
+    """p of each site over its position, above the shaft with what sits on it."""
+    traces = [trace for kind in KINDS for trace in _sites(record, kind)]
+    probes = [*dict.fromkeys(record.planes)]
+    landmarks = list(record.landmarks.items())
+    shaft: dict[str, Any] = {"yaxis": "y2", "showlegend": False}
+    traces += [
+        {**line(list(record.shaft), [0, 0], "shaft", GREY, hoverinfo="skip", **shaft), "line": {"color": GREY, "width": 8}},
+        points(
+            [at for _, at in landmarks], [0] * len(landmarks), "on the shaft", TEAL, **shaft,
+            text=[name for name, _ in landmarks], hovertemplate="%{text}: %{x:g} m<extra></extra>",
+            marker={"size": 14, "symbol": [_symbol(name) for name, _ in landmarks]},
+        ),
+        points(
+            probes, [0.75] * len(probes), "probe", ORANGE, **shaft, hovertemplate="probe: %{x:g} m<extra></extra>",
+            marker={"size": 10, "symbol": "triangle-down"},
+        ),
+    ]  # fmt: skip
+    made = layout()
+    made["xaxis"] = axis("position (m)", anchor="y2")
+    made["yaxis"] = axis("p of the site", log=True, domain=[0.34, 1.0])
+    made["yaxis2"] = axis(domain=[0.0, 0.24], range=[-1.5, 1.2], showticklabels=False, ticks="", showgrid=False, fixedrange=True)
+    made["shapes"] = [level(record.level, dash="dash")]
+    made["annotations"] = [
+        {"x": at, "y": -0.75, "xref": "x", "yref": "y2", "text": _short(name), "showarrow": False, "yanchor": "top", "yshift": 6,
+         "font": {"size": 10}}
+        for name, at in landmarks
+    ]  # fmt: skip
+    return Plot(
+        "Sites on the shaft",
+        "p of the test of each site over its position; filled: accepted, hollow: rejected, dashed: the level of the test. Below"
+        " it the shaft with its disks, bearings and probes (triangles above it).",
+        {"data": traces, "layout": made},
+        still,
+        height=430,
+    )
+
+
+def _symbol(name: str) -> str:
+    return "triangle-up" if name.startswith("bearing") else "line-ns-open"
+
+
+def _short(name: str) -> str:
+    """'disk 2' as 'd 2', to stand below a shaft on a telephone."""
+    word, _, number = name.partition(" ")
+    return f"{word[:1]}{number}" if number.isdigit() else name
+
+
+def _sites(record: LocationRecord, kind: str) -> Iterator[dict[str, Any]]:
+    sites = sorted((site for site in record.candidates if site.kind == kind), key=lambda site: site.position)
+    for is_accepted in (False, True):
+        places = [(at, site) for site in sites if site.accepted == is_accepted for at in site.positions]
+        if not places:
+            continue
+        yield points(
+            [at for at, _ in places], [max(site.p, LEAST_P) for _, site in places],
+            f"{kind}, {'accepted' if is_accepted else 'rejected'}", KINDS[kind],
+            marker={"symbol": "circle" if is_accepted else "circle-open", "size": 10 if is_accepted else 7},
+            text=[f"{site}: p = {site.p:.2g}, χ² = {site.chi2:.4g}" for _, site in places], hovertemplate="%{text}<extra></extra>",
+        )  # fmt: skip
+
+
+def _force_plots(record: LocationRecord, force: ForceRecord) -> Iterator[Block]:
+    in_micrometre = force.parts[0].unit == "m"
+    unit, scale = ("µm", MICROMETRE) if in_micrometre else (force.parts[0].unit, 1.0)
+    traces = [
+        trace
+        for part, colour in zip(force.parts, COLOURS)
+        for trace in _series(record, part.amplitude, part.part, colour, scale)
+    ]
+    if record.law is not None and (record.law.position, record.law.kind) == (force.position, force.kind):
+        for direction, amplitude in zip("xy", record.law.amplitude):
+            traces.append(line(_rpm(record), _lines(record, amplitude), f"{record.law.law} ({direction})", GREY, line={"dash": "dash", "color": GREY}))
+    said = f"Amplitude of the unknown {force.kind} at the best site over speed, with its interval; dashed: the law that it follows."
+    yield Plot(f"The {force.kind} over speed", said, {"data": traces, "layout": layout(SPEED, f"{force.kind} ({unit})", y_log=True)})
+    if force.work is not None:
+        made = layout(SPEED, "work (J per turn)", shapes=[level(0, dash="solid")])
+        said = "Work of the force on the motion per turn, with its interval: above 0 it feeds the motion."
+        yield Plot("Work", said, {"data": _series(record, force.work, "work", BLUE), "layout": made}, height=300)
+    directions = [each for each in force.stiffness if each.part in ("x", "y")]
+    if directions:
+        traces = [
+            trace
+            for each, (first, second) in zip(directions, ((BLUE, TEAL), (ORANGE, PURPLE)))
+            for part, of, colour in (("in phase", each.real, first), ("in quadrature", each.imaginary, second))
+            for trace in _series(record, of, f"{each.part}, {part}", colour, MEGA)
+        ]
+        coherence = ", ".join(f"{each.part} {each.coherence:.2f}" for each in directions)
+        said = f"Force over motion of its site, −f/q: what it amounts to where it follows the motion (coherence: {coherence})."
+        middle = np.concatenate([each.real.value for each in directions]) / MEGA
+        low, high = np.quantile(middle, [0.05, 0.95])
+        made = layout(SPEED, "dynamic stiffness (MN/m)")
+        made["yaxis"]["range"] = [low - max(high - low, 1e-3), high + max(high - low, 1e-3)]
+        yield Plot("Dynamic stiffness", said, {"data": traces, "layout": made}, height=340)
+
+
+def _series(record: LocationRecord, series: SeriesRecord, name: str, colour: str, scale: float = 1.0) -> list[dict[str, Any]]:
+    """A quantity over speed with the band of its interval."""
+    value, low, high = (_lines(record, values) / scale for values in (series.value, series.low, series.high))
+    drawn = line(_rpm(record), value, name, colour, legendgroup=name)
+    return [*band(_rpm(record), low, high, name, colour, showlegend=False, legendgroup=name), drawn]
+
+
+def _rpm(record: LocationRecord) -> Array:
+    return _lines(record, record.speed) / RPM
+
+
+def _lines(record: LocationRecord, values: Sequence[float]) -> Array:
+    return broken(np.array(values), record.breaks)

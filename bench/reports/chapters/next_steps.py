@@ -1,0 +1,51 @@
+"""What to do after a study, as commands with the words that chose its rotor and its measurement."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from bench.plan.page import Block, Command
+from bench.plan.plan import Cell, Plan
+from bench.reports.next_measurement import Next
+from bench.reports.pages.made_by import command_line
+from ksmea.errors import visible
+from ksmea.records.diagnosis import DiagnosisRecord
+from ksmea.records.identification import IdentificationRecord
+
+KEPT = ("problem", "measurement", "plugins", "seed")  # groups of settings that say which rotor and data
+MEASURED = ("file", "campaign")
+
+
+def after_identification(plan: Plan, cell: Cell, record: IdentificationRecord) -> Iterator[Block]:
+    """The diagnosis of a fit that is rejected; of another one, what to measure in addition."""
+    if record.lack_of_fit is not None and record.lack_of_fit.rejected:
+        yield Command(command_line(["+experiment=diagnose", *_same_data(plan, cell)]), "Look for what the model lacks:")
+    else:
+        words = ["+experiment=plan", *_same_data(plan, cell)]
+        yield Command(command_line(words), "What to measure in addition, to know the unknowns better:")
+
+
+def after_diagnosis(plan: Plan, cell: Cell, record: DiagnosisRecord, following: Next | None, extended: str | None) -> Iterator[Block]:
+    """The further measurement that is recommended, and the extended model taken on."""
+    yield from after_plan(following)
+    if extended is not None:
+        words = [word for word in _same_data(plan, cell) if not word.startswith("problem")]
+        words = ["+experiment=identify", "problem=extended", f"problem.file={extended}", *words]
+        yield Command(command_line(words), "Identify with the extended model:")
+    if record.verdict in ("adequate", "not observable"):
+        words = ["+experiment=plan", *_same_data(plan, cell)]
+        yield Command(command_line(words), "What to measure in addition, to know the unknowns better:")
+
+
+def after_plan(following: Next | None) -> Iterator[Block]:
+    """The steps to a recommended measurement, and its command."""
+    if following is not None:
+        yield Command(following.command, " ".join(visible(step) for step in following.steps) or "Take the recommended run along:")
+
+
+def _same_data(plan: Plan, cell: Cell) -> list[str]:
+    """The words of a plan that choose its rotor and measurement, and the source of the data where an experiment chose it."""
+    kept = [word for word in plan.command if word.partition("=")[0].lstrip("+").partition(".")[0] in KEPT]
+    source = cell.chosen("measurement")
+    is_said = any(word.startswith("measurement=") for word in kept)
+    return kept if is_said or source not in MEASURED else [*kept, f"measurement={source}"]

@@ -1,0 +1,114 @@
+"""Measured and modelled response over speed, of whatever record, in the form that plots are made of."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.records.curves import FineCurve, FitCurves, Polar, as_array
+from ksmea.records.diagnosis import CurvesRecord, Values
+from ksmea.show.fit_figure import residuals
+from ksmea.units import MICROMETRE, RPM
+
+OF_A_PLANE = re.compile(r"(?P<harmonic>.*)(?P<direction>[xy]) at (?P<place>.+)")  # `ksmea.channel.Channel` in words
+
+
+@dataclass(frozen=True)
+class ModelCurve:
+    """A model's response (n, n_channel) µm at its own speeds (n,) rpm; `breaks` are where those of a further run begin."""
+
+    speed: Array
+    values: ComplexArray
+    breaks: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Response:
+    """Data (n_speed, n_channel) µm over speed (n_speed,) rpm; amplitudes alone where `has_phase` is False. By the name of each
+    model: its curve, its response at the measured speeds, and residuals in units of the noise by their part (`fit_figure`).
+    `sd` (µm) is that along the amplitude."""
+
+    speed: Array
+    channels: tuple[str, ...]
+    measured: ComplexArray
+    has_phase: bool
+    sd: Array | None
+    curves: Mapping[str, ModelCurve]
+    at_speeds: Mapping[str, ComplexArray]
+    residuals: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
+
+    def planes(self) -> dict[str, tuple[int, int]]:
+        """Columns of x and y of each plane where both are measured."""
+        found: dict[str, dict[str, int]] = {}
+        for column, channel in enumerate(self.channels):
+            if said := OF_A_PLANE.fullmatch(channel):
+                found.setdefault(said["harmonic"] + said["place"], {})[said["direction"]] = column
+        return {place: (of["x"], of["y"]) for place, of in found.items() if len(of) == 2}
+
+
+def of_fit(fit: FitCurves, name: str = "model") -> Response:
+    """The response of an identification."""
+    sd = None if fit.sd is None else as_array(fit.sd) / MICROMETRE / (np.sqrt(2) if fit.has_phase else 1)
+    parts: dict[str, Array] = {}
+    if fit.sd is not None:
+        of_channels = [residuals(fit, column) for column in range(len(fit.channels))]
+        names = ("in phase", "in quadrature") if fit.has_phase else ("amplitude",)
+        parts = {part: np.stack(columns, axis=1) for part, columns in zip(names, zip(*of_channels))}
+    return Response(
+        speed=as_array(fit.speed) / RPM,
+        channels=fit.channels,
+        measured=_complex(fit.measured),
+        has_phase=fit.has_phase,
+        sd=sd,
+        curves={name: ModelCurve(as_array(fit.fine.speed) / RPM, _complex(fit.fine), fit.fine.breaks)},
+        at_speeds={name: _complex(fit.fitted)},
+        residuals={name: parts} if parts else {},
+    )
+
+
+def of_diagnosis(curves: CurvesRecord) -> Response:
+    """The response of a diagnosis, before and after the extension. A model's curve is at the speeds that the record has it at:
+    those measured, unless it keeps finer ones."""
+    speed = np.array(curves.speed) / RPM
+    measured, has_phase = _of_values(curves.responses.measured)
+    values = {"model before": curves.responses.before, "model after": curves.responses.after}
+    left = {"model before": curves.residuals.before, "model after": curves.residuals.after}
+    at_speeds = {name: _of_values(found)[0] / MICROMETRE for name, found in values.items() if found is not None}
+    return Response(
+        speed=speed,
+        channels=curves.channels,
+        measured=measured / MICROMETRE,
+        has_phase=has_phase,
+        sd=None,
+        curves={name: ModelCurve(speed, found, curves.breaks) for name, found in at_speeds.items()},
+        at_speeds=at_speeds,
+        residuals={name: _parts(found) for name, found in left.items() if found is not None},
+    )
+
+
+def _complex(polar: Polar | FineCurve) -> ComplexArray:
+    """(n, n_channel) µm."""
+    amplitude = as_array(polar.amplitude) / MICROMETRE
+    phase = np.zeros_like(amplitude) if polar.phase is None else as_array(polar.phase)
+    found: ComplexArray = amplitude * np.exp(1j * phase)
+    return found
+
+
+def _of_values(values: Values) -> tuple[ComplexArray, bool]:
+    """(n_speed, n_channel) m, and whether it has a phase."""
+    parts = np.array(values, dtype=float)
+    if parts.ndim == 3:
+        return parts[..., 0] + 1j * parts[..., 1], True
+    return np.abs(parts).astype(complex), False
+
+
+def _parts(values: Values) -> dict[str, Array]:
+    """Residuals in units of the noise; both parts of a complex one of unit variance have half of that variance."""
+    parts = np.array(values, dtype=float)
+    if parts.ndim == 3:
+        return {"real": np.sqrt(2) * parts[..., 0], "imaginary": np.sqrt(2) * parts[..., 1]}
+    return {"amplitude": parts}

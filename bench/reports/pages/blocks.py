@@ -1,0 +1,161 @@
+"""Blocks of a page as HTML."""
+
+from __future__ import annotations
+
+import base64
+import json
+import math
+from collections.abc import Mapping
+from itertools import count
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from bench.plan.page import Block, Command, Control, Folded, Grid, Orbits, Picture, Plot, Prose, Table
+from bench.reports.pages.prose import prose_html, safe, table_html
+
+MOST_ROWS = 300  # of a table on a page; its file has all
+DIGITS = 6  # of numbers in plots: more than a screen shows
+TABLE_DIGITS = 5
+
+
+class Blocks:
+    """Writes blocks one after the other, each plot under a name of its own. `drawings` are the report's figures by name."""
+
+    def __init__(self, drawings: Mapping[str, bytes]) -> None:
+        self._drawings = drawings
+        self._number = count(1)
+        self.has_plots = False
+
+    def html(self, block: Block) -> str:
+        match block:
+            case Prose():
+                return prose_html(block.text)
+            case Command():
+                return _command(block)
+            case Table():
+                return _table(block)
+            case Plot():
+                return self._plot(block)
+            case Orbits():
+                return self._orbits(block)
+            case Picture():
+                return self._picture(block)
+            case Grid():
+                return f'<div class="grid">{"".join(map(self.html, block.plots))}</div>'
+            case Folded():
+                inside = "".join(map(self.html, block.blocks))
+                return f"<details><summary>{safe(block.title)}</summary>{inside}</details>"
+
+    def _plot(self, plot: Plot) -> str:
+        controls = "".join(_select(control) for control in plot.controls)
+        buttons = "".join(
+            f'<button type="button" data-do="{name}"{f" aria-label={chr(34)}{label}{chr(34)}" if label != shown else ""}>{shown}</button>'
+            for name, shown, label in BUTTONS
+        )
+        return self._figure(plot.title, plot.alternative, plot.figure, f"{controls}{buttons}", plot.height, plot.still)
+
+    def _orbits(self, orbits: Orbits) -> str:
+        last = len(orbits.speed) - 1
+        slider = (
+            f'<label>speed <input type="range" min="0" max="{last}" value="{last // 2}" step="1" data-orbit></label>'
+            ' <output aria-live="polite"></output>'
+        )
+        spec = {"speed": orbits.speed, "planes": orbits.planes}
+        return self._figure(orbits.title, orbits.alternative, spec, slider, 380, "", kind="orbits")
+
+    def _figure(
+        self, title: str, alternative: str, spec: Any, controls: str, height: int, still: str, kind: str = "plot"
+    ) -> str:
+        self.has_plots = True
+        name = f"{kind}-{next(self._number)}"
+        instead = self._image(still, alternative) if still in self._drawings else ""
+        return (
+            f'<figure class="plot" id="{name}" data-kind="{kind}"><h3>{safe(title)}</h3>'
+            f'<div class="controls" hidden>{controls}</div>'
+            f'<div class="canvas" role="img" aria-label="{safe(alternative)}" style="height:{height}px" hidden></div>'
+            f'<div class="still">{instead or "<p>This plot needs JavaScript; its numbers are in the files below.</p>"}</div>'
+            f"<figcaption>{safe(alternative)}</figcaption>"
+            f'<script type="application/json">{script_json(spec)}</script></figure>'
+        )
+
+    def _picture(self, picture: Picture) -> str:
+        if picture.name not in self._drawings:
+            return ""
+        heading = f"<h3>{safe(picture.title)}</h3>" if picture.title else ""
+        image = self._image(picture.name, picture.alternative)
+        return f"<figure>{heading}{image}<figcaption>{safe(picture.alternative)}</figcaption></figure>"
+
+    def _image(self, name: str, alternative: str) -> str:
+        data = base64.b64encode(self._drawings[name]).decode()
+        return f'<img alt="{safe(alternative)}" src="data:image/png;base64,{data}">'
+
+
+BUTTONS = (
+    ("in", "+", "zoom in"),
+    ("out", "−", "zoom out"),
+    ("reset", "Reset", "Reset"),
+    ("save", "Save PNG", "Save PNG"),
+)
+
+
+def script_json(value: Any) -> str:
+    r"""Data inside a `<script>`: nothing in them can end it, nor begin a comment of HTML.
+
+    >>> script_json({"name": "</script><!--", "x": 1 / 3, "y": float("nan")})
+    '{"name":"\\u003c/script\\u003e\\u003c!--","x":0.333333,"y":null}'
+    """
+    text = json.dumps(plain(value), ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c").replace(">", "\\u003e").replace("&", "\\u0026")
+
+
+def plain(value: Any) -> Any:
+    """Numbers, texts, lists and mappings as JSON has them; what is not finite is None."""
+    if isinstance(value, Mapping):
+        return {str(name): plain(each) for name, each in value.items()}
+    if isinstance(value, np.ndarray):
+        return plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [plain(each) for each in value]
+    if isinstance(value, (bool, np.bool_)):
+        return bool(value)
+    if isinstance(value, (int, np.integer)):
+        return int(value)
+    if isinstance(value, (float, np.floating)):
+        return float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None
+    return None if value is None else str(value)
+
+
+def _select(control: Control) -> str:
+    options = [f'<option value="">all</option>'] if control.with_all else []  # noqa: F541
+    options += [
+        f'<option value="{safe(option)}"{" selected" if option == control.chosen else ""}>{safe(option)}</option>'
+        for option in control.options
+    ]
+    return f'<label>{safe(control.label)} <select data-key="{safe(control.key)}">{"".join(options)}</select></label>'
+
+
+def _command(command: Command) -> str:
+    about = f"<p>{safe(command.about)}</p>" if command.about else ""
+    copy = '<button type="button" data-do="copy" hidden>Copy</button>'
+    return f'{about}<div class="command"><code>{safe(command.words)}</code>{copy}</div>'
+
+
+def _table(table: Table) -> str:
+    frame = table.frame.head(MOST_ROWS)
+    rows = [[_cell(value) for value in row] for row in frame.itertuples(index=False, name=None)]
+    html = table_html([str(name).replace("_", " ") for name in frame.columns], rows, table.title)
+    left_out = len(table.frame) - len(frame)
+    where = f" in {table.file}" if table.file else ""
+    more = f"<p>and {left_out} more rows{safe(where)}</p>" if left_out else ""
+    heading = f"<h3>{safe(table.title)}</h3>" if table.title else ""
+    return f"{heading}{html}{more}"
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, (bool, np.bool_)):
+        return "yes" if value else "no"
+    if isinstance(value, (float, np.floating)):
+        return "" if math.isnan(value) else f"{value:.{TABLE_DIGITS}g}"
+    return "" if value is None or value is pd.NA else str(value)

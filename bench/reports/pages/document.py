@@ -1,0 +1,67 @@
+"""A page as one HTML document: it asks nothing of a network, and no script runs but its own."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Mapping, Sequence
+from html import unescape
+from typing import Any
+
+from bench.plan.page import Section
+from bench.reports.pages import bundle
+from bench.reports.pages.blocks import Blocks
+from bench.reports.pages.prose import safe
+
+FACTS = "ksmea-bench"  # name of the element that says what a page is about
+FACTS_WITHIN = 8192  # characters from the beginning of a page
+_FACTS = re.compile(rf'<meta name="{FACTS}" content="([^"]*)">')
+
+
+def document(
+    title: str, headline: str, sections: Sequence[Section], facts: Mapping[str, Any], drawings: Mapping[str, bytes]
+) -> bytes:
+    """The page. `facts` are what an index tells of it, `drawings` the figures that sections name."""
+    blocks = Blocks(drawings)
+    body = "".join(_section(number, section, blocks) for number, section in enumerate(sections, start=1))
+    links = "".join(f'<li><a href="#part-{number}">{safe(each.title)}</a></li>' for number, each in enumerate(sections, 1))
+    script, style = bundle.asset("page.js"), bundle.asset("page.css")
+    plots = f'<script type="text/plain" id="plotly">{bundle.packed()}</script>' if blocks.has_plots else ""
+    allowed = [bundle.digest_of(script.encode()), *([bundle.digest()] if blocks.has_plots else [])]
+    policy = (
+        f"default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src {' '.join(allowed)}; base-uri 'none'"
+    )
+    navigation = f'<nav aria-label="contents"><ol>{links}</ol></nav>' if len(sections) > 1 else ""
+    return (
+        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">\n<meta name="{FACTS}" content="{_attribute(facts)}">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{safe(policy)}">'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1"><title>{safe(title)}</title>'
+        f"<style>{style}</style></head>\n"
+        f'<body><header><h1>{safe(title)}</h1>{_headline(headline)}{navigation}</header>\n<main>{body}</main>\n'
+        f"{plots}<script>{script}</script></body></html>\n"
+    ).encode()
+
+
+def facts_of(beginning: str) -> dict[str, Any] | None:
+    """The facts of a page, of which these are the first characters; None where it is no page of this project."""
+    found = _FACTS.search(beginning)
+    if found is None:
+        return None
+    try:
+        facts = json.loads(unescape(found[1]))
+    except ValueError:
+        return None
+    return facts if isinstance(facts, dict) else None
+
+
+def _attribute(facts: Mapping[str, Any]) -> str:
+    return safe(json.dumps(facts))
+
+
+def _headline(text: str) -> str:
+    return f'<p class="headline">{safe(text)}</p>' if text else ""
+
+
+def _section(number: int, section: Section, blocks: Blocks) -> str:
+    inside = "".join(map(blocks.html, section.blocks))
+    return f'<section id="part-{number}"><h2>{safe(section.title)}</h2>{inside}</section>\n'

@@ -1,0 +1,60 @@
+"""The page of an experiment, `index.html` in its folder, made of plan and records alone: the same records, the same bytes."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from bench.jobs.lines import RESULTS
+from bench.plan.page import Block, Page, Picture, Prose, Section
+from bench.plan.plan import Plan
+from bench.plan.report import Made
+from bench.reports.pages.document import document
+from bench.reports.pages.made_by import made_by_section, runs_section, settings_section
+from ksmea.errors import shortened
+
+PAGE = "index.html"
+OLDEST_STUDY = "identify"  # of plans that name none
+LONGEST_HEADLINE = 300  # characters that an index shows
+
+
+def experiment_page(plan: Plan, made: Made, drawings: Mapping[str, bytes], when: str) -> bytes:
+    """The page of a report; `drawings` are its figures by name, `when` is when the last of its sessions began."""
+    page = plain_page(made, drawings) if made.page is None else made.page()
+    files = sorted({*made.files, *drawings} - {PAGE})
+    sections = [*page.sections]
+    sections += [runs_section(made.runs)] if len(plan.runs) else []
+    sections += [settings_section(plan)] if plan.cells else []
+    sections.append(made_by_section(plan, files))
+    return document(plan.name, page.headline, sections, facts(plan, made, page, when), drawings)
+
+
+def facts(plan: Plan, made: Made, page: Page, when: str) -> dict[str, Any]:
+    """What an index tells of an experiment."""
+    return {
+        "name": plan.name,
+        "study": ", ".join(studies(plan)),
+        "when": when,
+        "headline": shortened(page.headline, LONGEST_HEADLINE),
+        "runs": len(made.runs),
+        "failed": int((~made.runs["status"].isin(RESULTS)).sum()),
+        "commit": plan.commit,
+    }
+
+
+def studies(plan: Plan) -> list[str]:
+    """The studies of a plan, in the order of its cells."""
+    named = ((cell.settings.get("study") or {}).get("name", OLDEST_STUDY) for cell in plan.cells)
+    return list(dict.fromkeys(map(str, named)))
+
+
+def plain_page(made: Made, drawings: Mapping[str, bytes]) -> Page:
+    """What is told of a report that says nothing of a page: its text, and its figures."""
+    pictures: tuple[Block, ...] = tuple(Picture(name, name) for name in drawings if name.endswith(".png"))
+    sections = [Section("Result", (Prose(made.text),)), *([Section("Figures", pictures)] if pictures else [])]
+    return Page(first_line(made.text), tuple(sections))
+
+
+def first_line(text: str) -> str:
+    return next((line.strip() for line in text.splitlines() if line.strip()), "")
+

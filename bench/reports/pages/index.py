@@ -1,0 +1,122 @@
+"""The page over all results of a folder: what each is, when it was made, what was found, and how many runs failed.
+
+It is made of the beginnings of the pages themselves, so that it costs next to nothing to write it again.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+from urllib.parse import quote
+
+from bench.plan.plan import PLAN_FILE
+from bench.reports.pages import bundle
+from bench.reports.pages.document import FACTS, FACTS_WITHIN, facts_of
+from bench.reports.pages.prose import safe
+from bench.storage.files import replace_file
+from ksmea.errors import SettingError, shortened
+from ksmea.regular_files import open_regular
+
+PAGE = "index.html"
+RESULTS = "results"  # folder whose index is kept by itself
+DEPTHS = ("*", "*/*")  # below the folder: experiments, and those that an experiment includes
+LONGEST = 300  # characters of what was found
+
+
+def write_index_above(output: Path) -> None:
+    """Write the index of the folder `results` that an experiment's folder lies in, or of the folder above where there is an
+    index already. What cannot be written costs nothing else."""
+    folder = output.absolute()
+    root = next((each for each in folder.parents if each.name == RESULTS), folder.parent)
+    if root.name == RESULTS or _is_index(root / PAGE):
+        try:
+            write_index(root)
+        except (OSError, SettingError):  # a folder of others: the experiment's own page is written
+            return
+
+
+def write_index(folder: Path) -> Path:
+    """Write the index of a folder; `SettingError` where a page of another kind stands there."""
+    path = folder / PAGE
+    if path.exists() and not _is_index(path):
+        raise SettingError(f"{path}: expected an index of results or none, found another page; move it away")
+    replace_file(path, index_page(folder))
+    return path
+
+
+def index_page(folder: Path) -> bytes:
+    """The index of all experiments whose results lie in a folder, the latest first."""
+    found = {place: told(folder / place) for place in _experiments(folder)}
+    ordered = sorted(found.items(), key=lambda item: (str(item[1].get("when", "")), str(item[0])), reverse=True)
+    rows = "".join(_row(place, each) for place, each in ordered)
+    head = "".join(
+        f'<th scope="col"{kind}>{name}</th>'
+        for name, kind in (
+            ("results", ""), ("study", ""), ("when", ""), ("runs", ' class="number"'), ("failed", ' class="number"'), ("found", ""),
+        )
+    )  # fmt: skip
+    table = (
+        f'<div class="scroll" tabindex="0" role="region" aria-label="results"><table><thead><tr>{head}</tr></thead>'
+        f"<tbody>{rows}</tbody></table></div>"
+    )
+    body = table if found else "<p>No results yet: python -m bench help shows what there is to run.</p>"
+    script, style = bundle.asset("page.js"), bundle.asset("page.css")
+    policy = f"default-src 'none'; style-src 'unsafe-inline'; script-src {bundle.digest_of(script.encode())}"
+    return (
+        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">\n<meta name="{FACTS}" content="{safe(INDEX)}">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{safe(policy)}">'
+        f'<meta name="viewport" content="width=device-width, initial-scale=1"><title>Results</title><style>{style}</style></head>\n'
+        f"<body><header><h1>Results</h1><p>{len(found)} in {safe(folder.absolute().name)}</p></header>\n<main>{body}</main>\n"
+        f"<script>{script}</script></body></html>\n"
+    ).encode()
+
+
+INDEX = json.dumps({"index": True})  # the facts of an index itself
+
+
+def told(folder: Path) -> Mapping[str, Any]:
+    """What the page of an experiment says it is about; where there is none, what the plan's first line says."""
+    page = folder / PAGE
+    found = facts_of(_beginning(page)) if page.is_file() else None
+    if found is not None and "index" not in found:
+        return found
+    again = {"headline": f"no page yet: python -m bench collect {folder.name}"}
+    try:
+        head = json.loads(_beginning(folder / PLAN_FILE, lines=1))
+    except (ValueError, RecursionError):
+        return again
+    return {"name": head.get("name", ""), **again} if isinstance(head, dict) else again
+
+
+def _experiments(folder: Path) -> list[Path]:
+    """Folders of experiments, as paths from the folder."""
+    plans = {path for depth in DEPTHS for path in folder.glob(f"{depth}/{PLAN_FILE}") if path.is_file()}
+    return sorted(path.parent.relative_to(folder) for path in plans)
+
+
+def _is_index(path: Path) -> bool:
+    return path.is_file() and (facts_of(_beginning(path)) or {}).get("index") is True
+
+
+def _beginning(path: Path, lines: int = 0) -> str:
+    """The first characters of a file, or its first line; '' where it cannot be read."""
+    try:
+        with open_regular(path) as file:
+            return (file.readline() if lines else file.read(FACTS_WITHIN)).decode("utf-8", "replace")
+    except (OSError, SettingError):
+        return ""
+
+
+def _row(place: Path, facts: Mapping[str, Any]) -> str:
+    name = str(place)
+    has_page = "runs" in facts
+    shown = f'<a href="{safe(quote(place.as_posix()))}/{PAGE}">{safe(name)}</a>' if has_page else safe(name)
+    when = str(facts.get("when", ""))[:16].replace("T", " ")
+    texts = [safe(facts.get("study", "")), safe(when)]
+    numbers = [safe(facts.get("runs", "")), safe(facts.get("failed", ""))]
+    cells = [f"<td>{shown}</td>", *(f"<td>{text}</td>" for text in texts)]
+    cells += [f'<td class="number">{text}</td>' for text in numbers]
+    cells.append(f"<td>{safe(shortened(str(facts.get('headline', '')), LONGEST))}</td>")
+    return f"<tr>{''.join(cells)}</tr>"

@@ -1,0 +1,92 @@
+"""Traces and layouts of plots as plotly takes them, alike on all pages."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import cycle, islice
+from typing import Any
+
+import numpy as np
+
+from ksmea.arrays import Array
+
+# Each is seen on a white and on a dark ground (3 : 1 or more, WCAG 2.2 for graphics; tests/bench/test_pages.py).
+BLUE, ORANGE, GREEN, PURPLE, OCHRE, GREY, PINK, TEAL = COLOURS = (
+    "#2b7ab8", "#d1581f", "#3a8f4d", "#9a68ba", "#a88300", "#7a7a7a", "#cf5f9d", "#17889a",
+)  # fmt: skip
+FADED = "rgba(122,122,122,0.14)"
+DASHES = ("solid", "dash", "dot", "dashdot")
+NARROW_LEGEND = {"orientation": "h", "y": -0.2, "x": 0, "xanchor": "left"}
+
+Trace = dict[str, Any]
+Layout = dict[str, Any]
+
+
+def layout(x: str = "", y: str = "", *, x_log: bool = False, y_log: bool = False, **more: Any) -> Layout:
+    """The layout of a plot with one pair of axes; `more` goes over it."""
+    return {
+        "margin": {"l": 62, "r": 12, "t": 12, "b": 50},
+        "paper_bgcolor": "rgba(0,0,0,0)",
+        "plot_bgcolor": "rgba(0,0,0,0)",
+        "font": {"size": 12, "family": "system-ui, sans-serif"},
+        "hoverlabel": {"bgcolor": "#1f252b", "bordercolor": "#1f252b", "font": {"color": "#ffffff"}, "namelength": -1},
+        "legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0, "xanchor": "left"},
+        "narrow": {"margin": {"l": 50, "r": 6, "t": 12, "b": 48}},
+        "xaxis": axis(x, log=x_log),
+        "yaxis": axis(y, log=y_log),
+        **more,
+    }
+
+
+def axis(title: str = "", *, log: bool = False, **more: Any) -> Layout:
+    """One axis; its numbers take the room that they need."""
+    scale = {"type": "log", "exponentformat": "power", "dtick": None} if log else {}
+    return {"title": {"text": title}, "automargin": True, "zeroline": False, "ticks": "outside", **scale, **more}
+
+
+def line(x: Any, y: Any, name: str, colour: str = BLUE, **more: Any) -> Trace:
+    return {
+        "type": "scatter", "mode": "lines", "x": x, "y": y, "name": name, "line": {"color": colour, "width": 2}, **more,
+    }  # fmt: skip
+
+
+def points(x: Any, y: Any, name: str, colour: str = ORANGE, **more: Any) -> Trace:
+    marker = {"color": colour, "size": 6} | more.pop("marker", {})
+    return {"type": "scatter", "mode": "markers", "x": x, "y": y, "name": name, "marker": marker, **more}
+
+
+def band(x: Array, low: Array, high: Array, name: str, colour: str = BLUE, **more: Any) -> list[Trace]:
+    """What lies between two lines; where one is not a number there is nothing."""
+    common = {"type": "scatter", "mode": "lines", "x": x, "line": {"width": 0}, "hoverinfo": "skip"} | more
+    above = {**common, "y": high, "showlegend": False, "name": name, "legendgroup": name}
+    below = {**common, "y": low, "fill": "tonexty", "fillcolor": faded(colour), "name": name, "legendgroup": name}
+    return [above, {"showlegend": True, **below}]
+
+
+def faded(colour: str, part: float = 0.22) -> str:
+    """A colour that what is behind it shows through.
+
+    >>> faded("#2b7ab8")
+    'rgba(43,122,184,0.22)'
+    """
+    red, green, blue = (int(colour[at : at + 2], 16) for at in (1, 3, 5))
+    return f"rgba({red},{green},{blue},{part:g})"
+
+
+def level(at: float, *, along: str = "y", dash: str = "dot", **more: Any) -> Layout:
+    """A straight line through a whole panel at a value of an axis."""
+    ends = {"y0": at, "y1": at, "x0": 0, "x1": 1, "xref": "x domain", "yref": "y"}
+    if along == "x":
+        ends = {"x0": at, "x1": at, "y0": 0, "y1": 1, "xref": "x", "yref": "y domain"}
+    return {"type": "line", "line": {"color": GREY, "width": 1.2, "dash": dash}, **ends, **more}
+
+
+def styles(names: Sequence[str]) -> Mapping[str, tuple[str, str]]:
+    """A colour and a dash for each name; where colours come again the dash is another."""
+    every = ((colour, dash) for dash in cycle(DASHES) for colour in COLOURS)
+    return dict(zip(names, islice(every, len(names))))
+
+
+def broken(x: Array, breaks: Sequence[int]) -> Array:
+    """Values (n,) to be drawn as a line for each run."""
+    return np.insert(np.asarray(x, dtype=float), list(breaks), np.nan)
