@@ -29,6 +29,8 @@ python -m bench [+experiment=NAME] [setting=value ...]      run an experiment (a
 python -m bench status NAME|DIR                             planned, done, failed, stale, missing runs
 python -m bench explain KEY [NAME|DIR]                      why a run failed or is stale, with its traceback
 python -m bench collect NAME|DIR                            tables and figures again, from plan and records alone
+python -m bench open [NAME|DIR]                             the page of results in the browser; without a name, that over all
+python -m bench compare NAME|DIR NAME|DIR [--out DIR]       two identifications or diagnoses side by side, as text, table and page
 python -m bench merge NAME|DIR NAME|DIR ... --out DIR       parts of one experiment, done in several places, in one folder
 python -m bench export ioh|coco|csv NAME|DIR [--out DIR]    the course of each run for IOHanalyzer, cocopp or a table
 python -m bench import FILE --format FORMAT --out RUN.csv   a file of an instrument as the project's own: docs/own_data.md

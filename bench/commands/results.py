@@ -11,6 +11,8 @@ COMMANDS = {
     "status": "bench.commands.status:status",
     "explain": "bench.commands.explain:explain",
     "collect": "bench.commands.collect:collect_again",
+    "open": "bench.commands.open:open_page",
+    "compare": "bench.commands.compare:compare",
     "merge": "bench.commands.merge:merge",
     "export": "bench.commands.export:export",
     "import": "bench.commands.import_file:import_file",

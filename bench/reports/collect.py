@@ -17,7 +17,7 @@ from bench.jobs.lines import RESULTS
 from bench.jobs.processors import counted_processors, mixed_processors, processors
 from bench.jobs.records import last_began, read_records
 from bench.plan.plan import Plan, read_plan
-from bench.plan.report import Drawing, report_named
+from bench.plan.report import Drawing, Made, report_named
 from bench.reports.history_figures import mesh_figure
 from bench.reports.pages.experiment import PAGE, experiment_page
 from bench.reports.pages.index import write_index, write_index_above

@@ -11,8 +11,10 @@ import pandas as pd
 
 from bench.jobs.lines import RESULTS, RunLine
 from bench.jobs.records import read_records
+from bench.plan.page import Page
 from bench.plan.plan import Plan
 from bench.plan.report import Drawing, Made, Report
+from bench.reports.chapters.summary import summary_page
 from bench.reports.cost import cost_figure, cost_frame
 from bench.reports.figures import summary_figure
 from bench.reports.hidden import hidden_paragraph
@@ -43,6 +45,7 @@ class SummaryReport(Report):
             {f"{plan.name}.csv": csv_text(summary).encode(), "runs.csv": csv_text(runs).encode()},
             runs,
             lambda: _figures(plan, runs, summary, output),
+            page=lambda: _page(plan, runs, summary, "\n\n".join(filter(None, blocks)), output),
         )
 
 
@@ -51,8 +54,7 @@ def _figures(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, output: Path
     left out."""
     files: dict[str, Drawing] = {f"{plan.name}.png": lambda: png(summary_figure(plan, runs, summary))}
     if {"updates", "response"} & set(plan.report.figures):
-        shown = {run.key for run in plan.runs if run.repetition < MAX_LINES}
-        kept = read_records(output, lambda line: for_figures(line) if line.key in shown else ForFigures(), plan)
+        kept = _kept(plan, output)
         if "updates" in plan.report.figures and any(part.history for part in kept.values()):
             histories = {key: part.history for key, part in kept.items()}
             files[f"{plan.name}_updates.png"] = lambda: png(updates_figure(plan, histories))
@@ -67,6 +69,24 @@ def _figures(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, output: Path
         files[f"{plan.name}_stages.csv"] = csv_text(by_stage).encode()
         files[f"{plan.name}_trace.png"] = lambda: png(trace_figure(plan, by_cost, by_stage))
     return files
+
+
+def _page(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, text: str, output: Path) -> Page:
+    """What the page shows, curves among it where the experiment asks for their figures."""
+    asked = set(plan.report.figures)
+    kept = _kept(plan, output) if {"updates", "response"} & asked else {}
+    histories = {key: part.history for key, part in kept.items()} if "updates" in asked else {}
+    traces = read_traces(plan, output) if "trace" in asked else {}
+    reached = trace_frame(plan, traces) if traces else None
+    return summary_page(
+        plan, text, runs, summary, curves_by_cell(plan, kept) if "response" in asked else {}, histories, reached
+    )
+
+
+def _kept(plan: Plan, output: Path) -> dict[str, ForFigures]:
+    """Updating steps and curves of the runs that figures show."""
+    shown = {run.key for run in plan.runs if run.repetition < MAX_LINES}
+    return read_records(output, lambda line: for_figures(line) if line.key in shown else ForFigures(), plan)
 
 
 @dataclass(frozen=True)

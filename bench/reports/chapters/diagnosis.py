@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from bench.plan.page import Block, Page, Prose, Section, Table
+from bench.plan.page import Block, Folded, Page, Prose, Section, Table
 from bench.reports.chapters.effect_plot import effect_plot
 from bench.reports.chapters.interval_plot import Shown, interval_plot
 from bench.reports.chapters.location import location_blocks
@@ -25,8 +25,8 @@ def diagnosis_page(record: DiagnosisRecord, following: Sequence[Block]) -> Page:
     sections = [Section("What was found", (Prose(text(record)),))]
     sections += [Section("What to do next", tuple(following))] if following else []
     if record.ranking:
-        table = frame(record)
-        sections.append(Section("Effects", (effect_plot(record, EFFECTS), Table(table, "All fits, the highest ΔBIC first"))))
+        fits = Folded(f"All {len(record.ranking)} fits, the highest ΔBIC first", (Table(frame(record)),))
+        sections.append(Section("Effects", (effect_plot(record, EFFECTS), fits)))
     if record.curves is not None:
         sections.append(Section("Response", tuple(response_blocks(of_diagnosis(record.curves), RESIDUALS))))
     sections.append(Section("Unknowns", tuple(_unknowns(record))))
@@ -47,7 +47,9 @@ def headline(record: DiagnosisRecord) -> str:
 
 
 def _unknowns(record: DiagnosisRecord) -> Iterator[Block]:
-    yield Table(coefficients_frame(record), "Unknowns as the model is given (before) and with what explains the data (after)")
+    yield Table(
+        coefficients_frame(record), "Unknowns as the model is given (before) and with what explains the data (after)"
+    )
     averaged = {} if record.averaged is None else {each.name: each for each in record.averaged.coefficients}
     own = [row for row in record.coefficients if row.before is not None]
     kinds = {

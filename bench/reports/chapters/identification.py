@@ -21,13 +21,16 @@ def identification_page(told: Sequence[tuple[str, IdentificationRecord, str]], f
     """The page of identifications, each with its title and the name of its figure as PNG; `following` is what to do next."""
     if not told:
         return Page("nothing was identified")
-    title, record, still = told[0]
+    record = told[0][1]
     sections = [section for each in told for section in _sections(*each, several=len(told) > 1)]
     sections[1:1] = [Section("What to do next", tuple(following))] if following else []
-    return Page(_headline(record) if len(told) == 1 else f"{len(told)} identifications, the first: {_headline(record)}", tuple(sections))
+    return Page(
+        headline(record) if len(told) == 1 else f"{len(told)} identifications, the first: {headline(record)}",
+        tuple(sections),
+    )
 
 
-def _headline(record: IdentificationRecord) -> str:
+def headline(record: IdentificationRecord) -> str:
     """Whether the model explains the data, in a line; of what was not tested, how many unknowns have an interval."""
     if record.lack_of_fit is not None:
         said = verdict(record.lack_of_fit)
@@ -52,7 +55,9 @@ def unknowns_blocks(record: IdentificationRecord) -> Iterator[Block]:
     beside = {} if record.location is None else {each.name: each.over_sites for each in record.location.coefficients}
     unknowns: dict[str, dict[str, Shown]] = {}
     for part in record.parameters:
-        own = {"identified": Shown(part.in_unit(part.value), part.in_unit(part.low), part.in_unit(part.high), part.unit)}
+        own = {
+            "identified": Shown(part.in_unit(part.value), part.in_unit(part.low), part.in_unit(part.high), part.unit)
+        }
         other = beside.get(part.name)
         if other is not None:
             ends = (np.nan if end is None else end for end in (other.low, other.high))
@@ -60,7 +65,11 @@ def unknowns_blocks(record: IdentificationRecord) -> Iterator[Block]:
         unknowns[part.name] = own
     truth = {part.name: part.in_unit(part.true) for part in record.parameters}
     if any(not np.isnan([each.low, each.high]).all() for of in unknowns.values() for each in of.values()):
-        yield interval_plot(unknowns, truth, "The interval of each unknown relative to its value; crosses: true values, of synthetic data.")
+        yield interval_plot(
+            unknowns,
+            truth,
+            "The interval of each unknown relative to its value; crosses: true values, of synthetic data.",
+        )
 
 
 def steps_plot(record: IdentificationRecord) -> Plot:

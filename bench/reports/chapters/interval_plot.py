@@ -54,7 +54,9 @@ def interval_plot(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[st
     labels = [f"{name.replace('_', ' ')} " for name in names]
     made["yaxis"] = axis(tickvals=list(range(len(names))), ticktext=labels, range=[len(names) - 0.5, -0.5])
     made["shapes"] = [level(0, along="x", dash="solid")]
-    return Plot("Unknowns with their intervals", alternative, {"data": traces, "layout": made}, height=110 + ROW * len(names))
+    return Plot(
+        "Unknowns with their intervals", alternative, {"data": traces, "layout": made}, height=110 + ROW * len(names)
+    )
 
 
 def _trace(
@@ -81,7 +83,9 @@ def _trace(
             "thickness": 1.8,
             "width": 4,
         },
-        "text": [f"{name}: {each.value:.5g} [{_shown(each.low)}, {_shown(each.high)}] {each.unit}" for _, name, each in mine],
+        "text": [
+            f"{name}: {each.value:.5g} [{_shown(each.low)}, {_shown(each.high)}] {each.unit}" for _, name, each in mine
+        ],
         "hovertemplate": "%{text}<extra>" + kind + "</extra>",
     }
 

@@ -10,7 +10,20 @@ import numpy as np
 from bench.plan.page import Block, Page, Plot, Prose, Section, Table
 from bench.reports.chapters.interval_plot import Shown, interval_plot
 from bench.reports.pages.traces import (
-    BLUE, COLOURS, GREEN, GREY, ORANGE, PURPLE, TEAL, axis, band, broken, layout, level, line, points,
+    BLUE,
+    COLOURS,
+    GREEN,
+    GREY,
+    ORANGE,
+    PURPLE,
+    TEAL,
+    axis,
+    band,
+    broken,
+    layout,
+    level,
+    line,
+    points,
 )  # fmt: skip
 from ksmea.arrays import Array
 from ksmea.records.estimate import EstimateRecord
@@ -50,13 +63,19 @@ def location_blocks(record: LocationRecord, still: str = "") -> Iterator[Block]:
     unknowns = {
         each.name: {
             name: _shown(estimate)
-            for name, estimate in (("without", each.plain), ("beside it", each.best), ("over all sites", each.over_sites))
+            for name, estimate in (
+                ("without", each.plain),
+                ("beside it", each.best),
+                ("over all sites", each.over_sites),
+            )
             if estimate is not None
         }
         for each in record.coefficients
     }
     if record.force is not None and unknowns:
-        yield interval_plot(unknowns, {}, "Unknowns without what acts there, beside it at the best site, and over all accepted sites.")
+        yield interval_plot(
+            unknowns, {}, "Unknowns without what acts there, beside it at the best site, and over all accepted sites."
+        )
 
 
 def _shown(estimate: EstimateRecord) -> Shown:
@@ -85,7 +104,9 @@ def shaft_plot(record: LocationRecord, still: str = "") -> Plot:
     made = layout()
     made["xaxis"] = axis("position (m)", anchor="y2")
     made["yaxis"] = axis("p of the site", log=True, domain=[0.34, 1.0])
-    made["yaxis2"] = axis(domain=[0.0, 0.24], range=[-1.5, 1.2], showticklabels=False, ticks="", showgrid=False, fixedrange=True)
+    made["yaxis2"] = axis(
+        domain=[0.0, 0.24], range=[-1.5, 1.2], showticklabels=False, ticks="", showgrid=False, fixedrange=True
+    )
     made["shapes"] = [level(record.level, dash="dash")]
     made["annotations"] = [
         {"x": at, "y": -0.75, "xref": "x", "yref": "y2", "text": _short(name), "showarrow": False, "yanchor": "top", "yshift": 6,
@@ -136,9 +157,21 @@ def _force_plots(record: LocationRecord, force: ForceRecord) -> Iterator[Block]:
     ]
     if record.law is not None and (record.law.position, record.law.kind) == (force.position, force.kind):
         for direction, amplitude in zip("xy", record.law.amplitude):
-            traces.append(line(_rpm(record), _lines(record, amplitude), f"{record.law.law} ({direction})", GREY, line={"dash": "dash", "color": GREY}))
+            traces.append(
+                line(
+                    _rpm(record),
+                    _lines(record, amplitude),
+                    f"{record.law.law} ({direction})",
+                    GREY,
+                    line={"dash": "dash", "color": GREY},
+                )
+            )
     said = f"Amplitude of the unknown {force.kind} at the best site over speed, with its interval; dashed: the law that it follows."
-    yield Plot(f"The {force.kind} over speed", said, {"data": traces, "layout": layout(SPEED, f"{force.kind} ({unit})", y_log=True)})
+    yield Plot(
+        f"The {force.kind} over speed",
+        said,
+        {"data": traces, "layout": layout(SPEED, f"{force.kind} ({unit})", y_log=True)},
+    )
     if force.work is not None:
         made = layout(SPEED, "work (J per turn)", shapes=[level(0, dash="solid")])
         said = "Work of the force on the motion per turn, with its interval: above 0 it feeds the motion."
@@ -160,7 +193,9 @@ def _force_plots(record: LocationRecord, force: ForceRecord) -> Iterator[Block]:
         yield Plot("Dynamic stiffness", said, {"data": traces, "layout": made}, height=340)
 
 
-def _series(record: LocationRecord, series: SeriesRecord, name: str, colour: str, scale: float = 1.0) -> list[dict[str, Any]]:
+def _series(
+    record: LocationRecord, series: SeriesRecord, name: str, colour: str, scale: float = 1.0
+) -> list[dict[str, Any]]:
     """A quantity over speed with the band of its interval."""
     value, low, high = (_lines(record, values) / scale for values in (series.value, series.low, series.high))
     drawn = line(_rpm(record), value, name, colour, legendgroup=name)

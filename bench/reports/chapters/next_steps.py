@@ -25,7 +25,9 @@ def after_identification(plan: Plan, cell: Cell, record: IdentificationRecord) -
         yield Command(command_line(words), "What to measure in addition, to know the unknowns better:")
 
 
-def after_diagnosis(plan: Plan, cell: Cell, record: DiagnosisRecord, following: Next | None, extended: str | None) -> Iterator[Block]:
+def after_diagnosis(
+    plan: Plan, cell: Cell, record: DiagnosisRecord, following: Next | None, extended: str | None
+) -> Iterator[Block]:
     """The further measurement that is recommended, and the extended model taken on."""
     yield from after_plan(following)
     if extended is not None:
@@ -40,7 +42,9 @@ def after_diagnosis(plan: Plan, cell: Cell, record: DiagnosisRecord, following: 
 def after_plan(following: Next | None) -> Iterator[Block]:
     """The steps to a recommended measurement, and its command."""
     if following is not None:
-        yield Command(following.command, " ".join(visible(step) for step in following.steps) or "Take the recommended run along:")
+        yield Command(
+            following.command, " ".join(visible(step) for step in following.steps) or "Take the recommended run along:"
+        )
 
 
 def _same_data(plan: Plan, cell: Cell) -> list[str]:

@@ -137,7 +137,14 @@ def _of_channel(response: Response, column: int, axes: dict[str, str]) -> Iterat
     bars = _bars(response, column)
     more: dict[str, Any] = {"error_y": bars} if bars else {}
     yield points(
-        response.speed, np.abs(measured), f"measured, {channel}", colour, marker={"size": 5}, opacity=0.85, **more, **of_channel
+        response.speed,
+        np.abs(measured),
+        f"measured, {channel}",
+        colour,
+        marker={"size": 5},
+        opacity=0.85,
+        **more,
+        **of_channel,
     )
     if "phase" in axes:
         yield points(

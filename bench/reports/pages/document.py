@@ -24,20 +24,20 @@ def document(
     """The page. `facts` are what an index tells of it, `drawings` the figures that sections name."""
     blocks = Blocks(drawings)
     body = "".join(_section(number, section, blocks) for number, section in enumerate(sections, start=1))
-    links = "".join(f'<li><a href="#part-{number}">{safe(each.title)}</a></li>' for number, each in enumerate(sections, 1))
+    links = "".join(
+        f'<li><a href="#part-{number}">{safe(each.title)}</a></li>' for number, each in enumerate(sections, 1)
+    )
     script, style = bundle.asset("page.js"), bundle.asset("page.css")
     plots = f'<script type="text/plain" id="plotly">{bundle.packed()}</script>' if blocks.has_plots else ""
     allowed = [bundle.digest_of(script.encode()), *([bundle.digest()] if blocks.has_plots else [])]
-    policy = (
-        f"default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src {' '.join(allowed)}; base-uri 'none'"
-    )
+    policy = f"default-src 'none'; img-src data: blob:; style-src 'unsafe-inline'; script-src {' '.join(allowed)}; base-uri 'none'"
     navigation = f'<nav aria-label="contents"><ol>{links}</ol></nav>' if len(sections) > 1 else ""
     return (
         f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">\n<meta name="{FACTS}" content="{_attribute(facts)}">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{safe(policy)}">'
         f'<meta name="viewport" content="width=device-width, initial-scale=1"><title>{safe(title)}</title>'
         f"<style>{style}</style></head>\n"
-        f'<body><header><h1>{safe(title)}</h1>{_headline(headline)}{navigation}</header>\n<main>{body}</main>\n'
+        f"<body><header><h1>{safe(title)}</h1>{_headline(headline)}{navigation}</header>\n<main>{body}</main>\n"
         f"{plots}<script>{script}</script></body></html>\n"
     ).encode()
 

@@ -57,4 +57,3 @@ def plain_page(made: Made, drawings: Mapping[str, bytes]) -> Page:
 
 def first_line(text: str) -> str:
     return next((line.strip() for line in text.splitlines() if line.strip()), "")
-

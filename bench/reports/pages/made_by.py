@@ -13,6 +13,7 @@ from bench.jobs.lines import RESULTS
 from bench.plan.page import Block, Command, Folded, Prose, Section, Table
 from bench.plan.plan import Plan
 
+OF_CODE = "parts"  # of settings: modules that take part, which nobody chooses
 MOST_FAILED = 50  # runs whose reasons are on the page; runs.csv has all
 
 
@@ -26,9 +27,9 @@ def runs_section(runs: pd.DataFrame) -> Section:
     counts = Counter(runs["status"])
     told = ", ".join(f"{count} {status}" for status, count in counts.most_common()) or "none planned"
     failed = runs[~runs["status"].isin(RESULTS)]
-    blocks: list[Block] = [Prose(f"{len(runs)} runs: {told}.")]
+    blocks: list[Block] = [Prose(f"{len(runs)} run{'s' * (len(runs) > 1)}: {told}.")]
     if len(failed):
-        columns = [name for name in failed if name in _FAILED or name not in _NOT_PLACE and _is_place(failed[name])]
+        columns = [name for name in failed if name in _FAILED or (name not in _NOT_PLACE and _is_place(failed[name]))]
         shown = failed[[*dict.fromkeys([*columns, "status", "error"])]].head(MOST_FAILED)
         blocks.append(Table(shown, "Runs without a result", "runs.csv"))
         if "key" in failed:
@@ -47,7 +48,7 @@ def _is_place(column: pd.Series) -> bool:
 
 def settings_section(plan: Plan) -> Section:
     """The settings that all cells share, and how each cell differs."""
-    flat = [dict(flattened(cell.settings)) for cell in plan.cells]
+    flat = [{name: value for name, value in flattened(cell.settings) if name != OF_CODE} for cell in plan.cells]
     names = list(dict.fromkeys(name for each in flat for name in each))
     values = {name: [each.get(name, "") for each in flat] for name in names}
     alike = [(name, found[0]) for name, found in values.items() if len(set(found)) == 1]

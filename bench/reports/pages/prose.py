@@ -9,6 +9,7 @@ from itertools import groupby
 
 from ksmea.errors import visible
 
+LONG = 40  # characters
 GAP = 2  # blanks between columns (`ksmea.show.text.aligned`)
 COLUMNS = re.compile(rf"\S {{{GAP},}}\S")
 NUMBER = re.compile(r"[-+−±~<>≤≥× ]*[\d.]+([eE][-+]?\d+)?[ %]*|[-–∞?]|[-+−]?∞|nan|not known|never")
@@ -29,10 +30,16 @@ def table_html(head: Sequence[str], rows: Sequence[Sequence[str]], label: str = 
     kinds = [' class="number"' if each else "" for each in right]
     top = "".join(f'<th scope="col"{kind}>{safe(name)}</th>' for name, kind in zip(head, kinds))
     body = "".join(
-        f"<tr>{''.join(f'<td{kind}>{safe(cell)}</td>' for cell, kind in zip(row, kinds))}</tr>" for row in rows
+        f"<tr>{''.join(f'<td{kind or _wrapping(cell)}>{safe(cell)}</td>' for cell, kind in zip(row, kinds))}</tr>"
+        for row in rows
     )
     named = f' role="region" aria-label="{safe(label or "table")}"'
     return f'<div class="scroll" tabindex="0"{named}><table><thead><tr>{top}</tr></thead><tbody>{body}</tbody></table></div>'
+
+
+def _wrapping(cell: str) -> str:
+    """Long texts are broken into lines; short ones stay whole."""
+    return ' class="long"' if len(cell) > LONG else ""
 
 
 def is_numeric(cells: Sequence[str]) -> bool:

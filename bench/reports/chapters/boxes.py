@@ -1,0 +1,112 @@
+"""Box plots over repetitions: a small plot for each quantity, a box for each cell."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from bench.plan.page import Plot
+from bench.reports.pages.traces import BLUE, GREEN, GREY, ORANGE, axis, layout
+
+MOST_POINTS = 2000  # runs of a cell of which each is drawn; of more, quartiles alone
+MOST_NAMES = 12  # cells whose names stand below the axis
+
+
+def box_trace(position: Any, values: Sequence[float], name: str, colour: str = BLUE, **more: Any) -> dict[str, Any]:
+    """Median, quartiles and extremes of values, and the values themselves where they are few."""
+    told = np.asarray(values, dtype=float)
+    told = told[np.isfinite(told)]
+    common = {
+        "type": "box",
+        "name": name,
+        "line": {"color": colour, "width": 1.6},
+        "marker": {"color": colour, "size": 3},
+        **more,
+    }
+    if len(told) > MOST_POINTS:
+        low, first, median, third, high = np.percentile(told, [0, 25, 50, 75, 100])
+        return {
+            **common,
+            "x0": position,
+            "q1": [first],
+            "median": [median],
+            "q3": [third],
+            "lowerfence": [low],
+            "upperfence": [high],
+        }
+    return {**common, "x0": position, "y": told, "boxpoints": "all", "jitter": 0.6, "pointpos": 0, "whiskerwidth": 0.4}
+
+
+def box_plot(
+    title: str,
+    unit: str,
+    cells: Sequence[str],
+    values: Sequence[Sequence[float]],
+    marks: Mapping[str, Sequence[float]],
+    intervals: Sequence[tuple[float, float]] | None = None,
+    *,
+    x: str = "",
+    y_log: bool = False,
+) -> Plot:
+    """A box for the values of each cell; `marks` are further values of each cell by their kind, 'paper' and 'reference' for
+    example, `intervals` the ends of one, not a number where open."""
+    at = list(range(len(cells)))
+    traces = [box_trace(number, of, name, showlegend=False) for number, name, of in zip(at, cells, values)]
+    for kind, of in marks.items():
+        style = MARKS.get(kind, {"symbol": "circle", "size": 8, "color": GREY})
+        if np.isfinite(np.asarray(of, dtype=float)).any():
+            traces.append({"type": "scatter", "mode": "markers", "name": kind, "x": at, "y": of, "marker": style})
+    if intervals is not None:
+        traces += _intervals(at, intervals, values)
+    made = layout(x, unit, y_log=y_log)
+    few = len(cells) <= MOST_NAMES
+    made["xaxis"] = (
+        axis(x, tickvals=at, ticktext=cells, range=[-0.6, len(cells) - 0.4]) if few else axis(x or "cell, from 0")
+    )
+    return Plot(title, _alternative(title, marks, intervals is not None), {"data": traces, "layout": made}, height=330)
+
+
+MARKS = {
+    "paper": {"symbol": "diamond", "size": 9, "color": ORANGE},
+    "reference": {"symbol": "line-ew-open", "size": 30, "color": GREY, "line": {"width": 2}},
+    "most likely": {"symbol": "cross", "size": 7, "color": GREEN},
+}
+
+
+def _alternative(title: str, marks: Mapping[str, Sequence[float]], has_intervals: bool) -> str:
+    told = [
+        f"{MARKED[kind]}: {kind}"
+        for kind in marks
+        if kind in MARKED and np.isfinite(np.asarray(marks[kind], dtype=float)).any()
+    ]
+    told += ["green lines: median interval"] if has_intervals else []
+    return f"{title}: median, quartiles and all values of each cell" + (f"; {', '.join(told)}." if told else ".")
+
+
+MARKED = {"paper": "diamonds", "reference": "bars", "most likely": "crosses"}
+
+
+def _intervals(
+    at: Sequence[int], intervals: Sequence[tuple[float, float]], values: Sequence[Sequence[float]]
+) -> list[dict[str, Any]]:
+    """The interval of each cell beside its box; an end that is open lies at the farthest value."""
+    every = np.concatenate([np.asarray(of, dtype=float) for of in values] or [np.array([])])
+    if not len(every) or not np.isfinite(np.array(intervals, dtype=float)).any():
+        return []
+    lowest, highest = np.nanmin(every), np.nanmax(every)
+    xs, ys = [], []
+    for position, (low, high) in zip(at, intervals):
+        xs += [position + 0.42, position + 0.42, None]
+        ys += [lowest if np.isnan(low) else low, highest if np.isnan(high) else high, None]
+    return [
+        {
+            "type": "scatter",
+            "mode": "lines",
+            "name": "median interval",
+            "x": xs,
+            "y": ys,
+            "line": {"color": GREEN, "width": 3},
+        }
+    ]

@@ -1,0 +1,175 @@
+"""Whether two results agree: their unknowns by how far they differ, in units of what both are uncertain by.
+
+Of an unknown with values a and b the difference is (b − a) / √(s_a² + s_b²), where s is the half-width of the interval on the
+side that faces the other value, divided by the normal quantile of its level. That is right for two measurements that are
+independent; of two identifications of the same data, whose noise is the same, the difference is expected to be smaller than
+it says.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from statistics import NormalDist
+
+import numpy as np
+import pandas as pd
+
+from bench.reports.chapters.interval_plot import Shown
+from bench.reports.comparison.sides import Side
+from bench.reports.pages.made_by import OF_CODE
+from ksmea.errors import shortened
+from ksmea.show.text import aligned, number
+
+AGREE = 2.0  # combined standard deviations up to which two values are said to agree
+NOT_TOLD = "not known"
+ABSENT = "–"  # in the place of a setting that one side has not
+LONGEST = 60  # characters of a setting in the terminal; the page has all
+DATA = (
+    "measurement",
+    "measurement_fingerprint",
+    "problem",
+    "seed",
+    "repetition",
+)  # settings that say which data they are
+SAME_DATA = (
+    "note: both are of the same data, whose noise is the same: the differences are expected to be smaller than σ says, which is"
+    " that of two independent measurements"
+)
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Two sides, their unknowns in a table, the settings and facts in which they differ."""
+
+    first: Side
+    second: Side
+    unknowns: pd.DataFrame
+    settings: pd.DataFrame
+    facts: pd.DataFrame
+
+    @property
+    def is_of_same_data(self) -> bool:
+        """Whether no setting of the rotor and the measurement differs."""
+        return not any(name.partition(".")[0] in DATA for name in self.settings["setting"])
+
+    @property
+    def verdict(self) -> str:
+        """Whether the unknowns that both have agree."""
+        told = self.unknowns[self.unknowns["agrees"] != NOT_TOLD]
+        apart = told[told["agrees"] == "no"]
+        if told.empty:
+            return "no unknown has an interval in both: whether they agree is not known"
+        if apart.empty:
+            return (
+                f"all {len(told)} unknowns with intervals in both agree within {AGREE:g} combined standard deviations"
+            )
+        names = ", ".join(f"{row.unknown} ({row.difference_sigma:+.3g})" for row in apart.itertuples())
+        return (
+            f"{len(apart)} of {len(told)} unknowns differ by more than {AGREE:g} combined standard deviations: {names}"
+        )
+
+
+def compared(first: Side, second: Side) -> Comparison:
+    """What both say, and where they differ."""
+    return Comparison(first, second, _unknowns(first, second), _settings(first, second), _facts(first, second))
+
+
+def difference(one: Shown, other: Shown, levels: tuple[float, float] = (0.95, 0.95)) -> float:
+    """The difference of two estimates in combined standard deviations; not a number where one is open on the side of the other.
+
+    >>> round(difference(Shown(10.0, 8.04, 11.96, "N"), Shown(13.0, 11.04, 14.96, "N")), 3)
+    2.121
+    """
+    up = other.value >= one.value
+    sides = ((one.high - one.value, other.value - other.low), (one.value - one.low, other.high - other.value))
+    widths = sides[0] if up else sides[1]
+    combined = float(np.hypot(*(width / NormalDist().inv_cdf((1 + level) / 2) for width, level in zip(widths, levels))))
+    if combined > 0:
+        return (other.value - one.value) / combined
+    return 0.0 if other.value == one.value else np.nan
+
+
+def _unknowns(first: Side, second: Side) -> pd.DataFrame:
+    rows = []
+    for name in dict.fromkeys([*first.unknowns, *second.unknowns]):
+        one, other = first.unknowns.get(name), second.unknowns.get(name)
+        is_comparable = one is not None and other is not None and one.unit == other.unit
+        apart = difference(one, other, (first.level, second.level)) if one and other and is_comparable else np.nan
+        rows.append(
+            {
+                "unknown": name,
+                "unit": " or ".join(dict.fromkeys(each.unit for each in (one, other) if each)),
+                **_columns("a", one),
+                **_columns("b", other),
+                "difference_sigma": apart,
+                "agrees": NOT_TOLD if np.isnan(apart) else "yes" if abs(apart) <= AGREE else "no",
+            }
+        )
+    columns = [*("unknown", "unit", "a", "a_low", "a_high", "b", "b_low", "b_high"), "difference_sigma", "agrees"]
+    return pd.DataFrame(rows, columns=columns)
+
+
+def _columns(side: str, shown: Shown | None) -> dict[str, float]:
+    value, low, high = (np.nan,) * 3 if shown is None else (shown.value, shown.low, shown.high)
+    return {side: value, f"{side}_low": low, f"{side}_high": high}
+
+
+def _settings(first: Side, second: Side) -> pd.DataFrame:
+    names = [name for name in dict.fromkeys([*first.settings, *second.settings]) if name != OF_CODE]
+    rows = [(name, first.settings.get(name, ABSENT), second.settings.get(name, ABSENT)) for name in names]
+    return pd.DataFrame([row for row in rows if row[1] != row[2]], columns=["setting", "a", "b"])
+
+
+def _facts(first: Side, second: Side) -> pd.DataFrame:
+    names = dict.fromkeys([*first.facts, *second.facts])
+    rows = [(name, *(_said(side.facts.get(name)) for side in (first, second))) for name in names]
+    return pd.DataFrame(rows, columns=["what", "a", "b"])
+
+
+def _said(value: str | float | None) -> str:
+    if value is None or value == "":
+        return "–"
+    return value if isinstance(value, str) else number(value, 5)
+
+
+def text(comparison: Comparison) -> str:
+    """The comparison in the terminal."""
+    first, second = comparison.first, comparison.second
+    head = [f"a: {first.name}: {first.verdict}", f"b: {second.name}: {second.verdict}", f"{comparison.verdict}."]
+    rows = [
+        [
+            row["unknown"],
+            _interval(row, "a"),
+            _interval(row, "b"),
+            row["unit"],
+            number(row["difference_sigma"], 3),
+            row["agrees"],
+        ]
+        for row in comparison.unknowns.to_dict("records")
+    ]
+    blocks = ["\n".join(head), aligned(["unknown", "a", "b", "unit", "(b − a) / σ", "agree"], rows)]
+    blocks.append(aligned([*comparison.facts.columns], comparison.facts.to_numpy().tolist()))
+    return "\n\n".join([*blocks, *_settings_text(comparison)])
+
+
+def _settings_text(comparison: Comparison) -> list[str]:
+    """Settings that both have and that differ; of the others, which belong to different studies or plugins, how many."""
+    table = comparison.settings
+    is_of_both = (table["a"] != ABSENT) & (table["b"] != ABSENT)
+    rows = [[shortened(cell, LONGEST) for cell in row] for row in table[is_of_both].to_numpy()]
+    told = (
+        ["Settings that differ:\n" + aligned([*table.columns], rows)]
+        if rows
+        else ["No setting that both have differs."]
+    )
+    left = len(table) - len(rows)
+    told += [f"{left} settings more are of one alone: see the page"] if left else []
+    return told + ([SAME_DATA] if comparison.is_of_same_data else [])
+
+
+def _interval(row: dict[str, float], side: str) -> str:
+    """For example '50.03 [49.99, 50.06]'."""
+    value, low, high = row[side], row[f"{side}_low"], row[f"{side}_high"]
+    if np.isnan(value):
+        return "–"
+    return number(value) + ("" if np.isnan([low, high]).all() else f" [{number(low)}, {number(high)}]")

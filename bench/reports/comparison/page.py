@@ -1,0 +1,43 @@
+"""The page of a comparison."""
+
+from __future__ import annotations
+
+from bench.plan.page import Block, Command, Prose, Section, Table
+from bench.reports.chapters.interval_plot import interval_plot
+from bench.reports.comparison.comparison import SAME_DATA, Comparison
+from bench.reports.pages.document import document
+from bench.reports.pages.made_by import command_line
+
+
+def comparison_page(comparison: Comparison) -> bytes:
+    """Both sides with their unknowns on one axis, what they say, and the settings that differ."""
+    first, second = comparison.first, comparison.second
+    unknowns = {
+        name: {side: of.unknowns[name] for side, of in (("a", first), ("b", second)) if name in of.unknowns}
+        for name in dict.fromkeys([*first.unknowns, *second.unknowns])
+    }
+    blocks: list[Block] = [Prose(f"a: {first.name}: {first.verdict}\nb: {second.name}: {second.verdict}")]
+    about = f"Differences are in combined standard deviations, σ: those of two independent measurements.\n{SAME_DATA if comparison.is_of_same_data else ''}"
+    of_unknowns: list[Block] = [Prose(about), Table(comparison.unknowns, "Unknowns", "compare.csv")]
+    if unknowns:
+        of_unknowns.append(
+            interval_plot(unknowns, {}, "The values and intervals of both, relative to the first that has the unknown.")
+        )
+    differing: tuple[Block, ...] = (
+        (Table(comparison.settings),) if len(comparison.settings) else (Prose("No setting differs."),)
+    )
+    sections = [
+        Section("Both", tuple(blocks)),
+        Section("Unknowns", tuple(of_unknowns)),
+        Section("Verdict, misfit and effort", (Table(comparison.facts),)),
+        Section("Settings that differ", differing),
+        Section(
+            "Made by",
+            tuple(
+                Command(command_line(side.plan.command), f"{name} (commit {side.plan.commit}):")
+                for name, side in (("a", first), ("b", second))
+            ),
+        ),
+    ]
+    title = f"{first.name} and {second.name}"
+    return document(title, comparison.verdict, sections, {"comparison": [first.name, second.name]}, {})

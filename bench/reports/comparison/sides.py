@@ -1,0 +1,116 @@
+"""One side of a comparison: an identification or a diagnosis as what can be compared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from bench.jobs.lines import RunLine
+from bench.jobs.records import read_records
+from bench.plan.plan import Plan, Run, read_plan
+from bench.reports.chapters import diagnosis, identification
+from bench.reports.chapters.interval_plot import Shown
+from bench.reports.fleet_rows import diagnosed
+from bench.reports.pages.made_by import flattened
+from ksmea.errors import SettingError
+from ksmea.records.diagnosis import DiagnosisRecord
+from ksmea.records.identification import IdentificationRecord
+from ksmea.units import MICROMETRE
+
+USUAL_LEVEL = 0.95  # of intervals in plans that say none
+KINDS: Mapping[str, type[IdentificationRecord | DiagnosisRecord]] = {
+    "identify": IdentificationRecord,
+    "diagnose": DiagnosisRecord,
+}
+
+
+@dataclass(frozen=True)
+class Side:
+    """What is compared of one result. `facts` are numbers and words by name, `level` that of the intervals."""
+
+    name: str
+    plan: Plan
+    settings: Mapping[str, str]
+    verdict: str
+    facts: Mapping[str, str | float]
+    unknowns: Mapping[str, Shown]
+    level: float
+
+
+def read_side(folder: Path) -> Side:
+    """The first run that has a result in a folder; `SettingError` where it is neither an identification nor a diagnosis."""
+    plan = read_plan(folder)
+    run, line = _first(plan, folder)
+    cell = plan.cells[run.cell]
+    study = str((cell.settings.get("study") or {}).get("name", "identify"))
+    if study not in KINDS:
+        raise SettingError(f"compare: expected results of identify or diagnose, got {folder} with study={study}")
+    settings = dict(flattened(cell.settings)) | {"seed": str(cell.seed), "repetition": str(run.repetition)}
+    told = _told_diagnosis if study == "diagnose" else _told_identification
+    verdict, facts, unknowns = told(line)
+    setting = "interval_level" if study == "diagnose" else "level"
+    level = float((cell.settings.get("study") or {}).get(setting, USUAL_LEVEL))
+    return Side(str(folder), plan, settings, verdict, facts, unknowns, level)
+
+
+def n_with_result(plan: Plan, folder: Path) -> int:
+    """Runs of a plan that have a result."""
+    found = read_records(folder, lambda line: line.has_result, plan)
+    return sum(found.get(run.key, False) for run in plan.runs)
+
+
+def _first(plan: Plan, folder: Path) -> tuple[Run, RunLine]:
+    lines = read_records(folder, plan=plan)
+    for run in plan.runs:
+        if (line := lines.get(run.key)) is not None and line.has_result:
+            return run, line
+    raise SettingError(
+        f"compare: expected a run with a result in {folder}, found none; python -m bench status {folder} tells more"
+    )
+
+
+Told = tuple[str, Mapping[str, str | float], Mapping[str, Shown]]
+
+
+def _told_identification(line: RunLine) -> Told:
+    record = line.record(IdentificationRecord)
+    unknowns = {
+        part.name: Shown(part.in_unit(part.value), part.in_unit(part.low), part.in_unit(part.high), part.unit)
+        for part in record.parameters
+    }
+    return identification.headline(record), dict(_facts(record)), unknowns
+
+
+def _facts(record: IdentificationRecord) -> Iterator[tuple[str, str | float]]:
+    yield "misfit", np.nan if record.misfit is None else record.misfit
+    if record.deviance is not None:
+        yield "deviance", record.deviance
+    if record.lack_of_fit is not None:
+        yield "lack-of-fit p", record.lack_of_fit.p
+    if record.intervals is not None:
+        noise = record.intervals.noise
+        yield "noise (%)", 100 * noise.relative
+        yield "noise (µm)", noise.floor / MICROMETRE
+    yield "model evaluations", record.model_evaluations
+    yield "model Jacobians", record.model_jacobians
+
+
+def _told_diagnosis(line: RunLine) -> Told:
+    record = line.record(DiagnosisRecord)
+    row = diagnosed(record)
+    before = record.lack_of_fit.before
+    facts: dict[str, str | float] = {
+        "verdict": record.verdict,
+        "cause": str(row.facts["cause"]),
+        "location": str(row.facts["location"]),
+    }
+    facts |= {"lack-of-fit p": before.p, "reduced χ²": before.reduced_chi2}
+    facts |= {} if record.lack_of_fit.after is None else {"lack-of-fit p after": record.lack_of_fit.after.p}
+    facts |= {} if record.lack_of_fit.after is None else {"reduced χ² after": record.lack_of_fit.after.reduced_chi2}
+    if row.noise is not None:
+        facts |= {"noise (%)": 100 * row.noise[0], "noise (µm)": row.noise[1] / MICROMETRE}
+    unknowns = {each.name: Shown(each.value, each.low, each.high, each.unit) for each in row.values}
+    return diagnosis.headline(record), facts, unknowns
