@@ -28,6 +28,7 @@ from bench.plan.plan import Cell, Plan
 from bench.plan.report import Made, Report
 from bench.reports.audit_figure import audit_figure
 from bench.reports.by_cell import first_results, plain_runs, run_lines
+from bench.reports.chapters.audit import audit_page
 from bench.reports.tables import PAPER, csv_text
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
@@ -67,6 +68,7 @@ class AuditReport(Report):
             {f"{plan.name}.csv": csv_text(frame).encode(), "runs.csv": csv_text(runs).encode()},
             runs,
             lambda: {f"{plan.name}.png": png(audit_figure(frame))} if len(frame) else {},
+            page=lambda: audit_page(audit_text(frame), frame, f"{plan.name}.csv", f"{plan.name}.png"),
         )
 
 

@@ -15,6 +15,7 @@ from bench.jobs.records import read_records
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import result_runs
+from bench.reports.chapters.balance import balance_page
 from bench.reports.tables import csv_text
 from ksmea.records.balance import BalanceRecord
 from ksmea.show.balance import frame, left_out_frame, plot, text
@@ -49,6 +50,7 @@ class BalanceReport(Report):
             runs,
             lambda: {"balance.png": png(plot(record))},
             outdated=outdated,
+            page=lambda: balance_page(record),
         )
 
 

@@ -16,8 +16,10 @@ from matplotlib.figure import Figure
 from bench.jobs.lines import RESULTS
 from bench.plan.columns import place_columns
 from bench.plan.naming import cell_name, place_text, telling_axes
+from bench.plan.page import Page
 from bench.plan.plan import Cell, ParameterFacts, Plan
 from bench.plan.report import Made, Report
+from bench.reports.chapters.calibration import calibration_page
 from bench.reports.runs import runs_frame
 from bench.reports.tables import csv_text, ended_short_pct
 from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE, png
@@ -38,8 +40,23 @@ class CalibrationReport(Report):
         frame = calibration_frame(plan, runs)
         files = {f"{plan.name}.csv": csv_text(frame).encode(), "runs.csv": csv_text(runs).encode()}
         return Made(
-            _text(plan, frame), files, runs, lambda: {f"{plan.name}.png": png(calibration_figure(plan, frame, runs))}
+            _text(plan, frame),
+            files,
+            runs,
+            lambda: {f"{plan.name}.png": png(calibration_figure(plan, frame, runs))},
+            page=lambda: _page(plan, frame, runs),
         )
+
+
+def _page(plan: Plan, frame: pd.DataFrame, runs: pd.DataFrame) -> Page:
+    names = [_short_name(plan, cell) or f"cell {index}" for index, cell in enumerate(plan.cells)]
+    errors = {
+        name: [_relative_errors(cell, name, runs[runs["cell"] == index]) for index, cell in enumerate(plan.cells)]
+        for name in dict.fromkeys(frame["parameter"])
+    }
+    named = frame.assign(cell_name=[names[index] for index, cell in enumerate(plan.cells) for _ in cell.parameters])
+    levels = sorted({_level(cell) for cell in plan.cells})
+    return calibration_page(_text(plan, frame), named, names, errors, levels, f"{plan.name}.csv", f"{plan.name}.png")
 
 
 def calibration_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:

@@ -22,6 +22,7 @@ from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import result_runs
+from bench.reports.chapters.diagnoses import diagnoses_page
 from bench.reports.chapters.diagnosis import diagnosis_page
 from bench.reports.chapters.next_steps import after_diagnosis
 from bench.reports.fleet import fleet_report
@@ -67,7 +68,14 @@ class DiagnosisReport(Report):
         }
         done = [run for run in plan.runs if run.key in lines and lines[run.key].has_result]
         if len(plan.runs) != 1 or not done:
-            return Made(_summary_text(plan, runs), files, runs, outdated=OF_ONE_RUN)
+            text_of_all = _summary_text(plan, runs)
+            return Made(
+                text_of_all,
+                files,
+                runs,
+                outdated=OF_ONE_RUN,
+                page=lambda: diagnoses_page(plan, text_of_all, summary(plan, runs), runs),
+            )
         cell, record = plan.cells[done[0].cell], lines[done[0].key].record(DiagnosisRecord)
         following = next_measurement(plan, cell, record.split.run if record.split else "", output)
         files["diagnosis.json"] = (json.dumps(public(record, following), indent=1) + "\n").encode()

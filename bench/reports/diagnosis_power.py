@@ -12,8 +12,8 @@ from bench.jobs.records import read_records
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import result_runs
+from bench.reports.chapters.diagnoses import power_page
 from bench.reports.diagnosis import diagnosis_runs
-from bench.reports.page import figure_block, page, table_block
 from bench.reports.power import (
     CLEARLY_VISIBLE,
     EFFECT,
@@ -32,8 +32,6 @@ from ksmea.show.style import png
 from ksmea.show.text import aligned, number
 
 TABLE_NAMES = {"in_set": "in reported set", "sizes_held": "in their intervals", "surplus": "one too many"}
-DETECTION = "Share of draws that are detected against size, in units of the smallest size that nine of ten draws are expected to show"
-CONFUSION = "What each hidden effect is called, in per cent of its clearly visible draws"
 
 
 @dataclass(frozen=True)
@@ -55,17 +53,12 @@ class DiagnosisPowerReport(Report):
             "runs.csv": csv_text(runs).encode(),
         }
 
-        def figures() -> dict[str, bytes]:
-            drawn = {"detection.png": png(detection_figure(told)), "confusion.png": png(confusion_figure(shares))}
-            blocks = [
-                *(table_block(name, table) for name, table in ((f"By {EFFECT}", by_effect), (f"By {KIND}", by_kind))),
-                figure_block("Detection", DETECTION, drawn["detection.png"]),
-                figure_block("Confusion", CONFUSION, drawn["confusion.png"]),
-            ]
-            return {**drawn, "index.html": page(plan, about(told, runs), blocks).encode()}
+        def drawn() -> dict[str, bytes]:
+            return {"detection.png": png(detection_figure(told)), "confusion.png": png(confusion_figure(shares))}
 
         text = "\n\n".join([about(told, runs), *(_as_text(table) for table in (by_effect, by_kind))])
-        return Made(text, files, runs, figures)
+        tables = {f"By {EFFECT}": by_effect, f"By {KIND}": by_kind}
+        return Made(text, files, runs, drawn, page=lambda: power_page(about(told, runs), tables, told, shares))
 
 
 def about(told: pd.DataFrame, runs: pd.DataFrame) -> str:

@@ -14,6 +14,7 @@ from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import first_results, plain_runs, run_lines
+from bench.reports.chapters.planning import identifiability_page
 from bench.reports.tables import csv_text
 from ksmea.records.identifiability import IdentifiabilityRecord
 from ksmea.show.identifiability import COLUMNS, frame, plot, text
@@ -40,6 +41,12 @@ class IdentifiabilityReport(Report):
             {f"{plan.name}.csv": table.encode(), "runs.csv": csv_text(runs).encode()},
             runs,
             lambda: _figures(plan, found),
+            page=lambda: identifiability_page(
+                {_title(plan, cell): record for cell, record in found.items()},
+                [_names(plan, found).get(cell, "") for cell in found],
+                _frame(plan, found),
+                f"{plan.name}.csv",
+            ),
         )
 
 
@@ -54,10 +61,13 @@ def _frame(plan: Plan, found: Mapping[int, IdentifiabilityRecord]) -> pd.DataFra
 
 
 def _figures(plan: Plan, found: Mapping[int, IdentifiabilityRecord]) -> dict[str, bytes]:
-    """One for each of the first cells whose data were varied."""
+    return {name: png(plot(found[cell], title=_title(plan, cell))) for cell, name in _names(plan, found).items()}
+
+
+def _names(plan: Plan, found: Mapping[int, IdentifiabilityRecord]) -> dict[int, str]:
+    """The names of figures, one for each of the first cells whose data were varied."""
     drawn = [cell for cell, record in found.items() if record.variations][:MAX_CELLS]
-    names = [f"{plan.name}{'' if index == 0 else f'_{index + 1}'}.png" for index in range(len(drawn))]
-    return {name: png(plot(found[cell], title=_title(plan, cell))) for name, cell in zip(names, drawn)}
+    return {cell: f"{plan.name}{'' if index == 0 else f'_{index + 1}'}.png" for index, cell in enumerate(drawn)}
 
 
 def _title(plan: Plan, cell: int) -> str:

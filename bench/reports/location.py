@@ -15,6 +15,7 @@ from bench.jobs.records import read_records
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import result_runs
+from bench.reports.chapters.location import location_page
 from bench.reports.tables import csv_text
 from ksmea.extension import located_yaml
 from ksmea.records.location import LocationRecord
@@ -50,6 +51,7 @@ class LocationReport(Report):
             runs,
             lambda: {"location.png": png(plot(record))},
             outdated=() if extended else ("extended.yaml",),
+            page=lambda: location_page(record, ()),
         )
 
 

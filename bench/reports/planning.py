@@ -15,6 +15,8 @@ from bench.plan.naming import cell_name, telling_axes
 from bench.plan.plan import Plan, Run
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import first_results, run_lines
+from bench.reports.chapters.next_steps import after_plan
+from bench.reports.chapters.planning import plan_page
 from bench.reports.next_measurement import Next, next_measurement
 from bench.reports.tables import csv_text
 from ksmea.records.plan import PlanRecord
@@ -44,6 +46,13 @@ class PlanReport(Report):
             files,
             runs,
             lambda: {f"{plan.name}.png": png(plan_figure(plan, found))} if found else {},
+            page=lambda: plan_page(
+                [(_title(plan, cell), text(record), record) for cell, record in found.items()],
+                [block for each in following.values() for block in after_plan(each)],
+                _frame(plan, found),
+                f"{plan.name}.csv",
+                f"{plan.name}.png",
+            ),
         )
 
 
