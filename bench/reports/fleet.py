@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Callable, Mapping
-from html import escape
 from typing import Any
 
 import pandas as pd
@@ -13,23 +12,23 @@ from bench.jobs.lines import ending
 from bench.plan.columns import place_columns
 from bench.plan.fleet import MEASURED
 from bench.plan.naming import place_text, telling_axes
+from bench.plan.page import Page
 from bench.plan.plan import Plan, Run
 from bench.plan.report import Made
 from bench.reports.by_cell import AnyRecord, Lines
+from bench.reports.chapters.fleet import fleet_page
 from bench.reports.fleet_figure import fleet_figure
 from bench.reports.fleet_rows import MachineRow
-from bench.reports.page import figure_block, page, table_block
+from bench.reports.pages.experiment import PAGE
 from bench.reports.tables import csv_text
 from ksmea.errors import shortened
 from ksmea.show.style import png
 from ksmea.show.text import aligned
 
 FILE = "file"
-PAGE = "index.html"
 VALUES = "values.csv"
 LONGEST_REMARK = 200  # characters of what the terminal tells of one file; the page has all
 MOST_ROWS = 100  # that the terminal shows
-VALUES_SHOWN = "Each unknown of each machine with its interval; where an arrow stands, that end is open"
 
 
 def fleet_report(
@@ -56,13 +55,11 @@ def fleet_report(
     }
 
     def figures() -> dict[str, bytes]:
-        drawn = {} if values.empty else {f"{plan.name}.png": png(fleet_figure(values))}
-        blocks = [
-            table_block("Machines", shown),
-            *(figure_block("Unknowns", VALUES_SHOWN, each) for each in drawn.values()),
-            *(_details(_name(plan, run), found[run.key].text) for run in plan.runs if run.key in found),
-        ]
-        return {**drawn, PAGE: page(plan, about, blocks).encode()}
+        return {} if values.empty else {f"{plan.name}.png": png(fleet_figure(values))}
+
+    def shown_page() -> Page:
+        details = [(_name(plan, run), found[run.key].text) for run in plan.runs if run.key in found]
+        return fleet_page(about, shown, values, details, f"{plan.name}.csv", f"{plan.name}.png")
 
     unknowns = [] if values_in_text else [name for row in found.values() for name in row.shown_values()]
     told = shown.drop(columns=["remarks", *dict.fromkeys(unknowns)]).head(MOST_ROWS)
@@ -72,7 +69,14 @@ def fleet_report(
     blocks += [
         "\n".join(f"{file}: {shortened(each, LONGEST_REMARK)}" for file, each in remarks[[FILE, "remarks"]].to_numpy())
     ]
-    return Made("\n\n".join(filter(None, [*blocks, f"all machines on a page: {PAGE}"])), files, runs, figures, outdated)
+    return Made(
+        "\n\n".join(filter(None, [*blocks, f"all machines on a page: {PAGE}"])),
+        files,
+        runs,
+        figures,
+        outdated,
+        shown_page,
+    )
 
 
 def values_frame(plan: Plan, found: Mapping[str, MachineRow]) -> pd.DataFrame:
@@ -113,8 +117,3 @@ def _shown(plan: Plan, run: Run, lines: Lines, row: MachineRow | None) -> dict[s
     status, error = ending(lines.get(run.key))
     place = {name: place_text(value) for name, value in _place(plan, run).items()}
     return {**place, "status": status, **({"remarks": error} if row is None else row.shown())}
-
-
-def _details(title: str, text: str) -> str:
-    """What was found of one machine, in full, folded up."""
-    return f"<details><summary>{escape(title)}</summary><pre>{escape(text)}</pre></details>"

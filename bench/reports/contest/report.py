@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
+from matplotlib.figure import Figure
 
 from bench.jobs.records import ended_statuses
+from bench.plan.page import Page
 from bench.plan.plan import Plan
 from bench.plan.report import Drawing, Made, Report
+from bench.reports.chapters.contest import contest_page
 from bench.reports.contest import figures
 from bench.reports.contest.comparisons import all_pairs_frame, friedman_frame, instances_frame
 from bench.reports.contest.curves import anytime_frame, ecdf_frame, profiles_frame
 from bench.reports.contest.leaderboard import leaderboard, running_time_frame
-from bench.reports.contest.leaderboard_page import PAGE, leaderboard_page
 from bench.reports.contest.resampling import resamples
 from bench.reports.contest.runs import NO_END, cells_frame, contest
 from bench.reports.contest.words import sentences, text
+from bench.reports.pages.experiment import PAGE
 from bench.reports.runs import runs_frame
 from bench.reports.tables import csv_text
 from bench.reports.trace import read_traces
@@ -72,9 +75,14 @@ class ContestReport(Report):
                 "_profiles": partial(figures.profiles_figure, profiles, first, methods),
                 "_price": partial(figures.price_figure, board, first, methods),
             }
-            drawings = {name: png(figure()) for name, figure in made.items()}
-            files = {f"{plan.name}{name}.png": content for name, content in drawings.items()}
-            return {**files, PAGE: leaderboard_page(plan, found, board, times, [*told, *plan.notes], drawings).encode()}
+            return {f"{plan.name}{name}.png": partial(_drawn, figure) for name, figure in made.items()}
+
+        def page() -> Page:
+            return contest_page(plan, found, tables, [*told, *plan.notes])
 
         files = {f"{plan.name}{name}.csv": csv_text(frame).encode() for name, frame in tables.items()}
-        return Made(f"{text(found, board, told)}\n\nleaderboard: {PAGE}", {**files, **of_runs}, runs, drawn)
+        return Made(f"{text(found, board, told)}\n\nleaderboard: {PAGE}", {**files, **of_runs}, runs, drawn, page=page)
+
+
+def _drawn(figure: Callable[[], Figure]) -> bytes:
+    return png(figure())
