@@ -8,6 +8,7 @@ from typing import ClassVar
 
 import pandas as pd
 
+from bench.plan.page import Page, Section, Table
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.tables import csv_text
@@ -29,7 +30,13 @@ class SettingsReport(Report):
     def make(self, plan: Plan, output: Path) -> Made:
         frame = settings_frame(plan)
         no_runs = pd.DataFrame(columns=["status", "error"])
-        return Made(settings_text(frame), {f"{plan.name}.csv": csv_text(frame).encode()}, no_runs)
+        files = {f"{plan.name}.csv": csv_text(frame).encode()}
+        return Made(settings_text(frame), files, no_runs, page=lambda: _page(frame))
+
+
+def _page(frame: pd.DataFrame) -> Page:
+    found = f"{int(frame['agrees'].sum())} of {len(frame)} settings are as printed"
+    return Page(found, (Section("Settings beside the paper's", (Table(frame),)),))
 
 
 def settings_frame(plan: Plan) -> pd.DataFrame:

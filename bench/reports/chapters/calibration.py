@@ -8,7 +8,7 @@ from statistics import NormalDist
 import numpy as np
 import pandas as pd
 
-from bench.plan.page import Folded, Grid, Page, Plot, Prose, Section, Table
+from bench.plan.page import Folded, Page, Plot, Prose, Section, Table
 from bench.reports.pages.traces import BLUE, COLOURS, GREEN, ORANGE, axis, layout, level
 
 ENDS = (2.5, 25, 50, 75, 97.5)  # percentiles of a box and its whiskers
@@ -25,7 +25,7 @@ def calibration_page(
     ]
     sections = [
         Section("Table", (Prose(text), Folded("All columns", (Table(frame, file=file),)))),
-        Section("Errors in units of the CRLB", (Grid(tuple(plots)),)),
+        Section("Errors in units of the CRLB", tuple(plots)),
     ]
     more = (
         [_coverage_plot(frame, names, levels)] if "covered_pct" in frame and frame["covered_pct"].notna().any() else []

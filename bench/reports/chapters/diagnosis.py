@@ -61,7 +61,7 @@ def _unknowns(record: DiagnosisRecord) -> Iterator[Block]:
         row.name: {kind: shown(of[row.name]) for kind, of in kinds.items() if of[row.name] is not None} for row in own
     }
     if unknowns:
-        said = "The intervals of the unknowns of the model as given, with and without what explains the data, relative to the value before."
+        said = "The intervals of the unknowns of the model as given, with and without what explains the data, relative to the value that is believed."
         yield interval_plot(unknowns, {}, said)
 
 

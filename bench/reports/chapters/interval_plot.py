@@ -11,7 +11,8 @@ import numpy as np
 from bench.plan.page import Plot
 from bench.reports.pages.traces import COLOURS, axis, layout, level
 
-OPEN_REACH = 1.3  # times the farthest end: where an arrow stands for an end that is open
+OPEN_REACH = 1.15  # times the farthest end that is drawn: where the axis, and an interval that is open, end
+FAR = 10.0  # times the reach of the intervals that are believed, beyond which nothing is drawn; tables have it
 SYMBOLS = ("circle", "diamond", "square", "triangle-up")
 ROW = 46  # px for each unknown
 
@@ -28,14 +29,16 @@ class Shown:
 
 def interval_plot(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[str, float], alternative: str) -> Plot:
     """Of each unknown, by name, the value and interval of each series, by name; `truth` has true values in the same units.
-    What is drawn is the deviation from the value of the first series in per cent of it."""
+    What is drawn is the deviation from the value of the last series that has the unknown, in per cent of it, as far as `FAR` times
+    what the intervals of these reach."""
     series = list(dict.fromkeys(name for of in unknowns.values() for name in of))
     names = list(unknowns)
-    zero = {name: next(iter(of.values())).value for name, of in unknowns.items()}
+    believed = {name: list(of.values())[-1] for name, of in unknowns.items()}
+    zero = {name: each.value for name, each in believed.items()}
     scale = {name: abs(zero[name]) or _reach(of.values()) for name, of in unknowns.items()}
-    farthest = max((_pct(end, zero[name], scale[name]) for name, of in unknowns.items() for each in of.values()
-                    for end in (each.low, each.high, each.value) if np.isfinite(end)), key=abs, default=1.0)  # fmt: skip
-    edge = OPEN_REACH * (abs(farthest) or 1.0)
+    every = [_farthest(each, zero[name], scale[name]) for name, of in unknowns.items() for each in of.values()]
+    own = max((_farthest(each, zero[name], scale[name]) for name, each in believed.items()), default=0.0)
+    edge = OPEN_REACH * (min(max(every, default=0.0), FAR * own if own else np.inf) or 1.0)
     traces: list[dict[str, Any]] = []
     for number, kind in enumerate(series):
         offset = 0.5 * ((number + 0.5) / len(series) - 0.5)
@@ -50,7 +53,8 @@ def interval_plot(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[st
                 "text": [f"{name}: {truth[name]:.5g}" for _, name in known], "hovertemplate": "%{text}<extra>true value</extra>",
             }
         )  # fmt: skip
-    made = layout(f"deviation from the {series[0]} value (%)")
+    made = layout(f"deviation from the {series[-1]} value (%)")
+    made["xaxis"]["range"] = [-edge, edge]
     labels = [f"{name.replace('_', ' ')} " for name in names]
     made["yaxis"] = axis(tickvals=list(range(len(names))), ticktext=labels, range=[len(names) - 0.5, -0.5])
     made["shapes"] = [level(0, along="x", dash="solid")]
@@ -88,6 +92,11 @@ def _trace(
         ],
         "hovertemplate": "%{text}<extra>" + kind + "</extra>",
     }
+
+
+def _farthest(shown: Shown, zero: float, scale: float) -> float:
+    """How far a value and the ends of its interval lie from a value, in per cent."""
+    return max(abs(_pct(end, zero, scale)) for end in (shown.value, shown.low, shown.high) if np.isfinite(end))
 
 
 def _pct(value: float, zero: float, scale: float) -> float:

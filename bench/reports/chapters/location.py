@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from bench.plan.page import Block, Page, Plot, Prose, Section, Table
+from bench.plan.page import Block, Folded, Page, Plot, Prose, Section, Table
 from bench.reports.chapters.interval_plot import Shown, interval_plot
 from bench.reports.pages.traces import (
     BLUE,
@@ -57,7 +57,8 @@ def location_blocks(record: LocationRecord, still: str = "") -> Iterator[Block]:
     """Shaft, force over speed, sites and unknowns."""
     if record.candidates:
         yield shaft_plot(record, still)
-        yield Table(frame(record), "All sites that were tried", "sites.csv")
+        table = Table(frame(record), file="sites.csv")
+        yield Folded(f"All {len(record.candidates)} sites that were tried", (table,))
     if record.force is not None:
         yield from _force_plots(record, record.force)
     unknowns = {

@@ -21,7 +21,7 @@ def comparison_page(comparison: Comparison) -> bytes:
     of_unknowns: list[Block] = [Prose(about), Table(comparison.unknowns, "Unknowns", "compare.csv")]
     if unknowns:
         of_unknowns.append(
-            interval_plot(unknowns, {}, "The values and intervals of both, relative to the first that has the unknown.")
+            interval_plot(unknowns, {}, "The values and intervals of both, relative to b where it has the unknown.")
         )
     differing: tuple[Block, ...] = (
         (Table(comparison.settings),) if len(comparison.settings) else (Prose("No setting differs."),)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import json
 import math
+import re
 from collections.abc import Mapping
 from itertools import count
 from typing import Any
@@ -14,6 +15,7 @@ import pandas as pd
 
 from bench.plan.page import Block, Command, Control, Folded, Grid, Orbits, Picture, Plot, Prose, Table
 from bench.reports.pages.prose import prose_html, safe, table_html
+from ksmea.errors import visible
 
 MOST_ROWS = 300  # of a table on a page; its file has all
 DIGITS = 6  # of numbers in plots: more than a screen shows
@@ -54,7 +56,8 @@ class Blocks:
             f'<button type="button" data-do="{name}"{f" aria-label={chr(34)}{label}{chr(34)}" if label != shown else ""}>{shown}</button>'
             for name, shown, label in BUTTONS
         )
-        return self._figure(plot.title, plot.alternative, plot.figure, f"{controls}{buttons}", plot.height, plot.still)
+        figure = inert(plot.figure)
+        return self._figure(plot.title, plot.alternative, figure, f"{controls}{buttons}", plot.height, plot.still)
 
     def _orbits(self, orbits: Orbits) -> str:
         last = len(orbits.speed) - 1
@@ -114,7 +117,7 @@ def plain(value: Any) -> Any:
     """Numbers, texts, lists and mappings as JSON has them; what is not finite is None."""
     if isinstance(value, Mapping):
         return {str(name): plain(each) for name, each in value.items()}
-    if isinstance(value, np.ndarray):
+    if isinstance(value, (np.ndarray, pd.Series, pd.Index)):
         return plain(value.tolist())
     if isinstance(value, (list, tuple)):
         return [plain(each) for each in value]
@@ -125,6 +128,25 @@ def plain(value: Any) -> Any:
     if isinstance(value, (float, np.floating)):
         return float(f"{value:.{DIGITS}g}") if math.isfinite(value) else None
     return None if value is None else str(value)
+
+
+def inert(figure: Any) -> Any:
+    """A figure whose texts do nothing: plotly takes markup in them, of which only what breaks lines stays. What traces are
+    chosen by (`meta`) is not shown, and stays as it is.
+
+    >>> inert({"name": "<a href='x'>a</a><br>b & c", "meta": {"channel": "<x>"}})
+    {'name': "&lt;a href='x'>a&lt;/a><br>b &amp; c", 'meta': {'channel': '<x>'}}
+    """
+    if isinstance(figure, Mapping):
+        return {name: each if name == "meta" else inert(each) for name, each in figure.items()}
+    if isinstance(figure, (np.ndarray, pd.Series, pd.Index)):
+        return inert(figure.tolist())
+    if isinstance(figure, (list, tuple)):
+        return [inert(each) for each in figure]
+    return _MARKUP.sub("&lt;", visible(figure).replace("&", "&amp;")) if isinstance(figure, str) else figure
+
+
+_MARKUP = re.compile(r"<(?!br>|/?extra>)")
 
 
 def _select(control: Control) -> str:

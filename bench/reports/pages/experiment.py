@@ -11,6 +11,7 @@ from bench.plan.plan import Plan
 from bench.plan.report import Made
 from bench.reports.pages.document import document
 from bench.reports.pages.made_by import made_by_section, runs_section, settings_section
+from bench.reports.pages.prose import is_aligned
 from ksmea.errors import shortened
 
 PAGE = "index.html"
@@ -56,4 +57,5 @@ def plain_page(made: Made, drawings: Mapping[str, bytes]) -> Page:
 
 
 def first_line(text: str) -> str:
-    return next((line.strip() for line in text.splitlines() if line.strip()), "")
+    """The first line that is no row of a table."""
+    return next((line.strip() for line in text.splitlines() if line.strip() and not is_aligned(line)), "")

@@ -54,7 +54,7 @@ def index_page(folder: Path) -> bytes:
     head = "".join(
         f'<th scope="col"{kind}>{name}</th>'
         for name, kind in (
-            ("results", ""), ("study", ""), ("when", ""), ("runs", ' class="number"'), ("failed", ' class="number"'), ("found", ""),
+            ("results", ""), ("found", ""), ("runs", ' class="number"'), ("failed", ' class="number"'), ("when", ""), ("study", ""),
         )
     )  # fmt: skip
     table = (
@@ -114,9 +114,8 @@ def _row(place: Path, facts: Mapping[str, Any]) -> str:
     has_page = "runs" in facts
     shown = f'<a href="{safe(quote(place.as_posix()))}/{PAGE}">{safe(name)}</a>' if has_page else safe(name)
     when = str(facts.get("when", ""))[:16].replace("T", " ")
-    texts = [safe(facts.get("study", "")), safe(when)]
-    numbers = [safe(facts.get("runs", "")), safe(facts.get("failed", ""))]
-    cells = [f"<td>{shown}</td>", *(f"<td>{text}</td>" for text in texts)]
-    cells += [f'<td class="number">{text}</td>' for text in numbers]
-    cells.append(f"<td>{safe(shortened(str(facts.get('headline', '')), LONGEST))}</td>")
+    found = safe(shortened(str(facts.get("headline", "")), LONGEST))
+    numbers = (f'<td class="number">{safe(facts.get(name, ""))}</td>' for name in ("runs", "failed"))
+    texts = (f"<td>{text}</td>" for text in (safe(when), safe(facts.get("study", ""))))
+    cells = [f"<td>{shown}</td>", f'<td class="long">{found}</td>', *numbers, *texts]
     return f"<tr>{''.join(cells)}</tr>"

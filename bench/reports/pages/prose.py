@@ -9,6 +9,7 @@ from itertools import groupby
 
 from ksmea.errors import visible
 
+WIDE_LIST = ";  "  # parts of a sentence, set apart by blanks
 LONG = 40  # characters
 GAP = 2  # blanks between columns (`ksmea.show.text.aligned`)
 COLUMNS = re.compile(rf"\S {{{GAP},}}\S")
@@ -73,11 +74,11 @@ def columns_of(lines: Sequence[str]) -> list[list[str]]:
 
 
 def _block(lines: Sequence[str]) -> str:
-    return "".join(_lines(is_table, list(part)) for is_table, part in groupby(lines, _is_aligned))
+    return "".join(_lines(is_table, list(part)) for is_table, part in groupby(lines, is_aligned))
 
 
-def _is_aligned(line: str) -> bool:
-    return COLUMNS.search(line) is not None
+def is_aligned(line: str) -> bool:
+    return COLUMNS.search(line) is not None and WIDE_LIST not in line
 
 
 def _lines(is_table: bool, lines: list[str]) -> str:

@@ -89,6 +89,9 @@
     Plotly.relayout(canvas, ranges);
   }
 
+  /** A text in which plotly finds no markup. */
+  function inert(text) { return text.replaceAll("&", "&amp;").replaceAll("<", "&lt;"); }
+
   function drawOrbits(figure, canvas, spec) {
     const slider = figure.querySelector("input"), output = figure.querySelector("output");
     const colours = { measured: "#d1581f", model: "#2b7ab8" }, names = Object.keys(spec.planes);
@@ -100,7 +103,7 @@
       const end = index ? index + 1 : "";
       layout["xaxis" + end] = { title: { text: "x (µm)" } };
       layout["yaxis" + end] = { title: index ? undefined : { text: "y (µm)" }, scaleanchor: "x" + end };
-      layout.annotations.push({ text: name, showarrow: false, xref: `x${end} domain`, yref: `y${end} domain`, x: 0.5, y: 1.09 });
+      layout.annotations.push({ text: inert(name), showarrow: false, xref: `x${end} domain`, yref: `y${end} domain`, x: 0.5, y: 1.09 });
     });
     function traces(at) {
       return names.flatMap((name, index) => Object.entries(spec.planes[name]).flatMap(([kind, phasors]) => {
