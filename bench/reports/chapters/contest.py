@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 import numpy as np
 import pandas as pd
 
-from bench.plan.page import Block, Control, Page, Plot, Prose, Section, Table
+from bench.plan.page import Block, Control, Page, Picture, Plot, Prose, Section, Table
 from bench.plan.plan import Plan
 from bench.reports.contest.entrants import entrants_frame
 from bench.reports.contest.runs import Contest
@@ -81,6 +81,8 @@ def _plots(plan: Plan, contest: Contest, tables: Mapping[str, pd.DataFrame], met
     for kind in PROFILES:
         still = f"{plan.name}_profiles.png" if kind == "performance" else ""
         yield _profile_plot(tables["_profiles"], kind, contest.measures[0], methods, still)
+    said = "Expected time to the main target against the price of one evaluation."
+    yield Picture(f"{plan.name}_price.png", said, "Time")
 
 
 def _ranks_plot(board: pd.DataFrame, still: str) -> Plot:

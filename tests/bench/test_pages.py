@@ -1,0 +1,177 @@
+"""Pages of results: what they are made of, what an index tells, and whether two results agree."""
+
+import re
+import subprocess
+import sys
+from html import unescape
+
+import numpy as np
+import pytest
+
+from bench.commands.open import open_page
+from bench.plan.page import Page, Prose, Section, Table
+from bench.reports.chapters.interval_plot import Shown
+from bench.reports.comparison.comparison import difference
+from bench.reports.pages.bundle import asset
+from bench.reports.pages.document import document, facts_of
+from bench.reports.pages.index import index_page, write_index
+from bench.reports.pages.prose import columns_of
+from bench.reports.pages.traces import COLOURS
+from ksmea.errors import SettingError
+from ksmea.show.text import aligned
+
+HOSTILE = "</script><img src=x onerror=alert(1)>\u202e"
+IDENTIFY = [
+    "+experiment=identify", "measurement=synthetic", "measurement.kind=complex", "measurement.relative=0.05",
+    "optimizer.screening=200", "optimizer.starts=2", "workers=1",
+]  # fmt: skip
+
+
+def luminance(colour):
+    """Relative luminance of sRGB (WCAG 2.2)."""
+    digits = colour.lstrip("#")
+    digits = "".join(2 * each for each in digits) if len(digits) == 3 else digits
+    parts = np.array([int(digits[at : at + 2], 16) / 255 for at in (0, 2, 4)])
+    linear = np.where(parts <= 0.04045, parts / 12.92, ((parts + 0.055) / 1.055) ** 2.4)
+    return linear @ (0.2126, 0.7152, 0.0722)
+
+
+def contrast(one, other):
+    high, low = sorted((luminance(one), luminance(other)), reverse=True)
+    return (high + 0.05) / (low + 0.05)
+
+
+def variables():
+    """The colours of the page, light and dark, by name."""
+    blocks = re.findall(r":root \{([^}]*)\}", asset("page.css"))
+    return [dict(re.findall(r"--(\w+): (#\w+)", block)) for block in blocks]
+
+
+def test_colours_are_seen_in_light_and_in_dark():
+    light, dark = variables()[:2]
+    assert dark["ground"] != light["ground"]
+    for theme in (light, dark):
+        for text in ("ink", "muted", "link"):
+            for ground in ("ground", "raised"):
+                assert contrast(theme[text], theme[ground]) >= 4.5, (text, ground)  # WCAG 2.2, 1.4.3 (AA)
+        assert contrast(theme["ink"], theme["button"]) >= 4.5
+        for colour in COLOURS:
+            assert contrast(colour, theme["ground"]) >= 3, colour  # 1.4.11, graphics
+
+
+def test_hostile_texts_stand_on_the_page_as_text():
+    import pandas as pd
+
+    sections = [Section(HOSTILE, (Prose(HOSTILE), Table(pd.DataFrame({HOSTILE: [HOSTILE]}), HOSTILE)))]
+    page = document(HOSTILE, HOSTILE, sections, {"name": HOSTILE}, {}).decode()
+    assert "<img" not in page and "\u202e" not in page and page.count("</script>") == 1
+    assert facts_of(page)["name"] == HOSTILE
+
+
+@pytest.mark.parametrize(
+    "rows", [[["kxx", "50.01", "[49.9, 50.1]"], ["", "7", "–"]], [["a b c", "", "x"], ["d", "", "y z"]]]
+)
+def test_aligned_columns_become_the_table_that_they_were(rows):
+    head = ["name", "value", "interval"]
+    assert columns_of(aligned(head, rows).splitlines()) == [head, *rows]
+
+
+def test_the_same_records_make_the_same_bytes_and_no_plotly_is_imported(enter):
+    ended = enter(*IDENTIFY)
+    assert ended.code == 0, ended.err
+    page = ended.output / "index.html"
+    first = page.read_bytes()
+    assert enter("collect", str(ended.output)).code == 0 and page.read_bytes() == first
+    facts = facts_of(first[:8192].decode("utf-8", "ignore"))
+    assert facts["failed"] == 0 and facts["runs"] == 1 and "explain" in facts["headline"]
+    text = unescape(first.decode())
+    assert all(each in text for each in ("95 % interval [", "commit ", "+experiment=plan", "measurement.relative=0.05"))
+    index = (ended.output.parent / "index.html").read_text()
+    assert f'href="{ended.output.name}/index.html"' in index and "explain" in index
+
+
+def test_what_writes_pages_imports_no_plotly():
+    code = "import sys, bench.reports.collect, bench.reports.pages.bundle as b; b.packed(); sys.exit('plotly' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_a_page_of_others_is_not_replaced_by_an_index(tmp_path):
+    (tmp_path / "index.html").write_text("<p>mine</p>")
+    with pytest.raises(SettingError, match="found another page"):
+        write_index(tmp_path)
+    assert (tmp_path / "index.html").read_text() == "<p>mine</p>"
+
+
+def test_an_index_tells_of_folders_whose_plan_or_page_is_broken(tmp_path):
+    for name, plan, page in (("<b>", "{", None), ("b", '{"name": 3}\n', '<meta name="ksmea-bench" content="[]">')):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "plan.jsonl").write_text(plan)
+        if page:
+            (tmp_path / name / "index.html").write_text(page)
+    page = index_page(tmp_path).decode()
+    assert "&lt;b&gt;" in page and "<b>" not in page and page.count("no page yet") == 2
+
+
+def test_open_says_where_the_page_lies_without_a_display(tmp_path, monkeypatch, capsys):
+    for name in ("DISPLAY", "WAYLAND_DISPLAY", "BROWSER"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SettingError, match="run an experiment first"):
+        open_page([])
+    (tmp_path / "results").mkdir()
+    monkeypatch.setattr("sys.platform", "linux")
+    assert open_page([]) == 0 and "no browser here" in capsys.readouterr().out
+    assert (tmp_path / "results" / "index.html").is_file()
+    opened = []
+    monkeypatch.setenv("DISPLAY", ":0")
+    monkeypatch.setattr("webbrowser.open", lambda address: opened.append(address) or True)
+    assert open_page([]) == 0 and opened == [(tmp_path / "results" / "index.html").as_uri()]
+
+
+def test_a_difference_is_in_combined_standard_deviations():
+    """95 % half-widths of 1.96 are standard deviations of 1: two of them, √2 combined."""
+    one, other = (Shown(value, value - 1.959964, value + 1.959964, "N") for value in (10.0, 13.0))
+    assert difference(one, other) == pytest.approx(3 / np.sqrt(2), rel=1e-6)
+    assert difference(other, one) == pytest.approx(-3 / np.sqrt(2), rel=1e-6)
+    open_above = Shown(10.0, 9.0, np.nan, "N")  # the side that faces the other
+    assert np.isnan(difference(open_above, other)) and not np.isnan(difference(Shown(20.0, 9.0, np.nan, "N"), other))
+
+
+def test_two_results_are_compared(enter):
+    first = enter(*IDENTIFY, output="results/one")
+    enter(*IDENTIFY, "seed=1", output="results/two")
+    ended = enter("compare", "one", "two")
+    assert ended.code == 0, ended.err
+    assert "within 2 combined standard deviations" in ended.out or "unknowns differ by more" in ended.out
+    assert re.search(r"seed +0 +1", ended.out)
+    compared = first.output.parent / "compare_one_two"
+    assert {path.name for path in compared.iterdir()} == {"compare.csv", "index.html"}
+    same = enter("compare", "one", "one")
+    assert "all 5 unknowns" in same.out and "No setting that both have differs" in same.out and "same data" in same.out
+    assert enter("compare", "one").code == 2 and "expected two names" in enter("compare", "one").err
+
+
+def test_a_report_that_tells_nothing_of_a_page_has_one(plan):
+    import pandas as pd
+
+    from bench.plan.report import Made
+    from bench.reports.pages.experiment import experiment_page
+
+    runs = pd.DataFrame({"key": ["a", "b"], "status": ["done", "error"], "error": ["", HOSTILE]})
+    page = experiment_page(plan, Made("found <it>", {}, runs), {"x.png": b"png"}, "").decode()
+    assert "found &lt;it&gt;" in page and "explain b" in page and "<img src=x" not in page and "data:image/png" in page
+
+
+def test_a_page_that_cannot_be_made_costs_no_table(enter, monkeypatch):
+    def fails():
+        raise ValueError("no such luck")
+
+    monkeypatch.setattr("bench.reports.identification.identification_page", lambda *arguments: fails())
+    ended = enter(*IDENTIFY)
+    assert ended.code == 0 and "index.html: cannot be drawn (ValueError: no such luck)" in ended.err
+    assert (ended.output / "identify.csv").is_file() and not (ended.output / "index.html").exists()
+
+
+def test_a_headline_stands_first():
+    page = document("x", "Verdict: adequate", Page("", (Section("a", ()),)).sections, {}, {}).decode()
+    assert page.index("Verdict: adequate") < page.index("<main>")

@@ -1,0 +1,109 @@
+"""Pages as a browser shows them: nothing from a network, no error, controls that work, narrow, dark and printed."""
+
+import base64
+import shutil
+from pathlib import Path
+
+import pytest
+
+from bench.reports.pages.experiment import PAGE
+from browser import browser, errors, overflow, requests, shown
+
+CHEAP = ["optimizer.screening=200", "optimizer.starts=2", "workers=1"]
+HOSTILE = "<img src=x onerror=window.hit=1>.csv"
+
+pytestmark = pytest.mark.xdist_group("browser")
+
+
+@pytest.fixture(scope="module")
+def driver(tmp_path_factory):
+    with browser(tmp_path_factory.mktemp("browser")) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def identified(shell, tmp_path_factory):
+    """The page of an identification of complex data at two planes."""
+    words = ["+experiment=identify", "measurement=synthetic", "measurement.kind=complex", "measurement.relative=0.05"]
+    ended = shell(
+        *words, *CHEAP, "problem.sensors=[0.1,0.5]", cwd=tmp_path_factory.mktemp("page"), output="results/identify"
+    )
+    assert ended.code == 0, ended.err
+    return ended.output / PAGE
+
+
+@pytest.mark.parametrize(("width", "dark"), [(1200, False), (400, True)])
+def test_it_is_drawn_without_an_error_or_a_network(driver, identified, width, dark):
+    shown(driver, identified, width, dark)
+    assert errors(driver) == [] and requests(driver) == [] and overflow(driver) <= 0
+    plots = driver.execute_script("return document.querySelectorAll('figure.plot .canvas .main-svg').length")
+    assert plots >= 4 and driver.execute_script("return document.querySelector('.still').hidden")
+    ground = driver.execute_script("return getComputedStyle(document.body).backgroundColor")
+    ink = driver.execute_script("return getComputedStyle(document.querySelector('.canvas .xtick text')).fill")
+    assert (ground, ink) == (
+        ("rgb(20, 24, 28)", "rgb(230, 232, 234)") if dark else ("rgb(255, 255, 255)", "rgb(26, 29, 33)")
+    )
+
+
+SEEN = "return [...arguments[0].data].filter((trace) => trace.visible !== false).map((trace) => trace.meta?.channel)"
+
+
+@pytest.mark.parametrize("width", [1200, 400])
+def test_controls_work(driver, identified, width):
+    shown(driver, identified, width)
+    canvas = driver.find_element("css selector", "figure:has(select[data-key=channel]) .canvas")
+    choose = "const s = arguments[0].closest('figure').querySelector('select'); s.value = arguments[1]; s.dispatchEvent(new Event('change'));"
+    assert set(driver.execute_script(SEEN, canvas)) == {"x at 0.1 m"}  # of four channels the first
+    driver.execute_script(choose, canvas, "y at 0.5 m")
+    assert set(driver.execute_script(SEEN, canvas)) == {"y at 0.5 m"}
+    driver.execute_script(choose, canvas, "")
+    assert len(set(driver.execute_script(SEEN, canvas))) == 4
+    span = "const [a, b] = arguments[0]._fullLayout.xaxis.range; return b - a"
+    press = "arguments[0].closest('figure').querySelector(`button[data-do=${arguments[1]}]`).click()"
+    whole = driver.execute_script(span, canvas)
+    driver.execute_script(press, canvas, "in")
+    assert driver.execute_script(span, canvas) == pytest.approx(0.7 * whole)
+    driver.execute_script(press, canvas, "reset")
+    assert driver.execute_script(span, canvas) == pytest.approx(whole, rel=1e-6)
+    move = "const s = document.querySelector('[data-orbit]'); s.value = 3; s.dispatchEvent(new Event('input')); return document.querySelector('output').textContent"
+    said = driver.execute_script(move)
+    assert "rpm" in said and said.count("whirl") == 2  # of two planes
+
+
+def test_tables_are_sorted_by_a_button(driver, identified):
+    shown(driver, identified, 1200)
+    first = "return document.querySelector('table').tBodies[0].rows[0].cells[0].textContent"
+    press = "document.querySelector('table th button').click()"
+    assert driver.execute_script(first) == "kxx"
+    driver.execute_script(press)
+    assert driver.execute_script(first) == "cxx"
+    driver.execute_script(press)
+    assert driver.execute_script(first) == "u"
+
+
+def test_it_is_printed_light_and_whole(driver, identified):
+    shown(driver, identified, 1200, dark=True)
+    printed = driver.execute_cdp_cmd("Page.printToPDF", {"printBackground": True})
+    assert base64.b64decode(printed["data"]).startswith(b"%PDF")
+    driver.execute_cdp_cmd(
+        "Emulation.setEmulatedMedia",
+        {"media": "print", "features": [{"name": "prefers-color-scheme", "value": "dark"}]},
+    )
+    ground = driver.execute_script("return getComputedStyle(document.body).backgroundColor")
+    assert ground == "rgb(255, 255, 255)" and errors(driver) == []
+    assert not driver.find_element("css selector", ".controls").is_displayed()
+
+
+def test_markup_in_names_does_nothing(driver, shell, identified, tmp_path):
+    fleet = tmp_path / "fleet"
+    fleet.mkdir()
+    root = Path(__file__).parents[2]
+    shutil.copy(root / "docs/examples/run_up.csv", fleet / HOSTILE)
+    words = ["+experiment=identify", "problem.sensors=[0.1]", "measurement.path=fleet/*.csv", *CHEAP]
+    ended = shell(*words, cwd=tmp_path, output="results/identify_fleet")
+    shown(driver, ended.output / PAGE, 1200)
+    assert errors(driver) == [] and requests(driver) == []
+    assert driver.execute_script("return window.hit === undefined && !document.querySelector('img[src=x]')")
+    assert HOSTILE in driver.find_element("css selector", "main").text
+    shown(driver, ended.output.parent / PAGE, 400)
+    assert errors(driver) == [] and requests(driver) == [] and overflow(driver) <= 0
