@@ -76,18 +76,36 @@ def test_aligned_columns_become_the_table_that_they_were(rows):
     assert columns_of(aligned(head, rows).splitlines()) == [head, *rows]
 
 
-def test_the_same_records_make_the_same_bytes_and_no_plotly_is_imported(enter):
-    ended = enter(*IDENTIFY)
+def test_two_identifications_from_their_pages_to_the_comparison(enter, monkeypatch):
+    ended = enter(*IDENTIFY, output="results/identify")
     assert ended.code == 0, ended.err
     page = ended.output / "index.html"
     first = page.read_bytes()
-    assert enter("collect", str(ended.output)).code == 0 and page.read_bytes() == first
+    assert enter("collect", "identify").code == 0 and page.read_bytes() == first  # the same records, the same bytes
     facts = facts_of(first[:8192].decode("utf-8", "ignore"))
     assert facts["failed"] == 0 and facts["runs"] == 1 and "explain" in facts["headline"]
     text = unescape(first.decode())
     assert all(each in text for each in ("95 % interval [", "commit ", "+experiment=plan", "measurement.relative=0.05"))
     index = (ended.output.parent / "index.html").read_text()
-    assert f'href="{ended.output.name}/index.html"' in index and "explain" in index
+    assert 'href="identify/index.html"' in index and "explain" in index
+
+    enter(*IDENTIFY, "seed=1", "output=results/two")
+    compared = enter("compare", "identify", "two", output="results/compare_identify_two")
+    assert compared.code == 0, compared.err
+    assert "combined standard deviations" in compared.out and re.search(r"seed +0 +1", compared.out)
+    assert {path.name for path in compared.output.iterdir()} == {"compare.csv", "index.html"}
+    same = enter("compare", "identify", "identify").out
+    assert "all 5 unknowns" in same and "No setting that both have differs" in same and "same data" in same
+    refused = enter("compare", "identify")
+    assert refused.code == 2 and "expected two names" in refused.err
+
+    def fails(*arguments):
+        raise ValueError("no such luck")
+
+    monkeypatch.setattr("bench.reports.identification.identification_page", fails)
+    ended = enter("collect", "identify", output="results/identify")
+    assert ended.code == 0 and "index.html: cannot be drawn (ValueError: no such luck)" in ended.err
+    assert (ended.output / "identify.csv").is_file() and not page.exists()
 
 
 def test_what_writes_pages_imports_no_plotly():
@@ -137,20 +155,6 @@ def test_a_difference_is_in_combined_standard_deviations():
     assert np.isnan(difference(open_above, other)) and not np.isnan(difference(Shown(20.0, 9.0, np.nan, "N"), other))
 
 
-def test_two_results_are_compared(enter):
-    first = enter(*IDENTIFY, output="results/one")
-    enter(*IDENTIFY, "seed=1", output="results/two")
-    ended = enter("compare", "one", "two")
-    assert ended.code == 0, ended.err
-    assert "within 2 combined standard deviations" in ended.out or "unknowns differ by more" in ended.out
-    assert re.search(r"seed +0 +1", ended.out)
-    compared = first.output.parent / "compare_one_two"
-    assert {path.name for path in compared.iterdir()} == {"compare.csv", "index.html"}
-    same = enter("compare", "one", "one")
-    assert "all 5 unknowns" in same.out and "No setting that both have differs" in same.out and "same data" in same.out
-    assert enter("compare", "one").code == 2 and "expected two names" in enter("compare", "one").err
-
-
 def test_a_report_that_tells_nothing_of_a_page_has_one(plan):
     import pandas as pd
 
@@ -160,16 +164,6 @@ def test_a_report_that_tells_nothing_of_a_page_has_one(plan):
     runs = pd.DataFrame({"key": ["a", "b"], "status": ["done", "error"], "error": ["", HOSTILE]})
     page = experiment_page(plan, Made("found <it>", {}, runs), {"x.png": b"png"}, "").decode()
     assert "found &lt;it&gt;" in page and "explain b" in page and "<img src=x" not in page and "data:image/png" in page
-
-
-def test_a_page_that_cannot_be_made_costs_no_table(enter, monkeypatch):
-    def fails():
-        raise ValueError("no such luck")
-
-    monkeypatch.setattr("bench.reports.identification.identification_page", lambda *arguments: fails())
-    ended = enter(*IDENTIFY)
-    assert ended.code == 0 and "index.html: cannot be drawn (ValueError: no such luck)" in ended.err
-    assert (ended.output / "identify.csv").is_file() and not (ended.output / "index.html").exists()
 
 
 def test_a_headline_stands_first():

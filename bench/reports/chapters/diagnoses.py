@@ -77,12 +77,12 @@ def _detection_plot(effect: str, mine: pd.DataFrame) -> Plot:
         seen, n = int(of["detected"].sum()), len(of)
         low, high = interval(seen, n)
         rows.append((of["size"].median(), 100 * seen / n, 100 * low, 100 * high, f"{seen} of {n}"))
-    at, share, low, high, words = (list(column) for column in zip(*rows))
+    at, share, lows, highs, words = (list(column) for column in zip(*rows))
     bars = {
         "type": "data",
         "symmetric": False,
-        "array": np.subtract(high, share),
-        "arrayminus": np.subtract(share, low),
+        "array": np.subtract(highs, share),
+        "arrayminus": np.subtract(share, lows),
     }
     traces = [
         line(sizes, expected, "expected", GREY),

@@ -60,8 +60,8 @@ def unknowns_blocks(record: IdentificationRecord) -> Iterator[Block]:
         }
         other = beside.get(part.name)
         if other is not None:
-            ends = (np.nan if end is None else end for end in (other.low, other.high))
-            own["beside what is unknown"] = Shown(other.value, *ends, other.unit)
+            low, high = (np.nan if end is None else end for end in (other.low, other.high))
+            own["beside what is unknown"] = Shown(other.value, low, high, other.unit)
         unknowns[part.name] = own
     truth = {part.name: part.in_unit(part.true) for part in record.parameters}
     if any(not np.isnan([each.low, each.high]).all() for of in unknowns.values() for each in of.values()):

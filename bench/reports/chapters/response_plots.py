@@ -19,7 +19,7 @@ from bench.reports.pages.traces import (
     line,
     points,
 )
-from ksmea.arrays import Array
+from ksmea.arrays import Array, ComplexArray
 
 MOST_ERROR_BARS = 400  # points; more are drawn without
 MOST_AT_ONCE = 2  # channels that are shown at first
@@ -118,16 +118,15 @@ def orbits(response: Response) -> Orbits:
         "The path of the shaft in each plane at a speed, measured (dotted) and by the model; dots: where it is at phase 0.",
         tuple(response.speed.tolist()),
         {
-            place: {kind: tuple(map(tuple, _phasors(values[:, columns]))) for kind, values in kinds.items()}
+            place: {kind: _phasors(values[:, columns]) for kind, values in kinds.items()}
             for place, columns in response.planes().items()
         },
     )
 
 
-def _phasors(values: Array) -> list[list[float]]:
+def _phasors(values: ComplexArray) -> tuple[tuple[float, float, float, float], ...]:
     """(n_speed, 2) of x and y as (re x, im x, re y, im y)."""
-    parts: list[list[float]] = np.stack([values.real, values.imag], axis=-1).reshape(len(values), 4).tolist()
-    return parts
+    return tuple((x.real, x.imag, y.real, y.imag) for x, y in values.tolist())
 
 
 def _of_channel(response: Response, column: int, axes: dict[str, str]) -> Iterator[dict[str, Any]]:

@@ -8,8 +8,11 @@ it says.
 
 from __future__ import annotations
 
+import math
+from collections.abc import Hashable, Mapping
 from dataclasses import dataclass
 from statistics import NormalDist
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -83,7 +86,8 @@ def difference(one: Shown, other: Shown, levels: tuple[float, float] = (0.95, 0.
     up = other.value >= one.value
     sides = ((one.high - one.value, other.value - other.low), (one.value - one.low, other.high - other.value))
     widths = sides[0] if up else sides[1]
-    combined = float(np.hypot(*(width / NormalDist().inv_cdf((1 + level) / 2) for width, level in zip(widths, levels))))
+    sds = [width / NormalDist().inv_cdf((1 + level) / 2) for width, level in zip(widths, levels)]
+    combined = math.hypot(*sds)
     if combined > 0:
         return (other.value - one.value) / combined
     return 0.0 if other.value == one.value else np.nan
@@ -167,7 +171,7 @@ def _settings_text(comparison: Comparison) -> list[str]:
     return told + ([SAME_DATA] if comparison.is_of_same_data else [])
 
 
-def _interval(row: dict[str, float], side: str) -> str:
+def _interval(row: Mapping[Hashable, Any], side: str) -> str:
     """For example '50.03 [49.99, 50.06]'."""
     value, low, high = row[side], row[f"{side}_low"], row[f"{side}_high"]
     if np.isnan(value):
