@@ -13,8 +13,12 @@ from typing import Any
 from bench.command_line.messages import USER_ERRORS, one_line
 from bench.command_line.overrides import parse
 from bench.command_line.plugin_words import PLUGINS, register_plugins
+from bench.plan.page import Command, Section
 from bench.plan.plan import PLAN_FILE
-from bench.reports.rotor_page import rotor_page
+from bench.reports.chapters.rotordynamics import rotor_sections
+from bench.reports.pages.document import document
+from bench.reports.pages.index import write_index_above
+from bench.reports.pages.made_by import command_line
 from bench.reports.tables import csv_text
 from bench.storage.files import replace_file
 from ksmea.door import load_problem
@@ -24,6 +28,7 @@ from ksmea.settings import own_fields
 from ksmea.show.rotordynamics import FRAMES
 from ksmea.show.style import png
 from ksmea.studies.rotordynamics import RotordynamicsOptions
+from ksmea.units import RPM
 
 PROBLEM, VALUES, OUTPUT = "problem", "values", "output"
 DEFAULT = "three_disk"
@@ -52,16 +57,27 @@ def draw(words: list[str]) -> int:
     pictures = {each: png(plot(drawing)) for each, plot in FIGURES.items() if each not in left_out}
     files = {f"{each}.png": picture for each, picture in pictures.items()}
     files |= {f"{each}.csv": csv_text(drawing.to_frame(each)).encode() for each in FRAMES if each not in left_out}
-    files["index.html"] = rotor_page(drawing.record, pictures, words).encode()
+    files["index.html"] = _page(drawing, words, files)
     folder.mkdir(parents=True, exist_ok=True)
     for file, content in files.items():
         replace_file(folder / file, content)
+    write_index_above(folder)
     print(
         visible_lines(
             f"{drawing}\nwritten: {folder / 'index.html'}, {len(pictures)} figures (.png) and their numbers (.csv)"
         )
     )
     return 0
+
+
+def _page(drawing: RotorDrawing, words: list[str], files: Mapping[str, bytes]) -> bytes:
+    """The page with all of it, and what an index of results tells of it."""
+    found = drawing.record
+    n_at_1x = sum(each.harmonic == 1 for each in found.critical_speeds)
+    headline = f"{n_at_1x} critical speed{'s' * (n_at_1x != 1)} up to {found.highest / RPM:.0f} rpm"
+    made_by = Section("Made by", (Command(command_line(["draw", *words])),))
+    about = {"name": found.title, "study": "draw", "headline": headline}
+    return document(found.title, headline, [*rotor_sections(found), made_by], about, files)
 
 
 def _asked(words: list[str]) -> tuple[str, dict[str, Any], dict[str, float], dict[str, Any], str | None]:

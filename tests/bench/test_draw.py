@@ -32,7 +32,14 @@ def test_a_drawing_has_figures_numbers_and_one_page(enter):
     assert list(found) == pytest.approx(PUBLISHED, rel=5e-4)  # as tests/rotor/test_modes.py
     assert "3620.4" in ended.out and "index.html" in ended.out
     page = (ended.output / "index.html").read_text()
-    assert page.count("<img") == 6 and "http" not in page and "highest_rpm=12000" in page and "3620.4" in page
+    assert (
+        page.count("<img") == 6
+        and "http:" not in page
+        and "https:" not in page
+        and "highest_rpm=12000" in page
+        and "3620.4" in page
+    )
+    assert "4 critical speeds up to 12000 rpm" in (ended.output.parent / "index.html").read_text()
 
 
 def test_values_settings_and_plugins_are_those_of_the_command_line(enter):

@@ -91,9 +91,15 @@ def told(folder: Path) -> Mapping[str, Any]:
 
 
 def _experiments(folder: Path) -> list[Path]:
-    """Folders of experiments, as paths from the folder."""
+    """Folders of experiments, and others with a page of this project such as drawings, as paths from the folder."""
     plans = {path for depth in DEPTHS for path in folder.glob(f"{depth}/{PLAN_FILE}") if path.is_file()}
-    return sorted(path.parent.relative_to(folder) for path in plans)
+    pages = {path for depth in DEPTHS for path in folder.glob(f"{depth}/{PAGE}") if _is_page(path)}
+    return sorted({path.parent.relative_to(folder) for path in plans | pages})
+
+
+def _is_page(path: Path) -> bool:
+    facts = facts_of(_beginning(path)) if path.is_file() else None
+    return facts is not None and "study" in facts
 
 
 def _is_index(path: Path) -> bool:
@@ -111,7 +117,7 @@ def _beginning(path: Path, lines: int = 0) -> str:
 
 def _row(place: Path, facts: Mapping[str, Any]) -> str:
     name = str(place)
-    has_page = "runs" in facts
+    has_page = "study" in facts
     shown = f'<a href="{safe(quote(place.as_posix()))}/{PAGE}">{safe(name)}</a>' if has_page else safe(name)
     when = str(facts.get("when", ""))[:16].replace("T", " ")
     found = safe(shortened(str(facts.get("headline", "")), LONGEST))
