@@ -1,0 +1,1 @@
+"""How things are timed side by side: processes that answer timing requests, rows, pairs, tables, pages."""

@@ -1,0 +1,57 @@
+"""What a group asks for: rows, each the same work by several contestants."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+HERE, PEERS = "here", "peers"  # environments: this one, and that of `python -m benchmarks setup`
+CPU, WALL = "cpu", "wall"
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """One way to do a row's work.
+
+    `task` is "module:function" of what makes a `Task`; `library` the distribution whose version is stated; `environment` where
+    it runs. `at_least` is the demand on the ratio of its time over that of the row's first contestant, `note` what is to be
+    known when that ratio is read.
+    """
+
+    name: str
+    task: str
+    settings: Mapping[str, Any] = field(default_factory=dict)
+    library: str = "ksmea-bench"
+    environment: str = HERE
+    at_least: float | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Row:
+    """The same work, done by several contestants; the first is ours, and the others' times are divided by its.
+
+    `size` is what the work grows with (its name in `size_of`), `unit` what seconds are counted for. `quality` names the number
+    that says how good a result is, smaller being better. A row that `is_quick` belongs to the short check. `budget` is the wall
+    time, s, that its turns may take, and `limit` that of one call.
+    """
+
+    group: str
+    name: str
+    contestants: tuple[Contestant, ...]
+    unit: str = "call"
+    size: float | None = None
+    size_of: str = ""
+    clock: str = CPU
+    quality: str = ""
+    is_quick: bool = False
+    budget: float = 20.0
+    turns: int | None = None  # at most
+    is_warmed: bool = True  # a first call is made that does not count; not where one takes minutes
+    limit: float = 600.0
+    no_more_than: float | None = None  # s a unit of ours: a demand on the time itself
+
+    @property
+    def title(self) -> str:
+        return f"{self.group}: {self.name}" + ("" if self.size is None else f", {self.size:g} {self.size_of}".rstrip())

@@ -1,0 +1,71 @@
+"""Identifications by this project, each turn from data of another seed."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from benchmarks.harness.task import Task
+from benchmarks.tasks.run_ups import NOISE, read
+from ksmea import registry
+from ksmea.identification import Streams
+from ksmea.kind import Kind
+from ksmea.measurement import Measurement, Noise, observe
+from ksmea.model import CountedProblem
+from ksmea.studies.identify import identification
+from problems.three_disk import ThreeDisk
+
+
+def method(run_ups: str, name: str, settings: dict[str, Any], optimizer: str, surrogate: str = "none", samples: int = 100):
+    """A method alone, without intervals."""
+    problem, data = ThreeDisk().build(), read(run_ups)
+    chosen = _method(name, settings, optimizer, surrogate, samples)
+
+    def run(turn: int) -> np.ndarray:
+        found = chosen.identify(CountedProblem(problem), _measurement(problem, data.of(turn)), _streams(turn))
+        return found.x
+
+    return Task(run, quality=data.error)
+
+
+def run_of_table3(run_ups: str, samples: int):
+    """A whole run of Table 3: Kriging, DE, updates, final step, intervals and Cramér–Rao lower bounds."""
+    problem, data = ThreeDisk().build(), read(run_ups)
+    chosen = _method("ksmea", {}, "de", "kriging", samples)
+
+    def run(turn: int) -> np.ndarray:
+        record = identification(problem, _measurement(problem, data.of(turn)), chosen, _streams(turn))
+        return np.asarray(record.values)
+
+    return Task(run, quality=data.error)
+
+
+def noiseless(name: str, samples: int) -> Task:
+    """Least squares on a surrogate of so many samples, from data without noise."""
+    problem = ThreeDisk().build()
+    truth = np.array(list(ThreeDisk().reference().values()))
+    values = observe(problem.response(truth[None])[0], Kind.AMPLITUDE, Noise(0.0, 0.0), np.random.default_rng(0))
+    measurement = Measurement(problem.speed, problem.channels, values, Noise(0.0, 0.0), "exact")
+    chosen = _method("ksmea", {"max_updates": 0, "misfit": "likelihood"}, "lm", name, samples)
+    return Task(
+        lambda turn: chosen.identify(CountedProblem(problem), measurement, _streams(turn)).x,
+        quality=lambda x: float(np.max(np.abs(x / truth - 1))),
+    )
+
+
+def _method(name: str, settings: dict[str, Any], optimizer: str, surrogate: str, samples: int) -> Any:
+    parts = {
+        "surrogate": registry.create("surrogate", surrogate, {}),
+        "optimizer": registry.create("optimizer", optimizer, {}),
+        "samples": samples,
+    }
+    return registry.create("method", name, settings, parts)
+
+
+def _measurement(problem: Any, values: np.ndarray) -> Measurement:
+    return Measurement(problem.speed, problem.channels, values, Noise(NOISE, 0.0), "synthetic")
+
+
+def _streams(turn: int) -> Streams:
+    return Streams(*(np.random.default_rng([turn, part]) for part in range(3)))
