@@ -33,12 +33,14 @@ class Process:
     def __init__(self, interpreter: str) -> None:
         self.interpreter = interpreter
         self._log = tempfile.TemporaryFile("w+")
+        self._folder = tempfile.TemporaryDirectory(prefix="ksmea-benchmarks-")  # for what libraries leave behind
         paths = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
         self._process = subprocess.Popen(
             [interpreter, "-m", "benchmarks.harness.worker"],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=self._log,
+            cwd=self._folder.name,
             env=os.environ | ONE_THREAD | {"PYTHONPATH": paths, "PYTHONWARNINGS": "ignore"},
         )
         self._answers = b""
@@ -49,6 +51,7 @@ class Process:
         for stream in (self._process.stdin, self._process.stdout, self._log):
             if stream is not None:
                 stream.close()
+        self._folder.cleanup()
 
     def ask(self, limit: float, **request: Any) -> dict[str, Any]:
         """The answer to a request within `limit` s, or `NotRun`."""

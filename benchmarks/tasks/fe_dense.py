@@ -49,9 +49,10 @@ class DenseModel:
         return np.linalg.solve(whole, force)[:, self.probe, 0]
 
 
-def evaluations(n_speed: int, batch: int) -> Task:
+def evaluations(n_speed: int, batch: int, unit: int = 1) -> Task:
+    """So many sets of unknowns; a unit is one, or as many as are named."""
     model, points = DenseModel(n_speed), drawn(batch)
-    return Task(lambda turn: model.response(points), values=lambda found: found[0], units=batch)
+    return Task(lambda turn: model.response(points), values=lambda found: found[0], units=batch / unit)
 
 
 def set_up(n_speed: int) -> Task:

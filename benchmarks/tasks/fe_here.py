@@ -22,9 +22,9 @@ def evaluations(n_speed: int, batch: int, mesh: int = 13) -> Task:
     return Task(lambda turn: problem.response(points), values=_first, units=batch)
 
 
-def set_up(n_speed: int) -> Task:
+def set_up(n_speed: int, mesh: int = 13) -> Task:
     """A problem from nothing, and its first response."""
-    return Task(lambda turn: ThreeDisk(n_speed=n_speed).build().response(TRUTH[None]), values=_first)
+    return Task(lambda turn: ThreeDisk(n_speed=n_speed, mesh=mesh).build().response(TRUTH[None]), values=_first)
 
 
 def sensitivity(effect: str = "") -> Task:

@@ -1,0 +1,145 @@
+"""A run's table as text, and as a page with its figure."""
+
+from __future__ import annotations
+
+import math
+from html import escape
+
+import pandas as pd
+
+from bench.reports.page import STYLE, figure_block, table_block
+from benchmarks.harness.machine import Machine
+from ksmea.errors import visible_lines
+
+ABOUT = (
+    "Seconds are of one unit, medians over turns in which all sides took their turn. A ratio is theirs over that of a row's first"
+    " line, paired turn by turn, with quartiles: above 1, the first line is faster. Difference: the largest difference of the values"
+    " over their largest. Clock: CPU seconds of the processes, or wall."
+)
+HEAD = ("", "contestant", "s a unit", "ratio", "quartiles", "difference", "quality", "demand")
+
+
+def text(frame: pd.DataFrame) -> str:
+    """The table as a terminal shows it: a block for each row."""
+    blocks = []
+    for title, block in _blocks(frame):
+        rows = [[line["contestant"], *_cells(line)] for line in block]
+        widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
+        aligned = [
+            "  " + "  ".join(cell.ljust(width) if not column else cell.rjust(width) for column, (cell, width) in enumerate(zip(row, widths)))
+            for row in rows
+        ]
+        blocks.append("\n".join([title, *(line.rstrip() for line in aligned)]))
+    return visible_lines("\n".join(blocks))
+
+
+def page(frame: pd.DataFrame, machine: Machine, png: bytes) -> str:
+    """The page of a run: demands, figure, all rows; nothing from a network."""
+    demands = _demands(frame)
+    parts = [
+        f"<h1>Side by side</h1><p>{escape(ABOUT)}</p><p>{escape(str(machine))}</p>",
+        table_block("Demands", demands) if len(demands) else "",
+        figure_block("Ratios", "Time of each contestant over ours, with quartiles, on a logarithmic axis, by group", png),
+    ]
+    for group, rows in frame.groupby("group", sort=False):
+        parts.append(table_block(str(group), _page_table(rows)))
+        exponents = rows[rows["exponent"].notna()].drop_duplicates(["row", "contestant"])
+        if len(exponents):
+            parts.append(table_block(f"{group}: growth", _growth(exponents)))
+    return (
+        '<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Side by side</title>'
+        f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style></head>'
+        f"<body><main>{''.join(parts)}</main></body></html>\n"
+    )
+
+
+def _page_table(rows: pd.DataFrame) -> pd.DataFrame:
+    lines = []
+    for title, block in _blocks(rows):
+        name = title.partition(": ")[2]
+        for number, line in enumerate(block):
+            about = "; ".join(filter(None, [line["version"], line["note"]]))
+            lines.append([name if number == 0 else "", line["contestant"], *_cells(line), about])
+    return pd.DataFrame(lines, columns=[*HEAD, "about"])
+
+
+def _growth(exponents: pd.DataFrame) -> pd.DataFrame:
+    return pd.DataFrame(
+        {
+            "": exponents["row"],
+            "contestant": exponents["contestant"],
+            "grows as": [f"{size_of} to the {value:.2f}" for size_of, value in zip(exponents["size_of"], exponents["exponent"])],
+        }
+    )
+
+
+def _demands(frame: pd.DataFrame) -> pd.DataFrame:
+    asked = frame[frame["at_least"].notna() | frame["no_more_than"].notna()]
+    return pd.DataFrame(
+        [[title_of(line), line["contestant"], *_demanded(line)] for _, line in asked.iterrows()],
+        columns=["", "contestant", "asked", "found", "reached"],
+    )
+
+
+def _demanded(line: pd.Series) -> tuple[str, str, str]:
+    reached = line["skipped"] or line["reached"] or "not measured"
+    if math.isfinite(line["at_least"]):
+        return f"{line['at_least']:g} times", f"{number(line['ratio'])} times", reached
+    return f"{line['no_more_than']:g} s", f"{seconds(line['seconds'])}", reached
+
+
+def _cells(line: pd.Series) -> list[str]:
+    if line["skipped"]:
+        return [f"skipped: {line['skipped']}", "", "", "", "", ""]
+    has_ratio = math.isfinite(line["ratio"])
+    demand = _demanded(line) if math.isfinite(line["at_least"]) or math.isfinite(line["no_more_than"]) else None
+    return [
+        seconds(line["seconds"]),
+        f"{number(line['ratio'])} ×" if has_ratio else "",
+        f"{number(line['ratio_q1'])} – {number(line['ratio_q3'])}" if has_ratio else "",
+        f"{line['difference']:.1e}" if math.isfinite(line["difference"]) else "",
+        f"{line['quality_of']} {line['quality']:.3g}" if math.isfinite(line["quality"]) else "",
+        f"{'≥' if demand[0].endswith('times') else '≤'} {demand[0]}: {demand[2]}" if demand else "",
+    ]
+
+
+def title_of(line: pd.Series) -> str:
+    """A row's name with its size, as `benchmarks.harness.row.Row.title`."""
+    size = f", {line['size']:g} {line['size_of']}".rstrip() if math.isfinite(line["size"]) else ""
+    return f"{line['group']}: {line['row']}{size}"
+
+
+def _blocks(frame: pd.DataFrame) -> list[tuple[str, list[pd.Series]]]:
+    """The lines of each row under its title, with the unit that seconds are of."""
+    found: dict[str, list[pd.Series]] = {}
+    for _, line in frame.iterrows():
+        found.setdefault(f"{title_of(line)} ({line['clock']} s a unit: {line['unit']})", []).append(line)
+    return list(found.items())
+
+
+def seconds(value: float) -> str:
+    """With a unit that suits.
+
+    >>> [seconds(value) for value in (12.3, 0.0123, 4.56e-6, 7e-9)]
+    ['12.3 s', '12.3 ms', '4.56 µs', '7 ns']
+    """
+    if not math.isfinite(value):
+        return "–"
+    for unit, factor in (("s", 1.0), ("ms", 1e3), ("µs", 1e6)):
+        if value * factor >= 1:
+            return f"{value * factor:.3g} {unit}" if value * factor < 1000 else f"{value * factor:.0f} {unit}"
+    return f"{value * 1e9:.3g} ns"
+
+
+def number(value: float) -> str:
+    """Three digits, with a space in thousands.
+
+    >>> [number(value) for value in (0.987, 31.42, 13929.9)]
+    ['0.987', '31.4', '13 900']
+    """
+    if not math.isfinite(value):
+        return "–"
+    if abs(value) < 1000:
+        return f"{value:.3g}"
+    rounded = round(value, 2 - math.floor(math.log10(abs(value))))
+    return f"{rounded:,.0f}".replace(",", " ")
