@@ -67,11 +67,19 @@ def _without_place(line: dict[str, Any]) -> dict[str, Any]:
     return {**line, "command": [word for word in line["command"] if not word.startswith("output=")]}
 
 
+def reference_tables(folder: Path = REFERENCE) -> list[str]:
+    """Names of the tables there that say what they were made from; `benchmarks.csv` is times, which nobody computes again."""
+    return sorted({path.name.partition(".")[0] for path in folder.glob("*.csv") if _has_head(path)})
+
+
+def _has_head(path: Path) -> bool:
+    with path.open(encoding="utf-8") as file:
+        return file.read(1) == "#"
+
+
 def read_reference(table: str, folder: Path = REFERENCE) -> tuple[Plan, pd.DataFrame]:
     """The plan's head and cells, and the runs (where a table has none: the table)."""
-    known = sorted(
-        path.name.removesuffix(".csv") for path in folder.glob("*.csv") if not path.name.endswith(".runs.csv")
-    )
+    known = reference_tables(folder)
     if table not in known:
         raise unknown("reference table", table, known)
     path = folder / f"{table}.runs.csv"

@@ -14,6 +14,7 @@ def rows() -> list[Row]:
         *(_evaluation(n_speed, batch) for n_speed in SPEEDS for batch in (1, 100)),
         _set_up(),
         *(_sensitivity(effect) for effect in ("", "flexible_pedestal", "mass")),
+        *(_reduction(mesh) for mesh in (13, 26, 52, 104)),
         _critical_speeds(),
     ]
 
@@ -90,6 +91,21 @@ def _sensitivity(effect: str) -> Row:
         size=SPEEDS[0],
         size_of="speeds",
         is_quick=effect == "mass",
+    )
+
+
+def _reduction(mesh: int) -> Row:
+    task = "benchmarks.tasks.fe_here:reduction"
+    return Row(
+        "fe",
+        "reduction to the ports",
+        (
+            Contestant("here, banded", task, {"mesh": mesh, "banded": True}),
+            Contestant("here, dense", task, {"mesh": mesh, "banded": False}),
+        ),
+        size=mesh,
+        size_of="elements",
+        budget=10.0,
     )
 
 

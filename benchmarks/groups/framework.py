@@ -6,32 +6,34 @@ from benchmarks.harness.row import PEERS, Contestant, Row
 
 N_RUN = 100
 HELP_WITHIN, IMPORT_WITHIN = 0.7, 0.4  # s of CPU
-IMPORTED = {"ROSS": ("ross", "ross-rotordynamics"), "SMT": ("smt.surrogate_models", "smt"), "OpenTURNS": ("openturns",) * 2}
-OWN_RECORDS = "benchopt's runs give a number, ours a record with intervals"
+IMPORTED = {
+    "ROSS": ("ross", "ross-rotordynamics"),
+    "SMT": ("smt.surrogate_models", "smt"),
+    "OpenTURNS": ("openturns",) * 2,
+}
+OWN_RECORDS = "without its page; ours makes a table and a figure"
 
 
 def rows() -> list[Row]:
+    runs, once_more = "benchmarks.tasks.commands:runs", "benchmarks.tasks.commands:on_results"
     return [
-        _versus_benchopt(f"{N_RUN} runs that do nothing", "benchmarks.tasks.commands:runs", {"n": N_RUN}, False),
-        _versus_benchopt(
-            f"the same {N_RUN} once more, all done", "benchmarks.tasks.commands:on_results", {"words": [], "n": N_RUN}, True
-        ),
+        *(_versus_benchopt("runs that do nothing", n, runs, {"n": n}, False) for n in (1, N_RUN)),
+        _versus_benchopt("the same once more, all done", N_RUN, once_more, {"words": [], "n": N_RUN}, True),
         *(_on_results(word) for word in ("status", "collect")),
         _help(),
         _import(),
     ]
 
 
-def _versus_benchopt(name: str, task: str, settings: dict[str, object], again: bool) -> Row:
-    peer = "benchmarks.tasks.commands:benchopt"
+def _versus_benchopt(name: str, n: int, task: str, settings: dict[str, object], again: bool) -> Row:
+    peer, asked = "benchmarks.tasks.commands:benchopt", {"n": n, "again": again}
     return Row(
         "framework",
         name,
-        (
-            Contestant("here", task, settings),
-            Contestant("benchopt", peer, {"again": again}, "benchopt", PEERS, note=OWN_RECORDS),
-        ),
-        unit="run",
+        (Contestant("here", task, settings), Contestant("benchopt", peer, asked, "benchopt", PEERS, note=OWN_RECORDS)),
+        unit="command",
+        size=n,
+        size_of="runs",
         budget=60.0,
     )
 
@@ -39,9 +41,11 @@ def _versus_benchopt(name: str, task: str, settings: dict[str, object], again: b
 def _on_results(word: str) -> Row:
     return Row(
         "framework",
-        f"{word} of {N_RUN} runs",
+        word,
         (Contestant("here", "benchmarks.tasks.commands:on_results", {"words": [word], "n": N_RUN}),),
-        unit="run",
+        unit="command",
+        size=N_RUN,
+        size_of="runs",
         budget=15.0,
     )
 

@@ -9,7 +9,13 @@ from benchmarks.harness.row import Contestant, Row
 FE = "benchmarks.tasks.fe_here:"
 SERIES = {
     "set-up and one evaluation": ("elements", "mesh", (13, 26, 52, 104), f"{FE}set_up", {"n_speed": 53}),
-    "one evaluation of 100, elements": ("elements", "mesh", (13, 26, 52, 104), f"{FE}evaluations", {"n_speed": 53, "batch": 100}),
+    "one evaluation of 100, elements": (
+        "elements",
+        "mesh",
+        (13, 26, 52, 104),
+        f"{FE}evaluations",
+        {"n_speed": 53, "batch": 100},
+    ),
     "one evaluation of 100, speeds": ("speeds", "n_speed", (53, 106, 212, 424), f"{FE}evaluations", {"batch": 100}),
     "one evaluation, points at once": ("points", "batch", (1, 10, 100, 1000), f"{FE}evaluations", {"n_speed": 53}),
     "diagnosis without location": ("effects", "n_effect", (2, 4, 8), "benchmarks.tasks.diagnose_here:of_effects", {}),
@@ -24,9 +30,12 @@ def rows() -> list[Row]:
         for size in sizes
     ]
     fit = "benchmarks.tasks.kriging_here:fit_all"
-    of_samples = [_row("Kriging fit of 106 outputs", n, "samples", fit, {"samples": handed.samples(n)}) for n in SAMPLES]
+    of_samples = [
+        _row("Kriging fit of 106 outputs", n, "samples", fit, {"samples": handed.samples(n)}) for n in SAMPLES
+    ]
     of_outputs = [
-        _row("Kriging fit of 100 samples", q, "outputs", fit, {"samples": handed.samples(100), "outputs": q}) for q in OUTPUTS
+        _row("Kriging fit of 100 samples", q, "outputs", fit, {"samples": handed.samples(100), "outputs": q})
+        for q in OUTPUTS
     ]
     return [*fixed, *of_samples, *of_outputs]
 

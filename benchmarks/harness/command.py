@@ -71,7 +71,9 @@ def _entered(words: Sequence[str]) -> int:
             raise unknown("group", group, list(GROUPS))
     rows = [row for group in groups or GROUPS for row in GROUPS[group]() if asked.only in row.title]
     if not rows:
-        raise SettingError(f"--only: expected a part of a row's title, none has {asked.only!r}; leave it out to see all titles")
+        raise SettingError(
+            f"--only: expected a part of a row's title, none has {asked.only!r}; leave it out to see all titles"
+        )
     if checks:
         return check([row for row in rows if row.is_quick or not asked.quick], asked)
     return run(rows, asked)
@@ -84,7 +86,9 @@ def run(rows: Sequence[Row], asked: argparse.Namespace) -> int:
     path = asked.out / "benchmarks.csv"
     before = read(path) if path.is_file() else None
     for group in dict.fromkeys(row.group for row in rows):
-        for row_lines in each_measured([row for row in rows if row.group == group], asked.peers, asked.repetitions, machine):
+        for row_lines in each_measured(
+            [row for row in rows if row.group == group], asked.peers, asked.repetitions, machine
+        ):
             lines += row_lines
             print(text(table(row_lines)), flush=True)
         _written(lines, before, path, machine)
@@ -100,13 +104,18 @@ def check(rows: Sequence[Row], asked: argparse.Namespace) -> int:
     found = [line for each in each_measured(short, asked.peers, turns, this_machine()) for line in each]
     now = table(found)
     fallen = slower(now, committed)
-    print("\n".join([*fallen, f"{compared(now, committed)} ratios compared with {asked.against.name}: {len(fallen)} fell by more than a third"]))
+    print(
+        "\n".join(
+            [
+                *fallen,
+                f"{compared(now, committed)} ratios compared with {asked.against.name}: {len(fallen)} fell by more than a third",
+            ]
+        )
+    )
     return 0
 
 
-def each_measured(
-    rows: Sequence[Row], peers: Path, turns: int, machine: Machine
-) -> Iterable[list[dict[str, object]]]:
+def each_measured(rows: Sequence[Row], peers: Path, turns: int, machine: Machine) -> Iterable[list[dict[str, object]]]:
     """The lines of each row, as soon as it is measured; processes are kept within a group."""
     for group in dict.fromkeys(row.group for row in rows):
         with Processes(interpreters(peers)) as processes:

@@ -9,6 +9,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from benchmarks.harness.report import number, title_of
+from benchmarks.harness.table import PART
 from ksmea.show.style import OURS, PAPER, REFERENCE
 
 ROW_HEIGHT, WIDTH = 0.24, 11.0  # inches
@@ -17,7 +18,7 @@ MAX_NAME = 78
 
 def ratio_figure(frame: pd.DataFrame) -> Figure:
     """A dot for each contestant beside ours, with the quartiles of its ratio; a mark where a demand lies."""
-    shown = frame[frame["ratio"].notna() & ~frame["note"].fillna("").str.startswith("ratio: its part")]
+    shown = frame[frame["ratio"].notna() & (frame["note"] != PART)]
     groups = list(shown.groupby("group", sort=False))
     if not groups:
         figure = Figure(figsize=(WIDTH, 1.0))
@@ -45,7 +46,9 @@ def ratio_figure(frame: pd.DataFrame) -> Figure:
         panel.set_title(str(group), loc="left", fontsize=9, fontweight="bold")
     low, high = float(shown["ratio_q1"].min()), float(shown["ratio_q3"].max())
     panels[-1].set_xlim(min(low, 0.5) / 1.5, 10 ** (math.log10(max(high, 2.0)) * 1.07))
-    panels[-1].set_xlabel("their time over ours, paired by turn, with quartiles; right of 1, ours is faster; |: demanded")
+    panels[-1].set_xlabel(
+        "their time over ours, paired by turn, with quartiles; right of 1, ours is faster; |: demanded"
+    )
     return figure
 
 

@@ -12,7 +12,7 @@ import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from types import TracebackType
-from typing import Any
+from typing import Any, Self
 
 ROOT = Path(__file__).resolve().parents[2]
 ONE_THREAD = dict.fromkeys(
@@ -32,7 +32,7 @@ class Process:
 
     def __init__(self, interpreter: str) -> None:
         self.interpreter = interpreter
-        self._log = tempfile.TemporaryFile("w+")
+        self._log = tempfile.TemporaryFile("w+")  # noqa: SIM115 – closed by `end`
         self._folder = tempfile.TemporaryDirectory(prefix="ksmea-benchmarks-")  # for what libraries leave behind
         paths = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
         self._process = subprocess.Popen(
@@ -97,10 +97,12 @@ class Processes:
         self.interpreters = interpreters
         self._running: dict[tuple[str, str], Process] = {}
 
-    def __enter__(self) -> Processes:
+    def __enter__(self) -> Self:
         return self
 
-    def __exit__(self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None) -> None:
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
         for process in self._running.values():
             process.end()
         self._running.clear()
@@ -123,7 +125,9 @@ class Processes:
 def interpreters(peers: Path) -> dict[str, str]:
     """The interpreter of each environment by name; that of the peers where it is there."""
     found = {"here": sys.executable}
-    python = next((path for path in (peers / "bin" / "python", peers / "Scripts" / "python.exe") if path.is_file()), None)
+    python = next(
+        (path for path in (peers / "bin" / "python", peers / "Scripts" / "python.exe") if path.is_file()), None
+    )
     if python is not None:
         found["peers"] = str(python)
     return found

@@ -20,17 +20,18 @@ HEAD = ("", "contestant", "s a unit", "ratio", "quartiles", "difference", "quali
 
 
 def text(frame: pd.DataFrame) -> str:
-    """The table as a terminal shows it: a block for each row."""
-    blocks = []
+    """The table as a terminal shows it: a block for each row, why a line has no time behind its name."""
+    said = []
     for title, block in _blocks(frame):
-        rows = [[line["contestant"], *_cells(line)] for line in block]
-        widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
-        aligned = [
-            "  " + "  ".join(cell.ljust(width) if not column else cell.rjust(width) for column, (cell, width) in enumerate(zip(row, widths)))
-            for row in rows
-        ]
-        blocks.append("\n".join([title, *(line.rstrip() for line in aligned)]))
-    return visible_lines("\n".join(blocks))
+        said.append(title)
+        name_width = max(len(line["contestant"]) for line in block)
+        cells = [_cells(line) for line in block]
+        timed = [each for each, line in zip(cells, block) if not line["skipped"]]
+        widths = [max(len(each[column]) for each in timed) for column in range(len(HEAD) - 2)] if timed else [0]
+        for line, each in zip(block, cells):
+            padded = each if line["skipped"] else [cell.rjust(width) for cell, width in zip(each, widths)]
+            said.append(f"  {line['contestant'].ljust(name_width)}  {'  '.join(padded)}".rstrip())
+    return visible_lines("\n".join(said))
 
 
 def page(frame: pd.DataFrame, machine: Machine, png: bytes) -> str:
@@ -39,7 +40,9 @@ def page(frame: pd.DataFrame, machine: Machine, png: bytes) -> str:
     parts = [
         f"<h1>Side by side</h1><p>{escape(ABOUT)}</p><p>{escape(str(machine))}</p>",
         table_block("Demands", demands) if len(demands) else "",
-        figure_block("Ratios", "Time of each contestant over ours, with quartiles, on a logarithmic axis, by group", png),
+        figure_block(
+            "Ratios", "Time of each contestant over ours, with quartiles, on a logarithmic axis, by group", png
+        ),
     ]
     for group, rows in frame.groupby("group", sort=False):
         parts.append(table_block(str(group), _page_table(rows)))
@@ -68,7 +71,9 @@ def _growth(exponents: pd.DataFrame) -> pd.DataFrame:
         {
             "": exponents["row"],
             "contestant": exponents["contestant"],
-            "grows as": [f"{size_of} to the {value:.2f}" for size_of, value in zip(exponents["size_of"], exponents["exponent"])],
+            "grows as": [
+                f"{size_of} to the {value:.2f}" for size_of, value in zip(exponents["size_of"], exponents["exponent"])
+            ],
         }
     )
 

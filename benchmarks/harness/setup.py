@@ -30,7 +30,9 @@ def required() -> list[str]:
 def setup(folder: Path) -> int:
     """Make the environment, or add to it what it lacks; the exit code of pip."""
     if folder.exists() and not (folder / "pyvenv.cfg").is_file() and any(folder.iterdir()):
-        raise SettingError(f"setup: expected a new folder or an environment, found other files in {folder}; name another one")
+        raise SettingError(
+            f"setup: expected a new folder or an environment, found other files in {folder}; name another one"
+        )
     print(f"{folder}: {', '.join(required())}")
     if not (folder / "pyvenv.cfg").is_file():
         venv.create(folder, with_pip=True)

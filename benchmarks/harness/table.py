@@ -28,6 +28,8 @@ NUMBERS = (
     *("size", "seconds", "seconds_q1", "seconds_q3", "ratio", "ratio_q1", "ratio_q3"),
     *("difference", "quality", "exponent", "at_least", "no_more_than"),
 )
+TEXTS = ("size_of", "version", "quality_of", "reached", "skipped", "note")
+PART = "ratio: its part of the whole"  # the note of a part's line
 KEY = ["group", "row", "size", "contestant"]
 
 
@@ -37,11 +39,23 @@ def lines_of(row: Row, found: Sequence[Measured], machine: Machine) -> list[dict
     lines = []
     for each in found:
         line: dict[str, object] = {
-            **{"group": row.group, "row": row.name, "size": row.size, "size_of": row.size_of, "unit": row.unit},
-            **{"contestant": each.contestant.name, "version": each.version, "clock": row.clock},
-            **{"note": each.contestant.note, "skipped": each.skipped, "is_quick": row.is_quick},
-            **{"quality": each.quality, "quality_of": row.quality, "difference": each.difference},
-            **{"turns": len(each.seconds), "calls": each.calls, "at_least": each.contestant.at_least},
+            "group": row.group,
+            "row": row.name,
+            "size": row.size,
+            "size_of": row.size_of,
+            "unit": row.unit,
+            "contestant": each.contestant.name,
+            "version": each.version,
+            "clock": row.clock,
+            "note": each.contestant.note,
+            "skipped": each.skipped,
+            "is_quick": row.is_quick,
+            "quality": each.quality,
+            "quality_of": row.quality,
+            "difference": each.difference,
+            "turns": len(each.seconds),
+            "calls": each.calls,
+            "at_least": each.contestant.at_least,
             **machine.columns(),
         }
         if each is ours:
@@ -63,11 +77,18 @@ def _part_lines(whole: dict[str, object], each: Measured) -> Iterable[dict[str, 
         share = seconds / pd.Series([sum(parts.values()) for parts in each.parts])
         low, middle, high = seconds.quantile([0.25, 0.5, 0.75])
         yield {
-            **{name: whole[name] for name in ("group", "row", "size", "size_of", "unit", "version", "clock", "turns", "calls")},
+            **{
+                name: whole[name]
+                for name in ("group", "row", "size", "size_of", "unit", "version", "clock", "turns", "calls")
+            },
             **{name: whole[name] for name in (item.name for item in dataclasses.fields(Machine))},
-            **{"contestant": f"{each.contestant.name}: {part}", "seconds": middle, "seconds_q1": low, "seconds_q3": high},
+            "contestant": f"{each.contestant.name}: {part}",
+            "seconds": middle,
+            "seconds_q1": low,
+            "seconds_q3": high,
             **dict(zip(("ratio_q1", "ratio", "ratio_q3"), share.quantile([0.25, 0.5, 0.75]), strict=True)),
-            **{"note": "ratio: its part of the whole", "is_quick": False},
+            "note": PART,
+            "is_quick": False,
         }
 
 
@@ -78,12 +99,14 @@ def table(lines: Sequence[dict[str, object]]) -> pd.DataFrame:
     for _, series in frame.groupby(["group", "row", "contestant"], sort=False):
         timed = series[series["seconds"].notna() & series["size"].notna()]
         if timed["size"].nunique() >= 3:
-            frame.loc[timed.index, "exponent"] = exponent(timed["size"].to_numpy(float), timed["seconds"].to_numpy(float))
+            frame.loc[timed.index, "exponent"] = exponent(
+                timed["size"].to_numpy(float), timed["seconds"].to_numpy(float)
+            )
     for demand, value, is_lower in (("at_least", "ratio", True), ("no_more_than", "seconds", False)):
         asked = frame[frame[demand].notna() & frame[value].notna()]
         better = asked[value] >= asked[demand] if is_lower else asked[value] <= asked[demand]
         frame.loc[asked.index, "reached"] = better.map({True: "yes", False: "no"})
-    return frame
+    return with_texts(frame)
 
 
 def write(frame: pd.DataFrame, path: Path) -> None:
@@ -97,15 +120,24 @@ def write(frame: pd.DataFrame, path: Path) -> None:
 def read(path: Path) -> pd.DataFrame:
     """A table that was written; `SettingError` where the file is none."""
     if not path.is_file():
-        raise SettingError(f"{path}: expected a table of `python -m benchmarks`, found no file; make one with --out DIR")
+        raise SettingError(
+            f"{path}: expected a table of `python -m benchmarks`, found no file; make one with --out DIR"
+        )
     try:
-        frame = pd.read_csv(path, keep_default_na=True)
+        frame = pd.read_csv(path)
     except (pd.errors.ParserError, pd.errors.EmptyDataError, UnicodeDecodeError) as error:
         raise SettingError(f"{path}: expected a table of `python -m benchmarks`, got {error}") from None
-    lacking = [name for name in (*KEY, "seconds", "ratio") if name not in frame]
+    lacking = [name for name in (*KEY, "seconds", "ratio", *TEXTS) if name not in frame]
     if lacking:
-        raise SettingError(f"{path}: expected the columns {', '.join(lacking)} too; make it with `python -m benchmarks`")
-    return frame.fillna({"skipped": "", "note": "", "reached": "", "quality_of": "", "size_of": "", "version": ""})
+        raise SettingError(
+            f"{path}: expected the columns {', '.join(lacking)} too; make it with `python -m benchmarks`"
+        )
+    return with_texts(frame)
+
+
+def with_texts(frame: pd.DataFrame) -> pd.DataFrame:
+    """With empty texts where a file has nothing, and not a number for numbers alone."""
+    return frame.assign(**{name: frame[name].astype(object).where(frame[name].notna(), "") for name in TEXTS})
 
 
 def merged(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:

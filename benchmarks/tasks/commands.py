@@ -11,10 +11,9 @@ from pathlib import Path
 
 from benchmarks.harness.task import Task
 
-# An empty model: nothing but the bench's own bookkeeping is left of a run.
-EMPTY = ["optimizer.generations=1", "optimizer.population=5", "method.max_updates=1", "surrogate=none", "samples=25"]
+# One evaluation and no interval: nothing but the bench's own bookkeeping is left of a run.
+EMPTY = ["method=direct", "optimizer=random_search", "optimizer.evaluations=1", "study.intervals=none"]
 NOTHING = Path(__file__).parent / "benchopt_nothing"
-N_RUN = 100  # of benchopt_nothing
 
 
 def importing(module: str) -> Task:
@@ -27,13 +26,13 @@ def bench(words: list[str]) -> Task:
 
 
 def runs(n: int) -> Task:
-    """So many runs of an empty model, a folder of results for each call."""
+    """So many runs that do nothing, a folder of results for each call."""
     folder, numbers = _folder(), count()
 
     def run(turn: int) -> None:
         _call(folder, "-m", "bench", *EMPTY, f"repetitions={n}", "workers=1", f"output={next(numbers)}")
 
-    return Task(run, units=n)
+    return Task(run)
 
 
 def on_results(words: list[str], n: int) -> Task:
@@ -42,7 +41,7 @@ def on_results(words: list[str], n: int) -> Task:
     experiment = [*EMPTY, f"repetitions={n}", "workers=1", "output=done"]
     _call(folder, "-m", "bench", *experiment)
     asked = [*words, "done"] if words else experiment
-    return Task(lambda turn: _call(folder, "-m", "bench", *asked), units=n)
+    return Task(lambda turn: _call(folder, "-m", "bench", *asked))
 
 
 def table3(workers: int, repetitions: int = 20) -> Task:
@@ -56,21 +55,22 @@ def table3(workers: int, repetitions: int = 20) -> Task:
     return Task(run)
 
 
-def benchopt(again: bool = False) -> Task:
-    """`benchopt run` of a hundred solvers that do nothing; `again` finds them all in its cache."""
+def benchopt(n: int, again: bool = False) -> Task:
+    """`benchopt run` of so many solvers that do nothing, one or all hundred; `again` finds them in its cache."""
     folder = _folder()
     place = folder / "nothing"
     shutil.copytree(NOTHING, place)
+    chosen = ["-s", "Nothing[seed=0]"] if n == 1 else []
 
     def run(turn: int) -> None:
         if not again:
             for made in ("outputs", "__cache__"):
                 shutil.rmtree(place / made, ignore_errors=True)
-        _call(folder, "-m", "benchopt", "run", str(place), "--no-plot", "--no-html", "-r", "1")
+        _call(folder, "-m", "benchopt", "run", str(place), "--no-plot", "--no-html", "-r", "1", *chosen)
 
     if again:
         run(0)
-    return Task(run, units=N_RUN)
+    return Task(run)
 
 
 def _command(words: list[str]) -> Task:

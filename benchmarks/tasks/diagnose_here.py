@@ -21,7 +21,16 @@ def diagnosis(data: str) -> Task:
 
 def of_effects(n_effect: int) -> Task:
     """With so many effects on data that hide none of them, without location."""
-    names = ["mass", "youngs_modulus", "runout", "residual_bow", "added_mass", "axial_force", "unbalance", "probe_rotation"]
+    names = [
+        "mass",
+        "youngs_modulus",
+        "runout",
+        "residual_bow",
+        "added_mass",
+        "axial_force",
+        "unbalance",
+        "probe_rotation",
+    ]
     rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.2, 0.5])
     data = ksmea.synthetic_measurement(rotor, relative=0.05, kind="complex", rng=1)
 

@@ -12,6 +12,7 @@ from benchmarks.harness.task import Task
 from benchmarks.tasks.three_disk import TRUTH, drawn
 from ksmea import registry
 from ksmea.contracts import Problem
+from problems.rotor.receptance import reduce_rotor
 from problems.three_disk import ThreeDisk
 
 
@@ -25,6 +26,16 @@ def evaluations(n_speed: int, batch: int, mesh: int = 13) -> Task:
 def set_up(n_speed: int, mesh: int = 13) -> Task:
     """A problem from nothing, and its first response."""
     return Task(lambda turn: ThreeDisk(n_speed=n_speed, mesh=mesh).build().response(TRUTH[None]), values=_first)
+
+
+def reduction(mesh: int, banded: bool) -> Task:
+    """The rotor reduced to its ports anew, as an effect on the rotor itself makes it: by banded or by dense elimination."""
+    problem = ThreeDisk(mesh=mesh).build()
+    impedances = problem.reduction.impedances
+    return Task(
+        lambda turn: reduce_rotor(problem.rotor, impedances, problem.speed, problem.channels, banded=banded),
+        values=lambda found: found.receptance,
+    )
 
 
 def sensitivity(effect: str = "") -> Task:

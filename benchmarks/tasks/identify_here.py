@@ -17,7 +17,9 @@ from ksmea.studies.identify import identification
 from problems.three_disk import ThreeDisk
 
 
-def method(run_ups: str, name: str, settings: dict[str, Any], optimizer: str, surrogate: str = "none", samples: int = 100):
+def method(
+    run_ups: str, name: str, settings: dict[str, Any], optimizer: str, surrogate: str = "none", samples: int = 100
+):
     """A method alone, without intervals."""
     problem, data = ThreeDisk().build(), read(run_ups)
     chosen = _method(name, settings, optimizer, surrogate, samples)

@@ -28,7 +28,9 @@ Model = Callable[[np.ndarray], np.ndarray]  # points (n, 5) of the unit cube →
 
 def run(run_ups: str, samples: int, model: str) -> Task:
     data, evaluate = read(run_ups), MODELS[model]()
-    return Task(lambda turn: identified(data.of(turn), evaluate, samples, np.random.default_rng(turn)), quality=data.error)
+    return Task(
+        lambda turn: identified(data.of(turn), evaluate, samples, np.random.default_rng(turn)), quality=data.error
+    )
 
 
 def identified(amplitudes: np.ndarray, model: Model, samples: int, rng: np.random.Generator) -> np.ndarray:
@@ -39,7 +41,7 @@ def identified(amplitudes: np.ndarray, model: Model, samples: int, rng: np.rando
     for _ in range(MOST_UPDATES):
         surrogate = fitted(u, y)
         best = differential_evolution(
-            lambda points: np.sum((surrogate.predict(points.T) - measured) ** 2, axis=1),
+            lambda points, surrogate=surrogate: np.sum((surrogate.predict(points.T) - measured) ** 2, axis=1),
             [(0.0, 1.0)] * 5,
             strategy="rand1bin",
             mutation=0.8,

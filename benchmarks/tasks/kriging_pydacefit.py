@@ -15,7 +15,9 @@ from benchmarks.tasks.responses import read
 def fitted(u: np.ndarray, y: np.ndarray) -> DACE:
     """θ counts in standardised coordinates there, whose variance in a unit cube is 1/12: our limits divided by 12."""
     d = u.shape[1]
-    model = DACE(regr_linear, corr_gauss, theta=np.full(d, 0.2), thetaL=np.full(d, 1e-3 / 12), thetaU=np.full(d, 1e3 / 12))
+    model = DACE(
+        regr_linear, corr_gauss, theta=np.full(d, 0.2), thetaL=np.full(d, 1e-3 / 12), thetaU=np.full(d, 1e3 / 12)
+    )
     model.fit(u, y)
     return model
 

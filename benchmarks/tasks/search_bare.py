@@ -59,7 +59,7 @@ def by_scipy(population: int, generations: int, seed: int) -> float:
 def by_pyswarms(population: int, generations: int, seed: int) -> float:
     from pyswarms.single.global_best import GlobalBestPSO
 
-    np.random.seed(seed)  # noqa: NPY002 – it draws from numpy's global generator alone
+    np.random.seed(seed)
     logging.disable(logging.CRITICAL)
     swarm = GlobalBestPSO(
         n_particles=population,
@@ -96,7 +96,9 @@ def by_deap(population: int, generations: int, seed: int) -> float:
 
 def decoded(chromosomes: list[list[int]]) -> np.ndarray:
     genes = np.split(np.array(chromosomes).reshape(-1, BITS), SHARES, axis=1)
-    return np.column_stack([gene @ 2.0 ** np.arange(gene.shape[1])[::-1] / (2.0 ** gene.shape[1] - 1) for gene in genes])
+    return np.column_stack(
+        [gene @ 2.0 ** np.arange(gene.shape[1])[::-1] / (2.0 ** gene.shape[1] - 1) for gene in genes]
+    )
 
 
 def by_cma(population: int, generations: int, seed: int) -> float:

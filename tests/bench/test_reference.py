@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from bench.commands.reference import read_reference, write_reference
+from bench.commands.reference import read_reference, reference_tables, write_reference
 from bench.plan.plan import read_plan, write_plan
 from bench.plan.provenance import NUMERICAL
 from bench.reports.runs import runs_frame
@@ -17,7 +17,7 @@ from ksmea import registry
 from ksmea.errors import SettingError
 
 REPETITIONS = {"coverage": 2000, "efficiency": 100, "diagnosis_nulls": 300, "audit": 1}  # 20 in the paper's tables
-COMMITTED = sorted({path.name.partition(".")[0] for path in REFERENCE.glob("*.csv")})
+COMMITTED = reference_tables()
 RUNS = 8  # of the small table3
 
 
