@@ -75,7 +75,7 @@ def _script(samples: int) -> Row:
         size_of="samples",
         quality=ERROR,
         is_warmed=False,
-        turns=5,
+        turns=3,
         budget=900.0,
         limit=900.0,
     )

@@ -80,19 +80,20 @@ def _entered(words: Sequence[str]) -> int:
 
 
 def run(rows: Sequence[Row], asked: argparse.Namespace) -> int:
-    """Measure the rows and write the files; after each group, so that nothing is lost."""
+    """Measure the rows. The table is written after each of them, so that nothing is lost, picture and page at the end."""
     machine = this_machine()
     lines: list[dict[str, object]] = []
     path = asked.out / "benchmarks.csv"
     before = read(path) if path.is_file() else None
-    for group in dict.fromkeys(row.group for row in rows):
-        for row_lines in each_measured(
-            [row for row in rows if row.group == group], asked.peers, asked.repetitions, machine
-        ):
+    try:
+        for row_lines in each_measured(rows, asked.peers, asked.repetitions, machine):
             lines += row_lines
+            write(table(lines) if before is None else merged(before, table(lines)), path)
             print(text(table(row_lines)), flush=True)
-        _written(lines, before, path, machine)
-    print(f"\n{path}, .png and .html")
+    finally:
+        if lines:
+            _draw(path, machine)
+            print(f"\n{path}, .png and .html")
     return 0
 
 
@@ -124,10 +125,9 @@ def each_measured(rows: Sequence[Row], peers: Path, turns: int, machine: Machine
                     yield lines_of(row, measured(row, processes, turns), machine)
 
 
-def _written(lines: Sequence[dict[str, object]], before: pd.DataFrame | None, path: Path, machine: Machine) -> None:
-    frame = table(lines) if before is None else merged(before, table(lines))
-    write(frame, path)
-    whole = read(path)  # as it will be read: the page and the table cannot part
+def _draw(path: Path, machine: Machine) -> None:
+    """Picture and page of a table, as it is read back: they cannot part from it."""
+    whole = read(path)
     picture = png(ratio_figure(whole))
     path.with_suffix(".png").write_bytes(picture)
     path.with_suffix(".html").write_text(page(whole, machine, picture), encoding="utf-8")
