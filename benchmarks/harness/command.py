@@ -8,8 +8,6 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-import pandas as pd
-
 from bench.storage.places import REFERENCE
 from benchmarks.groups import diagnosis, fe, framework, identification, optimizers, scaling, surrogate, table3
 from benchmarks.harness.check import compared, slower

@@ -58,7 +58,7 @@ def measured(row: Row, processes: Processes, turns: int) -> list[Measured]:
     ours = found[0]
     for each in found[1:]:
         if ours.skipped and not each.skipped:
-            each.skipped = f"nothing to compare with: {ours.skipped}"
+            each.skipped, each.seconds = f"nothing to compare with: {ours.skipped}", []
     return found
 
 

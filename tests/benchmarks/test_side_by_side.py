@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from benchmarks.harness import pairs, report
+from benchmarks.harness.machine import this_machine
 from benchmarks.harness.measure import measured
 from benchmarks.harness.pairs import exponent, largest_difference, paired_ratio, quartiles
 from benchmarks.harness.processes import NO_PEERS, Processes, interpreters
 from benchmarks.harness.row import PEERS, Contestant, Row
+from benchmarks.harness.table import lines_of
 
 HELPERS = Path(__file__).resolve().parents[1] / "helpers"
 ROUNDS = 20_000  # about a millisecond
@@ -119,10 +121,13 @@ def test_without_their_environment_peers_are_skipped():
     assert peer.skipped == NO_PEERS and ours.seconds
 
 
-def test_without_ours_there_is_no_ratio():
-    ours, other = found(row(contestant("ours", "failing"), contestant("other", "busy", rounds=10)))
-    assert ours.skipped == "ValueError: no solution"
+@pytest.mark.parametrize(("task", "reason"), [("failing", "no solution"), ("failing_later", "not this time")])
+def test_without_ours_there_is_no_ratio(task, reason):
+    asked = row(contestant("ours", task), contestant("other", "busy", rounds=10))
+    ours, other = found(asked)
+    assert ours.skipped == f"ValueError: {reason}"
     assert other.skipped == f"nothing to compare with: {ours.skipped}"
+    assert [line["skipped"] for line in lines_of(asked, [ours, other], this_machine())] == [ours.skipped, other.skipped]
 
 
 def test_what_libraries_print_is_no_answer():
