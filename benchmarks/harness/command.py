@@ -90,7 +90,7 @@ def run(rows: Sequence[Row], asked: argparse.Namespace) -> int:
             print(text(table(row_lines)), flush=True)
     finally:
         if lines:
-            _draw(path, machine)
+            draw(path)
             print(f"\n{path}, .png and .html")
     return 0
 
@@ -123,12 +123,12 @@ def each_measured(rows: Sequence[Row], peers: Path, turns: int, machine: Machine
                     yield lines_of(row, measured(row, processes, turns), machine)
 
 
-def _draw(path: Path, machine: Machine) -> None:
+def draw(path: Path) -> None:
     """Picture and page of a table, as it is read back: they cannot part from it."""
     whole = read(path)
     picture = png(ratio_figure(whole))
     path.with_suffix(".png").write_bytes(picture)
-    path.with_suffix(".html").write_text(page(whole, machine, picture), encoding="utf-8")
+    path.with_suffix(".html").write_text(page(whole, picture), encoding="utf-8")
 
 
 def _short(row: Row) -> Row:

@@ -1,4 +1,4 @@
-"""The ratios of a run on a logarithmic axis, a panel for each group; drawn without a display."""
+"""The ratios of a table on a logarithmic axis, a panel for each group; drawn without a display."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def ratio_figure(frame: pd.DataFrame) -> Figure:
         panel.scatter(ratio, places, c=colours, s=18, zorder=3)
         demanded = rows["at_least"].to_numpy()
         panel.plot(demanded, places, "|", color=REFERENCE, markersize=9)
-        for value, place in zip(ratio, places):
-            panel.annotate(number(value), (value, place), (6, 0), textcoords="offset points", fontsize=7, va="center")
+        for value, end, place in zip(ratio, rows["ratio_q3"], places):
+            panel.annotate(number(value), (end, place), (6, 0), textcoords="offset points", fontsize=7, va="center")
         panel.set_yticks(places, [_name(line) for _, line in rows.iterrows()], fontsize=7)
         panel.set_ylim(-0.7, len(rows) - 0.3)
         panel.set_xscale("log")

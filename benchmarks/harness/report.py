@@ -1,4 +1,4 @@
-"""A run's table as text, and as a page with its figure."""
+"""A table of times as text, and as a page with its figure."""
 
 from __future__ import annotations
 
@@ -9,14 +9,17 @@ import pandas as pd
 
 from bench.reports.page import STYLE, figure_block, table_block
 from benchmarks.harness.machine import Machine
+from benchmarks.harness.row import CPU, WALL
+from benchmarks.harness.table import machines
 from ksmea.errors import visible_lines
 
 ABOUT = (
-    "Seconds are of one unit, medians over turns in which all sides took their turn. A ratio is theirs over that of a row's first"
-    " line, paired turn by turn, with quartiles: above 1, the first line is faster. Difference: the largest difference of the values"
-    " over their largest. Clock: CPU seconds of the processes, or wall."
+    "Times are medians over turns in which all contestants ran, one after the other, each with one thread. A ratio is their time over"
+    " that of a row's first line, paired turn by turn, with quartiles: above 1, the first line is faster. Difference: the largest"
+    " difference of the values from those of the first line, over their largest."
 )
-HEAD = ("", "contestant", "s a unit", "ratio", "quartiles", "difference", "quality", "demand")
+HEAD = ("time", "ratio", "quartiles", "difference", "quality", "demand")
+INDENT = "\u2003"
 
 
 def text(frame: pd.DataFrame) -> str:
@@ -27,18 +30,18 @@ def text(frame: pd.DataFrame) -> str:
         name_width = max(len(line["contestant"]) for line in block)
         cells = [_cells(line) for line in block]
         timed = [each for each, line in zip(cells, block) if not line["skipped"]]
-        widths = [max(len(each[column]) for each in timed) for column in range(len(HEAD) - 2)] if timed else [0]
+        widths = [max(len(each[column]) for each in timed) for column in range(len(HEAD))] if timed else [0]
         for line, each in zip(block, cells):
             padded = each if line["skipped"] else [cell.rjust(width) for cell, width in zip(each, widths)]
             said.append(f"  {line['contestant'].ljust(name_width)}  {'  '.join(padded)}".rstrip())
     return visible_lines("\n".join(said))
 
 
-def page(frame: pd.DataFrame, machine: Machine, png: bytes) -> str:
-    """The page of a run: demands, figure, all rows; nothing from a network."""
+def page(frame: pd.DataFrame, png: bytes) -> str:
+    """The page of a table: demands, figure, all rows, and where they were measured; nothing from a network."""
     demands = _demands(frame)
     parts = [
-        f"<h1>Side by side</h1><p>{escape(ABOUT)}</p><p>{escape(str(machine))}</p>",
+        f"<h1>Side by side</h1><p>{escape(ABOUT)}</p>{''.join(map(_measured_on, machines(frame)))}",
         table_block("Demands", demands) if len(demands) else "",
         figure_block(
             "Ratios", "Time of each contestant over ours, with quartiles, on a logarithmic axis, by group", png
@@ -56,14 +59,20 @@ def page(frame: pd.DataFrame, machine: Machine, png: bytes) -> str:
     )
 
 
+def _measured_on(machine: Machine) -> str:
+    return f"<p>{escape(str(machine))}</p>"
+
+
 def _page_table(rows: pd.DataFrame) -> pd.DataFrame:
+    """Each row's title on a line, its contestants below it."""
     lines = []
     for title, block in _blocks(rows):
-        name = title.partition(": ")[2]
-        for number, line in enumerate(block):
-            about = "; ".join(filter(None, [line["version"], line["note"]]))
-            lines.append([name if number == 0 else "", line["contestant"], *_cells(line), about])
-    return pd.DataFrame(lines, columns=[*HEAD, "about"])
+        lines.append([title.partition(": ")[2], *[""] * (len(HEAD) + 1)])
+        for line in block:
+            cells = ["skipped", *[""] * (len(HEAD) - 1)] if line["skipped"] else _cells(line)
+            about = "; ".join(filter(None, [line["skipped"] or line["version"], line["note"]]))
+            lines.append([INDENT + line["contestant"], *cells, about])
+    return pd.DataFrame(lines, columns=["", *HEAD, "about"])
 
 
 def _growth(exponents: pd.DataFrame) -> pd.DataFrame:
@@ -81,13 +90,13 @@ def _growth(exponents: pd.DataFrame) -> pd.DataFrame:
 def _demands(frame: pd.DataFrame) -> pd.DataFrame:
     asked = frame[frame["at_least"].notna() | frame["no_more_than"].notna()]
     return pd.DataFrame(
-        [[title_of(line), line["contestant"], *_demanded(line)] for _, line in asked.iterrows()],
-        columns=["", "contestant", "asked", "found", "reached"],
+        [[f"{title_of(line)} – {line['contestant']}", *_demanded(line)] for _, line in asked.iterrows()],
+        columns=["", "asked", "found", "reached"],
     )
 
 
 def _demanded(line: pd.Series) -> tuple[str, str, str]:
-    reached = line["skipped"] or line["reached"] or "not measured"
+    reached = "skipped" if line["skipped"] else line["reached"] or "not measured"
     if math.isfinite(line["at_least"]):
         return f"{line['at_least']:g} times", f"{number(line['ratio'])} times", reached
     return f"{line['no_more_than']:g} s", f"{seconds(line['seconds'])}", reached
@@ -115,10 +124,11 @@ def title_of(line: pd.Series) -> str:
 
 
 def _blocks(frame: pd.DataFrame) -> list[tuple[str, list[pd.Series]]]:
-    """The lines of each row under its title, with the unit that seconds are of."""
+    """The lines of each row under its title, with the clock and the unit that times are of."""
     found: dict[str, list[pd.Series]] = {}
     for _, line in frame.iterrows():
-        found.setdefault(f"{title_of(line)} ({line['clock']} s a unit: {line['unit']})", []).append(line)
+        clock = {CPU: "CPU time", WALL: "wall time"}[line["clock"]]
+        found.setdefault(f"{title_of(line)}; {clock} per {line['unit']}", []).append(line)
     return list(found.items())
 
 

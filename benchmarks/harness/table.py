@@ -140,6 +140,12 @@ def with_texts(frame: pd.DataFrame) -> pd.DataFrame:
     return frame.assign(**{name: frame[name].astype(object).where(frame[name].notna(), "") for name in TEXTS})
 
 
+def machines(frame: pd.DataFrame) -> list[Machine]:
+    """All that lines were measured on, in their order."""
+    names = [item.name for item in dataclasses.fields(Machine)]
+    return [Machine(*each) for each in frame[names].drop_duplicates().itertuples(index=False, name=None)]
+
+
 def merged(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
     """The old table with those rows replaced or added that the new one has."""
     fresh = set(new[["group", "row"]].itertuples(index=False, name=None))

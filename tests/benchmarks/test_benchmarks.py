@@ -96,8 +96,8 @@ def test_a_reason_stands_where_there_is_no_time():
     found = [Measured(row.contestants[0], "x 1", 1, [1.0]), Measured(row.contestants[1], skipped="<b> is absent")]
     frame = table(lines_of(row, found, this_machine()))
     assert frame.loc[1, "skipped"] == "<b> is absent" and frame.loc[1, "reached"] == ""
-    assert "peer  skipped: <b> is absent" in text(frame) and "fe: row (wall s a unit: call)" in text(frame)
-    shown = page(frame, this_machine(), png(ratio_figure(frame)))
+    assert "peer  skipped: <b> is absent" in text(frame) and "fe: row; wall time per call" in text(frame)
+    shown = page(frame, png(ratio_figure(frame)))
     assert "&lt;b&gt; is absent" in shown and "<b> is" not in shown and "http" not in shown
 
 
