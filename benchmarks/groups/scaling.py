@@ -3,42 +3,46 @@ series. Workers are in the group table3, runs in docs/scale.md."""
 
 from __future__ import annotations
 
+from typing import Any, NamedTuple
+
 from benchmarks.groups import handed
 from benchmarks.harness.row import Contestant, Row
 
-FE = "benchmarks.tasks.fe_here:"
-SERIES = {
-    "set-up and one evaluation": ("elements", "mesh", (13, 26, 52, 104), f"{FE}set_up", {"n_speed": 53}),
-    "one evaluation of 100, elements": (
-        "elements",
-        "mesh",
-        (13, 26, 52, 104),
-        f"{FE}evaluations",
-        {"n_speed": 53, "batch": 100},
-    ),
-    "one evaluation of 100, speeds": ("speeds", "n_speed", (53, 106, 212, 424), f"{FE}evaluations", {"batch": 100}),
-    "one evaluation, points at once": ("points", "batch", (1, 10, 100, 1000), f"{FE}evaluations", {"n_speed": 53}),
-    "diagnosis without location": ("effects", "n_effect", (2, 4, 8), "benchmarks.tasks.diagnose_here:of_effects", {}),
-}
+
+class Series(NamedTuple):
+    """A row at several sizes: `size_of` is what is counted, `setting` the name that the task has for it."""
+
+    name: str
+    unit: str
+    size_of: str
+    setting: str
+    sizes: tuple[int, ...]
+    task: str
+    settings: dict[str, Any]
+
+
+SET_UP, EVALUATIONS = "benchmarks.tasks.fe_here:set_up", "benchmarks.tasks.fe_here:evaluations"
+DIAGNOSIS, FIT = "benchmarks.tasks.diagnose_here:of_effects", "benchmarks.tasks.kriging_here:fit_all"
+IN_BATCH, ELEMENTS = "evaluation in a batch of 100", (13, 26, 52, 104)
 SAMPLES, OUTPUTS = (50, 100, 200, 400), (1, 26, 53, 106)
 
 
 def rows() -> list[Row]:
-    fixed = [
-        _row(name, size, size_of, task, {**settings, field: size})
-        for name, (size_of, field, sizes, task, settings) in SERIES.items()
-        for size in sizes
+    series = [
+        Series("set-up and one evaluation", "call", "elements", "mesh", ELEMENTS, SET_UP, {"n_speed": 53}),
+        Series(IN_BATCH, "evaluation", "elements", "mesh", ELEMENTS, EVALUATIONS, {"n_speed": 53, "batch": 100}),
+        Series(IN_BATCH, "evaluation", "speeds", "n_speed", (53, 106, 212, 424), EVALUATIONS, {"batch": 100}),
+        Series("evaluation", "evaluation", "points", "batch", (1, 10, 100, 1000), EVALUATIONS, {"n_speed": 53}),
+        Series("diagnosis without location", "diagnosis", "effects", "n_effect", (2, 4, 8), DIAGNOSIS, {}),
+        Series("Kriging fit", "fit", "outputs", "outputs", OUTPUTS, FIT, {"samples": handed.samples(100)}),
     ]
-    fit = "benchmarks.tasks.kriging_here:fit_all"
     of_samples = [
-        _row("Kriging fit of 106 outputs", n, "samples", fit, {"samples": handed.samples(n)}) for n in SAMPLES
+        _row(Series("Kriging fit", "fit", "samples", "", (n,), FIT, {"samples": handed.samples(n)}), n) for n in SAMPLES
     ]
-    of_outputs = [
-        _row("Kriging fit of 100 samples", q, "outputs", fit, {"samples": handed.samples(100), "outputs": q})
-        for q in OUTPUTS
-    ]
-    return [*fixed, *of_samples, *of_outputs]
+    return [*(_row(each, size) for each in series for size in each.sizes), *of_samples]
 
 
-def _row(name: str, size: int, size_of: str, task: str, settings: dict[str, object]) -> Row:
-    return Row("scaling", name, (Contestant("here", task, settings),), size=size, size_of=size_of, budget=8.0)
+def _row(series: Series, size: int) -> Row:
+    settings = {**series.settings, series.setting: size} if series.setting else series.settings
+    only = (Contestant("here", series.task, settings),)
+    return Row("scaling", series.name, only, unit=series.unit, size=size, size_of=series.size_of, budget=8.0)

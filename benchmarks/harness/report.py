@@ -49,7 +49,7 @@ def page(frame: pd.DataFrame, png: bytes) -> str:
     ]
     for group, rows in frame.groupby("group", sort=False):
         parts.append(table_block(str(group), _page_table(rows)))
-        exponents = rows[rows["exponent"].notna()].drop_duplicates(["row", "contestant"])
+        exponents = rows[rows["exponent"].notna()].drop_duplicates(["row", "size_of", "contestant"])
         if len(exponents):
             parts.append(table_block(f"{group}: growth", _growth(exponents)))
     return (

@@ -30,7 +30,7 @@ NUMBERS = (
 )
 TEXTS = ("size_of", "version", "quality_of", "reached", "skipped", "note")
 PART = "ratio: its part of the whole"  # the note of a part's line
-KEY = ["group", "row", "size", "contestant"]
+KEY = ["group", "row", "size", "size_of", "contestant"]
 
 
 def lines_of(row: Row, found: Sequence[Measured], machine: Machine) -> list[dict[str, object]]:
@@ -96,7 +96,7 @@ def table(lines: Sequence[dict[str, object]]) -> pd.DataFrame:
     """All lines, with exponents of what was measured at several sizes, and whether demands are reached."""
     frame = pd.DataFrame(list(lines), columns=list(COLUMNS)).astype(dict.fromkeys(NUMBERS, float))
     frame["reached"] = frame["reached"].astype(object)
-    for _, series in frame.groupby(["group", "row", "contestant"], sort=False):
+    for _, series in frame.groupby(["group", "row", "size_of", "contestant"], sort=False):
         timed = series[series["seconds"].notna() & series["size"].notna()]
         if timed["size"].nunique() >= 3:
             frame.loc[timed.index, "exponent"] = exponent(

@@ -110,10 +110,11 @@ def test_parts_are_shares_of_the_whole():
 
 
 def test_growth_is_fitted_to_three_sizes_or_more():
-    series = [line for size in (1, 2, 4) for line in lines((float(size) ** 2,), size=size)]
+    series = [line for size in (1, 2, 4) for line in lines((float(size) ** 2,), size=size, size_of="nodes")]
+    series += [line for size in (1, 2, 4) for line in lines((float(size),), size=size, size_of="speeds")]
     frame = table([*series, *lines((1.0,), name="another", size=1)])
     other = frame[(frame["row"] == "row") & (frame["contestant"] == "other 0")]
-    assert other["exponent"].to_numpy() == pytest.approx(2.0)
+    assert other["exponent"].to_numpy() == pytest.approx(np.repeat([2.0, 1.0], 3))
     assert frame.loc[frame["row"] == "another", "exponent"].isna().all()
 
 
