@@ -10,7 +10,7 @@ import pandas as pd
 from bench.reports.page import STYLE, figure_block, table_block
 from benchmarks.harness.machine import Machine
 from benchmarks.harness.row import CPU, WALL
-from benchmarks.harness.table import machines
+from benchmarks.harness.table import PART, machines
 from ksmea.errors import visible_lines
 
 ABOUT = (
@@ -99,22 +99,29 @@ def _demanded(line: pd.Series) -> tuple[str, str, str]:
     reached = "skipped" if line["skipped"] else line["reached"] or "not measured"
     if math.isfinite(line["at_least"]):
         return f"{line['at_least']:g} times", f"{number(line['ratio'])} times", reached
-    return f"{line['no_more_than']:g} s", f"{seconds(line['seconds'])}", reached
+    return f"{line['no_more_than']:g} s", seconds(line["seconds"]), reached
 
 
 def _cells(line: pd.Series) -> list[str]:
     if line["skipped"]:
         return [f"skipped: {line['skipped']}", "", "", "", "", ""]
-    has_ratio = math.isfinite(line["ratio"])
     demand = _demanded(line) if math.isfinite(line["at_least"]) or math.isfinite(line["no_more_than"]) else None
     return [
         seconds(line["seconds"]),
-        f"{number(line['ratio'])} ×" if has_ratio else "",
-        f"{number(line['ratio_q1'])} – {number(line['ratio_q3'])}" if has_ratio else "",
+        *_ratio(line),
         f"{line['difference']:.1e}" if math.isfinite(line["difference"]) else "",
         f"{line['quality_of']} {line['quality']:.3g}" if math.isfinite(line["quality"]) else "",
         f"{'≥' if demand[0].endswith('times') else '≤'} {demand[0]}: {demand[2]}" if demand else "",
     ]
+
+
+def _ratio(line: pd.Series) -> tuple[str, str]:
+    """With its quartiles; of a part, in per cent of the whole."""
+    if not math.isfinite(line["ratio"]):
+        return "", ""
+    if line["note"] == PART:
+        return f"{100 * line['ratio']:.0f} %", f"{100 * line['ratio_q1']:.0f} – {100 * line['ratio_q3']:.0f} %"
+    return f"{number(line['ratio'])} ×", f"{number(line['ratio_q1'])} – {number(line['ratio_q3'])}"
 
 
 def title_of(line: pd.Series) -> str:

@@ -107,6 +107,7 @@ def test_parts_are_shares_of_the_whole():
     frame = table(lines_of(row, [found], this_machine()))
     assert frame["contestant"].tolist() == ["here", "here: fits", "here: rest"]
     assert frame["seconds"].tolist() == [4, 3, 1] and frame["ratio"].tolist()[1:] == [0.75, 0.25]
+    assert "here: fits  3 s  75 %" in text(frame) and "no contestant" in str(ratio_figure(frame).texts)
 
 
 def test_growth_is_fitted_to_three_sizes_or_more():
