@@ -15,6 +15,7 @@ from benchmarks.harness.processes import NotRun, Processes, versions
 from benchmarks.harness.row import Contestant, Row
 
 LEAST_SECONDS = 0.02  # of a timed block: shorter ones are of the size of a clock's and a scheduler's steps
+BUSIEST = 20  # a call's wall time is taken for no less than this part of it: what sleeps has no CPU time
 LONG = 1.0  # s of a first call, beyond which it counts as what a call takes
 LEAST_TURNS = 3  # of what takes so long that the row's budget would allow fewer
 
@@ -70,6 +71,15 @@ def _turns(row: Row, running: list[_Runner], wanted: int) -> int:
     return max(min(wanted, allowed), min(wanted, LEAST_TURNS))
 
 
+def calls_of_a_block(seconds: float) -> int:
+    """How many calls of so many seconds are timed together.
+
+    >>> calls_of_a_block(0.003), calls_of_a_block(5.0)
+    (7, 1)
+    """
+    return max(1, math.ceil(LEAST_SECONDS / max(seconds, 1e-7)))
+
+
 class _Runner:
     """A contestant in its process."""
 
@@ -90,12 +100,12 @@ class _Runner:
         if not self.row.is_warmed:
             self.measured.calls = 1
             return
-        once = self._run(0, 1)["wall"]  # what is made at the first call alone: caches, compiled code
+        once = self._run(0, 1)  # what is made at the first call alone: caches, compiled code
         self._compare(folder)
-        if once < LONG:
-            once = self._run(0, 1)["wall"]
-        self.measured.calls = max(1, math.ceil(LEAST_SECONDS / max(once, 1e-7)))
-        self.expected = self.measured.calls * once
+        if once["wall"] < LONG:
+            once = self._run(0, 1)
+        self.measured.calls = calls_of_a_block(max(once["cpu"], once["wall"] / BUSIEST))
+        self.expected = self.measured.calls * once["wall"]
 
     def take(self, turn: int) -> None:
         """One timed block; what fails now has no times at all, since pairs would be torn."""
