@@ -96,17 +96,11 @@ def table(lines: Sequence[dict[str, object]]) -> pd.DataFrame:
     """All lines, with exponents of what was measured at several sizes, and whether demands are reached."""
     frame = pd.DataFrame(list(lines), columns=list(COLUMNS)).astype(dict.fromkeys(NUMBERS, float))
     frame["reached"] = frame["reached"].astype(object)
-    for _, series in frame.groupby(["group", "row", "size_of", "contestant"], sort=False):
-        timed = series[series["seconds"].notna() & series["size"].notna()]
-        if timed["size"].nunique() >= 3:
-            frame.loc[timed.index, "exponent"] = exponent(
-                timed["size"].to_numpy(float), timed["seconds"].to_numpy(float)
-            )
     for demand, value, is_lower in (("at_least", "ratio", True), ("no_more_than", "seconds", False)):
         asked = frame[frame[demand].notna() & frame[value].notna()]
         better = asked[value] >= asked[demand] if is_lower else asked[value] <= asked[demand]
         frame.loc[asked.index, "reached"] = better.map({True: "yes", False: "no"})
-    return with_texts(frame)
+    return with_texts(_with_exponents(frame))
 
 
 def write(frame: pd.DataFrame, path: Path) -> None:
@@ -147,7 +141,25 @@ def machines(frame: pd.DataFrame) -> list[Machine]:
 
 
 def merged(old: pd.DataFrame, new: pd.DataFrame) -> pd.DataFrame:
-    """The old table with those rows replaced or added that the new one has."""
-    fresh = set(new[["group", "row"]].itertuples(index=False, name=None))
-    kept = old[[pair not in fresh for pair in old[["group", "row"]].itertuples(index=False, name=None)]]
-    return new if kept.empty else pd.concat([kept, new], ignore_index=True)
+    """The old table with those rows replaced or added that the new one has, at the sizes that it has them."""
+    fresh = set(_rows_of(new))
+    kept = old[[row not in fresh for row in _rows_of(old)]]
+    return new if kept.empty else _with_exponents(pd.concat([kept, new], ignore_index=True))
+
+
+def _rows_of(frame: pd.DataFrame) -> Iterable[tuple[object, ...]]:
+    """The row that each line is of, without a size as with the size none."""
+    named = frame[["group", "row", "size_of"]].assign(
+        size=frame["size"].astype(object).where(frame["size"].notna(), None)
+    )
+    return named.itertuples(index=False, name=None)
+
+
+def _with_exponents(frame: pd.DataFrame) -> pd.DataFrame:
+    """Of the series that have three sizes or more."""
+    exponents = pd.Series(float("nan"), index=frame.index)
+    for _, series in frame.groupby(["group", "row", "size_of", "contestant"], sort=False, dropna=False):
+        timed = series[series["seconds"].notna() & series["size"].notna()]
+        if timed["size"].nunique() >= 3:
+            exponents[timed.index] = exponent(timed["size"].to_numpy(float), timed["seconds"].to_numpy(float))
+    return frame.assign(exponent=exponents)

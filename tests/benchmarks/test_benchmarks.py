@@ -125,6 +125,16 @@ def test_rows_measured_again_replace_those_of_the_table():
     assert dict(zip(both["row"], both["ratio"].fillna(0))) == {"kept": 5.0, "row": 6.0} and len(both) == 4
 
 
+def test_a_series_may_be_measured_in_parts(tmp_path):
+    whole = None
+    for size in (1, 2, 4, 2):  # the third is measured again
+        now = table(lines((float(size) ** 2,), size=size, size_of="nodes"))
+        whole = now if whole is None else merged(read(tmp_path / "x.csv"), now)
+        write(whole, tmp_path / "x.csv")
+    assert sorted(whole["size"]) == [1, 1, 2, 2, 4, 4]
+    assert whole.loc[whole["contestant"] == "other 0", "exponent"].to_numpy() == pytest.approx(2.0)
+
+
 def test_what_fell_by_more_than_a_third_is_said():
     committed = table([*lines((30.0, 8.0)), *lines((6.0,), size=53), *lines((9.0,), name="only there")])
     now = table([*lines((19.0, 5.4)), *lines((3.9,), size=53), *lines((1.0,), name="only here")])
