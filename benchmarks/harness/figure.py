@@ -45,7 +45,7 @@ def ratio_figure(frame: pd.DataFrame) -> Figure:
         panel.grid(axis="x", alpha=0.25)
         panel.set_title(str(group), loc="left", fontsize=9, fontweight="bold")
     low, high = float(shown["ratio_q1"].min()), float(shown["ratio_q3"].max())
-    panels[-1].set_xlim(min(low, 0.5) / 1.5, 10 ** (math.log10(max(high, 2.0)) * 1.07))
+    panels[-1].set_xlim(min(low, 0.5) / 1.5, 10 ** (math.log10(max(high, 2.0)) * 1.15))
     panels[-1].set_xlabel(
         "their time over ours, paired by turn, with quartiles; right of 1, ours is faster; |: demanded"
     )
