@@ -128,7 +128,7 @@ def draw(path: Path) -> None:
     whole = read(path)
     picture = png(ratio_figure(whole))
     path.with_suffix(".png").write_bytes(picture)
-    path.with_suffix(".html").write_text(page(whole, picture), encoding="utf-8")
+    path.with_suffix(".html").write_bytes(page(whole, picture))
 
 
 def _short(row: Row) -> Row:

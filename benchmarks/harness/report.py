@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import math
-from html import escape
 
 import pandas as pd
 
-from bench.reports.page import STYLE, figure_block, table_block
-from benchmarks.harness.machine import Machine
+from bench.plan.page import Block, Picture, Prose, Section, Table
+from bench.reports.pages.document import document
 from benchmarks.harness.row import CPU, WALL
 from benchmarks.harness.table import PART, machines
 from ksmea.errors import visible_lines
@@ -19,6 +18,7 @@ ABOUT = (
     " difference of the values from those of the first line, over their largest."
 )
 HEAD = ("time", "ratio", "quartiles", "difference", "quality", "demand")
+FIGURE = "benchmarks.png"
 INDENT = "\u2003"
 
 
@@ -37,30 +37,22 @@ def text(frame: pd.DataFrame) -> str:
     return visible_lines("\n".join(said))
 
 
-def page(frame: pd.DataFrame, png: bytes) -> str:
+def page(frame: pd.DataFrame, png: bytes) -> bytes:
     """The page of a table: demands, figure, all rows, and where they were measured; nothing from a network."""
     demands = _demands(frame)
-    parts = [
-        f"<h1>Side by side</h1><p>{escape(ABOUT)}</p>{''.join(map(_measured_on, machines(frame)))}",
-        table_block("Demands", demands) if len(demands) else "",
-        figure_block(
-            "Ratios", "Time of each contestant over ours, with quartiles, on a logarithmic axis, by group", png
-        ),
-    ]
+    about: list[Block] = [Prose("\n".join([ABOUT, *map(str, machines(frame))]))]
+    sections = [Section("How it was measured", tuple(about))]
+    if len(demands):
+        sections.append(Section("Demands", (Table(demands),)))
+    alternative = "Time of each contestant over ours, with quartiles, on a logarithmic axis, by group."
+    sections.append(Section("Ratios", (Picture(FIGURE, alternative),)))
     for group, rows in frame.groupby("group", sort=False):
-        parts.append(table_block(str(group), _page_table(rows)))
+        blocks: list[Block] = [Table(_page_table(rows), file="benchmarks.csv")]
         exponents = rows[rows["exponent"].notna()].drop_duplicates(["row", "size_of", "contestant"])
         if len(exponents):
-            parts.append(table_block(f"{group}: growth", _growth(exponents)))
-    return (
-        '<!doctype html><html lang="en"><head><meta charset="utf-8"><title>Side by side</title>'
-        f'<meta name="viewport" content="width=device-width"><style>{STYLE}</style></head>'
-        f"<body><main>{''.join(parts)}</main></body></html>\n"
-    )
-
-
-def _measured_on(machine: Machine) -> str:
-    return f"<p>{escape(str(machine))}</p>"
+            blocks.append(Table(_growth(exponents), "Growth"))
+        sections.append(Section(str(group), tuple(blocks)))
+    return document("Side by side", "", sections, {"benchmarks": True}, {FIGURE: png})
 
 
 def _page_table(rows: pd.DataFrame) -> pd.DataFrame:
