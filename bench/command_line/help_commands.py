@@ -15,6 +15,7 @@ FURTHER = {  # commands that have no module of their own
     "completion": 'In ~/.bashrc: eval "$(ksmea-bench completion bash)". In ~/.zshrc, behind compinit: eval "$(ksmea-bench completion'
     ' zsh)". Completed are commands, experiments, groups, plugins, settings, choices, and folders of results.',
 }
+MODULES = {"import": "import_file"}  # of commands whose name is a word of Python
 
 
 def command_names(usage: str) -> list[str]:
@@ -25,6 +26,6 @@ def command_names(usage: str) -> list[str]:
 def command_text(name: str, usage: str) -> str:
     """The line of a command, and what it does."""
     lines = [found[0] for found in LINE.finditer(usage) if found[1] == name]
-    path = PACKAGE / "commands" / f"{name}.py"
+    path = PACKAGE / "commands" / f"{MODULES.get(name, name)}.py"
     said = FURTHER.get(name) or ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
     return "\n".join([*lines, "", said, "", "-q shows only errors, -v tracebacks too."])

@@ -52,11 +52,30 @@ def commands(page: Path) -> list[Command]:
     for language, content in FENCE.findall(text):
         if language not in SHELL:
             continue
-        lines = content.replace("\\\n", " ").splitlines()
+        lines = _whole(content.replace("\\\n", " ").splitlines())
         found += [line.removeprefix(PROMPT) for line in lines if language == "sh" or line.startswith(PROMPT)]
     found += [" ".join(code.split()) for code in INLINE.findall(FENCE.sub("", text)) if IS_COMMAND.match(code)]
     name = page.relative_to(ROOT).as_posix()
     return [Command(name, tuple(words)) for line in found for words in _simple(line)]
+
+
+def _whole(lines: list[str]) -> list[str]:
+    """Lines of a shell, with those joined that a quoted text goes over."""
+    joined: list[str] = []
+    for line in lines:
+        if joined and _is_open(joined[-1]):
+            joined[-1] += f"\n{line}"
+        else:
+            joined.append(line)
+    return joined
+
+
+def _is_open(line: str) -> bool:
+    try:
+        shlex.split(line, comments=True)
+    except ValueError:  # no closing quotation
+        return True
+    return False
 
 
 def _simple(line: str) -> list[list[str]]:
