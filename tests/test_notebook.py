@@ -37,7 +37,8 @@ def executed(tmp_path_factory):
 
 
 def printed(cell):
-    return "".join(output.get("text", "") for output in cell.outputs)
+    """What a cell prints, but for the progress that it shows on the error stream."""
+    return "".join(output.get("text", "") for output in cell.outputs if output.get("name") == "stdout")
 
 
 def test_it_runs_and_finds_what_is_hidden(executed):

@@ -22,7 +22,7 @@ def test_each_measured_file_has_a_folder_of_its_own(enter, files, tmp_path):
     second = enter(*IDENTIFY, "measurement.path='second run.csv'", output="results/identify_second_run")
     assert (first.code, second.code) == (0, 0), second.err
     assert (first.output / "identify.csv").read_bytes() == kept != (second.output / "identify.csv").read_bytes()
-    assert sorted(path.name for path in (tmp_path / "results").iterdir()) == ["identify_first", "identify_second_run"]
+    assert sorted(path.name for path in (tmp_path / "results").glob("*/")) == ["identify_first", "identify_second_run"]
 
 
 def test_the_name_of_a_folder_holds_what_a_folder_may_be_called():

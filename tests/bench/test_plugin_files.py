@@ -156,7 +156,7 @@ def test_from_python_by_the_launcher_of_joblib(folder, tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     "words, expected",
     [
-        (["plugins=mine/my_search.py"], "plugins: expected a list of Python files, plugins=[my_optimizer.py], got "),
+        (["plugins=mine/my_search.py"], "plugins: expected a list [a,b,...], got one value; try: "),
         (["plugins=[mine/my_serch.py]"], "plugins: expected a Python file, found none at "),
         (
             ["plugins=[mine/my_search.py]", "optimizer=my_serch"],

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from bench.plan.provenance import ROOT, code_digest, used_modules
+from bench.plan.provenance import code_digest, used_modules
+from bench.storage.places import ROOT
 from ksmea.registry import GROUPS
 
 CHOSEN = dict.fromkeys(GROUPS) | {

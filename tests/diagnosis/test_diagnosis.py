@@ -85,9 +85,9 @@ def test_what_is_not_in_the_registry_is_unknown_or_a_known_alias(rotor, hide):
 def test_effects_are_scanned_at_all_effort_only_where_little_leaves_more_than_noise(rotor, hide, monkeypatch):
     made = []
 
-    def noted(trials, measurement, baseline, effort, progress):
+    def noted(trials, measurement, baseline, effort, progress, **options):
         made.append((effort.scan, effort.scan_clouds))
-        return refined(trials, measurement, baseline, effort, progress)
+        return refined(trials, measurement, baseline, effort, progress, **options)
 
     monkeypatch.setattr("ksmea.diagnosis.diagnosis.refined", noted)
     effort = Effort(screening=1024, starts=6, scan=100, scan_clouds=40, scan_values=8, effect_starts=3)

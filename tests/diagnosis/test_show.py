@@ -174,7 +174,7 @@ def test_only_what_is_named_or_in_its_ambiguity_group_is_coloured():
 
 def test_plot_draws_residuals_or_the_ranking_on_given_axes():
     residuals = plot(RECORD)
-    assert len(residuals.axes) == 3 * len(RECORD.curves.channels)
+    assert len(residuals.axes) == 4 * len(RECORD.curves.channels)  # amplitude, phase, residuals before and after
     measured = residuals.axes[0].lines[0].get_ydata()
     assert len(measured) == len(RECORD.curves.speed) and np.all(measured > 0)
     figure = Figure()
