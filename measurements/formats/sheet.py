@@ -12,7 +12,7 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError, shortened, unknown
 from measurements.formats.texts import has_decimal_commas, number
-from measurements.formats.unit_texts import amplitude_unit, speed_unit, unit_in_heading
+from measurements.formats.unit_texts import PHASES, TIMES, amplitude_unit, speed_unit, unit_in_heading
 
 Cell = str | float
 PLAIN_NUMBER = re.compile(r"#([1-9][0-9]{0,4})", re.ASCII)
@@ -87,8 +87,7 @@ def unit_row(headings: Sequence[str], cells: Sequence[Cell]) -> dict[str, str] |
 
 
 def _is_unit(text: str) -> bool:
-    plain = ("", "deg", "°", "degrees", "s", "sec", "-")
-    return text.lower() in plain or bool(speed_unit(text)) or amplitude_unit(text) is not None
+    return text.lower() in (*PHASES, *TIMES, "-") or bool(speed_unit(text)) or amplitude_unit(text) is not None
 
 
 def _as_text(cell: Cell) -> str:

@@ -22,6 +22,7 @@ from ksmea.errors import SettingError, shortened, unknown
 from measurements.formats.answers import Answers
 from measurements.formats.curve import Curve, Flags
 from measurements.formats.sheet import Sheet
+from measurements.formats.unit_texts import amplitude_unit, degrees_per, seconds_per
 from measurements.run_up_rows import REQUIRED
 
 VALUES = ("amplitude", "phase", "real", "imag", "response", "sigma")
@@ -175,6 +176,8 @@ def _curve(sheet: Sheet, roles: Roles, name: str) -> tuple[Curve, Flags | None]:
         )
     amplitude, phase, heading = _vector(sheet, roles, name)
     sigma, time, status = (roles.of(role, name) for role in ("sigma", "time", "status"))
+    if sigma is not None:
+        _require_unit(sheet, sigma, heading)
     curve = Curve(
         name,
         "",
@@ -183,7 +186,7 @@ def _curve(sheet: Sheet, roles: Roles, name: str) -> tuple[Curve, Flags | None]:
         amplitude,
         phase=phase,
         sigma=None if sigma is None else sheet.numbers(sigma),
-        time=None if time is None else sheet.numbers(time),
+        time=None if time is None else sheet.numbers(time) * seconds_per(sheet.unit(time), sheet.where),
         speed_unit=sheet.unit(speed),
         unit=sheet.unit(heading),
     )
@@ -209,13 +212,28 @@ def _vector(sheet: Sheet, roles: Roles, name: str) -> tuple[Array, Array | None,
         )
     if given["amplitude"]:
         phase = given["phase"]
-        return sheet.numbers(given["amplitude"]), None if phase is None else sheet.numbers(phase), given["amplitude"]
+        degrees = None if phase is None else sheet.numbers(phase) * degrees_per(sheet.unit(phase))
+        return sheet.numbers(given["amplitude"]), degrees, given["amplitude"]
     if given["response"]:
         values, heading = sheet.complex_numbers(given["response"]), given["response"]
     else:
         assert given["real"] and given["imag"]
+        _require_unit(sheet, given["imag"], given["real"])
         values, heading = sheet.numbers(given["real"]) + 1j * sheet.numbers(given["imag"]), given["real"]
     return np.abs(values), np.angle(values, deg=True), heading
+
+
+def _require_unit(sheet: Sheet, heading: str, other: str) -> None:
+    """Raise `SettingError` where a column says another unit or detector than the one whose unit is taken for it."""
+    said, taken = amplitude_unit(sheet.unit(heading)), amplitude_unit(sheet.unit(other))
+    if said is None or taken is None:  # no unit in these brackets, or one that is refused by itself
+        return
+    for own, its in ((said.unit, taken.unit), (said.detector, taken.detector)):
+        if own and its and own != its:
+            raise SettingError(
+                f"{sheet.where}: expected {shortened(heading)} in the unit of {shortened(other)} ({its}), got {own}; bring both to"
+                " one unit"
+            )
 
 
 def _listed(names: Iterable[str]) -> str:

@@ -1,11 +1,12 @@
-"""Units as files spell them: of amplitudes with their detector (peak to peak, zero to peak, rms), and of speeds."""
+"""Units as files spell them: of amplitudes with their detector (peak to peak, zero to peak, rms), of speeds, times and phases."""
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
 
-from ksmea.units import HERTZ, INCH, MICROMETRE, RPM
+from ksmea.errors import SettingError, shortened
+from ksmea.units import DEGREE, HERTZ, INCH, MICROMETRE, RPM
 
 MIL = 1e-3 * INCH  # m
 STANDARD_GRAVITY = 9.80665  # m/s²: exact by definition
@@ -27,6 +28,9 @@ UNITS = {
 ZERO_TO_PEAK = {"pp": 0.5, "0pk": 1.0, "rms": 2**0.5}  # of an amplitude, of a sinusoid
 DETECTORS = tuple(ZERO_TO_PEAK)
 SPEED_UNITS = {"rpm": RPM, "Hz": HERTZ, "rad/s": 1.0}  # rad/s
+TIMES = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "msec": 1e-3, "us": 1e-6, "min": 60.0, "h": 3600.0}  # s
+_RADIAN = 1 / DEGREE  # degrees
+PHASES = {"deg": 1.0, "°": 1.0, "degree": 1.0, "degrees": 1.0, "rad": _RADIAN, "radian": _RADIAN, "radians": _RADIAN}
 
 _SPELT = {
     "mils": "mil",
@@ -86,7 +90,7 @@ def detector_of(text: str) -> str:
 
 def _apart(text: str) -> tuple[str, str]:
     """What stands before the detector, in small letters, and the detector."""
-    left = text.strip().lower().replace("µ", "u").replace("μ", "u").replace("²", "2").replace("_", " ")
+    left = _plain(text).replace("²", "2").replace("_", " ")
     for name, pattern in _DETECTOR.items():
         left, found = re.subn(rf"(?:^|(?<=\s))(?:{pattern})$", "", left)
         if found:
@@ -102,6 +106,31 @@ def speed_unit(text: str) -> str:
     """
     spelt = text.strip().lower()
     return next((name for name, texts in _SPEED.items() if spelt in texts), "")
+
+
+def seconds_per(unit: str, where: str) -> float:
+    """The size of a unit of time; that of seconds where none is named.
+
+    >>> seconds_per("ms", ""), seconds_per("", "")
+    (0.001, 1.0)
+    """
+    spelt = _plain(unit).strip("-")
+    if spelt not in TIMES:
+        raise SettingError(f"{where}: expected a time in {', '.join(filter(None, TIMES))}, got {shortened(repr(unit))}")
+    return TIMES[spelt]
+
+
+def degrees_per(unit: str) -> float:
+    """The size of a unit of phases in degrees; what is no such unit, as in 'Phase (lag)', leaves them degrees.
+
+    >>> round(degrees_per("rad"), 3), degrees_per("lag")
+    (57.296, 1.0)
+    """
+    return PHASES.get(_plain(unit), 1.0)
+
+
+def _plain(unit: str) -> str:
+    return unit.strip().lower().replace("µ", "u").replace("μ", "u")
 
 
 def unit_in_heading(heading: str) -> str:

@@ -24,6 +24,7 @@ from measurements.formats.mat import HDF5, read_mat
 from measurements.formats.order_tracking import Tracked, pulse_times, tracked
 from measurements.formats.sheet import Sheet
 from measurements.formats.uff import waveforms_of_uff
+from measurements.formats.unit_texts import seconds_per
 
 TIME, KEYPHASOR, SIGNAL = "time", "keyphasor", "signal"
 MOST_BYTES = 256 * 2**20  # of a file: five million samples of four channels in text
@@ -116,7 +117,7 @@ def _time(sheet: Sheet, heading: str | None, answers: Answers) -> Array:
             return np.arange(len(sheet.lines)) / answers.sampling
     if answers.sampling is not None:
         raise SettingError("sampling: expected none beside a column of time, got both; leave one out")
-    time = _complete(sheet, heading) * _seconds(sheet.unit(heading))
+    time = _complete(sheet, heading) * seconds_per(sheet.unit(heading), sheet.where)
     steps = np.diff(time)
     if len(time) < 2 or np.any(steps <= 0):
         first = int(np.flatnonzero(steps <= 0)[0]) + 1 if len(time) > 1 else 0
@@ -132,10 +133,6 @@ def _time(sheet: Sheet, heading: str | None, answers: Answers) -> Array:
             f" where others take {np.median(steps):.4g} s; cut the record there"
         )
     return even  # the file's own are rounded
-
-
-def _seconds(unit: str) -> float:
-    return {"ms": 1e-3, "us": 1e-6, "µs": 1e-6}.get(unit.strip().lower(), 1.0)
 
 
 def _complete(sheet: Sheet, heading: str) -> Array:

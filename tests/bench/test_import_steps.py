@@ -146,3 +146,24 @@ def test_runs_at_speeds_of_their_own_are_interpolated_for_differences(folder):
     assert np.max(np.abs(data.values[:, 0] * 1e6 / response_at(rpm) - 1)) < 0.02  # as is stated
     bare, trial = (rpm[rows] for rows in data.rows)
     assert np.array_equal(bare, trial)
+
+
+def of_units(folder, phase="deg", sigma="mil pp", time="s"):
+    turn = {"rad": np.pi / 180}.get(phase, 1.0)
+    lines = [f"n (rpm),A (mil pp),P ({phase}),S ({sigma}),t ({time})"]
+    lines += [f"{1000 + 100 * row},{2 + row},{30 * turn},0.02,{10 * row}" for row in range(5)]
+    (folder / "units.csv").write_text("\n".join(lines), encoding="utf-8")
+    columns = ["speed=#1", "amplitude.A=#2", "phase.A=#3", "sigma.A=#4", "time=#5"]
+    return File(path="units.csv", format="csv", probes=["A@0.1@x"], phase="lead", columns=columns)
+
+
+def test_phases_and_times_are_in_the_unit_that_the_table_says(folder):
+    plain = of_units(folder)
+    assert of_units(folder, phase="rad").read().values == pytest.approx(plain.read().values, rel=1e-12)
+    assert of_units(folder, time="ms").time == pytest.approx(plain.time / 1000)
+
+
+@pytest.mark.parametrize("case", [{"sigma": "um pp"}, {"sigma": "mil 0pk"}, {"time": "furlongs"}])
+def test_units_that_are_not_those_of_the_amplitude_or_of_a_time_are_refused(folder, case):
+    with pytest.raises(SettingError, match=r"unit of #2|expected a time"):
+        of_units(folder, **case)
