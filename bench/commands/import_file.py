@@ -7,6 +7,7 @@ be given several times. What is decided of the file stands in remarks at its hea
 
 from __future__ import annotations
 
+import json
 import typing
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -52,7 +53,8 @@ def import_file(words: list[str]) -> int:
         _tell(source, target)
     if both:
         runs = "".join(
-            f"  - {{name: {part}, file: {target.name}, direction: {part}}}\n" for part, target in zip(parts, outs)
+            f"  - {{name: {part}, file: {json.dumps(target.name, ensure_ascii=False)}, direction: {part}}}\n"  # a name may have commas
+            for part, target in zip(parts, outs)
         )
         replace_file(
             campaign, f"# {visible(Path(path).name)}, split where its speed turns back\nruns:\n{runs}".encode()

@@ -70,8 +70,8 @@ def test_run_up_and_coast_down_are_told_apart(folder, capsys):
             np.isin(np.round(data.speed * 30 / np.pi, 6), np.round(np.r_[up, down], 6))
         )
         assert np.count_nonzero(np.isclose(np.abs(data.values), amplitude)) >= len(speeds) - 1
-    assert door.run(["import", example, "--format", "run_up", "--sweep", "both", "--out", "both.csv"]) == 0
-    campaign = ksmea.read_measurement("both.yaml")
+    assert door.run(["import", example, "--format", "run_up", "--sweep", "both", "--out", "a, b #2.csv"]) == 0
+    campaign = ksmea.read_measurement("a, b #2.yaml")
     assert [run.direction for run in campaign.campaign.runs] == ["up", "down"]
     assert len(campaign.speed) == len(rows)
 
