@@ -8,6 +8,7 @@ degrees in (−180, 180], such as 45 or -45.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from ksmea.errors import SettingError, shortened
@@ -47,6 +48,11 @@ def require_direction(direction: str) -> None:
 def degrees_of(direction: str) -> float:
     """The angle of a direction, degrees from x towards y."""
     return ANGLES[direction] if direction in ANGLES else float(direction)
+
+
+def named(direction: str) -> str:
+    """A direction in words: x, y or 45°."""
+    return direction if direction in DIRECTIONS else f"{direction}°"
 
 
 def cosines(direction: str) -> tuple[float, float]:
@@ -105,5 +111,18 @@ class Channel:
         return min(across, HALF_TURN - across) * DEGREE < 1e-6 * TURN
 
     def __str__(self) -> str:
-        named = self.direction if self.direction in DIRECTIONS else f"{self.direction}°"
-        return f"{'' if self.is_1x else f'{self.harmonic:g}X '}{named} at {self.position:g} m"
+        return f"{'' if self.is_1x else f'{self.harmonic:g}X '}{named(self.direction)} at {self.position:g} m"
+
+
+def further_directions(channels: Sequence[Channel]) -> tuple[str, str]:
+    """The two directions at right angles in which further probes would be mounted: as those that there are, x and y where any of
+    them is one of these.
+
+    >>> further_directions([Channel(0.1, "y")]), further_directions([Channel(0.1, "45"), Channel(0.1, "-45")])
+    (('x', 'y'), ('45', '-45'))
+    """
+    present = list(dict.fromkeys(channel.direction for channel in channels))
+    if not present or any(direction in DIRECTIONS for direction in present):
+        return ("x", "y")
+    across = [direction_at(degrees_of(present[0]) + turn) for turn in (ANGLES["y"], -ANGLES["y"])]
+    return present[0], next((each for each in across if each in present), across[0])

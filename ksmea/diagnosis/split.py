@@ -19,7 +19,7 @@ import numpy as np
 from ksmea.alignment import aligned
 from ksmea.arrays import Array, ComplexArray
 from ksmea.campaign import Campaign, Run, Weight, shared_name
-from ksmea.channel import Channel
+from ksmea.channel import Channel, further_directions, named
 from ksmea.contracts import Problem
 from ksmea.diagnosis.fitting import Fit, without_effects
 from ksmea.fisher import projected, whitened_difference, whitened_sensitivity
@@ -152,10 +152,11 @@ def _at_higher_speeds(fit: Fit) -> Iterator[_Further]:
 
 def _through_other_planes(fit: Fit) -> Iterator[_Further]:
     layout = fit.likelihood.measurement.layout
+    directions = further_directions(layout.channels)
     for site in fit.problem.sites:
-        probes = (Channel(float(site), "x"), Channel(float(site), "y"))
+        probes = tuple(Channel(float(site), direction) for direction in directions)
         if not any(probe in layout.channels for probe in probes):
-            words = f"The same with further probes in x and y at {site:.4g} m"
+            words = f"The same with further probes in {' and '.join(map(named, directions))} at {site:.4g} m"
             yield _Further(words, dataclasses.replace(layout, channels=(*layout.channels, *probes), locations=()))
 
 

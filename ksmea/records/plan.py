@@ -49,7 +49,7 @@ class Candidates:
     crlb: tuple[float | None, ...] | None = None  # SI, of a single target, with this candidate alone; None: not known
     speed: tuple[float, ...] | None = None  # rad/s
     position: tuple[float, ...] | None = None  # m
-    direction: tuple[str, ...] | None = None  # of a probe, 'x' or 'y'
+    direction: tuple[str, ...] | None = None  # of a probe, 'x', 'y' or degrees
     magnitude: tuple[float, ...] | None = None  # of a trial unbalance, kg m
     phase: tuple[float, ...] | None = None  # rad
 

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from ksmea.channel import named
 from ksmea.records.plan import Family, PlanRecord, Step, Unknown, infinite_where_none
 from ksmea.show.plan_figure import is_without_size, plot
 from ksmea.show.stability import stability_text
@@ -131,7 +132,7 @@ def _what(steps: Sequence[Step]) -> str:
     if speeds:
         which = f"these {len(steps)} speeds:" if len(steps) > 1 else "the speed"
         return f"add {which} {', '.join(map(_rpm, speeds))} rpm"
-    probes = [f"in {step.direction} at {step.position:.4g} m" for step in steps if step.direction is not None]
+    probes = [f"in {named(step.direction)} at {step.position:.4g} m" for step in steps if step.direction is not None]
     if probes:
         return f"add {'a probe' if len(steps) == 1 else f'{len(steps)} probes,'} {' and '.join(probes)}"
     return f"add a second run with {_trial(steps[0])}"

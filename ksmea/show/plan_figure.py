@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogFormatter
 
 from ksmea.arrays import Array
+from ksmea.channel import named
 from ksmea.records.plan import Family, PlanRecord, Unknown, infinite_where_none
 from ksmea.show.style import OURS, PAPER, REFERENCE, ShownFigure, figure_of
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, RPM, SI_PER_UNIT
@@ -17,7 +18,7 @@ from ksmea.units import DEGREE, GRAM_MILLIMETRE, RPM, SI_PER_UNIT
 FAMILIES = ("speeds", "probes", "trial run")
 ANGLES = SI_PER_UNIT["angle"]  # their values have no size that a CRLB could be a part of
 MAX_PHASES = 8  # lines in one panel
-DIRECTION_COLOURS, DIRECTION_LINES = {"x": OURS, "y": "#6a9a3b"}, {"x": "-", "y": "--"}
+DIRECTION_STYLES = ((OURS, "-"), ("#6a9a3b", "--"))  # of the two in which probes are considered
 
 
 def plot(record: PlanRecord, axes: Axes | None = None, *, title: str = "") -> Figure:
@@ -105,16 +106,16 @@ def _draw_speeds(panel: Axes, family: Family, record: PlanRecord) -> None:
 def _draw_probes(panel: Axes, family: Family, record: PlanRecord) -> None:
     position, shown = np.array(family.candidates.position), _shown(record, family)
     direction = np.array(family.candidates.direction)
-    for name, colour in DIRECTION_COLOURS.items():
+    for name, (colour, style) in zip(dict.fromkeys(family.candidates.direction or ()), DIRECTION_STYLES):
         is_so = direction == name
         panel.plot(
             position[is_so],
             shown[is_so],
             marker=".",
             color=colour,
-            linestyle=DIRECTION_LINES[name],
+            linestyle=style,
             linewidth=1.3,
-            label=f"in {name}",
+            label=f"in {named(name)}",
         )
     _mark(panel, position, shown, family)
     _draw_unplanned(panel, family, record, "as many data again")

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.channel import Channel
+from ksmea.channel import Channel, further_directions
 from ksmea.contracts import Problem
 from ksmea.errors import SettingError, unknown
 from ksmea.parameters import Parameters
@@ -216,12 +216,12 @@ def _probes(present: _Present, options: PlanOptions) -> Family | str:
     if not options.sensors or not len(sites):
         reason = "study.sensors is 0" if not options.sensors else "the problem has no sites"
         return f"no probes are considered: {reason}"
-    there = {(round(item.position, 9), item.direction) for item in problem.channels if item.is_1x}
+    there = [item for item in problem.channels if item.is_1x]
+    possible = [Channel(float(site), direction) for site in sites for direction in further_directions(there)]
     channels = [
-        Channel(float(site), direction)
-        for site in sites
-        for direction in ("x", "y")
-        if (round(float(site), 9), direction) not in there
+        each
+        for each in possible
+        if not any(abs(each.position - item.position) < 1e-9 and each.is_parallel_to(item) for item in there)
     ]
     rows = present.rows_of(problem.at(problem.speed, channels))
     additions = [Addition(position=channel.position, direction=channel.direction) for channel in channels]

@@ -10,7 +10,8 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.campaign_problem import CampaignProblem
-from ksmea.channel import DIRECTIONS, Channel
+from ksmea.channel import Channel
+from ksmea.channel import named as in_words
 from ksmea.contracts import Effect, Problem
 from ksmea.errors import SettingError
 from problems.rotor.data import SAME_PLACE
@@ -53,9 +54,7 @@ class PlacedEffect(RotorEffect):
 
 def named(direction: str | None) -> str:
     """The direction of the channels that an effect is about, in words; None: all."""
-    if direction is None:
-        return "x and y"
-    return direction if direction in DIRECTIONS else f"{direction}°"
+    return "x and y" if direction is None else in_words(direction)
 
 
 def column(values: Array) -> Array:

@@ -10,8 +10,14 @@ from ksmea import registry
 from ksmea.alignment import aligned, through
 from ksmea.channel import Channel, direction_at
 from ksmea.diagnosis.fit_quality import whirl_parts
+from ksmea.diagnosis.fitting import fit_from_values
+from ksmea.diagnosis.split import _through_other_planes
 from ksmea.errors import SettingError
-from ksmea.measurement import Measurement
+from ksmea.measurement import Layout, Measurement, Noise
+from ksmea.show.plan import text
+from ksmea.show.plan_figure import plot
+from ksmea.studies.design_point import DesignPoint
+from ksmea.studies.plan import PlanOptions, planning_study
 from ksmea.studies.readings import readings
 from problems.three_disk import ThreeDisk
 
@@ -129,3 +135,21 @@ def test_a_rotor_file_names_a_probe_by_its_angle(tmp_path):
     (tmp_path / "rotor.yaml").write_text(example.replace("direction: x", "direction: -45", 1), encoding="utf-8")
     made = ksmea.load_problem(tmp_path / "rotor.yaml")
     assert made.problem.channels[0].direction == "-45"
+
+
+def test_further_probes_are_proposed_as_those_that_there_are(problem):
+    """Where two at right angles look, others add no direction, whatever they are called."""
+    seen_skew = seen(problem, (Channel(AT, "45"), Channel(AT, "-45")))
+    point = DesignPoint(seen_skew, REFERENCE, Noise(0.05, 0.0), "complex", noise_known=True)
+    record = planning_study(point, PlanOptions(add=0, sensors=1, trial_phases=[]))
+    [probes] = record.families
+    assert set(probes.candidates.direction) == {"45", "-45"} and AT not in np.round(probes.candidates.position, 9)
+    assert "45° at" in text(record, "")
+    assert {each.get_label() for each in plot(record).axes[1].lines} >= {"in 45°", "in -45°"}
+    layout = Layout(problem.speed, seen_skew.channels, "complex", "made", phase_known=True)
+    values = seen_skew.response(REFERENCE[None])[0]
+    measurement = Measurement(layout.speed, layout.channels, values, Noise(0.05, 0.0), "made", phase_known=True)
+    further = list(_through_other_planes(fit_from_values(seen_skew, REFERENCE, measurement)))
+    assert {each.layout.channels[-1].direction for each in further} == {"-45"}
+    assert AT not in {each.layout.channels[-1].position for each in further}
+    assert further[0].words.startswith("The same with further probes in 45° and -45° at")
