@@ -17,7 +17,7 @@ from bench.plan.page import Command, Section
 from bench.plan.plan import PLAN_FILE
 from bench.reports.chapters.rotordynamics import rotor_sections
 from bench.reports.pages.document import document
-from bench.reports.pages.index import write_index_above
+from bench.reports.pages.index import PAGE, told, write_index_above
 from bench.reports.pages.made_by import command_line
 from bench.reports.tables import csv_text
 from bench.storage.files import replace_file
@@ -32,6 +32,7 @@ from ksmea.units import RPM
 
 PROBLEM, VALUES, OUTPUT = "problem", "values", "output"
 DEFAULT = "three_disk"
+STUDY = "draw"  # what an index calls it
 OPTIONS = tuple(field.name for field in own_fields(RotordynamicsOptions))
 FIGURES = {
     "rotor": RotorDrawing.plot,
@@ -51,23 +52,31 @@ def draw(words: list[str]) -> int:
         raise SettingError(
             f"{folder}: expected a folder of its own, got one of an experiment; choose another output=DIR"
         )
+    _require_own_page(folder / PAGE)
     loaded = load_problem(name, **settings)
     drawing = loaded.draw(values, **options)
     left_out = [] if drawing.record.speed_map else ["speed_map"]
     pictures = {each: png(plot(drawing)) for each, plot in FIGURES.items() if each not in left_out}
     files = {f"{each}.png": picture for each, picture in pictures.items()}
     files |= {f"{each}.csv": csv_text(drawing.to_frame(each)).encode() for each in FRAMES if each not in left_out}
-    files["index.html"] = _page(drawing, words, files)
+    files[PAGE] = _page(drawing, words, files)
     folder.mkdir(parents=True, exist_ok=True)
+    for each in left_out:  # of an earlier drawing
+        for kind in ("png", "csv"):
+            (folder / f"{each}.{kind}").unlink(missing_ok=True)
     for file, content in files.items():
         replace_file(folder / file, content)
     write_index_above(folder)
     print(
-        visible_lines(
-            f"{drawing}\nwritten: {folder / 'index.html'}, {len(pictures)} figures (.png) and their numbers (.csv)"
-        )
+        visible_lines(f"{drawing}\nwritten: {folder / PAGE}, {len(pictures)} figures (.png) and their numbers (.csv)")
     )
     return 0
+
+
+def _require_own_page(page: Path) -> None:
+    """Raise `SettingError` where a page stands that is none of a drawing, which would be lost."""
+    if page.exists() and told(page.parent).get("study") != STUDY:
+        raise SettingError(f"{page}: expected a drawing's page or none, found another page; choose another output=DIR")
 
 
 def _page(drawing: RotorDrawing, words: list[str], files: Mapping[str, bytes]) -> bytes:
@@ -76,7 +85,7 @@ def _page(drawing: RotorDrawing, words: list[str], files: Mapping[str, bytes]) -
     n_at_1x = sum(each.harmonic == 1 for each in found.critical_speeds)
     headline = f"{n_at_1x} critical speed{'s' * (n_at_1x != 1)} up to {found.highest / RPM:.0f} rpm"
     made_by = Section("Made by", (Command(command_line(["draw", *words])),))
-    about = {"name": found.title, "study": "draw", "headline": headline}
+    about = {"name": found.title, "study": STUDY, "headline": headline}
     return document(found.title, headline, [*rotor_sections(found), made_by], about, files)
 
 

@@ -141,3 +141,12 @@ def test_a_shape_in_its_plane_has_the_nodes_of_the_beam():
     inner = [node for node in nodes(places, in_plane(shape)) if 0.01 < node < 0.99]
     assert inner == pytest.approx([1 / 3, 2 / 3], abs=1e-3)  # straight lines between a hundred places
     assert np.max(np.abs(in_plane(shape))) == pytest.approx(1.0)
+
+
+def test_a_page_of_others_is_not_overwritten(enter, tmp_path):
+    theirs = tmp_path / "site" / "index.html"
+    theirs.parent.mkdir()
+    theirs.write_text("<p>mine</p>")
+    ended = enter("draw", f"output={theirs.parent}", *QUICK, output="site")
+    assert ended.code == 2 and "found another page" in ended.err and theirs.read_text() == "<p>mine</p>"
+    assert [path.name for path in theirs.parent.iterdir()] == ["index.html"]

@@ -14,6 +14,7 @@ from urllib.parse import quote
 from bench.plan.plan import PLAN_FILE
 from bench.reports.pages import bundle
 from bench.reports.pages.document import FACTS, FACTS_WITHIN, facts_of
+from bench.reports.pages.made_by import command_line
 from bench.reports.pages.prose import safe
 from bench.storage.files import replace_file
 from ksmea.errors import SettingError, shortened
@@ -82,12 +83,19 @@ def told(folder: Path) -> Mapping[str, Any]:
     found = facts_of(_beginning(page)) if page.is_file() else None
     if found is not None and "index" not in found:
         return found
-    again = {"headline": f"no page yet: python -m bench collect {folder.name}"}
+    again = {"headline": f"no page yet: {command_line(['collect', _name(folder)])}"}
     try:
         head = json.loads(_beginning(folder / PLAN_FILE, lines=1))
     except (ValueError, RecursionError):
         return again
     return {"name": head.get("name", ""), **again} if isinstance(head, dict) else again
+
+
+def _name(folder: Path) -> str:
+    """What `collect` finds a folder by from where `results` lies: its place in there, or of another folder its path."""
+    whole = folder.absolute()
+    root = next((each for each in whole.parents if each.name == RESULTS), None)
+    return str(folder) if root is None else whole.relative_to(root).as_posix()
 
 
 def _experiments(folder: Path) -> list[Path]:
