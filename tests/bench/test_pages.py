@@ -1,6 +1,7 @@
 """Pages of results: what they are made of, what an index tells, and whether two results agree."""
 
 import re
+import shlex
 import subprocess
 import sys
 from html import unescape
@@ -8,13 +9,14 @@ from html import unescape
 import numpy as np
 import pytest
 
+from bench.commands.folders import folders
 from bench.commands.open import open_page
 from bench.plan.page import Page, Prose, Section, Table
 from bench.reports.chapters.interval_plot import Shown
 from bench.reports.comparison.comparison import difference
 from bench.reports.pages.bundle import asset
 from bench.reports.pages.document import document, facts_of
-from bench.reports.pages.index import index_page, write_index
+from bench.reports.pages.index import index_page, told, write_index
 from bench.reports.pages.prose import columns_of
 from bench.reports.pages.traces import COLOURS
 from ksmea.errors import SettingError
@@ -128,6 +130,15 @@ def test_an_index_tells_of_folders_whose_plan_or_page_is_broken(tmp_path):
             (tmp_path / name / "index.html").write_text(page)
     page = index_page(tmp_path).decode()
     assert "&lt;b&gt;" in page and "<b>" not in page and page.count("no page yet") == 2
+
+
+def test_an_index_names_the_command_that_finds_a_nested_folder(tmp_path, monkeypatch):
+    folder = tmp_path / "results" / "both" / "the 2nd"
+    folder.mkdir(parents=True)
+    (folder / "plan.jsonl").write_text('{"name": "x"}\n')
+    monkeypatch.chdir(tmp_path)
+    command = str(told(folder)["headline"]).partition(": ")[2]
+    assert folders(shlex.split(command)[4:], "collect") == [folder.relative_to(tmp_path)]
 
 
 def test_open_says_where_the_page_lies_without_a_display(tmp_path, monkeypatch, capsys):
