@@ -1,4 +1,4 @@
-"""Crosstalk of two probes at one plane: each reads a part g of what the other one sees, y_x += g y_y, y_y += g y_x."""
+"""Crosstalk of the x and y probes at one plane: each reads a part g of what the other one sees, y_x += g y_y, y_y += g y_x."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea import Channel, setting
+from ksmea.channel import DIRECTIONS
 from ksmea.parameters import Parameter
 from problems.rotor.effect import PlacedEffect, is_at, planes, where
 from problems.rotor.problem import RotorProblem
@@ -18,7 +19,7 @@ LARGEST = 0.3
 
 @dataclass(frozen=True)
 class ProbeCrosstalk(PlacedEffect):
-    """Two probes at one plane read a part of each other's motion."""
+    """The x and y probes at one plane read a part of each other's motion."""
 
     position: float | None = setting(None, "the measuring plane; null: all of them alike", unit="m", at_least=0)
 
@@ -40,7 +41,7 @@ class ProbeCrosstalk(PlacedEffect):
         return [
             dataclasses.replace(channel, direction="y" if channel.direction == "x" else "x")
             for channel in channels
-            if is_at(channel, self.position)
+            if self._acts_on(channel)
         ]
 
     def observed(
@@ -48,13 +49,18 @@ class ProbeCrosstalk(PlacedEffect):
     ) -> np.ndarray:
         return response + theta[:, 0, None, None] * (response @ self._partners(channels))
 
+    def _acts_on(self, channel: Channel) -> bool:
+        """Which probe is the other one of a skew pair, its channel does not say."""
+        return is_at(channel, self.position) and channel.direction in DIRECTIONS
+
     def _partners(self, channels: Sequence[Channel]) -> np.ndarray:
         """(n_channel, n_channel): 1 where the row's channel is the other one at the plane of the column's."""
         return np.array(
             [
                 [
                     1.0
-                    if is_at(one, self.position)
+                    if self._acts_on(one)
+                    and self._acts_on(other)
                     and (one.position, one.harmonic) == (other.position, other.harmonic)
                     and one.direction != other.direction
                     else 0.0

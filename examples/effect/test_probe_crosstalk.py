@@ -3,6 +3,8 @@ import pytest
 from probe_crosstalk import ProbeCrosstalk
 
 import ksmea
+from ksmea.alignment import through
+from ksmea.channel import Channel
 from ksmea.testing import check_effect
 from problems.three_disk import ThreeDisk
 
@@ -25,3 +27,10 @@ def test_a_probe_reads_a_part_of_the_other_one_at_its_plane_alone():
     read = ProbeCrosstalk(position=0.1).added_to(ROTOR.problem).response(np.append(ROTOR.x(), 0.2)[None])[0]
     assert read[:, 0] == pytest.approx(plain[:, 0] + 0.2 * plain[:, 1])
     assert read[:, 2:] == pytest.approx(plain[:, 2:])
+
+
+def test_skew_probes_are_left_as_they_are():
+    skew = through(ROTOR.problem, (Channel(0.1, "45"), Channel(0.1, "-45")))
+    assert not ProbeCrosstalk().locations(skew)
+    read = ProbeCrosstalk(position=0.1).added_to(skew).response(np.append(ROTOR.x(), 0.2)[None])
+    assert read == pytest.approx(skew.response(ROTOR.x()[None]))
