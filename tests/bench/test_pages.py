@@ -13,6 +13,8 @@ from bench.commands.folders import folders
 from bench.commands.open import open_page
 from bench.plan.page import Page, Prose, Section, Table
 from bench.reports.chapters.interval_plot import Shown
+from bench.reports.chapters.response_plots import orbits
+from bench.reports.chapters.responses import Response
 from bench.reports.comparison.comparison import difference
 from bench.reports.pages.bundle import asset
 from bench.reports.pages.document import document, facts_of
@@ -139,6 +141,28 @@ def test_an_index_names_the_command_that_finds_a_nested_folder(tmp_path, monkeyp
     monkeypatch.chdir(tmp_path)
     command = str(told(folder)["headline"]).partition(": ")[2]
     assert folders(shlex.split(command)[4:], "collect") == [folder.relative_to(tmp_path)]
+
+
+def test_orbits_of_a_skew_pair_are_those_of_x_and_y():
+    xy = np.array([[3.0 + 1j, -2j], [1.0, 2.0 - 1j]])
+    turn = np.array([[1.0, 1.0], [1.0, -1.0]]) / np.sqrt(2)  # what probes at 45° and −45° read of x and y
+    drawn = [
+        orbits(
+            Response(
+                np.array([1e3, 2e3]), channels, values, has_phase=True, sd=None, curves={}, at_speeds={"m": values}
+            )
+        )
+        for channels, values in (
+            (("x at 0.1 m", "y at 0.1 m"), xy),
+            (("45° at 0.1 m", "-45° at 0.1 m"), xy @ turn.T),
+        )
+    ]
+    assert list(drawn[0].planes) == list(drawn[1].planes) == ["0.1 m"]
+    assert np.array(drawn[1].planes["0.1 m"]["measured"]) == pytest.approx(
+        np.array(drawn[0].planes["0.1 m"]["measured"])
+    )
+    one_way = Response(np.array([1e3]), ("45° at 1 m", "-135° at 1 m"), xy[:1], True, None, {}, {})
+    assert not one_way.planes()
 
 
 def test_open_says_where_the_page_lies_without_a_display(tmp_path, monkeypatch, capsys):

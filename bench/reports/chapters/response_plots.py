@@ -111,15 +111,15 @@ HOVER_PLANE = "%{customdata:.0f} rpm: %{x:.3g} %{y:+.3g}i µm"
 
 
 def orbits(response: Response) -> Orbits:
-    """The orbits of all planes with x and y, measured and by the last model."""
+    """The orbits of all planes with probes in two directions, measured and by the last model."""
     kinds = {"measured": response.measured, "model": list(response.at_speeds.values())[-1]}
     return Orbits(
         "Orbits",
         "The path of the shaft in each plane at a speed, measured (dotted) and by the model; dots: where it is at phase 0.",
         tuple(response.speed.tolist()),
         {
-            place: {kind: _phasors(values[:, columns]) for kind, values in kinds.items()}
-            for place, columns in response.planes().items()
+            place: {kind: _phasors(values[:, columns] @ to_xy.T) for kind, values in kinds.items()}
+            for place, (columns, to_xy) in response.planes().items()
         },
     )
 

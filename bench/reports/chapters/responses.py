@@ -3,18 +3,25 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from itertools import combinations
 
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import cosines
 from ksmea.records.curves import FineCurve, FitCurves, Polar, as_array
 from ksmea.records.diagnosis import CurvesRecord, Values
 from ksmea.show.fit_figure import residuals
 from ksmea.units import MICROMETRE, RPM
 
-OF_A_PLANE = re.compile(r"(?P<harmonic>.*)(?P<direction>[xy]) at (?P<place>.+)")  # `ksmea.channel.Channel` in words
+OF_A_PLANE = re.compile(
+    r"(?P<harmonic>.*?)(?P<direction>[xy]|[-+.e0-9]+(?=°))°? at (?P<place>.+)"
+)  # `ksmea.channel.Channel` in words
+LEAST_ACROSS = (
+    0.1  # sine of the angle between two probes from which their motion is drawn as an orbit: noise grows as 1/sine
+)
 
 
 @dataclass(frozen=True)
@@ -41,13 +48,29 @@ class Response:
     at_speeds: Mapping[str, ComplexArray]
     residuals: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
 
-    def planes(self) -> dict[str, tuple[int, int]]:
-        """Columns of x and y of each plane where both are measured."""
+    def planes(self) -> dict[str, tuple[tuple[int, int], Array]]:
+        """Two columns of each plane where two directions are measured, and the matrix (2, 2) that makes x and y of them."""
         found: dict[str, dict[str, int]] = {}
         for column, channel in enumerate(self.channels):
             if said := OF_A_PLANE.fullmatch(channel):
                 found.setdefault(said["harmonic"] + said["place"], {})[said["direction"]] = column
-        return {place: (of["x"], of["y"]) for place, of in found.items() if len(of) == 2}
+        pairs = ((place, of, pair) for place, of in found.items() if (pair := _across(sorted(of))) is not None)
+        return {
+            place: ((of[pair[0]], of[pair[1]]), np.asarray(np.linalg.inv(_read_by(pair)), dtype=float))
+            for place, of, pair in pairs
+        }
+
+
+def _across(directions: Sequence[str]) -> tuple[str, str] | None:
+    """The two that are nearest to a right angle; None where all are parallel."""
+    pairs = list(combinations(directions, 2))
+    best = max(pairs, key=lambda pair: abs(np.linalg.det(_read_by(pair))), default=None)
+    return best if best is not None and abs(np.linalg.det(_read_by(best))) > LEAST_ACROSS else None
+
+
+def _read_by(pair: tuple[str, str]) -> Array:
+    """Of x and y by each of two probes, (2, 2)."""
+    return np.array([cosines(direction) for direction in pair])
 
 
 def of_fit(fit: FitCurves, name: str = "model") -> Response:
