@@ -40,9 +40,9 @@ def _critical_speed(rotor: FreeRotor, speed: float, harmonic: float) -> Critical
 
 def _crossings(frequencies: Callable[[Array], Array], table: Array, speed: Array, harmonic: float) -> list[float]:
     """Where a column of frequencies, whose `table` at the scanned speeds is (n_speed, n), equals a multiple of the speed, rising."""
-    excess = table - harmonic * speed[:, None]
+    is_above = table >= harmonic * speed[:, None]
     found = []
-    for interval, column in zip(*np.nonzero(np.sign(excess[:-1]) * np.sign(excess[1:]) < 0)):
+    for interval, column in zip(*np.nonzero(is_above[:-1] != is_above[1:])):
 
         def excess_at(at: float, column: int = int(column)) -> float:
             return float(frequencies(np.array([at]))[0, column] - harmonic * at)

@@ -11,6 +11,7 @@ from ksmea.rotor_layout import EffectMark
 from ksmea.show.campbell_figure import WHIRL
 from ksmea.show.mode_shape_figure import in_plane, nodes
 from ksmea.show.rotor_figure import rotor_figure
+from ksmea.studies.critical_speeds import _crossings
 
 QUICK = ("speeds=31", "modes=4", "harmonics=[1]")
 PUBLISHED = [3620, 3798, 10018, 11279]  # rpm, Lalanne & Ferraris
@@ -150,3 +151,12 @@ def test_a_page_of_others_is_not_overwritten(enter, tmp_path):
     ended = enter("draw", f"output={theirs.parent}", *QUICK, output="site")
     assert ended.code == 2 and "found another page" in ended.err and theirs.read_text() == "<p>mine</p>"
     assert [path.name for path in theirs.parent.iterdir()] == ["index.html"]
+
+
+def test_a_critical_speed_that_is_a_scanned_one_is_found_once():
+    def constant(speed):
+        return np.full((len(speed), 1), 100.0)
+
+    for n_speed in (5, 6):
+        speed = np.linspace(0.0, 200.0, n_speed)
+        assert _crossings(constant, constant(speed), speed, 1.0) == [100.0]
