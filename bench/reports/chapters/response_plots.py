@@ -26,6 +26,8 @@ MOST_AT_ONCE = 2  # channels that are shown at first
 DASHES = {"model before": "dash"}  # of lines; all others are solid
 IN_WORDS = {"dash": "dashed", "solid": "solid"}
 SYMBOLS = {"model before": ("circle-open", "x-thin-open")}  # of the parts of residuals
+OWN_SYMBOLS = ("circle", "cross-thin-open")  # of those of any other model
+MARKS = {"circle-open": "○", "x-thin-open": "×", "circle": "●", "cross-thin-open": "+"}  # as a caption shows them
 SPEED = "speed (rpm)"
 
 
@@ -56,7 +58,7 @@ def bode_plot(response: Response, still: str = "") -> Plot:
             level(0, dash="solid", yref=own),
         ]  # fmt: skip
     bars = "dots: measured, with ± 1 σ" if _has_bars(response) else "dots: measured"
-    below = "; below: residuals in units of the noise, ± 2 shaded" if response.residuals else ""
+    below = f"; below: residuals in units of the noise{_marks(response)}, ± 2 shaded" if response.residuals else ""
     return Plot(
         "Response over speed",
         f"Amplitude{' and phase lead' if response.has_phase else ''} over speed; {bars}, lines: {_models(response)}{below}.",
@@ -157,12 +159,22 @@ def _of_channel(response: Response, column: int, axes: dict[str, str]) -> Iterat
         if "phase" in axes:
             phase = broken(_unbroken(np.degrees(np.angle(values))), curve.breaks)
             yield line(rpm, phase, name, colour, yaxis=axes["phase"], showlegend=False, hoverinfo="skip", **own)
-        symbols = SYMBOLS.get(name, ("circle", "cross-thin-open"))
-        for (part, left), symbol in zip(response.residuals.get(name, {}).items(), symbols):
+        for (part, left), symbol in zip(response.residuals.get(name, {}).items(), SYMBOLS.get(name, OWN_SYMBOLS)):
             yield points(
                 response.speed, left[:, column], f"{name}, {part}", colour, yaxis=axes["residuals"], showlegend=False,
                 hovertemplate=f"%{{x:.0f}} rpm: %{{y:.2f}} σ ({part})", marker={"size": 4, "symbol": symbol}, **own,
             )  # fmt: skip
+
+
+def _marks(response: Response) -> str:
+    """Which mark is which part of which model's residuals, where there are several."""
+    several = len(response.residuals) > 1
+    told = [
+        f"{MARKS[symbol]} {part}{f', {name}' if several else ''}"
+        for name, parts in response.residuals.items()
+        for part, symbol in zip(parts, SYMBOLS.get(name, OWN_SYMBOLS))
+    ]
+    return f" ({'; '.join(told)})" if len(told) > 1 else ""
 
 
 def _unbroken(phase: Array) -> Array:
