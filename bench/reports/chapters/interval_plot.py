@@ -29,13 +29,13 @@ class Shown:
 
 def interval_plot(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[str, float], alternative: str) -> Plot:
     """Of each unknown, by name, the value and interval of each series, by name; `truth` has true values in the same units.
-    What is drawn is the deviation from the value of the last series that has the unknown, in per cent of it, as far as `FAR` times
-    what the intervals of these reach."""
+    What is drawn is the deviation from the value of the last series that has the unknown, in per cent of it, of an angle in per
+    cent of 1 rad, as far as `FAR` times what the intervals of these reach."""
     series = list(dict.fromkeys(name for of in unknowns.values() for name in of))
     names = list(unknowns)
     believed = {name: list(of.values())[-1] for name, of in unknowns.items()}
     zero = {name: each.value for name, each in believed.items()}
-    scale = {name: abs(zero[name]) or _reach(of.values()) for name, of in unknowns.items()}
+    scale = {name: _scale(believed[name]) or _reach(of.values()) for name, of in unknowns.items()}
     every = [_farthest(each, zero[name], scale[name]) for name, of in unknowns.items() for each in of.values()]
     own = max((_farthest(each, zero[name], scale[name]) for name, each in believed.items()), default=0.0)
     edge = OPEN_REACH * (min(max(every, default=0.0), FAR * own if own else np.inf) or 1.0)
@@ -58,9 +58,8 @@ def interval_plot(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[st
     labels = [f"{name.replace('_', ' ')} " for name in names]
     made["yaxis"] = axis(tickvals=list(range(len(names))), ticktext=labels, range=[len(names) - 0.5, -0.5])
     made["shapes"] = [level(0, along="x", dash="solid")]
-    return Plot(
-        "Unknowns with their intervals", alternative, {"data": traces, "layout": made}, height=110 + ROW * len(names)
-    )
+    told = alternative + (" Angles: 100 % is 1 rad." if any(_is_angle(each) for each in believed.values()) else "")
+    return Plot("Unknowns with their intervals", told, {"data": traces, "layout": made}, height=110 + ROW * len(names))
 
 
 def _trace(
@@ -92,6 +91,15 @@ def _trace(
         ],
         "hovertemplate": "%{text}<extra>" + kind + "</extra>",
     }
+
+
+def _scale(shown: Shown) -> float:
+    """What 100 % is: the value, or 1 rad of an angle, whose value is only counted from somewhere."""
+    return float(np.degrees(1.0)) if _is_angle(shown) else abs(shown.value)
+
+
+def _is_angle(shown: Shown) -> bool:
+    return shown.unit == "deg"
 
 
 def _farthest(shown: Shown, zero: float, scale: float) -> float:
