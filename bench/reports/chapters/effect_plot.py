@@ -35,11 +35,11 @@ def effect_plot(record: DiagnosisRecord, still: str = "") -> Plot:
             )  # fmt: skip
     drops = [max(trial.deviance_drop, LEAST) for trial in trials]
     is_wide = bool(drops) and drops[-1] > WIDE * drops[len(drops) // 2]
-    made = layout("deviance drop against the model as given", x_log=is_wide, bargap=0.25)
+    made = layout("deviance drop", x_log=is_wide, bargap=0.25)
     made["yaxis"] = axis(categoryorder="array", categoryarray=names, tickmode="array", tickvals=names)
     return Plot(
         "Effects",
-        "How far each effect, at its best location, lowers the deviance (−2 ln L); location, p, ΔBIC and size show on touch or"
+        "How far each effect, at its best location, lowers the deviance (−2 ln L) of the model as given; location, p, ΔBIC and size show on touch or"
         " hover. With a misfit that is large enough nearly every effect lowers it.",
         {"data": traces, "layout": made},
         still,
