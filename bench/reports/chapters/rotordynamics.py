@@ -149,7 +149,8 @@ def _speed_map(found: Rotordynamics) -> Plot:
         at = stiffness / MEGANEWTON_PER_METRE
         shapes.append(level(at, along="x"))
         notes.append(
-            {"x": float(np.log10(at)), "y": 1, "yref": "paper", "text": name, "showarrow": False, "xanchor": "left", "yanchor": "top"}
+            {"x": float(np.log10(at)), "y": 0.02, "yref": "paper", "text": f"{name} {at:.4g}", "textangle": -90, "showarrow": False,
+             "xanchor": "right", "yanchor": "bottom"}
         )  # fmt: skip
     return Plot(
         "Undamped critical speed map",
