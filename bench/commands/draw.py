@@ -59,7 +59,9 @@ def draw(words: list[str]) -> int:
     pictures = {each: png(plot(drawing)) for each, plot in FIGURES.items() if each not in left_out}
     files = {f"{each}.png": picture for each, picture in pictures.items()}
     files |= {f"{each}.csv": csv_text(drawing.to_frame(each)).encode() for each in FRAMES if each not in left_out}
-    files[PAGE] = _page(drawing, words, files)
+    file = settings.get("file")
+    title = f"{drawing.record.title}: {Path(str(file)).name}" if file else drawing.record.title
+    files[PAGE] = _page(drawing, title, words, files)
     folder.mkdir(parents=True, exist_ok=True)
     for each in left_out:  # of an earlier drawing
         for kind in ("png", "csv"):
@@ -79,14 +81,14 @@ def _require_own_page(page: Path) -> None:
         raise SettingError(f"{page}: expected a drawing's page or none, found another page; choose another output=DIR")
 
 
-def _page(drawing: RotorDrawing, words: list[str], files: Mapping[str, bytes]) -> bytes:
+def _page(drawing: RotorDrawing, title: str, words: list[str], files: Mapping[str, bytes]) -> bytes:
     """The page with all of it, and what an index of results tells of it."""
     found = drawing.record
     n_at_1x = sum(each.harmonic == 1 for each in found.critical_speeds)
     headline = f"{n_at_1x} critical speed{'s' * (n_at_1x != 1)} up to {found.highest / RPM:.0f} rpm"
     made_by = Section("Made by", (Command(command_line(["draw", *words])),))
-    about = {"name": found.title, "study": STUDY, "headline": headline}
-    return document(found.title, headline, [*rotor_sections(found), made_by], about, files)
+    about = {"name": title, "study": STUDY, "headline": headline}
+    return document(title, headline, [*rotor_sections(found), made_by], about, files)
 
 
 def _asked(words: list[str]) -> tuple[str, dict[str, Any], dict[str, float], dict[str, Any], str | None]:

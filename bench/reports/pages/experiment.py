@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 from bench.jobs.lines import RESULTS
@@ -27,7 +28,14 @@ def experiment_page(plan: Plan, made: Made, drawings: Mapping[str, bytes], when:
     sections += [runs_section(made.runs)] if len(plan.runs) else []
     sections += [settings_section(plan)] if plan.cells else []
     sections.append(made_by_section(plan, files))
-    return document(plan.name, page.headline, sections, facts(plan, made, page, when), drawings)
+    return document(heading(plan), page.headline, sections, facts(plan, made, page, when), drawings)
+
+
+def heading(plan: Plan) -> str:
+    """The name of the experiment, and of the file of a measurement where all cells have the same."""
+    paths = {str((cell.settings.get("measurement") or {}).get("path") or "") for cell in plan.cells}
+    (path,) = paths if len(paths) == 1 else ("",)
+    return f"{plan.name}: {Path(path).name}" if path else plan.name
 
 
 def facts(plan: Plan, made: Made, page: Page, when: str) -> dict[str, Any]:

@@ -1,0 +1,50 @@
+"""What a page says of itself: of which file it is, what its marks mean, what 100 % of an angle is."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from bench.reports.chapters.interval_plot import Shown, interval_plot
+from bench.reports.chapters.response_plots import bode_plot
+from bench.reports.chapters.responses import ModelCurve, Response
+from bench.reports.pages.experiment import heading
+
+
+def plan_of(*paths):
+    return SimpleNamespace(
+        name="diagnose",
+        cells=[SimpleNamespace(settings={"measurement": {"name": "file", "path": path}}) for path in paths],
+    )
+
+
+@pytest.mark.parametrize(
+    ("paths", "title"),
+    [(["rig/run 1.csv"] * 2, "diagnose: run 1.csv"), (["a.csv", "b.csv"], "diagnose"), ([None], "diagnose")],
+)
+def test_a_page_is_named_after_the_file_of_its_data(paths, title):
+    assert heading(plan_of(*paths)) == title
+
+
+def test_an_angle_near_zero_does_not_squash_the_other_intervals():
+    """0.1° ± 2° is ± 2000 % of the value, but 3.5 % of 1 rad."""
+    unknowns = {
+        "kxx": {"identified": Shown(50, 49, 51, "MN/m")},
+        "phase_origin": {"identified": Shown(0.1, -1.9, 2.1, "deg")},
+    }
+    drawn = interval_plot(unknowns, {}, "Intervals.")
+    assert drawn.alternative == "Intervals. Angles: 100 % is 1 rad."
+    assert drawn.figure["data"][0]["error_x"]["array"] == pytest.approx([2.0, 100 * np.radians(2.0)])
+    assert interval_plot({"kxx": unknowns["kxx"]}, {}, "Intervals.").alternative == "Intervals."
+
+
+def test_a_caption_tells_the_marks_of_residuals_apart():
+    speed, values = np.array([100.0, 200.0]), np.array([[1 + 1j], [2 + 0j]])
+    parts = {"real": values.real, "imaginary": values.imag}
+    models = ("model before", "model after")
+    curves = {name: ModelCurve(speed, values) for name in models}
+    shown = Response(
+        speed, ("x",), values, True, None, curves, dict.fromkeys(models, values), dict.fromkeys(models, parts)
+    )
+    said = bode_plot(shown).alternative
+    assert "(○ real, model before; × imaginary, model before; ● real, model after; + imaginary, model after)" in said
