@@ -29,11 +29,12 @@ def export(words: list[str]) -> int:
     if words[:1] == [MEASUREMENT]:
         return export_measurement(words[1:])
     names, out = with_option(words, "--out", "export")
+    if names and names[0] not in FORMATS:
+        raise unknown("format of export:", names[0], [*FORMATS, MEASUREMENT])
     if len(names) != 2:
-        raise SettingError(f"export: expected a format and a folder of results, as ioh contest, got {len(names)} words")
+        got = " ".join(names) or "nothing"
+        raise SettingError(f"export: expected a format and a folder of results, as ioh contest, got {got}")
     asked, name = names
-    if asked not in FORMATS:
-        raise unknown("format of export:", asked, [*FORMATS, MEASUREMENT])
     folder = one_folder([name], "export")
     output = folder / asked if out is None else Path(out)
     with new_folder(output) as partial:

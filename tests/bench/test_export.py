@@ -244,7 +244,11 @@ def test_the_command_writes_what_the_records_have(enter, cheapest):
         assert mine["cost"].iloc[-1] == trace.evaluations + 2 * trace.jacobians
     refused = enter("export", "csv", "run", "--out", "table")
     assert refused.code == 2 and "expected no table yet" in refused.err
-    for wrong, told in ((["xml", "run"], "unknown format of export: 'xml'"), (["ioh"], "a format and a folder")):
+    for wrong, told in (
+        (["xml", "run"], "unknown format of export: 'xml'"),
+        (["ioh"], "a format and a folder of results, as ioh contest, got ioh"),
+        (["mesurement"], "did you mean 'measurement'"),
+    ):
         done = enter("export", *wrong)
         assert done.code == 2 and told in done.err and len(done.err.splitlines()) == 1
 
