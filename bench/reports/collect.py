@@ -154,7 +154,11 @@ def collect_all(output: Path, parts: Sequence[Path]) -> None:
 def _count_line(plan: Plan, runs: pd.DataFrame) -> str:
     failed = runs[~runs["status"].isin(RESULTS)]
     if failed.empty:
-        return f"all {len(runs)} runs of {plan.name} have a result"
+        return (
+            f"all {len(runs)} runs of {plan.name} have a result"
+            if len(runs) > 1
+            else f"the run of {plan.name} has a result"
+        )
     reasons = Counter(f"{row.status}: {row.error}" if row.error else row.status for row in failed.itertuples())
     shown = "; ".join(f"{count} × {shortened(reason, LONGEST_REASON)}" for reason, count in reasons.most_common(3))
     return f"{len(failed)} of {len(runs)} failed ({shown})"

@@ -104,7 +104,7 @@ def test_a_figure_that_cannot_be_drawn_is_one_line_and_costs_nothing_else(enter,
     assert collect(ended.output) == 0
     printed = capsys.readouterr()
     assert printed.err == "run.png: cannot be drawn (ValueError: too many colours); the tables are written\n"
-    assert "all 1 runs of run have a result" in printed.out
+    assert "the run of run has a result" in printed.out
     names = {path.name for path in ended.output.iterdir()}
     assert {"runs.csv", "run.csv", "run_response.png", "run_cost.png", "run_cost.csv"} <= names
     assert "run.png" not in names  # the old one shows other tables
