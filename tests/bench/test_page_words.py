@@ -3,11 +3,13 @@
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from bench.reports.chapters.interval_plot import Shown, interval_plot
 from bench.reports.chapters.response_plots import bode_plot
 from bench.reports.chapters.responses import ModelCurve, Response
+from bench.reports.chapters.summary import _range as errors_in_words
 from bench.reports.pages.experiment import heading
 
 
@@ -48,3 +50,7 @@ def test_a_caption_tells_the_marks_of_residuals_apart():
     )
     said = bode_plot(shown).alternative
     assert "(○ real, model before; × imaginary, model before; ● real, model after; + imaginary, model after)" in said
+
+
+def test_a_range_of_errors_is_told_without_powers_of_ten():
+    assert errors_in_words(pd.Series([3.02, 100.0])) == "3 to 100"

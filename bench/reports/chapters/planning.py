@@ -63,7 +63,11 @@ def _variation_plots(record: IdentifiabilityRecord, still: str) -> Iterator[Plot
         made["xaxis"] = axis(VARIED.get(name, name), type="linear" if is_number else "category")
         said = f"Half-width of the {100 * record.level:g} % interval of each unknown against the {VARIED.get(name, name)}; above {MOST_PCT:g} % drawn there."
         yield Plot(
-            f"With another {name}", said, {"data": traces, "layout": made}, still if number == 0 else "", height=340
+            f"With other {name}" if name == "speeds" else f"With another {name}",
+            said,
+            {"data": traces, "layout": made},
+            still if number == 0 else "",
+            height=340,
         )
 
 

@@ -18,6 +18,7 @@ from bench.reports.tables import has_intervals
 from ksmea.records.curves import ResponseCurves, as_array
 from ksmea.records.identification import UpdateRecord
 from ksmea.show.style import broken
+from ksmea.show.text import two_digits
 from ksmea.units import MICROMETRE, RPM
 
 LEAST_EXCESS = 1e-3  # of a deviance, drawn as this: the data see no smaller difference
@@ -68,7 +69,7 @@ def headline(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> str:
 
 
 def _range(values: pd.Series) -> str:
-    low, high = (f"{value:.2g}" for value in (values.min(), values.max()))
+    low, high = (two_digits(value) for value in (values.min(), values.max()))
     return low if low == high else f"{low} to {high}"
 
 
