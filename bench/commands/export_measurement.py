@@ -56,6 +56,7 @@ def export_measurement(words: list[str]) -> int:
     rotor = load_problem(str(name), **settings[PROBLEM])
     data = synthetic_measurement(rotor, rng=seed, **settings[MEASUREMENT]).measurement
     remark = f"A synthetic measurement of problem={name}. Units: rpm; m; µm zero to peak; degrees of phase lead."
+    target.parent.mkdir(parents=True, exist_ok=True)
     replace_file(target, as_csv(data, [visible(remark)]).encode())
     channels = ", ".join(map(str, data.channels))
     print(visible(f"written: {target}: {len(data.speed)} speeds; {channels}"))

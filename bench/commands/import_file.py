@@ -48,6 +48,7 @@ def import_file(words: list[str]) -> int:
             raise SettingError(f"import: expected no {each} yet, found one; choose another --out, or remove it")
     settings = [{**given, **({"sweep": part} if part else {})} for part in parts]
     sources = [_source(path, each) for each in settings]  # all are read before any is written
+    out.parent.mkdir(parents=True, exist_ok=True)
     for source, target, chosen in zip(sources, outs, settings):
         replace_file(target, rows_as_csv(source.used_rows, _head(source, chosen)).encode())
         _tell(source, target)
