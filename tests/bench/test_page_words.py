@@ -8,9 +8,11 @@ import pytest
 
 from bench.reports.chapters.interval_plot import Shown, interval_plot
 from bench.reports.chapters.response_plots import bode_plot
-from bench.reports.chapters.responses import ModelCurve, Response
+from bench.reports.chapters.responses import ModelCurve, Response, of_diagnosis
 from bench.reports.chapters.summary import _range as errors_in_words
 from bench.reports.pages.experiment import heading
+from ksmea.records.curves import FineCurve
+from ksmea.records.diagnosis import CurvesRecord, ResidualsRecord, ResponsesRecord
 
 
 def plan_of(*paths):
@@ -54,3 +56,19 @@ def test_a_caption_tells_the_marks_of_residuals_apart():
 
 def test_a_range_of_errors_is_told_without_powers_of_ten():
     assert errors_in_words(pd.Series([3.02, 100.0])) == "3 to 100"
+
+
+def test_models_of_a_diagnosis_are_drawn_at_the_fine_speeds_of_its_record():
+    speed, fine = (200.0, 300.0), (200.0, 250.0, 300.0)
+    values = ((1e-6,), (2e-6,))
+    curves = CurvesRecord(
+        speed=speed,
+        channels=("x at 0.1 m",),
+        responses=ResponsesRecord(measured=values, before=values, after=values),
+        residuals=ResidualsRecord(before=values, after=values),
+        fine_after=FineCurve(fine, ((1e-6,), (9e-6,), (2e-6,))),
+    )
+    drawn = of_diagnosis(curves).curves
+    assert drawn["model after"].values[:, 0] == pytest.approx([1, 9, 2])  # µm
+    assert drawn["model after"].speed == pytest.approx(np.array(fine) * 60 / (2 * np.pi))
+    assert len(drawn["model before"].speed) == len(speed)

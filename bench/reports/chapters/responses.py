@@ -87,30 +87,37 @@ def of_fit(fit: FitCurves, name: str = "model") -> Response:
         measured=_complex(fit.measured),
         has_phase=fit.has_phase,
         sd=sd,
-        curves={name: ModelCurve(as_array(fit.fine.speed) / RPM, _complex(fit.fine), fit.fine.breaks)},
+        curves={name: _curve(fit.fine)},
         at_speeds={name: _complex(fit.fitted)},
         residuals={name: parts} if parts else {},
     )
 
 
 def of_diagnosis(curves: CurvesRecord) -> Response:
-    """The response of a diagnosis, before and after the extension. A model's curve is at the speeds that the record has it at:
-    those measured, unless it keeps finer ones."""
+    """The response of a diagnosis, before and after the extension. A model's curve is the fine one of the record; of records
+    that have none, that at the measured speeds."""
     speed = np.array(curves.speed) / RPM
     measured, has_phase = _of_values(curves.responses.measured)
     values = {"model before": curves.responses.before, "model after": curves.responses.after}
     left = {"model before": curves.residuals.before, "model after": curves.residuals.after}
+    fine = {"model before": curves.fine_before, "model after": curves.fine_after}
     at_speeds = {name: _of_values(found)[0] / MICROMETRE for name, found in values.items() if found is not None}
+    coarse = {name: ModelCurve(speed, found, curves.breaks) for name, found in at_speeds.items()}
+    drawn = {name: _curve(found) for name, found in fine.items() if found is not None}
     return Response(
         speed=speed,
         channels=curves.channels,
         measured=measured / MICROMETRE,
         has_phase=has_phase,
         sd=None,
-        curves={name: ModelCurve(speed, found, curves.breaks) for name, found in at_speeds.items()},
+        curves=coarse | drawn,
         at_speeds=at_speeds,
         residuals={name: _parts(found) for name, found in left.items() if found is not None},
     )
+
+
+def _curve(fine: FineCurve) -> ModelCurve:
+    return ModelCurve(as_array(fine.speed) / RPM, _complex(fine), fine.breaks)
 
 
 def _complex(polar: Polar | FineCurve) -> ComplexArray:
