@@ -131,8 +131,8 @@ def test_each_direction_has_one_name(direction, message):
 
 def test_a_rotor_file_names_a_probe_by_its_angle(tmp_path):
     example = (Path(__file__).resolve().parents[2] / "docs/examples/rotor.yaml").read_text(encoding="utf-8")
-    assert "direction: x" in example
-    (tmp_path / "rotor.yaml").write_text(example.replace("direction: x", "direction: -45", 1), encoding="utf-8")
+    assert "direction: x}" in example
+    (tmp_path / "rotor.yaml").write_text(example.replace("direction: x}", "direction: -45}", 1), encoding="utf-8")
     made = ksmea.load_problem(tmp_path / "rotor.yaml")
     assert made.problem.channels[0].direction == "-45"
 
