@@ -1,7 +1,7 @@
 """What damaged files do: mutated rotors, extended problems, run-ups, campaigns, plans and records, and how the program answers
 each.
 
-    python benchmarks/fuzz_files.py [rotor extended run_up campaign campaign_runs plan records] [--trials 500] [--seed 0]
+    python -m benchmarks.fuzz_files [rotor extended run_up campaign campaign_runs plan records] [--trials 500] [--seed 0]
 
 A trial is one mutated file in a process of its own, with 25 s and 2 GB. A file may be fine or be refused in one line;
 everything else is counted, and the first of each kind is printed with the seed that makes it again (`--only SEED`).
@@ -16,10 +16,7 @@ import json
 import os
 import random
 import re
-import resource
-import select
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
@@ -39,6 +36,7 @@ from unittest.mock import patch
 
 from bench import door
 from bench.reports import summary
+from benchmarks.isolated_trial import Outcome, isolated
 from ksmea.alignment import aligned
 from ksmea.contracts import Problem
 from ksmea.errors import SettingError
@@ -94,14 +92,6 @@ DATA: list[Any] = [
     {"name": "x"},
     {"a": {"b": []}},
 ]  # fmt: skip
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What a file did: `fine`, `refused`, or one of the faults; `detail` is its last words."""
-
-    kind: str
-    detail: str = ""
 
 
 def mutated_text(content: bytes, rng: random.Random) -> bytes:
@@ -315,26 +305,7 @@ def outcome_of(kind: str, content: bytes, folder: Path) -> Outcome:
 
 def trial(kind: str, content: bytes, folder: Path) -> Outcome:
     """The same in a process of its own within the limits."""
-    reading, writing = os.pipe()
-    child = os.fork()
-    if child == 0:
-        os.close(reading)
-        resource.setrlimit(resource.RLIMIT_AS, (BYTES, BYTES))
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        outcome = outcome_of(kind, content, folder)
-        with open(writing, "w") as pipe:
-            json.dump([outcome.kind, outcome.detail[-3000:]], pipe)
-        os._exit(0)
-    os.close(writing)
-    with open(reading) as pipe:
-        ready = select.select([pipe], [], [], SECONDS)[0]
-        if not ready:
-            os.kill(child, signal.SIGKILL)
-        answer = pipe.read() if ready else ""
-    _, code = os.waitpid(child, 0)
-    if not ready:
-        return Outcome("hang", f"more than {SECONDS} s")
-    return Outcome(*json.loads(answer)) if answer else Outcome("died", f"signal or code {code}")
+    return isolated(lambda: outcome_of(kind, content, folder), SECONDS, BYTES)
 
 
 def fuzz(kind: str, seeds: range, origin: Path, place: Path) -> dict[int, Outcome]:

@@ -15,19 +15,14 @@ import argparse
 import contextlib
 import dataclasses
 import io
-import json
 import os
 import random
-import resource
-import select
-import signal
 import sys
 import tempfile
 import time
 import traceback
 import unicodedata
 from collections import Counter
-from dataclasses import dataclass
 from pathlib import Path
 
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -37,6 +32,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"))
 
+from benchmarks.isolated_trial import Outcome, isolated
 from instrument_files import TABLES, Example, waveform
 from ksmea.errors import SettingError
 from ksmea.measurement import Measurement
@@ -70,14 +66,6 @@ TOKENS = [
     b"\x00",
 ]
 BINARY = ("excel", "mat", "uff58b")
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What a file did, and its last words."""
-
-    kind: str
-    detail: str = ""
 
 
 def mutated(content: bytes, rng: random.Random, *, binary: bool) -> bytes:
@@ -213,26 +201,7 @@ def outcome_of(name: str, content: bytes, example: Example, healthy: Measurement
 
 def trial(name: str, content: bytes, example: Example, healthy: Measurement, folder: Path) -> Outcome:
     """The same in a process of its own within the limits."""
-    reading, writing = os.pipe()
-    child = os.fork()
-    if child == 0:
-        os.close(reading)
-        resource.setrlimit(resource.RLIMIT_AS, (BYTES, BYTES))
-        resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        outcome = outcome_of(name, content, example, healthy, folder)
-        with open(writing, "w") as pipe:
-            json.dump([outcome.kind, outcome.detail[-3000:]], pipe)
-        os._exit(0)
-    os.close(writing)
-    with open(reading) as pipe:
-        ready = select.select([pipe], [], [], SECONDS)[0]
-        if not ready:
-            os.kill(child, signal.SIGKILL)
-        answer = pipe.read() if ready else ""
-    _, code = os.waitpid(child, 0)
-    if not ready:
-        return Outcome("hang", f"more than {SECONDS} s")
-    return Outcome(*json.loads(answer)) if answer else Outcome("died", f"signal or code {code}")
+    return isolated(lambda: outcome_of(name, content, example, healthy, folder), SECONDS, BYTES)
 
 
 def fuzz(name: str, seeds: range, folder: Path, *, apart: bool = True) -> dict[int, Outcome]:

@@ -2,21 +2,10 @@
 
 from __future__ import annotations
 
-import importlib
-from contextlib import ExitStack
-from typing import Any
-from unittest.mock import patch
-
 import ksmea
-from benchmarks import diagnosis_cost
-from benchmarks.diagnosis_cost import DATA, DIAGNOSIS, SEEDS, Clock
+from benchmarks.diagnosis_cost import DATA, SEEDS, measured
 from benchmarks.harness.task import Task
 
-PARTS = {  # by the modules that call them, and names
-    **diagnosis_cost.PARTS,
-    "second effects": ((DIAGNOSIS, "pairs_beside"), (DIAGNOSIS, "alternatives")),
-    "observability": ((DIAGNOSIS, "smallest_detectable"), (DIAGNOSIS, "collinearities")),
-}
 EFFECTS = (
     "mass",
     "runout",
@@ -31,31 +20,7 @@ EFFECTS = (
 
 def diagnosis(data: str) -> Task:
     """With all effects, each turn data of another seed."""
-    rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.2, 0.5])
-
-    def run(turn: int) -> dict[str, float]:
-        seed = SEEDS[turn % len(SEEDS)]
-        measurement = ksmea.synthetic_measurement(
-            rotor, relative=0.05, kind="complex", hidden=DATA[data], rng=seed
-        ).measurement
-        return by_part(lambda: ksmea.diagnose(rotor, measurement))
-
-    return Task(run, parts=lambda seconds: seconds)
-
-
-def by_part(diagnose: Any) -> dict[str, float]:
-    """CPU seconds of each part of a diagnosis, without those of the others that it calls."""
-    clock = Clock()
-    with ExitStack() as stack:
-        for part, places in PARTS.items():
-            for module, name in places:
-                called = getattr(importlib.import_module(module), name)
-                stack.enter_context(patch(f"{module}.{name}", clock.timed(part, called)))
-        clock.switch()
-        clock.seconds.clear()
-        diagnose()
-        clock.switch()
-    return dict(clock.seconds)
+    return Task(lambda turn: dict(measured(DATA[data], SEEDS[turn % len(SEEDS)])[1]), parts=lambda seconds: seconds)
 
 
 def of_effects(n_effect: int) -> Task:

@@ -9,7 +9,7 @@ from pydacefit.dace import DACE
 from pydacefit.regr import regr_linear
 
 from benchmarks.harness.task import Task
-from benchmarks.tasks.responses import read
+from benchmarks.tasks.responses import fit_by, predict_by
 
 
 def fitted(u: np.ndarray, y: np.ndarray) -> DACE:
@@ -23,15 +23,8 @@ def fitted(u: np.ndarray, y: np.ndarray) -> DACE:
 
 
 def fit(samples: str) -> Task:
-    data = read(samples)
-    return Task(
-        lambda turn: fitted(data.u, data.y),
-        quality=lambda model: data.rmse(model.predict(data.held_out_u)),
-        units=data.y.shape[1],
-    )
+    return fit_by(fitted, samples)
 
 
 def predict(samples: str, points: int) -> Task:
-    data = read(samples)
-    model, u = fitted(data.u, data.y), data.many_u[:points]
-    return Task(lambda turn: model.predict(u), values=lambda found: found, units=points * data.y.shape[1])
+    return predict_by(fitted, samples, points)

@@ -14,7 +14,7 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF
 
 from benchmarks.harness.task import Task
-from benchmarks.tasks.responses import read
+from benchmarks.tasks.responses import fit_by, predict_by, read
 
 LENGTHS = (1 / np.sqrt(2 * 1e3), 1 / np.sqrt(2 * 1e-3))  # θ from 1e-3 to 1e3
 
@@ -29,18 +29,11 @@ def fitted(u: np.ndarray, y: np.ndarray, kernel: RBF | None = None) -> GaussianP
 
 
 def fit(samples: str) -> Task:
-    data = read(samples)
-    return Task(
-        lambda turn: fitted(data.u, data.y),
-        quality=lambda model: data.rmse(model.predict(data.held_out_u)),
-        units=data.y.shape[1],
-    )
+    return fit_by(fitted, samples)
 
 
 def predict(samples: str, points: int) -> Task:
-    data = read(samples)
-    model, u = fitted(data.u, data.y), data.many_u[:points]
-    return Task(lambda turn: model.predict(u), values=lambda found: found, units=points * data.y.shape[1])
+    return predict_by(fitted, samples, points)
 
 
 def append(samples: str) -> Task:

@@ -3,11 +3,16 @@ unknowns, or one of these outputs. It is made once by this project and handed to
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from benchmarks.harness.task import Task
+
+Fitted = Callable[[np.ndarray, np.ndarray], Any]  # a model of points (n, 5) and outputs (n, q)
 N_HELD_OUT, N_MANY = 1000, 10_000
 ONE = 42  # the output of those who fit one at a time: x at 725 rad/s, between two critical speeds
 
@@ -47,6 +52,23 @@ def write(path: Path, n: int, q: int) -> None:
     many = np.random.default_rng(2).random((N_MANY, 5))
     arrays = [u, outputs(u), more[0], outputs(more)[0], held_out, outputs(held_out), many]
     np.savez(path, **dict(zip(Samples.__dataclass_fields__, arrays, strict=True)))
+
+
+def fit_by(fitted: Fitted, samples: str) -> Task:
+    """A fit by a library whose models have `predict`, of all outputs; how good it is, at points held out."""
+    data = read(samples)
+    return Task(
+        lambda turn: fitted(data.u, data.y),
+        quality=lambda model: data.rmse(model.predict(data.held_out_u)),
+        units=data.y.shape[1],
+    )
+
+
+def predict_by(fitted: Fitted, samples: str, points: int) -> Task:
+    """So many predictions of all outputs by such a model."""
+    data = read(samples)
+    model, u = fitted(data.u, data.y), data.many_u[:points]
+    return Task(lambda turn: model.predict(u), values=lambda found: found, units=points * data.y.shape[1])
 
 
 def read(path: str) -> Samples:

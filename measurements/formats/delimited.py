@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ksmea.errors import SettingError, shortened
-from measurements.formats.sheet import Sheet, unit_row
+from measurements.formats.sheet import Sheet, SheetRows, require_distinct
 from measurements.formats.texts import SEPARATORS, rows_of_cells, text_of
 from measurements.run_up_rows import MAX_ROWS, REQUIRED
 
@@ -28,33 +28,26 @@ def read_delimited(content: bytes, path: str, headings: Sequence[str], most_rows
 def _table(text: str, separator: str, path: str, headings: list[str], most_rows: int) -> Sheet | None:
     if separator not in text and len(headings) != 1:
         return None
-    names: list[str] = []
-    lines: list[int] = []
-    rows: list[list[str]] = []
-    units: dict[str, str] = {}
+    rows: SheetRows | None = None
     for number, cells in rows_of_cells(text, separator, path):
         if cells[0].startswith("#") and not _is_header(cells, headings):
             continue
-        if not names:
+        if rows is None:
             if _is_header(cells, headings):
-                names = _headings(cells, f"{path} line {number}")
+                require_distinct(cells, f"{path} line {number}")
+                rows = SheetRows(path, cells, most_rows)
             continue
-        if len(cells) > len(names) and not any(cells[len(names) :]):
-            cells = cells[: len(names)]
-        if len(cells) != len(names):
-            raise SettingError(f"{path} line {number}: expected {len(names)} cells as in the header, got {len(cells)}")
-        if not rows and not units and (found := unit_row(names, cells)) is not None:
-            units = found
-            continue
-        if len(rows) == most_rows:
-            raise SettingError(f"{path} line {number}: expected at most {most_rows} rows, got more; thin them out")
-        lines.append(number)
-        rows.append(cells)
-    if not names:
+        n = len(rows.names)
+        if len(cells) > n and not any(cells[n:]):
+            cells = cells[:n]
+        if len(cells) != n:
+            raise SettingError(f"{path} line {number}: expected {n} cells as in the header, got {len(cells)}")
+        rows.add(number, cells)
+    if rows is None:
         return None
-    if not rows:
+    if (sheet := rows.sheet()) is None:
         raise SettingError(f"{path}: expected rows below the header, got none")
-    return Sheet(path, lines, {name: [row[index] for row in rows] for index, name in enumerate(names) if name}, units)
+    return sheet
 
 
 def _is_header(cells: Sequence[str], headings: Sequence[str]) -> bool:
@@ -63,10 +56,3 @@ def _is_header(cells: Sequence[str], headings: Sequence[str]) -> bool:
     if not plain and headings:  # columns by number alone: the first line that has as many
         return len(cells) >= max(int(each[1:]) for each in headings)
     return {each.lower() for each in plain or REQUIRED} <= lowered
-
-
-def _headings(cells: Sequence[str], where: str) -> list[str]:
-    for name in cells:
-        if name and list(cells).count(name) > 1:
-            raise SettingError(f"{where}: expected each heading once, got {shortened(repr(name))} twice; rename one")
-    return list(cells)

@@ -9,7 +9,7 @@ from datetime import datetime
 from typing import Any
 
 from ksmea.errors import SettingError, shortened, unknown
-from measurements.formats.sheet import Cell, Sheet, unit_row
+from measurements.formats.sheet import Cell, Sheet, SheetRows, require_distinct
 from measurements.run_up_rows import MAX_BYTES, MAX_ROWS, REQUIRED, quoted
 
 MAX_COLUMNS = 1000
@@ -72,41 +72,28 @@ def _chosen(names: list[str], sheet: str, path: str) -> str:
 
 
 def _table(book: Any, path: str, sheet: str, headings: list[str], most_rows: int) -> Sheet:
-    names: list[str] = []
-    lines: list[int] = []
-    rows: list[list[Cell]] = []
-    units: dict[str, str] = {}
+    rows: SheetRows | None = None
     wanted = {each.lower() for each in headings if not each.startswith("#")} or set(REQUIRED)
     where = f"{path} sheet {shortened(sheet)}"
     for number, values in enumerate(book[sheet].iter_rows(values_only=True, max_col=MAX_COLUMNS), start=1):
         cells = [_cell(value) for value in values]
         if not any(cell != "" for cell in cells):
             continue
-        if not names:
-            texts = [str(cell).strip() for cell in cells]
-            if wanted <= {text.lower() for text in texts}:
-                names = texts
-                for name in names:
-                    if name and names.count(name) > 1:
-                        raise SettingError(
-                            f"{where} line {number}: expected each heading once, got {shortened(repr(name))} twice; rename one"
-                        )
+        if rows is None:
+            names = [str(cell).strip() for cell in cells]
+            if wanted <= {name.lower() for name in names}:
+                require_distinct(names, f"{where} line {number}")
+                rows = SheetRows(where, names, most_rows)
             continue
-        cells = cells[: len(names)] + [""] * (len(names) - len(cells))
-        if not rows and not units and (found := unit_row(names, cells)) is not None:
-            units = found
-            continue
-        if len(rows) == most_rows:
-            raise SettingError(f"{where} line {number}: expected at most {most_rows} rows, got more; thin them out")
-        lines.append(number)
-        rows.append(cells)
-    if not names:
+        n = len(rows.names)
+        rows.add(number, cells[:n] + [""] * (n - len(cells)))
+    if rows is None:
         raise SettingError(
             f"{where}: expected a row with the headings {shortened(', '.join(sorted(wanted)), 200)}, got none"
         )
-    if not rows:
+    if (found := rows.sheet()) is None:
         raise SettingError(f"{where}: expected rows below the headings, got none")
-    return Sheet(where, lines, {name: [row[index] for row in rows] for index, name in enumerate(names) if name}, units)
+    return found
 
 
 def _cell(value: object) -> Cell:

@@ -78,6 +78,45 @@ class Sheet:
         )
 
 
+class SheetRows:
+    """Rows below the headings of a table, as they are read one after the other."""
+
+    def __init__(self, where: str, names: Sequence[str], most_rows: int) -> None:
+        self.names = names
+        self._where, self._most_rows = where, most_rows
+        self._units: dict[str, str] = {}
+        self._lines: list[int] = []
+        self._rows: list[Sequence[Cell]] = []
+
+    def add(self, number: int, cells: Sequence[Cell]) -> None:
+        """A row with a cell for each heading, from that line of the file; the first may hold the units."""
+        if not self._rows and not self._units and (found := unit_row(self.names, cells)) is not None:
+            self._units = found
+            return
+        if len(self._rows) == self._most_rows:
+            raise SettingError(
+                f"{self._where} line {number}: expected at most {self._most_rows} rows, got more; thin them out"
+            )
+        self._lines.append(number)
+        self._rows.append(cells)
+
+    def sheet(self) -> Sheet | None:
+        """The table; None where no row followed."""
+        if not self._rows:
+            return None
+        columns: dict[str, Sequence[Cell] | Array | ComplexArray] = {
+            name: [row[index] for row in self._rows] for index, name in enumerate(self.names) if name
+        }
+        return Sheet(self._where, self._lines, columns, self._units)
+
+
+def require_distinct(names: Sequence[str], where: str) -> None:
+    """Raise `SettingError` where a heading stands twice."""
+    for name in names:
+        if name and list(names).count(name) > 1:
+            raise SettingError(f"{where}: expected each heading once, got {shortened(repr(name))} twice; rename one")
+
+
 def unit_row(headings: Sequence[str], cells: Sequence[Cell]) -> dict[str, str] | None:
     """The units of a row below the headings; None where the row holds anything else."""
     texts = [_as_text(cell).strip("[]() ") for cell in cells]

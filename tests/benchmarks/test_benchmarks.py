@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 
 import ksmea
+from benchmarks.diagnosis_cost import PARTS, by_part
 from benchmarks.harness import command
 from benchmarks.harness.check import compared, slower
 from benchmarks.harness.figure import ratio_figure
@@ -21,7 +22,6 @@ from benchmarks.harness.report import page, text
 from benchmarks.harness.row import HERE, WALL, Contestant, Row
 from benchmarks.harness.setup import required
 from benchmarks.harness.table import COLUMNS, lines_of, merged, read, table, write
-from benchmarks.tasks.diagnose_here import PARTS, by_part
 from ksmea.errors import SettingError
 from ksmea.show.style import png
 
@@ -227,7 +227,7 @@ def test_parts_of_a_diagnosis_add_up_to_all_of_it():
     rotor = ksmea.load_problem("three_disk", n_speed=15, sensors=[0.1, 0.5])
     data = ksmea.synthetic_measurement(rotor, relative=0.05, kind="complex", rng=1)
     started = time.process_time()
-    parts = by_part(lambda: ksmea.diagnose(rotor, data, effects=["runout"], locate=False))
+    _, parts = by_part(lambda: ksmea.diagnose(rotor, data, effects=["runout"], locate=False))
     whole = time.process_time() - started
     assert {"screening", "baseline", "fits", "intervals", "observability"} <= set(parts) <= {*PARTS, "rest"}
     assert 0.8 * whole < sum(parts.values()) <= whole  # what is left out is the patching itself

@@ -13,6 +13,7 @@ from bench.reports.pages import bundle
 from bench.reports.pages.blocks import Blocks
 from bench.reports.pages.prose import safe
 
+PAGE = "index.html"  # of a folder
 FACTS = "ksmea-bench"  # name of the element that says what a page is about
 FACTS_WITHIN = 8192  # characters from the beginning of a page
 _FACTS = re.compile(rf'<meta name="{FACTS}" content="([^"]*)">')

@@ -10,12 +10,11 @@ from bench.jobs.lines import RESULTS
 from bench.plan.page import Block, Page, Picture, Prose, Section
 from bench.plan.plan import Plan
 from bench.plan.report import Made
-from bench.reports.pages.document import document
+from bench.reports.pages.document import PAGE, document
 from bench.reports.pages.made_by import made_by_section, runs_section, settings_section
 from bench.reports.pages.prose import is_aligned
 from ksmea.errors import shortened
 
-PAGE = "index.html"
 OLDEST_STUDY = "identify"  # of plans that name none
 LONGEST_HEADLINE = 300  # characters that an index shows
 

@@ -13,14 +13,13 @@ from urllib.parse import quote
 
 from bench.plan.plan import PLAN_FILE
 from bench.reports.pages import bundle
-from bench.reports.pages.document import FACTS, FACTS_WITHIN, facts_of
+from bench.reports.pages.document import FACTS, FACTS_WITHIN, PAGE, facts_of
 from bench.reports.pages.made_by import command_line
 from bench.reports.pages.prose import safe
 from bench.storage.files import replace_file
 from ksmea.errors import SettingError, shortened
 from ksmea.regular_files import open_regular
 
-PAGE = "index.html"
 RESULTS = "results"  # folder whose index is kept by itself
 DEPTHS = ("*", "*/*")  # below the folder: experiments, and those that an experiment includes
 LONGEST = 300  # characters of what was found
