@@ -2,8 +2,24 @@
 
 import os
 
+import pytest
+
 # As bench/__main__.py does for its workers, so that those of this process compute the same to the last digit.
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")
 
 collect_ignore = ["helpers/run_ups_by_ross.py"]  # needs the extra `peers`, as tests/test_peer_data.py says
+
+
+@pytest.hookimpl(tryfirst=True)  # before xdist reads the groups
+def pytest_collection_modifyitems(items):
+    """Tests that share a fixture of their module are one worker's: each other worker would make the fixture again."""
+    for item in items:
+        if item.get_closest_marker("xdist_group") is None and shares_with_its_module(item):
+            item.add_marker(pytest.mark.xdist_group(item.location[0]))
+
+
+def shares_with_its_module(item):
+    """Whether a fixture of the test is made once for a module."""
+    definitions = item._fixtureinfo.name2fixturedefs.values()  # pytest has no public way to ask
+    return any(found[-1].scope == "module" for found in definitions)
