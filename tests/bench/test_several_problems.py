@@ -9,6 +9,7 @@ from bench.plan.plan import read_plan
 from bench.reports.collect import collect
 from bench.reports.figures import cells_with
 from bench.reports.history_figures import updates_figure
+from ksmea import registry
 
 FIGURES = "figures=[updates,response,cost]"
 TWO = ["problem=three_disk,rk4_two_disk", "measurement.relative=0.05", "repetitions=1", "workers=1", FIGURES]
@@ -124,6 +125,15 @@ def others(tmp_path_factory):
     return os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])
 
 
+@pytest.fixture
+def others_here(enter, others, monkeypatch):
+    """The bench with that package inside this process, whose registry forgets it afterwards."""
+    monkeypatch.syspath_prepend(others.partition(os.pathsep)[0])
+    registry.registered.cache_clear()
+    yield enter
+    registry.registered.cache_clear()
+
+
 def test_a_report_of_another_package_is_made(shell, cheapest, others, tmp_path):
     words = [*cheapest, "table=worst", "repetitions=2", "workers=1", "problem=three_disk,rk4_two_disk"]
     ended = shell(*words, cwd=tmp_path, output="results/run", PYTHONPATH=others)
@@ -131,16 +141,19 @@ def test_a_report_of_another_package_is_made(shell, cheapest, others, tmp_path):
     assert ended.err == "failed.png: cannot be drawn (RuntimeError: no ink); the tables are written\n"
     assert (ended.output / "worst.txt").read_text() == ended.out.splitlines()[0]
     assert (ended.output / "drawn.png").read_bytes() == b"ink" and len(ended.runs()) == 4
-    refused = shell(*cheapest, "table=homeless", cwd=tmp_path, PYTHONPATH=others)
+
+
+def test_a_report_of_no_study_is_refused(others_here, cheapest):
+    refused = others_here(*cheapest, "table=homeless")
     assert refused.code == 2 and refused.err.startswith(
         "error: table=homeless: expected Homeless to name the study whose records it is made of, got none"
     )
 
 
-def test_a_report_that_raises_is_one_line_and_leaves_records_and_earlier_tables(shell, cheapest, others, tmp_path):
+def test_a_report_that_raises_is_one_line_and_leaves_records_and_earlier_tables(others_here, cheapest):
     words = [*cheapest, "repetitions=1", "workers=1"]
-    shell(*words, "table=worst", cwd=tmp_path, output="results/run", PYTHONPATH=others)
-    broken = shell(*words, "table=breaks", cwd=tmp_path, output="results/run", PYTHONPATH=others)
+    others_here(*words, "table=worst")
+    broken = others_here(*words, "table=breaks")
     assert broken.code == 1 and broken.err.count("\n") == 1
     assert broken.err.startswith("Breaks of ") and broken.err.endswith(
         r"cannot be made (KeyError: 'no such\ncolumn'); records and earlier tables stay" + "\n"
