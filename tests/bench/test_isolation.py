@@ -91,23 +91,29 @@ def packages(tmp_path_factory):
 
 
 @pytest.fixture
-def with_mine(shell, packages, tmp_path):
-    return lambda *words, **options: shell(*words, cwd=tmp_path, PYTHONPATH=packages, output="results/run", **options)
+def enter_with_mine(enter, packages, monkeypatch):
+    """The bench with these plugins inside this process, whose registry and Hydra's store forget them afterwards."""
+    monkeypatch.syspath_prepend(packages)
+    registry.registered.cache_clear()
+    yield enter
+    registry.registered.cache_clear()
+    for name in NAMES:
+        ConfigStore.instance().repo.get("optimizer", {}).pop(f"{name}.yaml", None)
 
 
-def test_it_runs_with_its_settings(with_mine):
-    ended = with_mine("optimizer=mine", "optimizer.my_setting=3", "method=direct", "repetitions=2")
+def test_it_runs_with_its_settings(enter_with_mine):
+    ended = enter_with_mine("optimizer=mine", "optimizer.my_setting=3", "method=direct", "repetitions=2")
     assert (ended.code, ended.err) == (0, "")
     assert ended.runs()["model_evaluations"].tolist() == [3, 3]
     assert ended.cells()[0]["settings"]["optimizer"] == {"name": "mine", "my_setting": 3, "behaviour": "good"}
 
 
-def test_what_draws_from_global_generators_draws_anew_in_each_run_whatever_the_workers(with_mine, tmp_path):
+def test_what_draws_from_global_generators_draws_anew_in_each_run_whatever_the_workers(enter_with_mine, tmp_path):
     words = ["optimizer=mine", "optimizer.behaviour=draws globally", "method=direct", "repetitions=3", "seed=4"]
     words += ["measurement.relative=0", "measurement.floor=0"]  # the same data in all repetitions
     found = []
     for n in (1, 3):
-        assert with_mine(*words, f"workers={n}", f"output=results/workers{n}").code == 0
+        assert enter_with_mine(*words, f"workers={n}", f"output=results/workers{n}").code == 0
         runs = pd.read_csv(tmp_path / "results" / f"workers{n}" / "runs.csv").sort_values("repetition")
         found.append(runs["kxx"].tolist())
     assert found[0] == found[1] and len(set(found[0])) == 3
@@ -119,17 +125,6 @@ def test_a_run_draws_no_numbers_of_the_global_generators_around_it():
     execute(settings, component_seeds(0, 1))
     assert (random.getstate(), np.random.get_state()[1].tolist()) == before
     assert global_entropy(component_seeds(2, 1)) == [2, 1, 7] and 7 not in SEED_PLACES.values()
-
-
-@pytest.fixture
-def enter_with_mine(enter, packages, monkeypatch):
-    """The same inside this process, where the registry and Hydra's store forget them afterwards."""
-    monkeypatch.syspath_prepend(packages)
-    registry.registered.cache_clear()
-    yield enter
-    registry.registered.cache_clear()
-    for name in NAMES:
-        ConfigStore.instance().repo.get("optimizer", {}).pop(f"{name}.yaml", None)
 
 
 def test_it_appears_in_help_beside_what_cannot_be_loaded(enter_with_mine):
@@ -177,6 +172,12 @@ HARM = {
     "asks nothing": ("error", "none of the 0 points of the optimiser has a finite misfit"),
 }
 HARMLESS = ["good", "returns NaN"]  # the objective knows the best point, whatever is returned
+
+
+@pytest.fixture
+def with_mine(shell, packages, tmp_path):
+    """The same in a process of its own."""
+    return lambda *words, **options: shell(*words, cwd=tmp_path, PYTHONPATH=packages, output="results/run", **options)
 
 
 def test_whatever_it_does_costs_its_own_runs_only(with_mine):
