@@ -198,8 +198,21 @@ BAD = {  # content, what the one line has to contain
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("case", BAD)
-def test_a_file_that_does_not_fit_is_one_clear_line(case, enter, tmp_path):
+OFF = "off the shaft"  # which the file does not know
+
+
+@pytest.mark.parametrize("case", [case for case in BAD if case != OFF])
+def test_a_file_that_does_not_fit_is_one_clear_line(case, written):
+    content, expected = BAD[case]
+    with pytest.raises(SettingError) as caught:
+        written(content)
+    line = str(caught.value)
+    assert "run.csv" in line and expected in line
+    assert len(line) < 400 and line.isprintable()
+
+
+@pytest.mark.parametrize("case", [OFF, "NaN", "PNG", "too many"])
+def test_the_command_line_refuses_it_in_that_line(case, enter, tmp_path):
     content, expected = BAD[case]
     (tmp_path / "run.csv").write_bytes(content if isinstance(content, bytes) else content.encode())
     ended = enter("+experiment=identify", "measurement.path=run.csv", output="results/identify_run")
