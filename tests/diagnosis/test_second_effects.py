@@ -16,10 +16,19 @@ NOISE = Noise(0.05, 5e-8)
 EFFORT = Effort(screening=1024, starts=6, scan=64, scan_values=8, effect_starts=3)  # less than half of the default
 
 
+N_SPEED = 27  # half of the default: effects that change the rotor are reduced at each
+
+
+@pytest.fixture(scope="module")
+def rotor():
+    """The baseline model that data are fitted with."""
+    return ThreeDisk(sensors=SENSORS, n_speed=N_SPEED).build().with_phase_origin()
+
+
 @pytest.fixture(scope="module")
 def fine():
     """Another mesh and route than the model that is fitted."""
-    return ThreeDisk(mesh=26, sensors=SENSORS).build().with_phase_origin()
+    return ThreeDisk(mesh=26, sensors=SENSORS, n_speed=N_SPEED).build().with_phase_origin()
 
 
 def few(*names):
