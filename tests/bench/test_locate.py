@@ -47,35 +47,35 @@ def test_it_says_where_something_acts_and_writes_what_it_found(located):
 @pytest.mark.parametrize(
     "words, said",
     [
-        (["+experiment=identify", "measurement=synthetic"], "local u x = "),
+        (["+experiment=identify", "measurement=synthetic", "optimizer.screening=500", "optimizer.starts=2"], "local u x = "),
         (["+experiment=identifiability", "study.variations=[]"], "local_u_y"),
         (["+experiment=plan", "study.target=local_u_x", "study.add=1", "study.sensors=0"], "local_u_x"),
         (["+experiment=diagnose", "study.effects=[runout]", "study.screening=256"], "could be noise"),
         (["+experiment=locate", *FEW], "nothing needs to be located"),
     ],
 )
-def test_the_extended_model_is_one_for_every_study_from_any_folder(located, shell, tmp_path, words, said):
+def test_the_extended_model_is_one_for_every_study_from_any_folder(located, enter, words, said):
     """Data of the located model itself, wherever the study is run."""
     extended = ["problem=extended", f"problem.file={located.output / 'extended.yaml'}", "repetitions=1"]
     noise = ["measurement.kind=complex", "measurement.relative=0.05", "measurement.floor=0.05"]
-    ended = shell(*words, *extended, *noise, cwd=tmp_path, output="results/again")
+    ended = enter(*words, *extended, *noise, "workers=1")
     assert ended.code == 0, ended.err
     assert said in ended.out
 
 
-def test_a_law_of_older_results_goes_with_its_file(shell, located, tmp_path):
+def test_a_law_of_older_results_goes_with_its_file(enter, tmp_path):
     """A location where nothing is missing writes no extended model, and takes that of other data away."""
     (tmp_path / "results" / "locate").mkdir(parents=True)
     (tmp_path / "results" / "locate" / "extended.yaml").write_text("old")
     hidden = ("measurement.hidden", "measurement.sizes")
     plain = [word for word in DATA if not word.startswith(hidden)]
-    ended = shell("+experiment=locate", *plain, *FEW, cwd=tmp_path, output="results/locate")
+    ended = enter("+experiment=locate", *plain, *FEW, output="results/locate")
     assert ended.code == 0 and "nothing needs to be located" in ended.out
     assert not (ended.output / "extended.yaml").exists() and "extended.yaml" not in ended.out
 
 
-def test_many_runs_are_counted(shell, tmp_path):
-    ended = shell("+experiment=locate", *DATA, *FEW, "repetitions=2", cwd=tmp_path, output="results/locate")
+def test_many_runs_are_counted(enter):
+    ended = enter("+experiment=locate", *DATA, *FEW, "repetitions=2", output="results/locate")
     assert ended.code == 0, ended.err
     assert "accepted (median)" in ended.out
     runs = pd.read_csv(ended.output / "runs.csv")
@@ -92,6 +92,6 @@ def test_many_runs_are_counted(shell, tmp_path):
         (["study.kinds=[torque]"], "unknown kind"),
     ],
 )
-def test_what_cannot_be_located_is_refused_in_one_line(shell, tmp_path, words, what):
-    ended = shell("+experiment=locate", *DATA, *words, cwd=tmp_path)
+def test_what_cannot_be_located_is_refused_in_one_line(enter, words, what):
+    ended = enter("+experiment=locate", *DATA, *words)
     assert ended.code == 2 and what in ended.err and len(ended.err.strip().splitlines()) == 1

@@ -2,6 +2,7 @@
 
 import dataclasses
 import platform
+import shutil
 from collections import Counter
 
 import pytest
@@ -38,22 +39,26 @@ def test_each_session_says_on_what_it_computed(resumed):
     assert Counter(processors(resumed[1].output).values()) == {"x86_64 Nehalem": 4, "x86_64 Katmai": 2}
 
 
-def test_a_mixture_is_told_below_the_table_and_by_status(resumed, shell):
+@pytest.fixture
+def here(resumed, tmp_path):
+    """A copy of its results in the test's own working directory."""
+    shutil.copytree(resumed[1].output, tmp_path / "results/run")
+
+
+def test_a_mixture_is_told_below_the_table_and_by_status(resumed, here, enter):
     """Nothing is stale: the runs of the first kernel stay, and it is said."""
     first, second = resumed
     assert "several kinds of processors" not in first.out and MIXED in second.out
-    status = shell("status", "run", cwd=second.output.parents[1])
+    status = enter("status", "run")
     assert status.code == 0 and MIXED in status.out and "stale      0" in status.out
-    assert MIXED in shell("collect", "run", cwd=second.output.parents[1]).out
+    assert MIXED in enter("collect", "run").out
 
 
-def test_explain_names_the_kernel_of_a_run(resumed, shell):
+def test_explain_names_the_kernel_of_a_run(resumed, here, enter):
     runs = resumed[1].runs()
     for repetition, kernel in ((0, "Nehalem"), (2, "Katmai")):
         key = runs.loc[runs["repetition"] == repetition, "key"].iloc[0]
-        assert (
-            shell("explain", key, cwd=resumed[1].output.parents[1]).out.splitlines()[-1] == f"done on x86_64 {kernel}"
-        )
+        assert enter("explain", key).out.splitlines()[-1] == f"done on x86_64 {kernel}"
 
 
 def test_runs_that_are_taken_over_keep_the_kernel_that_computed_them(resumed, shell, cheapest):
