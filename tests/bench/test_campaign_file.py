@@ -160,7 +160,8 @@ def test_identify_from_the_command_line(folder, enter):
 
 def test_a_weight_on_no_disk_is_remarked(folder, enter):
     (folder / "beside.yaml").write_text(TWO_RUNS.replace("position: 1.0", "position: 0.33"))
-    ended = enter("+experiment=identify", "workers=1", "measurement=campaign", "measurement.path=beside.yaml")
+    cheap = ["workers=1", "optimizer.screening=200", "optimizer.starts=2", "study.intervals=none"]
+    ended = enter("+experiment=identify", *cheap, "measurement=campaign", "measurement.path=beside.yaml")
     assert "run trial: 150 g mm at 0.33 m, 60° sits on no disk (disk 1 at 0.2 m, disk 2 at 0.5 m" in ended.out
 
 

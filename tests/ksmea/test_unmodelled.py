@@ -6,7 +6,9 @@ import pytest
 import ksmea
 from ksmea.errors import SettingError
 from ksmea.studies.identify import AUTO, location_options
+from optimizers.lm import LM
 
+FAST = {"optimizer": LM(screening=1000, starts=3), "rng": 0}
 SETTINGS = {"relative": 0.05, "floor": 0.1, "kind": "complex", "noise_known": False, "mesh": 26, "route": "dense"}
 
 
@@ -26,7 +28,7 @@ def at(data):
 
 
 def test_beside_the_force_at_its_place_the_stiffnesses_are_true(rotor, data):
-    result = ksmea.identify(rotor, data, unmodelled=at(data), rng=0)
+    result = ksmea.identify(rotor, data, unmodelled=at(data), **FAST)
     [site] = result.record.location.sites
     assert (site.kind, site.position) == ("force", at(data))
     table = result.to_frame().set_index("parameter").loc[["kxx", "kyy"]]
@@ -37,14 +39,14 @@ def test_beside_the_force_at_its_place_the_stiffnesses_are_true(rotor, data):
 
 def test_a_force_elsewhere_is_rejected_and_no_value_stands_beside_it(rotor, data):
     elsewhere = {0.2: 1.1, 1.0: 0.1}[at(data)]
-    result = ksmea.identify(rotor, data, unmodelled=elsewhere, rng=0)
+    result = ksmea.identify(rotor, data, unmodelled=elsewhere, **FAST)
     assert not result.record.location.sites
     assert np.isnan(result.to_frame()["value_beside"]).all()
     assert "Nothing that was tried" in str(result)
 
 
 def test_without_it_the_table_is_as_it_was(rotor, data):
-    result = ksmea.identify(rotor, data, rng=0)
+    result = ksmea.identify(rotor, data, **FAST)
     assert result.record.location is None and "value_beside" not in result.to_frame()
 
 
