@@ -280,27 +280,18 @@ def test_a_job_with_other_code_than_the_plan_computes_nothing(call, place):
     assert not (place / "changed" / "records").exists()
 
 
-def test_files_given_by_relative_paths_are_found_by_jobs(call, place):
-    examples = Path(__file__).parents[2] / "docs" / "examples"
-    (place / "data").mkdir()
-    for name in ("run_up.csv", "rotor.yaml"):
-        (place / "data" / name).write_bytes((examples / name).read_bytes())
-    files = ["problem=rotor", "problem.file=data/rotor.yaml", "measurement=file", "measurement.path=data/run_up.csv"]
-    cheap = ["method=direct", "optimizer=napper", "study.intervals=none", "repetitions=1"]
-    code, out, err = call(*files, *cheap, *ARRAY, "output=of_files")
-    assert code == 0 and "the run of run has a result" in out, out + err
-
-
-def test_a_plain_file_of_a_plugin_and_a_campaign_travel_by_relative_paths(call, place):
+def test_files_given_by_relative_paths_travel_with_the_jobs(call, place):
+    """A rotor, a campaign with the file of its runs, and a plain file of a plugin with a module beside it."""
     examples = Path(__file__).parents[2] / "docs" / "examples"
     (place / "mine").mkdir()
-    for name in ("campaign.yaml", "two_runs.csv"):
+    for name in ("rotor.yaml", "campaign.yaml", "two_runs.csv"):
         (place / "mine" / name).write_bytes((examples / name).read_bytes())
     (place / "mine" / "filed_napper.py").write_text(FILE)
     (place / "mine" / "points.py").write_text("N = 7\n")
     words = ["plugins=[mine/filed_napper.py]", "optimizer=filed_napper", "method=direct", "study.intervals=none"]
+    words += ["problem=rotor", "problem.file=mine/rotor.yaml"]
     words += ["measurement=campaign", "measurement.path=mine/campaign.yaml", "repetitions=4"]
-    code, out, err = call(*words, *ARRAY, "output=filed")
+    code, out, err = call(*words, *ARRAY, "batches=2", "output=filed")
     assert code == 0 and "all 4 runs of run have a result" in out, out + err
     assert {"file filed_napper.py", "file points.py"} <= {*read_plan(place / "filed").modules}
     code, _, err = call(*words, "output=filed_here", "workers=1")
