@@ -200,7 +200,8 @@ def test_methods_are_named_or_made_by_hand(rotor):
         ksmea.identify(rotor, data, "ksmea", max_update=2, **small)
 
 
-def test_a_diagnosis_extends_the_problem(rotor, tmp_path):
+def test_a_diagnosis_extends_the_problem(tmp_path):
+    rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5], n_speed=27)  # each speed takes a fit at each site
     hidden = ksmea.synthetic_measurement(
         rotor,
         hidden=["runout"],
