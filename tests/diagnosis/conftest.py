@@ -5,6 +5,7 @@ import pytest
 
 from ksmea import registry
 from ksmea.channel import Channel
+from ksmea.diagnosis.fitting import Effort
 from ksmea.kind import Kind
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.studies.library import library
@@ -16,6 +17,7 @@ TRUTH = {"kxx": 50e6, "kyy": 70e6, "cxx": 500.0, "cyy": 700.0, "u": 2e-4, "phase
 NOISE = Noise(0.07, 1e-7)
 
 
+LESS = Effort(screening=1024, starts=6, scan=64, scan_values=8, effect_starts=3)  # than half of the default
 STEADY = Measurement(np.ones(1), (Channel(0.1, "x"),), np.ones((1, 1), dtype=complex), None, "one run at 1X")
 
 

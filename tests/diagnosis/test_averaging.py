@@ -5,11 +5,10 @@ import pytest
 
 from ksmea.diagnosis.averaging import akaike_weights, mixture_interval
 from ksmea.diagnosis.diagnosis import diagnose
-from ksmea.diagnosis.fitting import Effort
 from ksmea.intervals import estimate
 from ksmea.measurement import Measurement, Noise, observe
 from problems.three_disk import ThreeDisk
-from tests.diagnosis.conftest import TRUTH, registered_effects
+from tests.diagnosis.conftest import LESS, TRUTH, registered_effects
 
 Z95, Z90 = 1.959964, 1.644854  # two-sided quantiles of the normal distribution
 
@@ -68,8 +67,7 @@ def test_the_average_holds_the_truth_where_the_wrong_explanation_alone_does_not(
     data = observe(heavier.dense_response(x[None])[0], "complex", Noise(0.05, 1e-7), np.random.default_rng(seed))
     measurement = Measurement(fine.speed, fine.channels, data, None, "test")
     effects = {name: effect for name, effect in registered_effects().items() if name in ("mass", "youngs_modulus")}
-    effort = Effort(screening=1024, starts=6, scan=64, scan_values=8, effect_starts=3)
-    found = diagnose(rotor, measurement, effects, np.random.default_rng(seed), effort=effort)
+    found = diagnose(rotor, measurement, effects, np.random.default_rng(seed), effort=LESS)
     assert found.verdict == "ambiguous" and sum(found.averaged.weights) == pytest.approx(1)
     assert {each.names for each in found.averaged.explanations} == {("mass",), ("youngs_modulus",)}
     wrong = next(each.fit for each in found.explanations if each.names == ("youngs_modulus",))

@@ -10,10 +10,9 @@ from ksmea.diagnosis.second_effects import distinct_firsts
 from ksmea.diagnosis.trials import Candidate, candidates, fitted, trial_of
 from ksmea.measurement import Measurement, Noise, observe
 from problems.three_disk import ThreeDisk
-from tests.diagnosis.conftest import SENSORS, TRUTH, registered_effects
+from tests.diagnosis.conftest import LESS, SENSORS, TRUTH, registered_effects
 
 NOISE = Noise(0.05, 5e-8)
-EFFORT = Effort(screening=1024, starts=6, scan=64, scan_values=8, effect_starts=3)  # less than half of the default
 
 
 N_SPEED = 27  # half of the default: effects that change the rotor are reduced at each
@@ -57,7 +56,7 @@ def test_a_runout_behind_a_large_slope_of_the_stiffness_is_named_too(rotor, fine
         measurement,
         few("speed_dependent_stiffness", "runout", "channel_gain"),
         np.random.default_rng(0),
-        effort=EFFORT,
+        effort=LESS,
     )
     alone = next(trial for trial in found.trials if trial.candidate == Candidate("runout", effects[1]))
     assert alone.p > found.level / 2
@@ -79,7 +78,7 @@ def test_one_effect_at_two_places_is_named_twice(rotor, fine, name, places, valu
     effects = [located(fine, name, place) for place in places]
     measurement = measured(fine, effects, values, seed=1)
     found = diagnose(
-        rotor, measurement, few("runout", "channel_gain", "unbalance"), np.random.default_rng(0), effort=EFFORT
+        rotor, measurement, few("runout", "channel_gain", "unbalance"), np.random.default_rng(0), effort=LESS
     )
     assert found.verdict == "named" and found.named == (name, name)
     assert {str(each.effect) for each in found.applied} == {str(effect) for effect in effects}
@@ -94,7 +93,7 @@ def test_pairs_that_explain_the_data_alike_are_all_reported(rotor, fine):
     effects = [located(fine, "mass"), located(fine, "channel_gain", 3)]
     measurement = measured(fine, effects, [0.01, 0.15], seed=2)
     library = few("mass", "youngs_modulus", "channel_gain")
-    found = diagnose(rotor, measurement, library, np.random.default_rng(0), effort=EFFORT)
+    found = diagnose(rotor, measurement, library, np.random.default_rng(0), effort=LESS)
     names = {each.names for each in found.explanations}
     assert found.verdict == "ambiguous" and names == {("channel_gain", "mass"), ("channel_gain", "youngs_modulus")}
     assert set(found.ambiguity_group) == {"mass", "youngs_modulus", "channel_gain"}

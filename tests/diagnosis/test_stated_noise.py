@@ -6,14 +6,13 @@ import pytest
 from ksmea import registry
 from ksmea.diagnosis.diagnosis import diagnose
 from ksmea.diagnosis.fit_quality import CHI2, FitQuality
-from ksmea.diagnosis.fitting import Effort
 from ksmea.diagnosis.stated_noise import is_size_alone
 from ksmea.studies.diagnose import diagnosis
 from ksmea.studies.library import library
 from problems.three_disk import ThreeDisk
+from tests.diagnosis.conftest import LESS
 
 PROBLEM = ThreeDisk(sensors=[0.1, 0.5], n_speed=40)
-EFFORT = Effort(screening=1024, starts=6, scan=64, scan_values=8, effect_starts=3)
 EFFECTS = library(["runout", "channel_gain", "speed_dependent_stiffness"], [])[0]
 NOISE = {"kind": "complex", "relative": 0.06, "floor": 0.1, "mesh": 26, "route": "dense"}
 
@@ -26,7 +25,7 @@ def data(seed, **settings):
 
 
 def found(measurement, seed=0):
-    return diagnose(PROBLEM.build(), measurement, EFFECTS, np.random.default_rng(seed), effort=EFFORT)
+    return diagnose(PROBLEM.build(), measurement, EFFECTS, np.random.default_rng(seed), effort=LESS)
 
 
 @pytest.mark.parametrize("stated", [0.667, 1.5])
