@@ -4,6 +4,7 @@ import csv
 import dataclasses
 import json
 import os
+import shutil
 from pathlib import Path
 
 import pandas as pd
@@ -92,12 +93,12 @@ def test_how_clearly_visible_it_was_is_judged_from_the_true_values(hidden):
         assert abs(part["value"] - interval["value"]) < interval["high"] - interval["low"]
 
 
-def test_the_extended_model_is_a_problem_that_other_commands_take(hidden, shell):
+def test_the_extended_model_is_a_problem_that_other_commands_take(hidden, enter):
     head = (hidden.output / "extended.yaml").read_text(encoding="utf-8").splitlines()[0]
     assert head.startswith("# This file holds runout (") and head.endswith('fitted to the measurement "synthetic":')
-    words = ["problem=extended", "problem.file=results/diagnose/extended.yaml", "measurement.relative=0.05"]
+    words = ["problem=extended", f"problem.file={hidden.output / 'extended.yaml'}", "measurement.relative=0.05"]
     cheap = ["method=direct", "optimizer=lm", "repetitions=1", "optimizer.screening=500", "optimizer.starts=2"]
-    ended = shell(*words, *cheap, cwd=hidden.output.parents[1], output="results/run")
+    ended = enter(*words, *cheap, "workers=1")
     assert ended.code == 0, ended.err
     table = pd.read_csv(ended.output / "run.csv").set_index("parameter")
     identified = {row["name"]: row["after"] for row in diagnosis(hidden)["coefficients"]}
@@ -123,9 +124,9 @@ def test_figures_are_drawn(hidden):
         assert (hidden.output / name).read_bytes().startswith(b"\x89PNG")
 
 
-def test_an_adequate_model_leaves_no_extended_file_behind(enter):
-    once = enter("+experiment=diagnose", *DATA, HIDDEN, FEW, "seed=3", output="results/diagnose")
-    assert (once.output / "extended.yaml").is_file()
+def test_an_adequate_model_leaves_no_extended_file_behind(hidden, enter, tmp_path):
+    once = shutil.copytree(hidden.output, tmp_path / "results/diagnose")
+    assert (once / "extended.yaml").is_file()
     again = enter("+experiment=diagnose", *DATA, FEW, "seed=3", output="results/diagnose")
     assert "Verdict: adequate" in again.out and "What would have been found in nine of ten cases" in again.out
     assert not (again.output / "extended.yaml").exists() and diagnosis(again)["named"] == []
