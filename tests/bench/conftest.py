@@ -91,7 +91,7 @@ def cheapest():
 def shell():
     """`python -m bench WORDS` in a process of its own."""
 
-    def call(*words, cwd, output="results/table3", timeout=100, **environment):
+    def call(*words, cwd, output="results/table3", timeout=300, **environment):
         done = subprocess.run(
             command(words),
             check=False,
