@@ -47,7 +47,10 @@ def test_it_says_where_something_acts_and_writes_what_it_found(located):
 @pytest.mark.parametrize(
     "words, said",
     [
-        (["+experiment=identify", "measurement=synthetic", "optimizer.screening=500", "optimizer.starts=2"], "local u x = "),
+        (
+            ["+experiment=identify", "measurement=synthetic", "optimizer.screening=500", "optimizer.starts=2"],
+            "local u x = ",
+        ),
         (["+experiment=identifiability", "study.variations=[]"], "local_u_y"),
         (["+experiment=plan", "study.target=local_u_x", "study.add=1", "study.sensors=0"], "local_u_x"),
         (["+experiment=diagnose", "study.effects=[runout]", "study.screening=256"], "could be noise"),
