@@ -33,7 +33,7 @@ from problems.rotor.free_motion import FreeMotion
 from problems.rotor.loads import unit_loads
 from problems.rotor.nonlinear_sites import dense_motion, responses_at_order, with_nonlinear_forces
 from problems.rotor.passivity import is_passive
-from problems.rotor.problem import RotorProblem, checked_sets, combined, finite
+from problems.rotor.problem import RotorProblem, checked_sets, finite
 from problems.rotor.recent import recent
 from problems.rotor.receptance import Reduction, reduce_rotor
 from problems.rotor.run_up import Sweep, parabola, sweep_change
@@ -258,9 +258,7 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
         `near` is as `with_nonlinear_forces` has it; what that finds of one set is kept."""
         of_effects = self.parts(x)[1]
         impedance, sizes = self.impedances_and_sizes(x)
-        per_load, n_own = reduction.response_per_load(impedance), sizes.shape[1]
-        motion = combined(per_load[:, :n_own], sizes)
-        columns = np.concatenate([motion[..., None], per_load[:, n_own:].transpose(2, 3, 0, 1)], axis=-1)
+        columns, n_own = reduction.motion_on(impedance, sizes), sizes.shape[1]
         (linear, nonlinear), seen = self.forces(of_effects), self.seen_channels
         columns = with_linear_forces(columns, linear, seen, self.speed)
 

@@ -125,7 +125,7 @@ class RotorProblem(Problem, Rotordynamic):
 
     def response_and_per_load(self, x: Array, loads: Sequence[Load]) -> tuple[ComplexArray, ComplexArray]:
         x = checked_sets(x, self.parameters)
-        reduction, n_plane = self._loaded(tuple(loads)), len(self.rotor.unbalance)
+        reduction = self._loaded(tuple(loads))
         response = np.empty((len(x), len(self.speed), len(self.channels)), dtype=complex)
         per_load = np.empty((*response.shape, len(loads)), dtype=complex)
         n_chunk = max(1, CHUNK_BYTES // reduction.receptance.nbytes)
@@ -133,9 +133,8 @@ class RotorProblem(Problem, Rotordynamic):
             for start in range(0, len(x), n_chunk):
                 chunk = slice(start, start + n_chunk)
                 inputs = inputs_at(self.rotor, self.unknowns, x[chunk])
-                columns = reduction.unit_response(*self._impedance_parts(inputs))
-                response[chunk] = combined(columns[:, :n_plane], inputs.complex_unbalance)
-                per_load[chunk] = columns[:, n_plane:].transpose(2, 3, 0, 1)
+                columns = reduction.motion_with(*self._impedance_parts(inputs), inputs.complex_unbalance)
+                response[chunk], per_load[chunk] = columns[..., 0], columns[..., 1:]
         return finite(response), finite(per_load)
 
     def _loaded(self, loads: tuple[Load, ...]) -> Reduction:

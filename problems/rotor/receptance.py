@@ -84,6 +84,38 @@ class Reduction:
         planes, (n_channel, n_plane + n_load, n, n_speed)."""
         return updated_receptance(self.receptance, self.impedances, impedance - self.nominal[:, None], self.n_port)
 
+    def motion_on(self, impedance: ComplexArray, sizes: ComplexArray) -> ComplexArray:
+        """Motion and responses to further loads (n, n_speed, n_channel, 1 + n_load), m and m per unit, on impedances
+        (n_impedance, n, n_speed) N/m with unbalances and first loads as large as `sizes` (n, n_plane + …)."""
+        return self._motion(impedance - self.nominal[:, None], sizes)
+
+    def motion_with(self, stiffness: Array, damping: Array, sizes: ComplexArray) -> ComplexArray:
+        """The same with coefficients (n_impedance, n) in N/m and N s/m."""
+        return self._motion(self._change(stiffness, damping), sizes)
+
+    def _motion(self, change: ComplexArray, sizes: ComplexArray) -> ComplexArray:
+        """The ports' motion q = (1 + H Δ)⁻¹ H f is solved for, and what the bearings' forces Δ q do to the channels taken off. Where sizes
+        are known this costs a fraction of the rank-one updates, which serve any."""
+        n_port, n_own, (_, n, n_speed) = self.n_port, sizes.shape[1], change.shape
+        pairs = list(zip(self.impedances, change, strict=True))
+        per_own, per_load = np.split(self.receptance[:, n_port:], [n_own], axis=1)
+        free = np.empty((len(self.receptance), 1 + per_load.shape[1], n, n_speed), dtype=complex)  # on nominal bearings
+        np.matmul(sizes, per_own, out=free[:, 0])
+        free[:, 1:] = per_load[:, :, None]
+        system = np.empty((n_port, n_port + free.shape[1], n, n_speed), dtype=complex)
+        system[:, n_port:] = free[:n_port]
+        for port in range(n_port):
+            felt = [(item.row_port, values) for item, values in pairs if item.column_port == port]
+            system[:, port] = sum(self.receptance[:n_port, row, None] * values for row, values in felt)
+            system[port, port] += 1
+        motion, forces = eliminated(system), np.zeros((n_port, *free.shape[1:]), dtype=complex)
+        for item, values in pairs:
+            forces[item.row_port] += values * motion[item.column_port]
+        per_port = self.receptance[n_port:, :n_port].transpose(2, 0, 1)
+        taken_off = per_port @ forces.transpose(3, 0, 1, 2).reshape(n_speed, n_port, -1)
+        taken_off = taken_off.reshape(n_speed, *free[n_port:].shape[:3])  # (n_speed, n_channel, 1 + n_load, n)
+        return np.subtract(free[n_port:].transpose(2, 3, 0, 1), taken_off.transpose(3, 0, 1, 2), order="C")
+
     def full_receptance(self, stiffness: Array, damping: Array) -> ComplexArray:
         """`receptance` on the actual bearings instead of the nominal ones, ports included, for one set of
         coefficients (n_impedance,), (n_port + n_channel, n_port + n_plane, n_speed)."""
@@ -174,6 +206,20 @@ def updated_receptance(
         current = np.subtract(current[still_needed:, still_needed:], update, out=update)
         dropped += still_needed
     return current
+
+
+def eliminated(system: ComplexArray) -> ComplexArray:
+    """X (n_row, m, …) of A X = B from [A B] (n_row, n_row + m, …), which is overwritten: Gauss's elimination of many at once. It
+    does not pivot, like one rank-one update after the other."""
+    n = len(system)
+    for index in range(n - 1):
+        factor = system[index + 1 :, index] / system[index, index]
+        system[index + 1 :, index + 1 :] -= factor[:, None] * system[index, index + 1 :]
+    found = system[:, n:]
+    for index in reversed(range(n)):
+        found[index] /= system[index, index]
+        found[:index] -= system[:index, index, None] * found[index]
+    return found
 
 
 def _first_port(impedances: Sequence[Impedance], n_port: int) -> int:
