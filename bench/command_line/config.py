@@ -46,24 +46,31 @@ def register_schemas() -> None:
 
 
 class _PluginNode(ConfigNode):
-    """A stored schema that is made when it is asked for."""
+    """A stored schema that is made when it is asked for, once. Hydra makes a deep copy of its whole store for each composition,
+    and asks a shallow one of this object, whose node it replaces: all share what was made."""
 
-    _node: Any = None
+    _own: Any = None  # what Hydra has put in its place, in a copy
 
     def __init__(self, group: str, name: str) -> None:
         not_yet: Any = None
         super().__init__(f"{name}.yaml", node=not_yet, group=group, package=None, provider=None)
         self._plugin = name
+        self._made: list[Any] = []
 
     @property
     def node(self) -> Any:
-        if self._node is None:
-            self._node = OmegaConf.structured(_node(str(self.group), self._plugin))
-        return self._node
+        if self._own is not None:
+            return self._own
+        if not self._made:
+            self._made.append(OmegaConf.structured(_node(str(self.group), self._plugin)))
+        return self._made[0]
 
     @node.setter
-    def node(self, node: Any) -> None:  # Hydra replaces that of its copy
-        self._node = node
+    def node(self, node: Any) -> None:
+        self._own = node
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> _PluginNode:
+        return self
 
 
 def _node(group: str, name: str) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import types
 import typing
+from functools import cache
 from typing import Any
 
 from omegaconf import OmegaConf
@@ -21,19 +22,24 @@ POSSIBLE = "bool, int, float or str, or None, lists, tuples or mappings by name 
 
 def require_offered(group: str, name: str) -> None:
     """Raise `SettingError` where a setting of a plugin has no default, or a type that cannot be given as words."""
-    plugin = registry.plugin_class(group, name)
+    _require_offered_of(registry.plugin_class(group, name), f"{group}={name}")
+
+
+@cache
+def _require_offered_of(plugin: type, where: str) -> None:
+    """The same of a class, which each process looks at once where nothing is wrong with it."""
     try:
         hints = typing.get_type_hints(plugin)
     except Exception as error:  # whatever an annotation raises
         raise SettingError(
-            f"{group}={name}: expected types of its settings that can be resolved, got {type(error).__name__}:"
+            f"{where}: expected types of its settings that can be resolved, got {type(error).__name__}:"
             f" {' '.join(str(error).split())}; define them at the top of its module"
         ) from error
     for each in own_fields(plugin):
-        _require_offered(f"{group}={name}: {each.name}", each, hints[each.name])
+        _require_setting_offered(f"{where}: {each.name}", each, hints[each.name])
 
 
-def _require_offered(where: str, each: dataclasses.Field[Any], hint: Any) -> None:
+def _require_setting_offered(where: str, each: dataclasses.Field[Any], hint: Any) -> None:
     if not _is_plain(hint):
         raise SettingError(f"{where}: expected a setting of type {POSSIBLE}, got {in_words(hint)}; give it such a type")
     if each.default is dataclasses.MISSING and each.default_factory is dataclasses.MISSING:

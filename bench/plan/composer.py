@@ -9,9 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
 
-from hydra.core.config_loader import ConfigLoader
 from hydra.core.override_parser.types import OverrideType
-from hydra.types import RunMode
 from omegaconf import DictConfig, OmegaConf
 
 from bench.command_line.grid import Block, grid_blocks, labelled, listed
@@ -19,9 +17,12 @@ from bench.command_line.offered import require_offered
 from bench.command_line.overrides import Choice, override
 from bench.command_line.plugin_settings import PluginSetting, names_plugin, plugin_setting, short
 from bench.command_line.setting_names import unknown_key
+from bench.plan.compositions import Compositions
 from ksmea import registry
 from ksmea.errors import SettingError
 from ksmea.settings import own_fields
+
+LINES = ("grid", "add", "cross")  # settings of an experiment that hold lines of its grid
 
 
 class Composer:
@@ -30,31 +31,27 @@ class Composer:
 
     def __init__(
         self,
-        loader: ConfigLoader,
-        master: DictConfig,
+        compositions: Compositions,
         fixed: Iterable[Choice],
         swept: Mapping[str, Sequence[Any]],
         labels: Sequence[Any] = (),
     ) -> None:
-        self._loader = loader
-        self._master = master
-        # Hydra hands the sweeper no overrides of its own, without this one experiments of other folders are not found.
-        self._searched = [word for word in master.hydra.overrides.hydra if word.startswith("hydra.searchpath=")]
+        self._compositions = compositions
         self._fixed = sorted(fixed, key=lambda choice: names_plugin(choice.key))  # which says more, and comes last
         self._swept = swept
         self._labels = labels
-        self._composed: dict[tuple[str, ...], DictConfig] = {}
+        self._at_plugins: dict[tuple[str, ...], DictConfig] = {}
 
     @cached_property
     def outline(self) -> DictConfig:
         """The experiment without the settings that the command line gives plugins: what it includes, its grid and the
         plugins where the grid names none."""
-        return self._load(choice.word for choice in self._fixed if not _of_plugin(choice))
+        return self._compositions.of(choice.word for choice in self._fixed if not _of_plugin(choice))
 
     @cached_property
     def blocks(self) -> list[Block]:
         """The blocks of the experiment's grid, of the chosen labels alone where some are chosen."""
-        lines: Any = (OmegaConf.to_container(self.outline[key]) for key in ("grid", "add", "cross"))
+        lines: Any = (OmegaConf.to_container(self.outline[key]) for key in LINES)
         blocks = grid_blocks(*lines)
         return labelled(blocks, self._labels) if self._labels else blocks
 
@@ -88,22 +85,17 @@ class Composer:
             *(choice.word for choice in self._fixed if self._concerns(choice, groups)),
             *(f"{group}={name}" for group, name in groups.items()),
         )
-        if overrides not in self._composed:
-            self._composed[overrides] = self._load(overrides)
+        if overrides not in self._at_plugins:
+            self._at_plugins[overrides] = self._compositions.of(overrides).copy()
             for group in registry.GROUPS:
-                require_offered(group, self._composed[overrides][group].name)
-        config = self._composed[overrides].copy()
+                require_offered(group, self._at_plugins[overrides][group].name)
+            for lines in LINES:  # which have become the points: with them, a copy takes ten times as long
+                self._at_plugins[overrides][lines] = []
+        config = self._at_plugins[overrides].copy()
         for key, value in point.items():
             if key not in groups:
                 OmegaConf.update(config, key, value, merge=True)
         return config
-
-    def _load(self, overrides: Iterable[str]) -> DictConfig:
-        return self._loader.load_configuration(
-            config_name=self._master.hydra.job.config_name,
-            overrides=[*self._searched, *overrides],
-            run_mode=RunMode.RUN,
-        )
 
     def _concerns(self, choice: Choice, groups: Mapping[str, str]) -> bool:
         """Whether what is fixed is for a point: a setting of a plugin, where the one chosen there has it."""

@@ -16,6 +16,7 @@ from bench.command_line.grid import LABEL, grid_points
 from bench.command_line.overrides import Choice, as_given, override, parse
 from bench.command_line.plugin_words import require_registered
 from bench.plan.composer import Composer
+from bench.plan.compositions import Compositions
 from bench.plan.fleet import MEASURED, ROTOR, fleet_axes, with_rotors
 from bench.plan.folder import require_own_folder
 from bench.plan.plan import Cell, ParameterFacts, Plan, ReportSettings, all_runs, own_seed
@@ -74,9 +75,10 @@ class Experiment:
     @classmethod
     def compose_all(cls, loader: ConfigLoader, master: DictConfig, arguments: list[str]) -> list[Experiment]:
         """The experiment of a command line, or all that it includes, each in a folder below its own."""
-        config = Composer(loader, master, _fixed(parse(arguments)), {}).outline
+        compositions = Compositions(loader, master)
+        config = Composer(compositions, _fixed(parse(arguments)), {}).outline
         if not config.includes:
-            return [cls.compose(loader, master, arguments)]
+            return [cls._composed(compositions, arguments)]
         output = Path(config.output).absolute()
         own = [
             word for word in arguments if word.partition("=")[0].lstrip("+") not in ("experiment", "output", "share")
@@ -85,7 +87,7 @@ class Experiment:
         for name in config.includes:
             words = [f"+experiment={name}", *own, override("output", str(output / name))]
             share = [*config.share, *(str(experiment.output) for experiment in included), str(output.parent / name)]
-            included.append(cls.compose(loader, master, words, share))
+            included.append(cls._composed(compositions, words, share))
         return included
 
     @classmethod
@@ -93,6 +95,10 @@ class Experiment:
         cls, loader: ConfigLoader, master: DictConfig, arguments: list[str], share: Sequence[str] = ()
     ) -> Experiment:
         """One experiment; finished runs of the same key are also taken over from the folders in `share`."""
+        return cls._composed(Compositions(loader, master), arguments, share)
+
+    @classmethod
+    def _composed(cls, compositions: Compositions, arguments: list[str], share: Sequence[str] = ()) -> Experiment:
         words = parse(arguments)
         fleet = fleet_axes(words)
         chosen = [label for choice in words if choice.key == LABEL for label in choice.values]
@@ -101,7 +107,7 @@ class Experiment:
         swept = {choice.key: choice.values for choice in choices if len(choice.values) > 1}
         swept |= {MEASURED: fleet[MEASURED]} if fleet else {}
         _check_axes(swept)
-        composer = Composer(loader, master, fixed, swept, chosen)
+        composer = Composer(compositions, fixed, swept, chosen)
         config = composer.whole
         _check_whole(config)
         for block in composer.blocks:

@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
-import ast
 import hashlib
 import importlib.util
 import platform
 import sys
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -18,7 +17,9 @@ import scipy.linalg  # noqa: F401 – its own linear algebra is loaded with it, 
 from threadpoolctl import threadpool_info
 
 from bench.plan.outside import DISTRIBUTION, NUMERICAL, outside_code
+from bench.plan.sources import Source, absolute, kept_sources
 from bench.storage.checkout import checkout_commit
+from bench.storage.kept import KeptByContent
 from ksmea import registry
 from ksmea.plugin_files import OURS, brought_along, imported
 from ksmea.settings import Settings
@@ -67,16 +68,15 @@ def _used_modules(plugins: tuple[str, ...], files: frozenset[Path]) -> dict[str,
     pending = [ENTRANCE, *plugins, *of_files]
     while pending:
         name = pending.pop()
-        if name not in found and (source := _source(name)) is not None:
-            found[name] = _digest(source)
-            found.update(
-                (DISTRIBUTION + module, version(module)) for module in _imports(source, name) if module in OPTIONAL
-            )
+        if name not in found and (said := _said_by(name)) is not None:
+            found[name] = said.digest
+            found.update((DISTRIBUTION + module, version(module)) for module in said.imports if module in OPTIONAL)
             pending.extend(
                 module
-                for module in _imports(source, name)
+                for module in said.imports
                 if module.partition(".")[0] in packages and not (module + ".").startswith(SHOWN + ".")
             )
+    _kept_sources().keep()
     return dict(sorted(found.items())) | outside_code(plugins, files)
 
 
@@ -90,47 +90,23 @@ def code_digest(modules: Mapping[str, str]) -> str:
 
 
 @cache
-def _source(module: str) -> Path | None:
-    """The file of a module; None for what is no module of Python source."""
+def _said_by(module: str) -> Source | None:
+    """What the file of a module says, by full names; None for what is no module of Python source."""
     try:
         spec = importlib.util.find_spec(module)
     except (ImportError, AttributeError, ValueError):
         return None
-    return Path(spec.origin) if spec is not None and spec.origin and spec.origin.endswith(".py") else None
+    if spec is None or not spec.origin or not spec.origin.endswith(".py"):
+        return None
+    file = Path(spec.origin)
+    said = _kept_sources().of(file.read_bytes())
+    imports = (absolute(each, module, file.name == "__init__.py") for each in said.imports)
+    return Source(said.digest, tuple(dict.fromkeys(imports)))
 
 
 @cache
-def _tree(source: Path) -> ast.Module:
-    """The syntax tree without docstrings: comments, layout and documentation change no result."""
-    tree = ast.parse(source.read_text(encoding="utf-8"), filename=str(source))
-    for node in ast.walk(tree):
-        if isinstance(node, (ast.Module, ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef)) and ast.get_docstring(
-            node
-        ):
-            node.body[0] = ast.Pass()
-    return tree
-
-
-@cache
-def _digest(source: Path) -> str:
-    return hashlib.sha256(ast.dump(_tree(source)).encode()).hexdigest()[:12]
-
-
-@cache
-def _imports(source: Path, module: str) -> tuple[str, ...]:
-    return tuple(dict.fromkeys(_imported_names(_tree(source), module, source.name == "__init__.py")))
-
-
-def _imported_names(tree: ast.Module, module: str, is_package: bool) -> Iterator[str]:
-    """Names that an import statement of the module may load: packages, modules, and what might be one."""
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            yield from (alias.name for alias in node.names)
-        elif isinstance(node, ast.ImportFrom):
-            above = module.split(".")[: len(module.split(".")) - node.level + is_package] if node.level else []
-            base = ".".join([*above, *([node.module] if node.module else [])])
-            yield base
-            yield from (f"{base}.{alias.name}" for alias in node.names)
+def _kept_sources() -> KeptByContent[Source]:
+    return kept_sources()
 
 
 @cache
