@@ -10,7 +10,7 @@ from functools import cached_property
 from typing import Any
 
 from hydra.core.override_parser.types import OverrideType
-from omegaconf import DictConfig, OmegaConf
+from omegaconf import DictConfig, OmegaConf, open_dict
 
 from bench.command_line.grid import Block, grid_blocks, labelled, listed
 from bench.command_line.offered import require_offered
@@ -23,6 +23,7 @@ from ksmea.errors import SettingError
 from ksmea.settings import own_fields
 
 LINES = ("grid", "add", "cross")  # settings of an experiment that hold lines of its grid
+REFERENCE = "${hydra"  # how what takes its value from Hydra's own part begins
 
 
 class Composer:
@@ -86,15 +87,25 @@ class Composer:
             *(f"{group}={name}" for group, name in groups.items()),
         )
         if overrides not in self._at_plugins:
-            self._at_plugins[overrides] = self._compositions.of(overrides).copy()
-            for group in registry.GROUPS:
-                require_offered(group, self._at_plugins[overrides][group].name)
-            for lines in LINES:  # which have become the points: with them, a copy takes ten times as long
-                self._at_plugins[overrides][lines] = []
+            self._at_plugins[overrides] = self._without_large_parts(self._compositions.of(overrides))
         config = self._at_plugins[overrides].copy()
         for key, value in point.items():
             if key not in groups:
                 OmegaConf.update(config, key, value, merge=True)
+        return config
+
+    def _without_large_parts(self, composed: DictConfig) -> DictConfig:
+        """A configuration that is quickly copied for each point: without the lines of the grid, which have become the points,
+        and Hydra's own part, where no setting takes a value from there. `SettingError` where a plugin cannot be offered."""
+        for group in registry.GROUPS:
+            require_offered(group, composed[group].name)
+        config = composed.copy()
+        for lines in LINES:
+            config[lines] = []
+        with open_dict(config):
+            hydra = config.pop("hydra")
+            if REFERENCE in OmegaConf.to_yaml(config) or REFERENCE in str([self.blocks, self._swept]):
+                config.hydra = hydra
         return config
 
     def _concerns(self, choice: Choice, groups: Mapping[str, str]) -> bool:
