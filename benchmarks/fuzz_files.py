@@ -35,7 +35,7 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 from unittest.mock import patch
 
 from bench import door
-from bench.reports import summary
+from bench.reports import summary_drawings
 from benchmarks.isolated_trial import Outcome, isolated
 from ksmea.alignment import aligned
 from ksmea.contracts import Problem
@@ -233,7 +233,7 @@ def try_results(folder: Path) -> None:
     refused: list[str] = []
     exports = [["export", each, "--out", str(folder / each)] for each in ("ioh", "coco", "csv")]
     merge = ["merge", str(folder), "--out", str(folder / "merged")]
-    with patch.object(summary, "png", lambda figure: b""):
+    with patch.object(summary_drawings, "png", lambda figure: b""):
         for words in (["status"], ["explain", ""], ["collect"], *exports, merge):
             door.run([*words, str(folder)], refused.append)
     if refused:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from bench.commands.folders import folders
-from bench.reports.collect import collect, collect_all
+from bench.reports.collect import collect
 
 
 def collect_again(words: list[str]) -> int:
@@ -11,5 +11,7 @@ def collect_again(words: list[str]) -> int:
     outputs = folders(words, "collect")
     codes = [collect(output) for output in outputs]
     if len(outputs) > 1:
+        from bench.reports.collect_all import collect_all  # loads all of matplotlib
+
         collect_all(outputs[0].parent, outputs)
     return max(codes)

@@ -17,9 +17,10 @@ from bench.command_line.overrides import Choice, as_given, override, parse
 from bench.command_line.plugin_words import require_registered
 from bench.plan.composer import Composer
 from bench.plan.compositions import Compositions
+from bench.plan.facts import FactsOfCells
 from bench.plan.fleet import MEASURED, ROTOR, fleet_axes, with_rotors
 from bench.plan.folder import require_own_folder
-from bench.plan.plan import Cell, ParameterFacts, Plan, ReportSettings, all_runs, own_seed
+from bench.plan.plan import Cell, Plan, ReportSettings, all_runs, own_seed
 from bench.plan.provenance import (
     PARTS,
     code_digest,
@@ -181,9 +182,10 @@ def _cells(composer: Composer, points: Sequence[dict[str, Any]], modules: dict[s
     `SettingError` where no file can be used with the same settings, so that it is not the file."""
     made: dict[int, Cell] = {}
     refused: dict[int, SettingError] = {}
+    facts = FactsOfCells()
     for index, point in enumerate(points):
         try:
-            made[index] = _cell(composer.at(point), point, modules)
+            made[index] = _cell(composer.at(point), point, modules, facts)
         except SettingError as error:
             if MEASURED not in point:
                 raise
@@ -210,7 +212,7 @@ def _with_file(cell: Cell, config: DictConfig, point: Mapping[str, Any]) -> Cell
     )
 
 
-def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) -> Cell:
+def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str], facts: FactsOfCells) -> Cell:
     """The settings of one point, checked by making its plugins; what the method ignores is left out.
 
     The modules that it uses are added to `modules`.
@@ -235,7 +237,8 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str]) ->
     ignored = {*study.ignores, *plugins["method"].ignores}
     for part in ignored:
         settings[part] = None
-    parameters = () if setup.aligned_problem is None else _facts(setup, config.journal)
+    # A model that is worth a journal is too expensive to be evaluated where nothing keeps the answer.
+    parameters = facts.of(setup, with_crlb=not config.journal)
     used = used_modules(settings, plugin_files(settings))
     modules |= used
     samples = None if "samples" in ignored and "samples" not in point else config.samples
@@ -252,16 +255,6 @@ def _seed(config: DictConfig, point: Mapping[str, Any], settings: Mapping[str, A
             config.seed, {key: value for key, value in point.items() if key.startswith(("label", "measurement"))}
         )
     return int(config.seed)
-
-
-def _facts(setup: Setup, journal: bool) -> tuple[ParameterFacts, ...]:
-    """What tables need to know of the unknowns."""
-    # A model that is worth a journal is too expensive to be evaluated where nothing keeps the answer.
-    crlbs = [None] * len(setup.problem.parameters) if journal else setup.crlb()
-    return tuple(
-        ParameterFacts(parameter.name, parameter.unit, parameter.si_per_unit, setup.truth.get(parameter.name), crlb)
-        for parameter, crlb in zip(setup.problem.parameters, crlbs)
-    )
 
 
 def _table(asked: str | None, cells: Sequence[Cell]) -> str:

@@ -33,7 +33,9 @@ class Source:
 def kept_sources() -> KeptByContent[Source]:
     """What earlier processes have read by the same code and the same Python, whose trees another does not have."""
     own_code = hashlib.sha256(Path(__file__).read_bytes()).hexdigest()[:DIGITS]
-    return KeptByContent(f"code-{sys.implementation.name}-{platform.python_version()}-{own_code}.json", Source, read_source)
+    return KeptByContent(
+        f"code-{sys.implementation.name}-{platform.python_version()}-{own_code}.json", Source, read_source
+    )
 
 
 def read_source(content: bytes) -> Source:

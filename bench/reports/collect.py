@@ -7,7 +7,7 @@ import os
 import sys
 import traceback
 from collections import Counter
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from pathlib import Path
 
 import pandas as pd
@@ -15,18 +15,14 @@ import pandas as pd
 from bench.jobs.damage import damage_notes
 from bench.jobs.lines import RESULTS
 from bench.jobs.processors import counted_processors, mixed_processors, processors
-from bench.jobs.records import last_began, read_records
+from bench.jobs.records import last_began
 from bench.plan.plan import Plan, read_plan
 from bench.plan.report import Drawing, Made, report_named
-from bench.reports.history_figures import mesh_figure
 from bench.reports.pages.experiment import PAGE, experiment_page
-from bench.reports.pages.index import write_index, write_index_above
-from bench.reports.summary import curves_by_cell, for_figures
-from bench.reports.tables import csv_text
+from bench.reports.pages.index import write_index_above
 from bench.storage.files import remove_partial, replace_file
 from ksmea.errors import SettingError, shortened, visible, visible_lines
 from ksmea.regular_files import open_regular
-from ksmea.show.style import png
 
 LONGEST_REASON = 500  # characters of why a run failed
 DRAWN = ".drawn"  # holds a digest of what the figures beside it were drawn from
@@ -58,7 +54,7 @@ def collect(output: Path, redraw: bool = True) -> int:
     drawn_from = _digest(made.files, plan.commit)
     if redraw or not _is_drawn(output, drawn_from):
         (output / DRAWN).unlink(missing_ok=True)
-        drawings, all_drawn = _draw(made.figures, output)
+        drawings, all_drawn = draw(made.figures, output)
         if _write_page(plan, made, drawings, output) and all_drawn:
             replace_file(output / DRAWN, drawn_from)
     write_index_above(output)
@@ -72,7 +68,7 @@ def collect(output: Path, redraw: bool = True) -> int:
     return 0 if made.runs["status"].isin(RESULTS).all() else 1
 
 
-def _draw(figures: Callable[[], Mapping[str, Drawing]], output: Path) -> tuple[dict[str, bytes], bool]:
+def draw(figures: Callable[[], Mapping[str, Drawing]], output: Path) -> tuple[dict[str, bytes], bool]:
     """Write figures one by one; one that cannot be drawn is told in a line and costs no other, nor any table. What was
     written, and whether that is all."""
     drawn: dict[str, bytes] = {}
@@ -128,27 +124,6 @@ def _is_drawn(output: Path, drawn_from: bytes) -> bool:
         return False
     with open_regular(mark) as file:
         return file.read() == drawn_from
-
-
-def collect_all(output: Path, parts: Sequence[Path]) -> None:
-    """One table of all tables, and the figure that needs two of them (13 against 21 elements, the paper's Fig. 5)."""
-    frames, true_responses = [], {}
-    for part in parts:
-        plan = read_plan(part)
-        if plan.report.table == "summary":
-            frame = pd.read_csv(part / f"{plan.name}.csv")
-            frames.append(frame.assign(table=plan.name))
-            true_responses[plan.name] = curves_by_cell(plan, read_records(part, for_figures, plan))
-    if not frames:
-        return
-    table = pd.concat(frames, ignore_index=True)
-    table.insert(0, "table", table.pop("table"))
-    replace_file(output / f"{output.name}.csv", csv_text(table).encode())
-    meshes = [curves[min(curves)] for name in ("table3", "table4") if (curves := true_responses.get(name))]
-    drawn = _draw(lambda: {"mesh.png": lambda: png(mesh_figure(*meshes))}, output)[0] if len(meshes) == 2 else {}
-    write_index(output)
-    written = [f"{output.name}.csv", *drawn, PAGE]
-    print(visible_lines(f"\nwritten to {output}: {', '.join(written)}"))
 
 
 def _count_line(plan: Plan, runs: pd.DataFrame) -> str:

@@ -35,10 +35,10 @@ class PlanSweeper(Sweeper):
 
     def sweep(self, arguments: list[str]) -> Any:
         experiments = Experiment.compose_all(self.hydra_context.config_loader, self.config, arguments)
-        from bench.reports.collect import collect_all  # draws: what cannot be composed is refused before
-
         codes = [self._run(experiment) for experiment in experiments]
         if len(experiments) > 1:
+            from bench.reports.collect_all import collect_all  # loads all of matplotlib
+
             collect_all(Path(self.config.output), [experiment.output for experiment in experiments])
         sys.exit(max(codes))
 

@@ -56,8 +56,8 @@ def change_record(folder, change):
 
 @pytest.mark.parametrize("kind", ["rotor", "extended", "run_up", "campaign", "campaign_runs", "plan", "records"])
 def test_damaged_files_are_read_or_refused_in_one_visible_line(kind, fuzzer, folder, monkeypatch):
-    monkeypatch.setattr(fuzzer.summary, "summary_figure", lambda *arguments: b"")
-    monkeypatch.setattr("bench.reports.summary._figures", lambda *arguments: {})
+    monkeypatch.setattr("bench.reports.summary_drawings.summary_figure", lambda *arguments: b"")
+    monkeypatch.setattr("bench.reports.summary._drawings", lambda *arguments: {})
     content = fuzzer.healthy(kind, folder)
     for seed in range(N_MUTATION):
         found = fuzzer.outcome_of(kind, fuzzer.KINDS[kind].mutate(content, random.Random(f"{kind} {seed}")), folder)

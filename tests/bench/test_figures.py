@@ -12,8 +12,9 @@ from matplotlib.figure import Figure
 from bench.jobs.records import RecordWriter, read_records
 from bench.plan.naming import cell_name, place_text, telling_axes
 from bench.plan.plan import read_plan, write_plan
-from bench.reports import summary as reporting
-from bench.reports.collect import collect, collect_all
+from bench.reports import summary_drawings as reporting
+from bench.reports.collect import collect
+from bench.reports.collect_all import collect_all
 from bench.reports.cost import COSTS, JACOBIAN_AS_EVALUATIONS, cost_figure, cost_frame, paper_cost
 from bench.reports.figures import summary_figure
 from bench.reports.history_figures import mesh_figure, response_figure, updates_figure
@@ -189,8 +190,8 @@ def test_an_experiment_of_failures_draws_what_it_can(table3, tmp_path, capsys):
 
 def test_the_mesh_figure_is_made_where_both_tables_have_their_curves(plan, tmp_path, monkeypatch):
     made = []
-    monkeypatch.setattr("bench.reports.collect.mesh_figure", lambda *curves: made.append(curves))
-    monkeypatch.setattr("bench.reports.collect.png", lambda figure: PNG)
+    monkeypatch.setattr("bench.reports.collect_all.mesh_figure", lambda *curves: made.append(curves))
+    monkeypatch.setattr("bench.reports.collect_all.png", lambda figure: PNG)
     coarse, fine = curves_of(), curves_of(true=[[5e-6, 5e-6]] * 4)
     output = tmp_path / "all"
     parts = [output / "table3", output / "table4"]

@@ -8,10 +8,13 @@ import pytest
 from hydra import initialize_config_dir
 from hydra.core.global_hydra import GlobalHydra
 from hydra.types import RunMode
+from omegaconf import OmegaConf
 
 from bench.command_line.config import register_schemas
+from bench.command_line.overrides import override
 from bench.plan.experiment import Experiment
 from bench.plan.plan import all_runs, component_seeds, generator, read_plan, write_plan
+from bench.plan.setup import Setup
 from bench.storage.places import CONF
 from ksmea import registry
 from ksmea.errors import SettingError
@@ -58,13 +61,17 @@ WITHOUT_DEFAULTS = {  # nothing without a file
 
 
 @pytest.fixture(scope="module")
-def compose():
-    """The plan that a command line means."""
+def loader():
     register_schemas()
     with initialize_config_dir(str(CONF), version_base="1.3"):
-        loader = GlobalHydra.instance().config_loader()
-        master = loader.load_configuration("config", overrides=[], run_mode=RunMode.MULTIRUN)
-        yield lambda *words: Experiment.compose(loader, master, list(words)).plan
+        yield GlobalHydra.instance().config_loader()
+
+
+@pytest.fixture(scope="module")
+def compose(loader):
+    """The plan that a command line means."""
+    master = loader.load_configuration("config", overrides=[], run_mode=RunMode.MULTIRUN)
+    return lambda *words: Experiment.compose(loader, master, list(words)).plan
 
 
 def another(group, field):
@@ -340,3 +347,38 @@ def test_no_plan_or_one_of_another_schema_is_refused_in_one_line(compose, tmp_pa
     with pytest.raises(SettingError, match=r"expected a plan of schema") as caught:
         read_plan(tmp_path)
     assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    "words, standard",
+    [
+        (["method=ksmea,direct", "problem.mesh=13,21"], []),
+        (["+experiment=contest", "label=Kriging + EI", "problem.instance=0,1", "problem.family=one_disk"], ["method.polish=false"]),
+        (["name=${hydra.job.config_name}", "optimizer.population=20,30"], []),
+    ],
+    ids=["sweep", "settings that take others' values", "a setting of Hydra"],
+)
+def test_a_cell_is_what_hydra_composes_of_its_point(compose, loader, words, standard):
+    """Points are copies of configurations that are composed once for each choice of plugins. Here all of a point is composed for
+    itself; `standard` is what the experiment sets of the plugins chosen."""
+    plan = compose(*words)
+    fixed = [word for word in words if "," not in word]
+    for cell in plan.cells[-2:]:
+        point = {key: value for key, value in cell.place.items() if value is not None}
+        plugins_first = sorted(point, key=lambda key: key not in registry.GROUPS)
+        of_point = [override(key, point[key]) for key in plugins_first]
+        own = loader.load_configuration("config", [*fixed, *of_point, *standard], RunMode.RUN)
+        assert plan.name == own.name
+        for group in registry.GROUPS:
+            if cell.settings[group] is not None:
+                assert cell.settings[group] == OmegaConf.to_container(own[group], resolve=True)
+
+
+def test_cells_of_equal_problem_and_noise_share_their_crlb(compose, monkeypatch):
+    asked = []
+    crlb = Setup.crlb
+    monkeypatch.setattr(Setup, "crlb", lambda setup: asked.append(setup) or crlb(setup))
+    plan = compose("optimizer=de,lm", "measurement.relative=0.05,0.1", "problem.mesh=13,14")
+    assert (len(plan.cells), len(asked)) == (8, 4)
+    for cell in plan.cells:
+        assert [facts.crlb for facts in cell.parameters] == crlb(Setup.of(cell.settings))

@@ -1,0 +1,48 @@
+"""What tables need to know of the unknowns of each cell, the Cramér–Rao lower bound (CRLB) among it.
+
+Cells of a grid often differ in their method or in what data hide, and have the same CRLB. It is computed once for all whose
+problem, true values and noise have the same content.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+
+from bench.plan.plan import ParameterFacts
+from bench.plan.setup import Setup
+
+
+class FactsOfCells:
+    """Facts of the cells of one plan."""
+
+    def __init__(self) -> None:
+        self._crlbs: dict[str, list[float | None]] = {}
+
+    def of(self, setup: Setup, with_crlb: bool) -> tuple[ParameterFacts, ...]:
+        """Those of a cell's unknowns; none where its study asks for no problem."""
+        if setup.aligned_problem is None:
+            return ()
+        crlbs = self._crlb(setup) if with_crlb else [None] * len(setup.problem.parameters)
+        return tuple(
+            ParameterFacts(parameter.name, parameter.unit, parameter.si_per_unit, setup.truth.get(parameter.name), crlb)
+            for parameter, crlb in zip(setup.problem.parameters, crlbs)
+        )
+
+    def _crlb(self, setup: Setup) -> list[float | None]:
+        content = _content(setup)
+        if content is None:
+            return setup.crlb()
+        if content not in self._crlbs:
+            self._crlbs[content] = setup.crlb()
+        return self._crlbs[content]
+
+
+def _content(setup: Setup) -> str | None:
+    """The hash of all that the CRLB depends on; None where that cannot be written down. Nothing is read back."""
+    source = setup.source
+    try:
+        content = pickle.dumps((setup.problem, setup.truth, source.noise, source.kind, source.noise_known))
+    except Exception:  # whatever a problem of other people raises
+        return None
+    return hashlib.sha256(content).hexdigest()
