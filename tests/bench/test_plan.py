@@ -353,7 +353,10 @@ def test_no_plan_or_one_of_another_schema_is_refused_in_one_line(compose, tmp_pa
     "words, standard",
     [
         (["method=ksmea,direct", "problem.mesh=13,21"], []),
-        (["+experiment=contest", "label=Kriging + EI", "problem.instance=0,1", "problem.family=one_disk"], ["method.polish=false"]),
+        (
+            ["+experiment=contest", "label=Kriging + EI", "problem.instance=0,1", "problem.family=one_disk"],
+            ["method.polish=false"],
+        ),
         (["name=${hydra.job.config_name}", "optimizer.population=20,30"], []),
     ],
     ids=["sweep", "settings that take others' values", "a setting of Hydra"],
