@@ -100,7 +100,7 @@ class LinearLaw(Law):
         of_x, of_y, determinant = xx * x + xy * y, yx * x + yy * y, a * d - b * c
         if not determinant.all():
             raise np.linalg.LinAlgError("a force proportional to the motion leaves no steady motion at a speed")
-        return np.stack([b * of_y - d * of_x, c * of_x - a * of_y], axis=-1) / determinant[..., None]
+        return np.asarray(np.stack([b * of_y - d * of_x, c * of_x - a * of_y], axis=-1) / determinant[..., None])
 
     def _stiffness(self, coefficients: Array, speed: Array) -> ComplexArray:
         return np.asarray(np.einsum("nc,c...->n...", coefficients, self.terms(speed)))
