@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import linear_sum_assignment
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.whirl import BACKWARD, FORWARD, Branches, Motions, prevailing_direction
+from ksmea.whirl import BACKWARD, FORWARD, Branches, Motions, direction_of_whirl
 
 LEAST_ALIKE = 0.3  # MAC of a motion that continues a branch
 FAR = 0.3  # relative change of an eigenvalue that weighs as much as a shape with nothing in common
@@ -42,7 +42,7 @@ def tracked(motions: Sequence[Motions], n_branch: int) -> Branches:
         for index, motion in history.items():
             eigenvalue[index, column] = motions[index].eigenvalue[motion]
             shape = motions[index].shape[motion]
-            direction[index, column] = SIGNS.get(prevailing_direction(shape[:, 0], shape[:, 1]), 0.0)
+            direction[index, column] = SIGNS.get(direction_of_whirl(shape[:, 0], shape[:, 1]), 0.0)
     order = np.argsort([min(motions[at].eigenvalue[each].imag for at, each in history.items()) for history in shown])
     speed = np.array([each.speed for each in motions])
     return Branches(speed, eigenvalue[:, order], direction[:, order])

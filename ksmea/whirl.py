@@ -127,22 +127,12 @@ def log_decrement(eigenvalue: ComplexArray) -> Array:
 
 
 def direction_of_whirl(x: ComplexArray, y: ComplexArray) -> str:
-    """Direction of the orbits Re(x e^{iωt}), Re(y e^{iωt}) over the places (n_place,); mixed where places differ or move
-    along lines.
+    """Direction of the orbits Re(x e^{iωt}), Re(y e^{iωt}) in which almost all of a shape (n_place,) whirls; mixed where places
+    differ or move along lines. Squared amplitudes vote, so that what hardly moves, as next to a node, makes no motion mixed.
 
     An orbit is a forward circle of radius |x + iy|/2 and a backward one of radius |x − iy|/2; the difference of
     their squares is Im(x ȳ), which is ±(|x|² + |y|²)/2 for a circle and 0 for a line.
     """
-    round_by = roundness(x, y)
-    round_by = round_by[np.isfinite(round_by)]
-    if np.all(round_by > STRAIGHT):
-        return FORWARD
-    return BACKWARD if np.all(round_by < -STRAIGHT) else MIXED
-
-
-def prevailing_direction(x: ComplexArray, y: ComplexArray) -> str:
-    """Direction in which almost all of a shape (n_place,) whirls: squared amplitudes vote, so that what hardly moves, as next to a
-    node, makes no motion mixed."""
     power = np.abs(x) ** 2 + np.abs(y) ** 2
     round_by = np.nan_to_num(roundness(x, y))
     votes = np.where(np.abs(round_by) > STRAIGHT, np.sign(round_by), 0.0)

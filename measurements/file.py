@@ -48,7 +48,7 @@ from measurements.formats.readers import foreign_rows
 from measurements.formats.waveform import MOST_BYTES
 from measurements.repeats import averaged
 from measurements.run_up import RunUp, run_up
-from measurements.run_up_rows import MAX_BYTES, Rows, read_bytes, rows_at, rows_of, text_of
+from measurements.run_up_rows import MAX_BYTES, Rows, read_bytes, rows_at, rows_of, text_of, to_digits
 from measurements.shared_speeds import at_shared_speeds
 from measurements.slow_roll import SUBTRACTED, without_slow_roll
 from measurements.sweeps import ANY, require_one_way, rows_of_sweep
@@ -181,7 +181,7 @@ class File(Answers, MeasurementSource):
         if self.incomplete == "interpolate":
             rows, interpolation = at_shared_speeds(rows, self.path)
             remarks.append(interpolation)
-        return rows, tuple(remark for remark in remarks if remark)
+        return rows if self.format == OWN else to_digits(rows), tuple(remark for remark in remarks if remark)
 
     @cached_property
     def _run_up(self) -> RunUp:

@@ -10,7 +10,7 @@ import io
 import math
 import re
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -32,6 +32,7 @@ ABOVE_ZERO = {  # and what to do where it is not
 }
 NUMBER = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
 DECIMAL_COMMA = re.compile(r"[-+]?[0-9]+,[0-9]+", re.ASCII)
+DIGITS = 15  # that a double holds of any number
 MAX_ANGLE = 360  # degrees, of a direction
 MAX_QUOTED = 40  # characters of a file that a message quotes
 
@@ -53,6 +54,14 @@ class Rows:
 def rows_at(rows: Rows, indices: Sequence[int]) -> Rows:
     """Some of the rows, in this order."""
     return Rows(**{key: values and [values[index] for index in indices] for key, values in vars(rows).items()})
+
+
+def to_digits(rows: Rows) -> Rows:
+    """The rows to as many digits as conversions of units and means leave true: 118.4 mil is 3007.36 µm, not 3007.3600000000003."""
+    found = {key: getattr(rows, key) for key in ("speed", "amplitude", "phase", "sigma", "time")}
+    return replace(
+        rows, **{key: values and [float(f"{each:.{DIGITS}g}") for each in values] for key, values in found.items()}
+    )
 
 
 def rows_of_run(rows: Rows, name: str, path: str) -> Rows:

@@ -6,6 +6,7 @@ import dataclasses
 import glob
 import re
 import typing
+import unicodedata
 from itertools import takewhile
 from pathlib import Path
 from typing import Any
@@ -22,13 +23,22 @@ from ksmea.errors import SettingError
 from ksmea.settings import own_fields
 
 
+def folder_part(name: str) -> str:
+    """A name as a part of a folder's: letters of any script, digits, points and hyphens; all else is an underscore.
+
+    >>> folder_part("<b>Ümlaut (2)")
+    '_b_Ümlaut_2_'
+    """
+    return re.sub(r"[^\w.-]+", "_", unicodedata.normalize("NFC", name))
+
+
 def of_file(measurement: Any) -> str:
     """What a measured file adds to the name of a folder: '_run_up' of runs/run_up.csv, '_runs' of runs/*.csv; '' where there
     is none."""
     path = (measurement or {}).get("path") or ""
     folder = Path(*takewhile(lambda part: not glob.has_magic(part), Path(path).parts))
     name = folder.name if glob.has_magic(path) else Path(path).stem
-    return f"_{re.sub(r'[^A-Za-z0-9.-]+', '_', name)}" if name else ""
+    return f"_{folder_part(name)}" if name else ""
 
 
 def register_schemas() -> None:

@@ -5,11 +5,11 @@ Figures, the numbers behind them as CSV files, and one page with all of it.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
+from bench.command_line.config import folder_part
 from bench.command_line.messages import USER_ERRORS, one_line
 from bench.command_line.overrides import parse
 from bench.command_line.plugin_words import PLUGINS, register_plugins
@@ -139,5 +139,5 @@ def _put(given: dict[str, Any], keys: list[str], value: Any) -> None:
 
 def _folder_name(name: str, settings: Mapping[str, Any]) -> str:
     file = settings.get("file")
-    stem = re.sub(r"[^A-Za-z0-9.-]+", "_", Path(file).stem) if isinstance(file, str) else ""
+    stem = folder_part(Path(file).stem) if isinstance(file, str) else ""
     return f"draw_{stem or name}"

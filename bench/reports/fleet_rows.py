@@ -13,7 +13,7 @@ from ksmea.records.estimate import EstimateRecord
 from ksmea.records.identification import IdentificationRecord, ParameterRecord
 from ksmea.show import diagnosis, identification
 from ksmea.show.location import in_short
-from ksmea.show.text import noise_parts, number
+from ksmea.show.text import noise_parts, number, with_ends
 from ksmea.units import MICROMETRE
 
 NOT_EXPLAINED = "not explained"
@@ -32,8 +32,8 @@ class Value:
     high: float
 
     def __str__(self) -> str:
-        ends = "" if np.isnan([self.low, self.high]).all() else f" [{number(self.low)}, {number(self.high)}]"
-        return f"{number(self.value)}{ends}"
+        is_told = not np.isnan([self.low, self.high]).all()
+        return with_ends(self.value, self.low, self.high) if is_told else number(self.value)
 
 
 @dataclass(frozen=True)

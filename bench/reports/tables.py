@@ -152,14 +152,14 @@ def as_text(plan: Plan, summary: pd.DataFrame) -> str:
     lines = []
     for _, row in summary.iterrows():
         line = [
-            row["parameter"],
+            row["parameter"].replace("_", " ") if row["parameter"] in EFFORT | EXACT else row["parameter"],
             row["unit"],
             number(row["reference"]),
             *(place_text(None if pd.isna(row[axis]) else row[axis]) for axis in axes),
         ]
         line += [
             number(row["median"]),
-            f"[{number(row['q1'])}, {number(row['q3'])}]",
+            "–" if pd.isna(row["q1"]) else f"[{number(row['q1'])}, {number(row['q3'])}]",
             number(row["error_pct_median"], 3),
         ]
         if has_crlb:

@@ -18,7 +18,7 @@ def lines(record: BothWaysRecord | None) -> Iterator[str]:
         yield f"joint and by differences between runs agree ({chance(record.p)})"
         return
     moved = ", ".join(
-        f"{each.name.replace('_', ' ')} by {number(abs(each.standard_errors), 2)} standard errors to {number(each.value)} {each.unit}"
+        f"{each.name} by {number(abs(each.standard_errors), 2)} standard errors to {number(each.value)} {each.unit}"
         for each in record.moved
     )
     yield (

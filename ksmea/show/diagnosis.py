@@ -10,14 +10,14 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ksmea.records.diagnosis import DiagnosisRecord, FitQualityRecord, TrialRecord
+from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, FitQualityRecord, TrialRecord
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
 from ksmea.records.location import NOTHING
 from ksmea.show import both_ways, hidden, location, repeats
 from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
 from ksmea.show.predictive_gain import gain_lines
 from ksmea.show.stability import stability_text
-from ksmea.show.text import aligned, noise_level, number
+from ksmea.show.text import aligned, chance, data_words, noise_level, number, with_ends
 from ksmea.units import RPM
 
 MAX_RANKED = 6  # effects that the text lists
@@ -27,6 +27,7 @@ FEWEST_TO_LOCATE = 3  # channels: an unknown force takes two at each speed
 def text(record: DiagnosisRecord) -> str:
     """The diagnosis as an engineer would say it; below it, apart, what synthetic data were made to hide."""
     blocks = [
+        _data(record),
         "\n".join(f"Note: {remark}" for remark in record.remarks),
         _sentence(repeats.lines(record.repeats)),
         _sentence(both_ways.lines(record.both_ways)),
@@ -112,6 +113,21 @@ def plot(record: DiagnosisRecord, axes: Axes | None = None) -> Figure:
         return residual_figure(record)
     draw_ranking(record, axes)
     return cast(Figure, axes.figure)
+
+
+def _data(record: DiagnosisRecord) -> str:
+    """The measurement in a line; '' in a record that keeps no curves."""
+    curves = record.curves
+    if curves is None:
+        return ""
+    described = data_words(
+        len(curves.speed), min(curves.speed), max(curves.speed), curves.channels, with_phase=_has_phase(curves)
+    )
+    return f"Data: {f'{record.source}, ' if record.source else ''}{described}."
+
+
+def _has_phase(curves: CurvesRecord) -> bool:
+    return isinstance(curves.responses.measured[0][0], tuple)
 
 
 def _what_is_wrong(record: DiagnosisRecord) -> str:
@@ -208,8 +224,7 @@ def _where_to_look(record: DiagnosisRecord) -> list[str]:
     if record.location is not None:
         return []
     curves = record.curves
-    with_phase = curves is not None and isinstance(curves.responses.measured[0][0], tuple)
-    if curves is not None and with_phase and len(curves.channels) >= FEWEST_TO_LOCATE:
+    if curves is not None and _has_phase(curves) and len(curves.channels) >= FEWEST_TO_LOCATE:
         return ["+experiment=locate tells at which places of the shaft something acts, whatever it is."]
     return [
         f"Amplitudes and phases of {FEWEST_TO_LOCATE} channels or more would tell at which places something acts (+experiment=locate)."
@@ -248,7 +263,7 @@ def _ranking(record: DiagnosisRecord) -> str:
             trial.effect,
             trial.location,
             f"{trial.delta_bic:.1f}",
-            f"{trial.p:.2g}",
+            chance(trial.p, ""),
             ", ".join(_with_interval(parameter) for parameter in trial.parameters),
         ]
         for trial in list(best.values())[:MAX_RANKED]
@@ -257,8 +272,7 @@ def _ranking(record: DiagnosisRecord) -> str:
 
 
 def _with_interval(parameter: EstimateRecord) -> str:
-    ends = ", ".join("–" if end is None else number(end, 3) for end in (parameter.low, parameter.high))
-    return f"{parameter.name} {number(parameter.value, 3)} [{ends}] {parameter.unit}"
+    return f"{parameter.name} {with_ends(parameter.value, parameter.low, parameter.high)} {parameter.unit}"
 
 
 def _predictive_gain(record: DiagnosisRecord) -> str:
@@ -296,10 +310,7 @@ def _weights(record: DiagnosisRecord) -> list[str]:
 
 
 def _cell(estimated: EstimateRecord | None) -> str:
-    if estimated is None:
-        return "–"
-    ends = ", ".join("–" if end is None else number(end) for end in (estimated.low, estimated.high))
-    return f"{number(estimated.value)} [{ends}]"
+    return "–" if estimated is None else with_ends(estimated.value, estimated.low, estimated.high)
 
 
 def _detectable(record: DiagnosisRecord) -> str:

@@ -16,8 +16,8 @@ from ksmea.show import both_ways, hidden, location, repeats, weights
 from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.fit_figure import draw_amplitude, fit_figure
 from ksmea.show.stability import stability_text
-from ksmea.show.text import noise_parts, number, two_digits
-from ksmea.units import MICROMETRE, RPM
+from ksmea.show.text import data_words, decimals, fixed, noise_parts, number, two_digits
+from ksmea.units import MICROMETRE
 
 SLIGHT = 0.1  # parts of the noise below this part of the whole everywhere are not mentioned
 COLUMNS = ("parameter", "unit", "value", "low", "high", "kind", "crlb", "at_limit", "search_end")
@@ -109,21 +109,16 @@ def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:
 
 
 def _data_text(data: DataDescription) -> str:
-    n_channel = len(data.channels)
-    kind = {"amplitude": "amplitudes", "complex": "amplitudes and phases"}[data.kind]
-    return (
-        f"{data.n_speed} speeds from {data.speed_from / RPM:.0f} to {data.speed_to / RPM:.0f} rpm,"
-        f" {n_channel} channel{'s' if n_channel > 1 else ''} ({', '.join(data.channels)}), {kind}"
-    )
+    return data_words(data.n_speed, data.speed_from, data.speed_to, data.channels, with_phase=data.kind == "complex")
 
 
 def _value_text(record: IdentificationRecord, parameter: ParameterRecord) -> str:
     """For example 'kxx = 50.03 MN/m, 95 % interval [49.92, 50.14]'."""
-    name, unit = parameter.name.replace("_", " "), parameter.unit
+    name, unit = parameter.name, parameter.unit
     value, low, high = (parameter.in_unit(end) for end in (parameter.value, parameter.low, parameter.high))
     digits = _decimals(value, low, high)
     level = f"{100 * (0.95 if record.intervals is None else record.intervals.level):g} %"
-    best = f"{_number(value, digits)} {unit}"
+    best = f"{fixed(value, digits)} {unit}"
     if parameter.kind is None:
         said = f"{name} = {best}"
     elif parameter.kind == "not identifiable" and record.data is not None and record.data.reference:
@@ -131,11 +126,11 @@ def _value_text(record: IdentificationRecord, parameter: ParameterRecord) -> str
     elif parameter.kind == "not identifiable":
         return f"{name}: not identifiable from these data: any value of the search fits about as well"
     elif np.isnan(low):
-        said = f"{name}: at most {_number(high, digits)} {unit} ({level}; best fit {best})"
+        said = f"{name}: at most {fixed(high, digits)} {unit} ({level}; best fit {best})"
     elif np.isnan(high):
-        said = f"{name}: at least {_number(low, digits)} {unit} ({level}; best fit {best})"
+        said = f"{name}: at least {fixed(low, digits)} {unit} ({level}; best fit {best})"
     else:
-        said = f"{name} = {best}, {level} interval [{_number(low, digits)}, {_number(high, digits)}]"
+        said = f"{name} = {best}, {level} interval [{fixed(low, digits)}, {fixed(high, digits)}]"
         said += ", of which some between do not fit" if parameter.kind == "hull" else ""
     return said + ("; best fit at a limit of its search (problem.limits)" if parameter.at_limit else "")
 
@@ -143,7 +138,7 @@ def _value_text(record: IdentificationRecord, parameter: ParameterRecord) -> str
 def _search_text(record: IdentificationRecord) -> str:
     """Where the method stopped, for the unknowns of which that is not the value above."""
     ends = ", ".join(
-        f"{part.name.replace('_', ' ')} = {_number(part.in_unit(part.identified), digits)} {part.unit}"
+        f"{part.name} = {fixed(part.in_unit(part.identified), digits)} {part.unit}"
         for part in record.parameters
         if part.ended_short
         for digits in [_decimals(*(part.in_unit(value) for value in (part.identified, part.low, part.high)))]
@@ -152,17 +147,8 @@ def _search_text(record: IdentificationRecord) -> str:
     return f"search ended short: the method stopped at {ends}{higher}; the values above are at the maximum of the likelihood"
 
 
-def _decimals(value: float, low: float, high: float) -> int:
-    """Decimals that show an interval's width to two digits, or a value to four."""
-    ends = [end for end in (value, low, high) if np.isfinite(end)]
-    width = max(ends) - min(ends)
-    if width > 0:
-        return int(np.clip(1 - np.floor(np.log10(width)), 0, 9))
-    return int(np.clip(3 - np.floor(np.log10(abs(value))), 0, 9)) if value else 3
-
-
-def _number(value: float, decimals: int) -> str:
-    return f"{value:.{decimals}f}"
+def _decimals(*values: float) -> int:
+    return decimals(*(value for value in values if np.isfinite(value)))
 
 
 def _noise_text(record: IdentificationRecord) -> Iterator[str]:
@@ -194,7 +180,7 @@ def _telling_parts(record: IdentificationRecord, relative: float, floor: float) 
 def _alike_text(record: IdentificationRecord) -> str:
     if record.correlation is None:
         return "not computed, without noise"
-    return alike_text(record.correlation, [parameter.name.replace("_", " ") for parameter in record.parameters])
+    return alike_text(record.correlation, [parameter.name for parameter in record.parameters])
 
 
 def verdict(test: LackOfFit) -> str:

@@ -9,6 +9,7 @@ import numpy as np
 
 from ksmea.channel import DIRECTIONS
 from ksmea.records.location import LawRecord
+from ksmea.show.text import with_error
 
 
 def law_words(law: LawRecord) -> str:
@@ -38,7 +39,7 @@ def _asymmetry(law: LawRecord) -> str:
 
 
 def _stop(law: LawRecord) -> str:
-    stiffness, clearance, *friction = (f"{each.value:.3g} ± {each.sd:.2g} {each.unit}" for each in law.coefficients)
+    stiffness, clearance, *friction = (f"{with_error(each.value, each.sd)} {each.unit}" for each in law.coefficients)
     verb = "opposes" if law.coefficients[0].value > 0 else "drives"
     rubbing = f", with a friction coefficient of {friction[0].strip()}" if friction else ""
     return f"it {verb} the motion like a spring, {stiffness}, only above {clearance}{rubbing}"
@@ -58,11 +59,11 @@ def _vector(law: LawRecord, turns: int = 1) -> str:
     along, across = np.array([first.value, second.value]) / size, np.array([second.value, -first.value]) / size
     sd, sideways = (np.hypot(part[0] * first.sd, part[1] * second.sd) for part in (along, across))
     angle, spread = np.degrees([np.arctan2(second.value, first.value), sideways / size]) / turns
-    return f"{size:.3g} ± {sd:.2g} {first.unit} at {angle:.0f}° ± {min(spread, 180.0):.2g}°"
+    return f"{with_error(size, sd)} {first.unit} at {with_error(angle, min(spread, 180.0)).replace(' ±', '° ±')}°"
 
 
 def _sizes(law: LawRecord) -> str:
-    return ", ".join(f"{each.name} = {each.value:.3g} ± {each.sd:.2g} {each.unit}" for each in law.coefficients)
+    return ", ".join(f"{each.name} = {with_error(each.value, each.sd)} {each.unit}" for each in law.coefficients)
 
 
 _WORDS: Mapping[str, Callable[[LawRecord], str]] = MappingProxyType(

@@ -29,7 +29,7 @@ def orbits_figure(found: Rotordynamics) -> Figure:
     figure = ShownFigure(figsize=(8.0, 2.9 * rows + 0.9))
     for index in range(n_mode):
         panel: Axes3D = figure.add_subplot(rows, columns, index + 1, projection="3d")
-        _draw_orbits(panel, shapes.places, shapes.motions.shape[index], _stations(found.layout))
+        _draw_orbits(panel, shapes.places, shapes.motions.shape[index], stations(found.layout))
         panel.set_title(mode_title(found, index), fontsize=9, y=0.98)
     names = ((FORWARD, "forward"), (BACKWARD, "backward"), (STRAIGHT, "along a line"))
     handles = [Line2D([], [], color=colour, label=name) for colour, name in names]
@@ -85,7 +85,7 @@ def nodes(places: Array, deflection: Array) -> Array:
     return np.asarray(places[:-1][crosses] + part * np.diff(places)[crosses])
 
 
-def _stations(layout: RotorLayout) -> Array:
+def stations(layout: RotorLayout) -> Array:
     """Where orbits are drawn, m."""
     own = [disk.position for disk in layout.disks] + [bearing.position for bearing in layout.bearings]
     return np.union1d(np.linspace(0.0, layout.length, N_ORBIT), own)

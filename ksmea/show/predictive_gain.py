@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from ksmea.records.extension import PredictiveGainRecord
+from ksmea.show.text import number, with_error
 from ksmea.units import MICROMETRE
 
 
@@ -11,7 +12,8 @@ def gain_lines(gain: PredictiveGainRecord) -> list[str]:
     supported = "supported" if gain.is_supported else "not supported"
     tests = f"sign test p = {gain.p_sign:.2g}, signed-rank p = {gain.p_wilcoxon:.2g}"
     blocks = f"it predicts {gain.n_better} of {len(gain.by_block)} blocks of speeds better ({tests})"
-    elpd = f"{gain.median:+.3g} in the median block and {gain.elpd_difference:+.3g} ± {gain.standard_error:.2g} in all"
+    in_all = with_error(gain.elpd_difference, gain.standard_error, "+")
+    elpd = f"{in_all} in all and {number(gain.median, 3, '+')} in the median block"
     rmse = f"{gain.rmse_before / MICROMETRE:.3g} to {gain.rmse_after / MICROMETRE:.3g} µm"
     return [
         f"The extension is {supported} by left-out data: {blocks}.",

@@ -2,14 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from ksmea.records.estimate import NoiseLevelRecord
-from ksmea.units import MICROMETRE
+from ksmea.units import MICROMETRE, RPM
 
 SMALLEST = 1e-15  # p that is told: rounding
+MOST_DECIMALS = 9  # of a value with its interval
+PLAIN_DECIMALS = 6  # of a value with its error; of more, and from `LARGEST` on, both are written with a power of ten
+LARGEST = 1e7
 
 
 def aligned(head: list[str], lines: list[list[str]]) -> str:
@@ -18,8 +23,85 @@ def aligned(head: list[str], lines: list[list[str]]) -> str:
     return "\n".join("  ".join(text.rjust(width) for text, width in zip(line, widths)) for line in [head, *lines])
 
 
-def number(value: Any, digits: int = 4) -> str:
-    return "–" if pd.isna(value) else f"{value:.{digits}g}"
+def number(value: Any, digits: int = 4, sign: str = "") -> str:
+    """A number to so many digits; one of more places than that up to seven is written out, '–' stands for none.
+
+    >>> number(49361.7, 3), number(2.5e9), number(1.5), number(None)
+    ('49400', '2.5e+09', '1.5', '–')
+    """
+    if pd.isna(value):
+        return "–"
+    if 10**digits <= abs(value) < LARGEST:
+        return f"{float(f'{value:.{digits}g}'):{sign}.0f}"
+    return f"{value:{sign}.{digits}g}"
+
+
+def with_ends(value: float, low: float | None, high: float | None) -> str:
+    """A value with the ends of its interval, as many digits as show half its width to two; an end that is open is '–'.
+
+    >>> with_ends(2006.4, 1990.6, 2022.1), with_ends(0.50662, 0.47401, None), with_ends(500, 500, None)
+    ('2006 [1991, 2022]', '0.507 [0.474, –]', '500.0 [500.0, –]')
+    """
+    ends = [end for end in (low, high) if end is not None and np.isfinite(end)]
+    places = decimals(value, *ends)
+    told = ("–" if end is None or not np.isfinite(end) else fixed(end, places) for end in (low, high))
+    return f"{fixed(value, places)} [{', '.join(told)}]"
+
+
+def with_error(value: float, error: float, sign: str = "") -> str:
+    """A value with its standard error, which has two digits; the value ends at the same place. `sign` '+' shows that of a
+    positive value.
+
+    >>> with_error(4936.2, 4804.1, "+"), with_error(2.0951, 0.2), with_error(2.4512e9, 2.04e8)
+    ('+4900 ± 4800', '2.10 ± 0.20', '(2.45 ± 0.20)e+09')
+    """
+    if not (np.isfinite(error) and error > 0):
+        return f"{value:{sign}.3g} ± {error:.2g}"
+    power = int(np.floor(np.log10(max(abs(value), error))))
+    if _is_plain(value, error):
+        places = _places(error)
+        return f"{fixed(value, places, sign)} ± {fixed(error, places)}"
+    places = _places(error / 10.0**power)
+    return f"({fixed(value / 10.0**power, places, sign)} ± {fixed(error / 10.0**power, places)})e{power:+03d}"
+
+
+def decimals(value: float, *ends: float) -> int:
+    """Decimals that show half the width of an interval to two digits, or a value alone to four; below 0 for places before the
+    point."""
+    half = (max(value, *ends) - min(value, *ends)) / 2 if ends else 0.0
+    if half > 0:
+        return min(_places(half), MOST_DECIMALS)
+    return int(np.clip(3 - np.floor(np.log10(abs(value))), 0, MOST_DECIMALS)) if value else 3
+
+
+def fixed(value: float, places: int, sign: str = "") -> str:
+    """A value rounded to a number of decimals, which may be below 0.
+
+    >>> fixed(4936.2, -2), fixed(0.5, 3), fixed(3.2e8, 0)
+    ('4900', '0.500', '3.2e+08')
+    """
+    if abs(value) >= LARGEST:
+        return f"{value:{sign}.4g}"
+    rounded = round(value, places)
+    return f"{0.0 if rounded == 0 else rounded:{sign}.{max(places, 0)}f}"
+
+
+def _places(error: float) -> int:
+    """Decimals of the second digit of a number, once it is rounded to two."""
+    return 1 - int(np.floor(np.log10(float(f"{error:.1e}"))))
+
+
+def _is_plain(value: float, error: float) -> bool:
+    return max(abs(value), error) < LARGEST and _places(error) <= PLAIN_DECIMALS
+
+
+def data_words(n_speed: int, speed_from: float, speed_to: float, channels: Sequence[str], *, with_phase: bool) -> str:
+    """What was measured: speeds (rad/s), channels and kind."""
+    return (
+        f"{n_speed} speeds from {speed_from / RPM:.0f} to {speed_to / RPM:.0f} rpm,"
+        f" {len(channels)} channel{'s' if len(channels) > 1 else ''} ({', '.join(channels)}),"
+        f" amplitudes{' and phases' if with_phase else ''}"
+    )
 
 
 def noise_parts(relative: float, floor: float) -> str:
@@ -30,19 +112,25 @@ def noise_parts(relative: float, floor: float) -> str:
 
 
 def noise_level(level: NoiseLevelRecord) -> str:
-    """For example '5 % of each value and 0.1 µm', or the same of each run that has its own."""
+    """For example '5 % of each value and 0.1 µm', or the same of each run that has its own; a part that is 0 is left out."""
     if not level.by_run:
         return _level(level.relative, level.floor)
     return "; ".join(f"run {name} {_level(relative, floor)}" for name, relative, floor in level.by_run)
 
 
 def _level(relative: float, floor: float) -> str:
-    return f"{100 * relative:.3g} % of each value and {floor / MICROMETRE:.3g} µm"
+    parts = [f"{100 * relative:.3g} % of each value"] if relative else []
+    parts += [f"{floor / MICROMETRE:.3g} µm"] if floor else []
+    return " and ".join(parts) or "none"
 
 
-def chance(p: float) -> str:
-    """For example 'p = 0.012'."""
-    return f"p = {p:.2g}" if p > SMALLEST else f"p < {SMALLEST:g}"
+def chance(p: float, name: str = "p = ") -> str:
+    """For example 'p = 0.012', or without the name where a table has it as its head.
+
+    >>> chance(0.0123), chance(0.0), chance(0.0, "")
+    ('p = 0.012', 'p < 1e-15', '< 1e-15')
+    """
+    return f"{name}{p:.2g}" if p > SMALLEST else f"{name.replace('=', '<') or '< '}{SMALLEST:g}"
 
 
 def two_digits(value: float) -> str:

@@ -10,7 +10,7 @@ from scipy.optimize import brentq, linear_sum_assignment
 
 from ksmea.arrays import Array
 from ksmea.rotordynamics import FreeRotor
-from ksmea.whirl import NO_PEAK, CriticalSpeed, prevailing_direction
+from ksmea.whirl import NO_PEAK, CriticalSpeed, direction_of_whirl
 
 TOLERANCE = 1e-9  # of the highest speed
 SAME = 0.2  # |ln| of the ratio of a damped critical speed to an undamped one that may be the same one
@@ -34,7 +34,7 @@ def critical_speeds(rotor: FreeRotor, speed: Array, harmonics: Sequence[float]) 
 def _critical_speed(rotor: FreeRotor, speed: float, harmonic: float) -> CriticalSpeed:
     [motions] = rotor.motions(np.array([speed]))
     nearest = int(np.argmin(np.abs(motions.eigenvalue.imag - harmonic * speed)))
-    direction = prevailing_direction(*motions.shape[nearest].T)
+    direction = direction_of_whirl(*motions.shape[nearest].T)
     return CriticalSpeed(speed, harmonic, complex(motions.eigenvalue[nearest]), direction)
 
 

@@ -16,7 +16,7 @@ from ksmea.settings import Settings, setting
 from ksmea.stability import SLOWEST
 from ksmea.studies.critical_speeds import critical_speeds
 from ksmea.units import MEGANEWTON_PER_METRE, RPM
-from ksmea.whirl import CriticalSpeedMap, ModeShapes, Rotordynamics, prevailing_direction
+from ksmea.whirl import CriticalSpeedMap, ModeShapes, Rotordynamics, direction_of_whirl
 
 SEARCHED = 1.5  # times a problem's highest speed, up to which critical speeds are looked for unless said otherwise
 MORE_MODES = 4  # are followed than are shown: modes change places
@@ -101,7 +101,9 @@ def _speed(options: RotordynamicsOptions, otherwise: float) -> float:
 def _mode_shapes(rotor: FreeRotor, layout: RotorLayout, speed: float, n_mode: int) -> ModeShapes:
     places = np.union1d(np.linspace(0.0, layout.length, N_PLACE), layout.node_positions)
     motions = rotor.shapes(speed, places.tolist()).first(n_mode)
-    return ModeShapes(places, motions, tuple(prevailing_direction(*shape.T) for shape in motions.shape))
+    # of the places that critical speeds and the Campbell diagram look at: an orbit next to a line has one name everywhere
+    [at_nodes] = rotor.motions(np.array([speed]))
+    return ModeShapes(places, motions, tuple(direction_of_whirl(*shape.T) for shape in at_nodes.first(n_mode).shape))
 
 
 def _speed_map(

@@ -112,7 +112,7 @@ def test_what_is_printed_can_be_read(example):
         "three_disk, run_up.csv: 90 speeds from 2062 to 13868 rpm, 2 channels (x at 0.1 m, y at 0.1 m), amplitudes and phases"
     )
     assert any(line.startswith("  kxx = 50.0") and " MN/m, 95 % interval [49.9" in line for line in lines)
-    assert any(line.startswith(("  phase origin = 39.8", "  phase origin = 39.9")) for line in lines)
+    assert any(line.startswith(("  phase_origin = 39.8", "  phase_origin = 39.9")) for line in lines)
     assert "noise estimated: 5.2 % + 0.018 µm" in lines
     assert "hard to tell apart (correlation beyond ± 0.95): none" in lines
     assert {"identify.csv", "identify.png", "runs.csv"} <= {path.name for path in example.output.iterdir()}

@@ -18,25 +18,30 @@ def record(law, values, sd):
 @pytest.mark.parametrize(
     "key, values, sd, words",
     [
-        ("unbalance", [30.0, 40.0], [1.0, 1.0], "50 ± 1 g mm at 53° ± 1.1°"),
+        ("unbalance", [30.0, 40.0], [1.0, 1.0], "50.0 ± 1.0 g mm at 53.1° ± 1.1°"),
         (
             "spring",
             [2.1, 3.0],
             [0.2, 0.3],
-            "it opposes the motion like a spring, k_x = 2.1 ± 0.2 MN/m, k_y = 3 ± 0.3 MN/m",
+            "it opposes the motion like a spring, k_x = 2.10 ± 0.20 MN/m, k_y = 3.00 ± 0.30 MN/m",
         ),
-        ("damper", [-2.0, -1.0], [0.1, 0.1], "it feeds the motion as if a damper were missing, c_x = -2 ± 0.1"),
-        ("cross_coupling", [0.5], [0.1], "feeds forward whirl, k_xy = 0.5 ± 0.1 MN/m"),
+        ("damper", [-2.0, -1.0], [0.1, 0.1], "it feeds the motion as if a damper were missing, c_x = -2.00 ± 0.10"),
+        ("cross_coupling", [0.5], [0.1], "feeds forward whirl, k_xy = 0.50 ± 0.10 MN/m"),
         (
             "spring_above_an_amplitude",
             [2.1, 9.0],
             [0.2, 1.0],
-            "it opposes the motion like a spring, 2.1 ± 0.2 MN/m, only above 9 ± 1 µm",
+            "it opposes the motion like a spring, 2.10 ± 0.20 MN/m, only above 9.0 ± 1.0 µm",
         ),
-        ("rub", [2.1, 9.0, 0.3], [0.2, 1.0, 0.1], "only above 9 ± 1 µm, with a friction coefficient of 0.3 ± 0.1"),
-        ("cubic_spring", [-1.0], [0.1], "a spring that softens, k₃ = -1 ± 0.1 MN/mm³"),
-        ("rotating_asymmetry", [0.0, 2.0], [0.1, 0.1], "± 2 ± 0.1 MN/m at 45° ± 1.4°"),
-        ("skew", [1e-5, 0.0], [1e-6, 1e-6], "1e-05 ± 1e-06 kg m² at 0°"),
+        (
+            "rub",
+            [2.1, 9.0, 0.3],
+            [0.2, 1.0, 0.1],
+            "only above 9.0 ± 1.0 µm, with a friction coefficient of 0.30 ± 0.10",
+        ),
+        ("cubic_spring", [-1.0], [0.1], "a spring that softens, k₃ = -1.00 ± 0.10 MN/mm³"),
+        ("rotating_asymmetry", [0.0, 2.0], [0.1, 0.1], "± 2.00 ± 0.10 MN/m at 45.0° ± 1.4°"),
+        ("skew", [1e-5, 0.0], [1e-6, 1e-6], "(1.00 ± 0.10)e-05 kg m² at 0.0°"),
     ],
 )
 def test_a_law_is_said_with_direction_and_size(key, values, sd, words):

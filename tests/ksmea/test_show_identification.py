@@ -22,7 +22,7 @@ three_disk, run_up.csv: 90 speeds from 2062 to 13868 rpm, 2 channels (x at 0.1 m
   cxx = 0.496 kN s/m, 95 % interval [0.462, 0.530]
   cyy = 0.710 kN s/m, 95 % interval [0.664, 0.756]
   u = 199.9 g mm, 95 % interval [198.7, 201.2]
-  phase origin = 39.88 deg, 95 % interval [39.51, 40.24]
+  phase_origin = 39.88 deg, 95 % interval [39.51, 40.24]
 noise estimated: 5.2 % + 0.018 µm
 hard to tell apart (correlation beyond ± 0.95): none
 the model explains the data within their noise (channels together, p = 0.31)"""

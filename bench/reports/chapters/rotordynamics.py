@@ -9,6 +9,7 @@ import numpy as np
 from bench.plan.page import Block, Control, Picture, Plot, Prose, Section, Table
 from bench.reports.pages.traces import BLUE, COLOURS, GREY, ORANGE, PURPLE, Trace, axis, layout, level, line, points
 from ksmea.arrays import Array
+from ksmea.show.mode_shape_figure import stations
 from ksmea.show.rotordynamics import (
     DIRECTIONS,
     bearing_table,
@@ -171,21 +172,22 @@ def _speed_map(found: Rotordynamics) -> Plot:
 
 
 def _orbits(found: Rotordynamics) -> list[Block]:
-    """Each mode's orbits along the shaft, to be turned; the first mode is chosen at first."""
+    """Each mode's orbits at places along the shaft, to be turned; the first mode is chosen at first."""
     shapes, turn = found.shapes, np.linspace(0.0, 2 * np.pi, 49)
+    shown = np.unique([np.argmin(np.abs(shapes.places - station)) for station in stations(found.layout)])
     names, traces = [], list[Trace]()
     for number, (value, shape) in enumerate(zip(shapes.motions.eigenvalue, shapes.motions.shape), start=1):
         whirl = shapes.directions[number - 1]
         name = f"mode {number}: {value.imag / HERTZ:.1f} Hz, {whirl}"
         names.append(name)
-        rings = np.real(shape[:, :, None] * np.exp(1j * turn))  # (n_place, 2, n)
+        rings = np.real(shape[shown, :, None] * np.exp(1j * turn))  # (n_shown, 2, n)
         gap = np.full(1, np.nan)
-        z = np.concatenate([np.concatenate([np.full(turn.size, place), gap]) for place in shapes.places])
+        z = np.concatenate([np.concatenate([np.full(turn.size, place), gap]) for place in shapes.places[shown]])
         x, y = (np.concatenate([np.concatenate([ring[axis_], gap]) for ring in rings]) for axis_ in (0, 1))
         moment = shape.real
         common = {"type": "scatter3d", "mode": "lines", "meta": {"mode": name}, "hoverinfo": "skip"}
         colour = WHIRLS.get(whirl, COLOURS[0])
-        traces.append({**common, "x": z, "y": x, "z": y, "name": "orbits", "line": {"color": colour, "width": 2}})
+        traces.append({**common, "x": z, "y": x, "z": y, "name": "orbits", "line": {"color": colour, "width": 3}})
         shaft = {"x": shapes.places, "y": moment[:, 0], "z": moment[:, 1]}
         traces.append({**common, **shaft, "name": "shaft at one moment", "line": {"color": GREY, "width": 5}})
     if not names:
@@ -197,12 +199,12 @@ def _orbits(found: Rotordynamics) -> list[Block]:
         "zaxis": {**sides, "title": {"text": "y"}},
         "aspectmode": "manual",
         "aspectratio": {"x": 2.2, "y": 1, "z": 1},
-        "camera": {"eye": {"x": 1.3, "y": -2.0, "z": 0.9}},
+        "camera": {"eye": {"x": 1.5, "y": -2.3, "z": 1.0}},
     }
     return [
         Plot(
             "Orbits",
-            "Orbits along the shaft, and the deflected shaft at one moment. The largest deflection is 1.",
+            "Orbits at places along the shaft, at disks and at bearings, and the deflected shaft at one moment. The largest deflection is 1.",
             {"data": traces, "layout": layout(scene=scene, margin={"l": 0, "r": 0, "t": 0, "b": 0})},
             "orbits.png",
             (Control("mode", "mode", tuple(names), with_all=False),),

@@ -21,7 +21,7 @@ from bench.reports.chapters.interval_plot import Shown
 from bench.reports.comparison.sides import Side
 from bench.reports.pages.made_by import OF_CODE
 from ksmea.errors import shortened
-from ksmea.show.text import aligned, number
+from ksmea.show.text import aligned, number, with_ends
 
 AGREE = 2.0  # combined standard deviations up to which two values are said to agree
 NOT_TOLD = "not known"
@@ -176,4 +176,4 @@ def _interval(row: Mapping[Hashable, Any], side: str) -> str:
     value, low, high = row[side], row[f"{side}_low"], row[f"{side}_high"]
     if np.isnan(value):
         return "–"
-    return number(value) + ("" if np.isnan([low, high]).all() else f" [{number(low)}, {number(high)}]")
+    return number(value) if np.isnan([low, high]).all() else with_ends(value, low, high)

@@ -88,7 +88,8 @@ class Blocks:
             return ""
         heading = f"<h3>{safe(picture.title)}</h3>" if picture.title else ""
         image = self._image(picture.name, picture.alternative)
-        return f"<figure>{heading}{image}<figcaption>{safe(picture.alternative)}</figcaption></figure>"
+        box = f'<div class="scroll picture" tabindex="0" role="region" aria-label="{safe(picture.title or "picture")}">{image}</div>'
+        return f"<figure>{heading}{box}<figcaption>{safe(picture.alternative)}</figcaption></figure>"
 
     def _image(self, name: str, alternative: str) -> str:
         data = base64.b64encode(self._drawings[name]).decode()

@@ -14,6 +14,7 @@ from ksmea.arrays import Array
 BLUE, ORANGE, GREEN, PURPLE, OCHRE, GREY, PINK, TEAL = COLOURS = (
     "#2b7ab8", "#d1581f", "#3a8f4d", "#9a68ba", "#a88300", "#7a7a7a", "#cf5f9d", "#17889a",
 )  # fmt: skip
+LOG_TICKS = 5  # of a logarithmic axis at most: over 1.5 decades and more they stand at 1, 2 and 5 or at powers
 FADED = "rgba(122,122,122,0.14)"
 DASHES = ("solid", "dash", "dot", "dashdot")
 NARROW_LEGEND = {"orientation": "h", "y": -0.2, "x": 0, "xanchor": "left"}
@@ -40,7 +41,7 @@ def layout(x: str = "", y: str = "", *, x_log: bool = False, y_log: bool = False
 
 def axis(title: str = "", *, log: bool = False, **more: Any) -> Layout:
     """One axis; its numbers take the room that they need."""
-    scale = {"type": "log", "exponentformat": "power", "dtick": None} if log else {}
+    scale = {"type": "log", "exponentformat": "power", "minorloglabels": "complete", "nticks": LOG_TICKS} if log else {}
     return {"title": {"text": title}, "automargin": True, "zeroline": False, "ticks": "outside", **scale, **more}
 
 

@@ -13,6 +13,7 @@
     });
   }
   for (const table of document.querySelectorAll("table")) makeSortable(table);
+  for (const box of document.querySelectorAll(".scroll")) tellWidth(box);
   addEventListener("beforeprint", () => { for (const each of document.querySelectorAll("details")) each.open = true; });
   if (!figures.length) return;
 
@@ -96,13 +97,14 @@
     const slider = figure.querySelector("input"), output = figure.querySelector("output");
     const colours = { measured: "#d1581f", model: "#2b7ab8" }, names = Object.keys(spec.planes);
     const turn = Array.from({ length: 73 }, (_, step) => (2 * Math.PI * step) / 72);
-    const layout = { autosize: true, margin: { l: 56, r: 10, t: 26, b: 46 }, showlegend: true, dragmode: false,
-      paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", legend: { orientation: "h", y: -0.16 },
+    const layout = { autosize: true, margin: { l: 56, r: 10, t: 56, b: 46 }, showlegend: true, dragmode: false,
+      font: { size: 12, family: "system-ui, sans-serif" }, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)",
+      legend: { orientation: "h", x: 0, y: 1, yref: "container", yanchor: "top" },
       grid: { rows: 1, columns: names.length, pattern: "independent", xgap: 0.15 }, annotations: [] };
     names.forEach((name, index) => {
       const end = index ? index + 1 : "";
-      layout["xaxis" + end] = { title: { text: "x (µm)" } };
-      layout["yaxis" + end] = { title: index ? undefined : { text: "y (µm)" }, scaleanchor: "x" + end };
+      layout["xaxis" + end] = { title: { text: "x (µm)" }, constrain: "domain" };
+      layout["yaxis" + end] = { title: index ? undefined : { text: "y (µm)" }, scaleanchor: "x" + end, constrain: "domain" };
       layout.annotations.push({ text: inert(name), showarrow: false, xref: `x${end} domain`, yref: `y${end} domain`, x: 0.5, y: 1.09 });
     });
     function traces(at) {
@@ -134,6 +136,18 @@
       const half = canvas.closest(".grid") ? 0.48 : 1;
       Plotly.relayout(canvas, width ? { width: half * width, autosize: false } : { width: undefined, autosize: true });
     }
+  }
+
+  /** Above a box that is wider than the page, that it goes on to the right. */
+  function tellWidth(box) {
+    const said = document.createElement("p");
+    said.className = "more";
+    said.textContent = "Wider than the page: scroll sideways →";
+    said.hidden = true;
+    box.before(said);
+    const look = () => { said.hidden = box.scrollWidth <= box.clientWidth + 1; };
+    new ResizeObserver(look).observe(box);
+    for (const image of box.querySelectorAll("img")) image.addEventListener("load", look);
   }
 
   function makeSortable(table) {
