@@ -164,7 +164,7 @@ def _text(plan: Plan, frame: pd.DataFrame) -> str:
         for _, row in frame.iterrows()
     ]
     table = aligned(["parameter", *axes, *columns, "runs", "failed"], lines)
-    remark = "bias, sd, spread (from the quartiles) and half-width of the intervals are in units of the CRLB's own"
+    remark = "bias, sd, spread (from the quartiles) and half-width of the intervals (width) are in units of the CRLB"
     return "\n".join([table, "", remark, *_basin_lines(plan, frame)])
 
 
@@ -172,10 +172,10 @@ def _basin_lines(plan: Plan, frame: pd.DataFrame) -> list[str]:
     first = frame.drop_duplicates(list(plan.axes))
     if first["right_basin_pct"].isna().all():
         return []
-    names = [cell_name(plan, cell) for cell in plan.cells]
-    return ["", "ends in the basin of the likelihood that the truth lies in:"] + [
-        f"  {name:<{max(map(len, names))}}  {row.right_basin_pct:5.1f} %;  another, less likely {row.wrong_basin_pct:5.1f} %;"
-        f"  another, more likely {row.higher_elsewhere_pct:5.1f} %;  search ended short {row.ended_short_pct:5.1f} %"
+    names = [_short_name(plan, cell) for cell in plan.cells]
+    return ["", "runs that end in the basin of the likelihood that the truth lies in:"] + [
+        f"  {name}: {row.right_basin_pct:.1f} %; in a less likely one {row.wrong_basin_pct:.1f} %;"
+        f" in a more likely one {row.higher_elsewhere_pct:.1f} %; the search ended short in {row.ended_short_pct:.1f} %"
         for name, row in zip(names, first.itertuples())
     ]
 

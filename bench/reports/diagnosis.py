@@ -243,4 +243,5 @@ def _summary_text(plan: Plan, runs: pd.DataFrame) -> str:
     place = place_columns(plan, plan.cells[0])
     columns = [name for name in frame.columns if name not in ("cell", COLUMN, *place)]
     lines = [[name, *(number(row[column]) for column in columns)] for name, row in zip(names, frame.to_dict("records"))]
-    return "\n\n".join(filter(None, [aligned(["cell", *columns], lines), hidden_paragraph(plan, runs, "diagnosis")]))
+    head = ["cell", *(name.replace("_pct", " %").replace("_", " ") for name in columns)]
+    return "\n\n".join(filter(None, [aligned(head, lines), hidden_paragraph(plan, runs, "diagnosis")]))

@@ -35,7 +35,7 @@ def _plot(table: str, rows: pd.DataFrame, still: str) -> Plot:
         one = of.drop_duplicates("parameter")
         offset = OFFSETS * ((number + 0.5) / len(readings) - 0.5)
         at = [names.index(name) + offset for name in one["parameter"]]
-        told = f"speeds in {reading}, damping in {damping}, {kind}"
+        told = f"speeds in {reading}, damping {damping if damping == 'assumed' else f'in {damping}'}, {kind}"
         crlb = np.clip(one["crlb_pct"].to_numpy(float), LOWEST, HIGHEST)
         style = {"symbol": "line-ew-open", "size": 18, "line": {"width": 3}}
         text = [f"{name}: CRLB {value:.3g} %" for name, value in zip(one["parameter"], one["crlb_pct"])]

@@ -9,11 +9,11 @@ import numpy as np
 import pandas as pd
 
 from bench.plan.page import Folded, Page, Plot, Prose, Section, Table
-from bench.reports.pages.traces import BLUE, COLOURS, GREEN, ORANGE, axis, layout, level
+from bench.reports.pages.traces import BLUE, COLOURS, GREEN, ORANGE, axis, folded, layout, level
 
 ENDS = (2.5, 25, 50, 75, 97.5)  # percentiles of a box and its whiskers
 NEAR = 6.0  # times the CRLB within which errors are drawn on a linear axis
-ROW = 30  # px for each cell
+ROW = 36  # px for each cell
 
 
 def calibration_page(
@@ -37,10 +37,12 @@ def calibration_page(
 
 def _headline(frame: pd.DataFrame) -> str:
     """How many runs, and the range of the coverage."""
-    runs = int(frame.drop_duplicates("cell_name")["runs"].sum()) if "cell_name" in frame else int(frame["runs"].max())
+    runs = int(frame["runs"].max())
+    of_cell = f"{runs} run{'s' * (runs != 1)} in each cell" + (" at most" if frame["runs"].min() < runs else "")
     if "covered_pct" not in frame or frame["covered_pct"].isna().all():
-        return f"{runs} runs in each cell at most"
-    return f"intervals hold the truth in {frame['covered_pct'].min():.1f} to {frame['covered_pct'].max():.1f} % of up to {runs} runs a cell"
+        return of_cell
+    low, high = (f"{end:.1f}" for end in (frame["covered_pct"].min(), frame["covered_pct"].max()))
+    return f"Intervals hold the truth in {low if low == high else f'{low} to {high}'} % of the runs; {of_cell}"
 
 
 def _error_plot(name: str, cells: Sequence[str], errors: Sequence[np.ndarray], still: str) -> Plot:
@@ -50,7 +52,7 @@ def _error_plot(name: str, cells: Sequence[str], errors: Sequence[np.ndarray], s
             low, first, median, third, high = np.percentile(values, ENDS)
             traces.append(
                 {
-                    "type": "box", "orientation": "h", "name": cell, "y0": cell, "q1": [first], "median": [median], "q3": [third],
+                    "type": "box", "orientation": "h", "name": folded(cell), "y0": folded(cell), "q1": [first], "median": [median], "q3": [third],
                     "lowerfence": [low], "upperfence": [high], "showlegend": False, "line": {"color": BLUE},
                 }
             )  # fmt: skip
@@ -71,19 +73,25 @@ def _error_plot(name: str, cells: Sequence[str], errors: Sequence[np.ndarray], s
 
 def _coverage_plot(frame: pd.DataFrame, names: Sequence[str], levels: Sequence[float]) -> Plot:
     parameters = list(dict.fromkeys(frame["parameter"]))
-    cells = frame["cell_name"]
+    row_of = {name: number for number, name in enumerate(names)}
     traces = [
         {
-            "type": "scatter", "mode": "markers", "name": name, "x": rows["covered_pct"], "y": cells[rows.index],
-            "marker": {"color": colour, "size": 8},
-            "error_x": {"type": "data", "array": 2 * rows["covered_se"], "thickness": 1.5},
+            "type": "scatter", "mode": "markers", "name": name, "x": rows["covered_pct"],
+            "y": [row_of[cell] + 0.6 * ((number + 0.5) / len(parameters) - 0.5) for cell in rows["cell_name"]],
+            "marker": {"color": colour, "size": 7}, "hovertemplate": "%{x:.1f} %",
+            "error_x": {
+                "type": "data", "symmetric": False, "thickness": 1.5, "arrayminus": 2 * rows["covered_se"],
+                "array": np.minimum(2 * rows["covered_se"], 100 - rows["covered_pct"]),
+            },
         }
-        for name, colour in zip(parameters, COLOURS)
+        for number, (name, colour) in enumerate(zip(parameters, COLOURS))
         for rows in [frame[frame["parameter"] == name]]
     ]  # fmt: skip
     made = layout(shapes=[level(100 * each, along="x") for each in levels])
-    made["xaxis"] = axis("intervals that hold the truth (%)")
-    made["yaxis"] = axis(categoryorder="array", categoryarray=list(names)[::-1])
+    made["xaxis"] = axis("coverage (%)")
+    made["yaxis"] = axis(
+        tickvals=[*row_of.values()], ticktext=[*map(folded, names)], range=[len(names) - 0.5, -0.5]
+    )
     said = "Share of the intervals that hold the truth, ± 2 standard errors; dotted: the confidence level."
     return Plot("Coverage", said, {"data": traces, "layout": made}, height=140 + 2 * ROW * len(names))
 
@@ -97,12 +105,12 @@ def _basin_plot(frame: pd.DataFrame, names: Sequence[str]) -> Plot:
             "orientation": "h",
             "name": said,
             "x": rows[column],
-            "y": rows["cell_name"],
+            "y": [*map(folded, rows["cell_name"])],
             "marker": {"color": colour},
         }
         for column, (said, colour) in kinds.items()
     ]
     made = layout("runs (%)", barmode="stack")
-    made["yaxis"] = axis(autorange="reversed", categoryorder="array", categoryarray=list(names))
+    made["yaxis"] = axis(autorange="reversed", categoryorder="array", categoryarray=[*map(folded, names)])
     said = "In which basin of the likelihood the runs of each cell end."
     return Plot("Basins", said, {"data": traces, "layout": made}, height=140 + ROW * len(names))

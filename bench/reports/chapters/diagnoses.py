@@ -9,12 +9,13 @@ from bench.jobs.lines import RESULTS
 from bench.plan.naming import cell_name
 from bench.plan.page import Folded, Grid, Page, Plot, Prose, Section, Table
 from bench.plan.plan import Plan
-from bench.reports.pages.traces import BLUE, COLOURS, GREY, axis, layout, level, line, points
+from bench.reports.pages.traces import BLUE, COLOURS, GREY, axis, folded, layout, level, line, points
 from bench.reports.power import DROP, EFFECT, chance, detectable_drop
 from bench.reports.rates import interval
 
 VERDICTS = ("adequate", "named", "ambiguous", "located", "unknown", "not observable")
-ROW = 26  # px for each cell
+ROW = 34  # px for each cell
+FEW_RUNS = 8  # of a cell, up to which each has a mark on the axis
 SCALE = [[0.0, "rgba(43,122,184,0.06)"], [1.0, "#2b7ab8"]]
 
 
@@ -37,14 +38,16 @@ def _verdict_plot(names: list[str], frame: pd.DataFrame) -> Plot:
             "orientation": "h",
             "name": verdict,
             "x": frame[verdict],
-            "y": names,
+            "y": [*map(folded, names)],
             "marker": {"color": colour},
+            "showlegend": True,
         }
         for verdict, colour in zip(VERDICTS, COLOURS)
         if frame[verdict].any()
     ]
     made = layout("runs", barmode="stack")
-    made["yaxis"] = axis(autorange="reversed", categoryorder="array", categoryarray=names)
+    made["xaxis"] |= {"tickformat": "d", **({"dtick": 1} if frame["runs"].max() <= FEW_RUNS else {})}
+    made["yaxis"] = axis(autorange="reversed", categoryorder="array", categoryarray=[*map(folded, names)])
     return Plot(
         "Verdicts",
         "How often each verdict was reached in each cell.",

@@ -47,9 +47,9 @@ def headline(record: DiagnosisRecord) -> str:
 
 
 def _unknowns(record: DiagnosisRecord) -> Iterator[Block]:
-    yield Table(
-        coefficients_frame(record), "Unknowns as the model is given (before) and with what explains the data (after)"
-    )
+    has_after = any(row.after is not None for row in record.coefficients)
+    title = "Unknowns as the model is given (before)" + (" and with what explains the data (after)" if has_after else "")
+    yield Table(coefficients_frame(record).dropna(axis="columns", how="all"), title)
     averaged = {} if record.averaged is None else {each.name: each for each in record.averaged.coefficients}
     own = [row for row in record.coefficients if row.before is not None]
     kinds = {
@@ -61,7 +61,8 @@ def _unknowns(record: DiagnosisRecord) -> Iterator[Block]:
         row.name: {kind: shown(of[row.name]) for kind, of in kinds.items() if of[row.name] is not None} for row in own
     }
     if unknowns:
-        said = "The intervals of the unknowns of the model as given, with and without what explains the data, relative to the value that is believed."
+        without = ", with and without what explains the data" if has_after else ""
+        said = f"The intervals of the unknowns of the model as given{without}, relative to the value that is believed."
         yield interval_plot(unknowns, {}, said)
 
 

@@ -29,7 +29,7 @@ class Shown:
 
 def interval_plot(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[str, float], alternative: str) -> Plot:
     """Of each unknown, by name, the value and interval of each series, by name; `truth` has true values in the same units.
-    What is drawn is the deviation from the value of the last series that has the unknown, in per cent of it, of an angle in per
+    What is drawn is the difference from the value of the last series that has the unknown, in per cent of it, of an angle in per
     cent of 1 rad, as far as `FAR` times what the intervals of these reach."""
     series = list(dict.fromkeys(name for of in unknowns.values() for name in of))
     names = list(unknowns)
@@ -53,9 +53,9 @@ def interval_plot(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[st
                 "text": [f"{name}: {truth[name]:.5g}" for _, name in known], "hovertemplate": "%{text}<extra>true value</extra>",
             }
         )  # fmt: skip
-    made = layout(f"deviation from the {series[-1]} value (%)")
+    made = layout("difference from the value " + (series[-1] if len(series) > 1 else "found") + " (%)")
     made["xaxis"]["range"] = [-edge, edge]
-    labels = [f"{name.replace('_', ' ')} " for name in names]
+    labels = [f"{name} " for name in names]
     made["yaxis"] = axis(tickvals=list(range(len(names))), ticktext=labels, range=[len(names) - 0.5, -0.5])
     made["shapes"] = [level(0, along="x", dash="solid")]
     told = alternative + (" Angles: 100 % is 1 rad." if any(_is_angle(each) for each in believed.values()) else "")

@@ -13,7 +13,7 @@ from bench.plan.page import Block, Control, Folded, Grid, Page, Plot, Prose, Sec
 from bench.plan.plan import Plan
 from bench.reports.chapters.boxes import box_plot
 from bench.reports.figures import cells_with
-from bench.reports.pages.traces import band, layout, level, line, points, styles
+from bench.reports.pages.traces import BLUE, OCHRE, ORANGE, PALE, PURPLE, band, layout, level, line, points, styles
 from bench.reports.tables import has_intervals
 from ksmea.records.curves import ResponseCurves, as_array
 from ksmea.records.identification import UpdateRecord
@@ -146,34 +146,46 @@ def response_plot(plan: Plan, curves: Mapping[int, ResponseCurves], still: str) 
             channels[channel] = None
             meta = {"cell": names[cell], "channel": channel}
             speed = as_array(of.speed) / RPM
-            for kind, ((colour, dash), drawn) in _kinds(of).items():
+            for kind, (colour, drawn) in _kinds(of).items():
                 values = drawn[:, column] / MICROMETRE
-                name = f"{kind}, {channel}" + (f", {names[cell]}" if len(curves) > 1 else "")
+                name = IN_WORDS[kind]
                 if kind == "measured":
                     traces.append(points(speed, values, name, colour, meta=meta, marker={"size": 5}))
                 else:
                     x, y = broken(speed, of.breaks), broken(values, of.breaks)
-                    traces.append(
-                        line(x, y, name, colour, meta=meta, line={"color": colour, "width": 1.6, "dash": dash})
-                    )
-    controls = (
-        *_cell_control([*names.values()], first=True),
-        Control("channel", "channel", tuple(channels), chosen=next(iter(channels))),
+                    style = {"color": colour, "width": WIDTHS[kind], "dash": DASHES[kind]}
+                    traces.append(line(x, y, name, colour, meta=meta, line=style))
+    chosen_among = {"cell": tuple(dict.fromkeys(names.values())), "channel": tuple(channels)}
+    controls = tuple(
+        Control(key, key, options, with_all=False, chosen=options[0])
+        for key, options in chosen_among.items()
+        if len(options) > 1
     )
     return Plot(
         "Response curves",
-        "Amplitude over speed of the first repetition: measured, identified, the surrogate's prediction and the true model at its"
-        " last optimum.",
+        "Amplitude at the measured speeds, in the first repetition: measured, identified, the surrogate's prediction and the model"
+        " at its last optimum, and the truth behind synthetic data. Surrogates know the measured speeds alone, so that peaks between"
+        " them are cut off.",
         {"data": traces, "layout": layout("speed (rpm)", "amplitude (µm)", y_log=True)},
         still,
         controls,
     )
 
 
-def _kinds(of: ResponseCurves) -> dict[str, tuple[tuple[str, str], np.ndarray]]:
-    names = ("measured", "identified", "true", "predicted", "modelled")
-    drawn = {name: getattr(of, name) for name in names if getattr(of, name) is not None}
-    return {name: (style, as_array(drawn[name])) for name, style in styles(names).items() if name in drawn}
+# From the widest line, which lies below, to the narrowest, so that curves that are alike can all be seen.
+WIDTHS = {"true": 7.0, "identified": 3.6, "modelled": 1.8, "predicted": 1.4}
+DASHES = {"true": "solid", "identified": "solid", "modelled": "dash", "predicted": "dot"}
+CURVE_COLOURS = {"true": PALE, "identified": BLUE, "modelled": OCHRE, "predicted": PURPLE, "measured": ORANGE}
+IN_WORDS = {
+    "true": "truth", "identified": "identified", "measured": "measured",
+    "predicted": "surrogate at its last optimum", "modelled": "model at that optimum",
+}  # fmt: skip
+
+
+def _kinds(of: ResponseCurves) -> dict[str, tuple[str, np.ndarray]]:
+    """Colour and values of each curve that there is, in the order in which they are drawn."""
+    drawn = {name: getattr(of, name) for name in CURVE_COLOURS}
+    return {name: (colour, as_array(drawn[name])) for name, colour in CURVE_COLOURS.items() if drawn[name] is not None}
 
 
 LABELS = {"excess": "misfit above its least", "error": "rms error of the unknowns (CRLB)"}
@@ -213,5 +225,5 @@ def _seen(values: pd.Series, column: str) -> np.ndarray:
     return np.where(np.isfinite(shown), shown, np.nan)
 
 
-def _cell_control(names: Sequence[str], first: bool = False) -> tuple[Control, ...]:
-    return (Control("cell", "cell", tuple(names), chosen=names[0] if first else ""),) if len(names) > 1 else ()
+def _cell_control(names: Sequence[str]) -> tuple[Control, ...]:
+    return (Control("cell", "cell", tuple(names)),) if len(names) > 1 else ()

@@ -60,7 +60,7 @@ def _attribute(facts: Mapping[str, Any]) -> str:
 
 
 def _headline(text: str) -> str:
-    return f'<p class="headline">{safe(text)}</p>' if text else ""
+    return f'<p class="headline">{safe(text[:1].upper() + text[1:])}</p>' if text else ""
 
 
 def _section(number: int, section: Section, blocks: Blocks) -> str:

@@ -14,8 +14,10 @@ from ksmea.arrays import Array
 BLUE, ORANGE, GREEN, PURPLE, OCHRE, GREY, PINK, TEAL = COLOURS = (
     "#2b7ab8", "#d1581f", "#3a8f4d", "#9a68ba", "#a88300", "#7a7a7a", "#cf5f9d", "#17889a",
 )  # fmt: skip
+LONG_NAME = 16  # characters, from which on the name of a row is broken
 LOG_TICKS = 5  # of a logarithmic axis at most: over 1.5 decades and more they stand at 1, 2 and 5 or at powers
 FADED = "rgba(122,122,122,0.14)"
+PALE = "rgba(122,122,122,0.45)"  # of a wide line below others
 DASHES = ("solid", "dash", "dot", "dashdot")
 NARROW_LEGEND = {"orientation": "h", "y": -0.2, "x": 0, "xanchor": "left"}
 
@@ -43,6 +45,15 @@ def axis(title: str = "", *, log: bool = False, **more: Any) -> Layout:
     """One axis; its numbers take the room that they need."""
     scale = {"type": "log", "exponentformat": "power", "minorloglabels": "complete", "nticks": LOG_TICKS} if log else {}
     return {"title": {"text": title}, "automargin": True, "zeroline": False, "ticks": "outside", **scale, **more}
+
+
+def folded(name: str) -> str:
+    """The name of a row at the left of a plot, broken after a comma so that a narrow page keeps room for what is drawn.
+
+    >>> folded("complex, noise_known False, floor 0.1"), folded("rational, samples 13")
+    ('complex,<br>noise_known False,<br>floor 0.1', 'rational,<br>samples 13')
+    """
+    return name.replace(", ", ",<br>") if len(name) > LONG_NAME else name
 
 
 def line(x: Any, y: Any, name: str, colour: str = BLUE, **more: Any) -> Trace:
