@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from bench.jobs.lines import RESULTS
 from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import Plan
-from bench.reports.tables import EFFORT, EXACT, has_intervals
+from bench.reports.tables import EFFORT, EXACT, has_intervals, lacks_interval
 from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE
 
 COLUMNS = 3  # of panels: more are too small to read on a page
@@ -90,6 +90,8 @@ def _panel(panel: Axes, plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame, cell
 def _draw_intervals(panel: Axes, positions: np.ndarray, rows: pd.DataFrame, results: pd.DataFrame) -> None:
     """The median interval of each cell beside its box; an arrow where the side is open."""
     values = results[rows["parameter"].iloc[0]]
+    told = ~lacks_interval(rows).to_numpy(bool)
+    positions, rows = positions[told], rows[told]
     low, high = rows["low"].fillna(values.min()), rows["high"].fillna(values.max())
     panel.vlines(positions + 0.4, low, high, color=INTERVAL, linewidth=2, label="median interval")
     for ends, marker, is_open in ((low, "v", rows["low"].isna()), (high, "^", rows["high"].isna())):

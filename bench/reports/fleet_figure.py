@@ -28,7 +28,7 @@ def fleet_figure(values: pd.DataFrame) -> Figure:
         axes.vlines(at, np.where(np.isnan(low), value, low), np.where(np.isnan(high), value, high), color=OURS, lw=1)
         for is_open, marker in ((np.isnan(low) & ~np.isnan(high), "v"), (np.isnan(high) & ~np.isnan(low), "^")):
             axes.plot(at[is_open], value[is_open], marker, ms=7, color=OURS)
-        axes.set_ylabel(f"{name.replace('_', ' ')} ({unit})")
+        axes.set_ylabel(f"{name} ({unit})")
         axes.grid(alpha=0.25)
     if len(files) <= MOST_NAMED:
         grid[-1].set_xticks(range(len(files)), [each[-NAME:] for each in files], rotation=60, ha="right", fontsize=7)

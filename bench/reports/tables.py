@@ -190,6 +190,11 @@ def has_intervals(summary: pd.DataFrame) -> bool:
     return bool(summary[["low", "high", "covered_pct"]].notna().any(axis=None))
 
 
+def lacks_interval(rows: pd.DataFrame) -> pd.Series:
+    """Whether a row has no interval at all, as without noise; one that is open on both sides is one."""
+    return rows["covered_pct"].isna() & rows["reference"].notna()
+
+
 def _level_pct(plan: Plan) -> str:
     """The confidence level of the cells' intervals in per cent."""
     levels = {f"{100 * (cell.settings.get('study') or {}).get('level', 0.95):g}" for cell in plan.cells}
@@ -198,8 +203,7 @@ def _level_pct(plan: Plan) -> str:
 
 def _interval_text(row: pd.Series) -> str:
     """'[49.9, 50.1]', '> 0.3', '< 0.9'; '?' where the data do not tell, '–' where there is none."""
-    has_none = pd.isna(row["covered_pct"]) and not pd.isna(row["reference"])
-    if has_none or row["parameter"] in EFFORT | EXACT:
+    if lacks_interval(row.to_frame().T).item() or row["parameter"] in EFFORT | EXACT:
         return "–"
     low, high = row["low"], row["high"]
     if pd.isna(low):

@@ -45,13 +45,13 @@ def box_plot(
     cells: Sequence[str],
     values: Sequence[Sequence[float]],
     marks: Mapping[str, Sequence[float]],
-    intervals: Sequence[tuple[float, float]] | None = None,
+    intervals: Sequence[tuple[float, float] | None] | None = None,
     *,
     x: str = "",
     y_log: bool = False,
 ) -> Plot:
     """A box for the values of each cell; `marks` are further values of each cell by their kind, 'paper' and 'reference' for
-    example, `intervals` the ends of one, not a number where open."""
+    example, `intervals` the ends of one, not a number where open, and None where a cell has none."""
     at = list(range(len(cells)))
     traces = [box_trace(number, of, name, showlegend=False) for number, name, of in zip(at, cells, values)]
     for kind, of in marks.items():
@@ -89,15 +89,16 @@ MARKED = {"paper": "diamonds", "reference": "bars", "most likely": "crosses"}
 
 
 def _intervals(
-    at: Sequence[int], intervals: Sequence[tuple[float, float]], values: Sequence[Sequence[float]]
+    at: Sequence[int], intervals: Sequence[tuple[float, float] | None], values: Sequence[Sequence[float]]
 ) -> list[dict[str, Any]]:
     """The interval of each cell beside its box; an end that is open lies at the farthest value."""
     every = np.concatenate([np.asarray(of, dtype=float) for of in values] or [np.array([])])
-    if not len(every) or not np.isfinite(np.array(intervals, dtype=float)).any():
+    told = [(position, ends) for position, ends in zip(at, intervals) if ends is not None]
+    if not len(every) or not np.isfinite([ends for _, ends in told]).any():
         return []
     lowest, highest = np.nanmin(every), np.nanmax(every)
     xs, ys = [], []
-    for position, (low, high) in zip(at, intervals):
+    for position, (low, high) in told:
         xs += [position + 0.42, position + 0.42, None]
         ys += [lowest if np.isnan(low) else low, highest if np.isnan(high) else high, None]
     return [

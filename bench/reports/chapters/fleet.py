@@ -41,13 +41,13 @@ def _plot(values: pd.DataFrame, name: str, unit: str, still: str) -> Plot:
         "error_y": {"type": "data", "symmetric": False, "array": high - value, "arrayminus": value - low, "thickness": 1.5},
         "hovertemplate": "%{x}: %{y:.5g}<extra></extra>",
     }  # fmt: skip
-    made = layout("", f"{name.replace('_', ' ')} ({unit})", showlegend=False)
+    made = layout("", f"{name} ({unit})", showlegend=False)
     made["xaxis"] = axis(
         "" if len(machines) <= MOST_NAMED else "machine", type="category", showticklabels=len(machines) <= MOST_NAMED
     )
     return Plot(
-        f"{name.replace('_', ' ')} ({unit})",
-        f"{name.replace('_', ' ')} of each machine with its interval.",
+        f"{name} ({unit})",
+        f"{name} of each machine with its interval.",
         {"data": [trace], "layout": made},
         still,
         height=310,

@@ -14,7 +14,7 @@ from bench.plan.plan import Plan
 from bench.reports.chapters.boxes import box_plot
 from bench.reports.figures import cells_with
 from bench.reports.pages.traces import BLUE, OCHRE, ORANGE, PALE, PURPLE, band, layout, level, line, points, styles
-from bench.reports.tables import has_intervals
+from bench.reports.tables import has_intervals, lacks_interval
 from ksmea.records.curves import ResponseCurves, as_array
 from ksmea.records.identification import UpdateRecord
 from ksmea.show.style import broken
@@ -85,7 +85,11 @@ def box_plots(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> list[Plo
             results.loc[results["cell"] == cell, name].dropna().tolist() if name in results else [] for cell in cells
         ]
         marks = {kind: rows[column].tolist() for kind, column in (("reference", "reference"), ("paper", "paper"))}
-        ends = list(zip(rows["low"], rows["high"])) if has_intervals(rows) else None
+        ends = (
+            [None if lacks else (low, high) for lacks, low, high in zip(lacks_interval(rows), rows["low"], rows["high"])]
+            if has_intervals(rows)
+            else None
+        )
         is_log = name == "time" or _is_wide(values, marks["paper"])
         title = f"{name} ({unit})" if unit else name.replace("_", " ")
         made.append(
