@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 
 from bench.jobs.lines import RESULTS
 from bench.plan.columns import place_columns
-from bench.plan.naming import cell_name, place_text, telling_axes
+from bench.plan.naming import place_text, telling_axes
 from bench.plan.page import Page
 from bench.plan.plan import Cell, ParameterFacts, Plan
 from bench.plan.report import Made, Report

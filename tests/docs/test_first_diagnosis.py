@@ -8,7 +8,9 @@ from bench import door
 from shown_pages import DOCS, ROOT, blocks, commands, text_of
 
 PAGE = DOCS / "first_diagnosis.md"
-MOST_WORDS = 700  # three minutes at 238 words a minute, the mean of silent reading (Brysbaert, J. Mem. Lang. 109, 2019, 104047)
+MOST_WORDS = (
+    700  # three minutes at 238 words a minute, the mean of silent reading (Brysbaert, J. Mem. Lang. 109, 2019, 104047)
+)
 
 
 def test_the_rotor_file_of_the_page_is_the_three_disk_rotor(tmp_path):
@@ -23,7 +25,9 @@ def test_the_rotor_file_of_the_page_is_the_three_disk_rotor(tmp_path):
 
 def test_the_import_of_the_page_reads_a_file_with_such_headings(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    lines = [line.split(",") for line in (DOCS / "examples" / "run_up.csv").read_text().splitlines() if line[0].isdigit()]
+    lines = [
+        line.split(",") for line in (DOCS / "examples" / "run_up.csv").read_text().splitlines() if line[0].isdigit()
+    ]
     pairs = zip(lines[::2], lines[1::2])
     rows = [f"{x[0]},{2 * float(x[3])},{-float(x[4])},{2 * float(y[3])},{-float(y[4])}" for x, y in pairs]
     (tmp_path / "bode.csv").write_text("\n".join(["rpm,X,X_deg,Y,Y_deg", *rows]))

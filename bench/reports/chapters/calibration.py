@@ -89,9 +89,7 @@ def _coverage_plot(frame: pd.DataFrame, names: Sequence[str], levels: Sequence[f
     ]  # fmt: skip
     made = layout(shapes=[level(100 * each, along="x") for each in levels])
     made["xaxis"] = axis("coverage (%)")
-    made["yaxis"] = axis(
-        tickvals=[*row_of.values()], ticktext=[*map(folded, names)], range=[len(names) - 0.5, -0.5]
-    )
+    made["yaxis"] = axis(tickvals=[*row_of.values()], ticktext=[*map(folded, names)], range=[len(names) - 0.5, -0.5])
     said = "Share of the intervals that hold the truth, ± 2 standard errors; dotted: the confidence level."
     return Plot("Coverage", said, {"data": traces, "layout": made}, height=140 + 2 * ROW * len(names))
 

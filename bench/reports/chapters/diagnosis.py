@@ -48,7 +48,9 @@ def headline(record: DiagnosisRecord) -> str:
 
 def _unknowns(record: DiagnosisRecord) -> Iterator[Block]:
     has_after = any(row.after is not None for row in record.coefficients)
-    title = "Unknowns as the model is given (before)" + (" and with what explains the data (after)" if has_after else "")
+    title = "Unknowns as the model is given (before)" + (
+        " and with what explains the data (after)" if has_after else ""
+    )
     yield Table(coefficients_frame(record).dropna(axis="columns", how="all"), title)
     averaged = {} if record.averaged is None else {each.name: each for each in record.averaged.coefficients}
     own = [row for row in record.coefficients if row.before is not None]

@@ -86,7 +86,10 @@ def box_plots(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> list[Plo
         ]
         marks = {kind: rows[column].tolist() for kind, column in (("reference", "reference"), ("paper", "paper"))}
         ends = (
-            [None if lacks else (low, high) for lacks, low, high in zip(lacks_interval(rows), rows["low"], rows["high"])]
+            [
+                None if lacks else (low, high)
+                for lacks, low, high in zip(lacks_interval(rows), rows["low"], rows["high"])
+            ]
             if has_intervals(rows)
             else None
         )
