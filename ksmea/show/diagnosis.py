@@ -17,7 +17,7 @@ from ksmea.show import both_ways, hidden, location, repeats
 from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
 from ksmea.show.predictive_gain import gain_lines
 from ksmea.show.stability import stability_text
-from ksmea.show.text import aligned, chance, data_words, noise_level, number, with_ends
+from ksmea.show.text import aligned, data_words, noise_level, number, of_chances, with_ends
 from ksmea.units import RPM
 
 MAX_RANKED = 6  # effects that the text lists
@@ -263,7 +263,7 @@ def _ranking(record: DiagnosisRecord) -> str:
             trial.effect,
             trial.location,
             f"{trial.delta_bic:.1f}",
-            chance(trial.p, ""),
+            of_chances(trial.p),
             ", ".join(_with_interval(parameter) for parameter in trial.parameters),
         ]
         for trial in list(best.values())[:MAX_RANKED]

@@ -13,7 +13,7 @@ def gain_lines(gain: PredictiveGainRecord) -> list[str]:
     tests = f"sign test p = {gain.p_sign:.2g}, signed-rank p = {gain.p_wilcoxon:.2g}"
     blocks = f"it predicts {gain.n_better} of {len(gain.by_block)} blocks of speeds better ({tests})"
     in_all = with_error(gain.elpd_difference, gain.standard_error, "+")
-    elpd = f"{in_all} in all and {number(gain.median, 3, '+')} in the median block"
+    elpd = f"{number(gain.median, 3, '+')} in the median block and {in_all} in all"
     rmse = f"{gain.rmse_before / MICROMETRE:.3g} to {gain.rmse_after / MICROMETRE:.3g} µm"
     return [
         f"The extension is {supported} by left-out data: {blocks}.",

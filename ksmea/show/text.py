@@ -12,6 +12,7 @@ from ksmea.records.estimate import NoiseLevelRecord
 from ksmea.units import MICROMETRE, RPM
 
 SMALLEST = 1e-15  # p that is told: rounding
+LEAST_OF_A_DOUBLE = 1e-300
 MOST_DECIMALS = 9  # of a value with its interval
 PLAIN_DECIMALS = 6  # of a value with its error; of more, and from `LARGEST` on, both are written with a power of ten
 LARGEST = 1e7
@@ -124,13 +125,18 @@ def _level(relative: float, floor: float) -> str:
     return " and ".join(parts) or "none"
 
 
-def chance(p: float, name: str = "p = ") -> str:
-    """For example 'p = 0.012', or without the name where a table has it as its head.
+def chance(p: float) -> str:
+    """For example 'p = 0.012'."""
+    return f"p = {p:.2g}" if p > SMALLEST else f"p < {SMALLEST:g}"
 
-    >>> chance(0.0123), chance(0.0), chance(0.0, "")
-    ('p = 0.012', 'p < 1e-15', '< 1e-15')
+
+def of_chances(p: float) -> str:
+    """A p in a column of them; one that is too small for a double is told as such.
+
+    >>> of_chances(9.5e-89), of_chances(0.0)
+    ('9.5e-89', '< 1e-300')
     """
-    return f"{name}{p:.2g}" if p > SMALLEST else f"{name.replace('=', '<') or '< '}{SMALLEST:g}"
+    return f"{p:.2g}" if p > LEAST_OF_A_DOUBLE else f"< {LEAST_OF_A_DOUBLE:g}"
 
 
 def two_digits(value: float) -> str:
