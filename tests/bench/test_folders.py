@@ -27,6 +27,7 @@ def test_each_measured_file_has_a_folder_of_its_own(enter, files, tmp_path):
 
 def test_the_name_of_a_folder_holds_what_a_folder_may_be_called():
     assert of_file({"path": "a/b/run up (2).csv"}) == "_run_up_2_"
+    assert of_file({"path": "<b>U\u0308mlaut.csv"}) == "__b_\u00dcmlaut"  # letters of any script, and one form of each
     assert of_file({"path": ""}) == of_file({"relative": 0.1}) == of_file(None) == ""
 
 

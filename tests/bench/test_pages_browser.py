@@ -70,6 +70,15 @@ def test_controls_work(driver, identified, width):
     assert "rpm" in said and said.count("whirl") == 2  # of two planes
 
 
+def test_a_table_that_is_wider_than_the_page_says_so(driver, identified):
+    wide = "return [...document.querySelectorAll('.scroll')].map((box) => box.scrollWidth > box.clientWidth + 1)"
+    told = "return [...document.querySelectorAll('.more')].map((said) => !said.hidden)"
+    for width in (400, 1200):
+        shown(driver, identified, width)
+        assert driver.execute_script(told) == driver.execute_script(wide)
+        assert any(driver.execute_script(told)) == (width == 400)
+
+
 def test_tables_are_sorted_by_a_button(driver, identified):
     shown(driver, identified, 1200)
     first = "return document.querySelector('table').tBodies[0].rows[0].cells[0].textContent"

@@ -34,7 +34,10 @@ def gain(**fields):
 def test_the_text_names_the_cause_and_its_evidence():
     said = text(RECORD)
     location = RECORD.applied[0].location
-    assert said.startswith("The model does not fit: what it leaves is no noise (p = ")
+    assert re.match(
+        r"Data: .*\d+ speeds from \d+ to \d+ rpm, \d channels \(x at .+\), amplitudes and phases\.\n\n", said
+    )
+    assert "\n\nThe model does not fit: what it leaves is no noise (p = " in said
     assert "by autocorrelation over speed), strongest at " in said
     assert f"Verdict: named: runout ({location})" in said
     assert "effect     location" in said and "ΔBIC" in said
