@@ -117,7 +117,7 @@ def test_an_ambiguous_extended_model_says_first_that_it_is_one_of_several(tmp_pa
         "# These explain the data about as well: runout, mass.",
         "# A trial weight would tell them apart (expected Δχ² at least 90, now 2).",
         f'# This file holds runout ({RECORD.applied[0].location}), fitted to the measurement "run\\nup.csv":',
-        f"#   runout_x = {size.value:.4g} [{size.low:.4g}, {size.high:.4g}] µm",
+        f"#   runout_x = {size.value:.2f} [{size.low:.2f}, {size.high:.2f}] µm",  # ± 0.23: two digits of it
     ]
     assert problem.reference["runout_x"] == pytest.approx(size.value)
     lines, _ = written(ambiguous, tmp_path)

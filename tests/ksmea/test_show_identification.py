@@ -48,11 +48,11 @@ def test_a_record_without_details_has_a_title_and_values(synthetic):
         "here",
         "  kxx = 50.00 MN/m, 95 % interval [49.90, 50.11]",
         "  kyy = 70.03 MN/m, 95 % interval [69.88, 70.15]",
-        "  cxx = 0.52 kN s/m, 95 % interval [0.44, 0.61]",
+        "  cxx = 0.523 kN s/m, 95 % interval [0.439, 0.607]",
         "  cyy: at most 0.92 kN s/m (95 %; best fit 0.65 kN s/m)",
         "  u = 198.2 g mm, 95 % interval [194.4, 202.0]",
         (
-            "search ended short: the method stopped at kxx = 50.13 MN/m, kyy = 69.94 MN/m, cxx = 0.58 kN s/m,"
+            "search ended short: the method stopped at kxx = 50.13 MN/m, kyy = 69.94 MN/m, cxx = 0.577 kN s/m,"
             " cyy = 0.954 kN s/m, u = 194.8 g mm; the values above are at the maximum of the likelihood"
         ),
         "noise as stated: 10 %",
@@ -64,7 +64,7 @@ def test_a_record_without_details_has_a_title_and_values(synthetic):
 @pytest.mark.parametrize(
     ("changed", "expected"),
     [
-        ({"kind": None}, "kxx = 50.0 MN/m"),
+        ({"kind": None}, "kxx = 50.00 MN/m"),
         (
             {"kind": "not identifiable"},
             "kxx: not identifiable from these data: any value of the search fits about as well",
@@ -73,7 +73,7 @@ def test_a_record_without_details_has_a_title_and_values(synthetic):
             {"kind": "hull", "high": 51e6},
             "kxx = 50.0 MN/m, 95 % interval [49.0, 51.0], of which some between do not fit",
         ),
-        ({"kind": "lower limit", "high": None}, "kxx: at least 49.0 MN/m (95 %; best fit 50.0 MN/m)"),
+        ({"kind": "lower limit", "high": None}, "kxx: at least 49.00 MN/m (95 %; best fit 50.00 MN/m)"),
         (
             {"kind": "profile", "high": 51e6, "at_limit": True},
             "kxx = 50.0 MN/m, 95 % interval [49.0, 51.0]; best fit at a limit of its search (problem.limits)",
@@ -94,7 +94,7 @@ def test_a_value_stands_inside_its_own_interval_and_where_the_method_stopped_is_
     value, ended = text(record).splitlines()[:2]
     assert value == "  kxx = 48.80 MN/m, 95 % interval [48.40, 49.20]"
     assert ended.startswith(
-        "search ended short: the method stopped at kxx = 47.4 MN/m, where the deviance is 31.2 higher"
+        "search ended short: the method stopped at kxx = 47.40 MN/m, where the deviance is 31.2 higher"
     )
     assert frame(record).loc[0, ["value", "search_end"]].tolist() == pytest.approx([48.8, 47.4])
     near = dataclasses.replace(part, identified=48.85e6)  # 6 % of the interval's width
