@@ -216,7 +216,11 @@ def test_a_diagnosis_extends_the_problem(tmp_path):
     (tmp_path / "extended.yaml").write_text(result.extended_yaml)
     extended = ksmea.load_problem(tmp_path / "extended.yaml")
     assert extended.reference["runout_x"] == pytest.approx(6.0, abs=0.5)
-    assert str(result).startswith("The model does not fit") and "runout" in set(result.to_frame()["effect"])
+    assert (
+        str(result).startswith("Data: synthetic, ")
+        and "\nThe model does not fit" in str(result)
+        and "runout" in set(result.to_frame()["effect"])
+    )
     assert set(result.coefficients()["unknown"]) == {*rotor.parameters.names, "runout_x", "runout_y"}
     assert DiagnosisRecord.from_data(json.loads(result.to_json())) == result.record
     assert result.plot().get_axes() and result.plot(Figure().subplots()).get_axes()

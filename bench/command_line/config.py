@@ -22,6 +22,8 @@ from ksmea import registry
 from ksmea.errors import SettingError
 from ksmea.settings import own_fields
 
+MOST_BYTES = 200  # of a folder's part; file systems take 255 in all
+
 
 def folder_part(name: str) -> str:
     """A name as a part of a folder's: letters of any script, digits, points and hyphens; all else is an underscore.
@@ -29,7 +31,8 @@ def folder_part(name: str) -> str:
     >>> folder_part("<b>Ümlaut (2)")
     '_b_Ümlaut_2_'
     """
-    return re.sub(r"[^\w.-]+", "_", unicodedata.normalize("NFC", name))
+    part = re.sub(r"[^\w.-]+", "_", unicodedata.normalize("NFC", name))
+    return part.encode()[:MOST_BYTES].decode(errors="ignore")
 
 
 def of_file(measurement: Any) -> str:

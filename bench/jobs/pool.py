@@ -40,6 +40,10 @@ NEEDED = (
     "dir",
 )  # of what a process could inherit
 LOOK = 0.5  # s after which the caller is asked in `meanwhile`, whatever workers do
+# Whoever ends a whole job kills its processes one by one. A worker that went first is no failed run, and this process is killed within
+# this time, s, before it says so. 255 is what is known of a worker whose server was killed before it.
+KILLED = (-signal.SIGKILL, 255)
+GRACE = 0.5
 BEGINS = None  # what a worker says before it begins a task
 
 
@@ -198,6 +202,8 @@ def _outcome(worker: _Worker[Task], limits: Limits) -> dict[str, Any] | None:
         was_alive = False
     if not was_alive:
         worker.connection.close()
+        if worker.process.exitcode in KILLED:
+            time.sleep(GRACE)
         return FailedRun("killed", f"the worker process {_ending(worker.process.exitcode)}").to_data()
     if worker.deadline is not None and time.monotonic() >= worker.deadline:
         _stop(worker)

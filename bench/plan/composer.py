@@ -5,6 +5,7 @@ A setting that the command line gives with a list of plugins goes to those that 
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from functools import cached_property
 from typing import Any
@@ -23,7 +24,7 @@ from ksmea.errors import SettingError
 from ksmea.settings import own_fields
 
 LINES = ("grid", "add", "cross")  # settings of an experiment that hold lines of its grid
-REFERENCE = "${hydra"  # how what takes its value from Hydra's own part begins
+REFERENCE = re.compile(rf"\$\{{[^}}]*\b({'|'.join(('hydra', *LINES))})\b")  # to Hydra's own part, or to those lines
 
 
 class Composer:
@@ -100,12 +101,13 @@ class Composer:
         for group in registry.GROUPS:
             require_offered(group, composed[group].name)
         config = composed.copy()
-        for lines in LINES:
-            config[lines] = []
         with open_dict(config):
-            hydra = config.pop("hydra")
-            if REFERENCE in OmegaConf.to_yaml(config) or REFERENCE in str([self.blocks, self._swept]):
-                config.hydra = hydra
+            for key in ("hydra", *LINES):
+                del config[key]
+            if REFERENCE.search(OmegaConf.to_yaml(config)) or REFERENCE.search(str([self.blocks, self._swept])):
+                return composed
+            for key in LINES:
+                config[key] = []
         return config
 
     def _concerns(self, choice: Choice, groups: Mapping[str, str]) -> bool:

@@ -99,7 +99,11 @@ def _said_by(module: str) -> Source | None:
     if spec is None or not spec.origin or not spec.origin.endswith(".py"):
         return None
     file = Path(spec.origin)
-    said = _kept_sources().of(file.read_bytes())
+    try:
+        said = _kept_sources().of(file.read_bytes())
+    except SyntaxError as error:
+        error.filename = str(file)
+        raise
     imports = (absolute(each, module, file.name == "__init__.py") for each in said.imports)
     return Source(said.digest, tuple(dict.fromkeys(imports)))
 

@@ -1,7 +1,7 @@
 """What follows from the content of files alone, kept between processes in the user's folder for caches.
 
 An entry is found by the hash of the content that it follows from, so that none can be out of date: a file that is edited is
-another one. The folder is `BENCH_CACHE` (none where that is empty), else `ksmea-bench` in `XDG_CACHE_HOME` or `~/.cache`. Where it
+another one. The folder is `ksmea-bench` in `BENCH_CACHE` (none where that is empty), else in `XDG_CACHE_HOME` or `~/.cache`. Where it
 cannot be read or written, all is made again. It is written in one move: of two processes that write at the same time one loses its
 additions, which the next one makes again.
 """
@@ -12,6 +12,7 @@ import hashlib
 import os
 from collections.abc import Callable
 from pathlib import Path
+from types import GenericAlias
 from typing import Generic, TypeVar
 
 import msgspec
@@ -21,6 +22,7 @@ from ksmea.errors import SettingError
 from ksmea.regular_files import open_regular
 
 FOLDER = "BENCH_CACHE"
+OWN = "ksmea-bench"  # the folder in it, whose files are no one else's
 MOST = 5000  # entries; beyond, those alone are kept that were asked for last
 Value = TypeVar("Value")
 
@@ -61,18 +63,23 @@ def cache_folder() -> Path | None:
     """The folder for what is kept between processes; None where there is to be none."""
     chosen = os.environ.get(FOLDER)
     if chosen is not None:
-        return Path(chosen).absolute() if chosen else None
+        return Path(chosen).absolute() / OWN if chosen else None
     try:
         home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     except RuntimeError:  # nobody knows the user's home
         return None
-    return home / "ksmea-bench" if home.is_absolute() else None  # the standard ignores a relative one
+    return home / OWN if home.is_absolute() else None  # the standard ignores a relative one
 
 
 def _read(file: Path, kind: type[Value]) -> dict[str, Value]:
     """What a file keeps; nothing where there is none, or none that can be read."""
     try:
         with open_regular(file) as opened:
-            return msgspec.json.decode(opened.read(), type=dict[str, kind])  # type: ignore[valid-type]
-    except (OSError, SettingError, msgspec.MsgspecError, RecursionError):
+            return msgspec.convert(msgspec.json.decode(opened.read()), GenericAlias(dict, (str, kind)))
+    except (
+        OSError,
+        SettingError,
+        ValueError,
+        RecursionError,
+    ):  # msgspec's errors are among these, and bytes of no text
         return {}

@@ -16,7 +16,7 @@ from ksmea.show import both_ways, hidden, location, repeats, weights
 from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.fit_figure import draw_amplitude, fit_figure
 from ksmea.show.stability import stability_text
-from ksmea.show.text import data_words, decimals, fixed, noise_parts, number, two_digits
+from ksmea.show.text import data_words, noise_parts, number, told, two_digits
 from ksmea.units import MICROMETRE
 
 SLIGHT = 0.1  # parts of the noise below this part of the whole everywhere are not mentioned
@@ -116,9 +116,9 @@ def _value_text(record: IdentificationRecord, parameter: ParameterRecord) -> str
     """For example 'kxx = 50.03 MN/m, 95 % interval [49.92, 50.14]'."""
     name, unit = parameter.name, parameter.unit
     value, low, high = (parameter.in_unit(end) for end in (parameter.value, parameter.low, parameter.high))
-    digits = _decimals(value, low, high)
+    at, least, most = told(value, low, high)
     level = f"{100 * (0.95 if record.intervals is None else record.intervals.level):g} %"
-    best = f"{fixed(value, digits)} {unit}"
+    best = f"{at} {unit}"
     if parameter.kind is None:
         said = f"{name} = {best}"
     elif parameter.kind == "not identifiable" and record.data is not None and record.data.reference:
@@ -126,11 +126,11 @@ def _value_text(record: IdentificationRecord, parameter: ParameterRecord) -> str
     elif parameter.kind == "not identifiable":
         return f"{name}: not identifiable from these data: any value of the search fits about as well"
     elif np.isnan(low):
-        said = f"{name}: at most {fixed(high, digits)} {unit} ({level}; best fit {best})"
+        said = f"{name}: at most {most} {unit} ({level}; best fit {best})"
     elif np.isnan(high):
-        said = f"{name}: at least {fixed(low, digits)} {unit} ({level}; best fit {best})"
+        said = f"{name}: at least {least} {unit} ({level}; best fit {best})"
     else:
-        said = f"{name} = {best}, {level} interval [{fixed(low, digits)}, {fixed(high, digits)}]"
+        said = f"{name} = {best}, {level} interval [{least}, {most}]"
         said += ", of which some between do not fit" if parameter.kind == "hull" else ""
     return said + ("; best fit at a limit of its search (problem.limits)" if parameter.at_limit else "")
 
@@ -138,17 +138,12 @@ def _value_text(record: IdentificationRecord, parameter: ParameterRecord) -> str
 def _search_text(record: IdentificationRecord) -> str:
     """Where the method stopped, for the unknowns of which that is not the value above."""
     ends = ", ".join(
-        f"{part.name} = {fixed(part.in_unit(part.identified), digits)} {part.unit}"
+        f"{part.name} = {told(*(part.in_unit(value) for value in (part.identified, part.low, part.high)))[0]} {part.unit}"
         for part in record.parameters
         if part.ended_short
-        for digits in [_decimals(*(part.in_unit(value) for value in (part.identified, part.low, part.high)))]
     )
     higher = "" if record.search_excess is None else f", where the deviance is {number(record.search_excess, 3)} higher"
     return f"search ended short: the method stopped at {ends}{higher}; the values above are at the maximum of the likelihood"
-
-
-def _decimals(*values: float) -> int:
-    return decimals(*(value for value in values if np.isfinite(value)))
 
 
 def _noise_text(record: IdentificationRecord) -> Iterator[str]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from ksmea.channel import DIRECTIONS
 from ksmea.records.location import LawRecord
-from ksmea.show.text import with_error
+from ksmea.show.text import angle_with_error, with_error
 
 
 def law_words(law: LawRecord) -> str:
@@ -59,7 +59,7 @@ def _vector(law: LawRecord, turns: int = 1) -> str:
     along, across = np.array([first.value, second.value]) / size, np.array([second.value, -first.value]) / size
     sd, sideways = (np.hypot(part[0] * first.sd, part[1] * second.sd) for part in (along, across))
     angle, spread = np.degrees([np.arctan2(second.value, first.value), sideways / size]) / turns
-    return f"{with_error(size, sd)} {first.unit} at {with_error(angle, min(spread, 180.0)).replace(' ±', '° ±')}°"
+    return f"{with_error(size, sd)} {first.unit} at {angle_with_error(angle, min(spread, 180.0))}"
 
 
 def _sizes(law: LawRecord) -> str:

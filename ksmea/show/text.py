@@ -14,6 +14,8 @@ from ksmea.units import MICROMETRE, RPM
 SMALLEST = 1e-15  # p that is told: rounding
 LEAST_OF_A_DOUBLE = 1e-300
 MOST_DECIMALS = 9  # of a value with its interval
+WRITTEN_OUT = 1e12  # from where on such values are not
+MOST_DIGITS = 15  # of a double
 PLAIN_DECIMALS = 6  # of a value with its error; of more, and from `LARGEST` on, both are written with a power of ten
 LARGEST = 1e7
 
@@ -27,26 +29,46 @@ def aligned(head: list[str], lines: list[list[str]]) -> str:
 def number(value: Any, digits: int = 4, sign: str = "") -> str:
     """A number to so many digits; one of more places than that up to seven is written out, '–' stands for none.
 
-    >>> number(49361.7, 3), number(2.5e9), number(1.5), number(None)
-    ('49400', '2.5e+09', '1.5', '–')
+    >>> number(49361.7, 3), number(9999.6), number(2.5e9), number(1.5), number(None)
+    ('49400', '10000', '2.5e+09', '1.5', '–')
     """
     if pd.isna(value):
         return "–"
-    if 10**digits <= abs(value) < LARGEST:
-        return f"{float(f'{value:.{digits}g}'):{sign}.0f}"
+    rounded = float(f"{value:.{digits}g}")
+    if 10**digits <= abs(rounded) < LARGEST:
+        return f"{rounded:{sign}.0f}"
     return f"{value:{sign}.{digits}g}"
 
 
 def with_ends(value: float, low: float | None, high: float | None) -> str:
-    """A value with the ends of its interval, as many digits as show half its width to two; an end that is open is '–'.
+    """A value with the ends of its interval, as `told` has them.
 
     >>> with_ends(2006.4, 1990.6, 2022.1), with_ends(0.50662, 0.47401, None), with_ends(500, 500, None)
     ('2006 [1991, 2022]', '0.507 [0.474, –]', '500.0 [500.0, –]')
     """
-    ends = [end for end in (low, high) if end is not None and np.isfinite(end)]
-    places = decimals(value, *ends)
-    told = ("–" if end is None or not np.isfinite(end) else fixed(end, places) for end in (low, high))
-    return f"{fixed(value, places)} [{', '.join(told)}]"
+    at, *ends = told(value, low, high)
+    return f"{at} [{', '.join(ends)}]"
+
+
+def told(*values: float | None) -> list[str]:
+    """A value and the ends of its interval with as many decimals as show half its width to two digits, all of them the same, or a value
+    alone to four digits. Where one of them would be left with less than two digits by that, each is written by itself. What is
+    not finite or none is '–'.
+
+    >>> told(0.04, 0.0004, 12), told(1000, 5, 1e6), told(1e-10, 9e-11, 1.1e-10), told(15041000, 14998000, 15084000)
+    (['0.04', '0.0004', '12'], ['1000', '5', '1000000'], ['1e-10', '9e-11', '1.1e-10'], ['15041000', '14998000', '15084000'])
+    """
+    finite = [value for value in values if value is not None and np.isfinite(value)]
+    sizes = [abs(value) for value in finite if value] or [1.0]
+    half = (max(finite) - min(finite)) / 2 if finite else 0.0
+    largest = int(np.floor(np.log10(max(sizes))))
+    places = _places(half) if half > 0 else max(3 - largest, 0)
+    alike = places <= MOST_DECIMALS and max(sizes) < WRITTEN_OUT and min(sizes) >= 10.0 ** (1 - places)
+    digits = int(np.clip(largest + places + 1, 3, MOST_DIGITS))
+    return [
+        "–" if value is None or not np.isfinite(value) else fixed(value, places) if alike else number(value, digits)
+        for value in values
+    ]
 
 
 def with_error(value: float, error: float, sign: str = "") -> str:
@@ -56,8 +78,8 @@ def with_error(value: float, error: float, sign: str = "") -> str:
     >>> with_error(4936.2, 4804.1, "+"), with_error(2.0951, 0.2), with_error(2.4512e9, 2.04e8)
     ('+4900 ± 4800', '2.10 ± 0.20', '(2.45 ± 0.20)e+09')
     """
-    if not (np.isfinite(error) and error > 0):
-        return f"{value:{sign}.3g} ± {error:.2g}"
+    if not (np.isfinite(value) and np.isfinite(error) and error > 0):
+        return f"{number(value, 3, sign)} ± {number(error, 2)}"
     power = int(np.floor(np.log10(max(abs(value), error))))
     if _is_plain(value, error):
         places = _places(error)
@@ -66,23 +88,24 @@ def with_error(value: float, error: float, sign: str = "") -> str:
     return f"({fixed(value / 10.0**power, places, sign)} ± {fixed(error / 10.0**power, places)})e{power:+03d}"
 
 
-def decimals(value: float, *ends: float) -> int:
-    """Decimals that show half the width of an interval to two digits, or a value alone to four; below 0 for places before the
-    point."""
-    half = (max(value, *ends) - min(value, *ends)) / 2 if ends else 0.0
-    if half > 0:
-        return min(_places(half), MOST_DECIMALS)
-    return int(np.clip(3 - np.floor(np.log10(abs(value))), 0, MOST_DECIMALS)) if value else 3
+def angle_with_error(angle: float, error: float) -> str:
+    """The same of an angle in degrees, never with a power of ten.
+
+    >>> angle_with_error(53.13, 1.2), angle_with_error(53.13, 0.0)
+    ('53.1° ± 1.2°', '53.13° ± 0°')
+    """
+    if not (np.isfinite(angle) and np.isfinite(error) and error > 0):
+        return f"{number(angle)}° ± {number(error, 2)}°"
+    places = min(_places(error), MOST_DECIMALS)
+    return f"{fixed(angle, places)}° ± {fixed(error, places)}°"
 
 
 def fixed(value: float, places: int, sign: str = "") -> str:
     """A value rounded to a number of decimals, which may be below 0.
 
-    >>> fixed(4936.2, -2), fixed(0.5, 3), fixed(3.2e8, 0)
-    ('4900', '0.500', '3.2e+08')
+    >>> fixed(4936.2, -2), fixed(0.5, 3), fixed(-0.01, 1)
+    ('4900', '0.500', '0.0')
     """
-    if abs(value) >= LARGEST:
-        return f"{value:{sign}.4g}"
     rounded = round(value, places)
     return f"{0.0 if rounded == 0 else rounded:{sign}.{max(places, 0)}f}"
 
@@ -127,7 +150,7 @@ def _level(relative: float, floor: float) -> str:
 
 def chance(p: float) -> str:
     """For example 'p = 0.012'."""
-    return f"p = {p:.2g}" if p > SMALLEST else f"p < {SMALLEST:g}"
+    return f"p = {p:.2g}" if not p <= SMALLEST else f"p < {SMALLEST:g}"
 
 
 def of_chances(p: float) -> str:
@@ -136,7 +159,7 @@ def of_chances(p: float) -> str:
     >>> of_chances(9.5e-89), of_chances(0.0)
     ('9.5e-89', '< 1e-300')
     """
-    return f"{p:.2g}" if p > LEAST_OF_A_DOUBLE else f"< {LEAST_OF_A_DOUBLE:g}"
+    return f"{p:.2g}" if not p <= LEAST_OF_A_DOUBLE else f"< {LEAST_OF_A_DOUBLE:g}"
 
 
 def two_digits(value: float) -> str:

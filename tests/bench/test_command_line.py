@@ -46,7 +46,7 @@ def test_it_prints_the_table_beside_the_papers(table3):
     for word in ("parameter", "unit", "reference", "samples", "median", "[q1, q3]", "paper", "runs", "failed"):
         assert word in head
     first = [line.split()[0] for line in lines if line.strip()]
-    assert first[:16] == [name for name in [*PARAMETERS, "updates", "model_evaluations", "time"] for _ in range(2)]
+    assert first[:16] == [name for name in [*PARAMETERS, "updates", "model", "time"] for _ in range(2)]
     assert "all 8 runs of table3 have a result" in table3.out
     assert "runs.csv, table3.csv, table3.png" in table3.out
     assert table3.err == ""

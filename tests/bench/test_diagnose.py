@@ -115,7 +115,7 @@ def test_a_reversed_probe_of_a_file_is_noticed_and_data_that_were_made_are_not_l
     assert ended.code == 0, ended.err
     [remark] = diagnosis(ended)["remarks"]
     assert "the phases of x at 0.1 m or else of y at 0.1 m are turned by 180°" in remark
-    assert ended.out.count(remark) == 1 and ended.out.startswith("Note: ")
+    assert ended.out.count(remark) == 1 and f"\n\nNote: {remark}\n" in ended.out
     assert diagnosis(hidden)["remarks"] == []
 
 

@@ -49,7 +49,7 @@ def test_it_says_where_something_acts_and_writes_what_it_found(located):
     [
         (
             ["+experiment=identify", "measurement=synthetic", "optimizer.screening=500", "optimizer.starts=2"],
-            "local u x = ",
+            "local_u_x = ",
         ),
         (["+experiment=identifiability", "study.variations=[]"], "local_u_y"),
         (["+experiment=plan", "study.target=local_u_x", "study.add=1", "study.sensors=0"], "local_u_x"),

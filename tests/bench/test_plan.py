@@ -358,8 +358,10 @@ def test_no_plan_or_one_of_another_schema_is_refused_in_one_line(compose, tmp_pa
             ["method.polish=false"],
         ),
         (["name=${hydra.job.config_name}", "optimizer.population=20,30"], []),
+        (["name='${ hydra.job.config_name}'", "optimizer.population=20,30"], []),
+        (["name='${oc.select:hydra.job.config_name}'", "optimizer.population=20,30"], []),
     ],
-    ids=["sweep", "settings that take others' values", "a setting of Hydra"],
+    ids=["sweep", "settings that take others' values", "a setting of Hydra", "with a space", "by a resolver"],
 )
 def test_a_cell_is_what_hydra_composes_of_its_point(compose, loader, words, standard):
     """Points are copies of configurations that are composed once for each choice of plugins. Here all of a point is composed for

@@ -78,7 +78,7 @@ def test_line_ends_of_other_systems_are_no_change():
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     monkeypatch.setenv(kept.FOLDER, str(tmp_path / "cache"))
-    return tmp_path / "cache"
+    return tmp_path / "cache" / kept.OWN
 
 
 def length(content):
@@ -113,9 +113,11 @@ def test_what_another_process_wrote_meanwhile_is_whole(folder):
     assert [path.name for path in folder.iterdir()] == ["a.json"]
 
 
-@pytest.mark.parametrize("content", [b"", b"{", b'{"x": "no number"}', b"[" * 100_000, b"\xff\xfe"])
+@pytest.mark.parametrize(
+    "content", [b"", b"{", b'{"x": "no number"}', b"[" * 100_000, b"\xff\xfe", b'{"x\xff": 1}', b"3"]
+)
 def test_a_damaged_file_is_as_none(folder, content):
-    folder.mkdir()
+    folder.mkdir(parents=True)
     (folder / "a.json").write_bytes(content)
     again = KeptByContent("a.json", int, length)
     assert again.of(b"three") == 5
@@ -124,7 +126,7 @@ def test_a_damaged_file_is_as_none(folder, content):
 
 
 def test_a_pipe_in_its_place_is_not_waited_for(folder):
-    folder.mkdir()
+    folder.mkdir(parents=True)
     os.mkfifo(folder / "a.json")
     assert KeptByContent("a.json", int, length).of(b"three") == 5
 

@@ -202,7 +202,7 @@ def test_a_diagnosis_says_it_too():
     found = ksmea.diagnose(rotor, lagging, effects=["channel_gain"])
     [remark] = found.record.remarks
     assert LAG in remark and found.verdict == "unknown"
-    assert diagnosis_text(found.record).startswith(f"Note: {remark}\n")
+    assert f"\n\nNote: {remark}\n" in diagnosis_text(found.record)
     assert diagnosis_text(found.record).count(LAG) == 1
     right = ksmea.diagnose(rotor, measured(), effects=["channel_gain"])
     assert right.record.remarks == () and "Note" not in diagnosis_text(right.record)
