@@ -89,6 +89,7 @@ class RotorProblem(Problem, Rotordynamic):
             for start in range(0, len(x), n_chunk):
                 chunk = slice(start, start + n_chunk)
                 inputs = inputs_at(self.rotor, self.unknowns, x[chunk])
+                # by rank-one updates, as reference results were: `motion_with` is faster and differs by rounding
                 per_unbalance = self.reduction.unit_response(*self._impedance_parts(inputs))
                 response[chunk] = combined(per_unbalance, inputs.complex_unbalance)
         return finite(response)

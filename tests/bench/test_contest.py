@@ -175,7 +175,7 @@ def test_a_method_without_any_run_takes_no_part(found):
     assert compared.methods == ("fast",) and compared.notes == ("slow: no run has ended; left out",)
     rows = leaderboard(compared, weights(compared))
     assert (rows["excess_rank"] == 1.0).all()
-    assert told(compared)[0] == "fast alone: nothing to rank; merge its folder with that of others (docs/export.md)"
+    assert told(compared)[0] == "one method alone, fast: nothing to rank; merge its folder with that of others (docs/export.md)"
 
 
 def test_cells_of_a_label_that_differ_otherwise_are_refused():
@@ -291,7 +291,7 @@ def test_one_method_without_a_known_excess_is_drawn_too(tmp_path, monkeypatch):
     assert {"contest_ranks.png", "contest_ecdf_error.png"} <= files.keys()
     assert all(draw() for draw in files.values()) and "contest_ecdf_excess.png" not in files
     assert made.page is not None and "fast alone" in made.page().headline
-    assert "fast alone: nothing to rank" in made.text
+    assert "one method alone, fast: nothing to rank" in made.text
 
 
 def test_before_anything_is_run_there_is_nothing_to_rank(tmp_path):
