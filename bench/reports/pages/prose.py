@@ -13,7 +13,7 @@ WIDE_LIST = ";  "  # parts of a sentence, set apart by blanks
 LONG = 40  # characters
 GAP = 2  # blanks between columns (`ksmea.show.text.aligned`)
 COLUMNS = re.compile(rf"\S {{{GAP},}}\S")
-NUMBER = re.compile(r"[-+−±~<>≤≥× ]*[\d.]+([eE][-+]?\d+)?[ %]*|[-–∞?]|[-+−]?∞|nan|not known|never")
+NUMBER = re.compile(r"[-+−±~<>≤≥× ]*[\d.]+[⁰¹²³⁴-⁹]*([eE][-+]?\d+)?[ %]*|[-–∞?]|[-+−]?∞|nan|not known|never")
 
 
 def prose_html(text: str) -> str:
