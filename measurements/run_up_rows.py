@@ -19,6 +19,7 @@ from ksmea.errors import SettingError, unknown
 
 REQUIRED = ("speed_rpm", "position_m", "direction", "amplitude_um_0pk")
 OPTIONAL = ("phase_lead_deg", "sigma_um", "time_s", "run", "harmonic")
+IMPORT = "`python -m bench import`"
 HEADER = ",".join((*REQUIRED, *OPTIONAL[:2]))
 
 MAX_ROWS = 100_000  # speeds × channels; an identification of as many takes minutes
@@ -179,13 +180,16 @@ def _header(path: str, number: int, names: Sequence[str]) -> Sequence[str]:
         if separator in whole and not set(REQUIRED) <= set(names):
             raise SettingError(
                 f"{where}: expected columns separated by commas, got {word}; write commas between cells and points in"
-                " decimals"
+                f" decimals, or let {IMPORT} do it"
             )
     if all(NUMBER.fullmatch(name) or name in ("", "x", "y") for name in names):
         raise SettingError(f"{where}: expected a header, got numbers ({quoted(whole)}); put this line first: {HEADER}")
     for index, name in enumerate(names):
         if name not in (*REQUIRED, *OPTIONAL):
-            raise SettingError(f"{where}: {unknown('column', _short(name), (*REQUIRED, *OPTIONAL))}")
+            raise SettingError(
+                f"{where}: {unknown('column', _short(name), (*REQUIRED, *OPTIONAL))}; {IMPORT} reads"
+                " tables with other columns"
+            )
         if name in names[:index]:
             raise SettingError(f"{where}: expected each column once, got {name} twice; remove one")
     missing = [name for name in REQUIRED if name not in names]

@@ -89,7 +89,7 @@ class Started(RunLine, frozen=True, kw_only=True, tag_field="event", tag="starte
     """A run was started. As the last word on it, that it was killed."""
 
     status: str = "killed"
-    error: str = "the run was started and never ended"
+    error: str = "it was stopped before its end, by Ctrl-C, a kill or a crash; the same command does it again"
 
 
 class Ended(RunLine, frozen=True, kw_only=True, tag_field="event", tag="result"):

@@ -32,6 +32,7 @@ def text(record: DiagnosisRecord) -> str:
         _sentence(repeats.lines(record.repeats)),
         _sentence(both_ways.lines(record.both_ways)),
         _what_is_wrong(record),
+        _unknowns(record),
         _cause(record),
         _predictive_gain(record),
         _location(record),
@@ -293,6 +294,18 @@ def _predictive_gain(record: DiagnosisRecord) -> str:
         if row.after is not None
     ]
     return "\n".join([*gain_lines(gain), "", *_weights(record), aligned(head, table)])
+
+
+def _unknowns(record: DiagnosisRecord) -> str:
+    """Of a model that explains the data; beside an effect they stand with those before it."""
+    rows = [
+        [row.name, *with_ends(row.before.value, row.before.low, row.before.high).split(" ", 1), row.before.unit]
+        for row in record.coefficients
+        if row.before is not None
+    ]
+    if record.verdict not in ("adequate", "not observable") or not rows:
+        return ""
+    return aligned(["unknown", "value", "interval", "unit"], rows)
 
 
 def _averaged(record: DiagnosisRecord) -> dict[str, EstimateRecord]:

@@ -154,7 +154,7 @@ def test_explain_a_failed_run_shows_its_traceback_and_all_attempts(real, enter):
 def test_explain_a_run_that_was_started_and_no_more(real, enter):
     run = read_plan(real.output).runs[0]
     rewrite_records(real, lambda line: None if line["event"] == "result" else line)
-    assert "killed: the run was started and never ended" in enter("explain", run.key).out
+    assert "killed: it was stopped before its end" in enter("explain", run.key).out
 
 
 def test_explain_a_run_that_is_missing(real, enter):

@@ -175,7 +175,10 @@ def test_a_method_without_any_run_takes_no_part(found):
     assert compared.methods == ("fast",) and compared.notes == ("slow: no run has ended; left out",)
     rows = leaderboard(compared, weights(compared))
     assert (rows["excess_rank"] == 1.0).all()
-    assert told(compared)[0] == "one method alone, fast: nothing to rank; merge its folder with that of others (docs/export.md)"
+    assert (
+        told(compared)[0]
+        == "one method alone, fast: nothing to rank; merge its folder with that of others (docs/export.md)"
+    )
 
 
 def test_cells_of_a_label_that_differ_otherwise_are_refused():
@@ -290,7 +293,7 @@ def test_one_method_without_a_known_excess_is_drawn_too(tmp_path, monkeypatch):
     files = made.figures()
     assert {"contest_ranks.png", "contest_ecdf_error.png"} <= files.keys()
     assert all(draw() for draw in files.values()) and "contest_ecdf_excess.png" not in files
-    assert made.page is not None and "fast alone" in made.page().headline
+    assert made.page is not None and "one method alone, fast" in made.page().headline
     assert "one method alone, fast: nothing to rank" in made.text
 
 

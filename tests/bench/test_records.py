@@ -74,7 +74,7 @@ def test_started_without_a_result_is_killed(tmp_path, plan):
     one, two = plan.runs[:2]
     write(tmp_path, plan, (one, None), (two, None), (two, "done"))
     assert statuses(tmp_path) == {one.key: "killed", two.key: "done"}
-    assert "never ended" in read_records(tmp_path)[one.key].error
+    assert "stopped before its end" in read_records(tmp_path)[one.key].error
 
 
 def test_every_length_of_a_torn_last_line_is_ignored_and_the_file_goes_on(tmp_path, plan, file):

@@ -69,7 +69,9 @@ def sentences(contest: Contest, board: pd.DataFrame, pairs: pd.DataFrame, tests:
     if n_instance < LEAST_INSTANCES:
         told.append(f"intervals of {_plural(n_instance, 'instance')} say too little; take {LEAST_INSTANCES} or more")
     if len(contest.methods) == 1:
-        told = [f"one method alone, {contest.methods[0]}: nothing to rank; merge its folder with that of others (docs/export.md)"]
+        told = [
+            f"one method alone, {contest.methods[0]}: nothing to rank; merge its folder with that of others (docs/export.md)"
+        ]
     return [*told, *_fastest(contest, board), *_of_set(contest), *_of_failures(contest), *contest.notes]
 
 
