@@ -44,6 +44,6 @@ def _drawings(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, output: Pat
 
 
 def _page(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, text: str, output: Path) -> Page:
-    from bench.reports.summary_drawings import page  # the same
+    from bench.reports.summary_drawings import page  # loads all of matplotlib
 
     return page(plan, runs, summary, text, output)

@@ -76,10 +76,5 @@ def _read(file: Path, kind: type[Value]) -> dict[str, Value]:
     try:
         with open_regular(file) as opened:
             return msgspec.convert(msgspec.json.decode(opened.read()), GenericAlias(dict, (str, kind)))
-    except (
-        OSError,
-        SettingError,
-        ValueError,
-        RecursionError,
-    ):  # msgspec's errors are among these, and bytes of no text
+    except (OSError, SettingError, ValueError, RecursionError):  # a ValueError of msgspec too, and for bytes of no text
         return {}

@@ -17,7 +17,7 @@ from ksmea.show import both_ways, hidden, location, repeats
 from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
 from ksmea.show.predictive_gain import gain_lines
 from ksmea.show.stability import stability_text
-from ksmea.show.text import aligned, data_words, noise_level, number, of_chances, with_ends
+from ksmea.show.text import aligned, data_words, noise_level, number, of_chances, value_and_ends, with_ends
 from ksmea.units import RPM
 
 MAX_RANKED = 6  # effects that the text lists
@@ -299,7 +299,7 @@ def _predictive_gain(record: DiagnosisRecord) -> str:
 def _unknowns(record: DiagnosisRecord) -> str:
     """Of a model that explains the data; beside an effect they stand with those before it."""
     rows = [
-        [row.name, *with_ends(row.before.value, row.before.low, row.before.high).split(" ", 1), row.before.unit]
+        [row.name, *value_and_ends(row.before.value, row.before.low, row.before.high), row.before.unit]
         for row in record.coefficients
         if row.before is not None
     ]

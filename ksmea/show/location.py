@@ -24,7 +24,7 @@ from ksmea.records.location import (
 from ksmea.show.law_words import law_words
 from ksmea.show.location_figure import plot
 from ksmea.show.predictive_gain import gain_lines
-from ksmea.show.text import aligned, noise_level, number, with_ends
+from ksmea.show.text import aligned, noise_level, number, value_and_ends
 from ksmea.units import MICROMETRE, RPM
 
 __all__ = ["frame", "plot", "text"]
@@ -301,8 +301,7 @@ def _interval(estimate: EstimateRecord | None) -> list[str]:
         return ["–", "–"]
     if estimate.low is None and estimate.high is None:
         return ["–", "not known"]
-    value, _, ends = with_ends(estimate.value, estimate.low, estimate.high).partition(" ")
-    return [value, ends]
+    return [*value_and_ends(estimate.value, estimate.low, estimate.high)]
 
 
 def _a(kind: str) -> str:

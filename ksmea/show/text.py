@@ -46,8 +46,13 @@ def with_ends(value: float, low: float | None, high: float | None) -> str:
     >>> with_ends(2006.4, 1990.6, 2022.1), with_ends(0.50662, 0.47401, None), with_ends(500, 500, None)
     ('2006 [1991, 2022]', '0.507 [0.474, –]', '500.0 [500.0, –]')
     """
+    return " ".join(value_and_ends(value, low, high))
+
+
+def value_and_ends(value: float, low: float | None, high: float | None) -> tuple[str, str]:
+    """The same in two columns."""
     at, *ends = told(value, low, high)
-    return f"{at} [{', '.join(ends)}]"
+    return at, f"[{', '.join(ends)}]"
 
 
 def told(*values: float | None) -> list[str]:

@@ -6,11 +6,10 @@ import random
 import numpy as np
 import pandas as pd
 import pytest
-from hydra.core.config_store import ConfigStore
 
 from bench.jobs.execute import execute
 from bench.plan.plan import SEED_PLACES, component_seeds, global_entropy
-from ksmea import registry
+from outside_package import on_path
 
 NAMES = ("mine", "broken", "exiting", "undeclared")
 METADATA = "Metadata-Version: 2.1\nName: mine\nVersion: 1.0\n"
@@ -93,12 +92,8 @@ def packages(tmp_path_factory):
 @pytest.fixture
 def enter_with_mine(enter, packages, monkeypatch):
     """The bench with these plugins inside this process, whose registry and Hydra's store forget them afterwards."""
-    monkeypatch.syspath_prepend(packages)
-    registry.registered.cache_clear()
-    yield enter
-    registry.registered.cache_clear()
-    for name in NAMES:
-        ConfigStore.instance().repo.get("optimizer", {}).pop(f"{name}.yaml", None)
+    with on_path(packages, monkeypatch, "optimizer", *NAMES):
+        yield enter
 
 
 def test_it_runs_with_its_settings(enter_with_mine):

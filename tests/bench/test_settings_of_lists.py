@@ -1,9 +1,8 @@
 """Settings given with a list of plugins, and settings of plugins that the command line cannot offer."""
 
 import pytest
-from hydra.core.config_store import ConfigStore
 
-from ksmea import registry
+from outside_package import on_path
 
 METADATA = "Metadata-Version: 2.1\nName: odd\nVersion: 1.0\n"
 PLUGIN = '''
@@ -72,12 +71,8 @@ def packages(tmp_path_factory):
 
 @pytest.fixture
 def with_odd(enter, packages, monkeypatch):
-    monkeypatch.syspath_prepend(packages)
-    registry.registered.cache_clear()
-    yield enter
-    registry.registered.cache_clear()
-    for name in ODD:
-        ConfigStore.instance().repo.get("optimizer", {}).pop(f"odd_{name}.yaml", None)
+    with on_path(packages, monkeypatch, "optimizer", *(f"odd_{name}" for name in ODD)):
+        yield enter
 
 
 @pytest.mark.parametrize("name", ODD)

@@ -9,7 +9,7 @@ from bench.plan.plan import read_plan
 from bench.reports.collect import collect
 from bench.reports.figures import cells_with
 from bench.reports.history_figures import updates_figure
-from ksmea import registry
+from outside_package import on_path
 
 FIGURES = "figures=[updates,response,cost]"
 TWO = ["problem=three_disk,rk4_two_disk", "measurement.relative=0.05", "repetitions=1", "workers=1", FIGURES]
@@ -128,10 +128,8 @@ def others(tmp_path_factory):
 @pytest.fixture
 def others_here(enter, others, monkeypatch):
     """The bench with that package inside this process, whose registry forgets it afterwards."""
-    monkeypatch.syspath_prepend(others.partition(os.pathsep)[0])
-    registry.registered.cache_clear()
-    yield enter
-    registry.registered.cache_clear()
+    with on_path(others.partition(os.pathsep)[0], monkeypatch, "table"):
+        yield enter
 
 
 def test_a_report_of_another_package_is_made(shell, cheapest, others, tmp_path):

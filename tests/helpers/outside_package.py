@@ -16,11 +16,19 @@ def outside_package(folder, monkeypatch, files, group, name):
     for path, content in files.items():
         (folder / path).parent.mkdir(exist_ok=True)
         (folder / path).write_text(content)
+    with on_path(folder, monkeypatch, group, name):
+        yield
+
+
+@contextmanager
+def on_path(folder, monkeypatch, group, *names):
+    """A folder with an installed package on Python's path; the plugins of these names are forgotten afterwards."""
     monkeypatch.syspath_prepend(folder)
     registry.registered.cache_clear()
     yield
     registry.registered.cache_clear()
-    ConfigStore.instance().repo.get(group, {}).pop(f"{name}.yaml", None)
+    for name in names:
+        ConfigStore.instance().repo.get(group, {}).pop(f"{name}.yaml", None)
 
 
 @contextmanager
