@@ -53,16 +53,16 @@ def note_failed(output: Path, job: str, reason: str) -> None:
 
 
 def job_states(output: Path) -> dict[str, str]:
-    """Each submitted job that has not ended well: queued, running, lost, or why it failed. Slurm is asked where it can be,
-    else the jobs themselves are, by what they renew in the folder."""
+    """Each submitted job that has not ended well: queued, running, lost, or why it failed. Slurm is asked where it can be: one that
+    was ended there, for its node was lost or another job came first, may be queued again. Else the jobs themselves are, by what they
+    renew in the folder."""
     paths = sorted((output / CLAIMS / FOLDER).glob("[0-9]*"))
     said = {path.name: text for path in paths if (text := _said(path)) != ENDED}
-    waiting = [job for job, text in said.items() if not text]
-    if not waiting:
-        return said
-    told = slurm_states(waiting)
+    if not said:
+        return {}
+    told = slurm_states(said)
     at_work = clusters_jobs_at_work(output) if told is None else set()
-    return {job: text or _state(job, told, at_work) for job, text in said.items()}
+    return {job: _state(job, text, told, at_work) for job, text in said.items()}
 
 
 def forget_lost(output: Path) -> None:
@@ -72,13 +72,15 @@ def forget_lost(output: Path) -> None:
             (output / CLAIMS / FOLDER / job).unlink(missing_ok=True)
 
 
-def _state(job: str, told: dict[str, str] | None, at_work: set[str]) -> str:
+def _state(job: str, text: str, told: dict[str, str] | None, at_work: set[str]) -> str:
     if told is None:
-        return "running" if job in at_work else NO_SIGN
+        return text or ("running" if job in at_work else NO_SIGN)
     state = told.get(job, "gone from the queue")
     if state in QUEUED:
         return "queued"
-    return "running" if state in RUNNING else f"lost ({state})"
+    if state in RUNNING:
+        return "running"
+    return text or f"lost ({state})"
 
 
 def _said(path: Path) -> str:

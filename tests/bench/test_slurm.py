@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+from contextlib import suppress
 from io import StringIO
 from pathlib import Path
 
@@ -165,8 +166,9 @@ def processes_of(job):
 
 
 def kill(output, job):
-    for process in processes_of(job):
-        os.kill(process, signal.SIGKILL)
+    for process in [*processes_of(job)]:  # found before: Slurm asks the others to end once the first is gone
+        with suppress(ProcessLookupError):
+            os.kill(process, signal.SIGKILL)
 
 
 def cancel(output, job):

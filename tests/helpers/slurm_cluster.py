@@ -31,7 +31,6 @@ MpiDefault=none
 SelectType=select/cons_tres
 SelectTypeParameters=CR_CPU
 SlurmdParameters=config_overrides
-SchedulerParameters=batch_sched_delay=0
 ReturnToService=2
 KillWait=5
 MinJobAge=86400
