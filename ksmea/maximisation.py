@@ -148,9 +148,9 @@ def best_maxima(
     """Different maxima of the likelihood, highest first: a few iterations from every start θ, and the best points that
     they lead to, `survivors` at most, to the end, by `last_iterations` more at most. Where all have a deviance above `ceiling`, the best point that was met.
     Searches that do not come `below` a deviance, or within `reach` of the best one before them, are given up on the way."""
+    useful = min(ceiling, below)
     first = [
-        maximise(likelihood, theta, max_iterations=first_iterations, tolerance=1e-2, ceiling=ceiling)
-        for theta in starts
+        maximise(likelihood, theta, max_iterations=first_iterations, tolerance=1e-2, ceiling=useful) for theta in starts
     ]
     best = sorted(first, key=lambda each: each.deviance)[:survivors]
     if best[0].deviance > ceiling:

@@ -168,6 +168,9 @@ def _diagnosed(
     explained = (
         None if lead is None else _explained(significant, trials, baseline, measurement, half, effort, rng, progress)
     )
+    if explained is not None and is_size_alone(explained.quality, half):  # all again with noise of that size
+        left = baseline.refitted(as_left(measurement, explained.quality))
+        return _diagnosed(left, found, rng, level, effort, n_block, interval_level, progress)
     best = best_estimate = best_quality = None
     if explained is not None:
         best, best_estimate = settled_stable(explained.best.fit, interval_level, progress)
@@ -187,7 +190,9 @@ def _diagnosed(
         ambiguity_group=tuple(dict.fromkeys([*named, *(name for each in accepted for name in each.names)])),
         locations=tuple(each.location for each in accepted if each.names == accepted[0].names),
         explanations=accepted,
-        averaged=_averaged(accepted, best, best_estimate, len(problem.parameters), interval_level, progress),
+        averaged=_averaged(accepted, best, best_estimate, len(problem.parameters), interval_level, progress)
+        if effort.average
+        else None,
         baseline=baseline_fit,
         baseline_estimate=baseline_estimate,
         baseline_quality=quality,
@@ -197,7 +202,7 @@ def _diagnosed(
         best_estimate=best_estimate,
         best_quality=best_quality,
         predictive_gain=None if best is None else predictive_gain(baseline_fit, best, n_block, progress),
-        split=_split(accepted, len(problem.parameters), progress) if verdict == "ambiguous" else None,
+        split=_split(accepted, len(problem.parameters), progress) if effort.split and verdict == "ambiguous" else None,
         collinearity={} if lead is None else collinearities(lead, trials, cosines),
         detectable=detectable,
         level=level,
@@ -236,14 +241,21 @@ def _refined(
     effort: Effort,
     progress: Callable[[], None],
 ) -> list[Trial]:
-    """The trials refined at little effort, without scans where the data are near the baseline model, and where the best one then
-    leaves more than noise, at all of it."""
+    """The trials refined: without scans, and where the best one then leaves more than noise with scans, at little effort first
+    where the data are far from the baseline model, then at all of it."""
     measurement = baseline.best.likelihood.measurement
-    is_scanned = any(trial.deviance_drop > NEARBY for trial in trials)
-    found = refined(trials, measurement, baseline, effort.of_first_scans, progress, is_scanned=is_scanned)
-    if not found or fit_quality(polished(found[0].fit), rng).p >= level:
-        return found
-    return refined(found, measurement, baseline, effort, progress)
+    is_far = any(trial.deviance_drop > NEARBY for trial in trials)
+    stages = [(effort.of_first_scans, False), *([(effort.of_first_scans, True)] if is_far else []), (effort, True)]
+    for part, is_scanned in stages:
+        trials = refined(trials, measurement, baseline, part, progress, is_scanned=is_scanned)
+        if not trials or _leaves_noise(fit_quality(polished(trials[0].fit), rng), level):
+            break
+    return list(trials)
+
+
+def _leaves_noise(quality: FitQuality, level: float) -> bool:
+    """Whether a fit leaves noise, of whatever size."""
+    return quality.p >= level or is_size_alone(quality, level)
 
 
 @dataclass(frozen=True)
@@ -294,6 +306,8 @@ def _explained(
     leave noise behind and the pair does; else the best effect."""
     alone = _with_near(Explanation.of(significant[0]), map(Explanation.of, trials), rng)
     leaves_noise = alone.quality.p >= level
+    if is_size_alone(alone.quality, level):
+        return alone
     firsts = distinct_firsts(significant, 1 if leaves_noise else effort.firsts)
     pairs = pairs_beside(firsts, trials, baseline, measurement, effort, progress, is_scanned=not leaves_noise)
     limit = alone.best.delta_bic + NEAR

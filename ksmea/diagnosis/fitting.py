@@ -43,13 +43,14 @@ TRIAL_ITERATIONS = 100  # at most: fits that explain the data end by 60, and the
 # Expected fall of the deviance at which fits of trials end; of data that are off by many times their known noise, in parts of
 # the mean square of what is left.
 END = 1e-4
+VALLEY = 0.2  # part by which a deviance may differ from what the parabola around a fit says, in the same valley
 PATH_ITERATIONS = 4  # of each fit on a path of values
 LAST_DECADE = 0.1  # of the last value of a path, from where on its values are screened
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How many points are screened and how many fits made."""
+    """How many points are screened and how many fits made, and what more is done where several explanations are near."""
 
     screening: int = 4000  # points of the baseline model that are screened
     starts: int = 12  # fits of the baseline model
@@ -61,6 +62,8 @@ class Effort:
     survivors: int = 2
     firsts: int = 3  # effects that second ones are fitted beside, where the best one does not leave noise behind
     pairs: int = 18  # pairs of effects that are fitted to the end, and at most as many that are scanned
+    average: bool = True  # unknowns and responses over several explanations
+    split: bool = True  # several explanations by a further measurement, which is sought
 
     @property
     def of_first_scans(self) -> Effort:
@@ -238,19 +241,32 @@ def fit_from_scan(
 
 
 def fit_from(
-    problem: Problem,
-    measurement: Measurement,
+    fit: Fit,
     starts: Sequence[Fit],
     baseline: BaselineFits,
     effort: Effort,
     ceiling: float = np.inf,
-    below: float = np.inf,
 ) -> Fit:
-    """The same from where other fits have the baseline model's unknowns, without any effect."""
-    likelihood, d = likelihood_of(Model(problem), measurement), baseline.best.likelihood.d
-    zero = without_effects(problem, d)
-    points = [likelihood.start(np.concatenate([fit.u[:d], zero])) for fit in starts]
-    return Fit(problem, likelihood, _maxima(likelihood, points, effort, ceiling, below)[0])
+    """The better of a fit and further ones of its problem, from where other fits have the baseline model's unknowns, without
+    any effect: from those of them that do not lie in the valley of the fit."""
+    likelihood, d = fit.likelihood, baseline.best.likelihood.d
+    zero = without_effects(fit.problem, d)
+    others = [u for start in starts if not _is_in_valley(fit, u := np.concatenate([start.u[:d], zero]))]
+    if not others:
+        return fit
+    points = [likelihood.start(u) for u in others]
+    found = Fit(fit.problem, likelihood, _maxima(likelihood, points, effort, ceiling, fit.deviance)[0])
+    return min(fit, found, key=lambda each: each.deviance)
+
+
+def _is_in_valley(fit: Fit, u: Array) -> bool:
+    """Whether the deviance at u (d,), with the noise of a fit, is what the parabola around that fit says: then a search from there
+    ends where the fit is."""
+    point = fit.point
+    step = np.concatenate([u, point.theta[len(u) :]]) - point.theta
+    expected = float(point.gradient @ step + np.sum((point.whitened @ step) ** 2))
+    rise = fit.likelihood.deviance(point.theta + step) - point.deviance
+    return abs(rise - expected) < VALLEY * max(abs(expected), 1.0)
 
 
 def fit_from_values(problem: Problem, x: Array, measurement: Measurement) -> Fit:

@@ -207,7 +207,7 @@ def searched(
         elif is_scanned and trial.candidate.effect.is_scanned:
             fit = fit_from_scan(problem, measurement, baseline, effort, ceiling, fit.deviance)
         elif starts:
-            fit = fit_from(problem, measurement, starts, baseline, effort, ceiling, fit.deviance)
+            fit = fit_from(fit, starts, baseline, effort, ceiling)
         fit = stable_fit(fit, start_nearby(problem, baseline.best), min(ceiling, trial.fit.deviance))
     best = min(fit, trial.fit, key=lambda each: each.deviance)
     return trial_of(trial.candidate, best, baseline.best, n_candidate)

@@ -180,7 +180,8 @@ class DiagnosisRecord(Record):
     explanations: tuple[
         ExplanationRecord, ...
     ] = ()  # the best one and those as near; none where none is believed, or older
-    averaged: AveragedRecord | None = None  # over these, where there are several
+    averaged: AveragedRecord | None = None  # over these, where there are several and an average is wanted
+    is_split_sought: bool = True  # whether a measurement that would tell them apart is wanted
 
     @classmethod
     def upgraded(cls, data: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -199,6 +199,8 @@ def _split(record: DiagnosisRecord) -> list[str]:
     pairs = dict.fromkeys(each.label for each in record.explanations if len(each.effects) > 1)
     said = [f"These explain the data about as well: {', '.join(pairs or record.ambiguity_group)}."]
     split = record.split
+    if not record.is_split_sought:
+        return said
     if split is None:
         return [*said, "None of the measurements that were considered would tell them apart."]
     not_told = (

@@ -87,6 +87,10 @@ class DiagnosisOptions(Settings):
     pairs: int = setting(
         18, "pairs of effects that are fitted to the end, and as many at most whose second one is scanned", at_least=1
     )
+    average: bool = setting(True, "where several explanations are near, average unknowns and responses over them")
+    split: bool = setting(
+        True, "where several explanations are near, seek the further measurement that tells them apart"
+    )
     locate: bool = setting(
         True,
         "where the model is wrong, look too for places at which an unknown force explains the data, whatever its cause",
@@ -106,6 +110,8 @@ class DiagnosisOptions(Settings):
             effect_starts=self.effect_starts,
             firsts=self.firsts,
             pairs=self.pairs,
+            average=self.average,
+            split=self.split,
         )
 
 
@@ -162,6 +168,7 @@ def diagnosis(
         left_out={**left_out, **record.left_out},
         remarks=(*campaign_remarks(problem, measurement), *remarks),
         repeats=repeats_of(measurement),
+        is_split_sought=options.split,
         both_ways=both_ways(problem, measurement, found.baseline.x) if details else None,
     )
 

@@ -1,5 +1,7 @@
 """Model averaging: weights, quantiles of mixtures, and the truth between explanations that data do not tell apart."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -7,6 +9,8 @@ from ksmea.diagnosis.averaging import akaike_weights, mixture_interval
 from ksmea.diagnosis.diagnosis import diagnose
 from ksmea.intervals import estimate
 from ksmea.measurement import Measurement, Noise, observe
+from ksmea.show.diagnosis import text
+from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
 from problems.three_disk import ThreeDisk
 from tests.diagnosis.conftest import LESS, TRUTH, registered_effects
 
@@ -56,17 +60,23 @@ def test_weights_follow_the_deviance_and_charge_two_for_each_unknown():
     assert np.sum(weights) == pytest.approx(1)
 
 
-@pytest.mark.parametrize("seed", range(2))
-def test_the_average_holds_the_truth_where_the_wrong_explanation_alone_does_not(seed):
-    """Mass or Young's modulus: one plane of probes cannot tell. Noise decides which is best, so that its intervals alone miss the
-    stiffness in about half of all draws, by many of their widths. 95 % intervals of three unknowns are widened to twice
-    their half-width: seeds were not chosen."""
+def heavier_or_softer(seed):
+    """A rotor, data of a heavier one through one plane of probes, and effects of which two explain them alike."""
     fine, rotor = (ThreeDisk(mesh=mesh, sensors=[0.1], n_speed=30).build().with_phase_origin() for mesh in (26, 13))
     heavier = registered_effects()["mass"].added_to(fine)
     x = np.array([*(TRUTH[name] for name in fine.parameters.names), 0.03])
     data = observe(heavier.dense_response(x[None])[0], "complex", Noise(0.05, 1e-7), np.random.default_rng(seed))
     measurement = Measurement(fine.speed, fine.channels, data, None, "test")
     effects = {name: effect for name, effect in registered_effects().items() if name in ("mass", "youngs_modulus")}
+    return rotor, measurement, effects
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_the_average_holds_the_truth_where_the_wrong_explanation_alone_does_not(seed):
+    """Mass or Young's modulus: one plane of probes cannot tell. Noise decides which is best, so that its intervals alone miss the
+    stiffness in about half of all draws, by many of their widths. 95 % intervals of three unknowns are widened to twice
+    their half-width: seeds were not chosen."""
+    rotor, measurement, effects = heavier_or_softer(seed)
     found = diagnose(rotor, measurement, effects, np.random.default_rng(seed), effort=LESS)
     assert found.verdict == "ambiguous" and sum(found.averaged.weights) == pytest.approx(1)
     assert {each.names for each in found.averaged.explanations} == {("mass",), ("youngs_modulus",)}
@@ -84,3 +94,19 @@ def test_the_average_holds_the_truth_where_the_wrong_explanation_alone_does_not(
         found.averaged.amplitude <= found.averaged.amplitude_high
     )
     assert np.all(inside)
+
+
+def test_where_neither_is_wanted_nothing_is_averaged_and_no_further_measurement_sought():
+    rotor, measurement, effects = heavier_or_softer(0)
+    few = DiagnosisOptions(
+        locate=False, screening=LESS.screening, starts=LESS.starts, scan=LESS.scan, effect_starts=LESS.effect_starts
+    )
+
+    def told(**options):
+        wanted = dataclasses.replace(few, **options)
+        return diagnosis(rotor, measurement, effects, np.random.default_rng(0), options=wanted)
+
+    whole, part = told(), told(average=False, split=False)
+    assert part.verdict == whole.verdict == "ambiguous" and part.ambiguity_group == whole.ambiguity_group
+    assert whole.averaged is not None and part.averaged is None
+    assert "tell them apart" in text(whole) and "tell them apart" not in text(part)
