@@ -27,6 +27,8 @@ PATIENCE = 15  # iterations by whose pace a search is given up that is to come b
 PROMISED = 10.0  # times what a step promises: the most that an undamped search still comes down, once it has passed SETTLED steps
 SETTLED = 3
 
+VALLEY = 0.2  # part by which the deviance in the valley of a maximum may differ from what the parabola around that says
+
 # Two maxima are one where their deviances are as near as this, and the difference is as small to the data (standard errors).
 CLOSE, NEAR = 1e-2, 0.5
 
@@ -175,10 +177,24 @@ def distinct(likelihood: Maximised, maxima: Sequence[Point]) -> list[Point]:
 def _is_same(likelihood: Maximised, point: Point, other: Point) -> bool:
     if point.deviance - other.deviance > CLOSE:
         return False
-    step = point.theta - other.theta
+    return bool(np.linalg.norm(other.whitened @ _from(likelihood, other, point.theta)) < NEAR)
+
+
+def _from(likelihood: Maximised, point: Point, theta: Array) -> Array:
+    """The shortest way (p,) from a point to θ (p,), whole turns apart."""
+    step = theta - point.theta
     turns = np.isfinite(likelihood.period)
     step[turns] -= likelihood.period[turns] * np.rint(step[turns] / likelihood.period[turns])
-    return bool(np.linalg.norm(other.whitened @ step) < NEAR)
+    return np.asarray(step)
+
+
+def is_in_valley(likelihood: Maximised, point: Point, theta: Array) -> bool:
+    """Whether the deviance at θ (p,) is what the parabola around a point says: a search from there ends where one from the point
+    does."""
+    step = _from(likelihood, point, theta)
+    expected = float(point.gradient @ step + np.sum((point.whitened @ step) ** 2))
+    rise = likelihood.deviance(theta) - point.deviance
+    return abs(rise - expected) < VALLEY * max(abs(expected), 1.0)
 
 
 def _bend(likelihood: Maximised, point: Point, free: Array, damping: float, step: Array) -> Array:

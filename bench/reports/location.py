@@ -94,4 +94,4 @@ def _summary(runs: pd.DataFrame) -> str:
         [str(kind), str(len(mine)), number(mine["n_accepted"].median()), number(mine["seconds"].median(), 3)]
         for kind, mine in kinds
     ]
-    return aligned(["kind", "runs", "accepted (median)", "seconds (median)"], lines)
+    return aligned(["kind", "runs", "accepted (median)", "s of a core (median)"], lines)

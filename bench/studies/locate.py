@@ -37,7 +37,7 @@ class Locate(LocationOptions, Study):
         require_enough(setup.problem, setup.source.kind)
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
-        started = time.perf_counter()
+        started = time.process_time()
         with progress_of(draw, "location") as progress:
             found = location(
                 setup.problem,
@@ -46,5 +46,5 @@ class Locate(LocationOptions, Study):
                 options=self,
                 progress=progress,
             )
-        found = dataclasses.replace(found, hidden=setup.hidden(draw), seconds=time.perf_counter() - started)
+        found = dataclasses.replace(found, hidden=setup.hidden(draw), seconds=time.process_time() - started)
         return {"status": "done", **found.to_data()}

@@ -21,6 +21,7 @@ from ksmea.likelihood import Likelihood, Point
 from ksmea.maximisation import (
     best_maxima,
     distinct,
+    is_in_valley,
     maximise,
     nearest_maximum,
     promised,
@@ -43,7 +44,6 @@ TRIAL_ITERATIONS = 100  # at most: fits that explain the data end by 60, and the
 # Expected fall of the deviance at which fits of trials end; of data that are off by many times their known noise, in parts of
 # the mean square of what is left.
 END = 1e-4
-VALLEY = 0.2  # part by which a deviance may differ from what the parabola around a fit says, in the same valley
 PATH_ITERATIONS = 4  # of each fit on a path of values
 LAST_DECADE = 0.1  # of the last value of a path, from where on its values are screened
 
@@ -251,22 +251,14 @@ def fit_from(
     any effect: from those of them that do not lie in the valley of the fit."""
     likelihood, d = fit.likelihood, baseline.best.likelihood.d
     zero = without_effects(fit.problem, d)
-    others = [u for start in starts if not _is_in_valley(fit, u := np.concatenate([start.u[:d], zero]))]
+    noise = fit.point.theta[len(fit.u) :]
+    others = [np.concatenate([start.u[:d], zero]) for start in starts]
+    others = [u for u in others if not is_in_valley(likelihood, fit.point, np.concatenate([u, noise]))]
     if not others:
         return fit
     points = [likelihood.start(u) for u in others]
     found = Fit(fit.problem, likelihood, _maxima(likelihood, points, effort, ceiling, fit.deviance)[0])
     return min(fit, found, key=lambda each: each.deviance)
-
-
-def _is_in_valley(fit: Fit, u: Array) -> bool:
-    """Whether the deviance at u (d,), with the noise of a fit, is what the parabola around that fit says: then a search from there
-    ends where the fit is."""
-    point = fit.point
-    step = np.concatenate([u, point.theta[len(u) :]]) - point.theta
-    expected = float(point.gradient @ step + np.sum((point.whitened @ step) ** 2))
-    rise = fit.likelihood.deviance(point.theta + step) - point.deviance
-    return abs(rise - expected) < VALLEY * max(abs(expected), 1.0)
 
 
 def fit_from_values(problem: Problem, x: Array, measurement: Measurement) -> Fit:

@@ -34,7 +34,7 @@ from ksmea.diagnosis.unknown_force import LATERAL, READING, ProjectedLikelihood,
 from ksmea.errors import SettingError
 from ksmea.kind import Kind
 from ksmea.load import LOADS
-from ksmea.maximisation import best_maxima
+from ksmea.maximisation import best_maxima, is_in_valley
 from ksmea.measurement import Measurement, Noise
 from ksmea.screening import sobol
 
@@ -184,9 +184,16 @@ def _fits(
         progress()
     for _ in range(SHARINGS):
         shared = [fit.point.theta for fit in sorted(fits, key=lambda fit: fit.point.excess)[:SHARED]]
-        fits = [min(fit, _best(fit.likelihood, shared), key=lambda either: either.point.deviance) for fit in fits]
+        fits = [_shared(fit, shared) for fit in fits]
         progress()
     return fits
+
+
+def _shared(fit: SiteFit, starts: Sequence[Array], ceiling: float = np.inf) -> SiteFit:
+    """The better of a fit and one from those starts that do not lie in its valley."""
+    others = [theta for theta in starts if not is_in_valley(fit.likelihood, fit.point, theta)]
+    fits = [fit, *([_best(fit.likelihood, others, ceiling)] if others else [])]
+    return min(fits, key=lambda each: each.point.deviance)
 
 
 def _starts(
@@ -220,7 +227,8 @@ def _reweighted(fit: SiteFit, noise: Noise, reference: SiteFit) -> SiteFit:
 def refitted(fit: SiteFit, sd: Array, *starts: Array) -> SiteFit:
     """The fit with noise (n_speed, n_channel), m, of its data, from where it is and from other starts. What is rejected
     anyway needs no maximum."""
-    return _best(fit.likelihood.with_sd(sd), [fit.point.theta, *starts], ceiling=HOPELESS * fit.point.n_left)
+    ceiling = HOPELESS * fit.point.n_left
+    return _shared(_best(fit.likelihood.with_sd(sd), [fit.point.theta], ceiling), starts, ceiling)
 
 
 def _settled(fit: SiteFit) -> SiteFit:

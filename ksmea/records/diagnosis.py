@@ -167,7 +167,7 @@ class DiagnosisRecord(Record):
     curves: CurvesRecord | None = None
     hidden: tuple[HiddenEffect, ...] = ()
     hidden_deviance_drop: float | None = None
-    seconds: float | None = None
+    seconds: float | None = None  # of a core
     left_out: Mapping[str, str] = field(default_factory=dict)  # effects that were not fitted, and why
     source: str = ""  # of the measurement; older records do not say
     remarks: tuple[str, ...] = ()  # on the data: what was left out of them, and what looks like a slip

@@ -160,7 +160,7 @@ class LocationRecord(Record):
     extension: ExtensionRecord | None = None  # None where no law holds
     predictive_gain: PredictiveGainRecord | None = None
     hidden: tuple[HiddenEffect, ...] = ()
-    seconds: float | None = None
+    seconds: float | None = None  # of a core
     n_channel: int | None = None  # of the measurement; older records do not have it
     breaks: tuple[int, ...] = ()  # where the speeds of a further run begin
 
