@@ -10,6 +10,7 @@ import multiprocessing
 import os
 import resource
 import signal
+import threading
 import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
@@ -228,8 +229,17 @@ def _let_the_parent_decide(number: int, frame: FrameType | None) -> None:
     pass
 
 
+def _end_with_the_job() -> None:
+    """Wait for the process that wants the results to end, however that comes, and end this one: nobody asks for them any more."""
+    job = multiprocessing.parent_process()
+    if job is not None:
+        job.join()
+        os._exit(1)
+
+
 def _serve(connection: Connection, function: Callable[..., dict[str, Any]], memory: int | None) -> None:
     """A worker's life: task after task, until the other end of the pipe is gone."""
+    threading.Thread(target=_end_with_the_job, daemon=True).start()
     threadpool_limits(1)  # sums in another order differ in the last digits, and the cores belong to the workers
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches the whole group; the parent alone decides
     for asking in ASKING:

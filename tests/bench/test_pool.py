@@ -19,7 +19,9 @@ def behave(how):
         os.kill(os.getpid(), signal.SIGKILL)
     if how == "segfault":
         os.kill(os.getpid(), signal.SIGSEGV)
-    if how == "hang":
+    if how == "tell":
+        print(os.getpid(), flush=True)
+    if how in ("hang", "tell"):
         time.sleep(60)
     if how == "allocate":
         try:
@@ -122,6 +124,34 @@ class TestPool:
         running.close()
         with pytest.raises(ProcessLookupError):
             os.kill(record["pid"], 0)
+
+    @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGTERM])
+    def test_whoever_kills_a_job_leaves_no_worker_at_its_run(self, number):
+        command = [sys.executable, "-c", TELLING]
+        with subprocess.Popen(command, cwd=os.path.dirname(__file__), stdout=subprocess.PIPE, text=True) as job:
+            assert job.stdout is not None
+            worker = int(job.stdout.readline())
+            job.send_signal(number)
+            job.wait()
+            deadline = time.monotonic() + 10  # it takes milliseconds, on a busy machine more
+            while is_running(worker) and time.monotonic() < deadline:
+                time.sleep(0.02)
+            assert not is_running(worker)
+
+
+TELLING = """
+from test_pool import NONE, behave, run_tasks
+list(run_tasks(behave, [(0, ("tell",))], 1, NONE, lambda task: None))
+"""
+
+
+def is_running(number):
+    try:
+        os.kill(number, 0)
+    except ProcessLookupError:
+        return False
+    with open(f"/proc/{number}/stat") as status:
+        return status.read().rpartition(")")[2].split()[0] != "Z"  # where nobody takes its ending, it stays as a name
 
 
 SCRIPT = """
