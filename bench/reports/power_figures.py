@@ -37,7 +37,7 @@ def detection_figure(told: pd.DataFrame) -> Figure:
             ends = [[100 * (seen / n - low)], [100 * (high - seen / n)]]
             axes.errorbar(at_drop["size"].median(), 100 * seen / n, yerr=np.abs(ends), fmt="o", ms=4, lw=1, color=OURS)
         axes.axvline(1.0, color=REFERENCE, lw=0.8, ls=":")
-        axes.set_title(effect.replace("_", " "), fontsize=8)
+        axes.set_title(effect, fontsize=8)
         axes.set(xscale="log", ylim=(-5, 105))
         axes.set_xticks(TICKS, [f"{tick:g}" for tick in TICKS])
         axes.minorticks_off()
@@ -58,8 +58,8 @@ def confusion_figure(shares: pd.DataFrame) -> Figure:
         if share:
             colour = "white" if share > 0.5 else "black"
             axes.text(column, row, f"{100 * share:.0f}", ha="center", va="center", fontsize=6, color=colour)
-    axes.set_xticks(range(n_column), [name.replace("_", " ") for name in shares.columns], rotation=90, fontsize=7)
-    axes.set_yticks(range(n_row), [str(name).replace("_", " ") for name in shares.index], fontsize=7)
+    axes.set_xticks(range(n_column), shares.columns, rotation=90, fontsize=7)
+    axes.set_yticks(range(n_row), shares.index, fontsize=7)
     axes.set(xlabel="reported", ylabel="hidden")
     made.colorbar(image, ax=axes, shrink=0.6, label="% of clearly visible draws")
     return made

@@ -11,13 +11,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, FitQualityRecord, TrialRecord
-from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
+from ksmea.records.estimate import NoiseLevelRecord
 from ksmea.records.location import NOTHING
 from ksmea.show import both_ways, hidden, location, repeats
 from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
+from ksmea.show.diagnosis_tables import averaged_values, ranking_table, unknowns_table
 from ksmea.show.predictive_gain import gain_lines
 from ksmea.show.stability import stability_text
-from ksmea.show.text import aligned, data_words, noise_level, number, of_chances, value_and_ends, with_ends
+from ksmea.show.text import aligned, data_words, in_columns, noise_level, number, with_ends
 from ksmea.units import RPM
 
 MAX_RANKED = 6  # effects that the text lists
@@ -59,7 +60,7 @@ def about_extension(record: DiagnosisRecord) -> list[str]:
     data = f'the measurement "{record.source}"' if record.source else "a measurement"
     lines.append(f"This file holds {_applied(record)}, fitted to {data}:")
     lines += [
-        f"  {row.name} = {_cell(row.after)} {row.after.unit}"
+        f"  {row.name} = {with_ends(row.after.value, row.after.low, row.after.high)} {row.after.unit}"
         for row in record.coefficients
         if row.before is None and row.after is not None
     ]
@@ -94,7 +95,7 @@ def frame(record: DiagnosisRecord) -> pd.DataFrame:
 def coefficients_frame(record: DiagnosisRecord) -> pd.DataFrame:
     """Every unknown before and after the extension, and averaged over all explanations where there are several, with its
     interval, in `unit`; NaN where there is none."""
-    rows, averaged = [], _averaged(record)
+    rows, averaged = [], averaged_values(record)
     columns = ("before", "after", "averaged") if averaged else ("before", "after")
     for coefficient in record.coefficients:
         row: dict[str, str | float] = {"unknown": coefficient.name, "unit": ""}
@@ -261,57 +262,20 @@ def _ranking(record: DiagnosisRecord) -> str:
     best: dict[str, TrialRecord] = {}
     for trial in record.ranking:
         best.setdefault(trial.effect, trial)
-    lines = [
-        [
-            trial.effect,
-            trial.location,
-            f"{trial.delta_bic:.1f}",
-            of_chances(trial.p),
-            ", ".join(_with_interval(parameter) for parameter in trial.parameters),
-        ]
-        for trial in list(best.values())[:MAX_RANKED]
-    ]
-    return aligned(["effect", "location", "ΔBIC", "p", "size"], lines)
-
-
-def _with_interval(parameter: EstimateRecord) -> str:
-    return f"{parameter.name} {with_ends(parameter.value, parameter.low, parameter.high)} {parameter.unit}"
+    return in_columns(ranking_table(list(best.values())[:MAX_RANKED]))
 
 
 def _predictive_gain(record: DiagnosisRecord) -> str:
     gain = record.predictive_gain
     if gain is None:
         return ""
-    averaged = _averaged(record)
-    head = ["unknown", "before", "after", *(["averaged"] if averaged else []), "unit"]
-    table = [
-        [
-            row.name,
-            _cell(row.before),
-            _cell(row.after),
-            *([_cell(averaged.get(row.name))] if averaged else []),
-            row.after.unit,
-        ]
-        for row in record.coefficients
-        if row.after is not None
-    ]
-    return "\n".join([*gain_lines(gain), "", *_weights(record), aligned(head, table)])
+    return "\n".join([*gain_lines(gain), "", *_weights(record), in_columns(unknowns_table(record))])
 
 
 def _unknowns(record: DiagnosisRecord) -> str:
     """Of a model that explains the data; beside an effect they stand with those before it."""
-    rows = [
-        [row.name, *value_and_ends(row.before.value, row.before.low, row.before.high), row.before.unit]
-        for row in record.coefficients
-        if row.before is not None
-    ]
-    if record.verdict not in ("adequate", "not observable") or not rows:
-        return ""
-    return aligned(["unknown", "value", "interval", "unit"], rows)
-
-
-def _averaged(record: DiagnosisRecord) -> dict[str, EstimateRecord]:
-    return {} if record.averaged is None else {each.name: each for each in record.averaged.coefficients}
+    has_any = any(row.before is not None for row in record.coefficients)
+    return in_columns(unknowns_table(record)) if record.verdict in ("adequate", "not observable") and has_any else ""
 
 
 def _weights(record: DiagnosisRecord) -> list[str]:
@@ -322,10 +286,6 @@ def _weights(record: DiagnosisRecord) -> list[str]:
             shares[each.label] = shares.get(each.label, 0.0) + each.weight
     said = ", ".join(f"{label} {share:.2f}" for label, share in shares.items())
     return [f"Averaged over all that explain the data about as well, by model weight: {said}."] if shares else []
-
-
-def _cell(estimated: EstimateRecord | None) -> str:
-    return "–" if estimated is None else with_ends(estimated.value, estimated.low, estimated.high)
 
 
 def _detectable(record: DiagnosisRecord) -> str:

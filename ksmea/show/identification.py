@@ -16,7 +16,7 @@ from ksmea.show import both_ways, hidden, location, repeats, weights
 from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.fit_figure import draw_amplitude, fit_figure
 from ksmea.show.stability import stability_text
-from ksmea.show.text import data_words, noise_parts, number, told, two_digits
+from ksmea.show.text import data_words, noise_parts, number, told, two_digits, value_and_ends
 from ksmea.units import MICROMETRE
 
 SLIGHT = 0.1  # parts of the noise below this part of the whole everywhere are not mentioned
@@ -57,6 +57,33 @@ def frame(record: IdentificationRecord) -> pd.DataFrame:
             for name in ("value", "low", "high")
         }
     )
+
+
+def table(record: IdentificationRecord) -> pd.DataFrame:
+    """The same for readers: every number as its interval lets it be told, '–' where there is none."""
+    found = frame(record)
+    shown = pd.DataFrame({"unknown": found["parameter"], **_in_columns(found, ""), "unit": found["unit"]})
+    if "value_beside" in found:
+        beside = _in_columns(found, "_beside")
+        shown = shown.assign(**{"beside what is unknown": beside["value"], "its interval": beside["interval"]})
+    rows = found.to_dict("records")
+    ends = [told(row["search_end"], row["low"], row["high"])[0] for row in rows]
+    at_limit = ["yes" if row["at_limit"] else "no" for row in rows]
+    bounds = [number(row["crlb"], 2) for row in rows]
+    return shown.assign(
+        kind=found["kind"].fillna("–"), **{"CRLB (1 σ)": bounds, "at limit": at_limit, "search end": ends}
+    )
+
+
+def _in_columns(found: pd.DataFrame, suffix: str) -> dict[str, list[str]]:
+    """Values and intervals; of one that is open on both sides '–'."""
+    rows = found[[f"{name}{suffix}" for name in ("value", "low", "high")]].to_numpy(float)
+    cells = [value_and_ends(*row) for row in rows]
+    is_open = np.isnan(rows[:, 1:]).all(axis=1)
+    return {
+        "value": [value for value, _ in cells],
+        "interval": ["–" if none else ends for (_, ends), none in zip(cells, is_open)],
+    }
 
 
 def plot(record: IdentificationRecord, axes: Axes | None = None, title: str = "") -> Figure:

@@ -24,7 +24,7 @@ from ksmea.records.location import (
 from ksmea.show.law_words import law_words
 from ksmea.show.location_figure import plot
 from ksmea.show.predictive_gain import gain_lines
-from ksmea.show.text import aligned, noise_level, number, value_and_ends
+from ksmea.show.text import aligned, in_columns, noise_level, number, of_chances, value_and_ends
 from ksmea.units import MICROMETRE, RPM
 
 __all__ = ["frame", "plot", "text"]
@@ -163,20 +163,25 @@ def _landmarks(record: LocationRecord, site: SiteRecord) -> str:
     return " and ".join(name for position in site.positions if (name := landmark(record, position)))
 
 
-def _table(record: LocationRecord, sites: Sequence[SiteRecord]) -> str:
-    lines = [
+def sites_table(record: LocationRecord, sites: Sequence[SiteRecord]) -> pd.DataFrame:
+    """A row per site, as text and pages show it."""
+    rows = [
         [
             site.kind,
             " and ".join(f"{position:g}" for position in site.positions),
-            _landmarks(record, site),
-            f"{site.p:.2g}",
-            f"{site.chi2:.4g}",
+            _landmarks(record, site) or "–",
+            of_chances(site.p),
+            number(site.chi2),
             str(site.n_left),
         ]
-        for site in sites[:MAX_LISTED]
+        for site in sites
     ]
+    return pd.DataFrame(rows, columns=["kind", "m", "at", "p", "χ²", "real data left"])
+
+
+def _table(record: LocationRecord, sites: Sequence[SiteRecord]) -> str:
     more = f"\n(and {len(sites) - MAX_LISTED} more)" if len(sites) > MAX_LISTED else ""
-    return aligned(["kind", "m", "at", "p", "χ²", "real data left"], lines) + more
+    return in_columns(sites_table(record, sites[:MAX_LISTED])) + more
 
 
 def _what_it_does(record: LocationRecord) -> str:

@@ -26,6 +26,11 @@ def aligned(head: list[str], lines: list[list[str]]) -> str:
     return "\n".join("  ".join(text.rjust(width) for text, width in zip(line, widths)) for line in [head, *lines])
 
 
+def in_columns(table: pd.DataFrame) -> str:
+    """A table of texts for a terminal."""
+    return aligned([*map(str, table.columns)], table.to_numpy().tolist())
+
+
 def number(value: Any, digits: int = 4, sign: str = "") -> str:
     """A number to so many digits; one of more places than that up to seven is written out, '–' stands for none.
 
@@ -153,9 +158,9 @@ def _level(relative: float, floor: float) -> str:
     return " and ".join(parts) or "none"
 
 
-def chance(p: float) -> str:
-    """For example 'p = 0.012'."""
-    return f"p = {p:.2g}" if not p <= SMALLEST else f"p < {SMALLEST:g}"
+def chance(p: float, least: float = SMALLEST) -> str:
+    """For example 'p = 0.012'; one that is not above `least` is told as such."""
+    return f"p = {p:.2g}" if not p <= least else f"p < {least:g}"
 
 
 def of_chances(p: float) -> str:

@@ -9,8 +9,10 @@ import pandas as pd
 
 from ksmea.records.curves import as_array
 from ksmea.records.weights import VectorRecord, WeightsRecord
-from ksmea.show.text import number
+from ksmea.show.text import fixed, number, told
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, MICROMETRE, RPM, TURN
+
+NO_WIDTH = 1e-6  # g mm or degrees: an interval of less is that of exact data, and is left out
 
 
 def lines(record: WeightsRecord) -> Iterator[str]:
@@ -40,9 +42,10 @@ def _vector(vector: VectorRecord) -> str:
 
 
 def _with_ends(value: float, low: float, high: float) -> tuple[str, str]:
-    decimals = int(np.clip(1 - np.floor(np.log10(high - low)), 0, 6)) if high - low > 1e-6 else 1
-    ends = f" [{low:.{decimals}f}, {high:.{decimals}f}]" if high - low > 1e-6 else ""
-    return f"{value:.{decimals}f}", ends
+    if high - low <= NO_WIDTH:
+        return fixed(value, 1), ""
+    at, least, most = told(value, low, high)
+    return at, f" [{least}, {most}]"
 
 
 def _with_unit(parts: tuple[str, str], unit: str) -> str:

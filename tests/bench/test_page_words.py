@@ -1,18 +1,25 @@
 """What a page says of itself: of which file it is, what its marks mean, what 100 % of an angle is."""
 
+import json
+import re
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
 import pytest
 
+from bench.plan.page import Table
+from bench.reports.chapters.diagnosis import diagnosis_page
 from bench.reports.chapters.interval_plot import Shown, interval_plot
 from bench.reports.chapters.response_plots import bode_plot
 from bench.reports.chapters.responses import ModelCurve, Response, of_diagnosis
 from bench.reports.chapters.summary import _range as errors_in_words
+from bench.reports.pages.blocks import Blocks
 from bench.reports.pages.experiment import heading
 from ksmea.records.curves import FineCurve
-from ksmea.records.diagnosis import CurvesRecord, ResidualsRecord, ResponsesRecord
+from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, ResidualsRecord, ResponsesRecord
+from ksmea.show.diagnosis import text
 
 
 def plan_of(*paths):
@@ -72,3 +79,26 @@ def test_models_of_a_diagnosis_are_drawn_at_the_fine_speeds_of_its_record():
     assert drawn["model after"].values[:, 0] == pytest.approx([1, 9, 2])  # µm
     assert drawn["model after"].speed == pytest.approx(np.array(fine) * 60 / (2 * np.pi))
     assert len(drawn["model before"].speed) == len(speed)
+
+
+def test_tables_of_a_page_have_the_digits_of_the_text():
+    """Every value and interval of the page stands in the text, character by character."""
+    record = DiagnosisRecord.from_data(
+        json.loads((Path(__file__).parents[1] / "data/diagnosis_of_schema_2.json").read_text())
+    )
+    sections = {section.title: section.blocks for section in diagnosis_page(record, ()).sections}
+    [unknowns, _], said = sections["Unknowns"], text(record)
+    cells = unknowns.frame[["before", "after"]].to_numpy().ravel()
+    assert {cell for cell in cells if "[" in cell} and all(cell in said for cell in cells)
+    assert unknowns.frame["unknown"].tolist() == [row.name for row in record.coefficients]
+    assert unknowns.frame.set_index("unknown").loc["runout_x", "before"] == "–"
+    [trials] = sections["Effects"][1].blocks
+    first = trials.frame.iloc[0]
+    assert f"{first['unknown']} {first['size']} {first['interval']} {first['unit']}" in said
+
+
+def test_a_table_tells_what_is_missing_and_keeps_names():
+    frame = pd.DataFrame({"k_xx (MN/m)": [np.nan, 1.5, 50.026], "error": [None, "", "none"]})
+    html = Blocks({}).html(Table(frame))
+    assert re.findall("<th [^>]*>([^<]*)", html) == ["k_xx (MN/m)", "error"]
+    assert re.findall("<td[^>]*>([^<]*)", html) == ["–", "–", "1.5", "", "50.026", "none"]

@@ -94,7 +94,7 @@ def _detection_plot(effect: str, mine: pd.DataFrame) -> Plot:
     made = layout("size / smallest detectable size", "detected (%)", x_log=True, shapes=[level(1.0, along="x")])
     made["yaxis"]["range"] = [-4, 104]
     said = f"Share of draws of {effect} that are detected, with 95 % intervals, and what is expected (line)."
-    return Plot(effect.replace("_", " "), said, {"data": traces, "layout": made}, height=290)
+    return Plot(effect, said, {"data": traces, "layout": made}, height=290)
 
 
 def _confusion_plot(shares: pd.DataFrame) -> Plot:

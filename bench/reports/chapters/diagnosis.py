@@ -14,7 +14,8 @@ from bench.reports.chapters.response_plots import response_blocks
 from bench.reports.chapters.responses import of_diagnosis
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.estimate import EstimateRecord
-from ksmea.show.diagnosis import coefficients_frame, frame, text
+from ksmea.show.diagnosis import text
+from ksmea.show.diagnosis_tables import trials_table, unknowns_table
 from ksmea.show.location import in_short
 
 RESIDUALS, EFFECTS, LOCATION = "residuals.png", "effects.png", "location.png"
@@ -25,7 +26,7 @@ def diagnosis_page(record: DiagnosisRecord, following: Sequence[Block]) -> Page:
     sections = [Section("What was found", (Prose(text(record)),))]
     sections += [Section("What to do next", tuple(following))] if following else []
     if record.ranking:
-        fits = Folded(f"All {len(record.ranking)} fits, the highest ΔBIC first", (Table(frame(record)),))
+        fits = Folded(f"All {len(record.ranking)} fits, the highest ΔBIC first", (Table(trials_table(record.ranking)),))
         sections.append(Section("Effects", (effect_plot(record, EFFECTS), fits)))
     if record.curves is not None:
         sections.append(Section("Response", tuple(response_blocks(of_diagnosis(record.curves), RESIDUALS))))
@@ -51,7 +52,7 @@ def _unknowns(record: DiagnosisRecord) -> Iterator[Block]:
     title = "Unknowns as the model is given (before)" + (
         " and with what explains the data (after)" if has_after else ""
     )
-    yield Table(coefficients_frame(record).dropna(axis="columns", how="all"), title)
+    yield Table(unknowns_table(record), title)
     averaged = {} if record.averaged is None else {each.name: each for each in record.averaged.coefficients}
     own = [row for row in record.coefficients if row.before is not None]
     kinds = {

@@ -5,6 +5,8 @@ from __future__ import annotations
 from bench.plan.page import Plot
 from bench.reports.pages.traces import BLUE, GREY, TEAL, axis, layout
 from ksmea.records.diagnosis import DiagnosisRecord, TrialRecord
+from ksmea.show.diagnosis_tables import sized
+from ksmea.show.text import LEAST_OF_A_DOUBLE, chance
 
 LEAST = 0.1  # of a deviance drop on a logarithmic axis
 WIDE = 50.0  # times the median that the largest is: from there on the axis is logarithmic
@@ -28,7 +30,6 @@ def effect_plot(record: DiagnosisRecord, still: str = "") -> Plot:
                 {
                     "type": "bar", "orientation": "h", "name": kind, "marker": {"color": colour},
                     "y": [name for name, _ in mine], "x": [max(trial.deviance_drop, LEAST) for _, trial in mine],
-                    "text": [f"p = {trial.p:.2g}" for _, trial in mine], "textposition": "none",
                     "customdata": [_told(trial) for _, trial in mine],
                     "hovertemplate": "%{y}: deviance drop %{x:.4g}<br>%{customdata}<extra></extra>",
                 }
@@ -54,5 +55,5 @@ def _kind(record: DiagnosisRecord, trial: TrialRecord) -> str:
 
 
 def _told(trial: TrialRecord) -> str:
-    sizes = [f"{part.name} {part.value:.4g} {part.unit}" for part in trial.parameters]
-    return "<br>".join([f"{trial.location}, p = {trial.p:.2g}, ΔBIC = {trial.delta_bic:.4g}", *sizes])
+    said = f"{trial.location}, {chance(trial.p, LEAST_OF_A_DOUBLE)}, ΔBIC = {trial.delta_bic:.1f}"
+    return "<br>".join([said, *map(sized, trial.parameters)])

@@ -12,7 +12,7 @@ from bench.reports.chapters.response_plots import response_blocks
 from bench.reports.chapters.responses import of_fit
 from bench.reports.pages.traces import COLOURS, axis, layout, line
 from ksmea.records.identification import IdentificationRecord
-from ksmea.show.identification import frame, text, verdict
+from ksmea.show.identification import table, text, verdict
 
 LEAST_STEPS = 2  # updating steps that make a curve
 
@@ -51,7 +51,7 @@ def _sections(title: str, record: IdentificationRecord, still: str, several: boo
 
 def unknowns_blocks(record: IdentificationRecord) -> Iterator[Block]:
     """The table of unknowns, and their intervals as a plot."""
-    yield Table(frame(record), "Unknowns with their intervals")
+    yield Table(table(record), "Unknowns with their intervals")
     beside = {} if record.location is None else {each.name: each.over_sites for each in record.location.coefficients}
     unknowns: dict[str, dict[str, Shown]] = {}
     for part in record.parameters:

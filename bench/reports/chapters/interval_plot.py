@@ -10,6 +10,7 @@ import numpy as np
 
 from bench.plan.page import Plot
 from bench.reports.pages.traces import COLOURS, axis, layout, level
+from ksmea.show.text import told, with_ends
 
 OPEN_REACH = 1.15  # times the farthest end that is drawn: where the axis, and an interval that is open, end
 FAR = 10.0  # times the reach of the intervals that are believed, beyond which nothing is drawn; tables have it
@@ -50,7 +51,7 @@ def interval_plot(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[st
                 "type": "scatter", "mode": "markers", "name": "true value", "y": [at for at, _ in known],
                 "x": [_pct(truth[name], zero[name], scale[name]) for _, name in known],
                 "marker": {"symbol": "x-thin", "size": 11, "line": {"width": 2, "color": "#7a7a7a"}},
-                "text": [f"{name}: {truth[name]:.5g}" for _, name in known], "hovertemplate": "%{text}<extra>true value</extra>",
+                "text": [f"{name}: {_with_digits_of(truth[name], believed[name])}" for _, name in known], "hovertemplate": "%{text}<extra>true value</extra>",
             }
         )  # fmt: skip
     made = layout("difference from the value " + (series[-1] if len(series) > 1 else "found") + " (%)")
@@ -58,8 +59,8 @@ def interval_plot(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[st
     labels = [f"{name} " for name in names]
     made["yaxis"] = axis(tickvals=list(range(len(names))), ticktext=labels, range=[len(names) - 0.5, -0.5])
     made["shapes"] = [level(0, along="x", dash="solid")]
-    told = alternative + (" Angles: 100 % is 1 rad." if any(_is_angle(each) for each in believed.values()) else "")
-    return Plot("Unknowns with their intervals", told, {"data": traces, "layout": made}, height=110 + ROW * len(names))
+    said = alternative + (" Angles: 100 % is 1 rad." if any(_is_angle(each) for each in believed.values()) else "")
+    return Plot("Unknowns with their intervals", said, {"data": traces, "layout": made}, height=110 + ROW * len(names))
 
 
 def _trace(
@@ -86,11 +87,14 @@ def _trace(
             "thickness": 1.8,
             "width": 4,
         },
-        "text": [
-            f"{name}: {each.value:.5g} [{_shown(each.low)}, {_shown(each.high)}] {each.unit}" for _, name, each in mine
-        ],
+        "text": [f"{name}: {with_ends(each.value, each.low, each.high)} {each.unit}" for _, name, each in mine],
         "hovertemplate": "%{text}<extra>" + kind + "</extra>",
     }
+
+
+def _with_digits_of(value: float, shown: Shown) -> str:
+    """A value as precise as an interval lets another one be told."""
+    return told(value, shown.low, shown.high)[0]
 
 
 def _scale(shown: Shown) -> float:
@@ -120,7 +124,3 @@ def _reach(shown: Any) -> float:
     """Of an unknown whose value is 0: how far its interval reaches."""
     ends = [abs(end) for each in shown for end in (each.low, each.high) if np.isfinite(end)]
     return max(ends, default=0.0) or 1.0
-
-
-def _shown(value: float) -> str:
-    return "open" if np.isnan(value) else f"{value:.5g}"

@@ -28,7 +28,8 @@ from bench.reports.pages.traces import (
 from ksmea.arrays import Array
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.location import NONE, NOTHING, PAIR, ForceRecord, LocationRecord, SeriesRecord
-from ksmea.show.location import frame, in_short, text
+from ksmea.show.location import in_short, sites_table, text
+from ksmea.show.text import LEAST_OF_A_DOUBLE, chance, number
 from ksmea.units import MICROMETRE, RPM
 
 KINDS = {"force": BLUE, "moment": ORANGE, "reading": GREEN, "force and moment": PURPLE, PAIR: GREY}
@@ -57,7 +58,8 @@ def location_blocks(record: LocationRecord, still: str = "") -> Iterator[Block]:
     """Shaft, force over speed, sites and unknowns."""
     if record.candidates:
         yield shaft_plot(record, still)
-        table = Table(frame(record), file="sites.csv")
+        accepted = ["yes" if site.accepted else "no" for site in record.candidates]
+        table = Table(sites_table(record, record.candidates).assign(accepted=accepted), file="sites.csv")
         yield Folded(f"All {len(record.candidates)} sites that were tried", (table,))
     if record.force is not None:
         yield from _force_plots(record, record.force)
@@ -144,7 +146,7 @@ def _sites(record: LocationRecord, kind: str) -> Iterator[dict[str, Any]]:
             [at for at, _ in places], [max(site.p, LEAST_P) for _, site in places],
             f"{kind}, {'accepted' if is_accepted else 'rejected'}", KINDS[kind],
             marker={"symbol": "circle" if is_accepted else "circle-open", "size": 10 if is_accepted else 7},
-            text=[f"{site}: p = {site.p:.2g}, χ² = {site.chi2:.4g}" for _, site in places], hovertemplate="%{text}<extra></extra>",
+            text=[f"{site}: {chance(site.p, LEAST_OF_A_DOUBLE)}, χ² = {number(site.chi2)}" for _, site in places], hovertemplate="%{text}<extra></extra>",
         )  # fmt: skip
 
 

@@ -21,7 +21,7 @@ from bench.reports.chapters.interval_plot import Shown
 from bench.reports.comparison.sides import Side
 from bench.reports.pages.made_by import OF_CODE
 from ksmea.errors import shortened
-from ksmea.show.text import aligned, number, with_ends
+from ksmea.show.text import aligned, in_columns, number, with_ends
 
 AGREE = 2.0  # combined standard deviations up to which two values are said to agree
 NOT_TOLD = "not known"
@@ -140,20 +140,20 @@ def text(comparison: Comparison) -> str:
     """The comparison in the terminal."""
     first, second = comparison.first, comparison.second
     head = [f"a: {first.name}: {first.verdict}", f"b: {second.name}: {second.verdict}", f"{comparison.verdict}."]
+    blocks = ["\n".join(head), in_columns(unknowns_table(comparison)), in_columns(comparison.facts)]
+    return "\n\n".join([*blocks, *_settings_text(comparison)])
+
+
+def unknowns_table(comparison: Comparison) -> pd.DataFrame:
+    """The unknowns of both as text and pages show them."""
     rows = [
         [
-            row["unknown"],
-            _interval(row, "a"),
-            _interval(row, "b"),
-            row["unit"],
-            number(row["difference_sigma"], 3),
-            row["agrees"],
+            *(row["unknown"], _interval(row, "a"), _interval(row, "b"), row["unit"]),
+            *(number(row["difference_sigma"], 3), row["agrees"]),
         ]
         for row in comparison.unknowns.to_dict("records")
     ]
-    blocks = ["\n".join(head), aligned(["unknown", "a", "b", "unit", "(b − a) / σ", "agree"], rows)]
-    blocks.append(aligned([*comparison.facts.columns], comparison.facts.to_numpy().tolist()))
-    return "\n\n".join([*blocks, *_settings_text(comparison)])
+    return pd.DataFrame(rows, columns=["unknown", "a", "b", "unit", "(b − a) / σ", "agree"])
 
 
 def _settings_text(comparison: Comparison) -> list[str]:

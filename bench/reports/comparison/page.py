@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from bench.plan.page import Block, Command, Prose, Section, Table
 from bench.reports.chapters.interval_plot import interval_plot
-from bench.reports.comparison.comparison import SAME_DATA, Comparison
+from bench.reports.comparison.comparison import SAME_DATA, Comparison, unknowns_table
 from bench.reports.pages.document import document
 from bench.reports.pages.made_by import command_line
 
@@ -18,7 +18,7 @@ def comparison_page(comparison: Comparison) -> bytes:
     }
     blocks: list[Block] = [Prose(f"a: {first.name}: {first.verdict}\nb: {second.name}: {second.verdict}")]
     about = f"Differences are in combined standard deviations, σ: those of two independent measurements.\n{SAME_DATA if comparison.is_of_same_data else ''}"
-    of_unknowns: list[Block] = [Prose(about), Table(comparison.unknowns, "Unknowns", "compare.csv")]
+    of_unknowns: list[Block] = [Prose(about), Table(unknowns_table(comparison), "Unknowns", "compare.csv")]
     if unknowns:
         of_unknowns.append(
             interval_plot(unknowns, {}, "The values and intervals of both, relative to b where it has the unknown.")

@@ -16,10 +16,12 @@ import pandas as pd
 from bench.plan.page import Block, Command, Control, Folded, Grid, Orbits, Picture, Plot, Prose, Table
 from bench.reports.pages.prose import prose_html, safe, table_html
 from ksmea.errors import visible
+from ksmea.show.text import number
 
 MOST_ROWS = 300  # of a table on a page; its file has all
 DIGITS = 6  # of numbers in plots: more than a screen shows
 TABLE_DIGITS = 5
+NONE = "–"  # in place of a value that is not there
 
 
 class Blocks:
@@ -168,7 +170,7 @@ def _command(command: Command) -> str:
 def _table(table: Table) -> str:
     frame = table.frame.head(MOST_ROWS)
     rows = [[_cell(value) for value in row] for row in frame.itertuples(index=False, name=None)]
-    html = table_html([str(name).replace("_", " ") for name in frame.columns], rows, table.title)
+    html = table_html([*map(str, frame.columns)], rows, table.title)
     left_out = len(table.frame) - len(frame)
     where = f" in {table.file}" if table.file else ""
     more = f"<p>and {left_out} more rows{safe(where)}</p>" if left_out else ""
@@ -180,5 +182,5 @@ def _cell(value: Any) -> str:
     if isinstance(value, (bool, np.bool_)):
         return "yes" if value else "no"
     if isinstance(value, (float, np.floating)):
-        return "" if math.isnan(value) else f"{value:.{TABLE_DIGITS}g}"
-    return "" if value is None or value is pd.NA else str(value)
+        return number(value, TABLE_DIGITS)
+    return NONE if value is None or value is pd.NA else str(value)
