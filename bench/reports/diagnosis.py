@@ -39,7 +39,8 @@ from ksmea.records.hidden import HiddenEffect
 from ksmea.show.diagnosis import about_extension, text
 from ksmea.show.diagnosis_figure import ranking_figure, residual_figure
 from ksmea.show.hidden import COLUMN, in_one_line
-from ksmea.show.location import in_short, plot
+from ksmea.show.location import plot
+from ksmea.show.location_words import in_short
 from ksmea.show.style import png
 from ksmea.show.text import aligned, number
 

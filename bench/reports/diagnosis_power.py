@@ -58,7 +58,9 @@ class DiagnosisPowerReport(Report):
 
         text = "\n\n".join([about(told, runs), *(_as_text(table) for table in (by_effect, by_kind))])
         tables = {f"By {EFFECT}": by_effect, f"By {KIND}": by_kind}
-        return Made(text, files, runs, drawn, page=lambda: power_page(about(told, runs), tables, told, shares))
+        return Made(
+            text, files, runs, drawn, page=lambda: power_page(seen(told), about(told, runs), tables, told, shares)
+        )
 
 
 def about(told: pd.DataFrame, runs: pd.DataFrame) -> str:
@@ -67,6 +69,15 @@ def about(told: pd.DataFrame, runs: pd.DataFrame) -> str:
         f"{len(told)} of {len(runs)} runs have a result; tables count draws that are expected to leave a deviance of"
         f" {CLEARLY_VISIBLE:g} or more, rates are with their 95 % intervals. A data set takes {told['seconds'].median():.1f} s in"
         f" the median, {told['seconds'].quantile(0.9):.1f} s at most for nine of ten."
+    )
+
+
+def seen(told: pd.DataFrame) -> str:
+    """How many draws were detected and how many of these report what is hidden, in a line."""
+    every = rates(told, EFFECT).iloc[-1]
+    return (
+        f"{every['detected']} of {every['draws']} clearly visible effects are detected ({every['expected']:.0f} expected);"
+        f" {every['in_set']} of these are in the reported set"
     )
 
 

@@ -12,7 +12,7 @@ from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.identification import IdentificationRecord, ParameterRecord
 from ksmea.show import diagnosis, identification
-from ksmea.show.location import in_short
+from ksmea.show.location_words import in_short
 from ksmea.show.text import noise_parts, number, with_ends
 from ksmea.units import MICROMETRE
 

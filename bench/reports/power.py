@@ -22,6 +22,7 @@ from ksmea.records.diagnosis import DiagnosisRecord
 
 EFFECT, DROP, KIND = "effect", "expected_drop", "kind of data"
 UNSEEN = ("adequate", "not observable")  # verdicts that say nothing against a model
+SIZES = (0.5, 1, 2, 4, 8)  # at the axis of figures, in units of the smallest detectable one
 CERTAIN = 0.9  # chance of detection of the smallest detectable size
 CLEARLY_VISIBLE = 60.0  # deviance that is expected to be left
 

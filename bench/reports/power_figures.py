@@ -8,12 +8,11 @@ import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
 
-from bench.reports.power import DROP, EFFECT, chance, detectable_drop
+from bench.reports.power import DROP, EFFECT, SIZES, chance, detectable_drop
 from bench.reports.rates import interval
 from ksmea.show.style import OURS, REFERENCE
 
 COLUMNS = 5  # of small axes
-TICKS = (0.5, 1, 2, 4, 8)
 
 
 def detection_figure(told: pd.DataFrame) -> Figure:
@@ -39,12 +38,12 @@ def detection_figure(told: pd.DataFrame) -> Figure:
         axes.axvline(1.0, color=REFERENCE, lw=0.8, ls=":")
         axes.set_title(effect, fontsize=8)
         axes.set(xscale="log", ylim=(-5, 105))
-        axes.set_xticks(TICKS, [f"{tick:g}" for tick in TICKS])
+        axes.set_xticks(SIZES, [f"{size:g}" for size in SIZES])
         axes.minorticks_off()
     for axes in list(grid.flat)[len(effects) :]:
         axes.set_axis_off()
     made.supxlabel("size / smallest detectable size", fontsize=9)
-    made.supylabel("detected, %", fontsize=9)
+    made.supylabel("detected, %, with 95 % intervals", fontsize=9)
     return made
 
 

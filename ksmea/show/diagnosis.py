@@ -12,15 +12,18 @@ from matplotlib.figure import Figure
 
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, FitQualityRecord, TrialRecord
 from ksmea.records.estimate import NoiseLevelRecord
-from ksmea.records.location import NOTHING
+from ksmea.records.location import NOTHING, LocationRecord
 from ksmea.show import both_ways, hidden, location, repeats
 from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
 from ksmea.show.diagnosis_tables import averaged_values, ranking_table, unknowns_table
+from ksmea.show.location_words import in_short
 from ksmea.show.predictive_gain import gain_lines
 from ksmea.show.stability import stability_text
 from ksmea.show.text import aligned, data_words, in_columns, noise_level, number, with_ends
+from ksmea.show.verdict import alike, applied, verdict_line
 from ksmea.units import RPM
 
+BEFORE = 'those "before"'  # the fit of the model as given, in words
 MAX_RANKED = 6  # effects that the text lists
 FEWEST_TO_LOCATE = 3  # channels: an unknown force takes two at each speed
 
@@ -58,7 +61,7 @@ def about_extension(record: DiagnosisRecord) -> list[str]:
     if record.verdict == "ambiguous":
         lines += ["One of several models: the diagnosis is ambiguous.", *_split(record)]
     data = f'the measurement "{record.source}"' if record.source else "a measurement"
-    lines.append(f"This file holds {_applied(record)}, fitted to {data}:")
+    lines.append(f"This file holds {applied(record)}, fitted to {data}:")
     lines += [
         f"  {row.name} = {with_ends(row.after.value, row.after.low, row.after.high)} {row.after.unit}"
         for row in record.coefficients
@@ -168,11 +171,10 @@ def believed_noise(record: DiagnosisRecord) -> NoiseLevelRecord:
 
 
 def _cause(record: DiagnosisRecord) -> str:
-    names = _applied(record)
-    lines = [f"Verdict: {record.verdict}" + (f": {names}" if record.is_explained else ""), *_locations(record)]
-    if record.verdict == "located" and record.location is not None:
-        said = f"Verdict: located: an unknown {location.in_short(record.location)}"
-        lines = [said, *_not_in_library(record, names)]
+    names = applied(record)
+    lines = [verdict_line(record), *_locations(record)]
+    if record.verdict == "located":
+        lines = [verdict_line(record), *_not_in_library(record, names)]
     if record.verdict == "ambiguous":
         lines += _split(record)
     if record.verdict == "unknown":
@@ -187,18 +189,13 @@ def _cause(record: DiagnosisRecord) -> str:
     return "\n\n".join(filter(None, ["\n".join(lines), _ranking(record)]))
 
 
-def _applied(record: DiagnosisRecord) -> str:
-    return " and ".join(f"{effect.name} ({effect.location})" for effect in record.applied)
-
-
 def _locations(record: DiagnosisRecord) -> list[str]:
     many = len(record.locations) > 1
     return [f"The location is not certain: {' or '.join(record.locations)}."] if many else []
 
 
 def _split(record: DiagnosisRecord) -> list[str]:
-    pairs = dict.fromkeys(each.label for each in record.explanations if len(each.effects) > 1)
-    said = [f"These explain the data about as well: {', '.join(pairs or record.ambiguity_group)}."]
+    said = [f"These explain the data about as well: {', '.join(alike(record))}."]
     split = record.split
     if not record.is_split_sought:
         return said
@@ -241,18 +238,22 @@ def _location(record: DiagnosisRecord) -> str:
     if found is None:
         return ""
     if not record.is_explained:
-        return "Without the library:\n" + "\n\n".join(location.findings(found))
+        return "Without the library:\n" + "\n\n".join([*location.findings(found), *_why_without(found)])
     if found.kind == NOTHING:
         said = "nothing is missing in the model"
     elif found.is_local:
-        said = f"an unknown {location.in_short(found)} explains the data too"
+        said = f"an unknown {in_short(found)} explains the data too"
     else:
         said = (
             "something unknown at most places explains the data too"
             if found.sites
             else "nothing at one place explains the data"
         )
-    return "\n".join([f"Without the library: {said}.", *location.coefficients(found)])
+    return "\n".join([f"Without the library: {said}.", *location.coefficients(found), *_why_without(found)])
+
+
+def _why_without(found: LocationRecord) -> list[str]:
+    return [] if found.force is None else [location.why_without(BEFORE)]
 
 
 def _ranking(record: DiagnosisRecord) -> str:

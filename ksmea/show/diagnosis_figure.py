@@ -20,8 +20,9 @@ from ksmea.units import MICROMETRE, RPM
 BEFORE, AFTER = PAPER, OURS  # colours
 NAMED, IN_GROUP, OTHER = OURS, "#a3c4de", "#bbbbbb"
 COLUMNS, MAX_CHANNELS = 3, 9
-BEFOREHAND, AFTERWARDS = "residual / noise\nbefore", "residual / noise\nafter"
+BEFOREHAND, AFTERWARDS = "residual / σ\nbefore, ± 2 grey", "residual / σ\nafter, ± 2 grey"
 HEIGHTS = {AMPLITUDE: 2.0, PHASE: 1.2, BEFOREHAND: 1.2, AFTERWARDS: 1.2}
+N_SD = 2.0  # of the noise: the band of residuals
 LEAST_SHOWN = 1e-6  # of the largest amplitude: where a band on a logarithmic axis ends that reaches to 0
 
 
@@ -134,7 +135,7 @@ def _draw_residuals(panel: Axes, curves: CurvesRecord, values: Values, column: i
     """Both parts of complex residuals, or real ones, with the band of two standard deviations."""
     parts = np.array(values)[:, column]
     scale = np.sqrt(2) if parts.ndim == 2 else 1.0  # a complex residual of unit variance has parts of half of it
-    panel.axhspan(-2, 2, color=REFERENCE, alpha=0.08)
+    panel.axhspan(-N_SD, N_SD, color=REFERENCE, alpha=0.08)
     for part, marker in zip(np.atleast_2d(parts.T), "ox"):
         panel.plot(np.array(curves.speed) / RPM, part * scale, marker, color=colour, markersize=2.5, alpha=0.8)
     panel.axhline(0, color=REFERENCE, linewidth=0.6)

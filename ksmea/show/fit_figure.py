@@ -36,7 +36,7 @@ def fit_figure(fit: FitCurves, title: str = "") -> Figure:
             panel.tick_params(labelsize=8)
         panels[0, index].set_title(fit.channels[index], fontsize=10)
         panels[-1, index].set_xlabel("speed (rpm)", fontsize=9)
-    labels = {"amplitude": AMPLITUDE, "phase": PHASE, "residual": "residual / noise"}
+    labels = {"amplitude": AMPLITUDE, "phase": PHASE, "residual": "residual / σ\n(dotted: ± 2)"}
     for row, panel in zip(rows, panels[:, 0]):
         panel.set_ylabel(labels[row], fontsize=9)
     handles, names = panels[0, 0].get_legend_handles_labels()

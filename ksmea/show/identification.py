@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from ksmea.errors import SettingError
 from ksmea.records.curves import FitCurves, as_array
 from ksmea.records.identification import DataDescription, IdentificationRecord, LackOfFit, ParameterRecord
+from ksmea.records.location import LocationRecord
 from ksmea.show import both_ways, hidden, location, repeats, weights
 from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.fit_figure import draw_amplitude, fit_figure
@@ -27,8 +28,12 @@ def text(record: IdentificationRecord, title: str = "") -> str:
     """Values with intervals, what the data do not determine, the noise, and how well the fit explains the data; a line each,
     below a title and the data. What synthetic data were made to hide follows apart from it."""
     found = "\n".join(_lines(record, title))
-    beside = [] if record.location is None else [location.text(record.location)]
+    beside = [] if record.location is None else [location.text(record.location), *_why_without(record.location)]
     return "\n\n".join(filter(None, [found, *beside, hidden.paragraph(record.hidden, "identification")]))
+
+
+def _why_without(found: LocationRecord) -> list[str]:
+    return [] if found.force is None else [location.why_without("those identified")]
 
 
 def frame(record: IdentificationRecord) -> pd.DataFrame:

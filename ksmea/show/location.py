@@ -12,7 +12,6 @@ from ksmea.records.estimate import EstimateRecord
 from ksmea.records.location import (
     NONE,
     NOTHING,
-    PAIR,
     UNSEEN,
     ForceRecord,
     LawRecord,
@@ -23,6 +22,7 @@ from ksmea.records.location import (
 )
 from ksmea.show.law_words import law_words
 from ksmea.show.location_figure import plot
+from ksmea.show.location_words import landmarks, place, spread
 from ksmea.show.predictive_gain import gain_lines
 from ksmea.show.text import aligned, in_columns, noise_level, number, of_chances, value_and_ends
 from ksmea.units import MICROMETRE, RPM
@@ -50,16 +50,6 @@ def findings(record: LocationRecord) -> list[str]:
     return [block for block in blocks if block]
 
 
-def in_short(record: LocationRecord) -> str:
-    """The places of the law that holds, or the accepted sites of each kind, in a line: 'force at 0.5 m (disk 2), which acts
-    as a spring', 'force at 0.5 m (disk 2); moment at 0.2 m (disk 1)'."""
-    if (law := record.law) is not None:
-        places = dict.fromkeys(each.position for each in record.law_class if each.key == law.key)
-        return f"{law.kind} at {' or '.join(_place(record, each) for each in places)}, which acts as {law.law}"
-    kinds = dict.fromkeys(site.kind for site in record.sites)
-    return "; ".join(f"{kind} {_spread(record, kind)}" for kind in kinds)
-
-
 def about_extension(record: LocationRecord) -> list[str]:
     """What the file of the extended model says of itself: the law, its place and its coefficients."""
     extension, law = record.extension, record.law
@@ -67,7 +57,7 @@ def about_extension(record: LocationRecord) -> list[str]:
         return []
     added = [name for name in extension.values if name not in {each.name for each in record.coefficients}]
     return [
-        f"This file holds {law.law} at {_place(record, law.position)}, fitted to a measurement:",
+        f"This file holds {law.law} at {place(record, law.position)}, fitted to a measurement:",
         *(f"  {name} = {number(extension.values[name])} {extension.units[name]}" for name in added),
     ]
 
@@ -80,7 +70,7 @@ def frame(record: LocationRecord) -> pd.DataFrame:
                 "kind": site.kind,
                 "position_m": site.position,
                 "second_m": site.second,
-                "at": _landmarks(record, site),
+                "at": landmarks(record, site),
                 "p": site.p,
                 "chi2": site.chi2,
                 "data_left": site.n_left,
@@ -90,11 +80,6 @@ def frame(record: LocationRecord) -> pd.DataFrame:
         ],
         columns=["kind", "position_m", "second_m", "at", "p", "chi2", "data_left", "accepted"],
     )
-
-
-def landmark(record: LocationRecord, position: float) -> str:
-    """What sits at a position, in words."""
-    return ", ".join(name for name, there in record.landmarks.items() if np.isclose(there, position, atol=1e-6))
 
 
 def _plain(record: LocationRecord) -> str:
@@ -120,7 +105,7 @@ def where(record: LocationRecord) -> str:
         return f"{said}{more} The nearest:\n\n{_table(record, record.candidates)}"
     kinds = dict.fromkeys(site.kind for site in record.sites)
     lines = [
-        f"{_capital(_a(kind))} that is free at every speed explains the data {_spread(record, kind)}." for kind in kinds
+        f"{_capital(_a(kind))} that is free at every speed explains the data {spread(record, kind)}." for kind in kinds
     ]
     if len(kinds) > 1:
         lines.append("These data do not tell which of them it is.")
@@ -139,37 +124,13 @@ def _more_channels(record: LocationRecord) -> str:
     return f" Forces at two places take data of {CHANNELS_OF_PAIR} channels or more, these have {record.n_channel}."
 
 
-def _spread(record: LocationRecord, kind: str) -> str:
-    """Where sites of a kind are accepted, and how much of what was tried that is."""
-    accepted = sorted(site.positions for site in record.sites if site.kind == kind)
-    if len(accepted) == 1:
-        return f"at {_place(record, *accepted[0])}"
-    tried = sorted(site.positions for site in record.candidates if site.kind == kind)
-    if kind == PAIR:
-        shown = "; ".join(_place(record, *each) for each in accepted[:MAX_LISTED])
-        return f"at {shown}{'; …' if len(accepted) > MAX_LISTED else ''} ({len(accepted)} of the {len(tried)} pairs that leave least)"
-    neighbours = np.gradient(np.array([position for (position,) in tried])) if len(tried) > 1 else np.ones(1)
-    share = sum(width for position, width in zip(tried, neighbours) if position in accepted) / sum(neighbours)
-    places = ", ".join(_place(record, *each) for each in accepted)
-    return f"at {places} ({100 * share:.0f} % of what was tried)"
-
-
-def _place(record: LocationRecord, *positions: float) -> str:
-    named = [(position, landmark(record, position)) for position in positions]
-    return " and ".join(f"{position:g} m ({name})" if name else f"{position:g} m" for position, name in named)
-
-
-def _landmarks(record: LocationRecord, site: SiteRecord) -> str:
-    return " and ".join(name for position in site.positions if (name := landmark(record, position)))
-
-
 def sites_table(record: LocationRecord, sites: Sequence[SiteRecord]) -> pd.DataFrame:
     """A row per site, as text and pages show it."""
     rows = [
         [
             site.kind,
             " and ".join(f"{position:g}" for position in site.positions),
-            _landmarks(record, site) or "–",
+            landmarks(record, site) or "–",
             of_chances(site.p),
             number(site.chi2),
             str(site.n_left),
@@ -195,7 +156,7 @@ def _what_it_does(record: LocationRecord) -> str:
         f"{name} {_range(amplitude, scale)} {unit}" for name, amplitude in parts.items() if name not in WHIRL
     )
     lines = [
-        f"At {_place(record, *force.positions)} the {force.kind} is {sizes} (0-peak, at the middle half of the speeds){_whirl(parts)}."
+        f"At {place(record, *force.positions)} the {force.kind} is {sizes} (0-peak, at the middle half of the speeds){_whirl(parts)}."
     ]
     lines += _hidden_unknowns(record)
     lines += _work(record, force)
@@ -274,7 +235,7 @@ def _laws(record: LocationRecord) -> str:
     best = record.law
     if best is None:
         near = record.laws[0]
-        return f"It follows none of the simple laws; the nearest: {near.law} at {_place(record, near.position)} (p = {near.p:.2g})."
+        return f"It follows none of the simple laws; the nearest: {near.law} at {place(record, near.position)} (p = {near.p:.2g})."
     lines = [f"{_capital(_law(record, best))} (p = {best.p:.2g})."]
     _, *alike = record.law_class
     if alike:
@@ -285,7 +246,15 @@ def _laws(record: LocationRecord) -> str:
 
 
 def _law(record: LocationRecord, law: LawRecord) -> str:
-    return f"at {_place(record, law.position)}, {law_words(law)}"
+    return f"at {place(record, law.position)}, {law_words(law)}"
+
+
+def why_without(others: str) -> str:
+    """Why the unknowns without what acts there are not the `others`, which are those of the same model."""
+    return (
+        f'The values "without" are not {others}: both are fits of the same model, but here the best site says how much each datum'
+        " weighs, and a wrong model has other values under other weights. Trust neither."
+    )
 
 
 def coefficients(record: LocationRecord) -> list[str]:

@@ -36,8 +36,13 @@ def plot(record: LocationRecord, axes: Axes | None = None) -> Figure:
             panel.grid(alpha=0.25)
             panel.tick_params(labelsize=8)
         panels[-1].set_xlabel("speed (rpm)", fontsize=9)
-    figure.suptitle(_title(record), fontsize=11)
+    figure.suptitle(_title(record) + ("" if force is None else f"\n{_bands(record)}"), fontsize=11)
     return figure
+
+
+def _bands(record: LocationRecord) -> str:
+    of_law = f"; of the law: ± {N_SD:g} σ" if record.law is not None and record.law.amplitude_sd else ""
+    return f"bands: {100 * record.interval_level:g} % intervals{of_law}"
 
 
 def _title(record: LocationRecord) -> str:
@@ -45,6 +50,8 @@ def _title(record: LocationRecord) -> str:
         return f"The model is enough (p = {record.plain.p:.2g}): nothing needs to be located"
     if record.kind == NONE:
         return "Nothing that was tried explains the data"
+    if record.is_spread:
+        return "Something unknown at most places explains the data; above the line: not rejected"
     places = [] if record.force is None else [f"{position:g} m" for position in record.force.positions]
     where = f": best at {' and '.join(places)}" if places else ""
     return f"An unknown {record.kind} explains the data{where}; above the line: not rejected"

@@ -134,7 +134,7 @@ def data_words(n_speed: int, speed_from: float, speed_to: float, channels: Seque
     return (
         f"{n_speed} speeds from {speed_from / RPM:.0f} to {speed_to / RPM:.0f} rpm,"
         f" {len(channels)} channel{'s' if len(channels) > 1 else ''} ({', '.join(channels)}),"
-        f" amplitudes{' and phases' if with_phase else ''}"
+        f" amplitudes (0-peak){' and phases' if with_phase else ''}"
     )
 
 

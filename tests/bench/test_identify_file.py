@@ -109,7 +109,7 @@ def test_the_truth_lies_in_the_intervals(example):
 def test_what_is_printed_can_be_read(example):
     lines = example.out.splitlines()
     assert lines[0] == (
-        "three_disk, run_up.csv: 90 speeds from 2062 to 13868 rpm, 2 channels (x at 0.1 m, y at 0.1 m), amplitudes and phases"
+        "three_disk, run_up.csv: 90 speeds from 2062 to 13868 rpm, 2 channels (x at 0.1 m, y at 0.1 m), amplitudes (0-peak) and phases"
     )
     assert any(line.startswith("  kxx = 50.0") and " MN/m, 95 % interval [49.9" in line for line in lines)
     assert any(line.startswith(("  phase_origin = 39.8", "  phase_origin = 39.9")) for line in lines)

@@ -52,8 +52,9 @@ def test_what_files_show_begins_with_kind_sites_and_law(unnamed):
 def test_the_text_says_it_in_its_verdict_and_the_file_holds_the_law(unnamed):
     record, effect, _ = unnamed
     said = text(record)
-    assert f"Verdict: located: an unknown force at {effect.position:g} m" in said
+    assert f"Verdict: located – an unknown force at {effect.position:g} m" in said
     assert "which acts as unbalance" in said and "no known effect was tried" in said
+    assert said.count('The values "without" are not those "before"') == 1
     assert "unbalance" in about_extension(record)[0] and record.location.extension is not None
 
 

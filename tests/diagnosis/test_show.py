@@ -18,6 +18,7 @@ from ksmea.records.averaged import AveragedRecord, BandRecord, ExplanationRecord
 from ksmea.records.diagnosis import DiagnosisRecord, SplitRecord
 from ksmea.show.diagnosis import about_extension, coefficients_frame, frame, plot, text
 from ksmea.show.diagnosis_figure import IN_GROUP, NAMED, OTHER, ranking_figure
+from ksmea.show.verdict import headline
 
 OLDER = json.loads((Path(__file__).parents[1] / "data/diagnosis_of_schema_2.json").read_text())
 RECORD = DiagnosisRecord.from_data(OLDER)
@@ -35,11 +36,11 @@ def test_the_text_names_the_cause_and_its_evidence():
     said = text(RECORD)
     location = RECORD.applied[0].location
     assert re.match(
-        r"Data: .*\d+ speeds from \d+ to \d+ rpm, \d channels \(x at .+\), amplitudes and phases\.\n\n", said
+        r"Data: .*\d+ speeds from \d+ to \d+ rpm, \d channels \(x at .+\), amplitudes \(0-peak\) and phases\.\n\n", said
     )
     assert "\n\nThe model does not fit: what it leaves is no noise (p = " in said
     assert "by autocorrelation over speed), strongest at " in said
-    assert f"Verdict: named: runout ({location})" in said
+    assert f"Verdict: named – runout ({location})" in said
     assert "effect     location" in said and "ΔBIC" in said
     assert "What would have been found in nine of ten cases" not in said
 
@@ -234,6 +235,20 @@ def test_pairs_that_are_ambiguous_are_listed_as_pairs():
     other = dataclasses.replace(both, label="runout and youngs_modulus")
     found = text(changed(verdict="ambiguous", explanations=(both, other)))
     assert "These explain the data about as well: runout and mass, runout and youngs_modulus." in found
+    named = changed(
+        verdict="ambiguous",
+        named=("mass", "runout"),
+        ambiguity_group=("mass", "runout", "youngs_modulus"),
+        explanations=(both, other),
+    )
+    assert headline(named).endswith(", or as well runout and youngs_modulus")
+
+
+def test_a_headline_names_what_explains_the_data_as_well():
+    [applied] = RECORD.applied
+    assert headline(RECORD) == f"Verdict: named – runout ({applied.location})"
+    assert headline(ambiguous()) == f"Verdict: ambiguous – runout ({applied.location}), or as well mass"
+    assert headline(changed(verdict="unknown", named=(), ambiguity_group=())) == "Verdict: unknown"
 
 
 def test_the_band_of_the_average_is_drawn_to_a_positive_end():

@@ -11,7 +11,8 @@ from ksmea.errors import SettingError
 from ksmea.load import Load
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.records.location import LocationRecord
-from ksmea.show.location import frame, landmark, plot, text
+from ksmea.show.location import frame, plot, text
+from ksmea.show.location_words import headline, landmark
 from ksmea.studies.locate import LocationOptions, location
 from problems.three_disk import ThreeDisk
 
@@ -149,3 +150,21 @@ def test_a_skewed_disk_is_a_moment_with_a_law_of_its_own():
 def test_an_unknown_kind_is_refused_with_the_known_ones():
     with pytest.raises(SettingError, match=r"torque.*force"):
         LocationOptions(kinds=["torque"])
+
+
+def test_a_headline_says_no_place_where_most_are_as_likely(record):
+    """What the text says: 'So many places do that a cause which is spread along the shaft is as likely as one at a place'."""
+    assert headline(record).startswith("An unknown force at 1 m")
+    everywhere = dataclasses.replace(
+        record, candidates=tuple(dataclasses.replace(each, accepted=True) for each in record.candidates)
+    )
+    assert "a cause which is spread along the shaft is as likely" in text(everywhere)
+    for said in (headline(everywhere), plot(everywhere).get_suptitle()):
+        assert said.startswith("Something unknown at most places explains the data")
+
+
+def test_kinds_that_the_data_do_not_tell_apart_are_alternatives(record):
+    best, *others = record.candidates
+    moment = dataclasses.replace(best, kind="moment", position=0.3)
+    both = dataclasses.replace(record, candidates=(best, moment, *others), laws=())
+    assert not both.is_spread and " or moment at 0.3 m" in headline(both)

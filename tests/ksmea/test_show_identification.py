@@ -16,7 +16,7 @@ from ksmea.units import MICROMETRE, RPM
 OLDER = Path(__file__).resolve().parents[1] / "data" / "identifications_schema_2.jsonl"
 
 PRINTED = """\
-three_disk, run_up.csv: 90 speeds from 2062 to 13868 rpm, 2 channels (x at 0.1 m, y at 0.1 m), amplitudes and phases
+three_disk, run_up.csv: 90 speeds from 2062 to 13868 rpm, 2 channels (x at 0.1 m, y at 0.1 m), amplitudes (0-peak) and phases
   kxx = 50.028 MN/m, 95 % interval [49.992, 50.063]
   kyy = 70.011 MN/m, 95 % interval [69.964, 70.059]
   cxx = 0.496 kN s/m, 95 % interval [0.462, 0.530]

@@ -11,6 +11,7 @@ from bench.plan.page import Block, Control, Folded, Page, Plot, Prose, Section, 
 from bench.reports.pages.traces import BLUE, COLOURS, GREEN, ORANGE, axis, layout, level, line, points
 from ksmea.records.balance import BalanceRecord, EntryRecord, PolarRecord
 from ksmea.show.balance import frame, left_out_frame, text
+from ksmea.show.response_lines import AMPLITUDE
 from ksmea.units import DEGREE, RPM
 
 SMALLEST_P = 1e-16  # drawn
@@ -54,7 +55,7 @@ def _response_plot(record: BalanceRecord) -> Plot:
         }
         for kind, values, colour in (("bare", found.bare, ORANGE), ("with the correction", found.left, BLUE))
     ]
-    made = layout("", "amplitude (µm)", barmode="group")
+    made = layout("", AMPLITUDE, barmode="group")
     said = (
         "Amplitude of the bare rotor at each speed and channel, and what the correction weights are expected to leave."
     )

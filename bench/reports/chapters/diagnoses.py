@@ -10,11 +10,12 @@ from bench.plan.naming import cell_name
 from bench.plan.page import Folded, Grid, Page, Plot, Prose, Section, Table
 from bench.plan.plan import Plan
 from bench.reports.pages.traces import BLUE, COLOURS, GREY, axis, folded, layout, level, line, points
-from bench.reports.power import DROP, EFFECT, chance, detectable_drop
+from bench.reports.power import DROP, EFFECT, SIZES, chance, detectable_drop
 from bench.reports.rates import interval
 
 VERDICTS = ("adequate", "named", "ambiguous", "located", "unknown", "not observable")
 ROW = 34  # px for each cell
+BAR, MARGINS = 110, 270  # px: of a scale of colours, and of names of effects above a matrix
 FEW_RUNS = 8  # of a cell, up to which each has a mark on the axis
 SCALE = [[0.0, "rgba(43,122,184,0.06)"], [1.0, "#2b7ab8"]]
 
@@ -56,8 +57,10 @@ def _verdict_plot(names: list[str], frame: pd.DataFrame) -> Plot:
     )
 
 
-def power_page(about: str, tables: dict[str, pd.DataFrame], told: pd.DataFrame, shares: pd.DataFrame) -> Page:
-    """Rates by effect and by kind of data, detection against size, and what each effect is called."""
+def power_page(
+    seen: str, about: str, tables: dict[str, pd.DataFrame], told: pd.DataFrame, shares: pd.DataFrame
+) -> Page:
+    """Rates by effect and by kind of data, detection against size, and what each effect is called; `seen` is that in a line."""
     effects = list(dict.fromkeys(told[EFFECT]))
     sections = (
         Section("Rates", (Prose(about), *(Table(table, title) for title, table in tables.items()))),
@@ -66,7 +69,7 @@ def power_page(about: str, tables: dict[str, pd.DataFrame], told: pd.DataFrame, 
         ),
         Section("Confusion", (_confusion_plot(shares),)),
     )
-    return Page(about, sections)
+    return Page(seen, sections)
 
 
 def _detection_plot(effect: str, mine: pd.DataFrame) -> Plot:
@@ -93,6 +96,7 @@ def _detection_plot(effect: str, mine: pd.DataFrame) -> Plot:
     ]
     made = layout("size / smallest detectable size", "detected (%)", x_log=True, shapes=[level(1.0, along="x")])
     made["yaxis"]["range"] = [-4, 104]
+    made["xaxis"] |= {"tickvals": list(SIZES), "ticktext": [f"{size:g}" for size in SIZES]}
     said = f"Share of draws of {effect} that are detected, with 95 % intervals, and what is expected (line)."
     return Plot(effect, said, {"data": traces, "layout": made}, height=290)
 
@@ -102,10 +106,12 @@ def _confusion_plot(shares: pd.DataFrame) -> Plot:
     trace = {
         "type": "heatmap", "z": pct, "x": [*map(str, shares.columns)], "y": [*map(str, shares.index)], "colorscale": SCALE,
         "zmin": 0, "zmax": 100, "hovertemplate": "%{y} is called %{x}: %{z:.0f} %<extra></extra>", "xgap": 1, "ygap": 1,
-        "colorbar": {"title": {"text": "%"}, "thickness": 12},
+        "colorbar": {"title": {"text": "%"}, "thickness": 12, "len": BAR, "lenmode": "pixels", "tickvals": [0, 50, 100]},
     }  # fmt: skip
-    made = layout("reported", "hidden")
+    made = layout("", "hidden")
     made["yaxis"] |= {"autorange": "reversed"}
-    made["xaxis"] |= {"tickangle": -90}
+    made["xaxis"] |= {"tickangle": -90, "side": "top", "title": {"text": "reported", "standoff": 10}}
     said = "What each hidden effect (rows) is called (columns), in per cent of its clearly visible draws."
-    return Plot("Confusion", said, {"data": [trace], "layout": made}, "confusion.png", height=180 + 22 * len(shares))
+    return Plot(
+        "Confusion", said, {"data": [trace], "layout": made}, "confusion.png", height=MARGINS + 22 * len(shares)
+    )

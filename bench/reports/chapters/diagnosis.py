@@ -14,9 +14,9 @@ from bench.reports.chapters.response_plots import response_blocks
 from bench.reports.chapters.responses import of_diagnosis
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.estimate import EstimateRecord
-from ksmea.show.diagnosis import text
+from ksmea.show.diagnosis import BEFORE, text
 from ksmea.show.diagnosis_tables import trials_table, unknowns_table
-from ksmea.show.location import in_short
+from ksmea.show.verdict import headline
 
 RESIDUALS, EFFECTS, LOCATION = "residuals.png", "effects.png", "location.png"
 
@@ -32,19 +32,8 @@ def diagnosis_page(record: DiagnosisRecord, following: Sequence[Block]) -> Page:
         sections.append(Section("Response", tuple(response_blocks(of_diagnosis(record.curves), RESIDUALS))))
     sections.append(Section("Unknowns", tuple(_unknowns(record))))
     if record.location is not None:
-        sections.append(Section("Without the library", tuple(location_blocks(record.location, LOCATION))))
+        sections.append(Section("Without the library", tuple(location_blocks(record.location, LOCATION, BEFORE))))
     return Page(headline(record), tuple(sections))
-
-
-def headline(record: DiagnosisRecord) -> str:
-    """The verdict and what it names."""
-    if record.verdict == "located" and record.location is not None:
-        return f"Verdict: located: an unknown {in_short(record.location)}"
-    names = " and ".join(f"{effect.name} ({effect.location})" for effect in record.applied)
-    if record.verdict == "ambiguous":
-        others = ", ".join(name for name in record.ambiguity_group if name not in record.named)
-        return f"Verdict: ambiguous: {names}" + (f", or as well {others}" if others else "")
-    return f"Verdict: {record.verdict}" + (f": {names}" if record.is_explained else "")
 
 
 def _unknowns(record: DiagnosisRecord) -> Iterator[Block]:

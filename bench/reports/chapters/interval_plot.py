@@ -54,7 +54,7 @@ def interval_plot(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[st
                 "text": [f"{name}: {_with_digits_of(truth[name], believed[name])}" for _, name in known], "hovertemplate": "%{text}<extra>true value</extra>",
             }
         )  # fmt: skip
-    made = layout("difference from the value " + (series[-1] if len(series) > 1 else "found") + " (%)")
+    made = layout(f'difference from "{series[-1]}" (%)' if len(series) > 1 else "difference from the value found (%)")
     made["xaxis"]["range"] = [-edge, edge]
     labels = [f"{name} " for name in names]
     made["yaxis"] = axis(tickvals=list(range(len(names))), ticktext=labels, range=[len(names) - 0.5, -0.5])

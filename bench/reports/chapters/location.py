@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -27,14 +28,16 @@ from bench.reports.pages.traces import (
 )  # fmt: skip
 from ksmea.arrays import Array
 from ksmea.records.estimate import EstimateRecord
-from ksmea.records.location import NONE, NOTHING, PAIR, ForceRecord, LocationRecord, SeriesRecord
-from ksmea.show.location import in_short, sites_table, text
+from ksmea.records.location import PAIR, ForceRecord, LocationRecord, SeriesRecord
+from ksmea.show.location import sites_table, text, why_without
+from ksmea.show.location_words import headline
 from ksmea.show.text import LEAST_OF_A_DOUBLE, chance, number
 from ksmea.units import MICROMETRE, RPM
 
 KINDS = {"force": BLUE, "moment": ORANGE, "reading": GREEN, "force and moment": PURPLE, PAIR: GREY}
 MEGA = 1e6
 LEAST_P = 1e-300  # of a site, drawn on a logarithmic axis
+MOST_TICKS = 5  # of that axis
 SPEED = "speed (rpm)"
 
 
@@ -45,17 +48,8 @@ def location_page(record: LocationRecord, following: Sequence[Block]) -> Page:
     return Page(headline(record), (*sections, Section("Sites", tuple(location_blocks(record, "location.png")))))
 
 
-def headline(record: LocationRecord) -> str:
-    """What was located, in a line."""
-    if record.kind == NOTHING:
-        return "The model is enough: nothing needs to be located"
-    if record.kind == NONE:
-        return "Nothing that was tried explains the data"
-    return f"An unknown {in_short(record)} explains the data"
-
-
-def location_blocks(record: LocationRecord, still: str = "") -> Iterator[Block]:
-    """Shaft, force over speed, sites and unknowns."""
+def location_blocks(record: LocationRecord, still: str = "", others: str = "") -> Iterator[Block]:
+    """Shaft, force over speed, sites and unknowns; `others` names values of the same model that stand elsewhere on the page."""
     if record.candidates:
         yield shaft_plot(record, still)
         accepted = ["yes" if site.accepted else "no" for site in record.candidates]
@@ -76,9 +70,8 @@ def location_blocks(record: LocationRecord, still: str = "") -> Iterator[Block]:
         for each in record.coefficients
     }
     if record.force is not None and unknowns:
-        yield interval_plot(
-            unknowns, {}, "Unknowns without what acts there, beside it at the best site, and over all accepted sites."
-        )
+        said = "Unknowns without what acts there, beside it at the best site, and over all accepted sites."
+        yield interval_plot(unknowns, {}, " ".join([said, *([why_without(others)] if others else [])]))
 
 
 def _shown(estimate: EstimateRecord) -> Shown:
@@ -106,7 +99,8 @@ def shaft_plot(record: LocationRecord, still: str = "") -> Plot:
     ]  # fmt: skip
     made = layout()
     made["xaxis"] = axis("position (m)", anchor="y2")
-    made["yaxis"] = axis("p of the site", log=True, domain=[0.34, 1.0])
+    decades = -math.log10(max(min(site.p for site in record.candidates), LEAST_P))
+    made["yaxis"] = axis("p of the site", log=True, domain=[0.34, 1.0], dtick=max(math.ceil(decades / MOST_TICKS), 1))
     made["yaxis2"] = axis(
         domain=[0.0, 0.24], range=[-1.5, 1.2], showticklabels=False, ticks="", showgrid=False, fixedrange=True
     )
@@ -169,7 +163,7 @@ def _force_plots(record: LocationRecord, force: ForceRecord) -> Iterator[Block]:
                     line={"dash": "dash", "color": GREY},
                 )
             )
-    said = f"Amplitude of the unknown {force.kind} at the best site over speed, with its interval; dashed: the law that it follows."
+    said = f"Amplitude of the unknown {force.kind} at the best site over speed, with its {_level(record)} interval; dashed: the law that it follows."
     yield Plot(
         f"The {force.kind} over speed",
         said,
@@ -177,7 +171,7 @@ def _force_plots(record: LocationRecord, force: ForceRecord) -> Iterator[Block]:
     )
     if force.work is not None:
         made = layout(SPEED, "work (J per turn)", shapes=[level(0, dash="solid")])
-        said = "Work of the force on the motion per turn, with its interval: above 0 it feeds the motion."
+        said = f"Work of the force on the motion per turn, with its {_level(record)} interval: above 0 it feeds the motion."
         yield Plot("Work", said, {"data": _series(record, force.work, "work", BLUE), "layout": made}, height=300)
     directions = [each for each in force.stiffness if each.part in ("x", "y")]
     if directions:
@@ -188,12 +182,16 @@ def _force_plots(record: LocationRecord, force: ForceRecord) -> Iterator[Block]:
             for trace in _series(record, of, f"{each.part}, {part}", colour, MEGA)
         ]
         coherence = ", ".join(f"{each.part} {each.coherence:.2f}" for each in directions)
-        said = f"Force over motion of its site, −f/q: what it amounts to where it follows the motion (coherence: {coherence})."
+        said = f"Force over motion of its site, −f/q: what it amounts to where it follows the motion (coherence: {coherence}), with {_level(record)} intervals."
         middle = np.concatenate([each.real.value for each in directions]) / MEGA
         low, high = np.quantile(middle, [0.05, 0.95])
         made = layout(SPEED, "dynamic stiffness (MN/m)")
         made["yaxis"]["range"] = [low - max(high - low, 1e-3), high + max(high - low, 1e-3)]
         yield Plot("Dynamic stiffness", said, {"data": traces, "layout": made}, height=340)
+
+
+def _level(record: LocationRecord) -> str:
+    return f"{100 * record.interval_level:g} %"
 
 
 def _series(

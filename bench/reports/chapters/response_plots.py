@@ -20,6 +20,7 @@ from bench.reports.pages.traces import (
     points,
 )
 from ksmea.arrays import Array, ComplexArray
+from ksmea.show.response_lines import AMPLITUDE
 
 MOST_ERROR_BARS = 400  # points; more are drawn without
 MOST_AT_ONCE = 2  # channels that are shown at first
@@ -70,7 +71,7 @@ def bode_plot(response: Response, still: str = "") -> Plot:
 
 
 AXES = {
-    "amplitude": axis("amplitude (µm)", log=True),
+    "amplitude": axis(AMPLITUDE, log=True),
     "phase": axis("phase (°)", range=[-190, 190], tickvals=[-180, -90, 0, 90, 180]),
     "residuals": axis("residual / σ"),
 }

@@ -17,6 +17,7 @@ from bench.reports.pages.traces import BLUE, OCHRE, ORANGE, PALE, PURPLE, band, 
 from bench.reports.tables import has_intervals, lacks_interval
 from ksmea.records.curves import ResponseCurves, as_array
 from ksmea.records.identification import UpdateRecord
+from ksmea.show.response_lines import AMPLITUDE
 from ksmea.show.style import broken
 from ksmea.show.text import two_digits
 from ksmea.units import MICROMETRE, RPM
@@ -173,7 +174,7 @@ def response_plot(plan: Plan, curves: Mapping[int, ResponseCurves], still: str) 
         "Amplitude at the measured speeds, in the first repetition: measured, identified, the surrogate's prediction and the model"
         " at its last optimum, and the truth behind synthetic data. Surrogates know the measured speeds alone, so that peaks between"
         " them are cut off.",
-        {"data": traces, "layout": layout("speed (rpm)", "amplitude (µm)", y_log=True)},
+        {"data": traces, "layout": layout("speed (rpm)", AMPLITUDE, y_log=True)},
         still,
         controls,
     )

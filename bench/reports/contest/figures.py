@@ -38,7 +38,7 @@ def ecdf_figure(frame: pd.DataFrame, measure: Measure, methods: Sequence[str]) -
         axes.set(xscale="log", ylim=(-0.02, 1.02), title=group)
         axes.grid(alpha=0.25)
     figure.supxlabel(COST, fontsize=10)
-    figure.supylabel(f"targets and runs reached ({measure.name} {_ends(measure)})", fontsize=10)
+    figure.supylabel(f"targets and runs reached ({measure.name} {_ends(measure)}), 95 % bands", fontsize=10)
     return figure
 
 
@@ -68,7 +68,8 @@ def anytime_figure(frame: pd.DataFrame, measure: Measure, methods: Sequence[str]
             axes.axhline(target, color=REFERENCE, linewidth=0.5, linestyle=":" if target != measure.main else "-")
         axes.set(xscale="log", yscale="log", title=group)
     figure.supxlabel(COST, fontsize=10)
-    figure.supylabel(f"{measure.name}, at least {LEAST:g}", fontsize=10)
+    bands = ", quartiles as bands" if len(methods) <= BANDED else ""
+    figure.supylabel(f"{measure.name}, at least {LEAST:g}: medians{bands}", fontsize=10)
     return figure
 
 
@@ -111,7 +112,9 @@ def ranks_figure(board: pd.DataFrame, pairs: pd.DataFrame) -> Figure:
         axes.invert_yaxis()
         axes.set_title(WORDS[name], fontsize=9)
         axes.grid(axis="x", alpha=0.25)
-    figure.supxlabel("mean rank (1: best); green bars join methods that no test tells apart", fontsize=9)
+    figure.supxlabel(
+        "mean rank (1: best) with 95 % interval; green bars join methods that no test tells apart", fontsize=9
+    )
     return figure
 
 

@@ -1,0 +1,32 @@
+"""The verdict of a diagnosis in a line."""
+
+from __future__ import annotations
+
+from ksmea.records.diagnosis import DiagnosisRecord
+from ksmea.show.location_words import in_short
+
+
+def verdict_line(record: DiagnosisRecord) -> str:
+    """The verdict and what it names or locates, for example 'Verdict: named – runout (at 0.1 m)'."""
+    if record.verdict == "located" and record.location is not None:
+        return f"Verdict: located – an unknown {in_short(record.location)}"
+    return f"Verdict: {record.verdict}" + (f" – {applied(record)}" if record.is_explained else "")
+
+
+def headline(record: DiagnosisRecord) -> str:
+    """The same with what explains the data as well."""
+    named = set(record.named)
+    others = [each for each in alike(record) if set(each.split(" and ")) != named and each not in named]
+    also = f", or as well {' or '.join(others)}" if record.verdict == "ambiguous" and others else ""
+    return f"{verdict_line(record)}{also}"
+
+
+def applied(record: DiagnosisRecord) -> str:
+    """The effects of the extended model with their locations."""
+    return " and ".join(f"{effect.name} ({effect.location})" for effect in record.applied)
+
+
+def alike(record: DiagnosisRecord) -> tuple[str, ...]:
+    """The effects, or where these explain the data the pairs of them, that explain the data about as well."""
+    pairs = dict.fromkeys(each.label for each in record.explanations if len(each.effects) > 1)
+    return tuple(pairs) or record.ambiguity_group
