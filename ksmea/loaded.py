@@ -118,7 +118,7 @@ class LoadedProblem:
     def draw(self, values: Mapping[str, float] | None = None, **options: Any) -> RotorDrawing:
         """The rotor to scale, its Campbell diagram, critical speeds, stability, critical speed map and mode shapes. `options`
         are those of `python -m bench draw`: highest_rpm, speed_rpm, modes, harmonics … An unknown that has no value has the
-        middle of its limits.
+        middle of its limits, the geometric one where they lie a decade or more apart.
 
         >>> import ksmea
         >>> drawing = ksmea.load_problem("three_disk").draw(highest_rpm=12_000)
@@ -127,12 +127,11 @@ class LoadedProblem:
         """
         given = dict(values or {})
         without = [each for each in self.parameters if each.name not in self.reference | given]
-        middles = {each.name: (each.lower + each.upper) / 2 / each.si_per_unit for each in without}
-        remarks = tuple(
-            f"{each.name} has no value: it is taken as {middles[each.name]:.4g} {each.unit}, the middle of its limits."
-            for each in without
-        )
-        chosen, x = RotordynamicsOptions(**options), self.x(middles | given)
+        middle = self.parameters.to_si(self.parameters.from_decades(np.full(len(self.parameters), 0.5)))
+        middles = dict(zip(self.parameters.names, self.parameters.in_units(middle).tolist()))
+        taken = {each.name: middles[each.name] for each in without}
+        chosen, x = RotordynamicsOptions(**options), self.x(taken | given)
+        remarks = _middles_in_words(taken)
         return RotorDrawing(rotordynamics(self.problem, x, chosen, title=self.name, remarks=remarks))
 
     def with_settings(self, **settings: Any) -> LoadedProblem:
@@ -163,3 +162,15 @@ class LoadedProblem:
         published = self.reference.get(item.name)
         last = "–" if published is None else f"{published:.4g}"
         return item.name, item.unit, f"{item.lower / unit:.4g}", f"{item.upper / unit:.4g}", last
+
+
+def _middles_in_words(taken: Mapping[str, float]) -> tuple[str, ...]:
+    """That unknowns have no value, and what they are taken as."""
+    if not taken:
+        return ()
+    first = next(iter(taken))
+    return (
+        f"No value is known of {', '.join(taken)}.",
+        "Such an unknown is taken at the middle of its limits, the geometric one where they lie a decade or more apart.",
+        f"values.{first}=… gives another value on the command line, draw({{{first!r}: …}}) in Python.",
+    )

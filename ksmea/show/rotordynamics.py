@@ -205,7 +205,8 @@ def text(found: Rotordynamics) -> str:
     """The table of critical speeds and what it does not say, for a terminal."""
     table = critical_speed_table(found)
     shown = table.to_string(index=False) if len(table) else "no critical speed"
-    return "\n".join([f"{found.title}: {' '.join(sentences(found))}", shown])
+    first, *others = sentences(found)
+    return "\n".join([f"{found.title}: {first}", *others, "", shown])
 
 
 def _larger(shape: ComplexArray) -> ComplexArray:

@@ -1,5 +1,8 @@
 """`draw`: a rotor to scale and how it whirls, from the words of a command to its files; what its figures show."""
 
+import re
+from pathlib import Path
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -13,6 +16,7 @@ from ksmea.show.mode_shape_figure import in_plane, nodes
 from ksmea.show.rotor_figure import rotor_figure
 from ksmea.studies.critical_speeds import _crossings
 
+ROOT = Path(__file__).resolve().parents[2]
 QUICK = ("speeds=31", "modes=4", "harmonics=[1]")
 PUBLISHED = [3620, 3798, 10018, 11279]  # rpm, Lalanne & Ferraris
 
@@ -52,11 +56,18 @@ def test_values_settings_and_plugins_are_those_of_the_command_line(enter):
     assert (ended.output / "index.html").exists()
 
 
-def test_an_unknown_without_a_value_has_the_middle_of_its_limits_and_it_is_said():
+def test_an_unknown_without_a_value_has_the_middle_of_its_limits_and_it_is_said(tmp_path):
     drawing = load_problem("rk4").with_settings().draw(speeds=16, modes=2)
-    assert not any("no value" in remark for remark in drawing.record.remarks)
-    without = load_problem("drawn").draw(speeds=16, modes=2, harmonics=[1.0])
-    assert np.isfinite([value for _, _, value in without.record.values]).all()
+    assert not any("No value" in remark for remark in drawing.record.remarks)
+    rotor = (ROOT / "docs/examples/rotor.yaml").read_text(encoding="utf-8")
+    file = tmp_path / "rotor.yaml"
+    file.write_text(re.sub(", reference: [0-9.]*", "", rotor).replace("upper: 500", "upper: 400"), encoding="utf-8")
+    drawing = load_problem("rotor", file=str(file)).draw({"kyy": 70.0}, speeds=16, modes=2, harmonics=[1.0])
+    values = {name: value for name, _, value in drawing.record.values}
+    # limits of 10 and 100, 0.01 and 1, 50 and 400; exact but for rounding
+    assert values == pytest.approx({"kxx": np.sqrt(1000), "kyy": 70, "cxx": 0.1, "cyy": 0.1, "u": 225})
+    lines = str(drawing).splitlines()
+    assert "No value is known of kxx, cxx, cyy, u." in lines and max(map(len, lines)) < 125
 
 
 @pytest.mark.parametrize(
