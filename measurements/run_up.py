@@ -14,6 +14,7 @@ from ksmea.channel import Channel
 from ksmea.errors import SettingError
 from ksmea.speed_history import SpeedHistory
 from ksmea.units import DEGREE, MICROMETRE, RPM
+from measurements.formats.questions import OpenQuestion
 from measurements.run_up_rows import Rows
 from measurements.speed_history import speed_history
 
@@ -62,9 +63,12 @@ def run_up(
         while channel in (there := by_speed.setdefault((speed, earlier), {})) and repeats:
             earlier += 1
         if channel in there:
-            raise SettingError(
+            raise OpenQuestion(
                 f"{path} line {line}: expected each speed and channel once, got {speed:g} rpm, {Channel(*channel)} again"
-                f" after line {rows.line[there[channel]]}; average them (measurement.repeats=average), or keep one"
+                f" after line {rows.line[there[channel]]}; average them (measurement.repeats=average), or keep one",
+                "repeats",
+                ("average",),
+                "average",
             )
         there[channel] = index
     complete = sorted(speed for speed, there in by_speed.items() if len(there) == len(first_lines))
@@ -105,10 +109,13 @@ def _refuse_incomplete(
     lacking = [there for there in by_speed.values() if len(there) < len(first_lines)]
     index = next(iter(lacking[0].values()))
     missing = next(channel for channel in first_lines if channel not in lacking[0])
-    raise SettingError(
+    raise OpenQuestion(
         f"{path} line {rows.line[index]}: expected every channel at every speed, got no {Channel(*missing)} at"
         f" {rows.speed[index]:g} rpm ({len(lacking)} of {len(by_speed)} speeds lack one);"
-        " measurement.incomplete=drop leaves such speeds out, interpolate brings channels to common ones"
+        " measurement.incomplete=drop leaves such speeds out, interpolate brings channels to common ones",
+        "incomplete",
+        ("DROP_OR_INTERPOLATE",),
+        "drop",
     )
 
 

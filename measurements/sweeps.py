@@ -8,6 +8,7 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
+from measurements.formats.questions import OpenQuestion
 from measurements.run_up_rows import Rows, rows_at
 from measurements.vectors import by_channel
 
@@ -70,7 +71,10 @@ def rows_of_sweep(rows: Rows, sweep: str, path: str) -> tuple[Rows, str]:
 def require_one_way(rows: Rows, path: str) -> None:
     """Raise `SettingError` where the speed turns back and nobody has said what is meant."""
     if has_both(rows):
-        raise SettingError(
+        raise OpenQuestion(
             f"{path}: expected speeds that rise or fall throughout, got both; give sweep=up or sweep=down for one part of the"
-            " record, or sweep=any for speeds in any order"
+            " record, or sweep=any for speeds in any order",
+            "sweep",
+            ("UP_DOWN_OR_ANY",),
+            UP,
         )

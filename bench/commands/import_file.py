@@ -8,44 +8,43 @@ be given several times. What is decided of the file stands in remarks at its hea
 from __future__ import annotations
 
 import json
+import sys
 import typing
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from bench.commands.import_questions import BOTH, OUT, SEVERAL, asked, questions_text, spelt
 from bench.storage.files import replace_file
-from ksmea.errors import SettingError, unknown, visible
+from ksmea.errors import SettingError, unknown, visible, visible_lines
 from ksmea.setting_types import read_as
 from ksmea.settings import own_fields
 from measurements.file import File
-from measurements.formats.answers import FORMATS, OWN
+from measurements.formats.answers import OWN
 from measurements.formats.placing import CLOCKWISE
 from measurements.run_up_csv import rows_as_csv
 from measurements.slow_roll import SUBTRACTED
 from measurements.sweeps import DOWN, UP
 
-BOTH = "both"
-OUT = "out"
-SEVERAL = {"probe": "probes", "column": "columns", "harmonic": "harmonics"}  # an option that may be given several times
+UNANSWERED = 2  # exit code
 
 
 def import_file(words: list[str]) -> int:
     """Write what a file holds, and print what was decided of it."""
     path, given = _options(words)
-    out = Path(given.pop(OUT, None) or _refuse_out(path))
-    if out.suffix == "":
-        raise SettingError(f"import: expected --out with a file name such as run.csv, got {out}")
-    if "format" not in given:
-        raise SettingError(
-            f"import: expected what wrote {path}, got nothing; give --format, one of {', '.join(FORMATS)}"
-        )
+    if OUT in given:
+        _require_new(Path(given[OUT]), given)
+    try:
+        questions = asked(path, given)
+    except SettingError as error:
+        raise SettingError(f"import: {error}") from error
+    if questions:
+        print(visible_lines(questions_text(path, given, questions)), file=sys.stderr)
+        return UNANSWERED
+    out = Path(given.pop(OUT))
     both = given.get("sweep") == BOTH
     parts = (UP, DOWN) if both else (given.get("sweep"),)
-    outs = [out.with_name(f"{out.stem}_{part}{out.suffix}") if both else out for part in parts]
-    campaign = out.with_suffix(".yaml")
-    for each in [*outs, *([campaign] if both else [])]:
-        if each.exists():
-            raise SettingError(f"import: expected no {each} yet, found one; choose another --out, or remove it")
+    outs, campaign = _written(out, given)[: len(parts)], out.with_suffix(".yaml")
     settings = [{**given, **({"sweep": part} if part else {})} for part in parts]
     sources = [_source(path, each) for each in settings]  # all are read before any is written
     out.parent.mkdir(parents=True, exist_ok=True)
@@ -62,6 +61,21 @@ def import_file(words: list[str]) -> int:
         )
         print(f"written: {visible(str(campaign))} (measurement=campaign)")
     return 0
+
+
+def _written(out: Path, given: Mapping[str, Any]) -> list[Path]:
+    """The files that are written: of a sweep both ways two, and the campaign of them."""
+    if given.get("sweep") != BOTH:
+        return [out]
+    return [*(out.with_name(f"{out.stem}_{part}{out.suffix}") for part in (UP, DOWN)), out.with_suffix(".yaml")]
+
+
+def _require_new(out: Path, given: Mapping[str, Any]) -> None:
+    if out.suffix == "":
+        raise SettingError(f"import: expected --out with a file name such as run.csv, got {out}")
+    for each in _written(out, given):
+        if each.exists():
+            raise SettingError(f"import: expected no {each} yet, found one; choose another --out, or remove it")
 
 
 def _source(path: str, settings: dict[str, Any]) -> File:
@@ -115,7 +129,7 @@ def _options(words: Sequence[str]) -> tuple[str, dict[str, Any]]:
             files.append(word)
             continue
         if option not in (*known, *SEVERAL, OUT):
-            raise unknown("option of import:", name, [_spelt(each) for each in (OUT, *known, *SEVERAL)])
+            raise unknown("option of import:", name, [spelt(each) for each in (OUT, *known, *SEVERAL)])
         if not separator:
             value = next(remaining, "")
         if not value:
@@ -143,7 +157,7 @@ def _as_setting(key: str, value: Any, known: dict[str, Any]) -> Any:
     try:
         return read_as(_plain(value, known[key]), known[key])
     except SettingError as error:
-        raise SettingError(f"import: --{_spelt(key).lstrip('-')}: {error}") from error
+        raise SettingError(f"import: --{spelt(key).lstrip('-')}: {error}") from error
 
 
 def _plain(value: Any, hint: Any) -> Any:
@@ -158,11 +172,3 @@ def _plain(value: Any, hint: Any) -> Any:
     except ValueError:
         return value
     return int(number) if int in options and number.is_integer() else number
-
-
-def _spelt(name: str) -> str:
-    return f"--{name.replace('_', '-')}"
-
-
-def _refuse_out(path: str) -> str:
-    raise SettingError(f"import: expected where to write what {path} holds, got nothing; give --out run.csv")

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from typing import NoReturn
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from ksmea.units import MICROMETRE, RPM
 from measurements.formats.answers import Answers
 from measurements.formats.curve import Curve
 from measurements.formats.placing import Place, model_direction, places
+from measurements.formats.questions import OpenQuestion
 from measurements.formats.unit_texts import (
     SPEED_UNITS,
     UNITS,
@@ -28,6 +30,7 @@ from measurements.formats.unit_texts import (
 )
 from measurements.run_up_rows import LARGEST, MAX_ROWS, Rows
 
+ZERO_PEAK = "0pk"
 RIGHT_ANGLE = 90.0  # degrees: i leads by as much
 LONGEST_LIST = 300  # characters of the names that an error lists
 
@@ -84,9 +87,13 @@ def _chosen(curves: Sequence[Curve], answers: Answers) -> tuple[list[tuple[Curve
             name for name in names if name not in named
         ]
     if any(curve.position is None for curve in at_harmonics):
-        raise SettingError(
+        looks = {curve.name: curve.direction or curve.angle for curve in at_harmonics}
+        raise OpenQuestion(
             f"{answers.path}: expected where each probe looks, got nothing; give probes=[name@m@direction,…] for"
-            f" {_listed(names)}"
+            f" {_listed(names) if any(names) else 'the only one, without its name'}",
+            "probes",
+            tuple(f"{name}@M" + ("" if looks.get(name) else "@DIRECTION") for name in names),
+            [f"{name}@{number}" + ("" if looks.get(name) else "@x") for number, name in enumerate(names)],
         )
     return [(curve, None) for curve in at_harmonics], []
 
@@ -94,6 +101,8 @@ def _chosen(curves: Sequence[Curve], answers: Answers) -> tuple[list[tuple[Curve
 def _decided(curve: Curve, place: Place | None, answers: Answers) -> Decided:
     where = f"{answers.path} {curve.where}".strip()
     stated = place.direction if place and place.direction else curve.direction or curve.angle
+    if not stated:
+        _ask_directions(answers, curve, where)
     direction = model_direction(stated, answers.rotation, f"{where} {shortened(curve.name)}".strip())
     position = place.position if place else curve.position
     assert position is not None  # `_chosen` refuses others
@@ -130,6 +139,19 @@ def _decided(curve: Curve, place: Place | None, answers: Answers) -> Decided:
     return Decided(channel, curve, speed, curve.amplitude * factor, phase, sigma, visible(remark))
 
 
+def _ask_directions(answers: Answers, curve: Curve, where: str) -> NoReturn:
+    """Ask for the directions of all probes that are named without one, for a file that does not say it either."""
+    named = places(answers.probes)
+    lacking = {text: not each.direction for text, each in zip(answers.probes, named.values())}
+    raise OpenQuestion(
+        f"{where} {shortened(curve.name)}: expected the direction in which it looks, x, y, H, V, degrees from x towards y, or 45R or 45L"
+        " from the vertical, got none; give it in probes, name@m@direction",
+        "probes",
+        tuple(text + "@DIRECTION" * is_lacking for text, is_lacking in lacking.items()),
+        [f"{text}@{number}" if is_lacking else text for number, (text, is_lacking) in enumerate(lacking.items())],
+    )
+
+
 def _unit(curve: Curve, answers: Answers, where: str) -> tuple[str, str, str]:
     """Name, unit and detector of an amplitude, by the file or else by the settings."""
     said = amplitude_unit(curve.unit)
@@ -140,8 +162,10 @@ def _unit(curve: Curve, answers: Answers, where: str) -> tuple[str, str, str]:
             f"{where}: expected a displacement, velocity or acceleration in {', '.join(UNITS)}, got {shortened(repr(curve.unit))};"
             " leave this probe out of probes, or correct the file"
         )
-    unit = _either("unit", said.unit, answers.unit, where, "mil or another of its choices")
-    detector = _either("amplitude", said.detector, answers.amplitude, where, "pp, 0pk or rms")
+    unit = _either("unit", said.unit, answers.unit, where, "mil or another of its choices", "UNIT", "um")
+    detector = _either(
+        "amplitude", said.detector, answers.amplitude, where, "pp, 0pk or rms", "PP_0PK_OR_RMS", ZERO_PEAK
+    )
     scaled = f"{answers.scale:g} " if answers.scale is not None else ""
     return f"{scaled}{unit} {detector}", unit, detector
 
@@ -150,7 +174,7 @@ def _speed_unit(curve: Curve, answers: Answers, where: str) -> str:
     said = speed_unit(curve.speed_unit)
     if curve.speed_unit and not said:
         raise SettingError(f"{where}: expected a speed in rpm, Hz or rad/s, got {shortened(repr(curve.speed_unit))}")
-    return _either("speed_unit", said, answers.speed_unit, where, "rpm, Hz or rad/s")
+    return _either("speed_unit", said, answers.speed_unit, where, "rpm, Hz or rad/s", "RPM_HZ_OR_RAD/S", "rpm")
 
 
 def _sense(curve: Curve, answers: Answers, where: str) -> str:
@@ -162,17 +186,21 @@ def _sense(curve: Curve, answers: Answers, where: str) -> str:
             )
         return "none"
     if not answers.phase and not curve.sense:
-        raise SettingError(
-            f"{where}: expected to be told whether phases are lags or leads; give phase=lag, lead or none"
+        raise OpenQuestion(
+            f"{where}: expected to be told whether phases are lags or leads; give phase=lag, lead or none",
+            "phase",
+            ("LAG_LEAD_OR_NONE",),
+            "lead",
         )
     return answers.phase or curve.sense
 
 
-def _either(setting: str, said: str, given: str | None, where: str, choices: str) -> str:
+def _either(setting: str, said: str, given: str | None, where: str, choices: str, shown: str, meanwhile: str) -> str:
     if said and given and said != given:
         raise SettingError(f"{where}: expected {setting}={said}, which the file says, got {given}; leave it out")
     if not said and not given:
-        raise SettingError(f"{where}: the file does not say what {setting} it has; give {setting}={choices}")
+        message = f"{where}: the file does not say what {setting} it has; give {setting}={choices}"
+        raise OpenQuestion(message, setting, (shown,), meanwhile)
     return said or given or ""
 
 

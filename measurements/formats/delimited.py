@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from ksmea.errors import SettingError, shortened
+from measurements.formats.column_guess import columns_question
 from measurements.formats.sheet import Sheet, SheetRows, require_distinct
 from measurements.formats.texts import SEPARATORS, rows_of_cells, text_of
 from measurements.run_up_rows import MAX_ROWS, REQUIRED
@@ -19,10 +20,22 @@ def read_delimited(content: bytes, path: str, headings: Sequence[str], most_rows
         if table is not None:
             return table
     first = next((line for line in text.splitlines() if line.strip() and not line.startswith("#")), "")
-    raise SettingError(
+    said = (
         f"{path}: expected a line with the headings {shortened(', '.join(headings or REQUIRED), 200)}, got none; the first line is"
         f" {shortened(repr(first), 120)}"
     )
+    if headings:
+        raise SettingError(said)
+    raise columns_question(f"{said}; give columns=[role=heading,…]", _first_cells(text, path))
+
+
+def _first_cells(text: str, path: str) -> list[str]:
+    """The cells of the first line with several that are not empty."""
+    for separator in SEPARATORS:
+        for _, cells in rows_of_cells(text, separator, path):
+            if sum(map(bool, cells)) > 1 and not cells[0].startswith("#"):
+                return cells
+    return []
 
 
 def _table(text: str, separator: str, path: str, headings: list[str], most_rows: int) -> Sheet | None:

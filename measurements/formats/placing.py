@@ -13,6 +13,7 @@ from dataclasses import dataclass
 
 from ksmea.channel import direction_at
 from ksmea.errors import SettingError, shortened
+from measurements.formats.questions import OpenQuestion
 
 NAMED = {"x": 0.0, "h": 0.0, "hor": 0.0, "horizontal": 0.0, "y": 90.0, "v": 90.0, "ver": 90.0, "vertical": 90.0}
 DEGREES = re.compile(r"([-+]?[0-9]+\.?[0-9]*)\s*(?:°|deg)?", re.ASCII)
@@ -57,8 +58,11 @@ def model_direction(text: str, rotation: str | None, what: str) -> str:
     """The model's direction (`ksmea.channel`) of a probe that a text describes; `what` names it in errors."""
     vertical = FROM_VERTICAL.fullmatch(text.strip())
     if vertical and rotation is None:
-        raise SettingError(
-            f"{what}: expected the sense of rotation with the angle {text} from the vertical, got none; give rotation=ccw or cw"
+        raise OpenQuestion(
+            f"{what}: expected the sense of rotation with the angle {text} from the vertical, got none; give rotation=ccw or cw",
+            "rotation",
+            ("CCW_OR_CW",),
+            "ccw",
         )
     angle = _angle(text)
     if angle is None or abs(angle) > LARGEST:

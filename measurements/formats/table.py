@@ -20,6 +20,7 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.errors import SettingError, shortened, unknown
 from measurements.formats.answers import Answers
+from measurements.formats.column_guess import columns_question
 from measurements.formats.curve import Curve, Flags
 from measurements.formats.sheet import Sheet
 from measurements.formats.unit_texts import amplitude_unit, degrees_per, seconds_per
@@ -87,9 +88,10 @@ def read_table(sheet: Sheet, answers: Answers) -> list[Curve]:
     is_own = not answers.columns and set(REQUIRED) <= {name.lower() for name in sheet.columns}
     roles = Roles(_own_roles(sheet)) if is_own else roles_of(answers.columns)
     if not roles.headings:
-        raise SettingError(
+        raise columns_question(
             f"{sheet.where}: expected to be told what columns hold, got nothing; give columns=[speed=…,amplitude.NAME=…,"
-            f"phase.NAME=…] of {_listed(sheet.columns)}"
+            f"phase.NAME=…] of {_listed(sheet.columns)}",
+            list(sheet.columns),
         )
     for heading in roles.headings.values():
         sheet.named(heading)

@@ -250,8 +250,6 @@ def test_a_table_of_our_own_from_a_spreadsheet_needs_no_roles(folder):
 @pytest.mark.parametrize(
     ("words", "message"),
     [
-        (["--format", "csv"], "give --out run.csv"),
-        (["--out", "run.csv"], "give --format"),
         (["--format", "cvs", "--out", "run.csv"], "unknown value for format: 'cvs'; did you mean 'csv'"),
         (["--format", "csv", "--fase", "lag", "--out", "run.csv"], "did you mean '--phase'"),
         (["--format", "csv", "--slow-roll", "much", "--out", "run.csv"], "--slow-roll: expected a number or null"),

@@ -1,0 +1,42 @@
+"""What the columns of a table may hold, by their headings: a proposal to be checked, never read by itself."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from string import ascii_uppercase
+
+from measurements.formats.questions import OpenQuestion
+
+SPEED = re.compile(r"speed|rpm|1/min|omega|drehzahl|^n\b", re.IGNORECASE)
+PHASE = re.compile(r"phase|phas\b|\bph\b|\bdeg|°", re.IGNORECASE)
+AMPLITUDE = re.compile(r"ampl|amp\b|\bmag|displ|\b(um|mil)\b|µm", re.IGNORECASE)
+UNTOLD = ("speed=HEADING", "amplitude.NAME=HEADING", "phase.NAME=HEADING")
+MOST_PROBES = len(ascii_uppercase)
+
+
+def guessed_columns(headings: Sequence[str]) -> tuple[str, ...]:
+    """`columns` as the headings suggest them; empty where they do not tell the speed from the amplitudes.
+
+    >>> guessed_columns(["RPM", "Amp (mil pp)", "Phase (deg)"])
+    ('speed=RPM', 'amplitude=Amp (mil pp)', 'phase=Phase (deg)')
+    >>> guessed_columns(["a", "b"])
+    ()
+    """
+    phases = [each for each in headings if PHASE.search(each)]
+    speeds = [each for each in headings if SPEED.search(each) and each not in phases]
+    amplitudes = [each for each in headings if AMPLITUDE.search(each) and each not in (*phases, *speeds)]
+    if len(speeds) != 1 or not 1 <= len(amplitudes) <= MOST_PROBES or len(phases) not in (0, len(amplitudes)):
+        return ()
+    names = [""] if len(amplitudes) == 1 else [f".{letter}" for letter in ascii_uppercase]
+    own = [f"amplitude{name}={heading}" for name, heading in zip(names, amplitudes)]
+    return (f"speed={speeds[0]}", *own, *(f"phase{name}={heading}" for name, heading in zip(names, phases)))
+
+
+def columns_question(said: str, headings: Sequence[str]) -> OpenQuestion:
+    """The question what columns hold, with what the headings suggest."""
+    guess = guessed_columns(headings)
+    suggested = (
+        "; the headings suggest those below, check them" if guess else "; what else is open is seen once they are known"
+    )
+    return OpenQuestion(f"{said}{suggested}", "columns", guess or UNTOLD, list(guess) or None)
