@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from bench.reports.pages.made_by import command_line
 from ksmea.errors import SettingError
 from measurements.file import File
 from measurements.formats.answers import FORMATS
@@ -66,7 +66,7 @@ def questions_text(path: str, given: Mapping[str, Any], questions: Sequence[Ques
     out = [word for word in _option(OUT, {**known, **answers}[OUT])]
     has_places = any(shown != shown.lower() and each.setting != "columns" for each in questions for shown in each.shown)
     lines.append("All in one command" + (", with your answers in place of words in capitals:" if has_places else ":"))
-    return "\n".join([*lines, f"  {command_line(['import', path, *words, *out])}"])
+    return "\n".join([*lines, f"  {shlex.join(['python', '-m', 'bench', 'import', path, *words, *out])}"])
 
 
 def _option(name: str, values: Sequence[Any]) -> Iterator[str]:

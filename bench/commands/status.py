@@ -1,4 +1,4 @@
-"""`status NAME|DIR`: how many of the planned runs are done, running, failed, stale or missing."""
+"""`status NAME|DIR`: how many of the planned runs are done, running, interrupted, failed, stale or missing."""
 
 from __future__ import annotations
 
@@ -12,11 +12,15 @@ from bench.commands.folders import folders
 from bench.jobs.damage import damage_notes
 from bench.jobs.lines import RESULTS, UNREADABLE, RunLine, Started
 from bench.jobs.processors import counted_processors, mixed_processors, processor
-from bench.jobs.records import read_records, running_sessions
+from bench.jobs.records import INTERRUPTED, read_records, running_sessions
 from bench.jobs.submitted import job_states
 from bench.plan.plan import Plan, Run, answered_by, key_of, read_plan
 from bench.plan.provenance import code_digest, library_versions, used_modules
 from ksmea.errors import SettingError, visible
+
+NOT_ENDED = ("running", INTERRUPTED, "stale", "missing")  # states of runs without a result
+WHY = {"stale": "answered by other code or libraries", INTERRUPTED: "the same command does them again"}
+WIDTH = len(INTERRUPTED)  # of labels
 
 
 class _Told(NamedTuple):
@@ -46,19 +50,22 @@ def _status(output: Path) -> int:
     answering = _answering(plan)
     counts = Counter(_state(run, answering, records, answered) for run in plan.runs)
     n_done = sum(counts[state] for state in RESULTS)
-    n_failed = sum(count for state, count in counts.items() if state not in (*RESULTS, "running", "stale", "missing"))
+    n_failed = sum(count for state, count in counts.items() if state not in (*RESULTS, *NOT_ENDED))
     print(visible(f"{plan.name} in {output}"))
-    counted = {"planned": len(plan.runs), "done": n_done, "running": counts["running"], "failed": n_failed}
+    counted = {
+        "planned": len(plan.runs),
+        "done": n_done,
+        **{state: counts[state] for state in ("running", INTERRUPTED) if counts[state]},
+        "failed": n_failed,
+        "stale": counts["stale"],
+        "missing": counts["missing"],
+    }
     for label, count in counted.items():
-        if label == "running" and not count:
-            continue
         reasons = _reasons(counts, label)
-        print(f"{label:>8} {count:6d}{'  (' + reasons + ')' if reasons else ''}")
-    print(f"{'stale':>8} {counts['stale']:6d}{'  (answered by other code or libraries)' if counts['stale'] else ''}")
-    print(f"{'missing':>8} {counts['missing']:6d}")
+        print(f"{label:>{WIDTH}} {count:6d}{f'  ({reasons})' if reasons else ''}")
     if submitted := job_states(output):
         counted_states = Counter(submitted.values()).most_common()
-        print(visible("    jobs " + "; ".join(f"{count:6d} {state}" for state, count in counted_states)))
+        print(visible(f"{'jobs':>{WIDTH}} " + "; ".join(f"{count:6d} {state}" for state, count in counted_states)))
     known = {key: each.processor for key, each in records.items()}
     if mixed := mixed_processors(counted_processors(known, plan)):
         print(visible(f"note: {mixed}"))
@@ -86,5 +93,7 @@ def _state(run: Run, answering: Mapping[int, str], records: Mapping[str, _Told],
 
 
 def _reasons(counts: Counter[str], label: str) -> str:
+    if label in WHY:
+        return WHY[label] if counts[label] else ""
     shown = {"done": ("budget",), "failed": ("error", "timeout", "killed", UNREADABLE)}.get(label, ())
     return ", ".join(f"{counts[state]} {state}" for state in shown if counts[state])

@@ -10,6 +10,8 @@ from contextlib import ExitStack
 from pathlib import Path
 from typing import Any, BinaryIO, Self, TypeVar, overload
 
+import msgspec
+
 from bench.jobs.lines import RESULTS, SCHEMA, Ended, Line, RunLine, SessionLine, Started, line_text, read_line
 from bench.jobs.presence import numbers_at_work
 from bench.plan.plan import Plan, Run
@@ -20,6 +22,9 @@ from ksmea.records.record import Record
 from ksmea.regular_files import open_regular
 
 __all__ = [
+    "INTERRUPTED",
+    "NOT_FAILED",
+    "NOT_RUN",
     "RESULTS",
     "RecordWriter",
     "RunLine",
@@ -31,6 +36,9 @@ __all__ = [
     "running_sessions",
 ]
 
+INTERRUPTED = "interrupted"  # status of a run that was started and has no end: it did not fail
+NOT_RUN = "not run"  # status of one that was planned and no more
+NOT_FAILED = (*RESULTS, INTERRUPTED, NOT_RUN)
 FOLDER = "records"
 SESSION_BEGINS = b'{"event": "session"'  # as `line_text` writes it
 
@@ -162,8 +170,8 @@ def read_records(
     plan: Plan | None = None,
     damaged: Counter[Path] | None = None,
 ) -> dict[str, Any]:
-    """The last word on each key, as `keep` has it of the line: how the run ended, or that it was killed where it was
-    started and no more. A result is never replaced by a later failure. The line's `platform` is that of its session, where it
+    """The last word on each key, as `keep` has it of the line: how the run ended, or that it was interrupted where it
+    was started and no more. A result is never replaced by a later failure. The line's `platform` is that of its session, where it
     names none of its own.
 
     With a plan, a result of one of its runs whose record its study cannot read is none, and is done again. `keep` picks what is
@@ -182,6 +190,8 @@ def read_records(
             continue
         known = line.checked(kinds[line.key]) if line.has_result and line.key in kinds else line
         known = known.computed_on(platforms.get(line.session, ""))
+        if isinstance(known, Started):
+            known = msgspec.structs.replace(known, status=INTERRUPTED)
         if known.has_result:
             with_result.add(line.key)
         kept[line.key] = keep(known)

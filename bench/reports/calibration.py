@@ -14,6 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from bench.jobs.lines import RESULTS
+from bench.jobs.records import NOT_FAILED
 from bench.plan.columns import place_columns
 from bench.plan.naming import place_text, telling_axes
 from bench.plan.page import Page
@@ -81,7 +82,7 @@ def calibration_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
                     **shares,
                     "ended_short_pct": ended_short_pct(results),
                     "runs": len(results),
-                    "failed": len(mine) - len(results),
+                    "failed": int((~mine["status"].isin(NOT_FAILED)).sum()),
                 }
             )
     return pd.DataFrame(rows)

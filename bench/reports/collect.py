@@ -15,11 +15,12 @@ import pandas as pd
 from bench.jobs.damage import damage_notes
 from bench.jobs.lines import RESULTS
 from bench.jobs.processors import counted_processors, mixed_processors, processors
-from bench.jobs.records import last_began
+from bench.jobs.records import INTERRUPTED, NOT_FAILED, NOT_RUN, last_began
 from bench.plan.plan import Plan, read_plan
 from bench.plan.report import Drawing, Made, report_named
 from bench.reports.pages.experiment import PAGE, experiment_page
 from bench.reports.pages.index import write_index_above
+from bench.reports.runs import without_class
 from bench.storage.files import remove_partial, replace_file
 from ksmea.errors import SettingError, shortened, visible, visible_lines
 from ksmea.regular_files import open_regular
@@ -127,13 +128,20 @@ def _is_drawn(output: Path, drawn_from: bytes) -> bool:
 
 
 def _count_line(plan: Plan, runs: pd.DataFrame) -> str:
-    failed = runs[~runs["status"].isin(RESULTS)]
-    if failed.empty:
+    without = runs[~runs["status"].isin(RESULTS)]
+    if without.empty:
         return (
             f"all {len(runs)} runs of {plan.name} have a result"
             if len(runs) > 1
             else f"the run of {plan.name} has a result"
         )
-    reasons = Counter(f"{row.status}: {row.error}" if row.error else row.status for row in failed.itertuples())
+    unfinished = without["status"].isin(NOT_FAILED)
+    reasons = Counter(
+        f"{row.status}: {without_class(row.error)}" if row.error else row.status
+        for row in without[~unfinished].itertuples()
+    )
     shown = "; ".join(f"{count} × {shortened(reason, LONGEST_REASON)}" for reason, count in reasons.most_common(3))
-    return f"{len(failed)} of {len(runs)} failed ({shown})"
+    counts = without["status"].value_counts()
+    told = [f"{reasons.total()} of {len(runs)} failed ({shown})"] if reasons else []
+    told += [f"{counts[state]} of {len(runs)} {state}" for state in (INTERRUPTED, NOT_RUN) if state in counts]
+    return "; ".join(told) + ("; the same command does the rest" if unfinished.any() else "")

@@ -15,7 +15,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from bench.jobs.lines import RESULTS, RunLine
-from bench.jobs.records import read_records
+from bench.jobs.records import NOT_FAILED, read_records
 from bench.plan.columns import place_columns
 from bench.plan.fleet import is_of_fleet
 from bench.plan.naming import cell_name
@@ -206,7 +206,7 @@ def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
             "cell": index,
             **place_columns(plan, plan.cells[index]),
             "runs": len(results),
-            "failed": len(mine) - len(results),
+            "failed": int((~mine["status"].isin(NOT_FAILED)).sum()),
         }
         row |= {
             name: int(verdicts.get(name, 0))

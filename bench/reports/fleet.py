@@ -20,6 +20,7 @@ from bench.reports.chapters.fleet import fleet_page
 from bench.reports.fleet_figure import fleet_figure
 from bench.reports.fleet_rows import MachineRow
 from bench.reports.pages.experiment import PAGE
+from bench.reports.runs import without_class
 from bench.reports.tables import csv_text
 from ksmea.errors import shortened
 from ksmea.show.style import png
@@ -116,4 +117,4 @@ def _shown(plan: Plan, run: Run, lines: Lines, row: MachineRow | None) -> dict[s
     """A row for people, all of it text."""
     status, error = ending(lines.get(run.key))
     place = {name: place_text(value) for name, value in _place(plan, run).items()}
-    return {**place, "status": status, **({"remarks": error} if row is None else row.shown())}
+    return {**place, "status": status, **({"remarks": without_class(error)} if row is None else row.shown())}

@@ -12,6 +12,7 @@ import pandas as pd
 
 from bench.jobs.lines import RunLine
 from bench.jobs.records import read_records
+from bench.plan.page import Page, Prose, Section
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import result_runs
@@ -23,6 +24,7 @@ from ksmea.show.location import about_extension, frame, plot, text
 from ksmea.show.style import png
 from ksmea.show.text import aligned, number
 
+NO_RESULT = "no run has a result"
 OF_THE_BENCH = ("hidden", "seconds")  # fields that location.json does not show
 OF_ONE_RUN = ("location.json", "extended.yaml", "sites.csv", "location.png")
 
@@ -37,7 +39,9 @@ class LocationReport(Report):
         files: dict[str, bytes] = {"runs.csv": csv_text(runs).encode()}
         done = [run for run in plan.runs if run.key in lines and lines[run.key].has_result]
         if len(plan.runs) != 1 or not done:
-            return Made(_summary(runs), files, runs, outdated=OF_ONE_RUN)
+            text_of_all = _summary(runs)
+            page = Page(_kinds(runs), (Section("Result", (Prose(text_of_all),)),))
+            return Made(text_of_all, files, runs, outdated=OF_ONE_RUN, page=lambda: page)
         cell, record = plan.cells[done[0].cell], lines[done[0].key].record(LocationRecord)
         public = {name: value for name, value in record.told().items() if name not in OF_THE_BENCH}
         files["location.json"] = (json.dumps(public, indent=1) + "\n").encode()
@@ -85,10 +89,16 @@ def _row(record: LocationRecord) -> dict[str, Any]:
     }
 
 
+def _kinds(runs: pd.DataFrame) -> str:
+    """For example 'located: 2 force, 1 nothing'."""
+    counts = runs["kind"].value_counts() if "kind" in runs else {}
+    return f"located: {', '.join(f'{count} {kind}' for kind, count in counts.items())}" if len(counts) else NO_RESULT
+
+
 def _summary(runs: pd.DataFrame) -> str:
     """How many runs ended with each kind, and how many sites they accepted."""
     if "kind" not in runs:
-        return "no run has a result"
+        return NO_RESULT
     kinds = runs.groupby("kind")
     lines = [
         [str(kind), str(len(mine)), number(mine["n_accepted"].median()), number(mine["seconds"].median(), 3)]

@@ -11,9 +11,10 @@ import numpy as np
 import pandas as pd
 
 from bench.jobs.lines import RunLine
-from bench.jobs.records import read_records
+from bench.jobs.records import NOT_RUN, read_records
 from bench.plan.columns import place_columns
 from bench.plan.plan import Plan, Run
+from ksmea.errors import SettingError
 from ksmea.records.identification import IdentificationRecord, IntervalEffort, ParameterRecord
 from ksmea.show.hidden import COLUMN, in_one_line
 
@@ -21,7 +22,7 @@ from ksmea.show.hidden import COLUMN, in_one_line
 def runs_frame(plan: Plan, output: Path) -> pd.DataFrame:
     """A row for every planned run, in the order of the plan; values in the units of the parameters."""
     rows = read_records(output, lambda line: _line_row(line, plan.report.exact), plan)
-    not_run = {"status": "not run", "error": ""}
+    not_run = {"status": NOT_RUN, "error": ""}
     return pd.DataFrame([_place_row(plan, run) | rows.get(run.key, not_run) for run in plan.runs])
 
 
@@ -120,3 +121,12 @@ def _exactness(record: IdentificationRecord, exact: float) -> dict[str, Any]:
 
 def _worst_error_pct(x: Sequence[float] | np.ndarray, true: np.ndarray) -> float:
     return float(100 * np.max(np.abs(np.asarray(x) / true - 1)))
+
+
+def without_class(error: str) -> str:
+    """Why a run has no result, in a sentence: the class of an error that is a sentence by itself is left out.
+
+    >>> without_class("SettingError: expected one"), without_class("ValueError: singular")
+    ('expected one', 'ValueError: singular')
+    """
+    return error.removeprefix(f"{SettingError.__name__}: ")

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from bench.jobs.lines import RESULTS
+from bench.jobs.records import NOT_FAILED
 from bench.plan.columns import place_columns
 from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import Cell, ParameterFacts, Plan
@@ -71,7 +72,7 @@ def _summary_row(
         "crlb_pct": _crlb_pct(facts.get(name), results),
         **_interval_summary(results, name),
         "runs": len(values),
-        "failed": len(runs) - len(results),
+        "failed": int((~runs["status"].isin(NOT_FAILED)).sum()),
     }
 
 

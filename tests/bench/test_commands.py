@@ -65,9 +65,9 @@ def counts_of(ended):
 def test_status_counts_every_state(place, eight, enter):
     ended = enter("status", place)
     assert ended.code == 1 and ended.err == ""
-    assert counts_of(ended) == {"planned": 8, "done": 2, "failed": 3, "stale": 1, "missing": 2}
+    assert counts_of(ended) == {"planned": 8, "done": 2, "interrupted": 1, "failed": 2, "stale": 1, "missing": 2}
     assert ended.out.splitlines()[0] == "table3 in results/table3"
-    assert "(1 budget)" in ended.out and "(1 error, 1 timeout, 1 killed)" in ended.out
+    assert "(1 budget)" in ended.out and "(1 error, 1 timeout)" in ended.out
 
 
 def test_status_of_what_is_all_done_is_a_success(plan, folder, enter):
@@ -154,7 +154,7 @@ def test_explain_a_failed_run_shows_its_traceback_and_all_attempts(real, enter):
 def test_explain_a_run_that_was_started_and_no_more(real, enter):
     run = read_plan(real.output).runs[0]
     rewrite_records(real, lambda line: None if line["event"] == "result" else line)
-    assert "killed: it was stopped before its end" in enter("explain", run.key).out
+    assert "interrupted: it was stopped before its end" in enter("explain", run.key).out
 
 
 def test_explain_a_run_that_is_missing(real, enter):
@@ -311,11 +311,11 @@ def test_a_record_with_a_curve_that_is_not_finite_stays_readable(real, enter, ch
 
 
 def test_a_run_that_is_being_computed_is_not_a_failed_one(plan, folder, enter):
-    """While its writer lives it is running; once the writer is gone it was killed."""
+    """While its writer lives it is running; once the writer is gone it was interrupted."""
     write_plan(plan, folder)
     with RecordWriter(folder, 0, plan) as writer:
         writer.started(plan.runs[0])
         during = counts_of(enter("status", "table3"))
     after = counts_of(enter("status", "table3"))
     assert (during["running"], during["failed"], during["missing"]) == (1, 0, 7)
-    assert "running" not in after and (after["failed"], after["missing"]) == (1, 7)
+    assert "running" not in after and (after["interrupted"], after["failed"], after["missing"]) == (1, 0, 7)

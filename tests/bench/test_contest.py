@@ -18,6 +18,7 @@ from bench.reports.contest.leaderboard import leaderboard, running_time_frame
 from bench.reports.contest.report import ContestReport
 from bench.reports.contest.resampling import resamples
 from bench.reports.contest.runs import contest
+from bench.reports.contest.drawing import panels_of
 from bench.reports.contest.words import sentences
 from bench.reports.runs import runs_frame
 from bench.reports.trace import read_traces
@@ -167,7 +168,7 @@ def test_a_run_that_was_begun_and_has_no_end_is_no_failure(tmp_path):
     path.write_text(path.read_text() + json.dumps(line) + "\n")
     made = ContestReport().make(plan, tmp_path)
     assert "0 failed" in made.text and "5 of 6 draws that all methods have ended; not ended: slow 1" in made.text
-    assert made.runs.set_index("key").loc[key, "status"] == "begun"
+    assert made.runs.set_index("key").loc[key, "status"] == "interrupted"
 
 
 def test_a_method_without_any_run_takes_no_part(found):
@@ -335,3 +336,11 @@ def test_the_page_says_what_each_method_is():
     assert (
         "optimizer=mine, which is not installed here" in entrants_frame(unknown).set_index("method").loc["mine", "from"]
     )
+
+
+@pytest.mark.parametrize(("n_group", "n_legend"), [(2, 1), (3, 0)])
+def test_a_place_without_a_panel_holds_the_legend(n_group, n_legend):
+    figure, panels = panels_of([f"family {number}" for number in range(n_group)], ["de", "lm"])
+    assert len(figure.legends) == n_legend and len(panels) == n_group
+    free = [axes for axes in figure.axes if axes not in panels.values()]
+    assert all(axes.get_legend() is not None for axes in free) and len(free) == n_group % 2

@@ -57,6 +57,7 @@ def test_each_file_has_a_row_and_a_broken_one_costs_its_own(enter, fleet):
     assert list(table["status"]) == ["error", "done", "done", "error"]
     assert "line 1: unknown column 'speed'" in table.loc["fleet/broken.csv", "error"]
     assert "expected at least" in table.loc["fleet/short.csv", "error"]
+    assert "SettingError" not in ended.out + (ended.output / "index.html").read_text("utf-8")
     for name in ("fleet/fan.csv", "fleet/pump.csv"):
         row = table.loc[name]
         half_width = (row["kxx_high"] - row["kxx_low"]) / 2

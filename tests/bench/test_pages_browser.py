@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from bench.reports.pages.experiment import PAGE
+from bench.reports.pages.index import write_index
 from browser import browser, errors, overflow, requests, shown
 
 CHEAP = ["optimizer.screening=200", "optimizer.starts=2", "workers=1"]
@@ -116,3 +117,17 @@ def test_markup_in_names_does_nothing(driver, shell, identified, tmp_path):
     assert HOSTILE in driver.find_element("css selector", "main").text
     shown(driver, ended.output.parent / PAGE, 400)
     assert errors(driver) == [] and requests(driver) == [] and overflow(driver) <= 0
+
+
+def test_a_narrow_index_shows_every_result_whole(driver, tmp_path):
+    """No box of it scrolls sideways; runs and failures are told beside their numbers."""
+    for name in ("diagnose_" + "x" * 60, "b"):
+        (tmp_path / name).mkdir()
+        (tmp_path / name / "plan.jsonl").write_text('{"name": "diagnose"}\n')
+    shown(driver, write_index(tmp_path), 400)
+    scrolls = (
+        "return [...document.querySelectorAll('.scroll')].filter((box) => box.scrollWidth > box.clientWidth + 1).length"
+    )
+    assert overflow(driver) <= 0 and driver.execute_script(scrolls) == 0 and errors(driver) == []
+    shown(driver, tmp_path / "index.html", 1200)
+    assert driver.execute_script("return getComputedStyle(document.querySelector('.index tr')).display") == "table-row"

@@ -70,10 +70,10 @@ def test_no_folder_is_no_records(tmp_path):
     assert read_records(tmp_path / "nowhere") == {} and finished_keys(tmp_path) == set()
 
 
-def test_started_without_a_result_is_killed(tmp_path, plan):
+def test_started_without_a_result_is_interrupted(tmp_path, plan):
     one, two = plan.runs[:2]
     write(tmp_path, plan, (one, None), (two, None), (two, "done"))
-    assert statuses(tmp_path) == {one.key: "killed", two.key: "done"}
+    assert statuses(tmp_path) == {one.key: "interrupted", two.key: "done"}
     assert "stopped before its end" in read_records(tmp_path)[one.key].error
 
 
@@ -189,6 +189,6 @@ def test_records_of_a_newer_schema_are_refused_in_one_line(tmp_path, plan, file)
 def test_a_reader_keeps_only_what_it_asks_for(tmp_path, plan):
     write(tmp_path, plan, (plan.runs[0], None), (plan.runs[1], "done"))
     assert read_records(tmp_path, lambda line: line.status.upper()) == {
-        plan.runs[0].key: "KILLED",
+        plan.runs[0].key: "INTERRUPTED",
         plan.runs[1].key: "DONE",
     }

@@ -94,7 +94,7 @@ def test_medians_quartiles_errors_and_counts(collected):
     assert (u["reference"], u["unit"]) == (pytest.approx(200), "g mm")
     both = table.loc[("kxx", 70)]  # of 45 and 55 MN/m: right in the median, and yet each is 10 % off
     assert [both["median"], both["q1"], both["q3"], both["error_pct_median"]] == pytest.approx([50, 47.5, 52.5, 10])
-    assert (both["runs"], both["failed"]) == (2, 2)
+    assert (both["runs"], both["failed"]) == (2, 1)  # and one was interrupted
 
 
 def test_rows_of_effort(collected):
@@ -134,13 +134,13 @@ def test_the_papers_values_are_those_it_prints(collected):
 def test_failed_runs_are_counted_and_keep_a_row(collected):
     code, _, runs, out = collected(*RECORDS)
     assert code == 1
-    assert runs["status"].tolist() == ["done", "done", "done", "budget", "done", "error", "error", "killed"]
+    assert runs["status"].tolist() == ["done", "done", "done", "budget", "done", "error", "error", "interrupted"]
     assert runs["repetition"].tolist() == [0, 0, 1, 1, 2, 2, 3, 3]
-    failed = runs[runs["status"].isin(["error", "killed"])]
+    failed = runs[runs["status"].isin(["error", "interrupted"])]
     assert failed[["kxx", "u", "misfit", "updates", "time"]].isna().all(axis=None)
     assert failed["error"].tolist()[:2] == ["ValueError: singular"] * 2
     assert runs["error"].isna().tolist() == [True] * 5 + [False] * 3
-    assert "3 of 8 failed (2 × error: ValueError: singular; 1 × killed: " in out
+    assert "2 of 8 failed (2 × error: ValueError: singular); 1 of 8 interrupted; the same command does the rest" in out
 
 
 def test_a_row_of_runs_csv_says_what_the_record_says(collected, plan):
@@ -154,18 +154,19 @@ def test_a_row_of_runs_csv_says_what_the_record_says(collected, plan):
 
 def test_what_was_not_run_is_said_and_counted(collected):
     code, table, runs, out = collected(RECORDS[0])
-    assert code == 1 and "7 of 8 failed (7 × not run)" in out
+    assert code == 1 and "7 of 8 not run; the same command does the rest" in out and "of 8 failed" not in out
     assert runs["status"].tolist() == ["done"] + ["not run"] * 7
-    assert table.loc[("kxx", 40), ["median", "q1", "q3", "runs", "failed"]].tolist() == [50.5, 50.5, 50.5, 1, 3]
-    assert table.loc[("kxx", 70), ["runs", "failed"]].tolist() == [0, 4]
+    assert table.loc[("kxx", 40), ["median", "q1", "q3", "runs", "failed"]].tolist() == [50.5, 50.5, 50.5, 1, 0]
+    assert table.loc[("kxx", 70), ["runs", "failed"]].tolist() == [0, 0]
     assert table.loc[("kxx", 70), ["median", "q1", "q3", "error_pct_median"]].isna().all()
 
 
 @pytest.mark.parametrize("record", [ERROR, None], ids=["all failed", "none run"])
 def test_a_table_without_any_result_has_all_its_rows(record, collected):
     code, table, _, out = collected(*[record] * 8)
-    assert code == 1 and "8 of 8 failed" in out and "[–, –]" not in out
-    assert len(table) == 10 and table["median"].isna().all() and (table["failed"] == 4).all()
+    said, n_failed = ("8 of 8 failed", 4) if record else ("8 of 8 not run", 0)
+    assert code == 1 and said in out and "[–, –]" not in out
+    assert len(table) == 10 and table["median"].isna().all() and (table["failed"] == n_failed).all()
     assert table.loc[("kxx", 40), "paper"] == 50.3
 
 

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import cycle
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -17,6 +17,7 @@ from ksmea.show.style import COLOURS, MARKERS
 
 LINES: tuple[Literal["-", "--", ":"], ...] = ("-", "--", ":")
 COLUMNS = 2  # of panels: more are too small to read on a page
+MOST_IN_COLUMN = 16  # methods of a legend in a panel
 N_MARKER = 5  # on a line
 
 
@@ -34,15 +35,21 @@ def styles(methods: Sequence[str]) -> dict[str, Style]:
 
 
 def panels_of(groups: Sequence[str], methods: Sequence[str], height: float = 3.2) -> tuple[Figure, dict[str, Axes]]:
-    """A figure with a panel for each group of instances and a legend of all methods beside them."""
+    """A figure with a panel for each group of instances and a legend of all methods: in the last place where it is free, else
+    beside them."""
     columns = min(COLUMNS, len(groups))
     rows = math.ceil(len(groups) / columns)
     width = 3.9 if columns > 1 else 7.0
-    figure = Figure(figsize=(width * columns + 2.0, height * rows + 0.8), layout="constrained")
+    n_free = rows * columns - len(groups)
+    figure = Figure(figsize=(width * columns + (0.0 if n_free else 2.0), height * rows + 0.8), layout="constrained")
     grid = figure.subplots(rows, columns, squeeze=False)
-    for axes in list(grid.flat)[len(groups) :]:
-        axes.set_axis_off()
-    figure.legend(handles=handles(methods), loc="outside right upper", fontsize=8, frameon=False, handlelength=3.5)
+    style: dict[str, Any] = {"handles": handles(methods), "fontsize": 8, "frameon": False, "handlelength": 3.5}
+    if n_free:
+        free = grid.flat[-1]
+        free.set_axis_off()
+        free.legend(loc="center", ncols=math.ceil(len(methods) / MOST_IN_COLUMN), **style)
+    else:
+        figure.legend(loc="outside right upper", **style)
     return figure, dict(zip(groups, grid.flat))
 
 

@@ -11,7 +11,6 @@ from typing import ClassVar
 import numpy as np
 from matplotlib.figure import Figure
 
-from bench.jobs.records import ended_statuses
 from bench.plan.page import Page
 from bench.plan.plan import Plan
 from bench.plan.report import Drawing, Made, Report
@@ -21,7 +20,7 @@ from bench.reports.contest.comparisons import all_pairs_frame, friedman_frame, i
 from bench.reports.contest.curves import anytime_frame, ecdf_frame, profiles_frame
 from bench.reports.contest.leaderboard import leaderboard, running_time_frame
 from bench.reports.contest.resampling import resamples
-from bench.reports.contest.runs import NO_END, cells_frame, contest
+from bench.reports.contest.runs import cells_frame, contest
 from bench.reports.contest.words import sentences, text
 from bench.reports.pages.experiment import PAGE
 from bench.reports.runs import runs_frame
@@ -44,8 +43,6 @@ class ContestReport(Report):
 
     def make(self, plan: Plan, output: Path) -> Made:
         runs = runs_frame(plan, output)
-        has_end = runs["key"].isin(ended_statuses(output, plan))
-        runs.loc[~has_end & (runs["status"] != "not run"), "status"] = NO_END
         found = contest(plan, runs, read_traces(plan, output))
         of_runs = {"runs.csv": csv_text(runs).encode()}
         if not found.measures:
@@ -73,8 +70,9 @@ class ContestReport(Report):
                 "_ranks": partial(figures.ranks_figure, board, pairs),
                 "_anytime": partial(figures.anytime_figure, anytime, first, methods),
                 "_profiles": partial(figures.profiles_figure, profiles, first, methods),
-                "_price": partial(figures.price_figure, board, first, methods),
             }
+            if np.isfinite(board[f"{first.name}_ert"]).any():  # else no method has a line
+                made["_price"] = partial(figures.price_figure, board, first, methods)
             return {f"{plan.name}{name}.png": partial(_drawn, figure) for name, figure in made.items()}
 
         def page() -> Page:

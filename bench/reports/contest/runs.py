@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 
 from bench.jobs.lines import RESULTS
+from bench.jobs.records import INTERRUPTED, NOT_RUN
 from bench.plan.plan import Plan
 from bench.reports.contest.places import budget, family, identity, is_held_back, method_name, telling_words
 from bench.reports.contest.targets import MEASURES, Measure, reached
@@ -21,7 +22,6 @@ from bench.reports.trace import Traced, jacobian_price
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
 
-NO_END = "begun"  # status of a run that was started and has no end: it is being done, or was interrupted
 ENDED = ("failed", "surrogate", "cost", "seconds", "model_seconds", "excess", "error")  # what is told of a run's end
 # columns of `runs_frame` that are used, and of those of a contest that are told before its end
 OF_RUN = ("key", "cell", "seed", "repetition", "status", "time", "time_model", "surrogate_evaluations")
@@ -90,7 +90,7 @@ def contest(plan: Plan, runs: pd.DataFrame, traces: Mapping[str, Traced]) -> Con
     Raises `SettingError` where a label has several cells of one instance and seed.
     """
     cells = cells_frame(plan)
-    ended = runs[~runs["status"].isin(("not run", NO_END))].reindex(columns=list(OF_RUN)).merge(cells, on="cell")
+    ended = runs[~runs["status"].isin((NOT_RUN, INTERRUPTED))].reindex(columns=list(OF_RUN)).merge(cells, on="cell")
     ended["draw"] = ended["seed"].astype(str) + "/" + ended["repetition"].astype(str)
     methods = tuple(label for label in dict.fromkeys(cells["label"]) if label in set(ended["label"]))
     met_by = ended.groupby(["identity", "draw"])["label"].transform("nunique")

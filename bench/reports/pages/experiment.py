@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from bench.jobs.lines import RESULTS
+from bench.jobs.records import NOT_FAILED
 from bench.plan.page import Block, Page, Picture, Prose, Section
 from bench.plan.plan import Plan
 from bench.plan.report import Made
@@ -45,7 +45,7 @@ def facts(plan: Plan, made: Made, page: Page, when: str) -> dict[str, Any]:
         "when": when,
         "headline": shortened(page.headline, LONGEST_HEADLINE),
         "runs": len(made.runs),
-        "failed": int((~made.runs["status"].isin(RESULTS)).sum()),
+        "failed": int((~made.runs["status"].isin(NOT_FAILED)).sum()),
         "commit": plan.commit,
     }
 

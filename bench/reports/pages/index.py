@@ -58,7 +58,7 @@ def index_page(folder: Path) -> bytes:
         )
     )  # fmt: skip
     table = (
-        f'<div class="scroll" tabindex="0" role="region" aria-label="results"><table><thead><tr>{head}</tr></thead>'
+        f'<div class="scroll" tabindex="0" role="region" aria-label="results"><table class="index"><thead><tr>{head}</tr></thead>'
         f"<tbody>{rows}</tbody></table></div>"
     )
     body = table if found else "<p>No results yet: python -m bench help shows what there is to run.</p>"
@@ -128,7 +128,11 @@ def _row(place: Path, facts: Mapping[str, Any]) -> str:
     shown = f'<a href="{safe(quote(place.as_posix()))}/{PAGE}">{safe(name)}</a>' if has_page else safe(name)
     when = str(facts.get("when", ""))[:16].replace("T", " ")
     found = safe(shortened(str(facts.get("headline", "")), LONGEST))
-    numbers = (f'<td class="number">{safe(facts.get(name, ""))}</td>' for name in ("runs", "failed"))
+    n_run = facts.get("runs", "")
+    numbers = (
+        f'<td class="number" data-label="{label}">{safe(number)}</td>'
+        for label, number in (("run" if n_run == 1 else "runs", n_run), ("failed", facts.get("failed", "")))
+    )
     texts = (f"<td>{text}</td>" for text in (safe(when), safe(facts.get("study", ""))))
-    cells = [f"<td>{shown}</td>", f'<td class="long">{found}</td>', *numbers, *texts]
+    cells = [f'<td class="name">{shown}</td>', f'<td class="long">{found}</td>', *numbers, *texts]
     return f"<tr>{''.join(cells)}</tr>"

@@ -12,6 +12,7 @@ import pandas as pd
 from bench.jobs.lines import RESULTS
 from bench.plan.page import Block, Command, Folded, Prose, Section, Table
 from bench.plan.plan import Plan
+from bench.reports.runs import without_class
 
 OF_CODE = "parts"  # of settings: modules that take part, which nobody chooses
 MOST_FAILED = 50  # runs whose reasons are on the page; runs.csv has all
@@ -31,6 +32,7 @@ def runs_section(runs: pd.DataFrame) -> Section:
     if len(failed):
         columns = [name for name in failed if name in _FAILED or (name not in _NOT_PLACE and _is_place(failed[name]))]
         shown = failed[[*dict.fromkeys([*columns, "status", "error"])]].head(MOST_FAILED)
+        shown = shown.assign(error=shown["error"].fillna("").map(without_class))
         blocks.append(Table(shown, "Runs without a result", "runs.csv"))
         if "key" in failed:
             blocks.append(Command(f"python -m bench explain {failed['key'].iloc[0]}", "Why, with the traceback:"))
