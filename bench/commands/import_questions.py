@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
@@ -15,6 +16,7 @@ from measurements.sweeps import UP
 
 OUT, FORMAT, SWEEP, BOTH = "out", "format", "sweep", "both"
 SEVERAL = {"probe": "probes", "column": "columns", "harmonic": "harmonics"}  # an option that may be given several times
+PLACE = re.compile(r"[A-Z]")
 ENDINGS = {".csv": "csv", ".txt": "csv", ".xlsx": "excel", ".mat": "mat", ".uff": "uff", ".unv": "uff"}
 
 
@@ -64,9 +66,15 @@ def questions_text(path: str, given: Mapping[str, Any], questions: Sequence[Ques
     known = {name: value if isinstance(value, list) else [value] for name, value in given.items()}
     words = [word for name, values in {**known, **answers}.items() if name != OUT for word in _option(name, values)]
     out = [word for word in _option(OUT, {**known, **answers}[OUT])]
-    has_places = any(shown != shown.lower() and each.setting != "columns" for each in questions for shown in each.shown)
+    has_places = any(PLACE.search(shown) for shown in _places(questions))
     lines.append("All in one command" + (", with your answers in place of words in capitals:" if has_places else ":"))
     return "\n".join([*lines, f"  {shlex.join(['python', '-m', 'bench', 'import', path, *words, *out])}"])
+
+
+def _places(questions: Sequence[Question]) -> Iterator[str]:
+    """Answers that only the user has; columns that are suggested are none."""
+    for each in questions:
+        yield from () if each.setting == "columns" and each.meanwhile else each.shown
 
 
 def _option(name: str, values: Sequence[Any]) -> Iterator[str]:

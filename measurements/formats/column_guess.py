@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from string import ascii_uppercase
 
 from measurements.formats.questions import OpenQuestion
@@ -29,13 +29,16 @@ def guessed_columns(headings: Sequence[str]) -> tuple[str, ...]:
     if len(speeds) != 1 or not 1 <= len(amplitudes) <= MOST_PROBES or len(phases) not in (0, len(amplitudes)):
         return ()
     names = [""] if len(amplitudes) == 1 else [f".{letter}" for letter in ascii_uppercase]
-    own = [f"amplitude{name}={heading}" for name, heading in zip(names, amplitudes)]
-    return (f"speed={speeds[0]}", *own, *(f"phase{name}={heading}" for name, heading in zip(names, phases)))
+    columns = [f"speed={speeds[0]}"]
+    for number, (name, heading) in enumerate(zip(names, amplitudes)):
+        columns.append(f"amplitude{name}={heading}")
+        columns += [f"phase{name}={heading}" for heading in phases[number : number + 1]]
+    return tuple(columns)
 
 
-def columns_question(said: str, headings: Sequence[str]) -> OpenQuestion:
-    """The question what columns hold, with what the headings suggest."""
-    guess = guessed_columns(headings)
+def columns_question(said: str, lines: Iterable[Sequence[str]]) -> OpenQuestion:
+    """The question what columns hold, with what the headings suggest: those of the first of some lines that suggest anything."""
+    guess = next(filter(None, map(guessed_columns, lines)), ())
     suggested = (
         "; the headings suggest those below, check them" if guess else "; what else is open is seen once they are known"
     )

@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from itertools import islice
 
 from ksmea.errors import SettingError, shortened
 from measurements.formats.column_guess import columns_question
 from measurements.formats.sheet import Sheet, SheetRows, require_distinct
 from measurements.formats.texts import SEPARATORS, rows_of_cells, text_of
 from measurements.run_up_rows import MAX_ROWS, REQUIRED
+
+MOST_LINES = 100  # in which headings are looked for, to suggest what they hold
 
 
 def read_delimited(content: bytes, path: str, headings: Sequence[str], most_rows: int = MAX_ROWS) -> Sheet:
@@ -26,16 +29,15 @@ def read_delimited(content: bytes, path: str, headings: Sequence[str], most_rows
     )
     if headings:
         raise SettingError(said)
-    raise columns_question(f"{said}; give columns=[role=heading,…]", _first_cells(text, path))
+    raise columns_question(f"{said}; give columns=[role=heading,…]", _lines_of_cells(text, path))
 
 
-def _first_cells(text: str, path: str) -> list[str]:
-    """The cells of the first line with several that are not empty."""
+def _lines_of_cells(text: str, path: str) -> Iterator[list[str]]:
+    """The first lines that are no remarks, cut by each separator in turn."""
     for separator in SEPARATORS:
-        for _, cells in rows_of_cells(text, separator, path):
-            if sum(map(bool, cells)) > 1 and not cells[0].startswith("#"):
-                return cells
-    return []
+        for _, cells in islice(rows_of_cells(text, separator, path), MOST_LINES):
+            if not cells[0].startswith("#"):
+                yield cells
 
 
 def _table(text: str, separator: str, path: str, headings: list[str], most_rows: int) -> Sheet | None:

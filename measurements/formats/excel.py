@@ -10,6 +10,7 @@ from typing import Any
 
 from ksmea.errors import SettingError, shortened, unknown
 from measurements.formats.column_guess import columns_question
+from measurements.formats.delimited import MOST_LINES
 from measurements.formats.sheet import Cell, Sheet, SheetRows, require_distinct
 from measurements.run_up_rows import MAX_BYTES, MAX_ROWS, REQUIRED, quoted
 
@@ -74,7 +75,7 @@ def _chosen(names: list[str], sheet: str, path: str) -> str:
 
 def _table(book: Any, path: str, sheet: str, headings: list[str], most_rows: int) -> Sheet:
     rows: SheetRows | None = None
-    first: list[str] = []
+    seen: list[list[str]] = []
     wanted = {each.lower() for each in headings if not each.startswith("#")} or set(REQUIRED)
     where = f"{path} sheet {shortened(sheet)}"
     for number, values in enumerate(book[sheet].iter_rows(values_only=True, max_col=MAX_COLUMNS), start=1):
@@ -83,7 +84,8 @@ def _table(book: Any, path: str, sheet: str, headings: list[str], most_rows: int
             continue
         if rows is None:
             names = [str(cell).strip() for cell in cells]
-            first = first or (names if sum(map(bool, names)) > 1 else [])
+            if len(seen) < MOST_LINES:
+                seen.append(names)
             if wanted <= {name.lower() for name in names}:
                 require_distinct(names, f"{where} line {number}")
                 rows = SheetRows(where, names, most_rows)
@@ -92,7 +94,7 @@ def _table(book: Any, path: str, sheet: str, headings: list[str], most_rows: int
         rows.add(number, cells[:n] + [""] * (n - len(cells)))
     if rows is None:
         said = f"{where}: expected a row with the headings {shortened(', '.join(sorted(wanted)), 200)}, got none"
-        raise SettingError(said) if headings else columns_question(f"{said}; give columns=[role=heading,…]", first)
+        raise SettingError(said) if headings else columns_question(f"{said}; give columns=[role=heading,…]", seen)
     if (found := rows.sheet()) is None:
         raise SettingError(f"{where}: expected rows below the headings, got none")
     return found

@@ -91,7 +91,7 @@ def read_table(sheet: Sheet, answers: Answers) -> list[Curve]:
         raise columns_question(
             f"{sheet.where}: expected to be told what columns hold, got nothing; give columns=[speed=…,amplitude.NAME=…,"
             f"phase.NAME=…] of {_listed(sheet.columns)}",
-            list(sheet.columns),
+            [list(sheet.columns)],
         )
     for heading in roles.headings.values():
         sheet.named(heading)

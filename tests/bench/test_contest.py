@@ -13,12 +13,12 @@ from bench.plan.plan import all_runs
 from bench.reports.collect import collect
 from bench.reports.contest.comparisons import all_pairs_frame, friedman_frame
 from bench.reports.contest.curves import anytime_frame, ecdf_frame, profiles_frame
+from bench.reports.contest.drawing import panels_of
 from bench.reports.contest.entrants import entrants_frame
 from bench.reports.contest.leaderboard import leaderboard, running_time_frame
 from bench.reports.contest.report import ContestReport
 from bench.reports.contest.resampling import resamples
 from bench.reports.contest.runs import contest
-from bench.reports.contest.drawing import panels_of
 from bench.reports.contest.words import sentences
 from bench.reports.runs import runs_frame
 from bench.reports.trace import read_traces

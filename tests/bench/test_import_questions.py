@@ -58,7 +58,16 @@ def test_all_questions_are_asked_at_once_and_the_command_answers_them(folder, ca
 
 
 def test_a_table_without_any_answer(folder, capsys):
-    rows = ["Rig 3", "RPM,Amp,Phase", "1000,2,30", "1100,3,40", "1200,4,55", "1100,3.1,41", "1000,2.1,29"]
+    rows = [
+        "Rig 3, May",
+        *["#"] * 3,
+        "RPM,Amp,Phase",
+        "1000,2,30",
+        "1100,3,40",
+        "1200,4,55",
+        "1100,3.1,41",
+        "1000,2.1,29",
+    ]
     Path("a.csv").write_text("\n".join(rows), encoding="utf-8")
     assert door.run(["import", "a.csv"]) == 2
     said = capsys.readouterr().err
@@ -106,7 +115,7 @@ def test_one_question_at_a_time_of_a_measurement_is_one_line(folder):
     [
         (["Speed (rpm)", "1X (µm pp)", "Phase °"], ("speed=Speed (rpm)", "amplitude=1X (µm pp)", "phase=Phase °")),
         (["rpm", "X amp", "X phase", "Y amp", "Y phase"],
-         ("speed=rpm", "amplitude.A=X amp", "amplitude.B=Y amp", "phase.A=X phase", "phase.B=Y phase")),
+         ("speed=rpm", "amplitude.A=X amp", "phase.A=X phase", "amplitude.B=Y amp", "phase.B=Y phase")),
         (["rpm", "speed 2", "amp"], ()),  # two speeds
         (["rpm", "amp 1", "amp 2", "phase"], ()),  # whose phase?
     ],
