@@ -263,7 +263,10 @@ def _ranking(record: DiagnosisRecord) -> str:
     best: dict[str, TrialRecord] = {}
     for trial in record.ranking:
         best.setdefault(trial.effect, trial)
-    return in_columns(ranking_table(list(best.values())[:MAX_RANKED]))
+    table = in_columns(ranking_table(list(best.values())[:MAX_RANKED]))
+    if record.verdict != "adequate":
+        return table
+    return f"The model explains the data. The effects that come nearest to being needed:\n{table}"
 
 
 def _predictive_gain(record: DiagnosisRecord) -> str:

@@ -244,6 +244,12 @@ def test_pairs_that_are_ambiguous_are_listed_as_pairs():
     assert headline(named).endswith(", or as well runout and youngs_modulus")
 
 
+def test_effects_beside_an_adequate_model_are_called_what_they_are():
+    said = text(changed(verdict="adequate", named=(), applied=(), predictive_gain=None))
+    assert "Verdict: adequate\n\nThe model explains the data. The effects that come nearest to being needed:\n" in said
+    assert "come nearest" not in text(RECORD)
+
+
 def test_a_headline_names_what_explains_the_data_as_well():
     [applied] = RECORD.applied
     assert headline(RECORD) == f"Verdict: named – runout ({applied.location})"
