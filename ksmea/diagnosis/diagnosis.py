@@ -241,16 +241,24 @@ def _refined(
     effort: Effort,
     progress: Callable[[], None],
 ) -> list[Trial]:
-    """The trials refined: without scans, and where the best one then leaves more than noise with scans, at little effort first
-    where the data are far from the baseline model, then at all of it."""
+    """The trials refined. Where the data are near the baseline model, or an effect explains them from nearby, without scans; where the
+    best one then leaves more than noise, with scans: of far data at little effort first, then at all of it."""
     measurement = baseline.best.likelihood.measurement
-    is_far = any(trial.deviance_drop > NEARBY for trial in trials)
-    stages = [(effort.of_first_scans, False), *([(effort.of_first_scans, True)] if is_far else []), (effort, True)]
+    first, is_far = effort.of_first_scans, any(trial.deviance_drop > NEARBY for trial in trials)
+    stages = [(effort, True)]
+    if is_far:
+        stages.insert(0, (first, True))
+    if not is_far or _leaves_noise(_best_quality(trials, rng), level):
+        stages.insert(0, (first, False))
     for part, is_scanned in stages:
         trials = refined(trials, measurement, baseline, part, progress, is_scanned=is_scanned)
-        if not trials or _leaves_noise(fit_quality(polished(trials[0].fit), rng), level):
+        if not trials or _leaves_noise(_best_quality(trials, rng), level):
             break
     return list(trials)
+
+
+def _best_quality(trials: Sequence[Trial], rng: np.random.Generator) -> FitQuality:
+    return fit_quality(polished(trials[0].fit), rng)
 
 
 def _leaves_noise(quality: FitQuality, level: float) -> bool:
