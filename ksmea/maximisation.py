@@ -189,12 +189,17 @@ def _from(likelihood: Maximised, point: Point, theta: Array) -> Array:
 
 
 def is_in_valley(likelihood: Maximised, point: Point, theta: Array) -> bool:
-    """Whether the deviance at θ (p,) is what the parabola around a point says: a search from there ends where one from the point
-    does."""
-    step = _from(likelihood, point, theta)
-    expected = float(point.gradient @ step + np.sum((point.whitened @ step) ** 2))
-    rise = likelihood.deviance(theta) - point.deviance
-    return abs(rise - expected) < VALLEY * max(abs(expected), 1.0)
+    """Whether θ (p,) is taken to lie in the valley of a maximum, so that a search from there would end where it is: the deviance
+    rises from the maximum to the middle of the way and to θ as the parabola around it says. Two evaluations cannot prove that; a valley
+    beside would have to rise alike."""
+    way = _from(likelihood, point, theta)
+    for part in (0.5, 1.0):
+        step = part * way
+        expected = float(point.gradient @ step + np.sum((point.whitened @ step) ** 2))
+        rise = likelihood.deviance(point.theta + step) - point.deviance
+        if not (rise >= 0 and abs(rise - expected) < VALLEY * max(expected, 1.0)):
+            return False
+    return True
 
 
 def _bend(likelihood: Maximised, point: Point, free: Array, damping: float, step: Array) -> Array:

@@ -60,7 +60,8 @@ class _Message:
 
 @dataclass(frozen=True)
 class Limits:
-    """Of one task: seconds, and bytes of address space of its process; None for no limit."""
+    """Of one task: seconds, and bytes of address space of its process, of which the thread that watches over the job takes 75 MB;
+    None for no limit."""
 
     seconds: float | None = None
     memory: int | None = None
@@ -230,7 +231,8 @@ def _let_the_parent_decide(number: int, frame: FrameType | None) -> None:
 
 
 def _end_with_the_job() -> None:
-    """Wait for the process that wants the results to end, however that comes, and end this one: nobody asks for them any more."""
+    """Wait for the process that wants the results to end, however that comes, and end this one: nobody asks for them any more. Processes
+    that the run has started go on."""
     job = multiprocessing.parent_process()
     if job is not None:
         job.join()

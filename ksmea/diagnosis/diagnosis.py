@@ -3,9 +3,8 @@
 1. The baseline model is fitted from the whole range of its unknowns, and its residuals are tested for lack of fit.
 2. Every effect, at every location where it may occur, is fitted jointly with all unknowns from the baseline fit.
    Fits whose rotor is unstable at a measured speed are bounded to where it is stable.
-3. If the test rejects or any effect is significant, the trials are refined: effects that move sharp resonances are
-   scanned over their whole range, at little effort first, and at all of it where the best one then leaves more than noise.
-   Where the best trial is that near the baseline model that noise is nearly as large, first scans are left out.
+3. If the test rejects or any effect is significant, the trials are refined: fitted from where the best ones are, and where
+   the best one leaves more than noise, those that move sharp resonances from scans of their whole range, at little effort first.
 4. Second effects are fitted beside the best one: one that is as significant as a first one must be is added. If the best
    effect does not leave noise behind, second effects are scanned, and beside the next best ones too (`second_effects`).
 5. The verdict:
@@ -168,9 +167,6 @@ def _diagnosed(
     explained = (
         None if lead is None else _explained(significant, trials, baseline, measurement, half, effort, rng, progress)
     )
-    if explained is not None and is_size_alone(explained.quality, half):  # all again with noise of that size
-        left = baseline.refitted(as_left(measurement, explained.quality))
-        return _diagnosed(left, found, rng, level, effort, n_block, interval_level, progress)
     best = best_estimate = best_quality = None
     if explained is not None:
         best, best_estimate = settled_stable(explained.best.fit, interval_level, progress)
@@ -314,8 +310,6 @@ def _explained(
     leave noise behind and the pair does; else the best effect."""
     alone = _with_near(Explanation.of(significant[0]), map(Explanation.of, trials), rng)
     leaves_noise = alone.quality.p >= level
-    if is_size_alone(alone.quality, level):
-        return alone
     firsts = distinct_firsts(significant, 1 if leaves_noise else effort.firsts)
     pairs = pairs_beside(firsts, trials, baseline, measurement, effort, progress, is_scanned=not leaves_noise)
     limit = alone.best.delta_bic + NEAR

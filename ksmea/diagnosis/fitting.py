@@ -248,7 +248,7 @@ def fit_from(
     ceiling: float = np.inf,
 ) -> Fit:
     """The better of a fit and further ones of its problem, from where other fits have the baseline model's unknowns, without
-    any effect: from those of them that do not lie in the valley of the fit."""
+    any effect: from those of them that are not taken to lie in the valley of the fit."""
     likelihood, d = fit.likelihood, baseline.best.likelihood.d
     zero = without_effects(fit.problem, d)
     noise = fit.point.theta[len(fit.u) :]

@@ -184,13 +184,13 @@ def _fits(
         progress()
     for _ in range(SHARINGS):
         shared = [fit.point.theta for fit in sorted(fits, key=lambda fit: fit.point.excess)[:SHARED]]
-        fits = [_shared(fit, shared) for fit in fits]
+        fits = [_searched_from(fit, shared) for fit in fits]
         progress()
     return fits
 
 
-def _shared(fit: SiteFit, starts: Sequence[Array], ceiling: float = np.inf) -> SiteFit:
-    """The better of a fit and one from those starts that do not lie in its valley."""
+def _searched_from(fit: SiteFit, starts: Sequence[Array], ceiling: float = np.inf) -> SiteFit:
+    """The better of a fit and one from those starts that are not taken to lie in its valley."""
     others = [theta for theta in starts if not is_in_valley(fit.likelihood, fit.point, theta)]
     fits = [fit, *([_best(fit.likelihood, others, ceiling)] if others else [])]
     return min(fits, key=lambda each: each.point.deviance)
@@ -228,7 +228,7 @@ def refitted(fit: SiteFit, sd: Array, *starts: Array) -> SiteFit:
     """The fit with noise (n_speed, n_channel), m, of its data, from where it is and from other starts. What is rejected
     anyway needs no maximum."""
     ceiling = HOPELESS * fit.point.n_left
-    return _shared(_best(fit.likelihood.with_sd(sd), [fit.point.theta], ceiling), starts, ceiling)
+    return _searched_from(_best(fit.likelihood.with_sd(sd), [fit.point.theta], ceiling), starts, ceiling)
 
 
 def _settled(fit: SiteFit) -> SiteFit:

@@ -48,6 +48,20 @@ def test_stated_noise_is_kept_where_an_effect_explains_what_is_more():
     assert named.baseline.likelihood.measurement.noise == measurement.noise
 
 
+def test_stated_noise_is_kept_where_two_effects_explain_what_is_more():
+    """The first of them alone fails by its χ²: a second effect is looked for before the noise is doubted."""
+    few = ThreeDisk(sensors=[0.1, 0.5], n_speed=12)
+    source = registry.create(
+        "measurement", "synthetic", {**NOISE, "hidden": ["unbalance", "channel_gain"], "expected_drop": 150.0}
+    )
+    noise, hidden = (np.random.default_rng([2, place]) for place in (0, 1))
+    measurement = source.measure(few, source.true_values(few), noise, hidden)
+    effects = library(["runout", "channel_gain", "unbalance", "probe_rotation"], [])[0]
+    named = diagnose(few.build(), measurement, effects, np.random.default_rng(0), effort=LESS)
+    assert set(named.named) == {"unbalance", "channel_gain"}
+    assert named.best.likelihood.measurement.noise == measurement.noise
+
+
 def test_an_effect_is_named_beside_noise_that_is_stated_too_small():
     named = found(data(3, hidden=["runout"], expected_drop=300.0, stated=0.667))
     assert named.verdict == "named" and named.named == ("runout",)

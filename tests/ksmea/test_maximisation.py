@@ -8,7 +8,16 @@ from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.intervals import estimate
 from ksmea.likelihood import Likelihood, Point
-from ksmea.maximisation import PATIENCE, SETTLED, best_maxima, distinct, maximise, nearest_maximum, with_best_noise
+from ksmea.maximisation import (
+    PATIENCE,
+    SETTLED,
+    best_maxima,
+    distinct,
+    is_in_valley,
+    maximise,
+    nearest_maximum,
+    with_best_noise,
+)
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.model import Model
 from ksmea.parameters import Parameter, Parameters
@@ -179,6 +188,28 @@ def test_the_nearest_maximum_is_that_of_the_start_s_own_valley():
         x = 30 * nearest_maximum(likelihood, np.array([start / 30])).theta[0]
         assert abs(x - start) < 2.0
         assert 3 + np.sin(2 * np.pi * x / 10) + 0.02 * x == pytest.approx(mean, abs=1e-4)
+
+
+@pytest.mark.parametrize("noise", [Noise(0.0, 0.2), None])
+def test_the_deviance_rises_all_the_way_to_what_lies_in_the_valley_of_a_maximum(noise):
+    likelihood = of_wave(noise)
+    maxima = [nearest_maximum(likelihood, np.array([start / 30])) for start in (1.0, 11.0, 21.0)]
+    inside = 0
+    for point in maxima:
+        for u in np.linspace(0.01, 0.99, 60):
+            theta = np.concatenate([[u], point.theta[1:]])
+            if is_in_valley(likelihood, point, theta):
+                inside += 1
+                way = point.theta + np.linspace(0, 1, 50)[:, None] * (theta - point.theta)
+                assert np.all(np.diff([likelihood.deviance(each) for each in way]) > 0)
+    assert inside >= 3  # the valleys are 10 of 30 wide, of which some tenths are a parabola
+
+
+def test_nothing_lower_than_a_maximum_lies_in_its_valley():
+    """Points that a search was given up at are judged too."""
+    given_up = Bowl()
+    point = given_up.at(np.array([0.9]))
+    assert not is_in_valley(given_up, point, np.array([0.6]))
 
 
 def test_the_noise_at_the_nearest_maximum_is_the_best_of_its_own_grid():
