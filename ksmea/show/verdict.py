@@ -15,8 +15,8 @@ def verdict_line(record: DiagnosisRecord) -> str:
 
 def headline(record: DiagnosisRecord) -> str:
     """The same with what explains the data as well."""
-    named = set(record.named)
-    others = [each for each in alike(record) if set(each.split(" and ")) != named and each not in named]
+    stated = {*record.named, *(each.label for each in record.explanations[:1])}  # the first is the best one
+    others = [each for each in alike(record) if each not in stated]
     also = f", or as well {' or '.join(others)}" if record.verdict == "ambiguous" and others else ""
     return f"{verdict_line(record)}{also}"
 

@@ -18,7 +18,7 @@ from ksmea.records.averaged import AveragedRecord, BandRecord, ExplanationRecord
 from ksmea.records.diagnosis import DiagnosisRecord, SplitRecord
 from ksmea.show.diagnosis import about_extension, coefficients_frame, frame, plot, text
 from ksmea.show.diagnosis_figure import IN_GROUP, NAMED, OTHER, ranking_figure
-from ksmea.show.verdict import headline
+from ksmea.show.verdict import headline, verdict_line
 
 OLDER = json.loads((Path(__file__).parents[1] / "data/diagnosis_of_schema_2.json").read_text())
 RECORD = DiagnosisRecord.from_data(OLDER)
@@ -242,6 +242,21 @@ def test_pairs_that_are_ambiguous_are_listed_as_pairs():
         explanations=(both, other),
     )
     assert headline(named).endswith(", or as well runout and youngs_modulus")
+
+
+def test_a_headline_does_not_repeat_the_pair_that_it_names():
+    """Also where both effects of the pair have one name."""
+    [runout, mass] = ambiguous().explanations
+    twice = dataclasses.replace(runout, label="runout at 0.1 m and runout at 0.5 m", effects=2 * runout.effects)
+    other = dataclasses.replace(runout, label="runout and mass", effects=runout.effects + mass.effects)
+    found = changed(
+        verdict="ambiguous",
+        named=("runout",),
+        ambiguity_group=("runout", "mass"),
+        applied=twice.effects,
+        explanations=(twice, other),
+    )
+    assert headline(found) == f"{verdict_line(found)}, or as well runout and mass"
 
 
 def test_effects_beside_an_adequate_model_are_called_what_they_are():
