@@ -35,18 +35,19 @@ def import_file(words: list[str]) -> int:
     if OUT in given:
         _require_new(Path(given[OUT]), given)
     try:
-        questions = asked(path, given)
+        found = asked(path, given)
     except SettingError as error:
         raise SettingError(f"import: {error}") from error
-    if questions:
-        print(visible_lines(questions_text(path, given, questions)), file=sys.stderr)
+    if found.questions:
+        print(visible_lines(questions_text(path, given, found)), file=sys.stderr)
         return UNANSWERED
     out = Path(given.pop(OUT))
     both = given.get("sweep") == BOTH
     parts = (UP, DOWN) if both else (given.get("sweep"),)
     outs, campaign = _written(out, given)[: len(parts)], out.with_suffix(".yaml")
     settings = [{**given, **({"sweep": part} if part else {})} for part in parts]
-    sources = [_source(path, each) for each in settings]  # all are read before any is written
+    assert found.source is not None, "nothing is open"
+    sources = [found.source, *(_source(path, each) for each in settings[1:])]  # all are read before any is written
     out.parent.mkdir(parents=True, exist_ok=True)
     for source, target, chosen in zip(sources, outs, settings):
         replace_file(target, rows_as_csv(source.used_rows, _head(source, chosen)).encode())
@@ -129,7 +130,7 @@ def _options(words: Sequence[str]) -> tuple[str, dict[str, Any]]:
             files.append(word)
             continue
         if option not in (*known, *SEVERAL, OUT):
-            raise unknown("option of import:", name, [spelt(each) for each in (OUT, *known, *SEVERAL)])
+            raise unknown("option of import:", name, dict.fromkeys(spelt(each) for each in (OUT, *known)))
         if not separator:
             value = next(remaining, "")
         if not value:

@@ -1,74 +1,92 @@
-"""What a file leaves open that `import` is to read: all of it at once, and the command with a place for each answer."""
+"""What a file leaves open that `import` is to read, as far as that can be seen, and the command with a place for each answer."""
 
 from __future__ import annotations
 
+import dataclasses
 import re
 import shlex
 from collections.abc import Iterator, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
 from ksmea.errors import SettingError
+from ksmea.settings import own_fields
 from measurements.file import File
 from measurements.formats.answers import FORMATS
-from measurements.formats.questions import Question, open_questions
+from measurements.formats.questions import Asked, Question, open_questions
+from measurements.formats.suggested import suggested_format
+from measurements.formats.waveform import MOST_BYTES
+from measurements.run_up_rows import read_bytes
 from measurements.sweeps import UP
 
 OUT, FORMAT, SWEEP, BOTH = "out", "format", "sweep", "both"
 SEVERAL = {"probe": "probes", "column": "columns", "harmonic": "harmonics"}  # an option that may be given several times
 PLACE = re.compile(r"[A-Z]")
-ENDINGS = {".csv": "csv", ".txt": "csv", ".xlsx": "excel", ".mat": "mat", ".uff": "uff", ".unv": "uff"}
+NAMES = "|".join(field.name for field in own_fields(File))
+SETTING = re.compile(rf"(?<![\w.-])(?:measurement\.)?({NAMES})=(?:\[([^\]]*)\]|([^\s;,]+))")
 
 
-def asked(path: str, given: Mapping[str, Any]) -> list[Question]:
-    """What neither the file nor the options say. Raises `SettingError` where the options cannot be used anyway."""
+def asked(path: str, given: Mapping[str, Any]) -> Asked[File]:
+    """What neither the file nor the options say. Raises `SettingError` where there is no such file, or the options cannot be used
+    anyway."""
     settings = {name: value for name, value in given.items() if name != OUT}
     if settings.get(SWEEP) == BOTH:
         settings[SWEEP] = UP
-    found = []
-    if FORMAT not in given:
-        said = f"expected what wrote {path}, got nothing; give --format, one of {', '.join(FORMATS)}"
-        likely = ENDINGS.get(Path(path).suffix.lower())
-        found.append(Question(FORMAT, said, (likely or "FORMAT",), likely))
-    found += _of_file(path, settings, found)
-    if OUT not in given:
-        found.append(
-            Question(
-                OUT, f"expected where to write what {path} holds, got nothing; give --out run.csv", ("run.csv",), ""
-            )
-        )
-    return found
+    found = _of_file(path, settings) if FORMAT in given else _of_format(path, settings)
+    if OUT in given:
+        return found
+    said = f"expected where to write what {path} holds, got nothing; give --out run.csv"
+    return dataclasses.replace(found, questions=(*found.questions, Question(OUT, said, ("run.csv",), "")))
 
 
-def _of_file(path: str, settings: Mapping[str, Any], of_format: Sequence[Question]) -> list[Question]:
-    """What the file itself leaves open; with a format that is only likely, as far as it can be read by that."""
+def _of_file(path: str, settings: Mapping[str, Any]) -> Asked[File]:
+    return open_questions(lambda answers: File(path=path, **answers), settings)
 
-    def read(answers: Mapping[str, Any]) -> File:
-        return File(path=path, **answers)
 
-    if not of_format:
-        return open_questions(read, settings)
-    if of_format[0].meanwhile is None:
-        return []
+def _of_format(path: str, settings: Mapping[str, Any]) -> Asked[File]:
+    """The format, and what else is open as far as the file can be read by the one that is suggested."""
+    suggested = suggested_format(path, read_bytes(path, MOST_BYTES))
+    said = f"expected what wrote {path}, got nothing; give --format, one of {', '.join(FORMATS)}"
+    unknown_format = Asked[File]((Question(FORMAT, said, ("FORMAT",), None),), is_all=False)
+    if suggested is None:
+        return unknown_format
+    name, by = suggested.name, suggested.because
     try:
-        return open_questions(read, {**settings, FORMAT: of_format[0].meanwhile})
-    except SettingError:
-        return []
+        found = _of_file(path, {**settings, FORMAT: name})
+    except SettingError as error:
+        said = f"{said}; {by} {name}, and that fails: {str(error).removeprefix(path).lstrip(': ')}"
+        return dataclasses.replace(unknown_format, questions=(Question(FORMAT, said, ("FORMAT",), None),))
+    question = Question(FORMAT, f"{said}; {by} {name}, check it", (name,), name)
+    return Asked((question, *found.questions), found.is_all)
 
 
-def questions_text(path: str, given: Mapping[str, Any], questions: Sequence[Question]) -> str:
+def questions_text(path: str, given: Mapping[str, Any], asked: Asked[File]) -> str:
     """The questions, a line each, and the command that answers them."""
-    count = "1 question is" if len(questions) == 1 else f"{len(questions)} questions are"
+    count = "1 question is" if len(asked.questions) == 1 else f"{len(asked.questions)} questions are"
     lines = [f"error: import: {count} open:"]
-    for each in questions:
-        lines.append(f"  {spelt(each.setting)}: {each.said.removeprefix(path).lstrip(': ')}")
-    answers = {each.setting: each.shown for each in questions}
+    for each in asked.questions:
+        lines.append(f"  {spelt(each.setting)}: {in_options(each.said.removeprefix(path).lstrip(': '))}")
+    answers = {each.setting: each.shown for each in asked.questions}
     known = {name: value if isinstance(value, list) else [value] for name, value in given.items()}
     words = [word for name, values in {**known, **answers}.items() if name != OUT for word in _option(name, values)]
     out = [word for word in _option(OUT, {**known, **answers}[OUT])]
-    has_places = any(PLACE.search(shown) for shown in _places(questions))
-    lines.append("All in one command" + (", with your answers in place of words in capitals:" if has_places else ":"))
+    has_places = any(PLACE.search(shown) for shown in _places(asked.questions))
+    opening = "All in one command" if asked.is_all else "More may be open once these are answered. The command so far"
+    lines.append(opening + (", with your answers in place of words in capitals:" if has_places else ":"))
     return "\n".join([*lines, f"  {shlex.join(['python', '-m', 'bench', 'import', path, *words, *out])}"])
+
+
+def in_options(said: str) -> str:
+    """What an error says of settings, `probes=[name@m@direction,…]`, as options of `import`.
+
+    >>> in_options("give columns=[role=heading,…], or measurement.speed_unit=rpm")
+    'give --column role=heading --column …, or --speed-unit rpm'
+    """
+
+    def options(found: re.Match[str]) -> str:
+        several, one = found[2], found[3]
+        return " ".join(_option(found[1], [one] if several is None else several.split(",")))
+
+    return SETTING.sub(options, said)
 
 
 def _places(questions: Sequence[Question]) -> Iterator[str]:

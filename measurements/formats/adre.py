@@ -61,10 +61,19 @@ def read_adre(content: bytes, answers: Answers) -> list[Curve]:
     ]
 
 
+def is_adre(text: str) -> bool:
+    """Whether a text has a header of such a list."""
+    return _separator(text) is not None
+
+
+def _separator(text: str) -> str | None:
+    return next((each for each in ("|", "\t", ",", ";") if re.search(rf"CH#\s*{re.escape(each)}", text)), None)
+
+
 def _channels(text: str, path: str) -> dict[str, _Channel]:
     found: dict[str, _Channel] = {}
     header: list[str] = []
-    separator = next((each for each in ("|", "\t", ",", ";") if re.search(rf"CH#\s*{re.escape(each)}", text)), None)
+    separator = _separator(text)
     if separator is None:
         return found
     n_row = 0

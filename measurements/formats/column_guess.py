@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 import re
+from collections import Counter
 from collections.abc import Iterable, Sequence
-from string import ascii_uppercase
 
 from measurements.formats.questions import OpenQuestion
 
 SPEED = re.compile(r"speed|rpm|1/min|omega|drehzahl|^n\b", re.IGNORECASE)
-PHASE = re.compile(r"phase|phas\b|\bph\b|\bdeg|°", re.IGNORECASE)
+PHASE = re.compile(r"phase|phas\b|(?<!probe )\b(?:angle|winkel)\b|\bph\b|\bdeg|°", re.IGNORECASE)
 AMPLITUDE = re.compile(r"ampl|amp\b|\bmag|displ|\b(um|mil)\b|µm", re.IGNORECASE)
 UNTOLD = ("speed=HEADING", "amplitude.NAME=HEADING", "phase.NAME=HEADING")
-MOST_PROBES = len(ascii_uppercase)
+WORD = re.compile(r"[^\W_]+")
+HARMONIC = re.compile(r"[0-9]*[0-9½]x", re.IGNORECASE)
 
 
 def guessed_columns(headings: Sequence[str]) -> tuple[str, ...]:
@@ -22,18 +23,39 @@ def guessed_columns(headings: Sequence[str]) -> tuple[str, ...]:
     ('speed=RPM', 'amplitude=Amp (mil pp)', 'phase=Phase (deg)')
     >>> guessed_columns(["a", "b"])
     ()
+    >>> guessed_columns(["rpm", "DE amp", "NDE amp", "DE phase", "NDE phase"])[1:3]
+    ('amplitude.DE=DE amp', 'phase.DE=DE phase')
     """
     phases = [each for each in headings if PHASE.search(each)]
     speeds = [each for each in headings if SPEED.search(each) and each not in phases]
     amplitudes = [each for each in headings if AMPLITUDE.search(each) and each not in (*phases, *speeds)]
-    if len(speeds) != 1 or not 1 <= len(amplitudes) <= MOST_PROBES or len(phases) not in (0, len(amplitudes)):
+    if len(speeds) != 1 or not amplitudes or len(phases) not in (0, len(amplitudes)):
         return ()
-    names = [""] if len(amplitudes) == 1 else [f".{letter}" for letter in ascii_uppercase]
     columns = [f"speed={speeds[0]}"]
-    for number, (name, heading) in enumerate(zip(names, amplitudes)):
-        columns.append(f"amplitude{name}={heading}")
-        columns += [f"phase{name}={heading}" for heading in phases[number : number + 1]]
+    if len(amplitudes) == 1:
+        return (*columns, f"amplitude={amplitudes[0]}", *(f"phase={each}" for each in phases))
+    of_amplitudes, of_phases = _by_probe(amplitudes), _by_probe(phases)
+    if not of_amplitudes or (phases and of_phases.keys() != of_amplitudes.keys()):
+        return ()
+    for name, heading in of_amplitudes.items():
+        columns.append(f"amplitude.{name}={heading}")
+        columns += [f"phase.{name}={of_phases[name]}"] if phases else []
     return tuple(columns)
+
+
+def _by_probe(headings: Sequence[str]) -> dict[str, str]:
+    """Headings of one kind by the words that only some of them have; empty where these are no names of probes, or stand twice."""
+    words = [WORD.findall(heading) for heading in headings]
+    count = Counter(word for each in words for word in set(each))
+    names = [" ".join(word for word in each if count[word] < len(headings) and not _is_of_kind(word)) for each in words]
+    if len(set(names)) < len(names) or not all(names) or all(map(HARMONIC.fullmatch, names)):
+        return {}
+    return dict(zip(names, headings))
+
+
+def _is_of_kind(word: str) -> bool:
+    """Whether a word says what a column holds, not which probe it is of."""
+    return bool(AMPLITUDE.search(word) or PHASE.search(word))
 
 
 def columns_question(said: str, lines: Iterable[Sequence[str]]) -> OpenQuestion:

@@ -145,7 +145,7 @@ def _ask_directions(answers: Answers, curve: Curve, where: str) -> NoReturn:
     lacking = {text: not each.direction for text, each in zip(answers.probes, named.values())}
     raise OpenQuestion(
         f"{where} {shortened(curve.name)}: expected the direction in which it looks, x, y, H, V, degrees from x towards y, or 45R or 45L"
-        " from the vertical, got none; give it in probes, name@m@direction",
+        " from the vertical, got none; give it in probes=[name@m@direction]",
         "probes",
         tuple(text + "@DIRECTION" * is_lacking for text, is_lacking in lacking.items()),
         [f"{text}@{number}" if is_lacking else text for number, (text, is_lacking) in enumerate(lacking.items())],

@@ -68,7 +68,7 @@ def model_direction(text: str, rotation: str | None, what: str) -> str:
     if angle is None or abs(angle) > LARGEST:
         raise SettingError(
             f"{what}: expected a direction x, y, H, V, degrees from x towards y, or 45R or 45L from the vertical, got"
-            f" {shortened(repr(text)) if text else 'none'}; give it in probes, name@m@direction"
+            f" {shortened(repr(text)) if text else 'none'}; give it in probes=[name@m@direction]"
         )
     return direction_at(180.0 - angle if rotation == CLOCKWISE else angle)
 

@@ -1,4 +1,4 @@
-"""What a file leaves open: the one question at which its reading stops, and all of them at once.
+"""What a file leaves open: the one question at which its reading stops, and all that can be seen without the answers.
 
 The rest of a file can be read with any answer, to see what else is open: `Question.meanwhile` is such an answer. Nothing that was
 read with it is kept.
@@ -8,11 +8,13 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from ksmea.errors import SettingError
 
-MOST = 20  # questions: a file has less
+MOST = 20  # questions: a file has fewer
+
+Source = TypeVar("Source")
 
 
 @dataclass(frozen=True)
@@ -34,14 +36,23 @@ class OpenQuestion(SettingError):
         self.question = Question(setting, str(self), shown, meanwhile)
 
 
-def open_questions(read: Callable[[Mapping[str, Any]], object], settings: Mapping[str, Any]) -> list[Question]:
-    """All that `read` leaves open with these settings, in the order in which it meets them. Where it then fails for another reason,
-    that may come of a preliminary answer, and is not told; where it fails at first, `SettingError`."""
+@dataclass(frozen=True)
+class Asked(Generic[Source]):
+    """What is open, in the order in which reading meets it, and whether that is all; `source` is what was read where nothing is."""
+
+    questions: tuple[Question, ...]
+    is_all: bool
+    source: Source | None = None
+
+
+def open_questions(read: Callable[[Mapping[str, Any]], Source], settings: Mapping[str, Any]) -> Asked[Source]:
+    """All that `read` leaves open with these settings. Where it stops before the end, on a question without a preliminary answer or
+    on an error that may come of one, more may be open; where it fails at first, `SettingError`."""
     found: dict[str, Question] = {}
     tried = dict(settings)
     for _ in range(MOST):
         try:
-            read(tried)
+            source = read(tried)
         except OpenQuestion as error:
             question = error.question
             earlier = found.get(question.setting)
@@ -54,8 +65,8 @@ def open_questions(read: Callable[[Mapping[str, Any]], object], settings: Mappin
                 raise
             break
         else:
-            break
-    return list(found.values())
+            return Asked(tuple(found.values()), is_all=True, source=None if found else source)
+    return Asked(tuple(found.values()), is_all=False)
 
 
 def _joined(one: Question, other: Question) -> Question:

@@ -52,7 +52,7 @@ class _Block:
 def read_system1(content: bytes, answers: Answers) -> list[Curve]:
     """The points of an export. Raises `SettingError` with the line where it is none."""
     path, text = answers.path, text_of(content, answers.path)
-    separator = next((each for each in SEPARATORS if _has_header(text, each)), None)
+    separator = _separator(text)
     if separator is None:
         raise SettingError(
             f"{path}: expected a System 1 Bode export with the columns X-Axis Value, Y-Axis Value, Phase, got none; name the format"
@@ -63,6 +63,15 @@ def read_system1(content: bytes, answers: Answers) -> list[Curve]:
         raise SettingError(f"{path}: expected rows below X-Axis Value, Y-Axis Value, got none")
     curves = [_curve(block, path) for block in blocks if block.rows]
     return [curve for curve in curves if curve is not None]
+
+
+def is_system1(text: str) -> bool:
+    """Whether a text has the header of such an export."""
+    return _separator(text) is not None
+
+
+def _separator(text: str) -> str | None:
+    return next((each for each in SEPARATORS if _has_header(text, each)), None)
 
 
 def _has_header(text: str, separator: str) -> bool:

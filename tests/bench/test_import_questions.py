@@ -13,6 +13,7 @@ from instrument_files import TABLES, written
 from ksmea.errors import SettingError
 from measurements.file import File
 from measurements.formats.column_guess import guessed_columns
+from measurements.formats.readers import foreign_rows
 
 OPTIONS = {"probe": "probes", "column": "columns", "speed-unit": "speed_unit"}
 
@@ -27,16 +28,18 @@ def answered(command, settings):
     """The words of a shown command, its places filled from settings; a column that it suggests stays."""
     words = shlex.split(command)
     assert words[:4] == ["python", "-m", "bench", "import"]
-    filled, given = words[3:5], {}
+    given = {}
     for option, shown in zip(words[5::2], words[6::2]):
         name = option.removeprefix("--")
         given.setdefault(OPTIONS.get(name, name), []).append(shown)
-    for name, shown in given.items():
-        known = settings.get(name)
-        values = shown if known is None else known if isinstance(known, list) else [str(known)]
-        option = {setting: each for each, setting in OPTIONS.items()}.get(name, name)
-        filled += [word for value in values for word in (f"--{option}", value)]
-    return filled
+    return [*words[3:5], *as_options({name: settings.get(name, shown) for name, shown in given.items()})]
+
+
+def as_options(settings):
+    option = {setting: each for each, setting in OPTIONS.items()}
+    for name, value in settings.items():
+        for each in value if isinstance(value, list) else [value]:
+            yield from (f"--{option.get(name, name)}", str(each))
 
 
 @pytest.mark.parametrize("name", TABLES)
@@ -101,6 +104,68 @@ def test_an_error_is_told_before_questions(folder, capsys):
     assert "expected a line with the headings Rpm2" in said and said.count("\n") == 1
 
 
+def questions(capsys, *words):
+    assert door.run(["import", *words]) == 2
+    return capsys.readouterr().err
+
+
+def test_a_file_that_is_not_there_is_told_at_once(folder, capsys):
+    said = questions(capsys, "nosuch.csv")
+    assert said.startswith("error: import: nosuch.csv: expected a CSV file, found none") and said.count("\n") == 1
+
+
+def test_a_file_that_cannot_be_read_by_its_ending_says_why(folder, capsys):
+    Path("bad.mat").write_bytes(b"MATLAB 5.0 junk" * 20)
+    said = questions(capsys, "bad.mat")
+    assert "its name suggests mat, and that fails: expected a .mat file that can be read" in said
+    assert "--format FORMAT" in said and "All in one" not in said
+
+
+@pytest.mark.parametrize("name", ["adre", "system1"])
+def test_exports_are_recognised_by_their_headings_and_that_is_said(folder, capsys, name):
+    example = TABLES[name]()
+    written(example)
+    said = questions(capsys, example.name)
+    assert f"its headings suggest {name}, check it" in said and f"--format {name}" in said
+    assert "All in one command" in said
+
+
+def test_a_file_of_the_project_is_recognised(folder, capsys):
+    content = b"# remark\nspeed_rpm,position_m,direction,amplitude_um_0pk\n1000,0,x,1\n1100,0,x,2\n"
+    Path("own.csv").write_bytes(content)
+    assert "its headings suggest run_up" in questions(capsys, "own.csv")
+
+
+def test_more_may_be_open_where_reading_stops_after_a_preliminary_answer(folder, capsys):
+    """A probe that the suggested columns do not name."""
+    Path("a.csv").write_text("RPM,Amp A,Amp B\n1000,2,3\n1100,3,4\n", encoding="utf-8")
+    said = questions(capsys, "a.csv", "--format", "csv", "--probe", "X@0.1@x")
+    assert "More may be open once these are answered" in said and "All in one" not in said
+
+
+def test_to_average_is_the_decision_of_the_user(folder, capsys):
+    rows = ["speed_rpm,position_m,direction,amplitude_um_0pk", *(f"{speed},0,x,1" for speed in (1000, 1100, 1100))]
+    Path("own.csv").write_text("\n".join(rows), encoding="utf-8")
+    said = questions(capsys, "own.csv", "--format", "run_up")
+    assert "--repeats AVERAGE" in said and "--repeats average" in said and "repeats=" not in said
+    assert door.run(shlex.split(said.splitlines()[-1])[3:]) == 2 and not Path("run.csv").exists()
+
+
+def test_an_option_is_listed_once(folder, capsys):
+    known = questions(capsys, "a.csv", "--colum", "x").partition("known: ")[2].partition(";")[0].split(", ")
+    assert len(known) == len(set(known)) and {"--column", "--probe", "--out"} <= set(known)
+
+
+def test_a_file_without_questions_is_read_once(folder, monkeypatch):
+    """The pass that finds nothing open is the one whose rows are written."""
+    example = TABLES["csv_wide"]()
+    written(example)
+    reads = []
+    monkeypatch.setattr("measurements.file.foreign_rows", lambda *given: reads.append(1) or foreign_rows(*given))
+    assert door.run(["import", example.name, *as_options(example.settings), "--out", "run.csv"]) == 0
+    assert len(reads) == 1
+
+
 def test_one_question_at_a_time_of_a_measurement_is_one_line(folder):
     with pytest.raises(SettingError) as refused:
         written(TABLES["mat"](), unit=None, phase=None)
@@ -115,7 +180,13 @@ def test_one_question_at_a_time_of_a_measurement_is_one_line(folder):
     [
         (["Speed (rpm)", "1X (µm pp)", "Phase °"], ("speed=Speed (rpm)", "amplitude=1X (µm pp)", "phase=Phase °")),
         (["rpm", "X amp", "X phase", "Y amp", "Y phase"],
-         ("speed=rpm", "amplitude.A=X amp", "phase.A=X phase", "amplitude.B=Y amp", "phase.B=Y phase")),
+         ("speed=rpm", "amplitude.X=X amp", "phase.X=X phase", "amplitude.Y=Y amp", "phase.Y=Y phase")),
+        (["rpm", "Amp DE (um pp)", "Amp NDE (mil pp)", "Angle NDE", "Angle DE"],  # phases in another order
+         ("speed=rpm", "amplitude.DE=Amp DE (um pp)", "phase.DE=Angle DE", "amplitude.NDE=Amp NDE (mil pp)", "phase.NDE=Angle NDE")),
+        (["rpm", "amp X", "amp Y"], ("speed=rpm", "amplitude.X=amp X", "amplitude.Y=amp Y")),
+        (["rpm", "X amp", "Y amp", "X phase", "Z phase"], ()),  # names disagree
+        (["rpm", "amp", "phase", "amp", "phase"], ()),  # nothing tells two probes apart
+        (["rpm", "1X amp", "1X phase", "2X amp", "2X phase"], ()),  # harmonics, of which probes?
         (["rpm", "speed 2", "amp"], ()),  # two speeds
         (["rpm", "amp 1", "amp 2", "phase"], ()),  # whose phase?
     ],
