@@ -26,7 +26,7 @@ Nothing is run until one of these is given. Results go to results/ below the wor
 
 USAGE = """\
 python -m bench [+experiment=NAME] [setting=value ...]      run an experiment (again: only what is missing)
-python -m bench status NAME|DIR                             planned, done, failed, stale, missing runs
+python -m bench status NAME|DIR                             runs done, running, interrupted, failed, stale, missing
 python -m bench explain KEY [NAME|DIR]                      why a run failed or is stale, with its traceback
 python -m bench collect NAME|DIR                            tables and figures again, from plan and records alone
 python -m bench open [NAME|DIR]                             the page of results in the browser; without a name, that over all
@@ -49,7 +49,7 @@ settings of every experiment: samples repetitions seed output workers timeout me
   lines of a grid:              label=DE,LM  "add=[{label: Mine, optimizer: mine}]"
   a plugin from a plain file:   plugins=[my_optimizer.py] optimizer=my_optimizer, named as its class (MyOptimizer)
 options of every command: -q only errors; -v each run as it ends, tracebacks; -h, --help; --version
-exit code: 0 all runs have a result, 1 some failed, 2 bad input, 130 interrupted (finished runs are kept)
+exit code: 0 all runs have a result, 1 some failed, were interrupted or are missing, 2 bad input, 130 interrupted (finished runs are kept)
 BENCH_TRACEBACK=1 shows the traceback of an error of input"""
 
 

@@ -10,15 +10,15 @@ from typing import NamedTuple
 
 from bench.commands.folders import folders
 from bench.jobs.damage import damage_notes
-from bench.jobs.lines import RESULTS, UNREADABLE, RunLine, Started
+from bench.jobs.lines import RESULTS, UNREADABLE, RunLine
 from bench.jobs.processors import counted_processors, mixed_processors, processor
-from bench.jobs.records import INTERRUPTED, read_records, running_sessions
+from bench.jobs.records import INTERRUPTED, RUNNING, read_records
 from bench.jobs.submitted import job_states
 from bench.plan.plan import Plan, Run, answered_by, key_of, read_plan
 from bench.plan.provenance import code_digest, library_versions, used_modules
 from ksmea.errors import SettingError, visible
 
-NOT_ENDED = ("running", INTERRUPTED, "stale", "missing")  # states of runs without a result
+NOT_ENDED = (RUNNING, INTERRUPTED, "stale", "missing")  # states of runs without a result
 WHY = {"stale": "answered by other code or libraries", INTERRUPTED: "the same command does them again"}
 WIDTH = len(INTERRUPTED)  # of labels
 
@@ -38,11 +38,9 @@ def status(words: list[str]) -> int:
 
 def _status(output: Path) -> int:
     plan = read_plan(output)
-    running = running_sessions(output)
 
     def told(line: RunLine) -> _Told:
-        is_running = isinstance(line, Started) and line.session in running
-        return _Told("running" if is_running else line.status, line.question, processor(line))
+        return _Told(line.status, line.question, processor(line))
 
     damaged: Counter[Path] = Counter()
     records = read_records(output, told, plan, damaged)
@@ -55,7 +53,7 @@ def _status(output: Path) -> int:
     counted = {
         "planned": len(plan.runs),
         "done": n_done,
-        **{state: counts[state] for state in ("running", INTERRUPTED) if counts[state]},
+        **{state: counts[state] for state in (RUNNING, INTERRUPTED) if counts[state]},
         "failed": n_failed,
         "stale": counts["stale"],
         "missing": counts["missing"],

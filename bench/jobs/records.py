@@ -26,6 +26,8 @@ __all__ = [
     "NOT_FAILED",
     "NOT_RUN",
     "RESULTS",
+    "RUNNING",
+    "UNFINISHED",
     "RecordWriter",
     "RunLine",
     "ended_statuses",
@@ -38,7 +40,9 @@ __all__ = [
 
 INTERRUPTED = "interrupted"  # status of a run that was started and has no end: it did not fail
 NOT_RUN = "not run"  # status of one that was planned and no more
-NOT_FAILED = (*RESULTS, INTERRUPTED, NOT_RUN)
+RUNNING = "running"  # status of one that was started and whose session still writes
+UNFINISHED = (RUNNING, INTERRUPTED, NOT_RUN)
+NOT_FAILED = (*RESULTS, *UNFINISHED)
 FOLDER = "records"
 SESSION_BEGINS = b'{"event": "session"'  # as `line_text` writes it
 
@@ -170,8 +174,8 @@ def read_records(
     plan: Plan | None = None,
     damaged: Counter[Path] | None = None,
 ) -> dict[str, Any]:
-    """The last word on each key, as `keep` has it of the line: how the run ended, or that it was interrupted where it
-    was started and no more. A result is never replaced by a later failure. The line's `platform` is that of its session, where it
+    """The last word on each key, as `keep` has it of the line: how the run ended, or where it was started and no more, that
+    it is running or was interrupted. A result is never replaced by a later failure. The line's `platform` is that of its session, where it
     names none of its own.
 
     With a plan, a result of one of its runs whose record its study cannot read is none, and is done again. `keep` picks what is
@@ -181,6 +185,7 @@ def read_records(
     kinds = {} if plan is None else record_kinds(plan)
     with_result: set[str] = set()
     platforms: dict[str, str] = {}
+    running = running_sessions(output)  # before the lines are read: what ends meanwhile has its end among them
     kept: dict[str, Any] = {}
     for line in read_lines(output, damaged):
         if isinstance(line, SessionLine):
@@ -191,11 +196,18 @@ def read_records(
         known = line.checked(kinds[line.key]) if line.has_result and line.key in kinds else line
         known = known.computed_on(platforms.get(line.session, ""))
         if isinstance(known, Started):
-            known = msgspec.structs.replace(known, status=INTERRUPTED)
+            known = _unfinished(known, is_running=line.session in running)
         if known.has_result:
             with_result.add(line.key)
         kept[line.key] = keep(known)
     return kept
+
+
+def _unfinished(line: Started, *, is_running: bool) -> Started:
+    """A line of a run without an end, with what became of the run as its status."""
+    if is_running:
+        return msgspec.structs.replace(line, status=RUNNING, error="")
+    return msgspec.structs.replace(line, status=INTERRUPTED)
 
 
 def last_began(output: Path) -> str:

@@ -15,7 +15,7 @@ import pandas as pd
 from bench.jobs.damage import damage_notes
 from bench.jobs.lines import RESULTS
 from bench.jobs.processors import counted_processors, mixed_processors, processors
-from bench.jobs.records import INTERRUPTED, NOT_FAILED, NOT_RUN, last_began
+from bench.jobs.records import NOT_FAILED, RUNNING, UNFINISHED, last_began
 from bench.plan.plan import Plan, read_plan
 from bench.plan.report import Drawing, Made, report_named
 from bench.reports.pages.experiment import PAGE, experiment_page
@@ -143,5 +143,5 @@ def _count_line(plan: Plan, runs: pd.DataFrame) -> str:
     shown = "; ".join(f"{count} × {shortened(reason, LONGEST_REASON)}" for reason, count in reasons.most_common(3))
     counts = without["status"].value_counts()
     told = [f"{reasons.total()} of {len(runs)} failed ({shown})"] if reasons else []
-    told += [f"{counts[state]} of {len(runs)} {state}" for state in (INTERRUPTED, NOT_RUN) if state in counts]
-    return "; ".join(told) + ("; the same command does the rest" if unfinished.any() else "")
+    told += [f"{counts[state]} of {len(runs)} {state}" for state in UNFINISHED if state in counts]
+    return "; ".join(told) + ("; the same command does the rest" if unfinished.any() and RUNNING not in counts else "")

@@ -77,6 +77,16 @@ def test_started_without_a_result_is_interrupted(tmp_path, plan):
     assert "stopped before its end" in read_records(tmp_path)[one.key].error
 
 
+def test_started_is_running_while_its_session_writes(tmp_path, plan):
+    one, two = plan.runs[:2]
+    write(tmp_path, plan, (one, None))  # by a session that has ended
+    with RecordWriter(tmp_path, 0, plan) as writer:
+        writer.started(two)
+        assert statuses(tmp_path) == {one.key: "interrupted", two.key: "running"}
+        writer.result(two, {"status": "error", "error": "singular"})
+        assert statuses(tmp_path) == {one.key: "interrupted", two.key: "error"}
+
+
 def test_every_length_of_a_torn_last_line_is_ignored_and_the_file_goes_on(tmp_path, plan, file):
     one, two, three = plan.runs[:3]
     write(tmp_path, plan, (one, "done"))

@@ -11,6 +11,7 @@ import bench
 from bench.jobs.records import RecordWriter
 from bench.plan.plan import write_plan
 from bench.reports.collect import collect
+from bench.reports.pages.document import facts_of
 
 PAPER = Path(bench.__file__).parent / "paper" / "table3.csv"
 HEADER = (
@@ -143,6 +144,16 @@ def test_failed_runs_are_counted_and_keep_a_row(collected):
     assert "2 of 8 failed (2 × error: ValueError: singular); 1 of 8 interrupted; the same command does the rest" in out
 
 
+def test_a_run_that_is_being_computed_is_told_as_that(collected, plan, tmp_path, capsys):
+    """The same command would be refused meanwhile, so that it is not advised."""
+    collected(*RECORDS)
+    with RecordWriter(tmp_path, 0, plan) as writer:
+        writer.started(plan.runs[-1])
+        collect(tmp_path)
+    out = capsys.readouterr().out
+    assert "1 of 8 running\n" in out and "interrupted" not in out and "same command" not in out
+
+
 def test_a_row_of_runs_csv_says_what_the_record_says(collected, plan):
     _, _, runs, _ = collected(*RECORDS)
     row = runs.iloc[3]
@@ -152,8 +163,10 @@ def test_a_row_of_runs_csv_says_what_the_record_says(collected, plan):
     assert (row["model_evaluations"], row["updates"], row["time"], row["time_model"]) == (43, 3, 2.0, 0.5)
 
 
-def test_what_was_not_run_is_said_and_counted(collected):
+def test_what_was_not_run_is_said_and_counted(collected, tmp_path):
     code, table, runs, out = collected(RECORDS[0])
+    facts = facts_of((tmp_path / "index.html").read_text(encoding="utf-8")[:8192])
+    assert (facts["runs"], facts["failed"], facts["unfinished"]) == (8, 0, 7)
     assert code == 1 and "7 of 8 not run; the same command does the rest" in out and "of 8 failed" not in out
     assert runs["status"].tolist() == ["done"] + ["not run"] * 7
     assert table.loc[("kxx", 40), ["median", "q1", "q3", "runs", "failed"]].tolist() == [50.5, 50.5, 50.5, 1, 0]

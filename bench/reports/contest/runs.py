@@ -14,7 +14,7 @@ import numpy as np
 import pandas as pd
 
 from bench.jobs.lines import RESULTS
-from bench.jobs.records import INTERRUPTED, NOT_RUN
+from bench.jobs.records import UNFINISHED
 from bench.plan.plan import Plan
 from bench.reports.contest.places import budget, family, identity, is_held_back, method_name, telling_words
 from bench.reports.contest.targets import MEASURES, Measure, reached
@@ -90,7 +90,7 @@ def contest(plan: Plan, runs: pd.DataFrame, traces: Mapping[str, Traced]) -> Con
     Raises `SettingError` where a label has several cells of one instance and seed.
     """
     cells = cells_frame(plan)
-    ended = runs[~runs["status"].isin((NOT_RUN, INTERRUPTED))].reindex(columns=list(OF_RUN)).merge(cells, on="cell")
+    ended = runs[~runs["status"].isin(UNFINISHED)].reindex(columns=list(OF_RUN)).merge(cells, on="cell")
     ended["draw"] = ended["seed"].astype(str) + "/" + ended["repetition"].astype(str)
     methods = tuple(label for label in dict.fromkeys(cells["label"]) if label in set(ended["label"]))
     met_by = ended.groupby(["identity", "draw"])["label"].transform("nunique")

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from bench.jobs.records import NOT_FAILED
+from bench.jobs.records import NOT_FAILED, UNFINISHED
 from bench.plan.page import Block, Page, Picture, Prose, Section
 from bench.plan.plan import Plan
 from bench.plan.report import Made
@@ -46,6 +46,7 @@ def facts(plan: Plan, made: Made, page: Page, when: str) -> dict[str, Any]:
         "headline": shortened(page.headline, LONGEST_HEADLINE),
         "runs": len(made.runs),
         "failed": int((~made.runs["status"].isin(NOT_FAILED)).sum()),
+        "unfinished": int(made.runs["status"].isin(UNFINISHED).sum()),
         "commit": plan.commit,
     }
 

@@ -1,4 +1,4 @@
-"""The page over all results of a folder: what each is, when it was made, what was found, and how many runs failed.
+"""The page over all results of a folder: what each is, when it was made, what was found, and how many runs failed or have not ended.
 
 It is made of the beginnings of the pages themselves, so that it costs next to nothing to write it again.
 """
@@ -54,7 +54,8 @@ def index_page(folder: Path) -> bytes:
     head = "".join(
         f'<th scope="col"{kind}>{name}</th>'
         for name, kind in (
-            ("results", ""), ("found", ""), ("runs", ' class="number"'), ("failed", ' class="number"'), ("when", ""), ("study", ""),
+            ("results", ""), ("found", ""), ("runs", ' class="number"'), ("failed", ' class="number"'),
+            ("unfinished", ' class="number"'), ("when", ""), ("study", ""),
         )
     )  # fmt: skip
     table = (
@@ -131,7 +132,10 @@ def _row(place: Path, facts: Mapping[str, Any]) -> str:
     n_run = facts.get("runs", "")
     numbers = (
         f'<td class="number" data-label="{label}">{safe(number)}</td>'
-        for label, number in (("run" if n_run == 1 else "runs", n_run), ("failed", facts.get("failed", "")))
+        for label, number in (
+            ("run" if n_run == 1 else "runs", n_run),
+            *((each, facts.get(each, "")) for each in ("failed", "unfinished")),
+        )
     )
     texts = (f"<td>{text}</td>" for text in (safe(when), safe(facts.get("study", ""))))
     cells = [f'<td class="name">{shown}</td>', f'<td class="long">{found}</td>', *numbers, *texts]
