@@ -67,8 +67,8 @@ def about(told: pd.DataFrame, runs: pd.DataFrame) -> str:
     """What the tables count, in a sentence or two."""
     return (
         f"{len(told)} of {len(runs)} runs have a result; tables count draws that are expected to leave a deviance of"
-        f" {CLEARLY_VISIBLE:g} or more, rates are with their 95 % intervals. A data set takes {told['seconds'].median():.1f} s in"
-        f" the median, {told['seconds'].quantile(0.9):.1f} s at most for nine of ten."
+        f" {CLEARLY_VISIBLE:g} or more, rates are with their 95 % intervals. A data set takes {told['seconds'].median():.1f} s of a"
+        f" core in the median, {told['seconds'].quantile(0.9):.1f} s at most for nine of ten."
     )
 
 

@@ -19,13 +19,14 @@ from bench.reports.by_cell import result_runs
 from bench.reports.chapters.location import location_page
 from bench.reports.tables import csv_text
 from ksmea.extension import located_yaml
-from ksmea.records.location import LocationRecord
+from ksmea.records.location import NONE, NOTHING, LocationRecord
 from ksmea.show.location import about_extension, frame, plot, text
 from ksmea.show.style import png
 from ksmea.show.text import aligned, number
 
 NO_RESULT = "no run has a result"
 OF_THE_BENCH = ("hidden", "seconds")  # fields that location.json does not show
+WITHOUT_SITE = {NONE: "unexplained", NOTHING: "with nothing missing"}  # kinds that are no site, in words
 OF_ONE_RUN = ("location.json", "extended.yaml", "sites.csv", "location.png")
 
 
@@ -40,7 +41,7 @@ class LocationReport(Report):
         done = [run for run in plan.runs if run.key in lines and lines[run.key].has_result]
         if len(plan.runs) != 1 or not done:
             text_of_all = _summary(runs)
-            page = Page(_kinds(runs), (Section("Result", (Prose(text_of_all),)),))
+            page = Page(kinds_line(runs), (Section("Result", (Prose(text_of_all),)),))
             return Made(text_of_all, files, runs, outdated=OF_ONE_RUN, page=lambda: page)
         cell, record = plan.cells[done[0].cell], lines[done[0].key].record(LocationRecord)
         public = {name: value for name, value in record.told().items() if name not in OF_THE_BENCH}
@@ -89,10 +90,11 @@ def _row(record: LocationRecord) -> dict[str, Any]:
     }
 
 
-def _kinds(runs: pd.DataFrame) -> str:
-    """For example 'located: 2 force, 1 nothing'."""
+def kinds_line(runs: pd.DataFrame) -> str:
+    """For example 'located: 2 unexplained, 1 force, 1 with nothing missing'."""
     counts = runs["kind"].value_counts() if "kind" in runs else {}
-    return f"located: {', '.join(f'{count} {kind}' for kind, count in counts.items())}" if len(counts) else NO_RESULT
+    told = ", ".join(f"{count} {WITHOUT_SITE.get(kind, kind)}" for kind, count in counts.items())
+    return f"located: {told}" if told else NO_RESULT
 
 
 def _summary(runs: pd.DataFrame) -> str:

@@ -5,6 +5,8 @@ import json
 import pandas as pd
 import pytest
 
+from bench.reports.location import kinds_line
+
 DATA = [
     "measurement.kind=complex",
     "measurement.relative=0.05",
@@ -98,3 +100,9 @@ def test_many_runs_are_counted(enter):
 def test_what_cannot_be_located_is_refused_in_one_line(enter, words, what):
     ended = enter("+experiment=locate", *DATA, *words)
     assert ended.code == 2 and what in ended.err and len(ended.err.strip().splitlines()) == 1
+
+
+def test_kinds_without_a_site_are_told_in_words():
+    runs = pd.DataFrame({"kind": ["none", "force", "none", "nothing"]})
+    assert kinds_line(runs) == "located: 2 unexplained, 1 force, 1 with nothing missing"
+    assert kinds_line(pd.DataFrame({"status": ["error"]})) == "no run has a result"

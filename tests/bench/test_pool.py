@@ -150,8 +150,13 @@ def is_running(number):
         os.kill(number, 0)
     except ProcessLookupError:
         return False
-    with open(f"/proc/{number}/stat") as status:
-        return status.read().rpartition(")")[2].split()[0] != "Z"  # where nobody takes its ending, it stays as a name
+    try:
+        with open(f"/proc/{number}/stat") as status:
+            return (
+                status.read().rpartition(")")[2].split()[0] != "Z"
+            )  # where nobody takes its ending, it stays as a name
+    except (FileNotFoundError, ProcessLookupError):  # it has gone meanwhile
+        return False
 
 
 SCRIPT = """

@@ -140,7 +140,8 @@ def _sites(record: LocationRecord, kind: str) -> Iterator[dict[str, Any]]:
             [at for at, _ in places], [max(site.p, LEAST_P) for _, site in places],
             f"{kind}, {'accepted' if is_accepted else 'rejected'}", KINDS[kind],
             marker={"symbol": "circle" if is_accepted else "circle-open", "size": 10 if is_accepted else 7},
-            text=[f"{site}: {chance(site.p, LEAST_OF_A_DOUBLE)}, χ² = {number(site.chi2)}" for _, site in places], hovertemplate="%{text}<extra></extra>",
+            text=[f"{site}: {chance(site.p, LEAST_OF_A_DOUBLE)}, χ² = {number(site.chi2)}" for _, site in places],
+            hovertemplate="%{text}<extra></extra>",
         )  # fmt: skip
 
 
@@ -163,7 +164,10 @@ def _force_plots(record: LocationRecord, force: ForceRecord) -> Iterator[Block]:
                     line={"dash": "dash", "color": GREY},
                 )
             )
-    said = f"Amplitude of the unknown {force.kind} at the best site over speed, with its {_level(record)} interval; dashed: the law that it follows."
+    said = (
+        f"Amplitude of the unknown {force.kind} at the best site over speed, with its {_level(record)} interval;"
+        " dashed: the law that it follows."
+    )
     yield Plot(
         f"The {force.kind} over speed",
         said,
@@ -182,7 +186,10 @@ def _force_plots(record: LocationRecord, force: ForceRecord) -> Iterator[Block]:
             for trace in _series(record, of, f"{each.part}, {part}", colour, MEGA)
         ]
         coherence = ", ".join(f"{each.part} {each.coherence:.2f}" for each in directions)
-        said = f"Force over motion of its site, −f/q: what it amounts to where it follows the motion (coherence: {coherence}), with {_level(record)} intervals."
+        said = (
+            "Force over motion of its site, −f/q: what it amounts to where it follows the motion"
+            f" (coherence: {coherence}), with {_level(record)} intervals."
+        )
         middle = np.concatenate([each.real.value for each in directions]) / MEGA
         low, high = np.quantile(middle, [0.05, 0.95])
         made = layout(SPEED, "dynamic stiffness (MN/m)")
