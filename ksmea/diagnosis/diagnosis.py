@@ -3,8 +3,9 @@
 1. The baseline model is fitted from the whole range of its unknowns, and its residuals are tested for lack of fit.
 2. Every effect, at every location where it may occur, is fitted jointly with all unknowns from the baseline fit.
    Fits whose rotor is unstable at a measured speed are bounded to where it is stable.
-3. If the test rejects or any effect is significant, the trials are refined: fitted from where the best ones are, and where
-   the best one leaves more than noise, those that move sharp resonances from scans of their whole range, at little effort first.
+3. If the test rejects or any effect is significant, the trials are refined: effects that move sharp resonances are
+   scanned over their whole range, at little effort first, and at all of it where the best one then leaves more than noise.
+   Where the best trial is that near the baseline model that noise is nearly as large, first scans are left out.
 4. Second effects are fitted beside the best one: one that is as significant as a first one must be is added. If the best
    effect does not leave noise behind, second effects are scanned, and beside the next best ones too (`second_effects`).
 5. The verdict:
@@ -32,7 +33,7 @@ from ksmea.contracts import AnyEffect, Problem
 from ksmea.diagnosis.averaging import Averaged, averaged
 from ksmea.diagnosis.explanations import NEAR, Explanation, best_of_names, ranked_explanations
 from ksmea.diagnosis.fit_quality import FitQuality, fit_quality
-from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_baseline, polished, settled
+from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_baseline, fit_from_values, polished, settled
 from ksmea.diagnosis.observability import Detectable, smallest_detectable
 from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
 from ksmea.diagnosis.rivals import Cosines, collinearities, cosines_with, tested
@@ -47,7 +48,9 @@ from ksmea.diagnosis.trials import (
     candidates_and_left_out,
     fitted,
     none_located,
+    ranked,
     refined,
+    trial_of,
 )
 from ksmea.intervals import LOWER, Estimate
 from ksmea.maximisation import maximise, with_best_noise
@@ -167,6 +170,11 @@ def _diagnosed(
     explained = (
         None if lead is None else _explained(significant, trials, baseline, measurement, half, effort, rng, progress)
     )
+    if explained is not None and (better := _each_alone(explained.best, trials, baseline.best)):
+        trials, significant = better, _significant(better, half)
+        lead = significant[0]
+        cosines = cosines_with(lead, trials)
+        explained = _explained(significant, trials, baseline, measurement, half, effort, rng, progress)
     best = best_estimate = best_quality = None
     if explained is not None:
         best, best_estimate = settled_stable(explained.best.fit, interval_level, progress)
@@ -237,24 +245,14 @@ def _refined(
     effort: Effort,
     progress: Callable[[], None],
 ) -> list[Trial]:
-    """The trials refined. Where the data are near the baseline model, or an effect explains them from nearby, without scans; where the
-    best one then leaves more than noise, with scans: of far data at little effort first, then at all of it."""
+    """The trials refined at little effort, without scans where the data are near the baseline model, and where the best one then
+    leaves more than noise, at all of it."""
     measurement = baseline.best.likelihood.measurement
-    first, is_far = effort.of_first_scans, any(trial.deviance_drop > NEARBY for trial in trials)
-    stages = [(effort, True)]
-    if is_far:
-        stages.insert(0, (first, True))
-    if not is_far or _leaves_noise(_best_quality(trials, rng), level):
-        stages.insert(0, (first, False))
-    for part, is_scanned in stages:
-        trials = refined(trials, measurement, baseline, part, progress, is_scanned=is_scanned)
-        if not trials or _leaves_noise(_best_quality(trials, rng), level):
-            break
-    return list(trials)
-
-
-def _best_quality(trials: Sequence[Trial], rng: np.random.Generator) -> FitQuality:
-    return fit_quality(polished(trials[0].fit), rng)
+    is_scanned = any(trial.deviance_drop > NEARBY for trial in trials)
+    found = refined(trials, measurement, baseline, effort.of_first_scans, progress, is_scanned=is_scanned)
+    if not found or _leaves_noise(fit_quality(polished(found[0].fit), rng), level):
+        return found
+    return refined(found, measurement, baseline, effort, progress)
 
 
 def _leaves_noise(quality: FitQuality, level: float) -> bool:
@@ -324,6 +322,30 @@ def _explained(
         if found.quality.p >= level:
             return found
     return alone
+
+
+def _each_alone(best: Explanation, trials: Sequence[Trial], baseline: Fit) -> list[Trial]:
+    """The trials anew where an effect of a pair fits better alone from where the pair does, none where none does: a first effect that was
+    left in a lower maximum is lifted out of it by whatever second one, which is then no evidence for that."""
+    if len(best.applied) < 2:
+        return []
+    better = [_from_pair(trial, best.fit, baseline, len(trials)) for trial in trials if trial.candidate in best.applied]
+    lifted = [trial for trial in better if trial is not None]
+    return ranked(
+        [*lifted, *(trial for trial in trials if all(trial.candidate != each.candidate for each in lifted))]
+        if lifted
+        else []
+    )
+
+
+def _from_pair(trial: Trial, pair: Fit, baseline: Fit, n_candidate: int) -> Trial | None:
+    """A trial fitted from the values of a pair, where that is better and stable."""
+    problem, known = trial.fit.problem, dict(zip(pair.problem.parameters.names, pair.x))
+    x = np.array([known.get(name, 0.0) for name in problem.parameters.names])
+    fit = fit_from_values(problem, x, baseline.likelihood.measurement)
+    if fit.deviance > trial.fit.deviance - BETTER or not problem.is_stable(fit.x):
+        return None
+    return trial_of(trial.candidate, fit, baseline, n_candidate)
 
 
 def _with_near(best: Explanation, others: Iterable[Explanation], rng: np.random.Generator) -> _Explained:

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from ksmea.diagnosis.diagnosis import diagnose
+from ksmea.diagnosis.diagnosis import _from_pair, diagnose
 from ksmea.diagnosis.explanations import Explanation, best_of_names, ranked_explanations
-from ksmea.diagnosis.fitting import Effort, Fit, fit_baseline, fit_nearby
+from ksmea.diagnosis.fitting import Effort, Fit, fit_baseline, fit_from_values, fit_nearby
 from ksmea.diagnosis.second_effects import distinct_firsts
 from ksmea.diagnosis.trials import Candidate, candidates, fitted, trial_of
 from ksmea.measurement import Measurement, Noise, observe
@@ -143,3 +143,20 @@ def test_p_of_a_second_effect_is_corrected_for_all_that_were_tried(rotor, fine):
     fit: Fit = fit_nearby(candidate.effect.added_to(rotor), measurement, baseline)
     one, many = (trial_of(candidate, fit, baseline, n).p for n in (1, 66))
     assert many == min(1.0, 66 * one)
+
+
+def test_an_effect_left_in_a_lower_maximum_is_lifted_by_the_pair_that_it_is_part_of(rotor, fine):
+    """Its second effect is then no evidence: what it brought is the first one's own."""
+    runout = located(fine, "runout").added_to(fine)
+    x = np.array([{**TRUTH, "runout_x": 1e-5}.get(name, 0.0) for name in runout.parameters.names])
+    values = observe(runout.dense_response(x[None])[0], "complex", NOISE, np.random.default_rng(5))
+    measurement = Measurement(rotor.speed, rotor.channels, values, NOISE, "made")
+    first = Candidate("runout", located(rotor, "runout"))
+    alone, both = (first.beside(rotor), Candidate("mass", located(rotor, "mass")).beside(first.beside(rotor)))
+    baseline = fit_from_values(rotor, np.array([TRUTH.get(name, 0.0) for name in rotor.parameters.names]), measurement)
+    at = np.array([{**TRUTH, "runout_x": 1e-5}.get(name, 0.0) for name in both.parameters.names])
+    pair, right = fit_from_values(both, at, measurement), fit_from_values(alone, at[:-1], measurement)
+    low = Fit(alone, right.likelihood, right.likelihood.at(np.full(len(right.point.theta), 0.3)))
+    lifted = _from_pair(trial_of(first, low, baseline, 2), pair, baseline, 2)
+    assert lifted is not None and lifted.fit.deviance == pytest.approx(right.deviance, abs=0.1)
+    assert _from_pair(lifted, pair, baseline, 2) is None
