@@ -151,7 +151,10 @@ class Synthetic(MeasurementSource):
             values[name] = value * units[name]
         missing = [name for name in units if name not in values]
         if missing:
-            raise SettingError(f"measurement.truth: expected a value for {', '.join(missing)}, got none; add it")
+            raise SettingError(
+                f"measurement.truth: expected a value for {', '.join(missing)}, got none; give"
+                f" measurement.truth='{{{', '.join(f'{name}: …' for name in missing)}}}', or a reference in the file of the rotor"
+            )
         return {name: values[name] for name in units}
 
     def measure(

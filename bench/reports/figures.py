@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from bench.jobs.lines import RESULTS
 from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import Plan
+from bench.reports.interval_ends import drawn_ends
 from bench.reports.tables import EFFORT, EXACT, has_intervals, lacks_interval
 from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE
 
@@ -92,7 +93,7 @@ def _draw_intervals(panel: Axes, positions: np.ndarray, rows: pd.DataFrame, resu
     values = results[rows["parameter"].iloc[0]]
     told = ~lacks_interval(rows).to_numpy(bool)
     positions, rows = positions[told], rows[told]
-    low, high = rows["low"].fillna(values.min()), rows["high"].fillna(values.max())
+    low, high = drawn_ends(rows["low"].to_numpy(float), rows["high"].to_numpy(float), values.to_numpy(float))
     panel.vlines(positions + 0.4, low, high, color=INTERVAL, linewidth=2, label="median interval")
     for ends, marker, is_open in ((low, "v", rows["low"].isna()), (high, "^", rows["high"].isna())):
         panel.plot((positions + 0.4)[is_open], ends[is_open], marker, color=INTERVAL, markersize=4)

@@ -8,9 +8,11 @@ from typing import Any
 import numpy as np
 
 from bench.plan.page import Plot
+from bench.reports.interval_ends import drawn_ends
 from bench.reports.pages.traces import BLUE, GREEN, GREY, ORANGE, axis, layout
 
 MOST_POINTS = 2000  # runs of a cell of which each is drawn; of more, quartiles alone
+ARROW = 9  # px of an open end
 MOST_NAMES = 12  # cells whose names stand below the axis
 
 
@@ -18,25 +20,23 @@ def box_trace(position: Any, values: Sequence[float], name: str, colour: str = B
     """Median, quartiles and extremes of values, and the values themselves where they are few."""
     told = np.asarray(values, dtype=float)
     told = told[np.isfinite(told)]
-    common = {
+    low, first, median, third, high = np.percentile(told, [0, 25, 50, 75, 100]) if len(told) else [np.nan] * 5
+    box = {  # plotly's own quartiles are others than those of tables
         "type": "box",
         "name": name,
         "line": {"color": colour, "width": 1.6},
         "marker": {"color": colour, "size": 3},
+        "x0": position,
+        "q1": [first],
+        "median": [median],
+        "q3": [third],
+        "lowerfence": [low],
+        "upperfence": [high],
+        "whiskerwidth": 0.4,
         **more,
     }
-    if len(told) > MOST_POINTS:
-        low, first, median, third, high = np.percentile(told, [0, 25, 50, 75, 100])
-        return {
-            **common,
-            "x0": position,
-            "q1": [first],
-            "median": [median],
-            "q3": [third],
-            "lowerfence": [low],
-            "upperfence": [high],
-        }
-    return {**common, "x0": position, "y": told, "boxpoints": "all", "jitter": 0.6, "pointpos": 0, "whiskerwidth": 0.4}
+    points = {"y": [told], "boxpoints": "all", "jitter": 0.6, "pointpos": 0}
+    return {**box, **points} if 0 < len(told) <= MOST_POINTS else box
 
 
 def box_plot(
@@ -91,23 +91,25 @@ MARKED = {"paper": "diamonds", "reference": "bars", "most likely": "crosses"}
 def _intervals(
     at: Sequence[int], intervals: Sequence[tuple[float, float] | None], values: Sequence[Sequence[float]]
 ) -> list[dict[str, Any]]:
-    """The interval of each cell beside its box; an end that is open lies at the farthest value."""
+    """The interval of each cell beside its box; an end that is open lies at the farthest value, and is an arrow."""
     every = np.concatenate([np.asarray(of, dtype=float) for of in values] or [np.array([])])
     told = [(position, ends) for position, ends in zip(at, intervals) if ends is not None]
     if not len(every) or not np.isfinite([ends for _, ends in told]).any():
         return []
-    lowest, highest = np.nanmin(every), np.nanmax(every)
-    xs, ys = [], []
-    for position, (low, high) in told:
+    low, high = np.array([ends for _, ends in told], dtype=float).T
+    xs, ys, sizes = [], [], []
+    for (position, ends), *drawn in zip(told, *drawn_ends(low, high, every)):
         xs += [position + 0.42, position + 0.42, None]
-        ys += [lowest if np.isnan(low) else low, highest if np.isnan(high) else high, None]
+        ys += [*map(float, drawn), None]
+        sizes += [*(ARROW if np.isnan(end) else 0 for end in ends), 0]
     return [
         {
             "type": "scatter",
-            "mode": "lines",
+            "mode": "lines+markers",
             "name": "median interval",
             "x": xs,
             "y": ys,
+            "marker": {"symbol": ["triangle-down", "triangle-up", "circle"] * len(told), "size": sizes, "opacity": 1},
             "line": {"color": GREEN, "width": 3},
         }
     ]

@@ -1,0 +1,25 @@
+"""Boxes and intervals of pages show what their tables say."""
+
+import numpy as np
+import pytest
+
+from bench.reports.chapters.boxes import box_plot, box_trace
+from bench.reports.interval_ends import drawn_ends
+
+
+def test_a_box_has_the_quartiles_of_the_table():
+    values = [3.0, 1.0, 8.0, np.nan, 2.0, 5.0, 13.0]
+    box = box_trace(0, values, "cell")
+    told = np.quantile([1, 2, 3, 5, 8, 13], [0.25, 0.5, 0.75])
+    assert [box[name][0] for name in ("q1", "median", "q3")] == pytest.approx(told)
+    assert box["lowerfence"] == [1.0] and box["upperfence"] == [13.0]
+
+
+def test_an_interval_without_a_lower_end_points_down_also_where_all_values_lie_above_it():
+    low, high = drawn_ends(np.array([np.nan]), np.array([0.9]), np.array([0.95, 1.0]))
+    assert low <= high == 0.9
+    plot = box_plot("cyy", "kN s/m", ["40"], [[0.95, 1.0]], {}, [(float("nan"), 0.9)])
+    [line] = [trace for trace in plot.figure["data"] if trace["name"] == "median interval"]
+    assert line["y"][0] <= line["y"][1] == 0.9
+    arrows = [symbol for symbol, size in zip(line["marker"]["symbol"], line["marker"]["size"]) if size]
+    assert arrows == ["triangle-down"]
