@@ -68,7 +68,7 @@ def questions_text(path: str, given: Mapping[str, Any], asked: Asked[File]) -> s
     answers = {each.setting: each.shown for each in asked.questions}
     known = {name: value if isinstance(value, list) else [value] for name, value in given.items()}
     words = [word for name, values in {**known, **answers}.items() if name != OUT for word in _option(name, values)]
-    out = [word for word in _option(OUT, {**known, **answers}[OUT])]
+    out = _option(OUT, {**known, **answers}[OUT])
     has_places = any(PLACE.search(shown) for shown in _places(asked.questions))
     opening = "All in one command" if asked.is_all else "More may be open once these are answered. The command so far"
     lines.append(opening + (", with your answers in place of words in capitals:" if has_places else ":"))

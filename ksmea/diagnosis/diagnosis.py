@@ -331,11 +331,10 @@ def _each_alone(best: Explanation, trials: Sequence[Trial], baseline: Fit) -> li
         return []
     better = [_from_pair(trial, best.fit, baseline, len(trials)) for trial in trials if trial.candidate in best.applied]
     lifted = [trial for trial in better if trial is not None]
-    return ranked(
-        [*lifted, *(trial for trial in trials if all(trial.candidate != each.candidate for each in lifted))]
-        if lifted
-        else []
-    )
+    if not lifted:
+        return []
+    anew = [trial.candidate for trial in lifted]
+    return ranked([*lifted, *(trial for trial in trials if trial.candidate not in anew)])
 
 
 def _from_pair(trial: Trial, pair: Fit, baseline: Fit, n_candidate: int) -> Trial | None:
