@@ -24,7 +24,8 @@ from scipy.optimize import brentq
 
 from ksmea.arrays import Array
 from ksmea.fisher import projected
-from ksmea.likelihood import Likelihood, Point
+from ksmea.likelihood import Likelihood
+from ksmea.point import Point
 from ksmea.screening import sobol
 
 N_NORMAL = 4096  # normal draws, of a Sobol' sequence: the level is met within 0.1 %

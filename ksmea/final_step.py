@@ -8,10 +8,10 @@ from ksmea.arrays import Array
 from ksmea.descent import descend
 from ksmea.errors import BudgetSpent
 from ksmea.likelihood import Likelihood
-from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement
 from ksmea.misfit import Misfit
 from ksmea.model import Model, model_objective
+from ksmea.nearest_maximum import nearest_maximum
 
 FINAL_STEP = "final step"  # the stage's name
 

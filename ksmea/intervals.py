@@ -23,9 +23,10 @@ from scipy.optimize import brentq
 
 from ksmea.arrays import Array
 from ksmea.critical_rise import critical_rise
-from ksmea.likelihood import Likelihood, Point
+from ksmea.likelihood import Likelihood
 from ksmea.maximisation import Maximised, distinct, maximise
 from ksmea.measurement import Noise
+from ksmea.point import Point
 
 REGULAR = 0.05  # the ends of a parabola may miss those of the profile by this part of the half-width
 FAR = 8.0  # rise of the deviance from a known point of a profile to where the next is computed; more is too far away
@@ -99,7 +100,7 @@ class _Profile:
         root, point = self.root(value), self._known[value]
         if point is not None and value not in self._settled:
             self._settled.add(value)
-            others = self._likelihood.other_noise(point.theta)
+            others = self._likelihood.other_noise(point)
             points = [point, *(self._maximised(theta, point.deviance - EXACT) for theta in others)]
             self._known[value] = min(points, key=lambda each: each.deviance)
             root = self.root(value)

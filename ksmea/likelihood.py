@@ -10,7 +10,6 @@ whose runs have noise of their own. `ksmea.maximisation` finds the maximum.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -18,10 +17,18 @@ import numpy as np
 from ksmea.alignment import require_aligned
 from ksmea.arrays import Array, ComplexArray
 from ksmea.deviance import deviance, log_term, reference_variance
-from ksmea.fisher import noise_variance_slopes, whitened_difference, whitened_sensitivity
+from ksmea.fisher import (
+    noise_variance_slopes,
+    whitened_difference,
+    whitened_noise_sensitivity,
+    whitened_sensitivity,
+)
 from ksmea.kind import amplitude_sensitivity
+from ksmea.maximisation import CLOSE, maximise
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
+from ksmea.noise_alone import NoiseAlone
+from ksmea.point import Point
 
 # Noise that is estimated lies between nothing and as much as the data themselves: as parts of the values, and as parts
 # of their median (lowest floor) and maximum (highest floor).
@@ -34,21 +41,6 @@ N_GRID = 25  # levels of each part of the noise that a start is chosen from
 N_START = 3  # starts of the noise: with the best floor, with none, with one as large as the small residuals
 
 BEND = 0.1  # of a step, at which its curvature is measured
-
-
-@dataclass(frozen=True)
-class Point:
-    """The likelihood at θ (p,): unknowns in the unit cube (d,), then ln relative and ln floor where they are
-    estimated."""
-
-    theta: Array
-    deviance: float
-    gradient: Array  # (p,) of the deviance
-    whitened: Array  # (m, p); whitenedᵀ whitened is the Fisher information
-
-    @property
-    def information(self) -> Array:
-        return self.whitened.T @ self.whitened
 
 
 class Likelihood:
@@ -113,17 +105,19 @@ class Likelihood:
         """ln relative and ln floor (2,), of each run that has its own, to start from at u (d,): those that fit the residuals
         there best, best without a floor, and best with a floor as large as the small ones among the residuals. A maximum can
         lie near each."""
-        magnitude, squared = self._for_noise(u)
+        return self._noise_starts(self.model.response(u[None])[0])
+
+    def _noise_starts(self, response: ComplexArray) -> list[Array]:
+        magnitude, squared = self._for_noise(response)
         of_rows = [
             self._starts_of(magnitude[rows].ravel(), squared[rows].ravel(), self._reference_variance[rows].ravel())
             for rows in self.measurement.layout.noise_rows
         ]
         return [np.concatenate(parts) for parts in zip(*of_rows, strict=True)]
 
-    def _for_noise(self, u: Array) -> tuple[Array, Array]:
-        """What the relative part of the noise is of, and squared residuals, at u (d,): (n_speed, n_channel) each."""
-        mean = self.measurement.seen(self.model.response(u[None])[0])
-        return np.abs(mean), np.abs(mean - self.measurement.values) ** 2
+    def _for_noise(self, response: ComplexArray) -> tuple[Array, Array]:
+        """What the relative part of the noise is of, and squared residuals, at a response: (n_speed, n_channel) each."""
+        return np.abs(response), np.abs(self._residual(response)) ** 2
 
     def _starts_of(self, magnitude: Array, squared: Array, reference: Array) -> list[Array]:
         """The same of data (n,) that share a level; without any, the middle of the limits."""
@@ -138,13 +132,30 @@ class Likelihood:
         best = np.unravel_index(np.argmin(by_noise), by_noise.shape)[1]
         return [np.array([relative[np.argmin(by_noise[:, column])], floor[column]]) for column in (best, 0, -1)]
 
-    def other_noise(self, theta: Array) -> list[Array]:
-        """θ with other levels of the noise to start from: none where they are known."""
+    def other_noise(self, point: Point) -> list[Array]:
+        """θ with other levels of the noise to start from: those to which `noise_starts` lead by themselves, the response held,
+        where they are not as likely as that of a maximum; most lead back to it. One evaluation of the model, or none where the
+        noise is known."""
         if not self.noise_is_estimated:
             return []
-        starts = [np.concatenate([theta[: self.d], noise]) for noise in self.noise_starts(theta[: self.d])]
-        floors = slice(self.d + 1, None, 2)
-        return [start for start in starts if np.any(np.abs(start[floors] - theta[floors]) > LONGEST_NOISE_STEP)]
+        u = point.theta[: self.d]
+        response = self.model.response(u[None])[0]
+        limits, longest = self._noise_limits, self.longest_step[self.d :]
+        alone = NoiseAlone(*limits, longest, lambda noise: self._of_noise(np.concatenate([u, noise]), response))
+        settled = [maximise(alone, start) for start in self._noise_starts(response)]
+        return [np.concatenate([u, each.theta]) for each in settled if abs(each.deviance - point.deviance) > CLOSE]
+
+    def _of_noise(self, theta: Array, response: ComplexArray) -> Point:
+        """The likelihood at θ and its response (n_speed, n_channel) as one of the noise's unknowns alone."""
+        noise, magnitude, kind = self.noise(theta), np.abs(response), self.measurement.kind
+        residual, variance = self._residual(response), noise.variance(magnitude)
+        slopes = self._excess(residual, variance)[..., None] * noise_variance_slopes(magnitude, noise)
+        return Point(
+            theta[self.d :],
+            self._deviance(residual, variance),
+            kind.dimensions * slopes.sum(axis=(0, 1)),
+            whitened_noise_sensitivity(magnitude, noise, kind),
+        )
 
     def at(self, theta: Array) -> Point:
         """Deviance, gradient and information at θ: one Jacobian of the model."""
@@ -158,7 +169,7 @@ class Likelihood:
             of_noise = noise_variance_slopes(magnitude, noise)
             d_variance = np.concatenate([d_variance, of_noise], axis=-1)
             d_mean = np.concatenate([d_mean, np.zeros_like(of_noise)], axis=-1)
-        excess = (1 - np.abs(residual) ** 2 / variance) / variance  # what a change of the variance costs
+        excess = self._excess(residual, variance)
         gradient = kind.dimensions * (
             excess[..., None] * d_variance + 2 * (np.conj(residual)[..., None] * d_mean).real / variance[..., None]
         )
@@ -217,6 +228,10 @@ class Likelihood:
     def _variance(self, theta: Array, response: Array | ComplexArray) -> Array:
         """s² (n_speed, n_channel), m²."""
         return self.noise(theta).variance(np.abs(response))
+
+    def _excess(self, residual: Array | ComplexArray, variance: Array) -> Array:
+        """What a change of each variance costs, 1/m²."""
+        return np.asarray((1 - np.abs(residual) ** 2 / variance) / variance)
 
     def _residual(self, response: ComplexArray) -> Array | ComplexArray:
         return self.measurement.seen(response) - self.measurement.values

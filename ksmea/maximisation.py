@@ -1,4 +1,4 @@
-"""Maximisation of a likelihood: from one start, from several levels of the noise, and from many starts.
+"""Maximisation of a likelihood: from one start and from many.
 
 A maximum is found by Fisher scoring: Newton's method on the deviance with the Fisher information for its Hessian, in
 the box of the unknowns.
@@ -7,7 +7,6 @@ the box of the unknowns.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from contextlib import suppress
 from typing import Protocol
 
 import numpy as np
@@ -15,7 +14,7 @@ from scipy.optimize import lsq_linear
 
 from ksmea.arrays import Array
 from ksmea.errors import BudgetSpent
-from ksmea.likelihood import Likelihood, Point
+from ksmea.point import Point
 
 MAX_ITERATIONS = 300  # unknowns that nearly compensate each other make long curved valleys
 MAX_BEND_RATIO = 0.75  # of a bend to the step that it corrects (Transtrum & Sethna)
@@ -50,7 +49,7 @@ class Maximised(Protocol):
     def at(self, theta: Array) -> Point: ...
     def deviance(self, theta: Array) -> float: ...
     def curvature(self, point: Point, step: Array) -> Array: ...
-    def other_noise(self, theta: Array) -> list[Array]: ...
+    def other_noise(self, point: Point) -> list[Array]: ...
 
 
 def maximise(
@@ -119,21 +118,6 @@ def _comes_below(ceiling: float, passed: Sequence[float], left: int) -> bool:
         return True
     pace = (passed[-1 - PATIENCE] - passed[-1]) / PATIENCE
     return passed[-1] - left * pace <= ceiling
-
-
-def with_best_noise(likelihood: Likelihood, best: Point) -> Point:
-    """A maximum, or a higher one that lies near it but for the noise: floor or none, the data often allow both."""
-    if likelihood.noise_is_estimated:
-        with suppress(BudgetSpent):
-            for noise in likelihood.noise_starts(best.theta[: likelihood.d]):
-                again = maximise(likelihood, np.concatenate([best.theta[: likelihood.d], noise]))
-                best = again if again.deviance < best.deviance else best
-    return best
-
-
-def nearest_maximum(likelihood: Likelihood, u: Array) -> Point:
-    """The maximum of the likelihood nearest to u (d,); of several that differ in the noise alone, the highest."""
-    return with_best_noise(likelihood, maximise(likelihood, likelihood.start(u)))
 
 
 def best_maxima(

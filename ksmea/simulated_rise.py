@@ -26,7 +26,8 @@ from ksmea.batched_likelihood import BatchedLikelihood
 from ksmea.batched_maxima import Fits, batched_maxima
 from ksmea.critical_rise import linear_rise
 from ksmea.fisher import projected, span
-from ksmea.likelihood import Likelihood, Point
+from ksmea.likelihood import Likelihood
+from ksmea.point import Point
 from ksmea.screening import sobol
 
 N_SIMULATED = 64  # data sets at each maximum

@@ -22,10 +22,10 @@ from ksmea.errors import SettingError
 from ksmea.harmonics import answered
 from ksmea.identification import Streams
 from ksmea.journal import Journal, JournaledProblem
-from ksmea.likelihood import Point
-from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement
 from ksmea.model import Model
+from ksmea.nearest_maximum import nearest_maximum
+from ksmea.point import Point
 from ksmea.records.identification import IdentificationRecord
 from ksmea.records.record import Record, finite
 from ksmea.records.trace import TraceRecord

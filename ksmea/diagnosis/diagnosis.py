@@ -53,8 +53,9 @@ from ksmea.diagnosis.trials import (
     trial_of,
 )
 from ksmea.intervals import LOWER, Estimate
-from ksmea.maximisation import maximise, with_best_noise
+from ksmea.maximisation import maximise
 from ksmea.measurement import Measurement
+from ksmea.nearest_maximum import with_best_noise
 
 MAX_TESTED = 3  # of the best pairs, those that are asked whether they leave noise behind
 NEARBY = 100.0  # deviance drop of the best trial up to which scans find nothing better than fits from nearby

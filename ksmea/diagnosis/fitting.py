@@ -17,18 +17,12 @@ from ksmea.contracts import Problem
 from ksmea.diagnosis.screening import scanned, screened, screened_at
 from ksmea.difference_likelihood import likelihood_of
 from ksmea.intervals import Estimate, estimate
-from ksmea.likelihood import Likelihood, Point
-from ksmea.maximisation import (
-    best_maxima,
-    distinct,
-    is_in_valley,
-    maximise,
-    nearest_maximum,
-    promised,
-    with_best_noise,
-)
+from ksmea.likelihood import Likelihood
+from ksmea.maximisation import best_maxima, distinct, is_in_valley, maximise, promised
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
+from ksmea.nearest_maximum import nearest_maximum, with_best_noise
+from ksmea.point import Point
 from ksmea.screening import Screened, sobol
 
 START_DISTANCE = 0.1  # starts of the baseline model are not nearer to each other, in the unit cube

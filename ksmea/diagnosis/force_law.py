@@ -28,10 +28,10 @@ from ksmea.diagnosis.recovered_force import own_noise
 from ksmea.diagnosis.unknown_force import SiteFit, SumOfSquares, Unmodelled
 from ksmea.differences import central_differences
 from ksmea.force_laws import LAWS, MOMENT_LAWS, Law, LawOfSpeed, NonlinearLaw
-from ksmea.likelihood import Point
 from ksmea.load import FORCE, LOADS, MOMENT
 from ksmea.maximisation import maximise
 from ksmea.measurement import Noise
+from ksmea.point import Point
 from ksmea.smooth_force import smooth
 from ksmea.steady_motion import SiteMotion
 

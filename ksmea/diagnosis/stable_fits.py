@@ -15,9 +15,10 @@ from ksmea.contracts import Problem
 from ksmea.diagnosis.fitting import TRIAL_ITERATIONS, Fit, settled
 from ksmea.difference_likelihood import likelihood_of
 from ksmea.intervals import Estimate
-from ksmea.likelihood import Likelihood, Point
+from ksmea.likelihood import Likelihood
 from ksmea.maximisation import maximise
 from ksmea.model import Model
+from ksmea.point import Point
 from ksmea.stability import last_stable
 
 

@@ -28,9 +28,10 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import DIRECTIONS, Channel
 from ksmea.contracts import Problem
 from ksmea.differences import cube_differences
-from ksmea.likelihood import BEND, Point
+from ksmea.likelihood import BEND
 from ksmea.load import FORCE, LOADS, Load
 from ksmea.measurement import Measurement
+from ksmea.point import Point
 from ksmea.records.location import PAIR
 
 LATERAL = "force and moment"
@@ -141,7 +142,7 @@ class SumOfSquares(ABC):
             return np.inf
         return float(residual @ residual)
 
-    def other_noise(self, theta: Array) -> list[Array]:
+    def other_noise(self, point: Point) -> list[Array]:
         """None: the noise is held."""
         return []
 

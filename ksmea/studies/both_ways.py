@@ -22,9 +22,9 @@ from ksmea.contracts import Problem
 from ksmea.difference_likelihood import DifferenceLikelihood
 from ksmea.equal_speeds import common_speeds
 from ksmea.likelihood import Likelihood
-from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement
 from ksmea.model import Model
+from ksmea.nearest_maximum import nearest_maximum
 from ksmea.records.both_ways import BothWaysRecord, MovedRecord
 
 SHARES = (0.01, 0.98)  # of the information: below, differences tell next to nothing; above, they are all there is

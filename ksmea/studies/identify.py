@@ -26,13 +26,14 @@ from ksmea.errors import LONGEST_NAME, BudgetSpent, SettingError, shortened
 from ksmea.harmonics import answered
 from ksmea.identification import Identification, Stage, Streams, at_limit
 from ksmea.intervals import Estimate, Interval, estimate
-from ksmea.likelihood import Likelihood, Point
+from ksmea.likelihood import Likelihood
 from ksmea.load import FORCE
-from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement, Noise
 from ksmea.misfit import Misfit
 from ksmea.model import Count, CountedProblem, Model
+from ksmea.nearest_maximum import nearest_maximum
 from ksmea.parameters import Parameter, Parameters
+from ksmea.point import Point
 from ksmea.records.identification import (
     DataDescription,
     IdentificationRecord,

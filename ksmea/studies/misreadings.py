@@ -21,10 +21,11 @@ from ksmea.diagnosis.screening import screened
 from ksmea.difference_likelihood import likelihood_of
 from ksmea.errors import SettingError
 from ksmea.harmonics import at_1x
-from ksmea.likelihood import Likelihood, Point
+from ksmea.likelihood import Likelihood
 from ksmea.maximisation import MAX_ITERATIONS, maximise
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
+from ksmea.point import Point
 from ksmea.screening import sobol
 from ksmea.studies.readings import Reading, double_readings, readings
 

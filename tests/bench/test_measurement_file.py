@@ -16,10 +16,10 @@ from ksmea.cramer_rao import identifiability
 from ksmea.errors import SettingError
 from ksmea.intervals import estimate
 from ksmea.likelihood import Likelihood
-from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement, Noise
 from ksmea.misfit import FORMS, Misfit
 from ksmea.model import Model
+from ksmea.nearest_maximum import nearest_maximum
 from ksmea.units import RPM
 from measurements.file import File
 from measurements.run_up_csv import as_csv

@@ -13,9 +13,9 @@ from ksmea.diagnosis.fitting import Fit
 from ksmea.diagnosis.predictive_gain import predictive_gain
 from ksmea.intervals import estimate
 from ksmea.likelihood import Likelihood
-from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Noise
 from ksmea.model import Model
+from ksmea.nearest_maximum import nearest_maximum
 from ksmea.registry import create
 from problems.three_disk import ThreeDisk
 

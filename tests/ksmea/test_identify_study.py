@@ -14,10 +14,10 @@ from ksmea.errors import SettingError
 from ksmea.identification import Identification, Streams, Update
 from ksmea.likelihood import Likelihood
 from ksmea.loop import KSMEA
-from ksmea.maximisation import nearest_maximum
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.misfit import Misfit
 from ksmea.model import Model
+from ksmea.nearest_maximum import nearest_maximum
 from ksmea.parameters import Parameter, Parameters
 from ksmea.records.curves import as_array
 from ksmea.records.identification import IdentificationRecord, Seconds

@@ -13,9 +13,10 @@ from ksmea.critical_rise import critical_rise
 from ksmea.final_step import most_likely
 from ksmea.intervals import Interval, estimate
 from ksmea.likelihood import Likelihood
-from ksmea.maximisation import maximise, nearest_maximum
+from ksmea.maximisation import maximise
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.model import Model
+from ksmea.nearest_maximum import nearest_maximum
 from ksmea.parameters import Parameter, Parameters
 from problems.three_disk import ThreeDisk
 

@@ -7,20 +7,13 @@ from scipy.optimize import minimize
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.intervals import estimate
-from ksmea.likelihood import Likelihood, Point
-from ksmea.maximisation import (
-    PATIENCE,
-    SETTLED,
-    best_maxima,
-    distinct,
-    is_in_valley,
-    maximise,
-    nearest_maximum,
-    with_best_noise,
-)
+from ksmea.likelihood import Likelihood
+from ksmea.maximisation import PATIENCE, SETTLED, best_maxima, distinct, is_in_valley, maximise
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.model import Model
+from ksmea.nearest_maximum import nearest_maximum, with_best_noise
 from ksmea.parameters import Parameter, Parameters
+from ksmea.point import Point
 from likelihood_cases import CASES, likelihood_of, measured
 from problems.rk4_two_disk import RK4TwoDisk
 from problems.three_disk import ThreeDisk
