@@ -11,8 +11,10 @@ drawn for the machine and acts in all runs; the first run is the same whatever r
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections import OrderedDict
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -26,6 +28,7 @@ from ksmea.errors import SettingError, unknown
 from ksmea.kind import Kind
 from ksmea.measurement import KINDS, Layout, Measurement, Noise, observe
 from ksmea.parameters import Parameter
+from ksmea.recent import recent
 from ksmea.records.hidden import HiddenEffect, TrueValue
 from ksmea.run_notation import weights_of
 from ksmea.settings import setting
@@ -133,7 +136,7 @@ class Synthetic(MeasurementSource):
         where there are no such data: a name or a location is missing, or the rotor is unstable."""
         values, rng = self._values(settings), np.random.default_rng(0)
         if self.expected_drop is None:
-            self._hide(self._machine(settings), values, rng)
+            self._hide(settings, values, rng)
         else:  # sizes by a deviance take fits
             taken: list[AnyEffect] = []
             for name in self.hidden:
@@ -189,13 +192,13 @@ class Synthetic(MeasurementSource):
         """The noise-free response (n_speed, n_channel), m, that is measured."""
         problem = self._as_measured(self._source(settings).build())
         own = np.array([truth[name] for name in problem.parameters.names])
-        problem, theta = _with(problem, self._hide(self._machine(settings), truth, hidden))
+        problem, theta = _with(problem, self._hide(settings, truth, hidden))
         x = np.concatenate([own, theta])[None]
         return problem.response(x)[0] if self.route == "reduced" else problem.dense_response(x)[0]
 
     def hidden_effects(self, settings: ProblemSettings, hidden: np.random.Generator) -> tuple[HiddenEffect, ...]:
         """What data drawn by `hidden` hide: name, location, and values in their units."""
-        effects = self._hide(self._machine(settings), self._values(settings), hidden)
+        effects = self._hide(settings, self._values(settings), hidden)
         return tuple(HiddenEffect(each.name, str(each.effect), _true_values(each)) for each in effects)
 
     def with_hidden(
@@ -204,10 +207,27 @@ class Synthetic(MeasurementSource):
         """A problem with what data drawn by `hidden` hide, and the true values (e,) SI of the unknowns that this adds."""
         if not self.hidden:
             return None
-        return _with(problem, self._hide(self._machine(settings), self._values(settings), hidden))
+        return _with(problem, self._hide(settings, self._values(settings), hidden))
 
-    def _hide(self, problem: Problem, truth: Mapping[str, float], rng: np.random.Generator) -> list[Hidden]:
-        """The effects that data of a problem hide, at the true values (SI) of its own unknowns."""
+    def _hide(
+        self, settings: ProblemSettings, truth: Mapping[str, float], rng: np.random.Generator
+    ) -> Sequence[Hidden]:
+        """The effects that data of a problem hide, at the true values (SI) of its own unknowns. What was drawn last is kept: sizes
+        by a deviance take fits, and a run asks for its measurement, for what that hides and for a problem with it."""
+
+        def drawn() -> tuple[Sequence[Hidden], Mapping[str, Any]]:
+            return self._effects(self._machine(settings), truth, rng), rng.bit_generator.state
+
+        key = (repr(settings), tuple(sorted(truth.items())), repr(rng.bit_generator.state))
+        effects, after = recent(self._drawn_last, key, drawn, 1)
+        rng.bit_generator.state = after
+        return effects
+
+    @cached_property
+    def _drawn_last(self) -> OrderedDict[Hashable, tuple[Sequence[Hidden], Mapping[str, Any]]]:
+        return OrderedDict()
+
+    def _effects(self, problem: Problem, truth: Mapping[str, float], rng: np.random.Generator) -> list[Hidden]:
         x = np.array([truth[name] for name in problem.parameters.names])
         if not problem.is_stable(x):
             raise _unstable("measurement.truth", problem, x)

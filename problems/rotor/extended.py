@@ -23,6 +23,7 @@ from ksmea.errors import SettingError
 from ksmea.load import Load
 from ksmea.parameters import Parameters
 from ksmea.proxy import ProblemProxy
+from ksmea.recent import recent
 from ksmea.rotordynamics import Rotordynamic
 from ksmea.stability import scanned_speeds
 from problems.rotor.data import Rotor
@@ -34,7 +35,6 @@ from problems.rotor.loads import unit_loads
 from problems.rotor.nonlinear_sites import dense_motion, responses_at_order, with_nonlinear_forces
 from problems.rotor.passivity import is_passive
 from problems.rotor.problem import RotorProblem, checked_sets, finite
-from problems.rotor.recent import recent
 from problems.rotor.receptance import Reduction, reduce_rotor
 from problems.rotor.run_up import Sweep, parabola, sweep_change
 from problems.rotor.site_law import Force, attached, with_linear_forces
