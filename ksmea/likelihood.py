@@ -142,7 +142,12 @@ class Likelihood:
         response = self.model.response(u[None])[0]
         limits, longest = self._noise_limits, self.longest_step[self.d :]
         alone = NoiseAlone(*limits, longest, lambda noise: self._of_noise(np.concatenate([u, noise]), response))
-        settled = [maximise(alone, start) for start in self._noise_starts(response)]
+        floors = slice(1, None, 2)
+        own = point.theta[self.d :][floors]
+        starts = [
+            start for start in self._noise_starts(response) if np.any(np.abs(start[floors] - own) > LONGEST_NOISE_STEP)
+        ]
+        settled = [maximise(alone, start) for start in starts]
         return [np.concatenate([u, each.theta]) for each in settled if abs(each.deviance - point.deviance) > CLOSE]
 
     def _of_noise(self, theta: Array, response: ComplexArray) -> Point:

@@ -21,7 +21,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from ksmea.diagnosis.explanations import NEAR, Explanation, ranked_explanations
-from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, finished
+from ksmea.diagnosis.fitting import TRIAL_ITERATIONS, BaselineFits, Effort, Fit, finished
 from ksmea.diagnosis.screening import screened
 from ksmea.diagnosis.trials import Candidate, Trial, best_by_name, fitted, searched, trial_of
 from ksmea.measurement import Measurement
@@ -41,12 +41,13 @@ def pairs_beside(
     is_scanned: bool,
 ) -> list[Explanation]:
     """Pairs of one of the first effects and any other candidate, highest ΔBIC first; with `is_scanned` second effects are
-    scanned."""
+    scanned. Without, the first effect leaves noise, and pairs are left out that could not come near one that BIC prefers to it."""
     n_candidate, n_kept = len(firsts) * (len(trials) - 1), max(1, effort.pairs // len(firsts))
     found = []
     for first in firsts:
         others = [trial.candidate for trial in trials if trial.candidate != first.candidate]
-        quick = _quick(first, others, measurement, effort, progress, n_candidate)
+        limit = np.inf if is_scanned else first.fit.deviance - np.log(first.fit.likelihood.n_residual)
+        quick = _quick(first, others, measurement, effort, progress, n_candidate, limit)
         to_scan = [second for second in quick if is_scanned and second.candidate.effect.is_scanned][:n_kept]
         scans = _scans(first, to_scan, baseline, measurement, effort, progress, n_candidate) if to_scan else []
         found += [(first, _ended(first, second, n_candidate)) for second in (*quick[:n_kept], *scans)]
@@ -95,8 +96,12 @@ def _quick(
     effort: Effort,
     progress: Callable[[], None],
     n_candidate: int,
+    limit: float = np.inf,
 ) -> list[Trial]:
-    return fitted(first.fit.problem, measurement, first.fit, candidates, progress, n_candidate, effort.first_iterations)
+    """Second effects beside a first one, fitted for a few iterations; with a limit of the deviance, those that come below it, as
+    long as they may."""
+    iterations = effort.first_iterations if np.isinf(limit) else TRIAL_ITERATIONS
+    return fitted(first.fit.problem, measurement, first.fit, candidates, progress, n_candidate, iterations, limit)
 
 
 def _scans(

@@ -39,7 +39,9 @@ def stable_fit(fit: Fit, start: Array, below: float = np.inf) -> Fit:
     found: list[Point] = []
     for theta in starts:
         ceiling = min([below, *(point.deviance for point in found)])
-        found.append(maximise(bounded, theta, max_iterations=TRIAL_ITERATIONS, tolerance=1e-4, ceiling=ceiling))
+        found.append(
+            maximise(bounded, theta, max_iterations=TRIAL_ITERATIONS, tolerance=1e-4, least_gain=0.01, ceiling=ceiling)
+        )
     return Fit(problem, bounded, min(found, key=lambda point: point.deviance))
 
 

@@ -134,16 +134,19 @@ def fitted(
     progress: Callable[[], None],
     n_candidate: int | None = None,
     max_iterations: int = TRIAL_ITERATIONS,
+    limit: float = np.inf,
 ) -> list[Trial]:
-    """All candidates, each fitted from where the model without it fits; highest ΔBIC first. `n_candidate` is the number
-    that p is corrected for, that of the candidates if not given."""
+    """All candidates whose deviance comes below a limit, each fitted from where the model without it fits; highest ΔBIC first.
+    `n_candidate` is the number that p is corrected for, that of the candidates if not given."""
     trials: list[Trial] = []
     for candidate, extended in _most_promising_first(problem, measurement, without, found):
-        below = min((trial.fit.deviance for trial in trials), default=np.inf) + FAR
+        below = min([limit, *(trial.fit.deviance + FAR for trial in trials)])
         with suppress(np.linalg.LinAlgError):  # on the way an effect may leave the rotor no steady motion
             fit = fit_nearby(extended, measurement, without, max_iterations, below)
-            fit = stable_fit(fit, start_nearby(fit.problem, without), below)
-            trials.append(trial_of(candidate, fit, without, n_candidate or len(found)))
+            if fit.deviance < limit:
+                fit = stable_fit(fit, start_nearby(fit.problem, without), below)
+            if fit.deviance < limit:
+                trials.append(trial_of(candidate, fit, without, n_candidate or len(found)))
         progress()
     return ranked(trials)
 
