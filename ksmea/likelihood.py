@@ -147,7 +147,7 @@ class Likelihood:
         starts = [
             start for start in self._noise_starts(response) if np.any(np.abs(start[floors] - own) > LONGEST_NOISE_STEP)
         ]
-        settled = [maximise(alone, start) for start in starts]
+        settled = [maximise(alone, start, tolerance=CLOSE / 10) for start in starts]
         return [np.concatenate([u, each.theta]) for each in settled if abs(each.deviance - point.deviance) > CLOSE]
 
     def _of_noise(self, theta: Array, response: ComplexArray) -> Point:

@@ -54,7 +54,7 @@ class Maximised(Protocol):
 
 def maximise(
     likelihood: Maximised,
-    theta: Array,
+    start: Array | Point,
     *,
     fixed: int | None = None,
     max_iterations: int = MAX_ITERATIONS,
@@ -62,7 +62,7 @@ def maximise(
     least_gain: float = 0.0,
     ceiling: float = np.inf,
 ) -> Point:
-    """The maximum of the likelihood that Fisher scoring leads to from θ (p,), within the limits.
+    """The maximum of the likelihood that Fisher scoring leads to from θ (p,), or from a point where it is known, within the limits.
 
     `fixed` is the index of an unknown that keeps its value (for profiles). Steps solve the scoring equations in the box
     as bounded least squares, damped as by Levenberg and Marquardt, and once a step has failed they bend with the mean
@@ -75,8 +75,8 @@ def maximise(
     and J. P. Sethna, Improvements to the Levenberg–Marquardt algorithm for nonlinear least-squares minimization, 2012,
     arXiv 1201.5885.
     """
-    free = np.arange(len(theta)) != fixed
-    point = likelihood.at(np.clip(theta, likelihood.lower, likelihood.upper))
+    point = start if isinstance(start, Point) else likelihood.at(np.clip(start, likelihood.lower, likelihood.upper))
+    free = np.arange(len(point.theta)) != fixed
     damping = FIRST_DAMPING
     passed = []
     try:
@@ -106,10 +106,9 @@ def maximise(
     return point
 
 
-def promised(likelihood: Maximised, theta: Array) -> float:
-    """By how much the first step from θ (p,) is expected to lower the deviance."""
-    point = likelihood.at(np.clip(theta, likelihood.lower, likelihood.upper))
-    return _step(likelihood, point, np.full(len(theta), True), FIRST_DAMPING, point.gradient)[1]
+def promised(likelihood: Maximised, point: Point) -> float:
+    """By how much the first step from a point is expected to lower the deviance."""
+    return _step(likelihood, point, np.full(len(point.theta), True), FIRST_DAMPING, point.gradient)[1]
 
 
 def _comes_below(ceiling: float, passed: Sequence[float], left: int) -> bool:

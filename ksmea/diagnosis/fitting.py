@@ -178,14 +178,25 @@ def fit_nearby(
 ) -> Fit:
     """A problem whose last unknowns are those of effects, 0 where there is no effect, fitted jointly with all others
     from where the baseline model fits. Here and in what follows a fit is given up where it would not come `below` a deviance."""
-    likelihood, start = likelihood_of(Model(problem), measurement), start_nearby(problem, baseline)
-    return Fit(problem, likelihood, _tried(likelihood, start, below, max_iterations, _end(baseline)))
+    return fit_on(nearby(problem, measurement, baseline), baseline, max_iterations, below)
 
 
-def promised_nearby(problem: Problem, measurement: Measurement, baseline: Fit) -> float:
-    """By how much the first step of such a fit promises to lower the deviance."""
+def nearby(problem: Problem, measurement: Measurement, baseline: Fit) -> Fit:
+    """Where such a fit starts."""
     likelihood = likelihood_of(Model(problem), measurement)
-    return promised(likelihood, start_nearby(problem, baseline))
+    start = np.clip(start_nearby(problem, baseline), likelihood.lower, likelihood.upper)
+    return Fit(problem, likelihood, likelihood.at(start))
+
+
+def promised_from(start: Fit) -> float:
+    """By how much the first step from a start promises to lower the deviance."""
+    return promised(start.likelihood, start.point)
+
+
+def fit_on(start: Fit, baseline: Fit, max_iterations: int = TRIAL_ITERATIONS, below: float = np.inf) -> Fit:
+    """The fit from a start near the baseline model's."""
+    point = _tried(start.likelihood, start.point, below, max_iterations, _end(baseline))
+    return Fit(start.problem, start.likelihood, point)
 
 
 def start_nearby(problem: Problem, baseline: Fit) -> Array:
@@ -274,7 +285,7 @@ def without_effects(problem: Problem, d: int) -> Array:
 
 def _tried(
     likelihood: Likelihood,
-    start: Array,
+    start: Array | Point,
     below: float,
     max_iterations: int = TRIAL_ITERATIONS,
     tolerance: float = END,

@@ -18,8 +18,9 @@ from ksmea.diagnosis.fitting import (
     fit_along,
     fit_from,
     fit_from_scan,
-    fit_nearby,
-    promised_nearby,
+    fit_on,
+    nearby,
+    promised_from,
     start_nearby,
 )
 from ksmea.diagnosis.stable_fits import stable_fit
@@ -139,12 +140,12 @@ def fitted(
     """All candidates whose deviance comes below a limit, each fitted from where the model without it fits; highest ΔBIC first.
     `n_candidate` is the number that p is corrected for, that of the candidates if not given."""
     trials: list[Trial] = []
-    for candidate, extended in _most_promising_first(problem, measurement, without, found):
+    for candidate, start in _most_promising_first(problem, measurement, without, found):
         below = min([limit, *(trial.fit.deviance + FAR for trial in trials)])
         with suppress(np.linalg.LinAlgError):  # on the way an effect may leave the rotor no steady motion
-            fit = fit_nearby(extended, measurement, without, max_iterations, below)
+            fit = fit_on(start, without, max_iterations, below)
             if fit.deviance < limit:
-                fit = stable_fit(fit, start_nearby(fit.problem, without), below)
+                fit = stable_fit(fit, start.point.theta, below)
             if fit.deviance < limit:
                 trials.append(trial_of(candidate, fit, without, n_candidate or len(found)))
         progress()
@@ -153,15 +154,16 @@ def fitted(
 
 def _most_promising_first(
     problem: Problem, measurement: Measurement, without: Fit, found: Sequence[Candidate]
-) -> list[tuple[Candidate, Problem]]:
-    """The candidates that can act beside what a problem has, with the problem that has them, by what their first step promises:
+) -> list[tuple[Candidate, Fit]]:
+    """The candidates that can act beside what a problem has, with where their fits start, by what their first step promises:
     once the best ones are fitted it is known which others are no rivals."""
     promising = []
     for candidate in found:
         if (extended := candidate.beside(problem)) is not None:
             with suppress(np.linalg.LinAlgError):  # one without a steady motion where the model fits is no candidate
-                promising.append((promised_nearby(extended, measurement, without), candidate, extended))
-    return [(candidate, extended) for _, candidate, extended in sorted(promising, key=lambda each: -each[0])]
+                start = nearby(extended, measurement, without)
+                promising.append((promised_from(start), candidate, start))
+    return [(candidate, start) for _, candidate, start in sorted(promising, key=lambda each: -each[0])]
 
 
 def refined(

@@ -6,7 +6,7 @@ import pytest
 from ksmea import registry
 from ksmea.diagnosis import trials as module
 from ksmea.diagnosis.explanations import NEAR
-from ksmea.diagnosis.fitting import Effort, fit_baseline, promised_nearby
+from ksmea.diagnosis.fitting import Effort, fit_baseline, nearby, promised_from
 from ksmea.diagnosis.trials import candidates, fitted, refined
 from ksmea.measurement import Measurement, Noise, observe
 from problems.three_disk import ThreeDisk
@@ -33,7 +33,7 @@ def test_the_first_step_promises_what_a_linear_effect_reaches(near):
     """A runout adds to the response: only noise that depends on the response bends its deviance, by some per cent."""
     data, baseline, trials = near
     assert trials[0].name == "runout" and 15 < trials[0].deviance_drop < 100
-    promised = promised_nearby(trials[0].fit.problem, data, baseline.best)
+    promised = promised_from(nearby(trials[0].fit.problem, data, baseline.best))
     assert promised == pytest.approx(trials[0].deviance_drop, rel=0.2)
 
 
