@@ -134,21 +134,24 @@ class Likelihood:
 
     def other_noise(self, point: Point) -> list[Array]:
         """θ with other levels of the noise to start from: those to which `noise_starts` lead by themselves, the response held,
-        where they are not as likely as that of a maximum; most lead back to it. One evaluation of the model, or none where the
+        where they are not as likely as those of a maximum; most lead back to it. One evaluation of the model, or none where the
         noise is known."""
         if not self.noise_is_estimated:
             return []
-        u = point.theta[: self.d]
+        u, own = point.theta[: self.d], point.theta[self.d :]
         response = self.model.response(u[None])[0]
-        limits, longest = self._noise_limits, self.longest_step[self.d :]
-        alone = NoiseAlone(*limits, longest, lambda noise: self._of_noise(np.concatenate([u, noise]), response))
-        floors = slice(1, None, 2)
-        own = point.theta[self.d :][floors]
-        starts = [
-            start for start in self._noise_starts(response) if np.any(np.abs(start[floors] - own) > LONGEST_NOISE_STEP)
-        ]
+        alone = self.noise_alone(response, u)
+        starts = [start for start in self._noise_starts(response) if _has_other_floor(start, own)]
         settled = [maximise(alone, start, tolerance=CLOSE / 10) for start in starts]
         return [np.concatenate([u, each.theta]) for each in settled if abs(each.deviance - point.deviance) > CLOSE]
+
+    def noise_alone(self, response: ComplexArray, u: Array) -> NoiseAlone:
+        """The likelihood of the noise's unknowns alone where the response (n_speed, n_channel), m, is that at u (d,)."""
+        return NoiseAlone(
+            *self._noise_limits,
+            self.longest_step[self.d :],
+            lambda noise: self._of_noise(np.concatenate([u, noise]), response),
+        )
 
     def _of_noise(self, theta: Array, response: ComplexArray) -> Point:
         """The likelihood at θ and its response (n_speed, n_channel) as one of the noise's unknowns alone."""
@@ -258,6 +261,11 @@ class Likelihood:
         n_level = len(self.measurement.layout.noise_rows)
         lower, upper = noise_limits(self.measurement.values)
         return np.tile(lower, n_level), np.tile(upper, n_level)
+
+
+def _has_other_floor(noise: Array, other: Array) -> bool:
+    """Whether any floor of a level of the noise, ln relative and ln floor of each (n,), is another one's by more than a step."""
+    return bool(np.any(np.abs(noise[1::2] - other[1::2]) > LONGEST_NOISE_STEP))
 
 
 def noise_limits(values: Array | ComplexArray) -> tuple[Array, Array]:

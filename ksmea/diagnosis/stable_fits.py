@@ -21,6 +21,8 @@ from ksmea.model import Model
 from ksmea.point import Point
 from ksmea.stability import last_stable
 
+EXACT = 0.01  # of the deviance among stable values: on the border steps grow ever shorter, and lower it by ever less
+
 
 def stable_fit(fit: Fit, start: Array, below: float = np.inf) -> Fit:
     """The fit where its rotor is stable, else the highest maximum among stable values that is reached from a stable start θ
@@ -40,7 +42,9 @@ def stable_fit(fit: Fit, start: Array, below: float = np.inf) -> Fit:
     for theta in starts:
         ceiling = min([below, *(point.deviance for point in found)])
         found.append(
-            maximise(bounded, theta, max_iterations=TRIAL_ITERATIONS, tolerance=1e-4, least_gain=0.01, ceiling=ceiling)
+            maximise(
+                bounded, theta, max_iterations=TRIAL_ITERATIONS, tolerance=EXACT, least_gain=EXACT, ceiling=ceiling
+            )
         )
     return Fit(problem, bounded, min(found, key=lambda point: point.deviance))
 

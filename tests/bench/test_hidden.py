@@ -102,6 +102,20 @@ def test_what_is_hidden_can_be_added_to_the_model_that_fits_for_judging_it():
     assert Setup.of({"problem": settings, "measurement": {**measurement, "hidden": []}}).with_hidden(draw) is None
 
 
+def test_what_is_drawn_does_not_depend_on_what_was_asked_before():
+    """What was drawn last is kept; the generator goes on as if it had been drawn again."""
+    asked, fresh = (Synthetic(kind="complex", hidden=["runout", "mass"]) for _ in range(2))
+    asked.response(PROBLEM, TRUTH, stream(3))
+    one, other = stream(3), stream(3)
+    told = [asked.hidden_effects(PROBLEM, one) for _ in range(2)]
+    assert told == [fresh.hidden_effects(PROBLEM, other) for _ in range(2)] and told[0] != told[1]
+    assert one.random() == other.random()
+    elsewhere = {**TRUTH, "kxx": 0.5 * TRUTH["kxx"]}
+    assert not np.allclose(
+        asked.response(PROBLEM, elsewhere, stream(3)), asked.response(PROBLEM, TRUTH, stream(3)), rtol=1e-3
+    )
+
+
 def test_the_noise_is_the_same_with_and_without_hidden_effects():
     noisy = Synthetic(kind="complex", floor=1.0)
     hiding = dataclasses.replace(noisy, hidden=["runout"])

@@ -110,6 +110,27 @@ def test_first_effects_that_predict_the_same_count_once(rotor, fine):
     assert len(names) == 2 and "runout" in names
 
 
+def test_a_limit_leaves_out_what_stays_above_it_and_nothing_else(rotor, fine):
+    """A gain beside a mass: with a limit that it comes below, and most others do not."""
+    effects = [located(fine, "mass"), located(fine, "channel_gain", 3)]
+    measurement = measured(fine, effects, [0.01, 0.15], seed=6)
+    baseline = fit_baseline(rotor, measurement, np.random.default_rng(0), Effort()).best
+    first = fitted(rotor, measurement, baseline, candidates(rotor, few("mass")), lambda: None)[0].fit
+    found = candidates(first.problem, few("channel_gain", "runout", "timing_delay"))
+    limit = first.deviance - np.log(first.likelihood.n_residual)
+    every, below = (
+        {trial.candidate: trial.fit.deviance for trial in trials}
+        for trials in (
+            fitted(first.problem, measurement, first, found, lambda: None),
+            fitted(first.problem, measurement, first, found, lambda: None, limit=limit),
+        )
+    )
+    assert below and len(below) < len(every)
+    assert set(below) == {candidate for candidate, deviance in every.items() if deviance < limit}
+    for candidate, deviance in below.items():
+        assert deviance == pytest.approx(every[candidate], abs=0.01)  # fits end by what they promise
+
+
 class Drop:
     """A fit of which only the number of data is asked."""
 
