@@ -131,7 +131,7 @@ def diagnosis(
     """The diagnosis of a measurement by a problem and the effects, by name, that may extend it; `progress` is called at
     each step. The record names effects that do not fit the problem beside those that were left out before, and why. Where the
     model is wrong and the data over-determine an unknown force, the record has its location too, which is the verdict
-    (`located`) where no effect explains the data.
+    (`located`) where no effect explains the data; then the laws that the force may follow are sought too.
     `details` adds to the `remarks` those on data that look like a slip: what a report on one diagnosis shows. `fine` adds the
     curves of both models at as many speeds as its figures need.
 
@@ -157,7 +157,13 @@ def diagnosis(
     record = diagnosis_record(found, measurement, options.interval_level, fine=fine)
     if options.locate and record.verdict in WRONG and not missing_to_locate(problem, measurement.kind):
         where = location(
-            problem, measurement, rng, options=options.location, baseline=found.baseline, progress=progress
+            problem,
+            measurement,
+            rng,
+            options=options.location,
+            baseline=found.baseline,
+            with_laws=record.verdict == "unknown",
+            progress=progress,
         )
         record = _with_location(record, where)
         remarks = (*remarks, *disagreements(found, where))

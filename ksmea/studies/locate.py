@@ -82,10 +82,12 @@ def location(
     *,
     options: LocationOptions | None = None,
     baseline: Fit | None = None,
+    with_laws: bool = True,
     progress: Callable[[], None] = lambda: None,
 ) -> LocationRecord:
     """At which sites an unknown force, moment or reading explains a measurement; `progress` is called at each step. `baseline`
-    is the fit of the model without any, where it is known already: what a law that holds adds is compared with it.
+    is the fit of the model without any, where it is known already: what a law that holds adds is compared with it. Without laws
+    none is sought that the force follows.
 
     Raises `SettingError` where problem and measurement are not aligned, or the data are too few to tell.
     """
@@ -106,26 +108,27 @@ def location(
         n_start=options.starts,
         progress=progress,
     )
-    return location_record(found, rng, options.interval_level, options.blocks, baseline, progress)
+    return location_record(found, rng, options, baseline, with_laws, progress)
 
 
 def location_record(
     found: Location,
     rng: np.random.Generator,
-    interval_level: float,
-    n_block: int,
+    options: LocationOptions,
     baseline: Fit | None = None,
+    with_laws: bool = True,
     progress: Callable[[], None] = lambda: None,
 ) -> LocationRecord:
     """A location as plain data; values of unknowns in their units. The best site is that of the best law, where one holds,
     else the one that leaves least."""
+    interval_level = options.interval_level
     problem, measurement = found.plain.likelihood.problem, found.plain.likelihood.measurement
     believed = [] if found.is_plain_enough else [found.sites[index] for index in found.accepted]
-    laws = _laws(believed, found, progress)
+    laws = _laws(believed, found, progress) if with_laws else []
     law = next((fit for fit in laws if fit.p >= found.level), None)
     best = None if law is None else law.site.unmodelled
     believed = sorted(believed, key=lambda fit: fit.unmodelled != best)  # those of no law stay in their order
-    extension, gain = (None, None) if law is None else _extended(law, found.plain, baseline, n_block)
+    extension, gain = (None, None) if law is None else _extended(law, found.plain, baseline, options.blocks)
     along = [*problem.sites, *problem.landmarks.values(), *(channel.position for channel in measurement.channels)]
     return LocationRecord(
         kind=NOTHING if found.is_plain_enough else (believed[0].unmodelled.kind or NONE) if believed else NONE,
