@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -11,9 +11,11 @@ import pandas as pd
 
 from bench.plan.columns import place_columns
 from bench.plan.naming import cell_name
+from bench.plan.page import Command
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import first_results, plain_runs, run_lines
+from bench.reports.chapters.next_steps import as_text, before_looking_ahead
 from bench.reports.chapters.planning import identifiability_page
 from bench.reports.tables import csv_text
 from ksmea.records.identifiability import IdentifiabilityRecord
@@ -32,7 +34,12 @@ class IdentifiabilityReport(Report):
         runs = plain_runs(plan, lines)
         found = first_results(plan, lines, IdentifiabilityRecord)
         sections = [
-            text(record, _title(plan, cell), with_variations=index < MAX_CELLS)
+            "\n\n".join(
+                [
+                    text(record, _title(plan, cell), with_variations=index < MAX_CELLS),
+                    *as_text(_first(plan, cell, record)),
+                ]
+            )
             for index, (cell, record) in enumerate(found.items())
         ]
         table = csv_text(_frame(plan, found))
@@ -46,8 +53,14 @@ class IdentifiabilityReport(Report):
                 [_names(plan, found).get(cell, "") for cell in found],
                 _frame(plan, found),
                 f"{plan.name}.csv",
+                [block for cell, record in found.items() for block in _first(plan, cell, record)],
             ),
         )
+
+
+def _first(plan: Plan, cell: int, record: IdentifiabilityRecord) -> Iterator[Command]:
+    """What to do before this is relied on."""
+    yield from before_looking_ahead(plan, plan.cells[cell], record.lack_of_fit)
 
 
 def _frame(plan: Plan, found: Mapping[int, IdentifiabilityRecord]) -> pd.DataFrame:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -12,10 +12,11 @@ from matplotlib.figure import Figure
 
 from bench.jobs.lines import RunLine, ending
 from bench.plan.naming import cell_name, telling_axes
+from bench.plan.page import Command
 from bench.plan.plan import Plan, Run
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import first_results, run_lines
-from bench.reports.chapters.next_steps import after_plan
+from bench.reports.chapters.next_steps import after_plan, as_text, before_looking_ahead
 from bench.reports.chapters.planning import plan_page
 from bench.reports.next_measurement import Next, next_measurement
 from bench.reports.tables import csv_text
@@ -48,7 +49,10 @@ class PlanReport(Report):
             lambda: {f"{plan.name}.png": png(plan_figure(plan, found))} if found else {},
             page=lambda: plan_page(
                 [(_title(plan, cell), text(record), record) for cell, record in found.items()],
-                [block for each in following.values() for block in after_plan(each)],
+                [
+                    *(block for cell, record in found.items() for block in _first(plan, cell, record)),
+                    *(block for each in following.values() for block in after_plan(each)),
+                ],
                 _frame(plan, found),
                 f"{plan.name}.csv",
                 f"{plan.name}.png",
@@ -57,8 +61,13 @@ class PlanReport(Report):
 
 
 def _section(plan: Plan, cell: int, record: PlanRecord, following: Next | None) -> str:
-    """The plan of one cell, and what follows from the trial run that it recommends."""
-    return "\n\n".join([text(record, _title(plan, cell, ":")), *([following.text] if following else [])])
+    """The plan of one cell, what to do before it is relied on, and what follows from the trial run that it recommends."""
+    after = [following.text] if following else []
+    return "\n\n".join([text(record, _title(plan, cell, ":")), *as_text(_first(plan, cell, record)), *after])
+
+
+def _first(plan: Plan, cell: int, record: PlanRecord) -> Iterator[Command]:
+    yield from before_looking_ahead(plan, plan.cells[cell], record.lack_of_fit)
 
 
 def plan_figure(plan: Plan, found: Mapping[int, PlanRecord]) -> Figure:

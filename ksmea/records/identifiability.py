@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from ksmea.arrays import Array
+from ksmea.records.identification import LackOfFit
 from ksmea.records.record import Record
 from ksmea.records.stability import StabilityRecord
 
@@ -89,6 +90,8 @@ class IdentifiabilityRecord(Record):
     worst_direction: Direction  # the joint change that the data constrain least
     variations: tuple[Variation, ...] = ()
     stability: StabilityRecord | None = None  # None in older records, and where the problem cannot tell
+    lack_of_fit: LackOfFit | None = None  # of the model that was fitted to a measurement; None where nothing was
+    remarks: tuple[str, ...] = ()  # what was assumed of the noise
 
     @property
     def names(self) -> tuple[str, ...]:

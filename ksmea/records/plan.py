@@ -15,6 +15,7 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.campaign import Weight
+from ksmea.records.identification import LackOfFit
 from ksmea.records.record import Record
 from ksmea.records.stability import StabilityRecord
 from ksmea.run_notation import notation
@@ -97,6 +98,7 @@ class PlanRecord(Record):
     families: tuple[Family, ...]
     remarks: tuple[str, ...] = ()  # what was not considered, and why
     stability: StabilityRecord | None = None  # None in older records, and where the problem cannot tell
+    lack_of_fit: LackOfFit | None = None  # of the model that was fitted to a measurement; None where nothing was
 
     @property
     def target_index(self) -> int | None:

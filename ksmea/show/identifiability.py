@@ -11,6 +11,7 @@ from ksmea.arrays import Array
 from ksmea.records.identifiability import DataDescription, IdentifiabilityRecord, Unknown, Value, percent
 from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.identifiability_figure import plot
+from ksmea.show.lack_of_fit import warning
 from ksmea.show.stability import stability_text
 from ksmea.show.text import aligned
 from ksmea.units import MICROMETRE, RPM
@@ -28,7 +29,7 @@ COLUMNS = ("variation", "value", "parameter", "unit", "true", "crlb", "crlb_pct"
 
 def text(record: IdentifiabilityRecord, title: str = "", *, with_variations: bool = True) -> str:
     """What is known and what is not in sentences, and below them how that varies with the data."""
-    lines = [*([title] if title else []), *sentences(record)]
+    lines = [*([title] if title else []), *warning(record.lack_of_fit, "the intervals"), *sentences(record)]
     if with_variations and record.variations:
         lines += ["", _variations_text(record)]
     return "\n".join(lines)
@@ -77,6 +78,7 @@ def sentences(record: IdentifiabilityRecord) -> Iterator[str]:
     yield f"hard to tell apart (correlation beyond ± {ALIKE}): {pairs}"
     yield _worst_text(record)
     yield from stability_text(record.stability)
+    yield from (f"note: {remark}" for remark in record.remarks)
     if record.data.floor == 0 and any(entry.variation == "position" for entry in record.variations):
         yield (
             "the noise has no floor, so that a probe that sees next to nothing counts as precise; if yours has one, say"

@@ -11,11 +11,12 @@ from matplotlib.figure import Figure
 
 from ksmea.errors import SettingError
 from ksmea.records.curves import FitCurves, as_array
-from ksmea.records.identification import DataDescription, IdentificationRecord, LackOfFit, ParameterRecord
+from ksmea.records.identification import DataDescription, IdentificationRecord, ParameterRecord
 from ksmea.records.location import LocationRecord
 from ksmea.show import both_ways, hidden, location, repeats, weights
 from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.fit_figure import draw_amplitude, fit_figure
+from ksmea.show.lack_of_fit import verdict
 from ksmea.show.stability import stability_text
 from ksmea.show.text import data_words, noise_parts, number, told, two_digits, value_and_ends
 from ksmea.units import MICROMETRE
@@ -208,13 +209,3 @@ def _alike_text(record: IdentificationRecord) -> str:
     if record.correlation is None:
         return "not computed, without noise"
     return alike_text(record.correlation, [parameter.name for parameter in record.parameters])
-
-
-def verdict(test: LackOfFit) -> str:
-    """Whether the model explains the data within their noise."""
-    said = f"({test.statistic}, p = {test.p:.2g})"
-    if test.rejected:
-        return (
-            f"the model does not explain the data within their noise {said}; +experiment=diagnose looks for the cause"
-        )
-    return f"the model explains the data within their noise {said}"

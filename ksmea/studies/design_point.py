@@ -5,29 +5,89 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import nnls
 
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
-from ksmea.diagnosis.fitting import Effort, fit_baseline
+from ksmea.diagnosis.fit_quality import fit_quality
+from ksmea.diagnosis.fitting import Effort, Fit, fit_baseline
 from ksmea.measurement import Measurement, Noise
-from ksmea.studies.enough_data import require_enough
+from ksmea.records.identification import LackOfFit
+from ksmea.studies.enough_data import can_be_tested, require_enough
+from ksmea.studies.identify import LACK_OF_FIT_LEVEL
+from ksmea.units import MICROMETRE
+
+NEGLIGIBLE = 1e-6  # of s² at every datum: what rounding leaves of a part of the noise that is not there
 
 
 @dataclass(frozen=True)
 class DesignPoint:
-    """Values x (d,) SI of the unknowns of a problem that is seen as the data are, their kind, and their noise."""
+    """Values x (d,) SI of the unknowns of a problem that is seen as the data are, their kind, and their noise.
+
+    `lack_of_fit` is the test of the model at values that were fitted to a measurement, as `identify` makes it; None where
+    nothing was fitted or the data are too few to test. `remarks` say what was assumed of the noise."""
 
     problem: Problem
     x: Array
     noise: Noise
     kind: str
     noise_known: bool = True
+    lack_of_fit: LackOfFit | None = None
+    remarks: tuple[str, ...] = ()
 
     @classmethod
     def of_measurement(cls, problem: Problem, measurement: Measurement, rng: np.random.Generator) -> DesignPoint:
         """What a measurement makes most likely, by a search of the whole box; the problem is aligned with it.
 
         Raises `SettingError` for fewer data than unknowns."""
-        require_enough(measurement.layout, len(problem.parameters), with_noise=measurement.noise is None)
+        with_noise = measurement.noise is None
+        require_enough(measurement.layout, len(problem.parameters), with_noise=with_noise)
         fit = fit_baseline(problem, measurement, rng, Effort()).best
-        return cls(problem, fit.x, fit.noise, measurement.kind, measurement.noise is not None)
+        is_testable = can_be_tested(measurement.layout, len(problem.parameters), with_noise=with_noise)
+        noise, remarks = fit.noise, ()
+        if np.ndim(noise.relative) or np.ndim(noise.floor):
+            amplitude = np.abs(fit.response() if with_noise else measurement.values)
+            noise = common_noise(noise, amplitude)
+            remarks = (_said(noise, with_noise=with_noise),)
+        return cls(
+            problem,
+            fit.x,
+            noise,
+            measurement.kind,
+            not with_noise,
+            _lack_of_fit(fit, rng) if is_testable else None,
+            remarks,
+        )
+
+
+def common_noise(noise: Noise, amplitude: Array) -> Noise:
+    """The one relative part and the one floor that describe a noise that differs from datum to datum or from run to run, so
+    that it is known at other speeds and probes too.
+
+    Both squared are not below 0 and minimise Σ (s² / s²ᵢ − 1)² over the data, which have the amplitudes (n_speed, n_channel), m.
+
+    >>> amplitude = np.array([[1.0], [2.0], [4.0]])
+    >>> found = common_noise(Noise(0.0, np.hypot(0.1 * amplitude, 0.3)), amplitude)
+    >>> round(float(found.relative), 9), round(float(found.floor), 9)
+    (0.1, 0.3)
+    """
+    variance = np.broadcast_to(noise.variance(amplitude), amplitude.shape)
+    is_told = np.isfinite(amplitude) & np.isfinite(variance) & (variance > 0)
+    squared, variance = amplitude[is_told] ** 2, variance[is_told]
+    scale = np.median(squared), np.median(variance)  # µm² beside 1: both columns near 1
+    columns = np.stack([squared / scale[0], np.ones_like(squared)], axis=1) * (scale[1] / variance)[:, None]
+    parts = nnls(columns, np.ones(len(columns)))[0]
+    relative, floor = np.where(np.max(columns * parts, axis=0) > NEGLIGIBLE, parts, 0.0)
+    return Noise(float(np.sqrt(relative * scale[1] / scale[0])), float(np.sqrt(floor * scale[1])))
+
+
+def _said(noise: Noise, *, with_noise: bool) -> str:
+    where = "differs from run to run" if with_noise else "is stated datum by datum"
+    parts = [f"{100 * noise.relative:.2g} % of each value"] if noise.relative else []
+    parts += [f"{noise.floor / MICROMETRE:.2g} µm"] if noise.floor else []
+    return f"the noise {where}: here it is {' and '.join(parts)} everywhere, which describes it best"
+
+
+def _lack_of_fit(fit: Fit, rng: np.random.Generator) -> LackOfFit:
+    tested = fit_quality(fit, rng)
+    return LackOfFit(float(tested.p), tested.worst_statistic, bool(tested.p < LACK_OF_FIT_LEVEL))

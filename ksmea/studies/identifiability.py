@@ -107,6 +107,8 @@ def identifiability_study(point: DesignPoint, options: IdentifiabilityOptions | 
             if variation in options.variations
             for value, varied in varied_data(variation, data, options)
         ),
+        lack_of_fit=point.lack_of_fit,
+        remarks=point.remarks,
     )
 
 

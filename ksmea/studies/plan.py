@@ -124,7 +124,7 @@ def planning_study(point: DesignPoint, options: PlanOptions | None = None) -> Pl
     target = range(len(parameters)) if options.target is None else [parameters.names.index(options.target)]
     present = _Present(problem, x, Criterion(tuple(target)), rows_of)
     found = [family(present, options) for family in (_speeds, _probes, _trial_run)]
-    remarks = [entry for entry in found if isinstance(entry, str)]
+    remarks = [*point.remarks, *(entry for entry in found if isinstance(entry, str))]
     if np.all(np.equal(noise.floor, 0)):
         remarks.append(
             "the noise is proportional to each value: positions and speeds of hardly any motion count like all others;"
@@ -149,6 +149,7 @@ def planning_study(point: DesignPoint, options: PlanOptions | None = None) -> Pl
         families=tuple(entry for entry in found if isinstance(entry, Family)),
         remarks=tuple(remarks),
         stability=stability_of(problem, x, noise, point.kind, noise_known=point.noise_known),
+        lack_of_fit=point.lack_of_fit,
     )
 
 

@@ -19,7 +19,8 @@ from ksmea.measurement import Measurement, Noise, observe
 from ksmea.parameters import Parameter, Parameters
 from ksmea.records.identification import IdentificationRecord, LackOfFit, ParameterRecord, Seconds
 from ksmea.show.fit_figure import residuals
-from ksmea.show.identification import text, verdict
+from ksmea.show.identification import text
+from ksmea.show.lack_of_fit import verdict
 from ksmea.units import MICROMETRE, RPM
 from measurements.file import File
 from measurements.run_up_csv import as_csv

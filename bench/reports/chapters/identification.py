@@ -12,7 +12,8 @@ from bench.reports.chapters.response_plots import response_blocks
 from bench.reports.chapters.responses import of_fit
 from bench.reports.pages.traces import COLOURS, axis, layout, line
 from ksmea.records.identification import IdentificationRecord
-from ksmea.show.identification import table, text, verdict
+from ksmea.show.identification import table, text
+from ksmea.show.lack_of_fit import verdict
 
 LEAST_STEPS = 2  # updating steps that make a curve
 

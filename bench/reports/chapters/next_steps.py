@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
 from bench.plan.page import Block, Command
 from bench.plan.plan import Cell, Plan
@@ -10,7 +10,7 @@ from bench.reports.next_measurement import Next
 from bench.reports.pages.made_by import command_line
 from ksmea.errors import visible
 from ksmea.records.diagnosis import DiagnosisRecord
-from ksmea.records.identification import IdentificationRecord
+from ksmea.records.identification import IdentificationRecord, LackOfFit
 
 KEPT = ("problem", "measurement", "plugins", "seed")  # groups of settings that say which rotor and data
 MEASURED = ("file", "campaign")
@@ -19,7 +19,7 @@ MEASURED = ("file", "campaign")
 def after_identification(plan: Plan, cell: Cell, record: IdentificationRecord) -> Iterator[Block]:
     """The diagnosis of a fit that is rejected; of another one, what to measure in addition."""
     if record.lack_of_fit is not None and record.lack_of_fit.rejected:
-        yield Command(command_line(["+experiment=diagnose", *_same_data(plan, cell)]), "Look for what the model lacks:")
+        yield _diagnosis(plan, cell, "Look for what the model lacks:")
     else:
         words = ["+experiment=plan", *_same_data(plan, cell)]
         yield Command(command_line(words), "What to measure in addition, to know the unknowns better:")
@@ -37,6 +37,21 @@ def after_diagnosis(
     if record.verdict in ("adequate", "not observable"):
         words = ["+experiment=plan", *_same_data(plan, cell)]
         yield Command(command_line(words), "What to measure in addition, to know the unknowns better:")
+
+
+def before_looking_ahead(plan: Plan, cell: Cell, test: LackOfFit | None) -> Iterator[Command]:
+    """The diagnosis of a fit that is rejected: what looks ahead from there holds for a wrong model."""
+    if test is not None and test.rejected:
+        yield _diagnosis(plan, cell, "Before anything is made of this, look for what the model lacks:")
+
+
+def as_text(commands: Iterable[Command]) -> Iterator[str]:
+    """Commands as a terminal has them."""
+    yield from (f"{each.about}\n  {each.words}" for each in commands)
+
+
+def _diagnosis(plan: Plan, cell: Cell, about: str) -> Command:
+    return Command(command_line(["+experiment=diagnose", *_same_data(plan, cell)]), about)
 
 
 def after_plan(following: Next | None) -> Iterator[Block]:

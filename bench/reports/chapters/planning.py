@@ -26,17 +26,28 @@ MOST_PCT = 1e4  # half-widths beyond are drawn there
 
 
 def identifiability_page(
-    found: Mapping[str, IdentifiabilityRecord], stills: Sequence[str], table: pd.DataFrame, file: str
+    found: Mapping[str, IdentifiabilityRecord],
+    stills: Sequence[str],
+    table: pd.DataFrame,
+    file: str,
+    following: Sequence[Block] = (),
 ) -> Page:
-    """A section for each record, by its title."""
+    """A section for each record, by its title; `following` is what to do next."""
     sections = []
     for number, (title, record) in enumerate(found.items()):
         still = stills[number] if number < len(stills) else ""
         plots = tuple(_variation_plots(record, still))
         sections.append(Section(title or "Result", (Prose(identifiability.text(record)), *plots)))
     sections.append(Section("Table", (Folded("All rows", (Table(table, file=file),)),)))
+    sections[1:1] = [Section("What to do next", tuple(following))] if following else []
     first = next(iter(found.values()), None)
-    return Page("no run has a result" if first is None else _in_short(first), tuple(sections))
+    return Page("no run has a result" if first is None else _warned(first, _in_short(first)), tuple(sections))
+
+
+def _warned(record: IdentifiabilityRecord | PlanRecord, said: str) -> str:
+    """A headline, with the lack of fit of the model that it holds for."""
+    is_rejected = record.lack_of_fit is not None and record.lack_of_fit.rejected
+    return f"The model does not explain the data; with it: {said}" if is_rejected else said
 
 
 def _in_short(record: IdentifiabilityRecord) -> str:
@@ -90,7 +101,8 @@ def plan_page(
         sections.append(Section(title or "What to add", (Prose(text), *plots)))
     sections[1:1] = [Section("What to do next", tuple(following))] if following else []
     sections.append(Section("Table", (Folded("All rows", (Table(table, file=file),)),)))
-    return Page(_first_addition(found[0][2]) if found else "no run has a result", tuple(sections))
+    first = found[0][2] if found else None
+    return Page("no run has a result" if first is None else _warned(first, _first_addition(first)), tuple(sections))
 
 
 def _first_addition(record: PlanRecord) -> str:
