@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, FitQualityRecord, TrialRecord
 from ksmea.records.estimate import NoiseLevelRecord
-from ksmea.records.location import NOTHING, LocationRecord
+from ksmea.records.location import NOTHING
 from ksmea.show import both_ways, hidden, location, repeats
 from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
 from ksmea.show.diagnosis_tables import averaged_values, ranking_table, unknowns_table
@@ -24,6 +24,8 @@ from ksmea.show.verdict import alike, applied, verdict_line
 from ksmea.units import RPM
 
 BEFORE = 'those "before"'  # the fit of the model as given, in words
+AFTER = 'those "after", of the extended model'
+AVERAGED = 'those "averaged", over all that explain the data about as well'
 MAX_RANKED = 6  # effects that the text lists
 FEWEST_TO_LOCATE = 3  # channels: an unknown force takes two at each speed
 
@@ -238,7 +240,7 @@ def _location(record: DiagnosisRecord) -> str:
     if found is None:
         return ""
     if not record.is_explained:
-        return "Without the library:\n" + "\n\n".join([*location.findings(found), *_why_without(found)])
+        return "Without the library:\n" + "\n\n".join([*location.findings(found), *why_without(record)])
     if found.kind == NOTHING:
         said = "nothing is missing in the model"
     elif found.is_local:
@@ -249,11 +251,17 @@ def _location(record: DiagnosisRecord) -> str:
             if found.sites
             else "nothing at one place explains the data"
         )
-    return "\n".join([f"Without the library: {said}.", *location.coefficients(found), *_why_without(found)])
+    return "\n".join([f"Without the library: {said}.", *location.coefficients(found), *why_without(record)])
 
 
-def _why_without(found: LocationRecord) -> list[str]:
-    return [] if found.force is None else [location.why_without(BEFORE)]
+def why_without(record: DiagnosisRecord) -> list[str]:
+    """Why a location's unknowns without what acts are not those of the model as given, and which values to trust: of a named
+    cause those of the extended model, without one those beside what is unknown."""
+    if record.location is None or record.location.force is None:
+        return []
+    if record.is_explained:
+        return [location.why_without(BEFORE, AVERAGED if averaged_values(record) else AFTER)]
+    return [location.why_without(BEFORE)]
 
 
 def _ranking(record: DiagnosisRecord) -> str:
@@ -273,7 +281,17 @@ def _predictive_gain(record: DiagnosisRecord) -> str:
     gain = record.predictive_gain
     if gain is None:
         return ""
-    return "\n".join([*gain_lines(gain), "", *_weights(record), in_columns(unknowns_table(record))])
+    meaning = [_not_confirmed(record)] if record.is_explained and not gain.is_supported else []
+    return "\n".join([*gain_lines(gain), *meaning, "", *_weights(record), in_columns(unknowns_table(record))])
+
+
+def _not_confirmed(record: DiagnosisRecord) -> str:
+    """What an effect that all data ask for means, where left-out data do not."""
+    return (
+        f"The verdict is of all the data: fitted to all of them, the model needs {applied(record)}. Fitted to a part of them, the"
+        " extended model does not predict the others surely better: few speeds may show the effect, or it may stand for"
+        " something like it. Measure a second run and diagnose both together (measurement=campaign) before you act on it."
+    )
 
 
 def _unknowns(record: DiagnosisRecord) -> str:

@@ -34,6 +34,7 @@ CLEARLY = 3.0  # times one part of the whirl must be as large as the other for i
 FOLLOWS = 0.9  # coherence from which a force is said to follow the motion of its site
 MAX_RIVALS = 5
 MEGA = 1e6
+OVER_SITES = 'those "over all sites"'  # of the unknowns beside what is unknown, in words
 CHANNELS_OF_PAIR = 5  # two forces take four complex numbers at each speed
 
 
@@ -249,11 +250,11 @@ def _law(record: LocationRecord, law: LawRecord) -> str:
     return f"at {place(record, law.position)}, {law_words(law)}"
 
 
-def why_without(others: str) -> str:
-    """Why the unknowns without what acts there are not the `others`, which are those of the same model."""
+def why_without(others: str, trusted: str = OVER_SITES) -> str:
+    """Why the unknowns without what acts there are not the `others`, which are those of the same model, and which to trust."""
     return (
         f'The values "without" are not {others}: both are fits of the same model, but here the best site says how much each datum'
-        " weighs, and a wrong model has other values under other weights. Trust neither."
+        f" weighs, and a wrong model has other values under other weights. Trust neither, but {trusted}."
     )
 
 

@@ -7,10 +7,9 @@ from ksmea.show.location_words import in_short
 
 
 def verdict_line(record: DiagnosisRecord) -> str:
-    """The verdict and what it names or locates, for example 'Verdict: named – runout (at 0.1 m)'."""
-    if record.verdict == "located" and record.location is not None:
-        return f"Verdict: located – an unknown {in_short(record.location)}"
-    return f"Verdict: {record.verdict}" + (f" – {applied(record)}" if record.is_explained else "")
+    """The verdict and what it names or locates, for example 'Verdict: named – runout (at 0.1 m)', and whether left-out data
+    fail to confirm it."""
+    return f"{_verdict(record)}{_doubt(record)}"
 
 
 def headline(record: DiagnosisRecord) -> str:
@@ -18,7 +17,19 @@ def headline(record: DiagnosisRecord) -> str:
     stated = {*record.named, *(each.label for each in record.explanations[:1])}  # the first is the best one
     others = [each for each in alike(record) if each not in stated]
     also = f", or as well {' or '.join(others)}" if record.verdict == "ambiguous" and others else ""
-    return f"{verdict_line(record)}{also}"
+    return f"{_verdict(record)}{also}{_doubt(record)}"
+
+
+def _verdict(record: DiagnosisRecord) -> str:
+    if record.verdict == "located" and record.location is not None:
+        return f"Verdict: located – an unknown {in_short(record.location)}"
+    return f"Verdict: {record.verdict}" + (f" – {applied(record)}" if record.is_explained else "")
+
+
+def _doubt(record: DiagnosisRecord) -> str:
+    gain = record.predictive_gain
+    is_doubtful = record.is_explained and gain is not None and not gain.is_supported
+    return "; left-out data do not confirm it" if is_doubtful else ""
 
 
 def applied(record: DiagnosisRecord) -> str:

@@ -6,9 +6,11 @@ import json
 import numpy as np
 import pytest
 
+from bench.plan.page import Plot
+from bench.reports.chapters.diagnosis import diagnosis_page
 from ksmea.errors import SettingError
 from ksmea.records.diagnosis import DiagnosisRecord
-from ksmea.show.diagnosis import about_extension, text
+from ksmea.show.diagnosis import about_extension, text, why_without
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis, disagreements
 from ksmea.studies.library import library
 from tests.diagnosis.conftest import TRUTH, registered_effects
@@ -55,6 +57,7 @@ def test_the_text_says_it_in_its_verdict_and_the_file_holds_the_law(unnamed):
     assert f"Verdict: located – an unknown force at {effect.position:g} m" in said
     assert "which acts as unbalance" in said and "no known effect was tried" in said
     assert said.count('The values "without" are not those "before"') == 1
+    assert 'Trust neither, but those "over all sites".' in said
     assert "unbalance" in about_extension(record)[0] and record.location.extension is not None
 
 
@@ -78,7 +81,11 @@ def test_beside_a_name_it_is_a_second_opinion(rotor, hide):
     effects = {"unbalance": registered_effects()["unbalance"]}
     record = diagnosis(rotor, measurement, effects, np.random.default_rng(0), options=OPTIONS)
     assert record.verdict == "named" and record.location.accepts(effect.position) and not record.remarks
-    assert "Without the library: an unknown force at" in text(record)
+    said = text(record)
+    assert "Without the library: an unknown force at" in said
+    assert said.count('Trust neither, but those "after", of the extended model.') == 1
+    page = [section for section in diagnosis_page(record, ()).sections if section.title == "Without the library"]
+    assert [why_without(record)[0] in block.alternative for block in page[0].blocks if isinstance(block, Plot)][-1]
 
 
 class _Named:

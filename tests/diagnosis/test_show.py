@@ -54,6 +54,22 @@ def test_the_text_says_whether_left_out_data_support_the_extension():
     assert "is not supported by left-out data: it predicts 3 of 6 blocks" in found and "-1 in the median block" in found
 
 
+def test_a_name_that_left_out_data_do_not_confirm_says_what_both_mean_and_what_to_do():
+    """The verdict stays, since it is of all the data; line, paragraph and headline of the page say the same."""
+    doubtful = gain(is_supported=False)
+    [applied] = RECORD.applied
+    line = f"Verdict: named – runout ({applied.location}); left-out data do not confirm it"
+    said = text(doubtful)
+    assert f"{line}\n" in said and headline(doubtful) == line
+    assert f"fitted to all of them, the model needs runout ({applied.location})." in said
+    assert "Measure a second run and diagnose both together (measurement=campaign)" in said
+    assert "confirm" not in text(RECORD) and "second run" not in text(RECORD)
+    unknown = dataclasses.replace(doubtful, verdict="unknown")  # believes no effect: there is nothing to confirm
+    assert "confirm" not in text(unknown) and "second run" not in text(unknown)
+    both = dataclasses.replace(ambiguous(), predictive_gain=doubtful.predictive_gain)
+    assert headline(both).endswith(", or as well mass; left-out data do not confirm it")
+
+
 def test_what_was_hidden_stands_below_all_that_was_found_and_apart_from_it():
     """With its location and its true values in their units, in a paragraph of its own; none where nothing was hidden."""
     found, _, hidden = text(RECORD).rpartition("\n\n")

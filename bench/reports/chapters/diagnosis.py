@@ -14,7 +14,7 @@ from bench.reports.chapters.response_plots import response_blocks
 from bench.reports.chapters.responses import of_diagnosis
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.estimate import EstimateRecord
-from ksmea.show.diagnosis import BEFORE, text
+from ksmea.show.diagnosis import text, why_without
 from ksmea.show.diagnosis_tables import trials_table, unknowns_table
 from ksmea.show.verdict import headline
 
@@ -32,7 +32,9 @@ def diagnosis_page(record: DiagnosisRecord, following: Sequence[Block]) -> Page:
         sections.append(Section("Response", tuple(response_blocks(of_diagnosis(record.curves), RESIDUALS))))
     sections.append(Section("Unknowns", tuple(_unknowns(record))))
     if record.location is not None:
-        sections.append(Section("Without the library", tuple(location_blocks(record.location, LOCATION, BEFORE))))
+        sections.append(
+            Section("Without the library", tuple(location_blocks(record.location, LOCATION, why_without(record))))
+        )
     return Page(headline(record), tuple(sections))
 
 

@@ -29,7 +29,7 @@ from bench.reports.pages.traces import (
 from ksmea.arrays import Array
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.location import PAIR, ForceRecord, LocationRecord, SeriesRecord
-from ksmea.show.location import sites_table, text, why_without
+from ksmea.show.location import sites_table, text
 from ksmea.show.location_words import headline
 from ksmea.show.text import LEAST_OF_A_DOUBLE, chance, number
 from ksmea.units import MICROMETRE, RPM
@@ -48,8 +48,9 @@ def location_page(record: LocationRecord, following: Sequence[Block]) -> Page:
     return Page(headline(record), (*sections, Section("Sites", tuple(location_blocks(record, "location.png")))))
 
 
-def location_blocks(record: LocationRecord, still: str = "", others: str = "") -> Iterator[Block]:
-    """Shaft, force over speed, sites and unknowns; `others` names values of the same model that stand elsewhere on the page."""
+def location_blocks(record: LocationRecord, still: str = "", about_others: Sequence[str] = ()) -> Iterator[Block]:
+    """Shaft, force over speed, sites and unknowns; `about_others` says why values of the same model elsewhere on the page are
+    others."""
     if record.candidates:
         yield shaft_plot(record, still)
         accepted = ["yes" if site.accepted else "no" for site in record.candidates]
@@ -71,7 +72,7 @@ def location_blocks(record: LocationRecord, still: str = "", others: str = "") -
     }
     if record.force is not None and unknowns:
         said = "Unknowns without what acts there, beside it at the best site, and over all accepted sites."
-        yield interval_plot(unknowns, {}, " ".join([said, *([why_without(others)] if others else [])]))
+        yield interval_plot(unknowns, {}, " ".join([said, *about_others]))
 
 
 def _shown(estimate: EstimateRecord) -> Shown:
