@@ -21,10 +21,13 @@ from bench.reports.chapters.interval_plot import Shown
 from bench.reports.comparison.sides import Side
 from bench.reports.pages.made_by import OF_CODE
 from ksmea.errors import shortened
-from ksmea.show.text import aligned, in_columns, number, with_ends
+from ksmea.show.text import aligned, in_columns, number, of_chances, with_ends
 
 AGREE = 2.0  # combined standard deviations up to which two values are said to agree
-NOT_TOLD = "not known"
+YES, NO = TOLD = "yes", "no"
+NOT_TOLD = "not known"  # of an unknown that one side leaves open towards the other
+ONLY = "only in {}"  # of an unknown that the other side's model has not
+OF_CHANCE = "lack-of-fit p"  # how facts begin that are chances
 ABSENT = "–"  # in the place of a setting that one side has not
 LONGEST = 60  # characters of a setting in the terminal; the page has all
 DATA = (
@@ -57,9 +60,23 @@ class Comparison:
 
     @property
     def verdict(self) -> str:
-        """Whether the unknowns that both have agree."""
-        told = self.unknowns[self.unknowns["agrees"] != NOT_TOLD]
-        apart = told[told["agrees"] == "no"]
+        """Whether the verdicts agree, and then whether the unknowns that both have do."""
+        return "; ".join(filter(None, [self._of_verdicts, self._of_unknowns]))
+
+    @property
+    def _of_verdicts(self) -> str:
+        """Whether two results of one study find the same; of different studies nothing is said."""
+        first, second = self.first, self.second
+        if first.study != second.study:
+            return ""
+        if first.finding == second.finding:
+            return f"the verdicts are the same ({first.finding})"
+        return f"the verdicts differ (a: {first.finding}; b: {second.finding})"
+
+    @property
+    def _of_unknowns(self) -> str:
+        told = self.unknowns[self.unknowns["agrees"].isin(TOLD)]
+        apart = told[told["agrees"] == NO]
         if told.empty:
             return "no unknown has an interval in both: whether they agree is not known"
         if apart.empty:
@@ -106,11 +123,17 @@ def _unknowns(first: Side, second: Side) -> pd.DataFrame:
                 **_columns("a", one),
                 **_columns("b", other),
                 "difference_sigma": apart,
-                "agrees": NOT_TOLD if np.isnan(apart) else "yes" if abs(apart) <= AGREE else "no",
+                "agrees": _agrees(one, other, apart),
             }
         )
     columns = [*("unknown", "unit", "a", "a_low", "a_high", "b", "b_low", "b_high"), "difference_sigma", "agrees"]
     return pd.DataFrame(rows, columns=columns)
+
+
+def _agrees(one: Shown | None, other: Shown | None, apart: float) -> str:
+    if one is None or other is None:
+        return ONLY.format("b" if one is None else "a")
+    return NOT_TOLD if np.isnan(apart) else YES if abs(apart) <= AGREE else NO
 
 
 def _columns(side: str, shown: Shown | None) -> dict[str, float]:
@@ -126,20 +149,27 @@ def _settings(first: Side, second: Side) -> pd.DataFrame:
 
 def _facts(first: Side, second: Side) -> pd.DataFrame:
     names = dict.fromkeys([*first.facts, *second.facts])
-    rows = [(name, *(_said(side.facts.get(name)) for side in (first, second))) for name in names]
+    rows = [(name, *(_said(name, side.facts.get(name)) for side in (first, second))) for name in names]
     return pd.DataFrame(rows, columns=["what", "a", "b"])
 
 
-def _said(value: str | float | None) -> str:
+def _said(name: str, value: str | float | None) -> str:
     if value is None or value == "":
         return "–"
-    return value if isinstance(value, str) else number(value, 5)
+    if isinstance(value, str):
+        return value
+    return of_chances(value) if name.startswith(OF_CHANCE) else number(value, 5)
 
 
 def text(comparison: Comparison) -> str:
     """The comparison in the terminal."""
     first, second = comparison.first, comparison.second
-    head = [f"a: {first.name}: {first.verdict}", f"b: {second.name}: {second.verdict}", f"{comparison.verdict}."]
+    said = comparison.verdict
+    head = [
+        f"a: {first.name}: {first.verdict}",
+        f"b: {second.name}: {second.verdict}",
+        f"{said[:1].upper()}{said[1:]}.",
+    ]
     blocks = ["\n".join(head), in_columns(unknowns_table(comparison)), in_columns(comparison.facts)]
     return "\n\n".join([*blocks, *_settings_text(comparison)])
 

@@ -13,11 +13,12 @@ from bench.jobs.records import read_records
 from bench.plan.plan import Plan, Run, read_plan
 from bench.reports.chapters import diagnosis, identification
 from bench.reports.chapters.interval_plot import Shown
-from bench.reports.fleet_rows import diagnosed
+from bench.reports.fleet_rows import diagnosed, identified
 from bench.reports.pages.made_by import flattened
 from ksmea.errors import SettingError
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.identification import IdentificationRecord
+from ksmea.show.verdict import verdict_line
 from ksmea.units import MICROMETRE
 
 USUAL_LEVEL = 0.95  # of intervals in plans that say none
@@ -29,12 +30,15 @@ KINDS: Mapping[str, type[IdentificationRecord | DiagnosisRecord]] = {
 
 @dataclass(frozen=True)
 class Side:
-    """What is compared of one result. `facts` are numbers and words by name, `level` that of the intervals."""
+    """What is compared of one result. `finding` is its verdict in short, which another one of the same study can equal,
+    `facts` are numbers and words by name, `level` is that of the intervals."""
 
     name: str
     plan: Plan
+    study: str
     settings: Mapping[str, str]
     verdict: str
+    finding: str
     facts: Mapping[str, str | float]
     unknowns: Mapping[str, Shown]
     level: float
@@ -50,10 +54,10 @@ def read_side(folder: Path) -> Side:
         raise SettingError(f"compare: expected results of identify or diagnose, got {folder} with study={study}")
     settings = dict(flattened(cell.settings)) | {"seed": str(cell.seed), "repetition": str(run.repetition)}
     told = _told_diagnosis if study == "diagnose" else _told_identification
-    verdict, facts, unknowns = told(line)
+    verdict, finding, facts, unknowns = told(line)
     setting = "interval_level" if study == "diagnose" else "level"
     level = float((cell.settings.get("study") or {}).get(setting, USUAL_LEVEL))
-    return Side(str(folder), plan, settings, verdict, facts, unknowns, level)
+    return Side(str(folder), plan, study, settings, verdict, finding, facts, unknowns, level)
 
 
 def n_with_result(plan: Plan, folder: Path) -> int:
@@ -72,7 +76,7 @@ def _first(plan: Plan, folder: Path) -> tuple[Run, RunLine]:
     )
 
 
-Told = tuple[str, Mapping[str, str | float], Mapping[str, Shown]]
+Told = tuple[str, str, Mapping[str, str | float], Mapping[str, Shown]]
 
 
 def _told_identification(line: RunLine) -> Told:
@@ -81,7 +85,7 @@ def _told_identification(line: RunLine) -> Told:
         part.name: Shown(part.in_unit(part.value), part.in_unit(part.low), part.in_unit(part.high), part.unit)
         for part in record.parameters
     }
-    return identification.headline(record), dict(_facts(record)), unknowns
+    return identification.headline(record), identified(record).finding, dict(_facts(record)), unknowns
 
 
 def _facts(record: IdentificationRecord) -> Iterator[tuple[str, str | float]]:
@@ -92,10 +96,16 @@ def _facts(record: IdentificationRecord) -> Iterator[tuple[str, str | float]]:
         yield "lack-of-fit p", record.lack_of_fit.p
     if record.intervals is not None:
         noise = record.intervals.noise
-        yield "noise (%)", 100 * noise.relative
-        yield "noise (µm)", noise.floor / MICROMETRE
+        yield from _noise(noise.relative, noise.floor)
     yield "model evaluations", record.model_evaluations
     yield "model Jacobians", record.model_jacobians
+
+
+def _noise(relative: float, floor: float) -> Iterator[tuple[str, float]]:
+    """The parts of the noise that there are; `floor` in m, rms where each datum has its own."""
+    yield from (
+        (name, part) for name, part in (("noise (%)", 100 * relative), ("noise (µm)", floor / MICROMETRE)) if part
+    )
 
 
 def _told_diagnosis(line: RunLine) -> Told:
@@ -110,7 +120,22 @@ def _told_diagnosis(line: RunLine) -> Told:
     facts |= {"lack-of-fit p": before.p, "reduced χ²": before.reduced_chi2}
     facts |= {} if record.lack_of_fit.after is None else {"lack-of-fit p after": record.lack_of_fit.after.p}
     facts |= {} if record.lack_of_fit.after is None else {"reduced χ² after": record.lack_of_fit.after.reduced_chi2}
-    if row.noise is not None:
-        facts |= {"noise (%)": 100 * row.noise[0], "noise (µm)": row.noise[1] / MICROMETRE}
+    facts |= {} if row.noise is None else dict(_noise(*row.noise))
     unknowns = {each.name: Shown(each.value, each.low, each.high, each.unit) for each in row.values}
-    return diagnosis.headline(record), facts, unknowns
+    unknowns |= _of_extension(record)
+    headline = diagnosis.headline(record)
+    return headline, verdict_line(record).removeprefix("Verdict: "), facts, unknowns
+
+
+def _of_extension(record: DiagnosisRecord) -> dict[str, Shown]:
+    """The unknowns that the extended model has besides those of the model as given, where it is believed."""
+    if record.verdict == "located" and record.location is not None and record.location.extension is not None:
+        own, found = {row.name for row in record.coefficients}, record.location.extension
+        return {
+            name: Shown(value, np.nan, np.nan, found.units[name])
+            for name, value in found.values.items()
+            if name not in own
+        }
+    if not record.is_explained:
+        return {}
+    return {row.name: diagnosis.shown(row.after) for row in record.coefficients if row.before is None and row.after}
