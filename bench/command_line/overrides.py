@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from decimal import Decimal
@@ -25,6 +26,7 @@ from ksmea.errors import SettingError
 
 ALONE, END = "tag(alone,choice([", "]))"  # around the one value of a word that Hydra is to leave to the sweeper
 TAG = "alone"
+PLAIN = re.compile(r"[\w./-]+")  # a path that needs no quotes in Hydra's grammar
 
 
 @dataclass(frozen=True)
@@ -143,6 +145,15 @@ def _plain(value: Any) -> Any:
 def override(key: str, value: Any) -> str:
     """A setting and its value in Hydra's grammar."""
     return f"{key}={_in_grammar(value)}"
+
+
+def path_word(key: str, path: str) -> str:
+    """A setting whose value is a path, without quotes where it needs none.
+
+    >>> path_word("output", "results/mine"), path_word("output", "my results")
+    ('output=results/mine', "output='my results'")
+    """
+    return f"{key}={path}" if PLAIN.fullmatch(path) else override(key, path)
 
 
 def _in_grammar(value: Any) -> str:

@@ -1,32 +1,44 @@
-"""A folder of results belongs to one experiment and one measurement: another one is refused, not written over it."""
+"""A folder of results belongs to one experiment, one measurement and one problem: another one is refused, not written over it."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
-from bench.plan.plan import PLAN_FILE, Plan, read_plan
+from bench.command_line.config import folder_part
+from bench.command_line.overrides import path_word
+from bench.plan.plan import PLAN_FILE, Cell, Plan, read_plan
+from bench.plan.setup import FINGERPRINTS
 from ksmea.errors import SettingError, shortened
 
 LONGEST_LIST = 200  # characters of the names of files that an error shows
-MEASUREMENT_FILE = "measurement_fingerprint"  # where settings keep the hash of a measured file
+MOST_TRIED = 100  # names of a folder
+PROBLEM, MEASUREMENT = "problem", "measurement"
+FILE = {PROBLEM: "file", MEASUREMENT: "path"}  # the setting that names it
 
 
 def require_own_folder(plan: Plan, output: Path) -> None:
-    """Raise `SettingError` where a folder holds another experiment (by name or study) or another measurement. The same
-    experiment with other settings is welcome: its finished runs are kept."""
-    if not (output / PLAN_FILE).is_file():
-        return
-    try:
-        found = read_plan(output)
-    except SettingError:  # of an older schema: it is written anew
+    """Raise `SettingError` where a folder holds another experiment (by name or study), another measurement or another
+    problem. The same experiment with other settings is welcome: its finished runs are kept."""
+    found = planned_before(output)
+    if found is None or not (found.cells and plan.cells):
         return
     is_same = found.name == plan.name and _studies(found) & _studies(plan)
-    is_same_file = bool(_measured(found) & _measured(plan)) or not (_files(found) and _files(plan))
-    if found.cells and plan.cells and not (is_same and is_same_file):
+    if not (is_same and _is_same_file(found, plan) and _is_same_problem(found, plan)):
         raise SettingError(
-            f"{output}: expected a folder of {_described(plan)}, got one with results of {_described(found)};"
-            " choose another output=DIR"
+            f"{output}: expected a folder of {_described(plan)}, got one with results of {_described(found)}, which stay as"
+            f" they are; give {path_word('output', _free(plan, found, output))} with this command"
         )
+
+
+def planned_before(output: Path) -> Plan | None:
+    """The plan that a folder holds; None without one that can be read, which is written anew."""
+    if not (output / PLAN_FILE).is_file():
+        return None
+    try:
+        return read_plan(output)
+    except SettingError:  # of an older schema
+        return None
 
 
 def _studies(plan: Plan) -> set[str]:
@@ -34,18 +46,66 @@ def _studies(plan: Plan) -> set[str]:
     return {(cell.settings.get("study") or {"name": "identify"})["name"] for cell in plan.cells}
 
 
-def _files(plan: Plan) -> list[str]:
-    """Names of the files that were measured, as they were given."""
-    paths = [cell.settings["measurement"].get("path") for cell in plan.cells if cell.settings.get("measurement")]
-    return list(dict.fromkeys(path for path in paths if path))
+def _is_same_file(one: Plan, other: Plan) -> bool:
+    """Whether they share a measured file, or one of them has none."""
+    shared = _identities(one, MEASUREMENT) & _identities(other, MEASUREMENT)
+    return bool(shared) or not (_files(one, MEASUREMENT) and _files(other, MEASUREMENT))
 
 
-def _measured(plan: Plan) -> set[str]:
-    """The files themselves: where they lie, and what they hold, so that neither moving nor correcting one makes another."""
-    contents = {cell.settings.get(MEASUREMENT_FILE) for cell in plan.cells}
-    return {str(Path(path).expanduser().absolute()) for path in _files(plan)} | {each for each in contents if each}
+def _is_same_problem(one: Plan, other: Plan) -> bool:
+    """Whether they share a problem, or one of them has none: by its file where it has one, else by its name."""
+    shared = _identities(one, PROBLEM) & _identities(other, PROBLEM)
+    return bool(shared) or not (_names(one) and _names(other))
+
+
+def _identities(plan: Plan, group: str) -> set[str]:
+    """Files by where they lie and by what they hold, so that neither moving nor correcting one makes another; plugins without
+    a file by their name."""
+    contents = {cell.settings.get(FINGERPRINTS[group]) for cell in plan.cells}
+    places = {str(Path(path).expanduser().absolute()) for path in _files(plan, group)}
+    without = {
+        cell.settings[group]["name"] for cell in plan.cells if cell.settings.get(group) and not _file(cell, group)
+    }
+    return {each for each in contents if each} | places | (without if group == PROBLEM else set())
+
+
+def _file(cell: Cell, group: str) -> str:
+    """The name of a file as it was given; '' without one."""
+    return str((cell.settings.get(group) or {}).get(FILE[group]) or "")
+
+
+def _files(plan: Plan, group: str) -> list[str]:
+    return _each(plan, lambda cell: _file(cell, group))
+
+
+def _names(plan: Plan) -> list[str]:
+    """Problems by name, with the file of one that has it."""
+    return _each(
+        plan,
+        lambda cell: " ".join(filter(None, [(cell.settings.get(PROBLEM) or {}).get("name"), _file(cell, PROBLEM)])),
+    )
+
+
+def _each(plan: Plan, told: Callable[[Cell], str]) -> list[str]:
+    return [each for each in dict.fromkeys(map(told, plan.cells)) if each]
 
 
 def _described(plan: Plan) -> str:
-    """For example 'identify (study=identify, run_up.csv)'."""
-    return f"{plan.name} ({shortened(', '.join(['study=' + '/'.join(sorted(_studies(plan))), *_files(plan)]), LONGEST_LIST)})"
+    """For example 'identify (study=identify, problem=rotor pump.yaml, run_up.csv)'."""
+    problems = [f"problem={name}" for name in _names(plan)]
+    said = ", ".join(["study=" + "/".join(sorted(_studies(plan))), *problems, *_files(plan, MEASUREMENT)])
+    return f"{plan.name} ({shortened(said, LONGEST_LIST)})"
+
+
+def _free(plan: Plan, found: Plan, output: Path) -> str:
+    """A folder that is not there yet, named after what is other in the plan: its problem, its measurement or its name."""
+    if not _is_same_problem(found, plan):
+        new = Path(_names(plan)[0].rpartition(" ")[2]).stem
+    elif not _is_same_file(found, plan):
+        new = Path(_files(plan, MEASUREMENT)[0]).stem
+    else:
+        new = plan.name if plan.name != found.name else "_".join(sorted(_studies(plan)))
+    name = f"{output.name}_{folder_part(new)}"
+    places = (output.with_name(each) for each in (name, *(f"{name}_{number}" for number in range(2, MOST_TRIED))))
+    free = next((each for each in places if not each.exists()), output.with_name(f"{name}_{MOST_TRIED}"))
+    return str(free.relative_to(Path.cwd()) if free.is_relative_to(Path.cwd()) else free)

@@ -5,14 +5,13 @@ from __future__ import annotations
 
 import json
 import os
-import re
 import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from bench.command_line.overrides import override
+from bench.command_line.overrides import override, path_word
 from bench.plan.plan import Cell, Plan
 from ksmea.errors import visible
 from ksmea.run_notation import BARE, weights_of
@@ -20,7 +19,6 @@ from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
 CAMPAIGN_FILE, FURTHER_FILE = "campaign.yaml", "further.csv"
 OF_FILE = ("path", "speed_from", "speed_to")  # settings of `measurement=file` that go into the campaign's file
-PLAIN = re.compile(r"[\w./-]+")  # a path that needs no quotes in Hydra's grammar
 ANY_SPEED = (0.0, 1e6)  # rpm
 
 
@@ -56,8 +54,8 @@ def next_measurement(plan: Plan, cell: Cell, run: str, output: Path) -> Next | N
         path = from_here(output / CAMPAIGN_FILE)
         words = [
             "measurement=campaign",
-            _word("measurement.path", path),
-            _word("output", f"{from_here(output)}_campaign"),
+            path_word("measurement.path", path),
+            path_word("output", f"{from_here(output)}_campaign"),
         ]
         step = f"measure the run that {path} describes, and put its data into {from_here(output / FURTHER_FILE)}; then"
         content = _campaign(source, run, output).encode()
@@ -78,10 +76,6 @@ def _command(plan: Plan, cell: Cell, changes: Sequence[str]) -> str:
 
 def _key(word: str) -> str:
     return word.partition("=")[0].lstrip("+")
-
-
-def _word(key: str, path: str) -> str:
-    return f"{key}={path}" if PLAIN.fullmatch(path) else override(key, path)
 
 
 def from_here(path: Path) -> str:

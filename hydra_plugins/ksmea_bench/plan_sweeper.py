@@ -13,10 +13,13 @@ from hydra.plugins.sweeper import Sweeper
 from hydra.types import HydraContext, TaskFunction
 from omegaconf import DictConfig, flag_override
 
+from bench.command_line.output_level import is_quiet
 from bench.jobs.claims import clear
 from bench.jobs.deal import dealt
+from bench.jobs.earlier import earlier_note
 from bench.plan.experiment import Experiment
 from bench.storage.locks import exclusive
+from ksmea.errors import visible
 
 # A plain node: Hydra scans this file outside sys.modules, where a dataclass cannot resolve its annotations.
 TARGET = {"_target_": "hydra_plugins.ksmea_bench.plan_sweeper.PlanSweeper"}
@@ -47,6 +50,7 @@ class PlanSweeper(Sweeper):
         from bench.reports.collect import collect
 
         with exclusive(experiment.output / ".lock"):
+            note = earlier_note(experiment.plan, experiment.output)
             jobs = dealt(experiment)
             try:
                 if jobs:
@@ -61,4 +65,7 @@ class PlanSweeper(Sweeper):
                 collect(experiment.output)  # what there is; then the reason why it is not all
                 raise
             clear(experiment.output)
-            return collect(experiment.output, redraw=False)
+            code = collect(experiment.output, redraw=False)
+            if note and not is_quiet():
+                print(visible(note))
+            return code

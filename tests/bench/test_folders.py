@@ -1,8 +1,16 @@
-"""A folder of results belongs to one experiment and one measurement."""
+"""A folder of results belongs to one experiment, one measurement and one problem, and tells what it no longer shows."""
+
+import dataclasses
+import re
 
 import pytest
 
 from bench.command_line.config import of_file
+from bench.jobs.earlier import earlier_note
+from bench.jobs.records import RecordWriter
+from bench.plan.folder import require_own_folder
+from bench.plan.plan import all_runs, write_plan
+from ksmea.errors import SettingError
 from measurements.run_up_csv import as_csv
 from tests.bench.test_identify_file import run_up
 
@@ -32,43 +40,103 @@ def test_the_name_of_a_folder_holds_what_a_folder_may_be_called():
 
 
 @pytest.mark.parametrize(
-    "words, new",
+    "words, new, folder",
     [
         (
             ["+experiment=identify", *CHEAP, "measurement.path='second run.csv'"],
-            "identify (study=identify, second run.csv)",
+            "identify (study=identify, problem=three_disk, second run.csv)",
+            "mine_second_run",
         ),
         (
-            ["+experiment=identify", *CHEAP, "measurement.path=first.csv", "name=mine"],
-            "mine (study=identify, first.csv)",
+            ["+experiment=identify", *CHEAP, "measurement.path=first.csv", "name=other"],
+            "other (study=identify, problem=three_disk, first.csv)",
+            "mine_other",
         ),
         (
             ["+experiment=diagnose", "name=identify", "measurement=file", "measurement.path=first.csv"],
-            "identify (study=diagnose, first.csv)",
+            "identify (study=diagnose, problem=three_disk, first.csv)",
+            "mine_diagnose",
         ),
     ],
 )
-def test_another_experiment_or_measurement_in_a_folder_is_refused(words, new, enter, files, tmp_path):
+def test_another_experiment_measurement_or_problem_in_a_folder_is_refused(words, new, folder, enter, files, tmp_path):
+    """With the folder to give, and what is there stays as it is to the byte."""
     first = enter(*IDENTIFY, "measurement.path=first.csv", "output=mine", output="mine")
     assert first.code == 0, first.err
     before = {path: path.read_bytes() for path in first.output.rglob("*") if path.is_file()}
     ended = enter(*words, "output=mine", output="mine")
     assert (ended.code, ended.out) == (2, "")
     assert ended.err == (
-        f"error: {first.output}: expected a folder of {new}, got one with results of identify (study=identify, first.csv);"
-        " choose another output=DIR\n"
+        f"error: {first.output}: expected a folder of {new}, got one with results of identify (study=identify,"
+        f" problem=three_disk, first.csv), which stay as they are; give output={folder} with this command\n"
     )
     assert {path: path.read_bytes() for path in first.output.rglob("*") if path.is_file()} == before
 
 
 def test_the_same_experiment_goes_on_with_other_settings(enter, files, tmp_path):
     words = [*IDENTIFY, "measurement.path=first.csv", "output=mine"]
-    assert enter(*words, output="mine").code == 0
-    assert enter(*words, "repetitions=2", output="mine").code == 0
-    assert enter(*words, "optimizer.starts=1,2", output="mine").code == 0
+    first = enter(*words, output="mine")
+    assert first.code == 0
+    again = enter(*words, "repetitions=2", output="mine")
+    assert again.code == 0 and "no longer shown" not in first.out + again.out
+    swept = enter(*words, "optimizer.starts=2,3", output="mine")
+    assert swept.code == 0 and swept.out.splitlines()[-1].startswith("note: 2 earlier results in this folder")
     (tmp_path / "moved").mkdir()
     (tmp_path / "first.csv").rename(tmp_path / "moved/again.csv")
     assert enter(*IDENTIFY, "measurement.path=moved/again.csv", "output=mine", output="mine").code == 0
+
+
+@pytest.fixture
+def planned(plan):
+    """A plan of one run of a problem, perhaps from a file with some content, and of other settings."""
+
+    def of(problem="rotor", file="", content="", measured="", **settings):
+        chosen = {"name": problem} | ({"file": file} if file else {})
+        settings |= {
+            "problem": chosen,
+            "measurement": {"name": "file", "path": measured},
+            "study": {"name": "identify"},
+        }
+        settings |= {"fingerprint": content} if content else {}
+        cell = dataclasses.replace(plan.cells[0], settings=settings)
+        named = {"name": "identify", "command": ("+experiment=identify", f"seed={settings.get('seed', 0)}")}
+        return dataclasses.replace(plan, **named, cells=(cell,), runs=all_runs((cell,), 1, plan.versions))
+
+    return of
+
+
+def test_another_problem_in_a_folder_is_refused_with_a_free_one(planned, tmp_path, monkeypatch):
+    """By its name, or by its file: one that is corrected, or moved, is the same rotor."""
+    monkeypatch.chdir(tmp_path)
+    write_plan(planned("rotor", "pump.yaml", "a", "run.csv"), tmp_path / "mine")
+    require_own_folder(planned("rotor", "pump.yaml", "b", "run.csv"), tmp_path / "mine")
+    require_own_folder(planned("rotor", "moved/pump.yaml", "a", "run.csv"), tmp_path / "mine")
+    require_own_folder(planned("rotor", "pump.yaml", "a", "run.csv", seed=3), tmp_path / "mine")
+    other = planned("rotor", "fan.yaml", "c", "run.csv")
+    said = "got one with results of identify (study=identify, problem=rotor pump.yaml, run.csv), which stay as they are; give"
+    with pytest.raises(SettingError, match=re.escape(f"{said} output=mine_fan with this command")):
+        require_own_folder(other, tmp_path / "mine")
+    (tmp_path / "mine_fan").mkdir()
+    with pytest.raises(SettingError, match="give output=mine_fan_2 with this command"):
+        require_own_folder(other, tmp_path / "mine")
+    with pytest.raises(SettingError, match="give output=mine_three_disk with this command"):
+        require_own_folder(planned("three_disk", measured="run.csv"), tmp_path / "mine")
+
+
+def test_results_that_are_no_longer_shown_are_told_with_the_command_that_shows_them(planned, tmp_path):
+    first, other = planned(seed=1), planned(seed=2)
+    assert earlier_note(first, tmp_path) == ""
+    write_plan(first, tmp_path)
+    assert earlier_note(other, tmp_path) == ""  # nothing was done
+    with RecordWriter(tmp_path, 0, first) as writer:
+        writer.result(first.runs[0], {"status": "done"})
+    assert earlier_note(first, tmp_path) == ""
+    assert earlier_note(other, tmp_path) == (
+        "note: 1 earlier result in this folder, of other settings or files, is no longer shown: its record is kept, and its"
+        " command shows it again: python -m bench +experiment=identify seed=1 (another output=DIR keeps both side by side)"
+    )
+    more = dataclasses.replace(first, cells=first.cells + other.cells, runs=(*first.runs, *other.runs))
+    assert earlier_note(more, tmp_path) == ""  # shows what was there, and more
 
 
 def test_a_changed_sweep_of_files_is_the_same_experiment(enter, files):

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 
+from bench.command_line.overrides import path_word
 from bench.plan.page import Block, Command
 from bench.plan.plan import Cell, Plan
 from bench.reports.next_measurement import Next
@@ -32,7 +34,8 @@ def after_diagnosis(
     yield from after_plan(following)
     if extended is not None:
         words = [word for word in _same_data(plan, cell) if not word.startswith("problem")]
-        words = ["+experiment=identify", "problem=extended", f"problem.file={extended}", *words]
+        words = ["+experiment=identify", "problem=extended", path_word("problem.file", extended), *words]
+        words += [path_word("output", _beside(plan, extended))]  # that of the model as given stays what it is
         yield Command(command_line(words), "Identify with the extended model:")
     if record.verdict in ("adequate", "not observable"):
         words = ["+experiment=plan", *_same_data(plan, cell)]
@@ -60,6 +63,12 @@ def after_plan(following: Next | None) -> Iterator[Block]:
         yield Command(
             following.command, " ".join(visible(step) for step in following.steps) or "Take the recommended run along:"
         )
+
+
+def _beside(plan: Plan, extended: str) -> str:
+    """The folder of an identification by an extended model, beside that of its diagnosis: results/identify_run_up_extended."""
+    folder = Path(extended).parent
+    return str(folder.with_name(f"identify{folder.name.removeprefix(plan.name)}_extended"))
 
 
 def _same_data(plan: Plan, cell: Cell) -> list[str]:
