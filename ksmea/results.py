@@ -1,6 +1,6 @@
 """What the door returns: a record of what was found, with the text of the terminal, a table and a figure.
 
-`print(result)` gives the text, `to_frame()` a tidy table, `plot()` a figure, `to_json()` the record; a notebook shows
+`print(result)` gives the text, `to_frame()` a tidy table, `plot()` a figure, `to_json()` the record with units beside its numbers; a notebook shows
 table and text. `record` has every number as an attribute, SI unless its documentation says otherwise.
 """
 
@@ -26,6 +26,7 @@ from ksmea.records.location import LocationRecord
 from ksmea.records.plan import PlanRecord
 from ksmea.records.record import Record
 from ksmea.show import balance, diagnosis, identifiability, identification, location, plan, weights
+from ksmea.show.json_units import with_units
 
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 
@@ -50,7 +51,7 @@ class Result(ABC, Generic[AnyRecord]):
 
     def to_json(self, path: str | Path | None = None) -> str:
         """The record as JSON, written to a file too where one is named."""
-        text = json.dumps(self.record.told(), indent=1, allow_nan=False)
+        text = json.dumps(with_units(self.record), indent=1, allow_nan=False)
         if path is not None:
             Path(path).write_text(text + "\n", encoding="utf-8")
         return text

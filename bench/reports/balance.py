@@ -19,6 +19,7 @@ from bench.reports.chapters.balance import balance_page
 from bench.reports.tables import csv_text
 from ksmea.records.balance import BalanceRecord
 from ksmea.show.balance import frame, left_out_frame, plot, text
+from ksmea.show.json_units import with_units
 from ksmea.show.style import png
 
 OF_ONE_RUN = ("balance.json", "coefficients.csv", "weights.csv", "left_out.csv", "balance.png")
@@ -36,7 +37,7 @@ class BalanceReport(Report):
         if len(plan.runs) != 1 or not done:
             return Made(f"{len(done)} of {len(plan.runs)} runs have a result", files, runs, outdated=OF_ONE_RUN)
         record = lines[done[0].key].record(BalanceRecord)
-        files["balance.json"] = (json.dumps(record.told(), indent=1) + "\n").encode()
+        files["balance.json"] = (json.dumps(with_units(record), indent=1) + "\n").encode()
         files["coefficients.csv"] = csv_text(frame(record)).encode()
         if record.weights:
             files["weights.csv"] = csv_text(left_out_frame(record.weights)).encode()

@@ -39,6 +39,7 @@ from ksmea.records.hidden import HiddenEffect
 from ksmea.show.diagnosis import about_extension, text
 from ksmea.show.diagnosis_figure import ranking_figure, residual_figure
 from ksmea.show.hidden import COLUMN, in_one_line
+from ksmea.show.json_units import with_units
 from ksmea.show.location import plot
 from ksmea.show.location_words import in_short
 from ksmea.show.style import png
@@ -105,7 +106,7 @@ class DiagnosisReport(Report):
 def public(record: DiagnosisRecord, following: Next | None = None) -> dict[str, Any]:
     """What diagnosis.json holds: what was found, what to do next, and last, in a field of its own, what synthetic data were
     made to hide."""
-    data = record.told()
+    data = with_units(record)
     found = {name: value for name, value in data.items() if name not in OF_THE_BENCH}
     found |= {"next": following.to_data()} if following else {}
     return found | ({"hidden": data["hidden"]} if record.hidden else {})

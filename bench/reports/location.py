@@ -20,6 +20,7 @@ from bench.reports.chapters.location import location_page
 from bench.reports.tables import csv_text
 from ksmea.extension import located_yaml
 from ksmea.records.location import NONE, NOTHING, LocationRecord
+from ksmea.show.json_units import with_units
 from ksmea.show.location import about_extension, frame, plot, text
 from ksmea.show.style import png
 from ksmea.show.text import aligned, number
@@ -44,7 +45,7 @@ class LocationReport(Report):
             page = Page(kinds_line(runs), (Section("Result", (Prose(text_of_all),)),))
             return Made(text_of_all, files, runs, outdated=OF_ONE_RUN, page=lambda: page)
         cell, record = plan.cells[done[0].cell], lines[done[0].key].record(LocationRecord)
-        public = {name: value for name, value in record.told().items() if name not in OF_THE_BENCH}
+        public = {name: value for name, value in with_units(record).items() if name not in OF_THE_BENCH}
         files["location.json"] = (json.dumps(public, indent=1) + "\n").encode()
         chosen, settings = cell.chosen("problem"), cell.settings["problem"]
         if extended := located_yaml(chosen, settings, record, about_extension(record)):

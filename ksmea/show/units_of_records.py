@@ -1,0 +1,132 @@
+"""The units of what records hold, field by field. What is not here has no unit, has it in a field `unit` beside it, or says it in
+its own name (`seconds`, `reduction_pct`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from ksmea.load import FORCE
+from ksmea.records import balance, curves, diagnosis, estimate, identifiability, identification, location, plan, trace
+from ksmea.records.averaged import BandRecord
+from ksmea.records.extension import PredictiveGainRecord
+from ksmea.records.repeats import RepeatsRecord
+from ksmea.records.stability import StabilityRecord
+from ksmea.records.weights import InfluenceRecord, VectorRecord, WeightsRecord
+from ksmea.units import DEGREE, GRAM_MILLIMETRE, MICROMETRE, RPM
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """The unit of a number, and what texts show it in: the end of a name (`um` in `floor_um`) and its size in that unit."""
+
+    unit: str
+    shown: str = ""
+    size: float = 1.0
+
+
+LENGTH, TIME, WORK, STIFFNESS = Quantity("m"), Quantity("s"), Quantity("J"), Quantity("N/m")
+VIBRATION = Quantity("m", "um", MICROMETRE)
+SPEED = Quantity("rad/s", "rpm", RPM)
+ANGLE = Quantity("rad", "deg", DEGREE)
+UNBALANCE = Quantity("kg m", "g_mm", GRAM_MILLIMETRE)
+PART = Quantity("1", "pct", 0.01)
+OF_NOISE = Quantity("standard deviations of the noise")
+OF_UNKNOWNS = Quantity("SI")  # a number for each unknown: divided by its `si_per_unit` it is in its `unit`
+MICROMETRES, GRAM_MILLIMETRES, DEGREES = Quantity("µm"), Quantity("g mm"), Quantity("deg")
+
+Told = Quantity | Callable[[Any], Quantity | None]
+
+
+def _of_variation(record: Any) -> Quantity | None:
+    return {"band": SPEED, "position": LENGTH}.get(record.variation)
+
+
+def _of_law(record: Any) -> Quantity:
+    return Quantity("N" if record.kind == FORCE else "N m")
+
+
+def _each(names: str, told: Told) -> dict[str, Told]:
+    return dict.fromkeys(names.split(), told)
+
+
+NOISE = {"relative": PART, "floor": VIBRATION, "by_run": Quantity("name, part, m")}
+ADDED = {"speed": SPEED, "position": LENGTH, "magnitude": UNBALANCE, "phase": ANGLE}
+
+UNITS: Mapping[type, Mapping[str, Told]] = {
+    # estimates, noise, curves
+    estimate.NoiseLevelRecord: NOISE,
+    identification.NoiseLevel: NOISE,
+    RepeatsRecord: {"relative": PART, "floor": VIBRATION},
+    PredictiveGainRecord: _each("rmse_before rmse_after", VIBRATION),
+    StabilityRecord: _each("threshold low high measured searched", SPEED),
+    curves.Polar: {"amplitude": VIBRATION, "phase": ANGLE},
+    curves.FineCurve: {"speed": SPEED, "amplitude": VIBRATION, "phase": ANGLE},
+    curves.FitCurves: {"speed": SPEED, "sd": VIBRATION},
+    curves.ResponseCurves: {"speed": SPEED, **_each("measured identified predicted modelled true", VIBRATION)},
+    BandRecord: _each("value low high", VIBRATION),
+    # diagnosis
+    diagnosis.FitQualityRecord: {"band": SPEED},
+    diagnosis.CurvesRecord: {"speed": SPEED},
+    diagnosis.ResponsesRecord: _each("measured before after", VIBRATION),
+    diagnosis.ResidualsRecord: _each("before after", OF_NOISE),
+    # location
+    location.SiteRecord: _each("position second", LENGTH),
+    location.ForceRecord: {**_each("position second", LENGTH), "work": WORK},
+    location.StiffnessRecord: _each("real imaginary", STIFFNESS),
+    location.LawRecord: {"position": LENGTH, **_each("amplitude amplitude_sd", _of_law)},
+    location.LocationRecord: {"speed": SPEED, "work": WORK, **_each("shaft landmarks planes", LENGTH)},
+    # identification
+    identification.SearchStageRecord: {"x": OF_UNKNOWNS},
+    identification.UpdateRecord: {"x": OF_UNKNOWNS, "sdf": VIBRATION},
+    identification.Seconds: _each("model surrogate search total", TIME),
+    identification.DataDescription: _each("speed_from speed_to", SPEED),
+    trace.StageRecord: {"x": OF_UNKNOWNS},
+    trace.TraceRecord: {"x": OF_UNKNOWNS},
+    VectorRecord: {
+        "position": LENGTH,
+        **_each("x y size size_low size_high", UNBALANCE),
+        **_each("angle angle_low angle_high", ANGLE),
+    },
+    InfluenceRecord: {
+        "position": LENGTH,
+        **_each("amplitude amplitude_sd", Quantity("m/(kg m)")),
+        **_each("phase phase_sd", ANGLE),
+    },
+    WeightsRecord: {"speed": SPEED, **_each("before after", VIBRATION)},
+    # before anything is measured
+    identifiability.DataDescription: {
+        **_each("speed_from speed_to", SPEED),
+        "positions": LENGTH,
+        "relative": PART,
+        "floor": VIBRATION,
+    },
+    identifiability.Direction: {"crlb": PART},
+    identifiability.Variation: {"value": _of_variation, "crlb": OF_UNKNOWNS},
+    plan.Candidates: {**ADDED, "crlb": OF_UNKNOWNS},
+    plan.Step: {**ADDED, **_each("crlb unplanned_crlb", OF_UNKNOWNS)},
+    plan.PlanRecord: {**_each("speed_from speed_to", SPEED), "crlb": OF_UNKNOWNS},
+    # balancing
+    balance.PolarRecord: _each("angle angle_low angle_high", DEGREES),  # sizes: beside it
+    balance.EntryRecord: {"speed": SPEED},
+    balance.PlaneRecord: {"position": LENGTH, "coefficients": Quantity("µm/(g mm)")},
+    balance.WeightRecord: {"position": LENGTH, **_each("weight known", GRAM_MILLIMETRES)},
+    balance.EntryMisfitRecord: _each("measured expected", MICROMETRES),
+    balance.SpreadRecord: _each("spread drift repeats", MICROMETRES),
+    balance.DriftRecord: _each("real imaginary", MICROMETRES),
+    balance.CorrectionRecord: {"position": LENGTH, "weight": GRAM_MILLIMETRES, **_each("bare left", MICROMETRES)},
+    balance.LeftOutRecord: {**_each("rms_size mean_size least_of_angle", GRAM_MILLIMETRES), "mean_angle": DEGREES},
+    balance.BalanceRecord: {
+        "bare": MICROMETRES,
+        "growth_scale": GRAM_MILLIMETRES,
+        **_each("time_constant run_time", TIME),
+    },
+}
+
+# Fields in SI beside `unit` and `si_per_unit`, which are told in that unit too.
+IN_UNIT: Mapping[type, tuple[str, ...]] = {
+    identification.ParameterRecord: ("value", "low", "high", "identified", "most_likely", "crlb", "true"),
+    identifiability.Unknown: ("true", "lower", "upper", "crlb"),
+    plan.Unknown: ("true", "range_sd"),
+}

@@ -1,0 +1,139 @@
+"""JSON says the unit of every number, beside it or in its name, and is read back as the record that it was made of."""
+
+import dataclasses
+import json
+import re
+import typing
+from pathlib import Path
+
+import pytest
+
+import ksmea
+from bench.reports.diagnosis import public
+from ksmea.records.balance import BalanceRecord
+from ksmea.records.diagnosis import DiagnosisRecord
+from ksmea.records.estimate import NoiseLevelRecord
+from ksmea.records.identifiability import IdentifiabilityRecord
+from ksmea.records.identification import IdentificationRecord, NoiseLevel
+from ksmea.records.location import LocationRecord
+from ksmea.records.plan import PlanRecord
+from ksmea.records.record import Record
+from ksmea.show.json_units import with_units
+from ksmea.show.text import noise_level
+from ksmea.show.units_of_records import IN_UNIT, UNITS
+
+DATA = Path(__file__).parents[1] / "data"
+DIAGNOSIS = DiagnosisRecord.from_data(json.loads((DATA / "diagnosis_of_schema_2.json").read_text()))
+WRITTEN = (BalanceRecord, DiagnosisRecord, IdentifiabilityRecord, IdentificationRecord, LocationRecord, PlanRecord)
+
+# Numbers without a unit: chances, counts, parts, ratios, and what is in units of the noise.
+PLAIN = re.compile(
+    r"p|p_.*|n_.*|.*_p|.*_pct|seconds|level|.*_level|chi2|reduced_chi2|deviance.*|.*_deviance_drop|delta_bic|bic|excess|weight|.*_excess"
+    r"|elpd_difference|standard_errors?|by_block|median|now|then|collinearity|breaks|whirl|coherence|degrees|ratio|dof"
+    r"|misfit|predicted_misfit|polish_gain|updates|.*evaluations|.*jacobians|notes|error|least|correlation|sigmas|change"
+    r"|candidate|slope|growth|spread_growth|coverage|smc"
+)
+
+
+def classes(kind, seen):
+    """Every dataclass that fields of a record lead to."""
+    if dataclasses.is_dataclass(kind) and kind not in seen:
+        seen[kind] = typing.get_type_hints(kind)
+        for hint in seen[kind].values():
+            classes(hint, seen)
+    for part in typing.get_args(kind):
+        classes(part, seen)
+    return seen
+
+
+def is_numeric(hint):
+    return hint in (float, int) or any(map(is_numeric, typing.get_args(hint)))
+
+
+REACHED = {kind: hints for record in WRITTEN for kind, hints in classes(record, {}).items()}
+
+
+def test_every_number_of_every_record_has_its_unit():
+    """In the table of units, in a field `unit` of its record or of the one that holds it, or in its name."""
+    of_parent = {"SeriesRecord", "PolarRecord"}  # sizes whose unit stands beside the field that holds them
+    for kind, hints in REACHED.items():
+        if "unit" in hints or "units" in hints or kind.__name__ in of_parent:
+            continue
+        for name, hint in hints.items():
+            told = name in UNITS.get(kind, {}) or PLAIN.fullmatch(name)
+            assert told or not is_numeric(hint), f"{kind.__name__}.{name} has no unit"
+
+
+def test_the_table_of_units_names_fields_that_there_are():
+    for kind, fields in {**UNITS, **IN_UNIT}.items():
+        assert kind in REACHED, kind
+        assert all(hasattr(kind, name) or name in REACHED[kind] or name == "work" for name in fields), kind
+
+
+def test_a_diagnosis_in_json_has_the_numbers_of_its_text():
+    told = json.loads(json.dumps(public(DIAGNOSIS), allow_nan=False))
+    noise = told["noise"]["after"]
+    assert noise["floor_unit"] == "m" and noise["floor"] == DIAGNOSIS.noise.after.floor
+    assert noise_level(DIAGNOSIS.noise.after) == f"{noise['relative_pct']:.3g} % of each value" + (
+        f" and {noise['floor_um']:.3g} µm" if noise["floor"] else ""
+    )
+    fit = told["lack_of_fit"]["before"]
+    assert fit["band_unit"] == "rad/s"
+    assert fit["band_rpm"] == pytest.approx([speed * 30 / 3.141592653589793 for speed in fit["band"]])
+    gain = told["predictive_gain"]
+    assert gain["rmse_before_um"] == pytest.approx(1e6 * gain["rmse_before"]) and gain["rmse_before_unit"] == "m"
+
+
+def test_a_floor_is_told_in_both_units():
+    told = with_units(NoiseLevelRecord(0.05, 7e-8))
+    assert told == {
+        "relative": 0.05,
+        "relative_unit": "1",
+        "relative_pct": pytest.approx(5.0),
+        "floor": 7e-8,
+        "floor_unit": "m",
+        "floor_um": pytest.approx(0.07),
+        "by_run": (),
+        "by_run_unit": "name, part, m",
+    }
+
+
+@pytest.fixture(scope="module")
+def rotor():
+    return ksmea.load_problem("three_disk", n_speed=20)
+
+
+@pytest.fixture(scope="module")
+def found(rotor):
+    data = ksmea.synthetic_measurement(rotor, relative=0.05, kind="complex", rng=1)
+    return ksmea.identify(rotor, data)
+
+
+def test_an_identification_in_json_has_values_in_their_unit(found):
+    told = json.loads(found.to_json())
+    first, value = told["parameters"][0], found["kxx"]
+    assert (first["unit"], first["in_unit"]["value"]) == (value.unit, pytest.approx(value.value))
+    assert [first["in_unit"]["low"], first["in_unit"]["high"]] == pytest.approx([value.low, value.high])
+    assert first["identified"] == found.record.parameters[0].identified  # SI, as before
+    assert told["fit"]["speed_unit"] == "rad/s" and "speed_rpm" not in told["fit"]  # a curve is told once
+    assert IdentificationRecord.from_data(told) == found.record
+
+
+def test_json_is_read_back_as_the_record(rotor, found):
+    quick = {"relative": 0.05, "kind": "complex"}
+    plan = ksmea.plan(rotor, **quick, add=2, sensors=1, n_candidate=20)
+    known = ksmea.identifiability(rotor, **quick)
+    for record in (plan.record, known.record, DIAGNOSIS):
+        assert type(record).from_data(json.loads(json.dumps(with_units(record)))) == record
+    [speeds, *_] = with_units(plan.record)["families"]
+    assert speeds["steps"][0]["speed_rpm"] == pytest.approx(speeds["steps"][0]["speed"] * 30 / 3.141592653589793)
+    bands = [each for each in with_units(known.record)["variations"] if each["variation"] == "band"]
+    assert bands[0]["value_unit"] == "rad/s" and bands[0]["value_rpm"][0] == pytest.approx(1909.86, abs=0.01)
+
+
+def test_what_is_no_record_of_a_table_is_told_as_it_is():
+    @dataclasses.dataclass(frozen=True)
+    class Mine(Record):
+        size: float
+
+    assert with_units(Mine(2.0)) == {"size": 2.0} and NoiseLevel in UNITS
