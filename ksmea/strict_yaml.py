@@ -48,7 +48,7 @@ def parse(content: bytes, path: str) -> Any:
         return yaml.load(text, Loader=StrictLoader)
     except yaml.MarkedYAMLError as error:
         where = f" line {error.problem_mark.line + 1}" if error.problem_mark else ""
-        raise SettingError(f"{path}{where}: expected YAML, got {_one_line(error.problem)}") from error
+        raise SettingError(f"{path}{where}: expected YAML, got {_in_words(error)}") from error
     except (yaml.YAMLError, ValueError, TypeError, OverflowError, AttributeError, LookupError) as error:
         # but for the first: an explicit tag (!!int, !!timestamp) that does not fit its value
         raise SettingError(f"{path}: expected YAML, got {_one_line(error)}") from error
@@ -121,6 +121,14 @@ StrictLoader.add_implicit_resolver(NULL, re.compile(r"(~|null)?$"), ["", "~", "n
 StrictLoader.add_implicit_resolver(MERGE, re.compile(r"<<$"), ["<"])
 StrictLoader.add_constructor(INTEGER, _whole)
 StrictLoader.add_constructor(FLOAT, _decimal)
+
+
+def _in_words(error: yaml.MarkedYAMLError) -> str:
+    """What is wrong: of what is no YAML at all PyYAML's words, and where to look."""
+    said = _one_line(error.problem).removeprefix("found ")
+    if isinstance(error, (yaml.scanner.ScannerError, yaml.parser.ParserError)):
+        return f"a syntax error ({said}); look there and just above for a missing bracket, quote, colon or space"
+    return said
 
 
 def _one_line(message: object) -> str:

@@ -126,7 +126,7 @@ def _remarks(field: dataclasses.Field) -> str:
     if metadata.get("unit"):
         remarks.append(f"[{metadata['unit']}]")
     if metadata.get("choices"):
-        remarks.append(f"one of {', '.join(metadata['choices'])}")
+        remarks.append(f"(one of {', '.join(map(str, metadata['choices']))})")
     elif expected_range(metadata):
         remarks.append(f"({expected_range(metadata)})")
     if metadata.get("source"):

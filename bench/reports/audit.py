@@ -34,7 +34,7 @@ from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.records.identifiability import IdentifiabilityRecord, Unknown
 from ksmea.show.style import png
-from ksmea.show.text import aligned
+from ksmea.show.text import aligned, two_digits
 
 LUCKY, IMPOSSIBLE = 0.05, 0.001  # chances below which a value is called so
 VERDICTS = ("possible", "lucky", "impossible")
@@ -238,4 +238,4 @@ def _distinct(values: pd.Series) -> str:
 def _pct(value: float) -> str:
     if np.isinf(value):
         return "∞"
-    return f"{value:.2g}" if value < 100 else f"{value:.0f}" if value < 1e5 else f"{value:.0e}"
+    return two_digits(value) if value < 1e5 else f"{value:.0e}"

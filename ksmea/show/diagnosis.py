@@ -160,8 +160,15 @@ def _where(quality: FitQualityRecord) -> str:
 def _noise(record: DiagnosisRecord) -> str:
     if record.noise.by_datum:
         return "Noise: as stated datum by datum."
-    said = "known" if record.noise.known else "estimated"
+    said = "known" if record.noise.known else f"estimated{_by_which_model(record)}"
     return f"Noise ({said}): {noise_level(believed_noise(record))}."
+
+
+def _by_which_model(record: DiagnosisRecord) -> str:
+    """Under which model the noise is estimated, where that is not the one as given."""
+    if record.verdict == "located" and record.location is not None:
+        return " beside the unknown force"
+    return f" with {applied(record)}" if record.is_explained and record.noise.after is not None else ""
 
 
 def believed_noise(record: DiagnosisRecord) -> NoiseLevelRecord:
@@ -264,14 +271,24 @@ def why_without(record: DiagnosisRecord) -> list[str]:
     return [location.why_without(BEFORE)]
 
 
-def _ranking(record: DiagnosisRecord) -> str:
-    """The best location of each of the highest-ranked effects."""
-    if not record.ranking:
-        return ""
+def _listed(record: DiagnosisRecord) -> list[TrialRecord]:
+    """The best location of each of the highest-ranked effects, and however low they rank those that are named or explain the
+    data about as well, at the locations where they are applied."""
     best: dict[str, TrialRecord] = {}
     for trial in record.ranking:
         best.setdefault(trial.effect, trial)
-    table = in_columns(ranking_table(list(best.values())[:MAX_RANKED]))
+    meant = [best[name] for name in (*record.named, *record.ambiguity_group) if name in best]
+    places = {(effect.name, effect.location) for effect in record.applied}
+    meant += [trial for trial in record.ranking if (trial.effect, trial.location) in places]
+    listed = {(each.effect, each.location) for each in [*list(best.values())[:MAX_RANKED], *meant]}
+    return [trial for trial in record.ranking if (trial.effect, trial.location) in listed]
+
+
+def _ranking(record: DiagnosisRecord) -> str:
+    """The highest-ranked effects with their evidence."""
+    if not record.ranking:
+        return ""
+    table = in_columns(ranking_table(_listed(record)))
     if record.verdict != "adequate":
         return table
     return f"The model explains the data. The effects that come nearest to being needed:\n{table}"

@@ -13,6 +13,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.records.curves import FineCurve
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, TrialRecord, Values
+from ksmea.show.residual_components import COMPONENTS, components
 from ksmea.show.response_lines import AMPLITUDE, PHASE, amplitude_line, phase_axis, phase_line
 from ksmea.show.style import OURS, PAPER, REFERENCE, ShownFigure, broken
 from ksmea.units import MICROMETRE, RPM
@@ -57,8 +58,9 @@ def residual_figure(record: DiagnosisRecord) -> Figure:
         panel.set_axis_off()
     for panel in panels[-1]:
         panel.set_xlabel("speed (rpm)", fontsize=9)
-    handles, labels = panels[0, 0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=len(labels), fontsize=9, frameon=False)
+    of_panels = (panels[row, 0].get_legend_handles_labels() for row in (0, rows.index(BEFOREHAND)))
+    handles, labels = map(sum, zip(*of_panels), ([], []))
+    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=9, frameon=False)
     names = " and ".join(f"{effect.name} ({effect.location})" for effect in record.applied)
     left_out = len(curves.channels) - len(channels)
     more = f"; {left_out} channels more are not shown" if left_out else ""
@@ -115,12 +117,12 @@ def _draw_phase(panel: Axes, curves: CurvesRecord, column: int) -> None:
 
 
 def _draw_before(panel: Axes, curves: CurvesRecord, column: int) -> None:
-    _draw_residuals(panel, curves, curves.residuals.before, column, BEFORE)
+    _draw_residuals(panel, curves, curves.residuals.before, curves.responses.before, column, BEFORE)
 
 
 def _draw_after(panel: Axes, curves: CurvesRecord, column: int) -> None:
-    if curves.residuals.after is not None:
-        _draw_residuals(panel, curves, curves.residuals.after, column, AFTER)
+    if curves.residuals.after is not None and curves.responses.after is not None:
+        _draw_residuals(panel, curves, curves.residuals.after, curves.responses.after, column, AFTER)
 
 
 _DRAW: dict[str, Callable[[Axes, CurvesRecord, int], None]] = {
@@ -131,15 +133,18 @@ _DRAW: dict[str, Callable[[Axes, CurvesRecord, int], None]] = {
 }
 
 
-def _draw_residuals(panel: Axes, curves: CurvesRecord, values: Values, column: int, colour: str) -> None:
-    """Both parts of complex residuals, or real ones, with the band of two standard deviations."""
-    parts = np.array(values)[:, column]
-    scale = np.sqrt(2) if parts.ndim == 2 else 1.0  # a complex residual of unit variance has parts of half of it
+def _draw_residuals(
+    panel: Axes, curves: CurvesRecord, residuals: Values, fitted: Values, column: int, colour: str
+) -> None:
+    """Both components of complex residuals, or real ones, with the band of two standard deviations."""
+    values = _response(residuals)[:, column]
+    parts = components(values, _response(fitted)[:, column]) if np.iscomplexobj(values) else (values,)
     panel.axhspan(-N_SD, N_SD, color=REFERENCE, alpha=0.08)
-    for part, marker in zip(np.atleast_2d(parts.T), "ox"):
-        panel.plot(np.array(curves.speed) / RPM, part * scale, marker, color=colour, markersize=2.5, alpha=0.8)
+    for part, marker, name in zip(parts, "ox", COMPONENTS):
+        label = f"residual {name}" if len(parts) > 1 else None
+        panel.plot(np.array(curves.speed) / RPM, part, marker, color=colour, markersize=2.5, alpha=0.8, label=label)
     panel.axhline(0, color=REFERENCE, linewidth=0.6)
-    limit = max(4.0, 1.1 * float(np.abs(parts).max()) * scale)
+    limit = max(4.0, 1.1 * float(np.max(np.abs(parts))))
     panel.set_ylim(-limit, limit)
 
 

@@ -13,7 +13,7 @@ from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.identifiability_figure import plot
 from ksmea.show.lack_of_fit import warning
 from ksmea.show.stability import stability_text
-from ksmea.show.text import aligned
+from ksmea.show.text import aligned, two_digits
 from ksmea.units import MICROMETRE, RPM
 
 __all__ = ["COLUMNS", "frame", "plot", "text"]
@@ -118,7 +118,7 @@ def _known_text(parameter: Unknown, half_width: float, half_width_pct: float) ->
     """For example 'kxx to ± 0.1 MN/m (± 0.21 %)'; the half-width is SI."""
     if half_width_pct > 1000 or not np.isfinite(half_width):
         return f"{parameter.name} (± more than 1000 %)"
-    in_pct = f" (± {_pct_text(half_width_pct)} %)" if parameter.true else ""
+    in_pct = f" (± {two_digits(half_width_pct)} %)" if parameter.true else ""
     return f"{parameter.name} to ± {_number(half_width / parameter.si_per_unit)} {parameter.unit}{in_pct}"
 
 
@@ -130,7 +130,7 @@ def _worst_text(record: IdentifiabilityRecord) -> str:
     parts = [f"{change[index]:+.2f} {record.names[index]}" for index in order]
     crlb = record.worst_direction.crlb
     width = np.inf if crlb is None else 100 * record.sigmas * crlb
-    known = "not at all" if width > 1000 else f"to ± {_pct_text(width)} %"
+    known = "not at all" if width > 1000 else f"to ± {two_digits(width)} %"
     return f"least constrained: a joint relative change of {' '.join(parts)}, known {known}"
 
 
@@ -163,13 +163,8 @@ def _present(data: DataDescription) -> Iterator[str]:
     yield f"kind {data.kind}"
 
 
-def _pct_text(value: float) -> str:
-    """Two digits, whole from 100 on."""
-    return f"{value:.2g}" if abs(value) < 100 else f"{value:.0f}"
-
-
 def _number(value: float) -> str:
     """Two digits, whole from 100 on; '∞' and '> 10⁴' where more would say nothing."""
     if not value <= FAR:
         return "> 10⁴" if np.isfinite(value) else "∞"
-    return _pct_text(value)
+    return two_digits(value)

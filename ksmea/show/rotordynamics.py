@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from ksmea.arrays import Array, ComplexArray
+from ksmea.channel import named
 from ksmea.show.mode_shape_figure import in_plane, nodes
 from ksmea.units import GRAM_MILLIMETRE, HERTZ, KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE, RPM
 from ksmea.whirl import CriticalSpeed, Rotordynamics, log_decrement, roundness
@@ -36,7 +37,7 @@ def layout_frame(found: Rotordynamics) -> pd.DataFrame:
     for plane in layout.unbalance:
         size = {"unbalance_g_mm": plane.magnitude / GRAM_MILLIMETRE, "phase_deg": np.degrees(plane.phase)}
         rows.append({"thing": "unbalance", "from_m": plane.position, **size})
-    rows += [{"thing": f"probe {each.direction}", "from_m": each.position} for each in layout.probes]
+    rows += [{"thing": f"probe {named(each.direction)}", "from_m": each.position} for each in layout.probes]
     for effect in layout.effects:
         rows += [{"thing": effect.name, "from_m": place} for place in effect.positions or (None,)]
     return pd.DataFrame(rows)

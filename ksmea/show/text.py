@@ -18,6 +18,10 @@ WRITTEN_OUT = 1e12  # from where on such values are not
 MOST_DIGITS = 15  # of a double
 PLAIN_DECIMALS = 6  # of a value with its error; of more, and from `LARGEST` on, both are written with a power of ten
 LARGEST = 1e7
+LEAST_WHOLE = 99.5  # from where on two digits are written as a whole number
+ONE_SIDED_DIGITS = (
+    4  # of the largest number of a value with one end: how far that is says nothing of how well the value is known
+)
 
 
 def aligned(head: list[str], lines: list[list[str]]) -> str:
@@ -62,9 +66,11 @@ def value_and_ends(value: float, low: float | None, high: float | None) -> tuple
 
 def told(*values: float | None) -> list[str]:
     """A value and the ends of its interval with as many decimals as show half its width to two digits, all of them the same, or a value
-    alone to four digits. Where one of them would be left with less than two digits by that, each is written by itself. What is
+    alone to four digits, as is one beside a single end at most. Where one of them would be left with less than two digits by that, each is written by itself. What is
     not finite or none is '–'.
 
+    >>> told(1.0, 0.9999858, None), told(500.0, 499.9, None)
+    (['1.000', '1.000', '–'], ['500.0', '499.9', '–'])
     >>> told(0.04, 0.0004, 12), told(1000, 5, 1e6), told(1e-10, 9e-11, 1.1e-10), told(15041000, 14998000, 15084000)
     (['0.04', '0.0004', '12'], ['1000', '5', '1000000'], ['1e-10', '9e-11', '1.1e-10'], ['15041000', '14998000', '15084000'])
     """
@@ -72,7 +78,8 @@ def told(*values: float | None) -> list[str]:
     sizes = [abs(value) for value in finite if value] or [1.0]
     half = (max(finite) - min(finite)) / 2 if finite else 0.0
     largest = int(np.floor(np.log10(max(sizes))))
-    places = _places(half) if half > 0 else max(3 - largest, 0)
+    alone = max(ONE_SIDED_DIGITS - 1 - largest, 0)
+    places = alone if not half else min(_places(half), alone) if len(finite) < len(values) else _places(half)
     alike = places <= MOST_DECIMALS and max(sizes) < WRITTEN_OUT and min(sizes) >= 10.0 ** (1 - places)
     digits = int(np.clip(largest + places + 1, 3, MOST_DIGITS))
     return [
@@ -173,4 +180,9 @@ def of_chances(p: float) -> str:
 
 
 def two_digits(value: float) -> str:
-    return f"{value:.2g}" if abs(value) < 100 else f"{value:.0f}"
+    """Two digits, whole from 100 on.
+
+    >>> two_digits(99.6), two_digits(1234.5), two_digits(0.0171)
+    ('100', '1234', '0.017')
+    """
+    return f"{value:.2g}" if abs(value) < LEAST_WHOLE else f"{value:.0f}"

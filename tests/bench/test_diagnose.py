@@ -130,7 +130,8 @@ def test_an_adequate_model_leaves_no_extended_file_behind(hidden, enter, tmp_pat
     again = enter("+experiment=diagnose", *DATA, FEW, "seed=3", output="results/diagnose")
     assert "Verdict: adequate" in again.out and "What would have been found in nine of ten cases" in again.out
     assert not (again.output / "extended.yaml").exists() and diagnosis(again)["named"] == []
-    assert "idden" not in again.out and "hidden" not in diagnosis(again)
+    said, _, earlier = again.out.partition("note: 1 earlier result")  # whose command is told: it hid something
+    assert "idden" not in said and "hidden" not in diagnosis(again) and "measurement.hidden=[runout]" in earlier
 
 
 def test_many_runs_are_counted(enter):

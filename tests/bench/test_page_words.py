@@ -51,14 +51,17 @@ def test_an_angle_near_zero_does_not_squash_the_other_intervals():
 
 def test_a_caption_tells_the_marks_of_residuals_apart():
     speed, values = np.array([100.0, 200.0]), np.array([[1 + 1j], [2 + 0j]])
-    parts = {"real": values.real, "imaginary": values.imag}
+    parts = {"in phase": values.real, "in quadrature": values.imag}
     models = ("model before", "model after")
     curves = {name: ModelCurve(speed, values) for name in models}
     shown = Response(
         speed, ("x",), values, True, None, curves, dict.fromkeys(models, values), dict.fromkeys(models, parts)
     )
     said = bode_plot(shown).alternative
-    assert "(○ real, model before; × imaginary, model before; ● real, model after; + imaginary, model after)" in said
+    assert (
+        "(○ in phase, model before; × in quadrature, model before; ● in phase, model after; + in quadrature, model after)"
+        in said
+    )
 
 
 def test_a_range_of_errors_is_told_without_powers_of_ten():

@@ -245,6 +245,32 @@ def test_averaged_values_stand_beside_those_of_the_best_explanation():
     assert DiagnosisRecord.from_data(json.loads(json.dumps(record.to_data()))) == record
 
 
+def test_the_text_lists_what_is_named_and_what_explains_as_well_however_low_it_ranks():
+    first = RECORD.ranking[0]
+    others = [dataclasses.replace(first, effect=f"other_{number}") for number in range(7)]
+    second, alike, last = (dataclasses.replace(first, effect=name) for name in ("second", "alike", "unasked"))
+    elsewhere = dataclasses.replace(second, location="at 0.9 m")
+    effects = (*RECORD.applied, dataclasses.replace(RECORD.applied[0], name="second", location="at 0.9 m"))
+    record = changed(
+        ranking=(first, *others, second, elsewhere, alike, last),
+        named=("runout", "second"),
+        ambiguity_group=("runout", "second", "alike"),
+        applied=effects,
+    )
+    rows = [line.split()[0] for line in text(record).splitlines() if re.search(r" at 0\.\d m  +[\d.]+ ", line)]
+    assert rows == ["runout", *(f"other_{number}" for number in range(5)), "second", "second", "alike"]
+
+
+def test_an_estimated_noise_says_of_which_model_it_is():
+    noise = dataclasses.replace(RECORD.noise, known=False, by_datum=False)
+    [applied] = RECORD.applied
+    assert f"\nNoise (estimated with runout ({applied.location})): " in text(changed(noise=noise))
+    plain = {"verdict": "adequate", "named": (), "applied": (), "predictive_gain": None}
+    assert "\nNoise (estimated): " in text(changed(noise=noise, **plain))
+    known = dataclasses.replace(noise, known=True)
+    assert "\nNoise (known): " in text(changed(noise=known))
+
+
 def test_pairs_that_are_ambiguous_are_listed_as_pairs():
     [runout, mass] = ambiguous().explanations
     both = dataclasses.replace(runout, label="runout and mass", effects=runout.effects + mass.effects)

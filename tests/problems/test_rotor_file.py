@@ -230,7 +230,7 @@ SLIPS = [  # what is replaced in SMALL, by what, and what is said
     ("shaft:\n", "shaft: [\n", "my.yaml line "),
     ("mass: 800", "mass: !!python/object:os.system 1", "could not determine a constructor for the tag"),
     ("mass: 800", "mass: !!int heavy", "my.yaml: expected YAML, got invalid literal for int()"),
-    ("mass: 800", "mass: *nobody", "line 9: expected YAML, got found undefined alias 'nobody'"),
+    ("mass: 800", "mass: *nobody", "line 9: expected YAML, got undefined alias 'nobody'"),
 ]
 
 
@@ -252,7 +252,10 @@ def test_a_slip_is_named_with_its_place(write, old, new, said):
         ("- 1\n- 2\n", "got a list"),
         ("rotor", "got 'rotor'"),
         ("a: 1\n---\nb: 2\n", "my.yaml line 2: expected YAML"),
-        ("a: [1, 2\nb: }", "my.yaml line 2: expected YAML"),
+        (
+            "a: [1, 2\nb: }",
+            "my.yaml line 2: expected YAML, got a syntax error (expected ',' or ']', but got ':'); look there",
+        ),
         ("? [1, 2]\n: 3\n", "unhashable"),
         ("{1: 2}", "unknown key '1'"),
         (b"\x89PNG\r\n\x1a\n\x00\x00", "my.yaml: expected a YAML text in UTF-8, got other bytes at 0"),

@@ -10,6 +10,7 @@ import pandas as pd
 
 from bench.plan.page import Block, Folded, Page, Plot, Prose, Section, Table
 from bench.reports.pages.traces import ORANGE, axis, layout, line, points, styles
+from ksmea.channel import named
 from ksmea.records.identifiability import IdentifiabilityRecord, Variation, percent
 from ksmea.records.plan import Family, PlanRecord
 from ksmea.show import identifiability, plan
@@ -122,7 +123,7 @@ def _family_plot(record: PlanRecord, family: Family, still: str) -> Plot:
     else:
         x, title = np.array(candidates.position), "position (m)"
         phases = [f"{phase / DEGREE:.0f}°" for phase in candidates.phase or ()]
-        groups = list(candidates.direction or phases or [""] * len(shown))
+        groups = list(map(named, candidates.direction or ())) or phases or [""] * len(shown)
     traces: list[dict[str, Any]] = []
     for name, (colour, dash) in styles(list(dict.fromkeys(groups))).items():
         mine = np.array([group == name for group in groups])

@@ -14,6 +14,7 @@ from ksmea.channel import cosines
 from ksmea.records.curves import FineCurve, FitCurves, Polar, as_array
 from ksmea.records.diagnosis import CurvesRecord, Values
 from ksmea.show.fit_figure import residuals
+from ksmea.show.residual_components import COMPONENTS, components
 from ksmea.units import MICROMETRE, RPM
 
 OF_A_PLANE = re.compile(
@@ -79,7 +80,7 @@ def of_fit(fit: FitCurves, name: str = "model") -> Response:
     parts: dict[str, Array] = {}
     if fit.sd is not None:
         of_channels = [residuals(fit, column) for column in range(len(fit.channels))]
-        names = ("in phase", "in quadrature") if fit.has_phase else ("amplitude",)
+        names = COMPONENTS if fit.has_phase else ("amplitude",)
         parts = {part: np.stack(columns, axis=1) for part, columns in zip(names, zip(*of_channels))}
     return Response(
         speed=as_array(fit.speed) / RPM,
@@ -99,7 +100,8 @@ def of_diagnosis(curves: CurvesRecord) -> Response:
     speed = np.array(curves.speed) / RPM
     measured, has_phase = _of_values(curves.responses.measured)
     values = {"model before": curves.responses.before, "model after": curves.responses.after}
-    left = {"model before": curves.residuals.before, "model after": curves.residuals.after}
+    residuals = (curves.residuals.before, curves.residuals.after)
+    left = {name: (found, values[name]) for name, found in zip(values, residuals)}
     fine = {"model before": curves.fine_before, "model after": curves.fine_after}
     at_speeds = {name: _of_values(found)[0] / MICROMETRE for name, found in values.items() if found is not None}
     coarse = {name: ModelCurve(speed, found, curves.breaks) for name, found in at_speeds.items()}
@@ -112,7 +114,7 @@ def of_diagnosis(curves: CurvesRecord) -> Response:
         sd=None,
         curves=coarse | drawn,
         at_speeds=at_speeds,
-        residuals={name: _parts(found) for name, found in left.items() if found is not None},
+        residuals={name: _parts(*each) for name, each in left.items() if each[0] is not None},
     )
 
 
@@ -136,9 +138,9 @@ def _of_values(values: Values) -> tuple[ComplexArray, bool]:
     return np.abs(parts).astype(complex), False
 
 
-def _parts(values: Values) -> dict[str, Array]:
-    """Residuals in units of the noise; both parts of a complex one of unit variance have half of that variance."""
-    parts = np.array(values, dtype=float)
-    if parts.ndim == 3:
-        return {"real": np.sqrt(2) * parts[..., 0], "imaginary": np.sqrt(2) * parts[..., 1]}
-    return {"amplitude": parts}
+def _parts(residuals: Values, fitted: Values) -> dict[str, Array]:
+    """Residuals in units of the noise, of a complex one its components beside the fitted response."""
+    values, has_phase = _of_values(residuals)
+    if has_phase:
+        return dict(zip(COMPONENTS, components(values, _of_values(fitted)[0])))
+    return {"amplitude": np.array(residuals, dtype=float)}
