@@ -25,7 +25,7 @@ from matplotlib.image import imread
 
 from bench.command_line.output_level import PROGRESS
 from bench.command_line.overrides import override
-from bench.jobs.records import RESULTS
+from bench.jobs.records import NOT_FAILED, UNFINISHED
 from bench.plan.plan import Plan, read_plan
 from bench.plan.report import report_named
 from ksmea import registry
@@ -54,8 +54,13 @@ class Experiment:
 
     @property
     def failed(self) -> int:
-        """Planned runs without a result."""
-        return int((~self.runs["status"].isin(RESULTS)).sum())
+        """Runs that ended without a result. Those that have not ended are `unfinished`."""
+        return int((~self.runs["status"].isin(NOT_FAILED)).sum())
+
+    @property
+    def unfinished(self) -> int:
+        """Planned runs that were not run, were interrupted, or are being done: the same call does what is missing."""
+        return int(self.runs["status"].isin(UNFINISHED).sum())
 
     def to_frame(self) -> pd.DataFrame:
         """The experiment's table, tidy."""
@@ -97,7 +102,8 @@ def run(experiment: str | None = None, *, output: str | Path | None = None, **se
     >>> bool(table["agrees"].all())
     True
 
-    Raises `SettingError` for what the command line refuses. Runs that fail do not raise: they are counted (`failed`).
+    Raises `SettingError` for what the command line refuses. Runs that fail do not raise: they are counted (`failed`),
+    as are those without an end (`unfinished`).
     """
     words = [f"+experiment={experiment}"] if experiment is not None else []
     for key, value in settings.items():

@@ -40,7 +40,7 @@ python -m bench draw problem=NAME [setting=value ...]       a rotor to scale, Ca
 python -m bench new KIND NAME [--file]                      an effect, method, optimizer, problem or surrogate of your own
 python -m bench reference NAME|DIR                          make results/reference of an experiment, by committed code
 python -m bench completion bash|zsh                         completion by the Tab key: eval "$(python -m bench completion bash)"
-python -m bench help [NAME ...]                             a command, experiment, plugin, group of plugins, effect or setting
+python -m bench help [NAME ...]                             a command, experiment, plugin, group, effect, setting or term
 
 settings of every experiment: samples repetitions seed output workers timeout memory journal share batches
   several values make a sweep:  samples=40,70  optimizer=de,pso  samples=range(40,201,40)  optimizer=glob(*)

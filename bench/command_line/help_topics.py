@@ -1,4 +1,4 @@
-"""Help on whatever has a name: a command, an experiment, a group of plugins, a plugin of any group, a setting."""
+"""Help on whatever has a name: a command, an experiment, a group of plugins, a plugin of any group, a setting, a term."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ import yaml
 
 from bench.command_line.bench_settings import bench_settings, remarks
 from bench.command_line.config_dirs import EXPERIMENT
+from bench.command_line.glossary import explained, mentioned, terms
 from bench.command_line.help_commands import command_names, command_text
 from bench.command_line.help_experiments import experiment_text
 from bench.command_line.help_plugins import Problem, group_text, plugin_text, setting_text
@@ -28,6 +29,8 @@ def topic_text(words: Sequence[str], experiments: Mapping[str, Path], usage: str
     first, *names = asked
     if first in ALL and names:
         return "\n\n".join(plugin_text(first, name, problem) for name in names)
+    if names and (entries := explained(" ".join(asked))):  # a term of several words without quotes
+        return "\n\n".join(map(str, entries))
     return "\n\n".join(_topic(word, experiments, usage, problem) for word in asked)
 
 
@@ -60,9 +63,12 @@ def _topic(word: str, experiments: Mapping[str, Path], usage: str, problem: Prob
         *([experiment_text(key, experiments[key])] if key in experiments else []),
         *(plugin_text(group, key, problem) for group in ALL if key in registered(group)),
         *_setting_texts(key),
+        *map(str, explained(word)),
     ]
     if not found:
-        raise unknown("name", key, _names(experiments, usage))
+        found = [*map(str, mentioned(word))]
+    if not found:
+        raise unknown("name", word, [*_names(experiments, usage), *terms()])
     return "\n\n".join(found)
 
 

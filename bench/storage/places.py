@@ -16,4 +16,5 @@ def _place(in_wheel: str, in_checkout: str) -> Path:
 CONF = _place("conf", "conf")
 REFERENCE = _place("reference", "results/reference")
 EXAMPLES = _place("examples", "examples")  # plugins of each kind, as packages from outside have them
+GLOSSARY = _place("glossary", "docs") / "glossary.md"
 PAPER = PACKAGE / "paper"  # the tables as the paper prints them

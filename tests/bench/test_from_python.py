@@ -47,6 +47,13 @@ def test_results_are_tables_text_and_a_figure(small, tmp_path):
     assert "<table" in small._repr_html_()
 
 
+def test_a_run_without_an_end_is_unfinished_and_no_failed_one(tmp_path):
+    statuses = ["done", "budget", "error", "timeout", "killed", "unreadable", "interrupted", "running", "not run"]
+    pd.DataFrame({"key": range(len(statuses)), "status": statuses}).to_csv(tmp_path / "runs.csv", index=False)
+    found = bench.from_python.Experiment(tmp_path)
+    assert (found.failed, found.unfinished) == (4, 3)
+
+
 @pytest.mark.parametrize(
     "experiment, settings, message",
     [
