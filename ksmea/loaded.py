@@ -19,6 +19,7 @@ from ksmea.channel import Channel
 from ksmea.contracts import Problem, ProblemSettings
 from ksmea.drawing import RotorDrawing
 from ksmea.errors import SettingError, unknown
+from ksmea.middles import middles
 from ksmea.modes import Campbell, Mode
 from ksmea.parameters import Parameter, Parameters
 from ksmea.studies.rotordynamics import RotordynamicsOptions, rotordynamics
@@ -126,10 +127,8 @@ class LoadedProblem:
         [3620.0, 3798.0, 10017.0, 11278.0]
         """
         given = dict(values or {})
-        without = [each for each in self.parameters if each.name not in self.reference | given]
-        middle = self.parameters.to_si(self.parameters.from_decades(np.full(len(self.parameters), 0.5)))
-        middles = dict(zip(self.parameters.names, self.parameters.in_units(middle).tolist()))
-        taken = {each.name: middles[each.name] for each in without}
+        without = [each.name for each in self.parameters if each.name not in self.reference | given]
+        taken = middles(self.parameters, without)
         chosen, x = RotordynamicsOptions(**options), self.x(taken | given)
         remarks = _middles_in_words(taken)
         return RotorDrawing(rotordynamics(self.problem, x, chosen, title=self.name, remarks=remarks))

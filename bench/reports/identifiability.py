@@ -9,9 +9,10 @@ from typing import ClassVar
 
 import pandas as pd
 
+from bench.plan.assumed_values import assumed_note
 from bench.plan.columns import place_columns
 from bench.plan.naming import cell_name
-from bench.plan.page import Command
+from bench.plan.page import Block, Command, Prose
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import first_results, plain_runs, run_lines
@@ -37,6 +38,7 @@ class IdentifiabilityReport(Report):
             "\n\n".join(
                 [
                     text(record, _title(plan, cell), with_variations=index < MAX_CELLS),
+                    *filter(None, [assumed_note(plan.cells[cell])]),
                     *as_text(_first(plan, cell, record)),
                 ]
             )
@@ -53,9 +55,16 @@ class IdentifiabilityReport(Report):
                 [_names(plan, found).get(cell, "") for cell in found],
                 _frame(plan, found),
                 f"{plan.name}.csv",
-                [block for cell, record in found.items() for block in _first(plan, cell, record)],
+                [block for cell, record in found.items() for block in _following(plan, cell, record)],
             ),
         )
+
+
+def _following(plan: Plan, cell: int, record: IdentifiabilityRecord) -> Iterator[Block]:
+    """Values to give in place of assumed ones, and what to do before this is relied on."""
+    if note := assumed_note(plan.cells[cell]):
+        yield Prose(note)
+    yield from _first(plan, cell, record)
 
 
 def _first(plan: Plan, cell: int, record: IdentifiabilityRecord) -> Iterator[Command]:

@@ -11,6 +11,7 @@ import pandas as pd
 from matplotlib.figure import Figure
 
 from bench.jobs.lines import RunLine, ending
+from bench.plan.assumed_values import assumed_note
 from bench.plan.naming import cell_name, telling_axes
 from bench.plan.page import Command
 from bench.plan.plan import Plan, Run
@@ -48,7 +49,7 @@ class PlanReport(Report):
             runs,
             lambda: {f"{plan.name}.png": png(plan_figure(plan, found))} if found else {},
             page=lambda: plan_page(
-                [(_title(plan, cell), text(record), record) for cell, record in found.items()],
+                [(_title(plan, cell), _said(plan, cell, record), record) for cell, record in found.items()],
                 [
                     *(block for cell, record in found.items() for block in _first(plan, cell, record)),
                     *(block for each in following.values() for block in after_plan(each)),
@@ -63,7 +64,13 @@ class PlanReport(Report):
 def _section(plan: Plan, cell: int, record: PlanRecord, following: Next | None) -> str:
     """The plan of one cell, what to do before it is relied on, and what follows from the trial run that it recommends."""
     after = [following.text] if following else []
-    return "\n\n".join([text(record, _title(plan, cell, ":")), *as_text(_first(plan, cell, record)), *after])
+    said = _said(plan, cell, record, _title(plan, cell, ":"))
+    return "\n\n".join([said, *as_text(_first(plan, cell, record)), *after])
+
+
+def _said(plan: Plan, cell: int, record: PlanRecord, title: str = "") -> str:
+    """The text of a plan, and which values were assumed for it."""
+    return "\n".join(filter(None, [text(record, title), assumed_note(plan.cells[cell])]))
 
 
 def _first(plan: Plan, cell: int, record: PlanRecord) -> Iterator[Command]:

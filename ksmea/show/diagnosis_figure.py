@@ -58,9 +58,11 @@ def residual_figure(record: DiagnosisRecord) -> Figure:
         panel.set_axis_off()
     for panel in panels[-1]:
         panel.set_xlabel("speed (rpm)", fontsize=9)
-    of_panels = (panels[row, 0].get_legend_handles_labels() for row in (0, rows.index(BEFOREHAND)))
-    handles, labels = map(sum, zip(*of_panels), ([], []))
-    figure.legend(handles, labels, loc="outside lower center", ncols=3, fontsize=9, frameon=False)
+    handles, labels = panels[0, 0].get_legend_handles_labels()
+    of_residuals, parts = panels[rows.index(BEFOREHAND), 0].get_legend_handles_labels()
+    figure.legend(
+        handles + of_residuals, labels + parts, loc="outside lower center", ncols=3, fontsize=9, frameon=False
+    )
     names = " and ".join(f"{effect.name} ({effect.location})" for effect in record.applied)
     left_out = len(curves.channels) - len(channels)
     more = f"; {left_out} channels more are not shown" if left_out else ""
@@ -137,8 +139,8 @@ def _draw_residuals(
     panel: Axes, curves: CurvesRecord, residuals: Values, fitted: Values, column: int, colour: str
 ) -> None:
     """Both components of complex residuals, or real ones, with the band of two standard deviations."""
-    values = _response(residuals)[:, column]
-    parts = components(values, _response(fitted)[:, column]) if np.iscomplexobj(values) else (values,)
+    values, turned_by = (_response(each)[:, column] for each in (residuals, fitted))
+    parts = components(values, turned_by) if np.iscomplexobj(values) else (values,)
     panel.axhspan(-N_SD, N_SD, color=REFERENCE, alpha=0.08)
     for part, marker, name in zip(parts, "ox", COMPONENTS):
         label = f"residual {name}" if len(parts) > 1 else None

@@ -43,8 +43,7 @@ def _labelled(value: Any, data: Any) -> Any:
             if quantity.shown and (shown := _in_unit(part, quantity.size)) is not None:
                 found[f"{name}_{quantity.shown}"] = shown
     if names := IN_UNIT.get(type(value), ()):
-        size = value.si_per_unit  # type: ignore[attr-defined]  # every class of `IN_UNIT` has it
-        found["in_unit"] = {name: _in_unit(getattr(value, name), size) for name in names}
+        found["in_unit"] = {name: _in_unit(getattr(value, name), data["si_per_unit"]) for name in names}
     return found
 
 

@@ -10,7 +10,7 @@ from ksmea.arrays import Array, ComplexArray
 IN_PHASE, IN_QUADRATURE = COMPONENTS = ("in phase", "in quadrature")  # with the fitted response
 
 
-def components(residual: ComplexArray, fitted: ComplexArray) -> tuple[Array, Array]:
+def components(residual: Array | ComplexArray, fitted: Array | ComplexArray) -> tuple[Array, Array]:
     """Components, each of unit variance, of residuals (measured − fitted) in units of the noise, whose variance is 1 in all.
 
     >>> along, across = components(np.array([1.0j]), np.array([2.0j]))  # longer than fitted by one standard deviation

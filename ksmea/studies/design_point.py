@@ -44,7 +44,8 @@ class DesignPoint:
         require_enough(measurement.layout, len(problem.parameters), with_noise=with_noise)
         fit = fit_baseline(problem, measurement, rng, Effort()).best
         is_testable = can_be_tested(measurement.layout, len(problem.parameters), with_noise=with_noise)
-        noise, remarks = fit.noise, ()
+        noise = fit.noise
+        remarks: tuple[str, ...] = ()
         if np.ndim(noise.relative) or np.ndim(noise.floor):
             amplitude = np.abs(fit.response() if with_noise else measurement.values)
             noise = common_noise(noise, amplitude)

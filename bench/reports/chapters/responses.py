@@ -100,8 +100,7 @@ def of_diagnosis(curves: CurvesRecord) -> Response:
     speed = np.array(curves.speed) / RPM
     measured, has_phase = _of_values(curves.responses.measured)
     values = {"model before": curves.responses.before, "model after": curves.responses.after}
-    residuals = (curves.residuals.before, curves.residuals.after)
-    left = {name: (found, values[name]) for name, found in zip(values, residuals)}
+    left = {"model before": curves.residuals.before, "model after": curves.residuals.after}
     fine = {"model before": curves.fine_before, "model after": curves.fine_after}
     at_speeds = {name: _of_values(found)[0] / MICROMETRE for name, found in values.items() if found is not None}
     coarse = {name: ModelCurve(speed, found, curves.breaks) for name, found in at_speeds.items()}
@@ -114,7 +113,11 @@ def of_diagnosis(curves: CurvesRecord) -> Response:
         sd=None,
         curves=coarse | drawn,
         at_speeds=at_speeds,
-        residuals={name: _parts(*each) for name, each in left.items() if each[0] is not None},
+        residuals={
+            name: _parts(found, fitted)
+            for name, found in left.items()
+            if found is not None and (fitted := values[name]) is not None
+        },
     )
 
 

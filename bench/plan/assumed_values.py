@@ -1,0 +1,42 @@
+"""True values that nobody knows, for studies that only need some to linearise at: the middles of the limits, and that they are."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from bench.command_line.overrides import override
+from bench.plan.plan import Cell
+from ksmea import registry
+from ksmea.middles import middles
+
+ASSUMED = "assumed"  # where settings keep the names of unknowns whose true values are such
+SYNTHETIC, TRUTH = "synthetic", "truth"
+
+
+def with_assumed_values(settings: Mapping[str, Any]) -> dict[str, Any]:
+    """A run's settings, with a true value for each unknown of its problem where its study takes middles of limits
+    (`takes_middles`) and neither the problem nor measurement.truth has one."""
+    source, chosen = settings["measurement"], settings["problem"]
+    study = registry.plugin_class("study", settings["study"]["name"])
+    if not getattr(study, "takes_middles", False) or source["name"] != SYNTHETIC:
+        return dict(settings)
+    problem = registry.create("problem", chosen["name"], {name: chosen[name] for name in chosen if name != "name"})
+    parameters, given = problem.build().parameters, source.get(TRUTH) or {}
+    missing = [name for name in parameters.names if name not in {**problem.reference(), **given}]
+    if not missing:
+        return dict(settings)
+    truth = {**given, **middles(parameters, missing)}
+    return {**settings, "measurement": {**source, TRUTH: truth}, ASSUMED: missing}
+
+
+def assumed_note(cell: Cell) -> str:
+    """Which values were assumed, as the word that gives others; '' where none were."""
+    names = cell.settings.get(ASSUMED)
+    if not names:
+        return ""
+    truth = {name: float(f"{value:.4g}") for name, value in cell.settings["measurement"][TRUTH].items()}
+    return (
+        f"note: no value is known of {', '.join(names)}: the middles of the limits are taken, the geometric ones where these lie a"
+        f" decade or more apart; give yours in place of them: '{override(f'measurement.{TRUTH}', truth)}'"
+    )

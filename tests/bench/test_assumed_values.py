@@ -1,0 +1,71 @@
+"""Studies that look ahead take the middles of limits where no true value is known, and say so; others ask for the values."""
+
+import pytest
+
+from bench.plan.assumed_values import ASSUMED, with_assumed_values
+
+STUDY = {"study": {"name": "identifiability"}}
+ROTOR = """
+units: {length: m, modulus: GPa, density: kg/m3, stiffness: MN/m, damping: kN s/m, unbalance: g mm, angle: deg, speed: rad/s}
+materials: {steel: {young_modulus: 200, density: 7800, poisson_ratio: 0.3}}
+shaft: [{length: 1.0, outer_diameter: 0.1, material: steel, elements: 4}]
+disks: [{position: 0.5, outer_diameter: 0.4, inner_diameter: 0.1, thickness: 0.05, material: steel}]
+bearings: [{position: 0.0, cxx: 1, cyy: 1}, {position: 1.0, cxx: 1, cyy: 1}]
+unbalance: [{position: 0.5, phase: 0}]
+speeds: {from: 100, to: 1000, number: 20}
+probes: [{position: 0.25, direction: x}, {position: 0.25, direction: y}]
+unknowns:
+  - {name: kxx, lower: 10, upper: 1000, sets: [bearing 1 kxx, bearing 2 kxx]}
+  - {name: kyy, lower: 20, upper: 60, sets: [bearing 1 kyy, bearing 2 kyy]}
+  - {name: u, lower: 50, upper: 500, reference: 200, sets: [unbalance 1 magnitude]}
+"""
+# sqrt(10 · 1000) over two decades, (20 + 60)/2 within one; u has a reference
+MIDDLES = {"kxx": 100.0, "kyy": 40.0}
+
+
+@pytest.fixture
+def settings(tmp_path):
+    (tmp_path / "rotor.yaml").write_text(ROTOR)
+    problem = {"name": "rotor", "file": str(tmp_path / "rotor.yaml")}
+    return {**STUDY, "problem": problem, "measurement": {"name": "synthetic", "truth": {}}}
+
+
+def test_what_has_no_value_is_in_the_middle_of_its_limits(settings):
+    found = with_assumed_values(settings)
+    assert found["measurement"]["truth"] == pytest.approx(MIDDLES) and found[ASSUMED] == ["kxx", "kyy"]
+    given = {**settings, "measurement": {"name": "synthetic", "truth": {"kyy": 30.0}}}
+    found = with_assumed_values(given)
+    assert found["measurement"]["truth"] == pytest.approx({"kxx": 100.0, "kyy": 30.0}) and found[ASSUMED] == ["kxx"]
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"study": {"name": "identify"}},  # its data are made of the truth
+        {"measurement": {"name": "file", "path": "run.csv"}},
+        {"problem": {"name": "three_disk"}},  # all values are published
+    ],
+)
+def test_nothing_is_assumed_where_values_are_known_or_data_are_made_of_them(change, settings):
+    assert with_assumed_values(settings | change) == settings | change
+
+
+def test_the_command_says_what_it_has_assumed_and_how_to_give_other_values(enter, settings):
+    words = [
+        "problem=rotor",
+        "problem.file=rotor.yaml",
+        "measurement.relative=0.05",
+        "study.variations=[]",
+        "workers=1",
+    ]
+    ended = enter("+experiment=identifiability", *words, output="results/identifiability")
+    assert ended.code == 0, ended.err
+    [note] = [line for line in ended.out.splitlines() if line.startswith("note: no value is known of kxx, kyy: ")]
+    assert note.endswith("'measurement.truth={kxx:100.0,kyy:40.0}'")
+    assert "no value is known of kxx, kyy" in (ended.output / "index.html").read_text()
+    table = ended.table("identifiability").set_index("parameter")
+    assert table["true"].to_dict() == pytest.approx({**MIDDLES, "u": 200.0})
+    given = enter(
+        "+experiment=identifiability", *words, note.rpartition(": ")[2].strip("'"), output="results/identifiability"
+    )
+    assert given.code == 0 and "no value is known" not in given.out
