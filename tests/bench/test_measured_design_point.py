@@ -94,5 +94,5 @@ def test_the_command_ends_with_the_diagnosis_to_run(study, bad, enter, tmp_path,
     diagnosis = command_line(["+experiment=diagnose", *data])
     assert diagnosis in ended.out
     page = (ended.output / "index.html").read_text()
-    assert diagnosis in page and "The model does not explain the data; with it: " in page
+    assert diagnosis in page and "diagnose it before you rely on this. With the model as it is: " in page
     assert ended.events()[0]["lack_of_fit"]["rejected"]

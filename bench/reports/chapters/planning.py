@@ -48,7 +48,8 @@ def identifiability_page(
 def _warned(record: IdentifiabilityRecord | PlanRecord, said: str) -> str:
     """A headline, with the lack of fit of the model that it holds for."""
     is_rejected = record.lack_of_fit is not None and record.lack_of_fit.rejected
-    return f"The model does not explain the data; with it: {said}" if is_rejected else said
+    start = "The model does not explain the data: diagnose it before you rely on this. With the model as it is: "
+    return f"{start}{said}" if is_rejected else said
 
 
 def _in_short(record: IdentifiabilityRecord) -> str:
