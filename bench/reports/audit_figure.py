@@ -9,8 +9,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from matplotlib.ticker import FuncFormatter
 
+from ksmea.show.log_ticks import plain_ticks
 from ksmea.show.style import COLOURS
 
 READINGS = {  # colour by how speeds and damping are read
@@ -58,7 +58,7 @@ def _panel(panel: Axes, rows: pd.DataFrame) -> None:
     panel.set_ylim(LOWEST, HIGHEST)
     panel.set_xlim(-0.6, len(names) - 0.4)
     panel.set_xticks(range(len(names)), names)
-    panel.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    plain_ticks(panel.yaxis)
     panel.tick_params(labelsize=8)
     panel.grid(axis="y", alpha=0.25)
 

@@ -18,6 +18,7 @@ from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
 from bench.storage.places import PAPER
 from ksmea.budget import JACOBIAN_AS_EVALUATIONS
+from ksmea.show.log_ticks import plain_ticks
 from ksmea.show.style import COLOURS
 
 COSTS = np.logspace(-6, np.log10(3600), 200)  # s per evaluation: from a microsecond to an hour
@@ -91,6 +92,8 @@ def cost_figure(frame: pd.DataFrame) -> Figure:
     here = direct["model_s"] / direct["evaluations"]
     panel.axvline(here, color="grey", linestyle=":")
     panel.annotate("one evaluation here", (here, 2e3), fontsize=7)
+    plain_ticks(panel.xaxis)
+    plain_ticks(panel.yaxis)
     panel.set_xlabel("cost of one FE evaluation (s)")
     panel.set_ylabel("time of one identification (s)")
     panel.legend(fontsize=8)

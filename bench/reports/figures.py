@@ -6,12 +6,14 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
 from bench.jobs.lines import RESULTS
 from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import Plan
 from bench.reports.interval_ends import drawn_ends
 from bench.reports.tables import EFFORT, EXACT, has_intervals, lacks_interval
+from ksmea.show.log_ticks import plain_ticks
 from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE
 
 COLUMNS = 3  # of panels: more are too small to read on a page
@@ -80,12 +82,15 @@ def _panel(panel: Axes, plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame, cell
         panel.plot(positions, rows["paper"], "D", color=PAPER, markersize=5, label="paper")
         if name == "time":
             panel.set_yscale("log")
+            plain_ticks(panel.yaxis)
     panel.set_title(f"{name} ({unit})" if unit else name.replace("_", " "), fontsize=10)
     labels = _labels(plan, cells)
     panel.set_xticks(positions, labels, fontsize=8, rotation=0 if max(map(len, labels)) < 6 else 60)
     panel.set_xlabel(" / ".join(telling_axes(plan)), fontsize=8)
     panel.tick_params(axis="y", labelsize=8)
     panel.grid(axis="y", alpha=0.25)
+    if name in EFFORT and not unit:
+        panel.yaxis.set_major_locator(MaxNLocator(integer=True))
 
 
 def _draw_intervals(panel: Axes, positions: np.ndarray, rows: pd.DataFrame, results: pd.DataFrame) -> None:
@@ -94,7 +99,7 @@ def _draw_intervals(panel: Axes, positions: np.ndarray, rows: pd.DataFrame, resu
     told = ~lacks_interval(rows).to_numpy(bool)
     positions, rows = positions[told], rows[told]
     low, high = drawn_ends(rows["low"].to_numpy(float), rows["high"].to_numpy(float), values.to_numpy(float))
-    panel.vlines(positions + 0.4, low, high, color=INTERVAL, linewidth=2, label="median interval")
+    panel.vlines(positions + 0.4, low, high, color=INTERVAL, linewidth=2, label="median interval (arrow: open side)")
     for ends, marker, is_open in ((low, "v", rows["low"].isna()), (high, "^", rows["high"].isna())):
         panel.plot((positions + 0.4)[is_open], ends[is_open], marker, color=INTERVAL, markersize=4)
 

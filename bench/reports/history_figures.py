@@ -12,6 +12,7 @@ from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
 from ksmea.records.curves import ResponseCurves, as_array
 from ksmea.records.identification import UpdateRecord
+from ksmea.show.log_ticks import plain_ticks
 from ksmea.show.style import COLOURS, OURS, REFERENCE, broken
 from ksmea.units import MICROMETRE, RPM
 
@@ -41,6 +42,7 @@ def updates_figure(plan: Plan, histories: Mapping[str, Sequence[UpdateRecord]]) 
         for history in runs:
             misfits = as_array([update.misfit for update in history])
             row[-1].semilogy(np.arange(1, len(history) + 1), misfits, color=OURS, alpha=0.35, linewidth=1)
+        plain_ticks(row[-1].yaxis)
         row[-1].set_ylabel("misfit of the FE model", fontsize=8)
         row[0].set_title(cell_name(plan, plan.cells[cell]), fontsize=9, loc="left")
     _finish(panels, "updating step")
@@ -89,6 +91,7 @@ def mesh_figure(coarse: ResponseCurves, fine: ResponseCurves) -> Figure:
         right.semilogy(
             speed, np.abs(other[:, index] / one[:, index] - 1) * 100, color=COLOURS[index % len(COLOURS)], label=channel
         )
+    plain_ticks(right.yaxis)
     right.set_ylabel("difference (%)", fontsize=8)
     right.legend(fontsize=7)
     _finish(np.array([[left, right]]), "speed (rpm)")
@@ -110,6 +113,7 @@ def _draw(panel: Axes, curves: ResponseCurves, styles: Mapping[str, str], remark
                 broken(speed, curves.breaks), broken(values[:, index] / MICROMETRE, curves.breaks), style, color=colour, markersize=4, linewidth=1,
                 label=f"{name}{remark}, {channel}",
             )  # fmt: skip
+    plain_ticks(panel.yaxis)
     panel.set_ylabel("amplitude (µm 0-peak)", fontsize=8)
 
 

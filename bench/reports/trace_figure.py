@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
+from ksmea.show.log_ticks import plain_ticks
 from ksmea.show.style import COLOURS, REFERENCE
 
 MAX_LINES = 14  # cells in one figure; more would be a tangle, and the table has all
@@ -37,6 +38,8 @@ def trace_figure(plan: Plan, frame: pd.DataFrame, stages: pd.DataFrame) -> Figur
     for panel, (column, label) in zip(panels, LABELS.items()):
         panel.set_xscale("log")
         panel.set_yscale("log")
+        plain_ticks(panel.xaxis)
+        plain_ticks(panel.yaxis)
         panel.axhline(1.0, color=REFERENCE, linestyle=":", linewidth=1)
         panel.set_xlabel(f"evaluations of the true model, a Jacobian as {' or '.join(map(str, price))}")
         panel.set_ylabel(label + (f", at least {LEAST_EXCESS:g}" if column == "excess" else ""))

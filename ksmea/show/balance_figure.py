@@ -7,6 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ksmea.records.balance import BalanceRecord
+from ksmea.show.log_ticks import plain_ticks
 from ksmea.show.style import COLOURS, INTERVAL, OURS, PAPER, REFERENCE, ShownFigure, figure_of
 from ksmea.units import RPM
 
@@ -41,7 +42,7 @@ def _draw_responses(panel: Axes, record: BalanceRecord) -> None:
     if sizes and max(sizes) > FAR_APART * min(sizes):  # what is left could not be seen beside what was there
         panel.set_yscale("log")
         panel.set_ylim(bottom=0.5 * min(sizes))
-        panel.yaxis.set_major_formatter("{x:g}")
+        plain_ticks(panel.yaxis)
     labels = ["\n".join([f"{each.speed / RPM:.0f}", *each.channel.split(" at ")]) for each in record.entries]
     step = 1 + len(at) // 12
     panel.set_xticks(at[::step], labels[::step], fontsize=8)
@@ -69,6 +70,7 @@ def _draw_runs(panel: Axes, record: BalanceRecord) -> None:
     p = np.maximum(record.run_p, SMALLEST_P)
     limit = record.level / max(record.n_run, 1)
     panel.semilogy(np.arange(len(p)), p, "o", color=INTERVAL, markersize=3.5)
+    plain_ticks(panel.yaxis)
     panel.axhline(limit, color=REFERENCE, linewidth=0.8, linestyle="--")
     for index in np.flatnonzero(p < limit).tolist():
         panel.annotate(record.runs[index], (index, p[index]), (4, 0), textcoords="offset points", fontsize=7)

@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from ksmea.arrays import Array
+from ksmea.show.log_ticks import plain_ticks
 from ksmea.show.style import COLOURS, REFERENCE, ShownFigure, figure_of
 from ksmea.units import HERTZ, RPM
 from ksmea.whirl import Branches, CriticalSpeed, Rotordynamics
@@ -74,6 +75,7 @@ def stability_figure(found: Rotordynamics, axes: Axes | None = None) -> Figure:
     low, high = (float(end(decrement[np.isfinite(decrement)], initial=0.0)) for end in (np.min, np.max))
     if high > 10 * FAR_FROM_STABLE:
         axes.set_yscale("symlog", linthresh=FAR_FROM_STABLE)
+        plain_ticks(axes.yaxis)
     axes.set_ylim(min(1.1 * low, -0.05 * min(high, FAR_FROM_STABLE)), 1.1 * high or 1.0)
     axes.axhspan(axes.get_ylim()[0], 0.0, color="#D55E00", alpha=0.10, linewidth=0)
     axes.text(0.01, 0.01, "unstable", transform=axes.transAxes, fontsize=9, color="#a04000", va="bottom")

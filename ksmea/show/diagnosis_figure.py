@@ -7,19 +7,22 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogFormatterMathtext, MaxNLocator
+from matplotlib.ticker import MaxNLocator
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.records.curves import FineCurve
-from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, TrialRecord, Values
+from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, Values
+from ksmea.show.effect_ranking import AS_WELL, LINEAR, NAMED, OTHER, QUANTITY, best_trials, standing
+from ksmea.show.log_ticks import plain_ticks
 from ksmea.show.residual_components import COMPONENTS, components
 from ksmea.show.response_lines import AMPLITUDE, PHASE, amplitude_line, phase_axis, phase_line
 from ksmea.show.style import OURS, PAPER, REFERENCE, ShownFigure, broken
 from ksmea.units import MICROMETRE, RPM
 
 BEFORE, AFTER = PAPER, OURS  # colours
-NAMED, IN_GROUP, OTHER = OURS, "#a3c4de", "#bbbbbb"
+IN_GROUP = "#a3c4de"
+RANKING_COLOURS = {NAMED: OURS, AS_WELL: IN_GROUP, OTHER: "#bbbbbb"}
 COLUMNS, MAX_CHANNELS = 3, 9
 BEFOREHAND, AFTERWARDS = "residual / σ\nbefore, ± 2 grey", "residual / σ\nafter, ± 2 grey"
 HEIGHTS = {AMPLITUDE: 2.0, PHASE: 1.2, BEFOREHAND: 1.2, AFTERWARDS: 1.2}
@@ -106,7 +109,7 @@ def _draw_amplitude(panel: Axes, curves: CurvesRecord, column: int) -> None:
         panel.fill_between(line, low, high, color=IN_GROUP, alpha=0.5, linewidth=0, label="averaged, its interval")
     for label, colour, curve in _models(curves):
         panel.semilogy(*amplitude_line(curve, column), color=colour, linewidth=1, label=label)
-    panel.yaxis.set_major_formatter("{x:g}")
+    plain_ticks(panel.yaxis)
 
 
 def _draw_phase(panel: Axes, curves: CurvesRecord, column: int) -> None:
@@ -164,35 +167,19 @@ def ranking_figure(record: DiagnosisRecord) -> Figure:
 
 
 def draw_ranking(record: DiagnosisRecord, axes: Axes) -> None:
-    """ΔBIC of the best location of each effect. Only effects that are named, or that the data do not tell from these, are
-    coloured: with a misfit that is large enough, nearly every effect lowers the deviance significantly."""
-    best: dict[str, TrialRecord] = {}
-    for trial in record.ranking:
-        best.setdefault(trial.effect, trial)
-    trials = list(best.values())[::-1]
-    axes.barh(
-        range(len(trials)),
-        [trial.delta_bic for trial in trials],
-        color=[_colour(record, trial.effect) for trial in trials],
-    )
+    """ΔBIC of the best location of each effect, coloured where it is named or explains the data about as well."""
+    trials = best_trials(record)[::-1]
+    for kind, colour in RANKING_COLOURS.items():
+        mine = [(at, trial.delta_bic) for at, trial in enumerate(trials) if standing(record, trial.effect) == kind]
+        if mine:
+            axes.barh(*zip(*mine), color=colour, label=kind)
     axes.set_yticks(range(len(trials)), [f"{trial.effect} ({trial.location})" for trial in trials], fontsize=8)
     axes.axvline(0, color=REFERENCE, linewidth=0.8)
-    axes.set_xscale("symlog", linthresh=10)
-    axes.xaxis.set_major_formatter(LogFormatterMathtext())
+    axes.set_xscale("symlog", linthresh=LINEAR)
+    plain_ticks(axes.xaxis)
     axes.set_ylim(-0.7, len(trials) - 0.3)
-    axes.set_xlabel("ΔBIC in favour of the effect" + _key(record), fontsize=8)
+    axes.set_xlabel(QUANTITY, fontsize=8)
     axes.tick_params(axis="x", labelsize=8)
     axes.grid(axis="x", alpha=0.25)
-
-
-def _colour(record: DiagnosisRecord, effect: str) -> str:
-    if effect in record.named:
-        return NAMED
-    return IN_GROUP if effect in record.ambiguity_group else OTHER
-
-
-def _key(record: DiagnosisRecord) -> str:
-    if not record.named:
-        return ""
-    is_ambiguous = len(record.ambiguity_group) > len(record.named)
-    return "; blue: named" + (", light blue: as well supported by the data" if is_ambiguous else "")
+    if trials:
+        axes.legend(loc="lower right", bbox_to_anchor=(1.0, 1.0), ncols=len(RANKING_COLOURS), fontsize=8, frameon=False)

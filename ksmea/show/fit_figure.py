@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 
 from ksmea.arrays import Array
 from ksmea.records.curves import FitCurves, as_array
+from ksmea.show.log_ticks import plain_ticks
 from ksmea.show.response_lines import AMPLITUDE, PHASE, amplitude_line, column, phase_axis, phase_line
 from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE, ShownFigure
 from ksmea.units import MICROMETRE, RPM
@@ -61,7 +62,7 @@ def draw_amplitude(panel: Axes, fit: FitCurves, index: int) -> None:
     panel.errorbar(speed, measured, sd, label="measured ± 1 σ" if sd is not None else "measured", **style)
     panel.plot(*amplitude_line(fit.fine, index), color=PAPER, linewidth=1.3, label="fitted", zorder=3)
     panel.set_yscale("log")
-    panel.yaxis.set_major_formatter("{x:g}")
+    plain_ticks(panel.yaxis)
 
 
 def _phase(panel: Axes, fit: FitCurves, index: int) -> None:
@@ -81,7 +82,7 @@ def _residual(panel: Axes, fit: FitCurves, index: int) -> None:
         panel.axhline(at, color=REFERENCE, linestyle=":" if at else "-", linewidth=0.8)
     if max(np.abs(scaled).max() for scaled in scaled_parts) > FAR:
         panel.set_yscale("symlog", linthresh=FAR / 2)
-        panel.yaxis.set_major_formatter("{x:g}")
+        plain_ticks(panel.yaxis)
 
 
 def residuals(fit: FitCurves, index: int) -> list[Array]:

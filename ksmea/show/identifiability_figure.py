@@ -7,10 +7,11 @@ from itertools import cycle
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import FuncFormatter, NullFormatter, NullLocator
+from matplotlib.ticker import NullFormatter, NullLocator
 
 from ksmea.arrays import Array
 from ksmea.records.identifiability import IdentifiabilityRecord, Variation
+from ksmea.show.log_ticks import plain_ticks
 from ksmea.show.style import COLOURS, MARKERS, ShownFigure, figure_of
 from ksmea.units import RPM
 
@@ -130,7 +131,7 @@ def _finish(panel: Axes, limits: tuple[float, float]) -> None:
     panel.set_yscale("log")
     panel.set_ylim(*limits)
     panel.axhspan(100, 10 * MAX_PCT, color="#999999", alpha=0.12, linewidth=0)
-    panel.yaxis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
+    plain_ticks(panel.yaxis)
     panel.tick_params(labelsize=8)
     panel.grid(alpha=0.25)
 

@@ -10,12 +10,14 @@ from matplotlib.figure import Figure
 
 from ksmea.arrays import Array
 from ksmea.records.location import NONE, NOTHING, PAIR, ForceRecord, LocationRecord, SeriesRecord
+from ksmea.show.log_ticks import plain_ticks
 from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE, ShownFigure, broken, figure_of
 from ksmea.units import MICROMETRE, RPM
 
 COLOURS = {"force": OURS, "moment": PAPER, "reading": INTERVAL, "force and moment": "#8a5aa8", PAIR: "#7a7a7a"}
 PART_COLOURS = {"x": OURS, "y": PAPER, "forward": INTERVAL, "backward": "#8a5aa8"}
 MEGA = 1e6
+LINEAR = 1e-2  # of the largest work: below it the axis is linear
 N_SD = 2.0  # of the band of a law
 
 
@@ -71,6 +73,7 @@ def _draw_shaft(panel: Axes, record: LocationRecord) -> None:
         panel.semilogy(*zip(*places), "o", color=colour, markersize=5, markerfacecolor="none", label=kind)
         kept = [(position, site.p) for site in sites if site.accepted for position in site.positions]
         panel.semilogy(*zip(*kept) if kept else ([], []), "o", color=colour, markersize=7)
+    plain_ticks(panel.yaxis)
     panel.axhline(record.level, color=REFERENCE, linewidth=0.8, linestyle="--")
     ground = smallest / 8
     panel.plot(record.shaft, [ground, ground], color=REFERENCE, linewidth=4, solid_capstyle="butt")
@@ -102,6 +105,7 @@ def _draw_amplitude(panel: Axes, record: LocationRecord, force: ForceRecord) -> 
             low, high = (_lines(record, np.array(amplitude) + sign * N_SD * np.array(sd)) for sign in (-1, 1))
             panel.fill_between(_rpm(record), low, high, color=REFERENCE, alpha=0.15, linewidth=0)
     panel.set_yscale("log")
+    plain_ticks(panel.yaxis)
     panel.set_ylabel(f"{force.kind} ({'µm' if in_micrometre else force.parts[0].unit})", fontsize=9)
     panel.legend(fontsize=8, loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False)
 
@@ -112,7 +116,8 @@ def _draw_work(panel: Axes, record: LocationRecord, force: ForceRecord) -> None:
     _draw_series(panel, record, force.work, "x")
     panel.axhline(0, color=REFERENCE, linewidth=0.6)
     largest = float(np.max(np.abs(force.work.value)))
-    panel.set_yscale("symlog", linthresh=1e-2 * largest)
+    panel.set_yscale("symlog", linthresh=LINEAR * largest)
+    plain_ticks(panel.yaxis)
     panel.set_ylabel("work (J per turn)\nabove 0: feeds", fontsize=9)
 
 

@@ -7,11 +7,11 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import LogFormatter
 
 from ksmea.arrays import Array
 from ksmea.channel import named
 from ksmea.records.plan import Family, PlanRecord, Unknown, infinite_where_none
+from ksmea.show.log_ticks import plain_ticks
 from ksmea.show.style import OURS, PAPER, REFERENCE, ShownFigure, figure_of
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, RPM, SI_PER_UNIT
 
@@ -180,9 +180,7 @@ def _finish(panel: Axes, record: PlanRecord) -> None:
             panel.set_yticks([])
             return
         panel.set_yscale("log")
-        for axis in (panel.yaxis.set_major_formatter, panel.yaxis.set_minor_formatter):
-            axis(LogFormatter(minor_thresholds=(2, 0.5)))
-        panel.tick_params(which="minor", labelsize=7)
+        plain_ticks(panel.yaxis)
     else:
         panel.set_ylim(bottom=0, top=max(panel.get_ylim()[1], 1e-3) * 1.1)
     panel.tick_params(labelsize=8)

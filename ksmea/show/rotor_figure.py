@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Polygon, Rectangle
 
+from ksmea.channel import named
 from ksmea.rotor_layout import DiskOutline, RotorLayout
 from ksmea.show.style import INTERVAL, OURS, PAPER, REFERENCE, ShownFigure, figure_of
 from ksmea.units import GRAM_MILLIMETRE, MILLIMETRE
@@ -196,7 +197,7 @@ def _marks(layout: RotorLayout) -> list[_Mark]:
         if probe.direction not in directions[probe.position]:
             directions[probe.position].append(probe.direction)
     for place, found in directions.items():
-        lines[place].append((f"probe {', '.join(found)}", INTERVAL))
+        lines[place].append((f"probe {', '.join(map(named, found))}", INTERVAL))
     for plane in layout.unbalance:
         angle = f" at {math.degrees(plane.phase):.0f}°" if plane.phase else ""
         lines[plane.position].append((f"unbalance {plane.magnitude / GRAM_MILLIMETRE:.4g} g mm{angle}", PAPER))

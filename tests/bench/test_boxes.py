@@ -17,9 +17,16 @@ def test_a_box_has_the_quartiles_of_the_table():
 
 def test_an_interval_without_a_lower_end_points_down_also_where_all_values_lie_above_it():
     low, high = drawn_ends(np.array([np.nan]), np.array([0.9]), np.array([0.95, 1.0]))
-    assert low <= high == 0.9
+    assert low < high == 0.9
     plot = box_plot("cyy", "kN s/m", ["40"], [[0.95, 1.0]], {}, [(float("nan"), 0.9)])
     [line] = [trace for trace in plot.figure["data"] if trace["name"] == "median interval"]
-    assert line["y"][0] <= line["y"][1] == 0.9
+    assert line["y"][0] < line["y"][1] == 0.9
     arrows = [symbol for symbol, size in zip(line["marker"]["symbol"], line["marker"]["size"]) if size]
     assert arrows == ["triangle-down"]
+    assert "with an arrow where it is open" in plot.alternative
+
+
+def test_an_open_end_stays_above_0_on_a_logarithmic_axis():
+    plot = box_plot("cyy", "kN s/m", ["40"], [[0.01, 1.0]], {}, [(float("nan"), 0.9)], y_log=True)
+    [line] = [trace for trace in plot.figure["data"] if trace["name"] == "median interval"]
+    assert 0 < line["y"][0] < 0.01

@@ -12,12 +12,14 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 import ksmea
+from bench.reports.chapters.effect_plot import ON_AXIS, effect_plot
 from ksmea.errors import SettingError
 from ksmea.extension import extended_yaml
 from ksmea.records.averaged import AveragedRecord, BandRecord, ExplanationRecord
 from ksmea.records.diagnosis import DiagnosisRecord, SplitRecord
 from ksmea.show.diagnosis import about_extension, coefficients_frame, frame, plot, text
-from ksmea.show.diagnosis_figure import IN_GROUP, NAMED, OTHER, ranking_figure
+from ksmea.show.diagnosis_figure import RANKING_COLOURS, ranking_figure
+from ksmea.show.effect_ranking import AS_WELL, NAMED, OTHER, best_trials
 from ksmea.show.verdict import headline, verdict_line
 
 OLDER = json.loads((Path(__file__).parents[1] / "data/diagnosis_of_schema_2.json").read_text())
@@ -177,19 +179,37 @@ def test_the_coefficients_frame_compares_both_models():
     assert pd.isna(table.loc["runout_x", "before"]) and table.loc["runout_x", "after_low"] < 4.46
 
 
-def colours(axes):
-    names = [label.get_text().split(" ")[0] for label in axes.get_yticklabels()]
-    return {name: to_hex(bar.get_facecolor()) for name, bar in zip(names, axes.patches)}
+def kinds(axes):
+    """What each bar is by its colour, the best effect first."""
+    names = [label.get_text().split(" ")[0] for label in axes.get_yticklabels()][::-1]
+    by_place = {bar.get_y(): to_hex(bar.get_facecolor()) for bar in axes.patches}
+    kind_of = {colour: kind for kind, colour in RANKING_COLOURS.items()}
+    return {name: kind_of[by_place[place]] for name, place in zip(names, sorted(by_place, reverse=True))}
 
 
 def test_only_what_is_named_or_in_its_ambiguity_group_is_coloured():
     """Both effects are significant here: with a misfit as large as this nearly all are."""
     assert all(trial.p < 1e-9 for trial in RECORD.ranking)
-    assert colours(ranking_figure(RECORD).axes[0]) == {"runout": NAMED, "mass": OTHER}
+    assert kinds(ranking_figure(RECORD).axes[0]) == {"runout": NAMED, "mass": OTHER}
     group = changed(verdict="ambiguous", ambiguity_group=("runout", "mass"))
-    assert colours(ranking_figure(group).axes[0]) == {"runout": NAMED, "mass": IN_GROUP}
+    assert kinds(ranking_figure(group).axes[0]) == {"runout": NAMED, "mass": AS_WELL}
     unknown = changed(verdict="unknown", named=(), ambiguity_group=())
-    assert set(colours(ranking_figure(unknown).axes[0]).values()) == {OTHER}
+    assert set(kinds(ranking_figure(unknown).axes[0]).values()) == {OTHER}
+
+
+def test_the_page_and_the_figure_draw_the_same_bars():
+    """ΔBIC on the same axis, linear up to 10: by matplotlib's transform and by its inverse."""
+    bars = {
+        round(bar.get_y() + bar.get_height() / 2): bar.get_width() for bar in ranking_figure(RECORD).axes[0].patches
+    }
+    figure = [bars[place] for place in sorted(bars, reverse=True)]
+    drawn = {
+        name: ON_AXIS.inverted().transform(x)
+        for trace in effect_plot(RECORD).figure["data"]
+        for name, x in zip(trace["y"], trace["x"])
+    }
+    assert figure == [trial.delta_bic for trial in best_trials(RECORD)]
+    assert [drawn[f"{trial.effect} "] for trial in best_trials(RECORD)] == pytest.approx(figure, rel=1e-12)
 
 
 def test_plot_draws_residuals_or_the_ranking_on_given_axes():
@@ -199,7 +219,7 @@ def test_plot_draws_residuals_or_the_ranking_on_given_axes():
     assert len(measured) == len(RECORD.curves.speed) and np.all(measured > 0)
     figure = Figure()
     axes = figure.subplots()
-    assert plot(RECORD, axes) is figure and set(colours(axes)) == {"runout", "mass"}
+    assert plot(RECORD, axes) is figure and set(kinds(axes)) == {"runout", "mass"}
 
 
 def test_residuals_need_curves():

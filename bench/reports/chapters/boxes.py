@@ -15,6 +15,8 @@ MOST_POINTS = 2000  # runs of a cell of which each is drawn; of more, quartiles 
 ARROW = 9  # px of an open end
 MOST_NAMES = 12  # cells whose names stand below the axis
 
+Intervals = Sequence[tuple[float, float] | None]
+
 
 def box_trace(position: Any, values: Sequence[float], name: str, colour: str = BLUE, **more: Any) -> dict[str, Any]:
     """Median, quartiles and extremes of values, and the values themselves where they are few."""
@@ -45,7 +47,7 @@ def box_plot(
     cells: Sequence[str],
     values: Sequence[Sequence[float]],
     marks: Mapping[str, Sequence[float]],
-    intervals: Sequence[tuple[float, float] | None] | None = None,
+    intervals: Intervals | None = None,
     *,
     x: str = "",
     y_log: bool = False,
@@ -59,13 +61,13 @@ def box_plot(
         if np.isfinite(np.asarray(of, dtype=float)).any():
             traces.append({"type": "scatter", "mode": "markers", "name": kind, "x": at, "y": of, "marker": style})
     if intervals is not None:
-        traces += _intervals(at, intervals, values)
+        traces += _intervals(at, intervals, values, y_log)
     made = layout(x, unit, y_log=y_log)
     few = len(cells) <= MOST_NAMES
     made["xaxis"] = (
         axis(x, tickvals=at, ticktext=cells, range=[-0.6, len(cells) - 0.4]) if few else axis(x or "cell, from 0")
     )
-    return Plot(title, _alternative(title, marks, intervals is not None), {"data": traces, "layout": made}, height=330)
+    return Plot(title, _alternative(title, marks, intervals), {"data": traces, "layout": made}, height=330)
 
 
 MARKS = {
@@ -75,13 +77,15 @@ MARKS = {
 }
 
 
-def _alternative(title: str, marks: Mapping[str, Sequence[float]], has_intervals: bool) -> str:
+def _alternative(title: str, marks: Mapping[str, Sequence[float]], intervals: Intervals | None) -> str:
     told = [
         f"{MARKED[kind]}: {kind}"
         for kind in marks
         if kind in MARKED and np.isfinite(np.asarray(marks[kind], dtype=float)).any()
     ]
-    told += ["green lines: median interval"] if has_intervals else []
+    if intervals is not None:
+        is_open = any(np.isnan(each).any() for each in intervals if each is not None)
+        told.append("green lines: median interval" + is_open * ", with an arrow where it is open")
     return f"{title}: median, quartiles and all values of each cell" + (f"; {', '.join(told)}." if told else ".")
 
 
@@ -89,16 +93,16 @@ MARKED = {"paper": "diamonds", "reference": "bars", "most likely": "crosses"}
 
 
 def _intervals(
-    at: Sequence[int], intervals: Sequence[tuple[float, float] | None], values: Sequence[Sequence[float]]
+    at: Sequence[int], intervals: Intervals, values: Sequence[Sequence[float]], is_log: bool
 ) -> list[dict[str, Any]]:
-    """The interval of each cell beside its box; an end that is open lies at the farthest value, and is an arrow."""
+    """The interval of each cell beside its box; an end that is open lies beyond all values, and is an arrow."""
     every = np.concatenate([np.asarray(of, dtype=float) for of in values] or [np.array([])])
     told = [(position, ends) for position, ends in zip(at, intervals) if ends is not None]
     if not len(every) or not np.isfinite([ends for _, ends in told]).any():
         return []
     low, high = np.array([ends for _, ends in told], dtype=float).T
     xs, ys, sizes = [], [], []
-    for (position, ends), *drawn in zip(told, *drawn_ends(low, high, every)):
+    for (position, ends), *drawn in zip(told, *drawn_ends(low, high, every, is_log=is_log)):
         xs += [position + 0.42, position + 0.42, None]
         ys += [*map(float, drawn), None]
         sizes += [*(ARROW if np.isnan(end) else 0 for end in ends), 0]

@@ -18,7 +18,8 @@ from ksmea.show.rotordynamics import (
     sentences,
     speed_map_frame,
 )
-from ksmea.units import HERTZ, MEGANEWTON_PER_METRE, RPM
+from ksmea.show.speed_map_figure import stiffnesses_of_model
+from ksmea.units import HERTZ, RPM
 from ksmea.whirl import Rotordynamics
 
 WHIRLS = dict(zip(DIRECTIONS.values(), (BLUE, ORANGE, PURPLE)))
@@ -146,11 +147,10 @@ def _speed_map(found: Rotordynamics) -> Plot:
         )
         named.add(str(whirl))
     shapes, notes = [], []
-    for name, stiffness in found.speed_map.of_model:
-        at = stiffness / MEGANEWTON_PER_METRE
-        shapes.append(level(at, along="x"))
+    for stiffnesses, said in stiffnesses_of_model(found.speed_map):
+        shapes += [level(at, along="x") for at in stiffnesses]
         notes.append(
-            {"x": float(np.log10(at)), "y": 0.02, "yref": "paper", "text": f"{name} {at:.4g}", "textangle": -90, "showarrow": False,
+            {"x": float(np.log10(stiffnesses[0])), "y": 0.02, "yref": "paper", "text": said, "textangle": -90, "showarrow": False,
              "xanchor": "right", "yanchor": "bottom"}
         )  # fmt: skip
     return Plot(

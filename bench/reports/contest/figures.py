@@ -13,6 +13,7 @@ from bench.reports.contest.drawing import draw_line, panels_of, styles
 from bench.reports.contest.paired_tests import cliques
 from bench.reports.contest.scores import WORDS
 from bench.reports.contest.targets import Measure
+from ksmea.show.log_ticks import plain_ticks
 from ksmea.show.style import INTERVAL, REFERENCE
 
 COST = "evaluations / unknowns"
@@ -36,6 +37,7 @@ def ecdf_figure(frame: pd.DataFrame, measure: Measure, methods: Sequence[str]) -
             draw_line(axes, cost, rows["share"].to_numpy(), style, number)
             _band(axes, cost, rows["low"], rows["high"], style.colour)
         axes.set(xscale="log", ylim=(-0.02, 1.02), title=group)
+        plain_ticks(axes.xaxis)
         axes.grid(alpha=0.25)
     figure.supxlabel(COST, fontsize=10)
     figure.supylabel(f"targets and runs reached ({measure.name} {_ends(measure)}), 95 % bands", fontsize=10)
@@ -67,6 +69,8 @@ def anytime_figure(frame: pd.DataFrame, measure: Measure, methods: Sequence[str]
         for target in measure.targets:
             axes.axhline(target, color=REFERENCE, linewidth=0.5, linestyle=":" if target != measure.main else "-")
         axes.set(xscale="log", yscale="log", title=group)
+        plain_ticks(axes.xaxis)
+        plain_ticks(axes.yaxis)
     figure.supxlabel(COST, fontsize=10)
     bands = ", quartiles as bands" if len(methods) <= BANDED else ""
     figure.supylabel(f"{measure.name}, at least {LEAST:g}: medians{bands}", fontsize=10)
@@ -81,6 +85,7 @@ def profiles_figure(frame: pd.DataFrame, measure: Measure, methods: Sequence[str
             rows = frame[(frame["family"] == "all") & (frame["method"] == method) & (frame["profile"] == kind)]
             draw_line(axes, rows["at"].to_numpy(), rows["share"].to_numpy(), style, number)
         axes.set(xscale="log", ylim=(-0.02, 1.02))
+        plain_ticks(axes.xaxis)
         axes.set_xlabel(KINDS[kind], fontsize=8)
         axes.grid(alpha=0.25)
     figure.supylabel(f"share of instances, {measure.name} ≤ {measure.main:g}", fontsize=10)
@@ -129,6 +134,8 @@ def price_figure(board: pd.DataFrame, measure: Measure, methods: Sequence[str]) 
         if np.isfinite(total).all():
             draw_line(axes, PRICES, total, style, number)
     axes.set(xscale="log", yscale="log")
+    plain_ticks(axes.xaxis)
+    plain_ticks(axes.yaxis)
     axes.set_xlabel("price of one evaluation of the true model (s)", fontsize=9)
     axes.set_ylabel(f"expected time to {measure.name} ≤ {measure.main:g} (s)", fontsize=9)
     axes.grid(alpha=0.25)
