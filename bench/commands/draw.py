@@ -5,6 +5,7 @@ Figures, the numbers behind them as CSV files, and one page with all of it.
 
 from __future__ import annotations
 
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -33,6 +34,7 @@ from ksmea.units import RPM
 PROBLEM, VALUES, OUTPUT = "problem", "values", "output"
 DEFAULT = "three_disk"
 STUDY = "draw"  # what an index calls it
+WHEN = "%Y-%m-%dT%H:%M:%S%z"  # of which an index shows the first part, as of records
 OPTIONS = tuple(field.name for field in own_fields(RotordynamicsOptions))
 FIGURES = {
     "rotor": RotorDrawing.plot,
@@ -87,7 +89,7 @@ def _page(drawing: RotorDrawing, title: str, words: list[str], files: Mapping[st
     n_at_1x = sum(each.harmonic == 1 for each in found.critical_speeds)
     headline = f"{n_at_1x} critical speed{'s' * (n_at_1x != 1)} up to {found.highest / RPM:.0f} rpm"
     made_by = Section("Made by", (Command(command_line(["draw", *words])),))
-    about = {"name": title, "study": STUDY, "headline": headline}
+    about = {"name": title, "study": STUDY, "when": time.strftime(WHEN), "headline": headline}
     return document(title, headline, [*rotor_sections(found), made_by], about, files)
 
 

@@ -169,14 +169,14 @@ def ranking_figure(record: DiagnosisRecord) -> Figure:
 def draw_ranking(record: DiagnosisRecord, axes: Axes) -> None:
     """ΔBIC of the best location of each effect, coloured where it is named or explains the data about as well."""
     trials = best_trials(record)[::-1]
+    axes.set_xscale("symlog", linthresh=LINEAR)  # before the bars, whose margins it sets
+    plain_ticks(axes.xaxis)
     for kind, colour in RANKING_COLOURS.items():
         mine = [(at, trial.delta_bic) for at, trial in enumerate(trials) if standing(record, trial.effect) == kind]
         if mine:
             axes.barh(*zip(*mine), color=colour, label=kind)
     axes.set_yticks(range(len(trials)), [f"{trial.effect} ({trial.location})" for trial in trials], fontsize=8)
     axes.axvline(0, color=REFERENCE, linewidth=0.8)
-    axes.set_xscale("symlog", linthresh=LINEAR)
-    plain_ticks(axes.xaxis)
     axes.set_ylim(-0.7, len(trials) - 0.3)
     axes.set_xlabel(QUANTITY, fontsize=8)
     axes.tick_params(axis="x", labelsize=8)

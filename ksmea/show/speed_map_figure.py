@@ -50,13 +50,12 @@ def speed_map_figure(found: Rotordynamics, axes: Axes | None = None) -> Figure:
     return figure_of(axes)
 
 
-def stiffnesses_of_model(drawn: CriticalSpeedMap) -> list[tuple[list[float], str]]:
-    """The model's own stiffnesses within the axis, rising, MN/m, with their names; those too close for names of their own share
-    one text."""
+def stiffnesses_of_model(drawn: CriticalSpeedMap, near: float = NEAR) -> list[tuple[list[float], str]]:
+    """The model's own stiffnesses within the axis, rising, MN/m, with their names; those closer than `near`, of the axis, share one text."""
     first, last = drawn.stiffness[0], drawn.stiffness[-1]
     groups: list[list[tuple[float, str]]] = []
     for size, name in sorted((size, name) for name, size in drawn.of_model if first <= size <= last):
-        if groups and size < groups[-1][-1][0] * (last / first) ** NEAR:
+        if groups and size < groups[-1][-1][0] * (last / first) ** near:
             groups[-1].append((size, name))
         else:
             groups.append([(size, name)])

@@ -14,7 +14,9 @@ from ksmea.rotor_layout import EffectMark
 from ksmea.show.campbell_figure import WHIRL
 from ksmea.show.mode_shape_figure import in_plane, nodes
 from ksmea.show.rotor_figure import rotor_figure
+from ksmea.show.speed_map_figure import stiffnesses_of_model
 from ksmea.studies.critical_speeds import _crossings
+from ksmea.whirl import CriticalSpeedMap
 
 ROOT = Path(__file__).resolve().parents[2]
 QUICK = ("speeds=31", "modes=4", "harmonics=[1]")
@@ -44,7 +46,10 @@ def test_a_drawing_has_figures_numbers_and_one_page(enter):
         and "highest_rpm=12000" in page
         and "3620.4" in page
     )
-    assert "4 critical speeds up to 12000 rpm" in (ended.output.parent / "index.html").read_text()
+    index = (ended.output.parent / "index.html").read_text()
+    assert "4 critical speeds up to 12000 rpm" in index and re.search(
+        r"<td>20\d\d-\d\d-\d\d \d\d:\d\d</td><td>draw</td>", index
+    )
 
 
 def test_values_settings_and_plugins_are_those_of_the_command_line(enter):
@@ -171,3 +176,10 @@ def test_a_critical_speed_that_is_a_scanned_one_is_found_once():
     for n_speed in (5, 6):
         speed = np.linspace(0.0, 200.0, n_speed)
         assert _crossings(constant, constant(speed), speed, 1.0) == [100.0]
+
+
+def test_stiffnesses_that_are_close_share_one_text():
+    drawn = CriticalSpeedMap(
+        np.array([1e6, 1e9]), np.ones((2, 1)), np.ones((2, 1)), (("kyy", 52e6), ("kxx", 50e6), ("k", 4e8), ("far", 2e9))
+    )
+    assert stiffnesses_of_model(drawn) == [([50.0, 52.0], "kxx 50, kyy 52"), ([400.0], "k 400")]

@@ -61,7 +61,7 @@ def box_plot(
         if np.isfinite(np.asarray(of, dtype=float)).any():
             traces.append({"type": "scatter", "mode": "markers", "name": kind, "x": at, "y": of, "marker": style})
     if intervals is not None:
-        traces += _intervals(at, intervals, values, y_log)
+        traces += _intervals(at, intervals, [*values, *marks.values()], y_log)
     made = layout(x, unit, y_log=y_log)
     few = len(cells) <= MOST_NAMES
     made["xaxis"] = (
@@ -113,7 +113,13 @@ def _intervals(
             "name": "median interval",
             "x": xs,
             "y": ys,
-            "marker": {"symbol": ["triangle-down", "triangle-up", "circle"] * len(told), "size": sizes, "opacity": 1},
+            "marker": {
+                "symbol": ["triangle-down", "triangle-up", "circle"] * len(told),
+                "size": sizes,
+                "color": GREEN,
+                "opacity": 1,
+                "line": {"width": 0},
+            },
             "line": {"color": GREEN, "width": 3},
         }
     ]

@@ -7,7 +7,20 @@ from collections.abc import Iterator
 import numpy as np
 
 from bench.plan.page import Block, Control, Picture, Plot, Prose, Section, Table
-from bench.reports.pages.traces import BLUE, COLOURS, GREY, ORANGE, PURPLE, Trace, axis, layout, level, line, points
+from bench.reports.pages.traces import (
+    BLUE,
+    COLOURS,
+    GREY,
+    ORANGE,
+    PALE,
+    PURPLE,
+    Trace,
+    axis,
+    layout,
+    level,
+    line,
+    points,
+)
 from ksmea.arrays import Array
 from ksmea.show.mode_shape_figure import stations
 from ksmea.show.rotordynamics import (
@@ -25,6 +38,7 @@ from ksmea.whirl import Rotordynamics
 WHIRLS = dict(zip(DIRECTIONS.values(), (BLUE, ORANGE, PURPLE)))
 SPEED_RPM = "speed (rpm)"
 DEEPEST, HIGHEST_DECREMENT = -0.5, 3.0  # log decrements that are shown at first: beyond, nothing is seen of a motion
+NEAR = 0.09  # of the axis of stiffness: names of lines that are closer stand in one text, also on a narrow page
 HEIGHT_3D = 520  # px
 
 
@@ -147,7 +161,7 @@ def _speed_map(found: Rotordynamics) -> Plot:
         )
         named.add(str(whirl))
     shapes, notes = [], []
-    for stiffnesses, said in stiffnesses_of_model(found.speed_map):
+    for stiffnesses, said in stiffnesses_of_model(found.speed_map, NEAR):
         shapes += [level(at, along="x") for at in stiffnesses]
         notes.append(
             {"x": float(np.log10(stiffnesses[0])), "y": 0.02, "yref": "paper", "text": said, "textangle": -90, "showarrow": False,
@@ -192,9 +206,10 @@ def _orbits(found: Rotordynamics) -> list[Block]:
         traces.append({**common, **shaft, "name": "shaft at one moment", "line": {"color": GREY, "width": 5}})
     if not names:
         return []
-    sides = {"range": [-1.05, 1.05], "title": {"text": "x"}}
+    style = {"color": GREY, "gridcolor": PALE, "zerolinecolor": PALE}  # styles of the page do not reach into it
+    sides = {"range": [-1.05, 1.05], "title": {"text": "x"}, **style}
     scene = {
-        "xaxis": {"title": {"text": "position (m)"}},
+        "xaxis": {"title": {"text": "position (m)"}, **style},
         "yaxis": sides,
         "zaxis": {**sides, "title": {"text": "y"}},
         "aspectmode": "manual",

@@ -15,6 +15,8 @@ BLUE, ORANGE, GREEN, PURPLE, OCHRE, GREY, PINK, TEAL = COLOURS = (
     "#2b7ab8", "#d1581f", "#3a8f4d", "#9a68ba", "#a88300", "#7a7a7a", "#cf5f9d", "#17889a",
 )  # fmt: skip
 LONG_NAME = 16  # characters, from which on the name of a row is broken
+PLAIN_EXPONENT = 6  # numbers up to 10 to this power are written out on axes
+STANDOFF = 6  # px between the numbers of an axis and its title
 LOG_TICKS = 5  # of a logarithmic axis at most: over 1.5 decades and more they stand at 1, 2 and 5 or at powers
 FADED = "rgba(122,122,122,0.14)"
 PALE = "rgba(122,122,122,0.45)"  # of a wide line below others
@@ -32,6 +34,7 @@ def layout(x: str = "", y: str = "", *, x_log: bool = False, y_log: bool = False
         "paper_bgcolor": "rgba(0,0,0,0)",
         "plot_bgcolor": "rgba(0,0,0,0)",
         "font": {"size": 12, "family": "system-ui, sans-serif"},
+        "separators": ".",  # thousands have none, as in texts and tables
         "hoverlabel": {"bgcolor": "#1f252b", "bordercolor": "#1f252b", "font": {"color": "#ffffff"}, "namelength": -1},
         "legend": {"orientation": "h", "y": 1.02, "yanchor": "bottom", "x": 0, "xanchor": "left"},
         "narrow": {"margin": {"l": 50, "r": 6, "t": 12, "b": 48}},
@@ -43,8 +46,15 @@ def layout(x: str = "", y: str = "", *, x_log: bool = False, y_log: bool = False
 
 def axis(title: str = "", *, log: bool = False, **more: Any) -> Layout:
     """One axis; its numbers take the room that they need."""
-    scale = {"type": "log", "exponentformat": "power", "minorloglabels": "complete", "nticks": LOG_TICKS} if log else {}
-    return {"title": {"text": title}, "automargin": True, "zeroline": False, "ticks": "outside", **scale, **more}
+    scale = {"type": "log", "tickformat": "~g", "nticks": LOG_TICKS} if log else {"minexponent": PLAIN_EXPONENT}
+    return {
+        "title": {"text": title, "standoff": STANDOFF},
+        "automargin": True,
+        "zeroline": False,
+        "ticks": "outside",
+        **scale,
+        **more,
+    }
 
 
 def folded(name: str) -> str:

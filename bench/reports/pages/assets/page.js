@@ -55,9 +55,13 @@
         reset(canvas);
       });
     const doing = { in: () => zoom(canvas, 0.7), out: () => zoom(canvas, 1 / 0.7), reset: () => reset(canvas),
-      save: () => Plotly.downloadImage(canvas, { format: "png", scale: 2, filename: figure.id }) };
+      save: () => Plotly.downloadImage(onWhite(canvas), { format: "png", scale: 2, filename: figure.id,
+        width: canvas.clientWidth, height: canvas.clientHeight }) };
     for (const button of figure.querySelectorAll("button[data-do]")) button.addEventListener("click", doing[button.dataset.do]);
   }
+
+  /** A plot as it is zoomed, on a ground of its own: what is saved is seen elsewhere. */
+  function onWhite({ data, layout }) { return { data, layout: { ...layout, paper_bgcolor: "#ffffff" } }; }
 
   /** Traces with those hidden that the selects leave out. */
   function seen(figure, traces) {
