@@ -32,9 +32,11 @@ from __future__ import annotations
 import dataclasses
 import hashlib
 import re
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any, Self
 
 import numpy as np
 
@@ -44,11 +46,12 @@ from ksmea.errors import SettingError
 from ksmea.measurement import Layout, Measurement, Noise
 from ksmea.settings import setting
 from measurements.formats.answers import OWN, Answers
+from measurements.formats.opened import Opened
 from measurements.formats.readers import foreign_rows
 from measurements.formats.waveform import MOST_BYTES
 from measurements.repeats import averaged
 from measurements.run_up import RunUp, run_up
-from measurements.run_up_rows import MAX_BYTES, Rows, read_bytes, rows_at, rows_of, text_of, to_digits
+from measurements.run_up_rows import MAX_BYTES, Rows, rows_at, rows_of, text_of, to_digits
 from measurements.shared_speeds import at_shared_speeds
 from measurements.slow_roll import SUBTRACTED, without_slow_roll
 from measurements.sweeps import ANY, require_one_way, rows_of_sweep
@@ -141,15 +144,27 @@ class File(Answers, MeasurementSource):
             history=run_up.history,
         )
 
+    @classmethod
+    def of(cls, opened: Opened, settings: Mapping[str, Any]) -> Self:
+        """A file that is open already, with these settings: what was read of it before is not read again."""
+        made = cls.__new__(cls)
+        made.__dict__["_opened"] = opened
+        cls.__init__(made, path=opened.path, **settings)  # which reads it
+        return made
+
     @cached_property
+    def _opened(self) -> Opened:
+        return Opened(self.path)
+
+    @property
     def _bytes(self) -> bytes:
-        return read_bytes(self.path, MOST_BYTES if self.format == "waveform" else MAX_BYTES)
+        return self._opened.content(MOST_BYTES if self.format == "waveform" else MAX_BYTES)
 
     @cached_property
     def _read_rows(self) -> tuple[Rows, tuple[str, ...], bool]:
         """The rows as they stand in the file, the remarks on them, and whether slow roll is subtracted there."""
         if self.format != OWN:
-            return foreign_rows(self._bytes, self)
+            return foreign_rows(self._opened, self)
         text = text_of(self._bytes, self.path)
         rows = rows_of(text, self.path)
         if self.phase == "none":
@@ -176,7 +191,7 @@ class File(Answers, MeasurementSource):
         elif is_compensated:
             remarks.append(f"{SUBTRACTED}, as the file says")
         if self.repeats == "average":
-            rows, averaging = averaged(rows)
+            rows, averaging = averaged(to_digits(rows))  # as equal as they will be when they are told apart
             remarks.append(averaging)
         if self.incomplete == "interpolate":
             rows, interpolation = at_shared_speeds(rows, self.path)

@@ -21,6 +21,7 @@ from ksmea.setting_types import read_as
 from ksmea.settings import own_fields
 from measurements.file import File
 from measurements.formats.answers import OWN
+from measurements.formats.opened import Opened
 from measurements.formats.placing import CLOCKWISE
 from measurements.run_up_csv import rows_as_csv
 from measurements.slow_roll import SUBTRACTED
@@ -32,10 +33,11 @@ UNANSWERED = 2  # exit code
 def import_file(words: list[str]) -> int:
     """Write what a file holds, and print what was decided of it."""
     path, given = _options(words)
+    opened = Opened(path, keeps=True)
     if OUT in given:
         _require_new(Path(given[OUT]), given)
     try:
-        found = asked(path, given)
+        found = asked(opened, given)
     except SettingError as error:
         raise SettingError(f"import: {error}") from error
     if found.questions:
@@ -47,7 +49,7 @@ def import_file(words: list[str]) -> int:
     outs, campaign = _written(out, given)[: len(parts)], out.with_suffix(".yaml")
     settings = [{**given, **({"sweep": part} if part else {})} for part in parts]
     assert found.source is not None, "nothing is open"
-    sources = [found.source, *(_source(path, each) for each in settings[1:])]  # all are read before any is written
+    sources = [found.source, *(_source(opened, each) for each in settings[1:])]  # all are read before any is written
     out.parent.mkdir(parents=True, exist_ok=True)
     for source, target, chosen in zip(sources, outs, settings):
         replace_file(target, rows_as_csv(source.used_rows, _head(source, chosen)).encode())
@@ -79,9 +81,9 @@ def _require_new(out: Path, given: Mapping[str, Any]) -> None:
             raise SettingError(f"import: expected no {each} yet, found one; choose another --out, or remove it")
 
 
-def _source(path: str, settings: dict[str, Any]) -> File:
+def _source(opened: Opened, settings: dict[str, Any]) -> File:
     try:
-        return File(path=path, **settings)
+        return File.of(opened, settings)
     except SettingError as error:
         raise SettingError(f"import: {error}") from error
 

@@ -12,10 +12,10 @@ from ksmea.errors import SettingError
 from ksmea.settings import own_fields
 from measurements.file import File
 from measurements.formats.answers import FORMATS
+from measurements.formats.opened import Opened
 from measurements.formats.questions import Asked, Question, open_questions
 from measurements.formats.suggested import suggested_format
 from measurements.formats.waveform import MOST_BYTES
-from measurements.run_up_rows import read_bytes
 from measurements.sweeps import UP
 
 OUT, FORMAT, SWEEP, BOTH = "out", "format", "sweep", "both"
@@ -25,33 +25,34 @@ NAMES = "|".join(field.name for field in own_fields(File))
 SETTING = re.compile(rf"(?<![\w.-])(?:measurement\.)?({NAMES})=(?:\[([^\]]*)\]|([^\s;,]+))")
 
 
-def asked(path: str, given: Mapping[str, Any]) -> Asked[File]:
-    """What neither the file nor the options say. Raises `SettingError` where there is no such file, or the options cannot be used
+def asked(opened: Opened, given: Mapping[str, Any]) -> Asked[File]:
+    """What neither the file nor the options say; the file is read once. Raises `SettingError` where there is no such file, or the options cannot be used
     anyway."""
     settings = {name: value for name, value in given.items() if name != OUT}
     if settings.get(SWEEP) == BOTH:
         settings[SWEEP] = UP
-    found = _of_file(path, settings) if FORMAT in given else _of_format(path, settings)
+    found = _of_file(opened, settings) if FORMAT in given else _of_format(opened, settings)
     if OUT in given:
         return found
-    said = f"expected where to write what {path} holds, got nothing; give --out run.csv"
+    said = f"expected where to write what {opened.path} holds, got nothing; give --out run.csv"
     return dataclasses.replace(found, questions=(*found.questions, Question(OUT, said, ("run.csv",), "")))
 
 
-def _of_file(path: str, settings: Mapping[str, Any]) -> Asked[File]:
-    return open_questions(lambda answers: File(path=path, **answers), settings)
+def _of_file(opened: Opened, settings: Mapping[str, Any]) -> Asked[File]:
+    return open_questions(lambda answers: File.of(opened, answers), settings)
 
 
-def _of_format(path: str, settings: Mapping[str, Any]) -> Asked[File]:
+def _of_format(opened: Opened, settings: Mapping[str, Any]) -> Asked[File]:
     """The format, and what else is open as far as the file can be read by the one that is suggested."""
-    suggested = suggested_format(path, read_bytes(path, MOST_BYTES))
+    path = opened.path
+    suggested = suggested_format(path, opened.content(MOST_BYTES))
     said = f"expected what wrote {path}, got nothing; give --format, one of {', '.join(FORMATS)}"
     unknown_format = Asked[File]((Question(FORMAT, said, ("FORMAT",), None),), is_all=False)
     if suggested is None:
         return unknown_format
     name, by = suggested.name, suggested.because
     try:
-        found = _of_file(path, {**settings, FORMAT: name})
+        found = _of_file(opened, {**settings, FORMAT: name})
     except SettingError as error:
         said = f"{said}; {by} {name}, and that fails: {str(error).removeprefix(path).lstrip(': ')}"
         return dataclasses.replace(unknown_format, questions=(Question(FORMAT, said, ("FORMAT",), None),))
@@ -90,9 +91,9 @@ def in_options(said: str) -> str:
 
 
 def _places(questions: Sequence[Question]) -> Iterator[str]:
-    """Answers that only the user has; columns that are suggested are none."""
+    """Answers that only the user has; what the file suggests is none."""
     for each in questions:
-        yield from () if each.setting == "columns" and each.meanwhile else each.shown
+        yield from () if each.is_suggested else each.shown
 
 
 def _option(name: str, values: Sequence[Any]) -> Iterator[str]:

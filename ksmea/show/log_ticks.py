@@ -54,7 +54,7 @@ class PlainSymlogLocator(Locator):
         return self.tick_values(*self.axis.get_view_interval())
 
     def tick_values(self, vmin: float, vmax: float) -> Any:
-        return symlog_ticks(*sorted((vmin, vmax)), self._linear)
+        return symlog_ticks(min(vmin, vmax), max(vmin, vmax), self._linear)
 
 
 def symlog_ticks(low: float, high: float, linear: float) -> Array:

@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 
 from measurements.formats.questions import OpenQuestion
 
 SPEED = re.compile(r"speed|rpm|1/min|omega|drehzahl|^n\b", re.IGNORECASE)
 PHASE = re.compile(r"phase|phas\b|(?<!probe )\b(?:angle|winkel)\b|\bph\b|\bdeg|°", re.IGNORECASE)
 AMPLITUDE = re.compile(r"ampl|amp\b|\bmag|displ|\b(um|mil)\b|µm", re.IGNORECASE)
+Guess = Callable[[Sequence[str]], tuple[str, ...]]  # `columns` of headings, empty where these do not tell
+
 UNTOLD = ("speed=HEADING", "amplitude.NAME=HEADING", "phase.NAME=HEADING")
 WORD = re.compile(r"[^\W_]+")
 HARMONIC = re.compile(r"[0-9]*[0-9½]x", re.IGNORECASE)
@@ -58,10 +60,15 @@ def _is_of_kind(word: str) -> bool:
     return bool(AMPLITUDE.search(word) or PHASE.search(word))
 
 
-def columns_question(said: str, lines: Iterable[Sequence[str]]) -> OpenQuestion:
-    """The question what columns hold, with what the headings suggest: those of the first of some lines that suggest anything."""
-    guess = next(filter(None, map(guessed_columns, lines)), ())
+def columns_question(
+    said: str, lines: Iterable[Sequence[str]], guess: Guess = guessed_columns, untold: tuple[str, ...] = UNTOLD
+) -> OpenQuestion:
+    """The question what columns hold, with what the headings suggest: those of the first of some lines that suggest anything, or
+    else what is `untold`."""
+    guessed = next(filter(None, map(guess, lines)), ())
     suggested = (
-        "; the headings suggest those below, check them" if guess else "; what else is open is seen once they are known"
+        "; the headings suggest those below, check them"
+        if guessed
+        else "; what else is open is seen once they are known"
     )
-    return OpenQuestion(f"{said}{suggested}", "columns", guess or UNTOLD, list(guess) or None)
+    return OpenQuestion(f"{said}{suggested}", "columns", guessed or untold, list(guessed) or None)

@@ -29,10 +29,10 @@ def read_delimited(content: bytes, path: str, headings: Sequence[str], most_rows
     )
     if headings:
         raise SettingError(said)
-    raise columns_question(f"{said}; give columns=[role=heading,…]", _lines_of_cells(text, path))
+    raise columns_question(f"{said}; give columns=[role=heading,…]", first_cells(text, path))
 
 
-def _lines_of_cells(text: str, path: str) -> Iterator[list[str]]:
+def first_cells(text: str, path: str) -> Iterator[list[str]]:
     """The first lines that are no remarks, cut by each separator in turn."""
     for separator in SEPARATORS:
         for _, cells in islice(rows_of_cells(text, separator, path), MOST_LINES):

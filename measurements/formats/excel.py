@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import contextlib
 import io
 import zipfile
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from datetime import datetime
+from itertools import islice
 from typing import Any
 
 from ksmea.errors import SettingError, shortened, unknown
-from measurements.formats.column_guess import columns_question
+from measurements.formats.column_guess import Guess, columns_question, guessed_columns
 from measurements.formats.delimited import MOST_LINES
+from measurements.formats.questions import OpenQuestion
 from measurements.formats.sheet import Cell, Sheet, SheetRows, require_distinct
 from measurements.run_up_rows import MAX_BYTES, MAX_ROWS, REQUIRED, quoted
 
@@ -21,6 +24,20 @@ ZIP, OLD_EXCEL = b"PK\x03\x04", b"\xd0\xcf\x11\xe0"
 def read_excel(content: bytes, path: str, sheet: str, headings: Sequence[str], most_rows: int = MAX_ROWS) -> Sheet:
     """The table of a sheet; `SettingError` where openpyxl is not installed, there are several sheets and none is named, or the
     headings are nowhere."""
+    with _book(content, path) as book:
+        return _table(book, path, _chosen(book, sheet, path, headings, guessed_columns), list(headings), most_rows)
+
+
+def first_rows(content: bytes, path: str, sheet: str, guess: Guess) -> list[list[str]]:
+    """The first rows of a sheet, in which headings are looked for; where several sheets are there and none is named, `guess`, of what
+    columns hold, suggests one in the question."""
+    with _book(content, path) as book:
+        return [_texts(cells) for _, cells in islice(_rows(book, _chosen(book, sheet, path, (), guess)), MOST_LINES)]
+
+
+@contextlib.contextmanager
+def _book(content: bytes, path: str) -> Iterator[Any]:
+    """The open file. Whatever a damaged one makes openpyxl raise, also later, is a `SettingError`."""
     if content.startswith(OLD_EXCEL):
         raise SettingError(
             f"{path}: expected .xlsx, got an older or an encrypted Excel file; save it as .xlsx without password"
@@ -37,11 +54,10 @@ def read_excel(content: bytes, path: str, sheet: str, headings: Sequence[str], m
     _require_small(content, path)
     try:
         book: Any = openpyxl.load_workbook(io.BytesIO(content), read_only=True, data_only=True)
-        names = list(book.sheetnames)
     except Exception as error:  # openpyxl raises whatever a damaged archive makes it meet
         raise _unreadable(path, error) from error
     try:
-        return _table(book, path, _chosen(names, sheet, path), list(headings), most_rows)
+        yield book
     except SettingError:
         raise
     except Exception as error:
@@ -63,27 +79,68 @@ def _require_small(content: bytes, path: str) -> None:
         )
 
 
-def _chosen(names: list[str], sheet: str, path: str) -> str:
+def _chosen(book: Any, sheet: str, path: str, headings: Sequence[str], guess: Guess) -> str:
+    names = list(book.sheetnames)
     if sheet:
         if sheet not in names:
             raise SettingError(f"{path}: {unknown('sheet', sheet, names)}")
         return sheet
     if len(names) != 1:
-        raise SettingError(f"{path}: expected one sheet, got {shortened(', '.join(names), 200)}; give sheet=NAME")
+        raise _which_sheet(book, names, path, headings, guess)
     return names[0]
+
+
+def _which_sheet(book: Any, names: list[str], path: str, headings: Sequence[str], guess: Guess) -> OpenQuestion:
+    """The question which sheet is read; where just one looks like a table of vibration, that is suggested, and of several the
+    first lets the rest be asked."""
+    fitting = [name for name in names if _fits(book, name, headings, guess)]
+    said = f"{path}: expected one sheet, got {shortened(', '.join(names), 200)}; give sheet=NAME"
+    if len(fitting) == 1:
+        return OpenQuestion(
+            f"{said}; its headings suggest {shortened(fitting[0])}, check it", "sheet", (fitting[0],), fitting[0]
+        )
+    if not fitting:
+        return OpenQuestion(said, "sheet", ("SHEET",), None)
+    return OpenQuestion(
+        f"{said}; the other questions are those of {shortened(fitting[0])}", "sheet", ("SHEET",), fitting[0]
+    )
+
+
+def _fits(book: Any, name: str, headings: Sequence[str], guess: Guess) -> bool:
+    """Whether one of the first rows has the headings, or suggests what its columns hold."""
+    wanted = _wanted(headings)
+    for _, cells in islice(_rows(book, name), MOST_LINES):
+        texts = _texts(cells)
+        if wanted <= {text.lower() for text in texts} or (not headings and guess(texts)):
+            return True
+    return False
+
+
+def _texts(cells: Sequence[Cell]) -> list[str]:
+    return [str(cell).strip() for cell in cells]
+
+
+def _wanted(headings: Sequence[str]) -> set[str]:
+    return {each.lower() for each in headings if not each.startswith("#")} or set(REQUIRED)
+
+
+def _rows(book: Any, sheet: str) -> Iterator[tuple[int, list[Cell]]]:
+    """The rows of a sheet that are not empty, by number from 1; none of a sheet of charts."""
+    iterate = getattr(book[sheet], "iter_rows", None)
+    for number, values in enumerate(iterate(values_only=True, max_col=MAX_COLUMNS) if iterate else (), start=1):
+        cells = [_cell(value) for value in values]
+        if any(cell != "" for cell in cells):
+            yield number, cells
 
 
 def _table(book: Any, path: str, sheet: str, headings: list[str], most_rows: int) -> Sheet:
     rows: SheetRows | None = None
     seen: list[list[str]] = []
-    wanted = {each.lower() for each in headings if not each.startswith("#")} or set(REQUIRED)
+    wanted = _wanted(headings)
     where = f"{path} sheet {shortened(sheet)}"
-    for number, values in enumerate(book[sheet].iter_rows(values_only=True, max_col=MAX_COLUMNS), start=1):
-        cells = [_cell(value) for value in values]
-        if not any(cell != "" for cell in cells):
-            continue
+    for number, cells in _rows(book, sheet):
         if rows is None:
-            names = [str(cell).strip() for cell in cells]
+            names = _texts(cells)
             if len(seen) < MOST_LINES:
                 seen.append(names)
             if wanted <= {name.lower() for name in names}:

@@ -27,6 +27,11 @@ class Question:
     shown: tuple[str, ...]
     meanwhile: Any
 
+    @property
+    def is_suggested(self) -> bool:
+        """Whether what is shown is an answer as it stands, which the file suggests."""
+        return self.meanwhile in (list(self.shown), *self.shown)
+
 
 class OpenQuestion(SettingError):
     """Reading a file stops because something is left open."""
@@ -57,8 +62,8 @@ def open_questions(read: Callable[[Mapping[str, Any]], Source], settings: Mappin
             question = error.question
             earlier = found.get(question.setting)
             found[question.setting] = question if earlier is None else _joined(earlier, question)
-            if question.meanwhile is None:
-                break
+            if question.meanwhile is None or (earlier and question.meanwhile == tried[question.setting]):
+                break  # nothing more is seen with that answer
             tried[question.setting] = question.meanwhile
         except SettingError:
             if not found:
@@ -71,4 +76,5 @@ def open_questions(read: Callable[[Mapping[str, Any]], Source], settings: Mappin
 
 def _joined(one: Question, other: Question) -> Question:
     """Two questions that one setting answers: the later one knows more of the answer."""
-    return Question(one.setting, f"{one.said}; {other.said}", other.shown, other.meanwhile)
+    said = one.said if other.said in one.said else f"{one.said}; {other.said}"
+    return Question(one.setting, said, other.shown, other.meanwhile)

@@ -11,42 +11,65 @@ from measurements.formats.decide import decided
 from measurements.formats.delimited import read_delimited
 from measurements.formats.excel import read_excel
 from measurements.formats.mat import read_mat
+from measurements.formats.opened import Opened
+from measurements.formats.sheet import Sheet
 from measurements.formats.system1 import read_system1
 from measurements.formats.table import read_table, roles_of
-from measurements.formats.uff import read_uff
+from measurements.formats.uff import curves_of_datasets, datasets
 from measurements.formats.waveform import read_waveform
-from measurements.run_up_rows import Rows
+from measurements.run_up_rows import MAX_BYTES, Rows
 
 
 def _headings(answers: Answers) -> list[str]:
     return list(dict.fromkeys(roles_of(answers.columns).headings.values()))
 
 
-def _csv(content: bytes, answers: Answers) -> list[Curve]:
-    return read_table(read_delimited(content, answers.path, _headings(answers)), answers)
+def _csv(opened: Opened, answers: Answers) -> list[Curve]:
+    headings = _headings(answers)
+    return _table(opened, answers, lambda content: read_delimited(content, answers.path, headings))
 
 
-def _excel(content: bytes, answers: Answers) -> list[Curve]:
-    return read_table(read_excel(content, answers.path, answers.sheet, _headings(answers)), answers)
+def _excel(opened: Opened, answers: Answers) -> list[Curve]:
+    headings = _headings(answers)
+    return _table(opened, answers, lambda content: read_excel(content, answers.path, answers.sheet, headings))
 
 
-def _mat(content: bytes, answers: Answers) -> list[Curve]:
-    return read_table(read_mat(content, answers.path, _headings(answers)), answers)
+def _mat(opened: Opened, answers: Answers) -> list[Curve]:
+    headings = _headings(answers)
+    return _table(opened, answers, lambda content: read_mat(content, answers.path, headings))
 
 
-READERS: dict[str, Callable[[bytes, Answers], list[Curve]]] = {
+def _table(opened: Opened, answers: Answers, read: Callable[[bytes], Sheet]) -> list[Curve]:
+    key = (answers.format, answers.sheet, *_headings(answers))
+    return read_table(opened.once("sheet", key, lambda: read(opened.content(MAX_BYTES))), answers)
+
+
+def _uff(opened: Opened, answers: Answers) -> list[Curve]:
+    sets = opened.once("datasets", None, lambda: datasets(opened.content(MAX_BYTES), answers.path))
+    return curves_of_datasets(sets, answers)
+
+
+def _system1(opened: Opened, answers: Answers) -> list[Curve]:
+    return opened.once("system1", None, lambda: read_system1(opened.content(MAX_BYTES), answers))
+
+
+def _adre(opened: Opened, answers: Answers) -> list[Curve]:
+    return opened.once("adre", None, lambda: read_adre(opened.content(MAX_BYTES), answers))
+
+
+READERS: dict[str, Callable[[Opened, Answers], list[Curve]]] = {
     "csv": _csv,
     "excel": _excel,
     "mat": _mat,
-    "uff": read_uff,
-    "system1": read_system1,
-    "adre": read_adre,
+    "uff": _uff,
+    "system1": _system1,
+    "adre": _adre,
     "waveform": read_waveform,
 }
 
 
-def foreign_rows(content: bytes, answers: Answers) -> tuple[Rows, tuple[str, ...], bool]:
+def foreign_rows(opened: Opened, answers: Answers) -> tuple[Rows, tuple[str, ...], bool]:
     """The rows of a file that is not the project's own, the remarks on them, and whether slow roll is subtracted in it."""
-    curves = READERS[answers.format](content, answers)
+    curves = READERS[answers.format](opened, answers)
     rows, remarks = decided(curves, answers)
     return rows, remarks, any(curve.is_compensated for curve in curves)

@@ -8,12 +8,13 @@ from typing import NamedTuple
 from ksmea.errors import SettingError
 from measurements.formats.adre import is_adre
 from measurements.formats.answers import OWN
+from measurements.formats.delimited import MOST_LINES
 from measurements.formats.system1 import is_system1
-from measurements.formats.texts import text_of
+from measurements.formats.texts import SEPARATORS, beginning_of
+from measurements.formats.waveform_guess import guessed_waveforms
 from measurements.run_up_rows import REQUIRED
 
 ENDINGS = {".csv": "csv", ".txt": "csv", ".xlsx": "excel", ".mat": "mat", ".uff": "uff", ".unv": "uff"}
-HEAD = 100_000  # bytes, even for UTF-16: headings stand at the beginning
 BY_HEADINGS, BY_NAME = "its headings suggest", "its name suggests"
 
 
@@ -27,7 +28,7 @@ class Suggested(NamedTuple):
 def suggested_format(path: str, content: bytes) -> Suggested | None:
     """None where neither headings nor name suggest any."""
     try:
-        text = text_of(content[:HEAD], path)
+        text = beginning_of(content, path)
     except SettingError:  # no text
         text = ""
     if is_adre(text):
@@ -36,8 +37,21 @@ def suggested_format(path: str, content: bytes) -> Suggested | None:
         return Suggested("system1", BY_HEADINGS)
     if _is_own(text):
         return Suggested(OWN, BY_HEADINGS)
+    if _is_waveform(text):
+        return Suggested("waveform", BY_HEADINGS)
     likely = ENDINGS.get(Path(path).suffix.lower())
     return None if likely is None else Suggested(likely, BY_NAME)
+
+
+def _is_waveform(text: str) -> bool:
+    """Whether one of the first lines names a keyphasor beside other columns."""
+    lines = [line for line in text.splitlines()[:MOST_LINES] if not line.startswith("#")]
+    return any(
+        guessed_waveforms([cell.strip(' "') for cell in line.split(separator)])
+        for line in lines
+        for separator in SEPARATORS
+        if separator in line
+    )
 
 
 def _is_own(text: str) -> bool:

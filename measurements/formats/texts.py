@@ -17,6 +17,7 @@ POINT = re.compile(r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)([eEdD][-+]?[0-9]+)?", re.AS
 COMMA = re.compile(r"[-+]?([0-9]+,[0-9]*|,[0-9]+)([eE][-+]?[0-9]+)?", re.ASCII)
 MISSING = {"", "-", "--", "---", "n/a", "na", "nan", "null", "none", "invalid", "#n/a", "*", "inf", "-inf", "+inf"}
 LONGEST_LINE = 100_000  # characters
+HEAD = 100_000  # bytes, even for UTF-16: headings stand at the beginning
 
 
 def text_of(content: bytes, path: str) -> str:
@@ -37,6 +38,14 @@ def text_of(content: bytes, path: str) -> str:
     raise SettingError(
         f"{path}: expected a text in UTF-8, UTF-16 or Windows-1252, got binary data; name the format of the file"
     )
+
+
+def beginning_of(content: bytes, path: str) -> str:
+    """The first lines of a text, in which headings stand, also of a file that is too long to be looked through for them."""
+    head = content[:HEAD]
+    if len(content) > HEAD and 0 not in head:  # in UTF-16 every cut at an even place is one between characters
+        head = head[: head.rfind(b"\n") + 1] or head
+    return text_of(head, path)
 
 
 def rows_of_cells(text: str, separator: str, path: str) -> Iterator[tuple[int, list[str]]]:

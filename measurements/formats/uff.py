@@ -11,6 +11,7 @@ import contextlib
 import io
 import os
 import tempfile
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -36,16 +37,17 @@ MAX_SETS = 1000
 MAX_POINTS = 2 * 10**7
 
 
-def read_uff(content: bytes, answers: Answers) -> list[Curve]:
-    """The functions over the speed of a universal file."""
-    path = answers.path
-    sets = _datasets(content, path)
+Dataset = dict[str, Any]  # as pyuff reads it
+
+
+def curves_of_datasets(sets: Sequence[tuple[int, Dataset]], answers: Answers) -> list[Curve]:
+    """The functions over the speed of a universal file, of its datasets 58 with their numbers."""
     return [_curve(each, number, answers) for number, each in sets]
 
 
 def waveforms_of_uff(content: bytes, path: str) -> Sheet:
     """The time histories of a universal file, as columns beside their common time."""
-    sets = _datasets(content, path)
+    sets = datasets(content, path)
     histories = [each for _, each in sets if each["func_type"] == TIME_RESPONSE]
     if not histories:
         raise SettingError(f"{path}: expected time histories, got none; give format=uff for functions over the speed")
@@ -63,8 +65,8 @@ def waveforms_of_uff(content: bytes, path: str) -> Sheet:
     return Sheet(path, range(1, len(time) + 1), columns)
 
 
-def _datasets(content: bytes, path: str) -> list[tuple[int, dict[str, Any]]]:
-    """Number and content of each dataset 58."""
+def datasets(content: bytes, path: str) -> list[tuple[int, Dataset]]:
+    """Number and content of each dataset 58. `SettingError` where there is none, or the file cannot be read."""
     try:
         import pyuff
     except ImportError as error:

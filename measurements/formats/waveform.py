@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 
 import numpy as np
 
@@ -17,30 +17,50 @@ from ksmea.arrays import Array
 from ksmea.errors import SettingError, shortened, unknown
 from ksmea.units import RPM
 from measurements.formats.answers import Answers
+from measurements.formats.column_guess import columns_question
 from measurements.formats.curve import Curve
-from measurements.formats.delimited import read_delimited
-from measurements.formats.excel import ZIP, read_excel
+from measurements.formats.delimited import first_cells, read_delimited
+from measurements.formats.excel import ZIP, first_rows, read_excel
 from measurements.formats.mat import HDF5, read_mat
+from measurements.formats.opened import Opened
 from measurements.formats.order_tracking import Tracked, pulse_times, tracked
+from measurements.formats.questions import OpenQuestion
 from measurements.formats.sheet import Sheet
+from measurements.formats.texts import beginning_of
 from measurements.formats.uff import waveforms_of_uff
 from measurements.formats.unit_texts import seconds_per
+from measurements.formats.waveform_guess import guessed_waveforms
 
 TIME, KEYPHASOR, SIGNAL = "time", "keyphasor", "signal"
 MOST_BYTES = 256 * 2**20  # of a file: five million samples of four channels in text
 MAX_SAMPLES = 5_000_000  # rows of a text or an Excel sheet
+ANY_RATE = 1000.0  # Hz, with which the rest of a file can be looked at
+UNTOLD = ("time=HEADING", "keyphasor=HEADING", "signal.NAME=HEADING")
 UNEVEN = 0.3  # of a step, by which rounded times may lie beside even ones: a missing sample is half a step or more
 UNIVERSAL = re.compile(rb"^ *-1 *\r?\n", re.MULTILINE)
 
 
-def read_waveform(content: bytes, answers: Answers) -> list[Curve]:
+def read_waveform(opened: Opened, answers: Answers) -> list[Curve]:
     """The probes of a file with waveforms, each at each harmonic that is asked for."""
     if answers.phase in ("lag", "lead"):
         raise SettingError(
             f"phase: expected none with format=waveform, whose phases are computed here, got {answers.phase}"
         )
+    if not answers.columns:
+        raise _which_columns(opened.content(MOST_BYTES), answers)
     columns = _columns(answers.columns)
-    sheet = _sheet(content, answers, list(columns.values()))
+    headings = tuple(columns.values())
+    sheet = opened.once(
+        "sheet", ("waveform", answers.sheet, *headings), lambda: _sheet(opened.content(MOST_BYTES), answers, headings)
+    )
+    return opened.once(
+        "tracked",
+        (tuple(answers.columns), answers.sheet, answers.sampling, tuple(answers.harmonics), answers.revolutions),
+        lambda: _tracked(sheet, columns, answers),
+    )
+
+
+def _tracked(sheet: Sheet, columns: dict[str, str], answers: Answers) -> list[Curve]:
     time = _time(sheet, columns.get(TIME), answers)
     names = [role.removeprefix(f"{SIGNAL}.") for role in columns if role.startswith(f"{SIGNAL}.")]
     headings = [columns[f"{SIGNAL}.{name}"] for name in names]
@@ -52,6 +72,23 @@ def read_waveform(content: bytes, answers: Answers) -> list[Curve]:
         for number, (name, heading) in enumerate(zip(names, headings))
         for order, harmonic in enumerate(answers.harmonics)
     ]
+
+
+def _which_columns(content: bytes, answers: Answers) -> OpenQuestion:
+    """The question which columns are what, as far as the file tells their headings."""
+    said = f"{answers.path}: expected to be told which column is the keyphasor and which are waveforms, got nothing; give columns"
+    said += "=[time=heading,keyphasor=heading,signal.NAME=heading,…] (without time where a sampling rate is given)"
+    path = answers.path
+    lines: Iterable[Sequence[str]]
+    if content.startswith(ZIP):
+        lines = first_rows(content, path, answers.sheet, guessed_waveforms)
+    elif content.startswith(b"MATLAB") or HDF5 in content[:1024]:
+        lines = [list(read_mat(content, path, ()).columns)]
+    elif UNIVERSAL.match(content):
+        lines = [list(waveforms_of_uff(content, path).columns)]
+    else:
+        lines = first_cells(beginning_of(content, path), path)
+    return columns_question(said, lines, guessed_waveforms, UNTOLD)
 
 
 def _columns(texts: Sequence[str]) -> dict[str, str]:
@@ -110,8 +147,11 @@ def _time(sheet: Sheet, heading: str | None, answers: Answers) -> Array:
         if TIME in sheet.columns and isinstance(sheet.columns[TIME], np.ndarray) and answers.sampling is None:
             heading = TIME  # a universal file's own
         elif answers.sampling is None:
-            raise SettingError(
-                f"{sheet.where}: expected a column of time or a sampling rate, got none; give sampling=Hz"
+            raise OpenQuestion(
+                f"{sheet.where}: expected a column of time or a sampling rate, got none; give sampling=Hz",
+                "sampling",
+                ("HZ",),
+                ANY_RATE,
             )
         else:
             return np.arange(len(sheet.lines)) / answers.sampling

@@ -5,15 +5,20 @@ import shlex
 from pathlib import Path
 
 import numpy as np
+import openpyxl
 import pytest
 
 import ksmea
 from bench import door
-from instrument_files import TABLES, written
+from instrument_files import TABLES, sampled, written
 from ksmea.errors import SettingError
 from measurements.file import File
 from measurements.formats.column_guess import guessed_columns
+from measurements.formats.delimited import read_delimited
+from measurements.formats.questions import OpenQuestion, open_questions
 from measurements.formats.readers import foreign_rows
+from measurements.formats.waveform_guess import guessed_waveforms
+from measurements.run_up_rows import read_bytes
 
 OPTIONS = {"probe": "probes", "column": "columns", "speed-unit": "speed_unit"}
 
@@ -154,6 +159,121 @@ def test_to_average_is_the_decision_of_the_user(folder, capsys):
 def test_an_option_is_listed_once(folder, capsys):
     known = questions(capsys, "a.csv", "--colum", "x").partition("known: ")[2].partition(";")[0].split(", ")
     assert len(known) == len(set(known)) and {"--column", "--probe", "--out"} <= set(known)
+
+
+def book(path, *sheets):
+    """An Excel file: names of sheets with their rows."""
+    made = openpyxl.Workbook()
+    made.remove(made.active)
+    for name, rows in sheets:
+        sheet = made.create_sheet(name)
+        for row in rows:
+            sheet.append(row)
+    made.save(path)
+
+
+RUN_UP_ROWS = [["Speed (rpm)", "Amp (um pp)", "Phase (deg)"], *([1000 + 100 * at, 2 + at, 30 + at] for at in range(4))]
+OPEN = ["format", "sheet", "column", "probe", "phase", "out"]
+
+
+def test_a_sheet_that_looks_like_a_run_is_suggested_and_all_the_rest_asked_with_it(folder, capsys):
+    book("a.xlsx", ("Notes", [["by hand"]]), ("Run up", RUN_UP_ROWS))
+    said = questions(capsys, "a.xlsx")
+    assert re.findall(r"^  --([\w-]+): ", said, re.MULTILINE) == OPEN
+    assert "its headings suggest Run up, check it" in said and "All in one command" in said
+    words = answered(said.splitlines()[-1], {"probes": ["@0.1@x"], "phase": "lag"})
+    assert words[words.index("--sheet") + 1] == "Run up"
+    assert door.run(words) == 0
+    assert np.abs(ksmea.read_measurement("run.csv").values[:, 0]) == pytest.approx([1e-6, 1.5e-6, 2e-6, 2.5e-6])
+
+
+def test_of_two_sheets_with_a_run_none_is_suggested(folder, capsys):
+    book("a.xlsx", ("Up", RUN_UP_ROWS), ("Down", RUN_UP_ROWS))
+    said = questions(capsys, "a.xlsx")
+    assert re.findall(r"^  --([\w-]+): ", said, re.MULTILINE) == OPEN
+    assert "--sheet SHEET" in said and "the other questions are those of Up" in said
+    assert "unknown sheet" in questions(
+        capsys, *shlex.split(said.splitlines()[-1])[4:]
+    )  # a word in capitals is no answer
+
+
+def test_sheets_without_a_run_are_asked_for_by_name(folder, capsys):
+    book("a.xlsx", ("A", [["a", "b"]]), ("B", []))
+    said = questions(capsys, "a.xlsx", "--format", "excel")
+    assert re.findall(r"^  --([\w-]+): ", said, re.MULTILINE) == ["sheet", "out"] and "More may be open" in said
+
+
+@pytest.mark.parametrize("with_time", [True, False])
+@pytest.mark.parametrize("kind", ["text", "excel"])
+def test_waveforms_are_asked_for_at_once(folder, capsys, kind, with_time):
+    time, keyphasor, signals, _ = sampled()
+    columns = {"KPH": keyphasor, "A (um)": signals[:, 0], "B (um)": signals[:, 1]}
+    columns = ({"t (s)": time} if with_time else {}) | columns
+    rows = [list(columns), *np.stack(list(columns.values()), axis=1).tolist()]
+    name = {"text": "a.csv", "excel": "a.xlsx"}[kind]
+    if kind == "text":
+        Path(name).write_text("\n".join(",".join(map(str, row)) for row in rows), encoding="utf-8")
+    else:
+        book(name, ("Scope", rows), ("Notes", [["two probes"]]))
+    said = questions(capsys, name, *(() if kind == "text" else ("--format", "waveform")))
+    found = re.findall(r"^  --([\w-]+): ", said, re.MULTILINE)
+    first, rate = {"text": ["format"], "excel": ["sheet"]}[kind], [] if with_time else ["sampling"]
+    assert [each for each in found if each != "repeats"] == [*first, "column", *rate, "probe", "out"]
+    rate = 1 / (time[1] - time[0])
+    words = answered(said.splitlines()[-1], {"probes": ["A@0.1@x", "B@0.1@y"], "sampling": rate, "repeats": "average"})
+    assert door.run(words) == 0, capsys.readouterr().err
+    given = ["keyphasor=KPH", "signal.A=A (um)", "signal.B=B (um)", *(["time=t (s)"] if with_time else [])]
+    direct = File(path=name, format="waveform", columns=given, sheet="Scope" if kind == "excel" else "",
+                  probes=["A@0.1@x", "B@0.1@y"], sampling=None if with_time else rate, repeats="average")  # fmt: skip
+    assert ksmea.read_measurement("run.csv").values == pytest.approx(direct.read().values, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("headings", "expected"),
+    [
+        (["Time", "Keyphasor", "X", "Y"], ("time=Time", "keyphasor=Keyphasor", "signal.X=X", "signal.Y=Y")),
+        (["Tacho (V)", "1X (mil)"], ("keyphasor=Tacho (V)", "signal.1X=1X (mil)")),
+        (["t", "KPH 1", "KPH 2", "X"], ()),  # which of them?
+        (["t", "KPH"], ()),  # no waveform
+        (["t", "KPH", "X (um)", "X (mil)"], ()),  # one name twice
+        (["rpm", "amp", "phase"], ()),
+    ],
+)
+def test_waveforms_are_suggested_where_one_heading_speaks_of_a_keyphasor(headings, expected):
+    assert guessed_waveforms(headings) == expected
+
+
+def test_a_question_that_its_own_answer_does_not_close_is_asked_once(folder):
+    def read(answers):
+        raise OpenQuestion("which?", "sheet", ("SHEET",), "A")
+
+    asked = open_questions(read, {})
+    assert [each.said for each in asked.questions] == ["which?"] and not asked.is_all
+
+
+def test_speeds_that_differ_by_rounding_alone_are_averaged(folder):
+    """They are written, and read again, as the same number."""
+    rows = ["rpm,um", *(f"{speed!r},{size}" for speed, size in ((1000.0, 1), (1000.0000000000001, 3), (1100.0, 5)))]
+    Path("a.csv").write_text("\n".join(rows), encoding="utf-8")
+    file = File(path="a.csv", format="csv", columns=["speed=rpm", "amplitude=um"], probes=["@0.1@x"], unit="um",
+                amplitude="0pk", speed_unit="rpm", repeats="average")  # fmt: skip
+    assert np.abs(file.read().values[:, 0]) == pytest.approx([2e-6, 5e-6])
+
+
+def test_a_file_with_questions_is_read_once(folder, capsys, monkeypatch):
+    """Its content once, its table once it is known where that is."""
+    example = TABLES["csv_wide"]()
+    written(example)
+    contents, tables = [], []
+    monkeypatch.setattr(
+        "measurements.formats.opened.read_bytes", lambda *given: contents.append(1) or read_bytes(*given)
+    )
+    monkeypatch.setattr(
+        "measurements.formats.readers.read_delimited", lambda *given: tables.append(given[2]) or read_delimited(*given)
+    )
+    said = questions(capsys, example.name)
+    assert said.count("\n  --") > 4
+    assert len(contents) == 1 and len(tables) == 2 and tables[0] == []  # the first has no headings yet
 
 
 def test_a_file_without_questions_is_read_once(folder, monkeypatch):

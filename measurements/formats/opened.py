@@ -1,0 +1,37 @@
+"""A file that is read with one answer after the other: what the answers do not change is read once."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Hashable
+from typing import Any, TypeVar
+
+from measurements.run_up_rows import read_bytes
+
+Made = TypeVar("Made")
+
+
+class Opened:
+    """The content of a file, and where `keeps` is true the latest of each thing that was made of it."""
+
+    def __init__(self, path: str, *, keeps: bool = False) -> None:
+        self.path = path
+        self._keeps = keeps
+        self._content: bytes | None = None
+        self._made: dict[str, tuple[Hashable, Any]] = {}
+
+    def content(self, most: int) -> bytes:
+        """All bytes; `SettingError` where there is no such file, it cannot be read or has more than `most`."""
+        if self._content is None or len(self._content) > most:
+            self._content = read_bytes(self.path, most)
+        return self._content
+
+    def once(self, thing: str, key: Hashable, make: Callable[[], Made]) -> Made:
+        """What `make` makes of the content; with the same key as the last time, that."""
+        kept = self._made.get(thing)
+        if kept is not None and kept[0] == key:
+            made: Made = kept[1]
+            return made
+        made = make()
+        if self._keeps:
+            self._made[thing] = (key, made)
+        return made
