@@ -5,6 +5,8 @@ from __future__ import annotations
 import re
 from collections.abc import Sequence
 
+from measurements.formats.column_guess import PHASE, SPEED
+
 KEYPHASOR = re.compile(r"key.?phas|\bkph|\bkp\b|tach|trigger|\bpulse|1/rev|once.per", re.IGNORECASE)
 TIME = re.compile(r"^t\b|\btime\b|\bzeit\b", re.IGNORECASE)
 UNIT = re.compile(r"\s*[(\[][^)\]]*[)\]]\s*$")
@@ -13,7 +15,8 @@ MOST_SIGNALS = 64  # more columns than this are named by hand
 
 
 def guessed_waveforms(headings: Sequence[str]) -> tuple[str, ...]:
-    """`columns` of format=waveform as the headings suggest them; empty where not just one of them speaks of a keyphasor.
+    """`columns` of format=waveform as the headings suggest them; empty where not just one of them speaks of a keyphasor, or others of
+    speeds or phases, which a table of vectors has.
 
     >>> guessed_waveforms(["t (s)", "KPH", "probe A (um)", "probe B (um)"])
     ('time=t (s)', 'keyphasor=KPH', 'signal.probe A=probe A (um)', 'signal.probe B=probe B (um)')
@@ -25,6 +28,8 @@ def guessed_waveforms(headings: Sequence[str]) -> tuple[str, ...]:
     times = [each for each in filled if TIME.search(each) and each not in pulses]
     signals = [each for each in filled if each not in (*pulses, *times)]
     names = [UNIT.sub("", each).strip() for each in signals]
+    if any(SPEED.search(each) for each in filled) or any(PHASE.search(each) for each in signals):
+        return ()
     if len(pulses) != 1 or len(times) > 1 or not 0 < len(signals) <= MOST_SIGNALS:
         return ()
     if len(set(names)) < len(names) or not all(map(NAMES.fullmatch, names)):

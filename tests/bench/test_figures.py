@@ -22,7 +22,6 @@ from bench.reports.runs import runs_frame
 from bench.reports.tables import summary_frame
 from ksmea.records.curves import ResponseCurves
 from ksmea.records.identification import IdentificationRecord, ParameterRecord, Seconds, UpdateRecord
-from ksmea.show.log_ticks import plain_ticks
 from ksmea.show.style import png
 from problems.three_disk import ThreeDisk
 
@@ -383,34 +382,3 @@ def test_no_figure_warns(text, plan, labelled, runs):
         "mesh": lambda: mesh_figure(curves_of(), curves_of(true=[[5e-6, 5e-6]] * 4)),
     }[text]()
     assert png(figure).startswith(PNG)
-
-
-# -- logarithmic axes --
-
-
-@pytest.mark.parametrize(
-    ("low", "high", "shown"),
-    [
-        (1, 8, ["1", "2", "5"]),
-        (0.3, 60, ["1", "10"]),
-        (95, 105, ["96", "98", "100", "102", "104"]),
-        (1e-9, 1, ["$10^{-8}$", "$10^{-6}$", "$10^{-4}$", "$10^{-2}$", "$10^{0}$"]),
-    ],
-)
-def test_numbers_of_a_logarithmic_axis_are_plain_or_all_powers(low, high, shown):
-    panel = Figure().subplots()
-    panel.set_yscale("log")
-    plain_ticks(panel.yaxis)
-    panel.set_ylim(low, high)
-    texts = [label.get_text() for label, at in zip(panel.get_yticklabels(), panel.get_yticks()) if low <= at <= high]
-    assert texts == shown
-
-
-def test_an_axis_to_both_sides_has_no_ticks_within_its_linear_part_but_0():
-    panel = Figure().subplots()
-    panel.set_yscale("symlog", linthresh=5e-5)
-    plain_ticks(panel.yaxis)
-    panel.set_ylim(-0.02, 0.02)
-    assert [label.get_text() for label in panel.get_yticklabels()] == [
-        "−0.01", "−0.001", "−0.0001", "0", "0.0001", "0.001", "0.01",
-    ]  # fmt: skip

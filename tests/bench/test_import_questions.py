@@ -192,9 +192,10 @@ def test_of_two_sheets_with_a_run_none_is_suggested(folder, capsys):
     said = questions(capsys, "a.xlsx")
     assert re.findall(r"^  --([\w-]+): ", said, re.MULTILINE) == OPEN
     assert "--sheet SHEET" in said and "the other questions are those of Up" in said
-    assert "unknown sheet" in questions(
-        capsys, *shlex.split(said.splitlines()[-1])[4:]
-    )  # a word in capitals is no answer
+    words = answered(said.splitlines()[-1], {"probes": ["@0.1@x"], "phase": "lag"})
+    assert door.run(words) == 2 and "unknown sheet" in capsys.readouterr().err  # a word in capitals is no answer
+    words[words.index("SHEET")] = "Down"
+    assert door.run(words) == 0
 
 
 def test_sheets_without_a_run_are_asked_for_by_name(folder, capsys):
@@ -236,7 +237,8 @@ def test_waveforms_are_asked_for_at_once(folder, capsys, kind, with_time):
         (["t", "KPH 1", "KPH 2", "X"], ()),  # which of them?
         (["t", "KPH"], ()),  # no waveform
         (["t", "KPH", "X (um)", "X (mil)"], ()),  # one name twice
-        (["rpm", "amp", "phase"], ()),
+        (["Tach speed (rpm)", "1X amp", "1X phase"], ()),  # a table of vectors
+        (["KPH", "1X", "phase"], ()),
     ],
 )
 def test_waveforms_are_suggested_where_one_heading_speaks_of_a_keyphasor(headings, expected):
