@@ -115,7 +115,7 @@ def _draw_work(panel: Axes, record: LocationRecord, force: ForceRecord) -> None:
         return
     _draw_series(panel, record, force.work, "x")
     panel.axhline(0, color=REFERENCE, linewidth=0.6)
-    largest = float(np.max(np.abs(force.work.value)))
+    largest = float(np.max(np.abs(force.work.value))) or 1.0
     panel.set_yscale("symlog", linthresh=LINEAR * largest)
     plain_ticks(panel.yaxis)
     panel.set_ylabel("work (J per turn)\nabove 0: feeds", fontsize=9)

@@ -12,7 +12,7 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 import ksmea
-from bench.reports.chapters.effect_plot import ON_AXIS, effect_plot
+from bench.reports.chapters.effect_plot import AXIS, effect_plot
 from ksmea.errors import SettingError
 from ksmea.extension import extended_yaml
 from ksmea.records.averaged import AveragedRecord, BandRecord, ExplanationRecord
@@ -198,18 +198,15 @@ def test_only_what_is_named_or_in_its_ambiguity_group_is_coloured():
 
 
 def test_the_page_and_the_figure_draw_the_same_bars():
-    """ΔBIC on the same axis, linear up to 10: by matplotlib's transform and by its inverse."""
-    bars = {
-        round(bar.get_y() + bar.get_height() / 2): bar.get_width() for bar in ranking_figure(RECORD).axes[0].patches
-    }
-    figure = [bars[place] for place in sorted(bars, reverse=True)]
-    drawn = {
-        name: ON_AXIS.inverted().transform(x)
-        for trace in effect_plot(RECORD).figure["data"]
-        for name, x in zip(trace["y"], trace["x"])
-    }
+    """ΔBIC on the same axis: linear up to 10, beyond a factor of 10 is as long as the linear part is in units of it."""
+    bars = {round(bar.get_y() + bar.get_height() / 2): bar for bar in ranking_figure(RECORD).axes[0].patches}
+    figure = [bars[place].get_width() for place in sorted(bars, reverse=True)]
     assert figure == [trial.delta_bic for trial in best_trials(RECORD)]
-    assert [drawn[f"{trial.effect} "] for trial in best_trials(RECORD)] == pytest.approx(figure, rel=1e-12)
+    panel = ranking_figure(RECORD).axes[0]
+    drawn = {name: x for trace in effect_plot(RECORD).figure["data"] for name, x in zip(trace["y"], trace["x"])}
+    page = [drawn[f"{trial.effect} "] for trial in best_trials(RECORD)]
+    assert page == pytest.approx(panel.xaxis.get_transform().transform(np.array(figure)), rel=1e-12)
+    assert AXIS.positions([0.0, 10.0, 100.0, 1000.0])[2:] - AXIS.positions([10.0, 100.0]) == pytest.approx(10.0)
 
 
 def test_plot_draws_residuals_or_the_ranking_on_given_axes():

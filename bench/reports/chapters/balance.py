@@ -91,8 +91,8 @@ def _coefficients(record: BalanceRecord) -> Iterator[Block]:
             )
         )
     made = layout("real part (µm/(g mm))", "imaginary part (µm/(g mm))")
-    made["yaxis"] |= {"scaleanchor": "x", "zeroline": True}
-    made["xaxis"] |= {"zeroline": True}
+    made["yaxis"] |= {"scaleanchor": "x", "zeroline": True, "constrain": "domain"}
+    made["xaxis"] |= {"zeroline": True, "constrain": "domain"}
     controls = (Control("plane", "plane", tuple(planes)),) if len(planes) > 1 else ()
     said = "Influence coefficients of each plane, one dot for each speed and channel; size and angle show on touch or hover."
     yield Plot("In the complex plane", said, {"data": traces, "layout": made}, controls=controls)

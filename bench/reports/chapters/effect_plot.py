@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from matplotlib.scale import SymmetricalLogTransform
-
 from bench.plan.page import Plot
+from bench.reports.pages.symlog import SymlogAxis
 from bench.reports.pages.traces import BLUE, GREY, TEAL, axis, layout
 from ksmea.records.diagnosis import DiagnosisRecord, TrialRecord
 from ksmea.show.diagnosis_tables import sized
 from ksmea.show.effect_ranking import AS_WELL, LINEAR, NAMED, OTHER, QUANTITY, best_trials, standing
-from ksmea.show.log_ticks import symlog_ticks
 from ksmea.show.text import LEAST_OF_A_DOUBLE, chance
 
 ROW = 24  # px
 COLOURS = {NAMED: BLUE, AS_WELL: TEAL, OTHER: GREY}
-ON_AXIS = SymmetricalLogTransform(base=10, linthresh=LINEAR, linscale=1)  # the axis of the figure, which plotly has not
+AXIS = SymlogAxis(LINEAR)  # of the figure
 
 
 def effect_plot(record: DiagnosisRecord, still: str = "") -> Plot:
@@ -28,15 +26,14 @@ def effect_plot(record: DiagnosisRecord, still: str = "") -> Plot:
             traces.append(
                 {
                     "type": "bar", "orientation": "h", "name": kind, "marker": {"color": colour},
-                    "y": [name for name, _ in mine], "x": _on_axis([trial.delta_bic for _, trial in mine]),
+                    "y": [name for name, _ in mine], "x": AXIS.positions([trial.delta_bic for _, trial in mine]),
                     "customdata": [_told(trial) for _, trial in mine],
                     "hovertemplate": "%{y}: %{customdata}<extra></extra>",
                 }
             )  # fmt: skip
     every = [0.0, *(trial.delta_bic for trial in trials)]
-    ticks = symlog_ticks(min(every), max(every), LINEAR).tolist()
     made = layout(QUANTITY, bargap=0.25)
-    made["xaxis"] |= {"tickvals": _on_axis(ticks), "ticktext": [f"{at:.12g}".replace("-", "−") for at in ticks]}
+    made["xaxis"] |= AXIS.ticks(min(every), max(every))
     made["yaxis"] = axis(categoryorder="array", categoryarray=names, tickmode="array", tickvals=names)
     return Plot(
         "Effects",
@@ -46,11 +43,6 @@ def effect_plot(record: DiagnosisRecord, still: str = "") -> Plot:
         still,
         height=120 + ROW * len(trials),
     )
-
-
-def _on_axis(values: list[float]) -> list[float]:
-    on_axis: list[float] = ON_AXIS.transform(values).tolist()
-    return on_axis
 
 
 def _told(trial: TrialRecord) -> str:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from typing import Any
 
 import numpy as np
 
 from bench.plan.page import Block, Folded, Page, Plot, Prose, Section, Table
 from bench.reports.chapters.interval_plot import Shown, interval_plot
+from bench.reports.pages.symlog import SymlogAxis
 from bench.reports.pages.traces import (
     BLUE,
     COLOURS,
@@ -30,6 +31,7 @@ from ksmea.arrays import Array
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.location import PAIR, ForceRecord, LocationRecord, SeriesRecord
 from ksmea.show.location import sites_table, text
+from ksmea.show.location_figure import LINEAR
 from ksmea.show.location_words import headline
 from ksmea.show.text import LEAST_OF_A_DOUBLE, chance, number
 from ksmea.units import MICROMETRE, RPM
@@ -175,9 +177,12 @@ def _force_plots(record: LocationRecord, force: ForceRecord) -> Iterator[Block]:
         {"data": traces, "layout": layout(SPEED, f"{force.kind} ({unit})", y_log=True)},
     )
     if force.work is not None:
+        on_axis = SymlogAxis(LINEAR * (float(np.max(np.abs(force.work.value))) or 1.0))
         made = layout(SPEED, "work (J per turn)", shapes=[level(0, dash="solid")])
+        made["yaxis"] |= on_axis.ticks(min(force.work.low), max(force.work.high))
         said = f"Work of the force on the motion per turn, with its {_level(record)} interval: above 0 it feeds the motion."
-        yield Plot("Work", said, {"data": _series(record, force.work, "work", BLUE), "layout": made}, height=300)
+        traces = _series(record, force.work, "work", BLUE, on_axis=on_axis.positions)
+        yield Plot("Work", said, {"data": traces, "layout": made}, height=300)
     directions = [each for each in force.stiffness if each.part in ("x", "y")]
     if directions:
         traces = [
@@ -203,12 +208,18 @@ def _level(record: LocationRecord) -> str:
 
 
 def _series(
-    record: LocationRecord, series: SeriesRecord, name: str, colour: str, scale: float = 1.0
+    record: LocationRecord,
+    series: SeriesRecord,
+    name: str,
+    colour: str,
+    scale: float = 1.0,
+    on_axis: Callable[[Array], Array] = np.asarray,
 ) -> list[dict[str, Any]]:
-    """A quantity over speed with the band of its interval."""
+    """A quantity over speed with the band of its interval; `on_axis` says where values stand on an axis that plotly has not."""
     value, low, high = (_lines(record, values) / scale for values in (series.value, series.low, series.high))
-    drawn = line(_rpm(record), value, name, colour, legendgroup=name)
-    return [*band(_rpm(record), low, high, name, colour, showlegend=False, legendgroup=name), drawn]
+    drawn = line(_rpm(record), on_axis(value), name, colour, legendgroup=name, customdata=value,
+                 hovertemplate="%{x:.0f} rpm: %{customdata:.4g}")  # fmt: skip
+    return [*band(_rpm(record), on_axis(low), on_axis(high), name, colour, showlegend=False, legendgroup=name), drawn]
 
 
 def _rpm(record: LocationRecord) -> Array:

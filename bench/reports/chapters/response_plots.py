@@ -99,8 +99,8 @@ def nyquist_plot(response: Response) -> Plot:
             )
         )  # fmt: skip
     made = layout("real part (µm)", "imaginary part (µm)")
-    made["yaxis"] |= {"scaleanchor": "x", "zeroline": True}
-    made["xaxis"] |= {"zeroline": True}
+    made["yaxis"] |= {"scaleanchor": "x", "zeroline": True, "constrain": "domain"}
+    made["xaxis"] |= {"zeroline": True, "constrain": "domain"}
     return Plot(
         "Response in the complex plane",
         f"Nyquist plot of each channel; dots: measured, lines: {_models(response)}; a point's speed shows on touch or hover.",

@@ -38,6 +38,9 @@ from ksmea.whirl import Rotordynamics
 WHIRLS = dict(zip(DIRECTIONS.values(), (BLUE, ORANGE, PURPLE)))
 SPEED_RPM = "speed (rpm)"
 DEEPEST, HIGHEST_DECREMENT = -0.5, 3.0  # log decrements that are shown at first: beyond, nothing is seen of a motion
+NO_MARGIN = {"l": 0, "r": 0, "t": 0, "b": 0}
+EYE = {"x": 1.5, "y": -2.3, "z": 1.0}  # from where orbits are seen
+NARROW_EYE = 1.6  # times as far on a narrow page
 NEAR = 0.09  # of the axis of stiffness: names of lines that are closer stand in one text, also on a narrow page
 HEIGHT_3D = 520  # px
 
@@ -164,7 +167,7 @@ def _speed_map(found: Rotordynamics) -> Plot:
     for stiffnesses, said in stiffnesses_of_model(found.speed_map, NEAR):
         shapes += [level(at, along="x") for at in stiffnesses]
         notes.append(
-            {"x": float(np.log10(stiffnesses[0])), "y": 0.02, "yref": "paper", "text": said, "textangle": -90, "showarrow": False,
+            {"x": float(np.log10(stiffnesses[0])), "y": 0.02, "yref": "paper", "text": said, "textangle": -90, "showarrow": False, "font": {"size": 10},
              "xanchor": "right", "yanchor": "bottom"}
         )  # fmt: skip
     return Plot(
@@ -214,13 +217,17 @@ def _orbits(found: Rotordynamics) -> list[Block]:
         "zaxis": {**sides, "title": {"text": "y"}},
         "aspectmode": "manual",
         "aspectratio": {"x": 2.2, "y": 1, "z": 1},
-        "camera": {"eye": {"x": 1.5, "y": -2.3, "z": 1.0}},
+        "camera": {"eye": EYE},
     }
+    farther = {**scene, "camera": {"eye": {side: NARROW_EYE * at for side, at in EYE.items()}}}
     return [
         Plot(
             "Orbits",
             "Orbits at places along the shaft, at disks and at bearings, and the deflected shaft at one moment. The largest deflection is 1.",
-            {"data": traces, "layout": layout(scene=scene, margin={"l": 0, "r": 0, "t": 0, "b": 0})},
+            {
+                "data": traces,
+                "layout": layout(scene=scene, margin=NO_MARGIN, narrow={"margin": NO_MARGIN, "scene": farther}),
+            },
             "orbits.png",
             (Control("mode", "mode", tuple(names), with_all=False),),
             HEIGHT_3D,
