@@ -35,6 +35,7 @@ from ksmea.diagnosis.split import Split
 from ksmea.diagnosis.trials import best_by_name
 from ksmea.kind import Kind
 from ksmea.measurement import Layout, Measurement, Noise, observe
+from ksmea.show.log_ticks import plain_ticks
 from ksmea.studies.library import library
 from measurements.hidden_size import drawn_size
 from problems.three_disk import ThreeDisk
@@ -193,6 +194,8 @@ def figure(rows: pd.DataFrame) -> Figure:
     failed = told[~told["closed"].eq(True)]
     axes.scatter(failed["expected"], failed["achieved"], s=70, facecolors="none", edgecolors="k", label="not named")
     axes.set(xscale="log", yscale="log", xlabel="expected Δχ²", ylabel="achieved Δχ²")
+    plain_ticks(axes.xaxis)
+    plain_ticks(axes.yaxis)
     axes.legend(frameon=False)
     return made
 

@@ -37,7 +37,7 @@ def campbell_figure(found: Rotordynamics, axes: Axes | None = None) -> Figure:
     for harmonic in found.harmonics:
         axes.plot([0, right], [0, harmonic * found.highest / HERTZ], "--", color=REFERENCE, linewidth=0.9)
         end = min(right, top / (harmonic * RPM / HERTZ))
-        axes.annotate(f"{harmonic:g}X", (end, end * harmonic * RPM / HERTZ), (-16, 3), textcoords="offset points",
+        axes.annotate(f"{harmonic:g}X", (end, end * harmonic * RPM / HERTZ), (-16, 3 if end == right else -8), textcoords="offset points",
                       ha="right", va="top", fontsize=9, color=REFERENCE)  # fmt: skip
     marked = [each for each in found.critical_speeds if _is_on_a_branch(each, branches)]
     at_1x = [each for each in marked if each.harmonic == 1.0][:MAX_LABELS]

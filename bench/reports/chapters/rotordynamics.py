@@ -40,7 +40,7 @@ SPEED_RPM = "speed (rpm)"
 DEEPEST, HIGHEST_DECREMENT = -0.5, 3.0  # log decrements that are shown at first: beyond, nothing is seen of a motion
 NO_MARGIN = {"l": 0, "r": 0, "t": 0, "b": 0}
 EYE = {"x": 1.5, "y": -2.3, "z": 1.0}  # from where orbits are seen
-NARROW_EYE = 1.6  # times as far on a narrow page
+NARROW_EYE = 1.8  # times as far on a narrow page
 NEAR = 0.09  # of the axis of stiffness: names of lines that are closer stand in one text, also on a narrow page
 HEIGHT_3D = 520  # px
 
