@@ -48,7 +48,7 @@ def test_a_drawing_has_figures_numbers_and_one_page(enter):
     )
     index = (ended.output.parent / "index.html").read_text()
     assert "4 critical speeds up to 12000 rpm" in index and re.search(
-        r"<td>20\d\d-\d\d-\d\d \d\d:\d\d</td><td>draw</td>", index
+        r"<td class=\"when\">20\d\d-\d\d-\d\d \d\d:\d\d</td><td>draw</td>", index
     )
 
 

@@ -13,6 +13,7 @@ from bench.reports.pages.traces import BLUE, GREEN, GREY, ORANGE, axis, layout
 
 MOST_POINTS = 2000  # runs of a cell of which each is drawn; of more, quartiles alone
 ARROW = 9  # px of an open end
+FEW_COUNTS = 6  # range of counts up to which an axis shows each
 MOST_NAMES = 12  # cells whose names stand below the axis
 
 Intervals = Sequence[tuple[float, float] | None]
@@ -63,11 +64,20 @@ def box_plot(
     if intervals is not None:
         traces += _intervals(at, intervals, [*values, *marks.values()], y_log)
     made = layout(x, unit, y_log=y_log)
+    if not y_log and _are_few_counts([*values, *marks.values()]):
+        made["yaxis"]["dtick"] = 1
     few = len(cells) <= MOST_NAMES
     made["xaxis"] = (
         axis(x, tickvals=at, ticktext=cells, range=[-0.6, len(cells) - 0.4]) if few else axis(x or "cell, from 0")
     )
     return Plot(title, _alternative(title, marks, intervals), {"data": traces, "layout": made}, height=330)
+
+
+def _are_few_counts(values: Sequence[Sequence[float]]) -> bool:
+    """Whether all values are whole and close to each other."""
+    every = np.concatenate([np.asarray(of, dtype=float) for of in values] or [np.array([])])
+    every = every[np.isfinite(every)]
+    return bool(len(every) and np.all(every == np.round(every)) and np.ptp(every) <= FEW_COUNTS)
 
 
 MARKS = {

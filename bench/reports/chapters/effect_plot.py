@@ -7,7 +7,7 @@ from bench.reports.pages.symlog import SymlogAxis
 from bench.reports.pages.traces import BLUE, GREY, TEAL, axis, layout
 from ksmea.records.diagnosis import DiagnosisRecord, TrialRecord
 from ksmea.show.diagnosis_tables import sized
-from ksmea.show.effect_ranking import AS_WELL, LINEAR, NAMED, OTHER, QUANTITY, best_trials, standing
+from ksmea.show.effect_ranking import AS_WELL, LINEAR, NAMED, OTHER, best_trials, standing
 from ksmea.show.text import LEAST_OF_A_DOUBLE, chance
 
 ROW = 24  # px
@@ -32,8 +32,8 @@ def effect_plot(record: DiagnosisRecord, still: str = "") -> Plot:
                 }
             )  # fmt: skip
     every = [0.0, *(trial.delta_bic for trial in trials)]
-    made = layout(QUANTITY, bargap=0.25)
-    made["xaxis"] |= AXIS.ticks(min(every), max(every))
+    made = layout("ΔBIC", bargap=0.25)
+    made["xaxis"] |= {**AXIS.ticks(min(every), max(every)), "tickangle": 0}
     made["yaxis"] = axis(categoryorder="array", categoryarray=names, tickmode="array", tickvals=names)
     return Plot(
         "Effects",

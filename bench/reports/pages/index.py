@@ -137,6 +137,6 @@ def _row(place: Path, facts: Mapping[str, Any]) -> str:
             *((each, facts.get(each, "")) for each in ("failed", "unfinished")),
         )
     )
-    texts = (f"<td>{text}</td>" for text in (safe(when), safe(facts.get("study", ""))))
+    texts = (f'<td class="when">{safe(when)}</td>', f"<td>{safe(facts.get('study', ''))}</td>")
     cells = [f'<td class="name">{shown}</td>', f'<td class="long">{found}</td>', *numbers, *texts]
     return f"<tr>{''.join(cells)}</tr>"
