@@ -57,8 +57,8 @@ class PlainSymlogLocator(Locator):
         return symlog_ticks(min(vmin, vmax), max(vmin, vmax), self._linear)
 
 
-def symlog_ticks(low: float, high: float, linear: float) -> Array:
-    """0 and, to both sides, powers of ten beyond the linear part of an axis; even steps where that is all of it.
+def symlog_ticks(low: float, high: float, linear: float, most: int = MOST_POWERS) -> Array:
+    """0 and, to both sides, `most` powers of ten beyond the linear part of an axis; even steps where that is all of it.
 
     >>> symlog_ticks(-30.0, 2000.0, 10.0), symlog_ticks(0.0, 4.0, 10.0)
     (array([ -10.,    0.,   10.,  100., 1000.]), array([0., 1., 2., 3., 4.]))
@@ -68,7 +68,7 @@ def symlog_ticks(low: float, high: float, linear: float) -> Array:
     if max(-low, high) <= linear:
         ticks = np.asarray(MaxNLocator(EVEN, steps=(1, 2, 5, 10)).tick_values(low, high), dtype=float)
     else:
-        sizes = 10.0 ** powers[:: -(-len(powers) // MOST_POWERS) or 1]
+        sizes = 10.0 ** powers[:: -(-len(powers) // most) or 1]
         ticks = np.concatenate([-sizes[::-1], [0.0], sizes])
     inside: Array = ticks[(ticks >= low) & (ticks <= high)]
     return inside

@@ -10,6 +10,7 @@ from ksmea.show.diagnosis_tables import sized
 from ksmea.show.effect_ranking import AS_WELL, LINEAR, NAMED, OTHER, best_trials, standing
 from ksmea.show.text import LEAST_OF_A_DOUBLE, chance
 
+FEW = 2  # powers of ten beside the axis on a narrow page
 ROW = 24  # px
 COLOURS = {NAMED: BLUE, AS_WELL: TEAL, OTHER: GREY}
 AXIS = SymlogAxis(LINEAR)  # of the figure
@@ -33,7 +34,9 @@ def effect_plot(record: DiagnosisRecord, still: str = "") -> Plot:
             )  # fmt: skip
     every = [0.0, *(trial.delta_bic for trial in trials)]
     made = layout("ΔBIC", bargap=0.25)
-    made["xaxis"] |= {**AXIS.ticks(min(every), max(every)), "tickangle": 0}
+    low, high = min(every), max(every)
+    made["xaxis"] |= {**AXIS.ticks(low, high), "tickangle": 0}
+    made["narrow"] |= {"xaxis": {**made["xaxis"], **AXIS.ticks(low, high, FEW)}}
     made["yaxis"] = axis(categoryorder="array", categoryarray=names, tickmode="array", tickvals=names)
     return Plot(
         "Effects",

@@ -23,6 +23,7 @@ from ksmea.show.text import two_digits
 from ksmea.units import MICROMETRE, RPM
 
 LEAST_EXCESS = 1e-3  # of a deviance, drawn as this: the data see no smaller difference
+FEW_LINES = 3  # are told apart without being seen through
 MOST_LINES = 40  # repetitions in one plot
 
 
@@ -130,9 +131,9 @@ def updates_plot(plan: Plan, histories: Mapping[str, Sequence[UpdateRecord]], st
                 ys,
                 name,
                 colour,
-                line={"color": colour, "width": 1.2, "dash": dash},
+                line={"color": colour, "width": 1.6, "dash": dash},
                 meta={"cell": name},
-                opacity=0.7,
+                opacity=0.7 if len(mine) > FEW_LINES else 1.0,
             )
         )
     return Plot(

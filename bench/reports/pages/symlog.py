@@ -11,7 +11,7 @@ from matplotlib.scale import SymmetricalLogTransform
 
 from bench.reports.pages.traces import Layout
 from ksmea.arrays import Array
-from ksmea.show.log_ticks import symlog_ticks
+from ksmea.show.log_ticks import MOST_POWERS, symlog_ticks
 
 
 @dataclass(frozen=True)
@@ -25,9 +25,9 @@ class SymlogAxis:
         found: Array = self._transform(np.asarray(values, dtype=float))
         return found
 
-    def ticks(self, low: float, high: float) -> Layout:
-        """What an axis shows between two values: plain numbers at 0 and at powers of ten."""
-        at = symlog_ticks(low, high, self.linear)
+    def ticks(self, low: float, high: float, most: int = MOST_POWERS) -> Layout:
+        """What an axis shows between two values: plain numbers at 0 and, to each side, at `most` powers of ten."""
+        at = symlog_ticks(low, high, self.linear, most)
         return {"tickvals": self.positions(at), "ticktext": [f"{each:.12g}".replace("-", "−") for each in at]}
 
     @cached_property
