@@ -207,7 +207,7 @@ def test_sheets_without_a_run_are_asked_for_by_name(folder, capsys):
 @pytest.mark.parametrize("with_time", [True, False])
 @pytest.mark.parametrize("kind", ["text", "excel"])
 def test_waveforms_are_asked_for_at_once(folder, capsys, kind, with_time):
-    time, keyphasor, signals, _ = sampled()
+    time, keyphasor, signals, _ = sampled(turns=20, samples=4000)
     columns = {"KPH": keyphasor, "A (um)": signals[:, 0], "B (um)": signals[:, 1]}
     columns = ({"t (s)": time} if with_time else {}) | columns
     rows = [list(columns), *np.stack(list(columns.values()), axis=1).tolist()]
