@@ -7,6 +7,7 @@ from typing import Any
 
 from bench.command_line.overrides import override
 from bench.plan.plan import Cell
+from bench.plan.study import Study
 from ksmea import registry
 from ksmea.middles import middles
 
@@ -18,8 +19,8 @@ def with_assumed_values(settings: Mapping[str, Any]) -> dict[str, Any]:
     """A run's settings, with a true value for each unknown of its problem where its study takes middles of limits
     (`takes_middles`) and neither the problem nor measurement.truth has one."""
     source, chosen = settings["measurement"], settings["problem"]
-    study = registry.plugin_class("study", settings["study"]["name"])
-    if not getattr(study, "takes_middles", False) or source["name"] != SYNTHETIC:
+    study: type[Study] = registry.plugin_class("study", settings["study"]["name"])
+    if not study.takes_middles or source["name"] != SYNTHETIC:
         return dict(settings)
     problem = registry.create("problem", chosen["name"], {name: chosen[name] for name in chosen if name != "name"})
     parameters, given = problem.build().parameters, source.get(TRUTH) or {}

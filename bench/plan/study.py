@@ -15,11 +15,13 @@ from ksmea.settings import Settings
 @dataclass(frozen=True)
 class Study(Settings):
     """Settings of a study. `record` is what it finds; left out: nothing is known of it. `report` names the kind of table that
-    is made of its records (`bench.reports`), `ignores` the parts of a run that make no difference to it; left out: all parts do."""
+    is made of its records (`bench.reports`), `ignores` the parts of a run that make no difference to it; left out: all parts do. `takes_middles` says whether true values that
+    nobody knows may be the middles of their limits; left out: they may not."""
 
     record: ClassVar[type[Record]] = Record
     report: ClassVar[str]
     ignores: ClassVar[tuple[str, ...]] = ()
+    takes_middles: ClassVar[bool] = False
 
     def validate(self, setup: Setup) -> None:
         """Raise `SettingError` where the parts cannot work together, before anything is run. Left out: they always can."""

@@ -21,7 +21,7 @@ class IdentifiabilityStudy(IdentifiabilityOptions, Study):
 
     record: ClassVar[type[Record]] = IdentifiabilityRecord
     report: ClassVar[str] = "identifiability"
-    takes_middles: ClassVar[bool] = True  # of the limits of unknowns, where no true values are known
+    takes_middles: ClassVar[bool] = True
     ignores: ClassVar[tuple[str, ...]] = ("samples", "surrogate", "optimizer", "method")
 
     def validate(self, setup: Setup) -> None:

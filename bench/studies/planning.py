@@ -21,7 +21,7 @@ class Planning(PlanOptions, Study):
 
     record: ClassVar[type[Record]] = PlanRecord
     report: ClassVar[str] = "plan"
-    takes_middles: ClassVar[bool] = True  # of the limits of unknowns, where no true values are known
+    takes_middles: ClassVar[bool] = True
     ignores: ClassVar[tuple[str, ...]] = ("samples", "surrogate", "optimizer", "method")
 
     def validate(self, setup: Setup) -> None:
