@@ -55,7 +55,8 @@ class DifferenceLikelihood(Likelihood):
         of_mean = 2 * (np.conj(left)[..., None] * slope).real / variance[..., None]
         n_noise = len(theta) - self.d
         of_noise = noise_variance_slopes(self._amplitude, noise)[..., :n_noise]
-        excess = self._excess(left, variance)
+        total = self._spread(self._sum(1 / variance))
+        excess = (1 - 1 / (variance * total) - np.abs(left) ** 2 / variance) / variance
         gradient = kind.dimensions * np.concatenate([of_mean, excess[..., None] * of_noise], axis=-1)
         means = kind.real_parts((slope / np.sqrt(variance)[..., None]).reshape(-1, self.d))
         variances = self._whitened_noise(variance, of_noise)
@@ -100,24 +101,10 @@ class DifferenceLikelihood(Likelihood):
         logarithms = np.sum(log_term(total, reference, self.measurement.kind))
         return super()._deviance(left, variance) + float(logarithms)
 
-    def _of_noise(self, theta: Array, response: ComplexArray) -> Point:
-        noise, variance = self.noise(theta), self._variance(theta, response)
-        residual, of_noise = self._residual(response), noise_variance_slopes(self._amplitude, noise)
-        slopes = self._excess(self._left(residual, variance), variance)[..., None] * of_noise
-        return Point(
-            theta[self.d :],
-            self._deviance(residual, variance),
-            self.measurement.dimensions * slopes.sum(axis=(0, 1)),
-            self._whitened_noise(variance, of_noise),
+    def _for_noise(self, u: Array) -> tuple[Array, Array]:
+        squared = (
+            np.abs(self._left(self._residual(self.model.response(u[None])[0]), np.ones_like(self._amplitude))) ** 2
         )
-
-    def _excess(self, residual: Array | ComplexArray, variance: Array) -> Array:
-        """The same of what is left without what is alike in all runs."""
-        total = self._spread(self._sum(1 / variance))
-        return np.asarray((1 - 1 / (variance * total) - np.abs(residual) ** 2 / variance) / variance)
-
-    def _for_noise(self, response: ComplexArray) -> tuple[Array, Array]:
-        squared = np.abs(self._left(self._residual(response), np.ones_like(self._amplitude))) ** 2
         counts = self._member.sum(axis=1)
         return self._amplitude, squared * self._spread(counts / np.maximum(counts - 1, 1))[:, None]
 

@@ -100,7 +100,7 @@ class _Profile:
         root, point = self.root(value), self._known[value]
         if point is not None and value not in self._settled:
             self._settled.add(value)
-            others = self._likelihood.other_noise(point)
+            others = self._likelihood.other_noise(point.theta)
             points = [point, *(self._maximised(theta, point.deviance - EXACT) for theta in others)]
             self._known[value] = min(points, key=lambda each: each.deviance)
             root = self.root(value)

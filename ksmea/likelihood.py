@@ -17,17 +17,10 @@ import numpy as np
 from ksmea.alignment import require_aligned
 from ksmea.arrays import Array, ComplexArray
 from ksmea.deviance import deviance, log_term, reference_variance
-from ksmea.fisher import (
-    noise_variance_slopes,
-    whitened_difference,
-    whitened_noise_sensitivity,
-    whitened_sensitivity,
-)
+from ksmea.fisher import noise_variance_slopes, whitened_difference, whitened_sensitivity
 from ksmea.kind import amplitude_sensitivity
-from ksmea.maximisation import CLOSE, maximise
 from ksmea.measurement import Measurement, Noise
 from ksmea.model import Model
-from ksmea.noise_alone import NoiseAlone
 from ksmea.point import Point
 
 # Noise that is estimated lies between nothing and as much as the data themselves: as parts of the values, and as parts
@@ -105,19 +98,17 @@ class Likelihood:
         """ln relative and ln floor (2,), of each run that has its own, to start from at u (d,): those that fit the residuals
         there best, best without a floor, and best with a floor as large as the small ones among the residuals. A maximum can
         lie near each."""
-        return self._noise_starts(self.model.response(u[None])[0])
-
-    def _noise_starts(self, response: ComplexArray) -> list[Array]:
-        magnitude, squared = self._for_noise(response)
+        magnitude, squared = self._for_noise(u)
         of_rows = [
             self._starts_of(magnitude[rows].ravel(), squared[rows].ravel(), self._reference_variance[rows].ravel())
             for rows in self.measurement.layout.noise_rows
         ]
         return [np.concatenate(parts) for parts in zip(*of_rows, strict=True)]
 
-    def _for_noise(self, response: ComplexArray) -> tuple[Array, Array]:
-        """What the relative part of the noise is of, and squared residuals, at a response: (n_speed, n_channel) each."""
-        return np.abs(response), np.abs(self._residual(response)) ** 2
+    def _for_noise(self, u: Array) -> tuple[Array, Array]:
+        """What the relative part of the noise is of, and squared residuals, at u (d,): (n_speed, n_channel) each."""
+        mean = self.measurement.seen(self.model.response(u[None])[0])
+        return np.abs(mean), np.abs(mean - self.measurement.values) ** 2
 
     def _starts_of(self, magnitude: Array, squared: Array, reference: Array) -> list[Array]:
         """The same of data (n,) that share a level; without any, the middle of the limits."""
@@ -132,38 +123,13 @@ class Likelihood:
         best = np.unravel_index(np.argmin(by_noise), by_noise.shape)[1]
         return [np.array([relative[np.argmin(by_noise[:, column])], floor[column]]) for column in (best, 0, -1)]
 
-    def other_noise(self, point: Point) -> list[Array]:
-        """θ with other levels of the noise to start from: those to which `noise_starts` lead by themselves, the response held,
-        where they are not as likely as those of a maximum; most lead back to it. One evaluation of the model, or none where the
-        noise is known."""
+    def other_noise(self, theta: Array) -> list[Array]:
+        """θ with other levels of the noise to start from: none where they are known."""
         if not self.noise_is_estimated:
             return []
-        u, own = point.theta[: self.d], point.theta[self.d :]
-        response = self.model.response(u[None])[0]
-        alone = self.noise_alone(response, u)
-        starts = [start for start in self._noise_starts(response) if _has_other_floor(start, own)]
-        settled = [maximise(alone, start, tolerance=CLOSE / 10) for start in starts]
-        return [np.concatenate([u, each.theta]) for each in settled if abs(each.deviance - point.deviance) > CLOSE]
-
-    def noise_alone(self, response: ComplexArray, u: Array) -> NoiseAlone:
-        """The likelihood of the noise's unknowns alone where the response (n_speed, n_channel), m, is that at u (d,)."""
-        return NoiseAlone(
-            *self._noise_limits,
-            self.longest_step[self.d :],
-            lambda noise: self._of_noise(np.concatenate([u, noise]), response),
-        )
-
-    def _of_noise(self, theta: Array, response: ComplexArray) -> Point:
-        """The likelihood at θ and its response (n_speed, n_channel) as one of the noise's unknowns alone."""
-        noise, magnitude, kind = self.noise(theta), np.abs(response), self.measurement.kind
-        residual, variance = self._residual(response), noise.variance(magnitude)
-        slopes = self._excess(residual, variance)[..., None] * noise_variance_slopes(magnitude, noise)
-        return Point(
-            theta[self.d :],
-            self._deviance(residual, variance),
-            kind.dimensions * slopes.sum(axis=(0, 1)),
-            whitened_noise_sensitivity(magnitude, noise, kind),
-        )
+        starts = [np.concatenate([theta[: self.d], noise]) for noise in self.noise_starts(theta[: self.d])]
+        floors = slice(self.d + 1, None, 2)
+        return [start for start in starts if np.any(np.abs(start[floors] - theta[floors]) > LONGEST_NOISE_STEP)]
 
     def at(self, theta: Array) -> Point:
         """Deviance, gradient and information at θ: one Jacobian of the model."""
@@ -177,7 +143,7 @@ class Likelihood:
             of_noise = noise_variance_slopes(magnitude, noise)
             d_variance = np.concatenate([d_variance, of_noise], axis=-1)
             d_mean = np.concatenate([d_mean, np.zeros_like(of_noise)], axis=-1)
-        excess = self._excess(residual, variance)
+        excess = (1 - np.abs(residual) ** 2 / variance) / variance  # what a change of the variance costs
         gradient = kind.dimensions * (
             excess[..., None] * d_variance + 2 * (np.conj(residual)[..., None] * d_mean).real / variance[..., None]
         )
@@ -237,10 +203,6 @@ class Likelihood:
         """s² (n_speed, n_channel), m²."""
         return self.noise(theta).variance(np.abs(response))
 
-    def _excess(self, residual: Array | ComplexArray, variance: Array) -> Array:
-        """What a change of each variance costs, 1/m²."""
-        return np.asarray((1 - np.abs(residual) ** 2 / variance) / variance)
-
     def _residual(self, response: ComplexArray) -> Array | ComplexArray:
         return self.measurement.seen(response) - self.measurement.values
 
@@ -261,11 +223,6 @@ class Likelihood:
         n_level = len(self.measurement.layout.noise_rows)
         lower, upper = noise_limits(self.measurement.values)
         return np.tile(lower, n_level), np.tile(upper, n_level)
-
-
-def _has_other_floor(noise: Array, other: Array) -> bool:
-    """Whether any floor of a level of the noise, ln relative and ln floor of each (n,), is another one's by more than a step."""
-    return bool(np.any(np.abs(noise[1::2] - other[1::2]) > LONGEST_NOISE_STEP))
 
 
 def noise_limits(values: Array | ComplexArray) -> tuple[Array, Array]:

@@ -12,10 +12,11 @@ from ksmea.point import Point
 
 
 def with_best_noise(likelihood: Likelihood, best: Point) -> Point:
-    """A maximum, or a higher one that lies near it but for the noise: floor or none, the data often allow both."""
+    """A maximum, or a higher one to which its unknowns lead with another level of the noise: floor or none, the data often allow
+    both."""
     with suppress(BudgetSpent):
-        for start in likelihood.other_noise(best):
-            again = maximise(likelihood, start, ceiling=best.deviance)
+        for start in likelihood.other_noise(best.theta):
+            again = maximise(likelihood, start)
             best = again if again.deviance < best.deviance else best
     return best
 

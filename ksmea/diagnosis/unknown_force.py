@@ -142,7 +142,7 @@ class SumOfSquares(ABC):
             return np.inf
         return float(residual @ residual)
 
-    def other_noise(self, point: Point) -> list[Array]:
+    def other_noise(self, theta: Array) -> list[Array]:
         """None: the noise is held."""
         return []
 

@@ -225,29 +225,14 @@ def test_no_other_start_of_the_noise_leads_higher(rotor, truth, seed):
         assert again.deviance >= best.deviance - 1e-5  # twice the tolerance of a maximum, and more
 
 
-@pytest.mark.parametrize("kind", ["amplitude", "complex"])
-@pytest.mark.parametrize("noise", [Noise(0.05, 1e-6), Noise(0.1, 0.0), Noise(0.0, 1e-6)])
-def test_of_other_noise_nothing_is_left_out_that_is_as_likely(rotor, truth, kind, noise):
-    """With the response held, the best of a fine grid is the maximum's own noise or one of those that are returned."""
-    likelihood = likelihood_of(rotor, truth, kind, noise=noise, noise_known=False, seed=1)
-    point = maximise(likelihood, likelihood.start(truth))
-    assert_best_noise(likelihood, point, [point, *map(likelihood.at, likelihood.other_noise(point))])
-
-
-def test_a_level_of_the_noise_that_is_no_maximum_is_left_for_a_better_one(rotor, truth):
-    likelihood = likelihood_of(rotor, truth, "complex", noise=Noise(0.0, 1e-6), noise_known=False, seed=2)
-    best = maximise(likelihood, likelihood.start(truth))
-    low = likelihood.at(np.append(best.theta[:5], np.log([0.3, 1e-9])))
-    others = [likelihood.at(theta) for theta in likelihood.other_noise(low)]
-    assert min(each.deviance for each in others) < low.deviance - 100
-    assert_best_noise(likelihood, low, others)
-
-
-def assert_best_noise(likelihood, point, found):
-    u, lower, upper = point.theta[:5], likelihood.lower[5:], likelihood.upper[5:]
-    levels = np.stack(np.meshgrid(*np.linspace(lower, upper, 60).T), axis=-1).reshape(-1, 2)
-    lowest = min(likelihood.deviance(np.append(u, level)) for level in levels)
-    assert min(each.deviance for each in found) <= lowest + 0.01
+def test_another_level_of_the_noise_leads_to_other_unknowns():
+    """Few data: with more of a floor the unknowns move, and the maximum there is the higher one."""
+    settings = ThreeDisk(sensors=[0.1], n_speed=13)
+    problem = settings.build()
+    u = problem.parameters.to_cube(np.array(list(settings.reference().values())))
+    likelihood = likelihood_of(problem, u, "amplitude", noise=Noise(0.02, 5e-6), noise_known=False, seed=36)
+    first = maximise(likelihood, likelihood.start(u))
+    assert with_best_noise(likelihood, first).deviance < first.deviance - 1
 
 
 def test_known_noise_is_left_alone(rotor, truth):
