@@ -3,7 +3,9 @@
 A second effect is fitted beside a first one at every place but the first one's own, so that one effect may act at two places.
 The cost is bounded, so that a search in vain ends:
 
-1. Every pair is fitted for a few iterations from the fit of its first effect.
+1. Every pair is fitted for a few iterations from the fit of its first effect. Where that leaves noise, it is fitted to the end,
+   and left out unless the deviance falls by more than ln n, which is what BIC charges for one unknown: less could not come near
+   a pair that BIC prefers to the first effect.
 2. The best `Effort.pairs` of them are fitted to the end, equally many beside each first effect.
 3. Where the first effect leaves more than noise, as many of the best whose second effect is scanned as a first one are scanned:
    its values all over their limits, the first effect where it is fitted. One that leaves noise hides no second effect so large
@@ -41,7 +43,7 @@ def pairs_beside(
     is_scanned: bool,
 ) -> list[Explanation]:
     """Pairs of one of the first effects and any other candidate, highest ΔBIC first; with `is_scanned` second effects are
-    scanned. Without, the first effect leaves noise, and pairs are left out that could not come near one that BIC prefers to it."""
+    scanned. Without, the first effect leaves noise, and pairs are left out whose deviance falls by less than ln n."""
     n_candidate, n_kept = len(firsts) * (len(trials) - 1), max(1, effort.pairs // len(firsts))
     found = []
     for first in firsts:

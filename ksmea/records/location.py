@@ -156,7 +156,7 @@ class LocationRecord(Record):
     planes: tuple[float, ...]  # of the probes
     level: float
     interval_level: float
-    laws: tuple[LawRecord, ...] = ()  # lowest BIC first
+    laws: tuple[LawRecord, ...] = ()  # lowest BIC first; a diagnosis seeks none where an effect explains the data
     extension: ExtensionRecord | None = None  # None where no law holds
     predictive_gain: PredictiveGainRecord | None = None
     hidden: tuple[HiddenEffect, ...] = ()

@@ -167,7 +167,7 @@ def _noise(record: DiagnosisRecord) -> str:
 def _by_which_model(record: DiagnosisRecord) -> str:
     """Under which model the noise is estimated, where that is not the one as given."""
     if record.verdict == "located" and record.location is not None:
-        return " beside the unknown force"
+        return " beside what is unknown"
     return f" with {applied(record)}" if record.is_explained and record.noise.after is not None else ""
 
 
@@ -307,7 +307,7 @@ def _not_confirmed(record: DiagnosisRecord) -> str:
     return (
         f"The verdict is of all the data: fitted to all of them, the model needs {applied(record)}. Fitted to a part of them, the"
         " extended model does not predict the others surely better: few speeds may show the effect, or it may stand for"
-        " something like it. Measure a second run and diagnose both together (measurement=campaign) before you act on it."
+        " something like it. Measure a further run and diagnose all together (measurement=campaign) before you act on it."
     )
 
 

@@ -38,7 +38,7 @@ def _labelled(value: Any, data: Any) -> Any:
     found: dict[str, Any] = {}
     for name, part in data.items():
         found[name] = _labelled(getattr(value, name, None), part)
-        if part is not None and (quantity := _quantity(value, name)) is not None:
+        if part not in (None, [], ()) and (quantity := _quantity(value, name)) is not None:
             found[f"{name}_unit"] = quantity.unit
             if quantity.shown and (shown := _in_unit(part, quantity.size)) is not None:
                 found[f"{name}_{quantity.shown}"] = shown

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axis import Axis
+from matplotlib.scale import SymmetricalLogTransform
 from matplotlib.ticker import Formatter, Locator, LogLocator, MaxNLocator, NullFormatter
 
 from ksmea.arrays import Array
@@ -47,7 +48,9 @@ class PlainSymlogLocator(Locator):
     """Ticks of an axis that is linear about 0 and logarithmic to both sides."""
 
     def __init__(self, axis: Axis) -> None:
-        self._linear = float(axis.get_transform().linthresh)  # type: ignore[attr-defined]
+        transform = axis.get_transform()
+        assert isinstance(transform, SymmetricalLogTransform), "an axis of another scale"
+        self._linear = float(transform.linthresh)
 
     def __call__(self) -> Any:
         assert self.axis is not None, "a locator of no axis"
@@ -58,7 +61,8 @@ class PlainSymlogLocator(Locator):
 
 
 def symlog_ticks(low: float, high: float, linear: float, most: int = MOST_POWERS) -> Array:
-    """0 and, to both sides, `most` powers of ten beyond the linear part of an axis; even steps where that is all of it.
+    """0 and, to both sides, `most` powers of ten beyond the linear part of an axis; even steps where that is all of it or none of
+    these lies inside.
 
     >>> symlog_ticks(-30.0, 2000.0, 10.0), symlog_ticks(0.0, 4.0, 10.0)
     (array([ -10.,    0.,   10.,  100., 1000.]), array([0., 1., 2., 3., 4.]))
@@ -71,7 +75,9 @@ def symlog_ticks(low: float, high: float, linear: float, most: int = MOST_POWERS
         sizes = 10.0 ** powers[:: -(-len(powers) // most) or 1]
         ticks = np.concatenate([-sizes[::-1], [0.0], sizes])
     inside: Array = ticks[(ticks >= low) & (ticks <= high)]
-    return inside
+    if len(inside) > 1:
+        return inside
+    return np.asarray(MaxNLocator(EVEN, steps=(1, 2, 5, 10)).tick_values(low, high), dtype=float)
 
 
 class PlainFormatter(Formatter):

@@ -34,6 +34,7 @@ UNBALANCE = Quantity("kg m", "g_mm", GRAM_MILLIMETRE)
 PART = Quantity("1", "pct", 0.01)
 OF_NOISE = Quantity("standard deviations of the noise")
 OF_UNKNOWNS = Quantity("SI")  # a number for each unknown: divided by its `si_per_unit` it is in its `unit`
+OF_TARGET = Quantity("SI, of the target")  # a number for each candidate
 MICROMETRES, GRAM_MILLIMETRES, DEGREES = Quantity("µm"), Quantity("g mm"), Quantity("deg")
 
 Told = Quantity | Callable[[Any], Quantity | None]
@@ -49,6 +50,12 @@ def _of_law(record: Any) -> Quantity:
 
 def _each(names: str, told: Told) -> dict[str, Told]:
     return dict.fromkeys(names.split(), told)
+
+
+def _of_run_time(record: Any) -> Quantity | None:
+    """None where the runs are counted, since no time is known."""
+    is_counted = record.run_time == tuple(range(len(record.run_time)))
+    return None if is_counted else TIME
 
 
 NOISE = {"relative": PART, "floor": VIBRATION, "by_run": Quantity("name, part, m")}
@@ -104,7 +111,7 @@ UNITS: Mapping[type, Mapping[str, Told]] = {
     },
     identifiability.Direction: {"crlb": PART},
     identifiability.Variation: {"value": _of_variation, "crlb": OF_UNKNOWNS},
-    plan.Candidates: {**ADDED, "crlb": OF_UNKNOWNS},
+    plan.Candidates: {**ADDED, "crlb": OF_TARGET},
     plan.Step: {**ADDED, **_each("crlb unplanned_crlb", OF_UNKNOWNS)},
     plan.PlanRecord: {**_each("speed_from speed_to", SPEED), "crlb": OF_UNKNOWNS},
     # balancing
@@ -120,7 +127,7 @@ UNITS: Mapping[type, Mapping[str, Told]] = {
     balance.BalanceRecord: {
         "bare": MICROMETRES,
         "growth_scale": GRAM_MILLIMETRES,
-        **_each("time_constant run_time", TIME),
+        **_each("time_constant run_time", _of_run_time),
     },
 }
 

@@ -64,10 +64,10 @@ def test_a_name_that_left_out_data_do_not_confirm_says_what_both_mean_and_what_t
     said = text(doubtful)
     assert f"{line}\n" in said and headline(doubtful) == line
     assert f"fitted to all of them, the model needs runout ({applied.location})." in said
-    assert "Measure a second run and diagnose both together (measurement=campaign)" in said
-    assert "confirm" not in text(RECORD) and "second run" not in text(RECORD)
+    assert "Measure a further run and diagnose all together (measurement=campaign)" in said
+    assert "confirm" not in text(RECORD) and "further run" not in text(RECORD)
     unknown = dataclasses.replace(doubtful, verdict="unknown")  # believes no effect: there is nothing to confirm
-    assert "confirm" not in text(unknown) and "second run" not in text(unknown)
+    assert "confirm" not in text(unknown) and "further run" not in text(unknown)
     both = dataclasses.replace(ambiguous(), predictive_gain=doubtful.predictive_gain)
     assert headline(both).endswith(", or as well mass; left-out data do not confirm it")
 

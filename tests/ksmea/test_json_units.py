@@ -5,11 +5,13 @@ import json
 import re
 import typing
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
 import ksmea
 from bench.reports.diagnosis import public
+from ksmea.records import location, plan
 from ksmea.records.balance import BalanceRecord
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.estimate import NoiseLevelRecord
@@ -68,6 +70,28 @@ def test_the_table_of_units_names_fields_that_there_are():
     for kind, fields in {**UNITS, **IN_UNIT}.items():
         assert kind in REACHED, kind
         assert all(hasattr(kind, name) or name in REACHED[kind] or name == "work" for name in fields), kind
+
+
+@pytest.mark.parametrize(
+    ("record", "field", "unit"),
+    [  # what the fields' own comments say
+        (plan.Candidates, "crlb", "SI, of the target"),
+        (plan.Candidates, "magnitude", "kg m"),
+        (plan.PlanRecord, "crlb", "SI"),
+        (location.SiteRecord, "position", "m"),
+        (location.StiffnessRecord, "real", "N/m"),
+        (NoiseLevelRecord, "relative", "1"),
+        (NoiseLevelRecord, "floor", "m"),
+    ],
+)
+def test_units_are_those_of_the_fields(record, field, unit):
+    assert UNITS[record][field].unit == unit
+
+
+@pytest.mark.parametrize(("times", "unit"), [((0, 1, 2), None), ((0.0, 60.0, 125.0), "s")])
+def test_runs_without_a_time_are_counted_and_have_no_unit(times, unit):
+    told = UNITS[BalanceRecord]["run_time"](SimpleNamespace(run_time=times))
+    assert (told and told.unit) == unit
 
 
 def test_a_diagnosis_in_json_has_the_numbers_of_its_text():

@@ -167,10 +167,8 @@ def _force_plots(record: LocationRecord, force: ForceRecord) -> Iterator[Block]:
                     line={"dash": "dash", "color": GREY},
                 )
             )
-    said = (
-        f"Amplitude of the unknown {force.kind} at the best site over speed, with its {_level(record)} interval;"
-        " dashed: the law that it follows."
-    )
+    dashed = "; dashed: the law that it follows" if record.law is not None else ""
+    said = f"Amplitude of the unknown {force.kind} at the best site over speed, with its {_level(record)} interval{dashed}."
     yield Plot(
         f"The {force.kind} over speed",
         said,
@@ -215,7 +213,7 @@ def _series(
     scale: float = 1.0,
     on_axis: Callable[[Array], Array] = np.asarray,
 ) -> list[dict[str, Any]]:
-    """A quantity over speed with the band of its interval; `on_axis` says where values stand on an axis that plotly has not."""
+    """A quantity over speed with the band of its interval; `on_axis` says where values stand on an axis of a kind that plotly lacks."""
     value, low, high = (_lines(record, values) / scale for values in (series.value, series.low, series.high))
     drawn = line(_rpm(record), on_axis(value), name, colour, legendgroup=name, customdata=value,
                  hovertemplate="%{x:.0f} rpm: %{customdata:.4g}")  # fmt: skip

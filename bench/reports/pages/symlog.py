@@ -1,4 +1,4 @@
-"""An axis that is linear about 0 and logarithmic to both sides, as figures have it and plotly has not."""
+"""An axis that is linear about 0 and logarithmic to both sides, as figures have it and plotly lacks."""
 
 from __future__ import annotations
 
