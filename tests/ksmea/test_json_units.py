@@ -118,7 +118,6 @@ def test_a_floor_is_told_in_both_units():
         "floor_unit": "m",
         "floor_um": pytest.approx(0.07),
         "by_run": (),
-        "by_run_unit": "name, part, m",
     }
 
 
