@@ -51,11 +51,11 @@ def next_measurement(plan: Plan, cell: Cell, run: str, output: Path) -> Next | N
         added = f"measure {FURTHER_FILE} and add to {source['path']}: - {_further(run)}"
         return Next((visible(added),), _command(plan, cell, []), {})
     if source["name"] == "file":
-        path = from_here(output / CAMPAIGN_FILE)
+        path, beside = from_here(output / CAMPAIGN_FILE), output.absolute()  # '.' has no name
         words = [
             "measurement=campaign",
             path_word("measurement.path", path),
-            path_word("output", f"{from_here(output)}_campaign"),
+            path_word("output", from_here(beside.with_name(f"{beside.name}_campaign"))),
         ]
         step = f"measure the run that {path} describes, and put its data into {from_here(output / FURTHER_FILE)}; then"
         content = _campaign(source, run, output).encode()

@@ -8,7 +8,7 @@ from pathlib import Path
 from bench.command_line.overrides import path_word
 from bench.plan.page import Block, Command
 from bench.plan.plan import Cell, Plan
-from bench.reports.next_measurement import Next
+from bench.reports.next_measurement import Next, from_here
 from bench.reports.pages.made_by import command_line
 from ksmea.errors import visible
 from ksmea.records.diagnosis import DiagnosisRecord
@@ -67,8 +67,9 @@ def after_plan(following: Next | None) -> Iterator[Block]:
 
 def _beside(plan: Plan, extended: str) -> str:
     """The folder of an identification by an extended model, beside that of its diagnosis: results/identify_run_up_extended."""
-    folder = Path(extended).parent
-    return str(folder.with_name(f"identify{folder.name.removeprefix(plan.name)}_extended"))
+    folder = Path(extended).parent.absolute()  # '.' has no name
+    own = f"{folder.name}_".removeprefix(f"{plan.name}_").removesuffix("_")  # what the folder's name says besides the plan's
+    return from_here(folder.parent / "_".join(filter(None, ["identify", own, "extended"])))
 
 
 def _same_data(plan: Plan, cell: Cell) -> list[str]:
