@@ -59,8 +59,8 @@ def _is_same_problem(one: Plan, other: Plan) -> bool:
 
 
 def _identities(plan: Plan, group: str) -> set[str]:
-    """Files by where they lie and by what they hold, so that neither moving nor correcting one makes another; plugins without
-    a file by their name."""
+    """Files by where they lie and by what they hold, so that moving one makes no other, nor does correcting it, but both
+    at once do; plugins without a file by their name."""
     contents = {cell.settings.get(FINGERPRINTS[group]) for cell in plan.cells}
     places = {str(Path(path).expanduser().absolute()) for path in _files(plan, group)}
     without = {
@@ -100,7 +100,7 @@ def _described(plan: Plan) -> str:
 def _free(plan: Plan, found: Plan, output: Path) -> str:
     """A folder that is not there yet, named after what is other in the plan: its problem, its measurement or its name."""
     if not _is_same_problem(found, plan):
-        new = Path(_names(plan)[0].rpartition(" ")[2]).stem
+        new = Path(_files(plan, PROBLEM)[0]).stem if _files(plan, PROBLEM) else _names(plan)[0]
     elif not _is_same_file(found, plan):
         new = Path(_files(plan, MEASUREMENT)[0]).stem
     else:
