@@ -16,7 +16,7 @@ from omegaconf import DictConfig, flag_override
 from bench.command_line.output_level import is_quiet
 from bench.jobs.claims import clear
 from bench.jobs.deal import dealt
-from bench.jobs.earlier import earlier_note
+from bench.jobs.earlier import earlier_notes
 from bench.plan.experiment import Experiment
 from bench.storage.locks import exclusive
 from ksmea.errors import visible
@@ -50,7 +50,7 @@ class PlanSweeper(Sweeper):
         from bench.reports.collect import collect
 
         with exclusive(experiment.output / ".lock"):
-            note = earlier_note(experiment.plan, experiment.output)
+            notes = earlier_notes(experiment.plan, experiment.output)
             jobs = dealt(experiment)
             try:
                 if jobs:
@@ -66,6 +66,7 @@ class PlanSweeper(Sweeper):
                 raise
             clear(experiment.output)
             code = collect(experiment.output, redraw=False)
-            if note and not is_quiet():
-                print(visible(note))
+            if not is_quiet():
+                for note in notes:
+                    print(visible(note))
             return code

@@ -6,7 +6,7 @@ import re
 import pytest
 
 from bench.command_line.config import of_file
-from bench.jobs.earlier import earlier_note
+from bench.jobs.earlier import earlier_notes
 from bench.jobs.records import RecordWriter
 from bench.plan.folder import require_own_folder
 from bench.plan.plan import all_runs, write_plan
@@ -106,7 +106,7 @@ def planned(plan):
 
 
 def test_another_problem_in_a_folder_is_refused_with_a_free_one(planned, tmp_path, monkeypatch):
-    """By its name, or by its file: one that is corrected, or moved, is the same rotor."""
+    """By its name, or by its file: one that is corrected, or moved, is the same rotor; one that is both is not."""
     monkeypatch.chdir(tmp_path)
     write_plan(planned("rotor", "pump.yaml", "a", "run.csv"), tmp_path / "mine")
     require_own_folder(planned("rotor", "pump.yaml", "b", "run.csv"), tmp_path / "mine")
@@ -119,24 +119,47 @@ def test_another_problem_in_a_folder_is_refused_with_a_free_one(planned, tmp_pat
     (tmp_path / "mine_fan").mkdir()
     with pytest.raises(SettingError, match="give output=mine_fan_2 with this command"):
         require_own_folder(other, tmp_path / "mine")
+    with pytest.raises(SettingError, match="give output=mine_my_pump with this command"):
+        require_own_folder(planned("rotor", "files/my pump.yaml", "c", "run.csv"), tmp_path / "mine")
+    with pytest.raises(SettingError, match="give output=mine_pump with this command"):  # moved and corrected at once
+        require_own_folder(planned("rotor", "moved/pump.yaml", "b", "run.csv"), tmp_path / "mine")
     with pytest.raises(SettingError, match="give output=mine_three_disk with this command"):
         require_own_folder(planned("three_disk", measured="run.csv"), tmp_path / "mine")
 
 
 def test_results_that_are_no_longer_shown_are_told_with_the_command_that_shows_them(planned, tmp_path):
     first, other = planned(seed=1), planned(seed=2)
-    assert earlier_note(first, tmp_path) == ""
+    assert earlier_notes(first, tmp_path) == []
     write_plan(first, tmp_path)
-    assert earlier_note(other, tmp_path) == ""  # nothing was done
+    assert earlier_notes(other, tmp_path) == []  # nothing was done
     with RecordWriter(tmp_path, 0, first) as writer:
         writer.result(first.runs[0], {"status": "done"})
-    assert earlier_note(first, tmp_path) == ""
-    assert earlier_note(other, tmp_path) == (
+    assert earlier_notes(first, tmp_path) == []
+    assert earlier_notes(other, tmp_path) == [
         "note: 1 earlier result in this folder, of other settings or files, is no longer shown: its record is kept, and its"
         " command shows it again: python -m bench +experiment=identify seed=1 (another output=DIR keeps both side by side)"
-    )
+    ]
     more = dataclasses.replace(first, cells=first.cells + other.cells, runs=(*first.runs, *other.runs))
-    assert earlier_note(more, tmp_path) == ""  # shows what was there, and more
+    assert earlier_notes(more, tmp_path) == []  # shows what was there, and more
+
+
+def test_results_of_an_earlier_content_of_a_file_are_told_without_a_command(planned, tmp_path):
+    """The key hangs on what the file holds: neither this command nor that of other settings shows them."""
+    first = planned("rotor", "pump.yaml", "a", seed=1)
+    write_plan(first, tmp_path)
+    with RecordWriter(tmp_path, 0, first) as writer:
+        writer.result(first.runs[0], {"status": "done"})
+    said = [
+        "note: 1 earlier result in this folder, of an earlier content of pump.yaml, is no longer shown: its record is kept in"
+        " records/, and shown again only with that content (another output=DIR keeps both side by side)"
+    ]
+    assert earlier_notes(planned("rotor", "pump.yaml", "b", seed=1), tmp_path) == said
+    assert earlier_notes(planned("rotor", "pump.yaml", "b", seed=2), tmp_path) == said
+    [other] = earlier_notes(planned("rotor", "pump.yaml", "a", seed=2), tmp_path)
+    assert "its command shows it again: python -m bench +experiment=identify seed=1" in other
+    same_words = dataclasses.replace(planned("rotor", "pump.yaml", "a", seed=2), command=first.command)
+    [unknown] = earlier_notes(same_words, tmp_path)
+    assert "of this command with earlier files or another version of the bench" in unknown and "python -m" not in unknown
 
 
 def test_a_changed_sweep_of_files_is_the_same_experiment(enter, files):
