@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from typing import Any
 
 from bench.command_line.overrides import override
 from bench.plan.plan import Cell
 from bench.plan.study import Study
 from ksmea import registry
+from ksmea.errors import SettingError
 from ksmea.middles import middles
 
 ASSUMED = "assumed"  # where settings keep the names of unknowns whose true values are such
@@ -33,11 +35,28 @@ def with_assumed_values(settings: Mapping[str, Any]) -> dict[str, Any]:
 
 def assumed_note(cell: Cell) -> str:
     """Which values were assumed, as the word that gives others; '' where none were."""
-    names = cell.settings.get(ASSUMED)
+    said = _said(cell.settings)
+    return f"note: {said}" if said else ""
+
+
+@contextmanager
+def assumed_values_told(settings: Mapping[str, Any]) -> Iterator[None]:
+    """An error of true values says which of them were assumed: nobody gave those."""
+    try:
+        yield
+    except SettingError as error:
+        said = _said(settings)
+        if not said or not str(error).startswith(f"measurement.{TRUTH}:"):
+            raise
+        raise SettingError(f"{error}; {said}") from error
+
+
+def _said(settings: Mapping[str, Any]) -> str:
+    names = settings.get(ASSUMED)
     if not names:
         return ""
-    truth = {name: float(f"{value:.4g}") for name, value in cell.settings["measurement"][TRUTH].items()}
+    truth = {name: float(f"{value:.4g}") for name, value in settings["measurement"][TRUTH].items()}
     return (
-        f"note: no value is known of {', '.join(names)}: the middles of the limits are taken, the geometric ones where these lie a"
+        f"no value is known of {', '.join(names)}: the middles of the limits are taken, the geometric ones where these lie a"
         f" decade or more apart; give yours in place of them: '{override(f'measurement.{TRUTH}', truth)}'"
     )

@@ -69,3 +69,18 @@ def test_the_command_says_what_it_has_assumed_and_how_to_give_other_values(enter
         "+experiment=identifiability", *words, note.rpartition(": ")[2].strip("'"), output="results/identifiability"
     )
     assert given.code == 0 and "no value is known" not in given.out
+
+
+def test_assumed_values_without_a_steady_response_are_told_as_such(enter, settings, tmp_path):
+    """Cross-coupling of both signs in the middle of its limits whirls the rotor up: nobody gave those values."""
+    unknowns = """
+  - {name: kxy, lower: 0, upper: 500, sets: [bearing 1 kxy, bearing 2 kxy]}
+  - {name: kyx, lower: -500, upper: 0, sets: [bearing 1 kyx, bearing 2 kyx]}
+"""
+    (tmp_path / "rotor.yaml").write_text(ROTOR.rstrip("\n") + unknowns)
+    words = ["problem=rotor", "problem.file=rotor.yaml", "measurement.relative=0.05", "workers=1"]
+    ended = enter("+experiment=identifiability", *words, output="results/identifiability")
+    assert (ended.code, ended.out) == (2, "") and len(ended.err.splitlines()) == 1
+    assert ended.err.startswith("error: measurement.truth: expected a rotor that is stable up to")
+    assert "no value is known of kxx, kyy, kxy, kyx: the middles of the limits are taken" in ended.err
+    assert ended.err.endswith("'measurement.truth={kxx:100.0,kyy:40.0,kxy:250.0,kyx:-250.0}'\n")
