@@ -66,6 +66,7 @@ def common_noise(noise: Noise, amplitude: Array) -> Noise:
     that it is known at other speeds and probes too.
 
     Both squared are not below 0 and minimise Σ (s² / s²ᵢ − 1)² over the data, which have the amplitudes (n_speed, n_channel), m.
+    Amplitudes that are all 0 say nothing of a relative part: it is 0.
 
     >>> amplitude = np.array([[1.0], [2.0], [4.0]])
     >>> found = common_noise(Noise(0.0, np.hypot(0.1 * amplitude, 0.3)), amplitude)
@@ -75,7 +76,8 @@ def common_noise(noise: Noise, amplitude: Array) -> Noise:
     variance = np.broadcast_to(noise.variance(amplitude), amplitude.shape)
     is_told = np.isfinite(amplitude) & np.isfinite(variance) & (variance > 0)
     squared, variance = amplitude[is_told] ** 2, variance[is_told]
-    scale = np.median(squared), np.median(variance)  # µm² beside 1: both columns near 1
+    is_read = squared > 0
+    scale = np.median(squared[is_read]) if is_read.any() else 1.0, np.median(variance)  # µm² beside 1: both columns near 1
     columns = np.stack([squared / scale[0], np.ones_like(squared)], axis=1) * (scale[1] / variance)[:, None]
     parts = nnls(columns, np.ones(len(columns)))[0]
     relative, floor = np.where(np.max(columns * parts, axis=0) > NEGLIGIBLE, parts, 0.0)

@@ -64,6 +64,13 @@ def test_a_noise_without_one_of_its_parts_has_none_in_common():
     assert (relative.relative, relative.floor) == (pytest.approx(0.1), 0.0)
 
 
+@pytest.mark.parametrize("amplitude", [[[0, 0, 1e-6], [0, 0, 2e-6]], np.zeros((2, 3))])
+def test_readings_of_zero_have_a_noise_in_common(amplitude):
+    """A constant noise is all floor, however many readings are 0."""
+    found = common_noise(Noise(0.0, np.full((2, 3), 1e-7)), np.array(amplitude))
+    assert (found.relative, found.floor) == (0.0, pytest.approx(1e-7))
+
+
 def test_a_plan_of_a_fit_that_is_rejected_says_so(rotor, bad, few_fits):
     """By the same test as `identify`, in the text and in the record as JSON has it."""
     found = ksmea.plan(rotor, measurement=bad, add=2, sensors=0, trial_phases=[], n_candidate=20)
