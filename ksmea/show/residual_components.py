@@ -13,7 +13,7 @@ IN_PHASE, IN_QUADRATURE = COMPONENTS = ("in phase", "in quadrature")  # with the
 def components(residual: Array | ComplexArray, fitted: Array | ComplexArray) -> tuple[Array, Array]:
     """Components, each of unit variance, of residuals (measured − fitted) in units of the noise, whose variance is 1 in all.
 
-    >>> along, across = components(np.array([1.0j]), np.array([2.0j]))  # longer than fitted by one standard deviation
+    >>> along, across = components(np.array([1.0j]), np.array([2.0j]))  # longer by the noise's σ, √2 of a component's
     >>> along.round(3).tolist(), across.round(3).tolist()
     ([1.414], [0.0])
     """

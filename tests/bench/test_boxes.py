@@ -30,3 +30,10 @@ def test_an_open_end_stays_above_0_on_a_logarithmic_axis():
     plot = box_plot("cyy", "kN s/m", ["40"], [[0.01, 1.0]], {}, [(float("nan"), 0.9)], y_log=True)
     [line] = [trace for trace in plot.figure["data"] if trace["name"] == "median interval"]
     assert 0 < line["y"][0] < 0.01
+
+
+def test_a_value_of_0_is_not_drawn_on_a_logarithmic_axis(recwarn):
+    """Ends beyond by a tenth of the decade that is left, and no warning of a division by 0."""
+    low, high = drawn_ends(np.array([0.0, np.nan]), np.array([1.0, np.nan]), np.array([0.0, 0.1, 1.0]), is_log=True)
+    assert (low, high) == (pytest.approx([10**-1.1] * 2), pytest.approx([1.0, 10**0.1]))
+    assert not recwarn.list
