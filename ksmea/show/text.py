@@ -19,9 +19,7 @@ MOST_DIGITS = 15  # of a double
 PLAIN_DECIMALS = 6  # of a value with its error; of more, and from `LARGEST` on, both are written with a power of ten
 LARGEST = 1e7
 LEAST_WHOLE = 99.5  # from where on two digits are written as a whole number
-ONE_SIDED_DIGITS = (
-    4  # of the largest number of a value with one end: how far that is says nothing of how well the value is known
-)
+ONE_SIDED_DIGITS = 4  # of a value alone; at most beside one end, which may be near a value that is not well known
 
 
 def aligned(head: list[str], lines: list[list[str]]) -> str:
@@ -65,12 +63,16 @@ def value_and_ends(value: float, low: float | None, high: float | None) -> tuple
 
 
 def told(*values: float | None) -> list[str]:
-    """A value and the ends of its interval with as many decimals as show half its width to two digits, all of them the same, or a value
-    alone to four digits, as is one beside a single end at most. Where one of them would be left with less than two digits by that, each is written by itself. What is
-    not finite or none is '–'.
+    """A value and the ends of its interval, all of them with the same decimals; what is not finite or none is '–'.
 
-    >>> told(1.0, 0.9999858, None), told(500.0, 499.9, None)
-    (['1.000', '1.000', '–'], ['500.0', '499.9', '–'])
+    - Both ends: as many decimals as show half the width to two digits.
+    - One end: as many as show half the distance to it to two digits, but no more than give the larger one four digits.
+    - None: as many as give the value four digits.
+    - Where one of them would be left with less than two digits by that, each is written by itself, to as many digits as the
+      largest would have, three or more.
+
+    >>> told(1.0, 0.9999858, None), told(500.0, 499.9, None), told(50.0, 12.34, None), told(50.0, None, None)
+    (['1.000', '1.000', '–'], ['500.0', '499.9', '–'], ['50', '12', '–'], ['50.00', '–', '–'])
     >>> told(0.04, 0.0004, 12), told(1000, 5, 1e6), told(1e-10, 9e-11, 1.1e-10), told(15041000, 14998000, 15084000)
     (['0.04', '0.0004', '12'], ['1000', '5', '1000000'], ['1e-10', '9e-11', '1.1e-10'], ['15041000', '14998000', '15084000'])
     """
