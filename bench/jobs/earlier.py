@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterator, Mapping, Sequence, Set
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from pathlib import Path
 
 from bench.jobs.records import FOLDER as RECORDS
@@ -35,7 +35,11 @@ def earlier_notes(plan: Plan, output: Path) -> list[str]:
 def _can_be_shown(n: int, command: Sequence[str]) -> str:
     if not n:
         return ""
-    again = "its record is kept, and its command shows it" if n == 1 else "their records are kept, and their command shows them"
+    again = (
+        "its record is kept, and its command shows it"
+        if n == 1
+        else "their records are kept, and their command shows them"
+    )
     words = shlex.join(["python", "-m", "bench", *command])
     return f"{_left_out(n, 'of other settings or files')}: {again} again: {words} (another output=DIR keeps both side by side)"
 
@@ -64,7 +68,7 @@ def _contents(plan: Plan) -> dict[str, set[str]]:
     return held
 
 
-def _changed(cell: Cell, contents: Mapping[str, Set[str]]) -> list[str]:
+def _changed(cell: Cell, contents: Mapping[str, Collection[str]]) -> list[str]:
     """The files of an earlier cell that hold something else now."""
     return [file for file, fingerprint in _files(cell) if file in contents and fingerprint not in contents[file]]
 

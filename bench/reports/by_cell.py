@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -15,6 +15,7 @@ from bench.plan.plan import Plan, Run
 from ksmea.records.record import Record
 
 AnyRecord = TypeVar("AnyRecord", bound=Record)
+Said = TypeVar("Said", bound=Hashable)
 Lines = Mapping[str, RunLine]  # what became of each run, by its key
 
 
@@ -51,3 +52,16 @@ def first_results(plan: Plan, lines: Lines, kind: type[AnyRecord]) -> dict[int, 
         if run.cell not in found and line is not None and line.has_result:
             found[run.cell] = line.record(kind)
     return dict(sorted(found.items()))
+
+
+def said_once(by_cell: Mapping[int, Iterable[Said]]) -> dict[int, list[Said]]:
+    """What is said of each cell, without what was said of one before it.
+
+    >>> said_once({0: ["a", "b"], 2: ["b", "c"]})
+    {0: ['a', 'b'], 2: ['c']}
+    """
+    first: dict[Said, int] = {}
+    for cell, said in by_cell.items():
+        for each in said:
+            first.setdefault(each, cell)
+    return {cell: [each for each, at in first.items() if at == cell] for cell in by_cell}

@@ -12,10 +12,10 @@ import pandas as pd
 from bench.plan.assumed_values import assumed_note
 from bench.plan.columns import place_columns
 from bench.plan.naming import cell_name
-from bench.plan.page import Block, Command, Prose
+from bench.plan.page import Command, Prose
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
-from bench.reports.by_cell import first_results, plain_runs, run_lines
+from bench.reports.by_cell import first_results, plain_runs, run_lines, said_once
 from bench.reports.chapters.next_steps import as_text, before_looking_ahead
 from bench.reports.chapters.planning import identifiability_page
 from bench.reports.tables import csv_text
@@ -34,12 +34,14 @@ class IdentifiabilityReport(Report):
         lines = run_lines(plan, output)
         runs = plain_runs(plan, lines)
         found = first_results(plan, lines, IdentifiabilityRecord)
+        notes = said_once({cell: filter(None, [assumed_note(plan.cells[cell])]) for cell in found})
+        first = said_once({cell: _first(plan, cell, record) for cell, record in found.items()})
         sections = [
             "\n\n".join(
                 [
                     text(record, _title(plan, cell), with_variations=index < MAX_CELLS),
-                    *filter(None, [assumed_note(plan.cells[cell])]),
-                    *as_text(_first(plan, cell, record)),
+                    *notes[cell],
+                    *as_text(first[cell]),
                 ]
             )
             for index, (cell, record) in enumerate(found.items())
@@ -55,16 +57,9 @@ class IdentifiabilityReport(Report):
                 [_names(plan, found).get(cell, "") for cell in found],
                 _frame(plan, found),
                 f"{plan.name}.csv",
-                [block for cell, record in found.items() for block in _following(plan, cell, record)],
+                [block for cell in found for block in (*map(Prose, notes[cell]), *first[cell])],
             ),
         )
-
-
-def _following(plan: Plan, cell: int, record: IdentifiabilityRecord) -> Iterator[Block]:
-    """Values to give in place of assumed ones, and what to do before this is relied on."""
-    if note := assumed_note(plan.cells[cell]):
-        yield Prose(note)
-    yield from _first(plan, cell, record)
 
 
 def _first(plan: Plan, cell: int, record: IdentifiabilityRecord) -> Iterator[Command]:

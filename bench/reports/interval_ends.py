@@ -17,7 +17,9 @@ def drawn_ends(low: Array, high: Array, values: Array, *, is_log: bool = False) 
     (array([0.5, 1. ]), array([3., 4.]))
     """
     if is_log:
-        first, last = drawn_ends(*(np.log(each, where=each > 0, out=np.full(len(each), np.nan)) for each in (low, high, values)))
+        first, last = drawn_ends(
+            *(np.log(each, where=each > 0, out=np.full(len(each), np.nan)) for each in (low, high, values))
+        )
         return np.exp(first), np.exp(last)
     every = np.concatenate([low, high, values])
     every = every[np.isfinite(every)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -16,7 +16,7 @@ from bench.plan.naming import cell_name, telling_axes
 from bench.plan.page import Command
 from bench.plan.plan import Plan, Run
 from bench.plan.report import Made, Report
-from bench.reports.by_cell import first_results, run_lines
+from bench.reports.by_cell import first_results, run_lines, said_once
 from bench.reports.chapters.next_steps import after_plan, as_text, before_looking_ahead
 from bench.reports.chapters.planning import plan_page
 from bench.reports.next_measurement import Next, next_measurement
@@ -40,7 +40,12 @@ class PlanReport(Report):
         following = {cell: next_measurement(plan, plan.cells[cell], found[cell].trial_run, output) for cell in found}
         if len(found) > 1:  # files of one name for all of them
             following = {cell: each for cell, each in following.items() if each and not each.files}
-        sections = [_section(plan, cell, record, following.get(cell)) for cell, record in found.items()]
+        first = said_once({cell: _first(plan, cell, record) for cell, record in found.items()})
+        notes = said_once({cell: filter(None, [assumed_note(plan.cells[cell])]) for cell in found})
+        sections = [
+            _section(_said(record, notes[cell], _title(plan, cell, ":")), first[cell], following.get(cell))
+            for cell, record in found.items()
+        ]
         files = {f"{plan.name}.csv": csv_text(_frame(plan, found)).encode(), "runs.csv": csv_text(runs).encode()}
         files |= {name: content for each in following.values() if each for name, content in each.files.items()}
         return Made(
@@ -49,9 +54,9 @@ class PlanReport(Report):
             runs,
             lambda: {f"{plan.name}.png": png(plan_figure(plan, found))} if found else {},
             page=lambda: plan_page(
-                [(_title(plan, cell), _said(plan, cell, record), record) for cell, record in found.items()],
+                [(_title(plan, cell), _said(record, notes[cell]), record) for cell, record in found.items()],
                 [
-                    *(block for cell, record in found.items() for block in _first(plan, cell, record)),
+                    *(block for blocks in first.values() for block in blocks),
                     *(block for each in following.values() for block in after_plan(each)),
                 ],
                 _frame(plan, found),
@@ -61,16 +66,14 @@ class PlanReport(Report):
         )
 
 
-def _section(plan: Plan, cell: int, record: PlanRecord, following: Next | None) -> str:
+def _section(said: str, first: Sequence[Command], following: Next | None) -> str:
     """The plan of one cell, what to do before it is relied on, and what follows from the trial run that it recommends."""
-    after = [following.text] if following else []
-    said = _said(plan, cell, record, _title(plan, cell, ":"))
-    return "\n\n".join([said, *as_text(_first(plan, cell, record)), *after])
+    return "\n\n".join([said, *as_text(first), *([following.text] if following else [])])
 
 
-def _said(plan: Plan, cell: int, record: PlanRecord, title: str = "") -> str:
+def _said(record: PlanRecord, notes: Sequence[str], title: str = "") -> str:
     """The text of a plan, and which values were assumed for it."""
-    return "\n".join(filter(None, [text(record, title), assumed_note(plan.cells[cell])]))
+    return "\n".join([text(record, title), *notes])
 
 
 def _first(plan: Plan, cell: int, record: PlanRecord) -> Iterator[Command]:

@@ -77,7 +77,10 @@ def common_noise(noise: Noise, amplitude: Array) -> Noise:
     is_told = np.isfinite(amplitude) & np.isfinite(variance) & (variance > 0)
     squared, variance = amplitude[is_told] ** 2, variance[is_told]
     is_read = squared > 0
-    scale = np.median(squared[is_read]) if is_read.any() else 1.0, np.median(variance)  # µm² beside 1: both columns near 1
+    scale = (
+        np.median(squared[is_read]) if is_read.any() else 1.0,
+        np.median(variance),
+    )  # µm² beside 1: both columns near 1
     columns = np.stack([squared / scale[0], np.ones_like(squared)], axis=1) * (scale[1] / variance)[:, None]
     parts = nnls(columns, np.ones(len(columns)))[0]
     relative, floor = np.where(np.max(columns * parts, axis=0) > NEGLIGIBLE, parts, 0.0)

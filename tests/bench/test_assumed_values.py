@@ -84,3 +84,19 @@ def test_assumed_values_without_a_steady_response_are_told_as_such(enter, settin
     assert ended.err.startswith("error: measurement.truth: expected a rotor that is stable up to")
     assert "no value is known of kxx, kyy, kxy, kyx: the middles of the limits are taken" in ended.err
     assert ended.err.endswith("'measurement.truth={kxx:100.0,kyy:40.0,kxy:250.0,kyx:-250.0}'\n")
+
+
+@pytest.mark.parametrize(
+    "study, words",
+    [
+        ("identifiability", ["study.variations=[]"]),
+        ("plan", ["study.add=2", "study.sensors=0", "study.trial_phases=[]", "study.n_candidate=20"]),
+    ],
+)
+def test_a_sweep_says_once_what_it_has_assumed(study, words, enter, settings, monkeypatch):
+    monkeypatch.setattr(f"bench.reports.{'planning' if study == 'plan' else study}.png", lambda figure: b"")
+    swept = ["problem=rotor", "problem.file=rotor.yaml", "measurement.relative=0.02,0.05,0.1", "workers=1"]
+    ended = enter(f"+experiment={study}", *swept, *words, output=f"results/{study}")
+    assert ended.code == 0, ended.err
+    page = (ended.output / "index.html").read_text()
+    assert ended.out.count("no value is known of kxx, kyy") == 1 == page.count("no value is known of kxx, kyy")

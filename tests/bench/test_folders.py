@@ -135,10 +135,11 @@ def test_results_that_are_no_longer_shown_are_told_with_the_command_that_shows_t
     with RecordWriter(tmp_path, 0, first) as writer:
         writer.result(first.runs[0], {"status": "done"})
     assert earlier_notes(first, tmp_path) == []
-    assert earlier_notes(other, tmp_path) == [
+    [said] = earlier_notes(other, tmp_path)
+    assert said == (
         "note: 1 earlier result in this folder, of other settings or files, is no longer shown: its record is kept, and its"
         " command shows it again: python -m bench +experiment=identify seed=1 (another output=DIR keeps both side by side)"
-    ]
+    )
     more = dataclasses.replace(first, cells=first.cells + other.cells, runs=(*first.runs, *other.runs))
     assert earlier_notes(more, tmp_path) == []  # shows what was there, and more
 
@@ -149,17 +150,19 @@ def test_results_of_an_earlier_content_of_a_file_are_told_without_a_command(plan
     write_plan(first, tmp_path)
     with RecordWriter(tmp_path, 0, first) as writer:
         writer.result(first.runs[0], {"status": "done"})
-    said = [
+    said = (
         "note: 1 earlier result in this folder, of an earlier content of pump.yaml, is no longer shown: its record is kept in"
         " records/, and shown again only with that content (another output=DIR keeps both side by side)"
-    ]
-    assert earlier_notes(planned("rotor", "pump.yaml", "b", seed=1), tmp_path) == said
-    assert earlier_notes(planned("rotor", "pump.yaml", "b", seed=2), tmp_path) == said
+    )
+    assert earlier_notes(planned("rotor", "pump.yaml", "b", seed=1), tmp_path) == [said]
+    assert earlier_notes(planned("rotor", "pump.yaml", "b", seed=2), tmp_path) == [said]
     [other] = earlier_notes(planned("rotor", "pump.yaml", "a", seed=2), tmp_path)
     assert "its command shows it again: python -m bench +experiment=identify seed=1" in other
     same_words = dataclasses.replace(planned("rotor", "pump.yaml", "a", seed=2), command=first.command)
     [unknown] = earlier_notes(same_words, tmp_path)
-    assert "of this command with earlier files or another version of the bench" in unknown and "python -m" not in unknown
+    assert (
+        "of this command with earlier files or another version of the bench" in unknown and "python -m" not in unknown
+    )
 
 
 def test_a_changed_sweep_of_files_is_the_same_experiment(enter, files):

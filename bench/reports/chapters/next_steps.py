@@ -68,7 +68,9 @@ def after_plan(following: Next | None) -> Iterator[Block]:
 def _beside(plan: Plan, extended: str) -> str:
     """The folder of an identification by an extended model, beside that of its diagnosis: results/identify_run_up_extended."""
     folder = Path(extended).parent.absolute()  # '.' has no name
-    own = f"{folder.name}_".removeprefix(f"{plan.name}_").removesuffix("_")  # what the folder's name says besides the plan's
+    own = f"{folder.name}_".removeprefix(f"{plan.name}_").removesuffix(
+        "_"
+    )  # what the folder's name says besides the plan's
     return from_here(folder.parent / "_".join(filter(None, ["identify", own, "extended"])))
 
 
