@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -12,7 +12,7 @@ import pandas as pd
 from bench.plan.assumed_values import assumed_note
 from bench.plan.columns import place_columns
 from bench.plan.naming import cell_name
-from bench.plan.page import Command, Prose
+from bench.plan.page import Block, Command, Prose
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import first_results, plain_runs, run_lines, said_once
@@ -57,9 +57,15 @@ class IdentifiabilityReport(Report):
                 [_names(plan, found).get(cell, "") for cell in found],
                 _frame(plan, found),
                 f"{plan.name}.csv",
-                [block for cell in found for block in (*map(Prose, notes[cell]), *first[cell])],
+                [block for cell in found for block in _following(notes[cell], first[cell])],
             ),
         )
+
+
+def _following(notes: Sequence[str], first: Sequence[Command]) -> Iterator[Block]:
+    """Values to give in place of assumed ones, and what to do before this is relied on."""
+    yield from map(Prose, notes)
+    yield from first
 
 
 def _first(plan: Plan, cell: int, record: IdentifiabilityRecord) -> Iterator[Command]:
