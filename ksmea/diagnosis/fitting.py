@@ -14,7 +14,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import Problem
-from ksmea.diagnosis.screening import scanned, screened, screened_at
+from ksmea.diagnosis.screening import scanned, screened, screened_at, screened_by_shape
 from ksmea.difference_likelihood import likelihood_of
 from ksmea.intervals import Estimate, estimate
 from ksmea.likelihood import Likelihood
@@ -31,6 +31,7 @@ START_DISTANCE = 0.1  # starts of the baseline model are not nearer to each othe
 # maxima whose deviance is higher by REACH do not matter: a chance of 1 % that they are the truth's.
 SCREENED, STARTS, FIRST_ITERATIONS, SURVIVORS = 4096, 30, 8, 10
 REACH = 25.0
+OF_SHAPE = 4  # further starts, by the shape of the response: small amplitudes may not be the model's
 EFFECT_START_DISTANCE = 0.02  # nor starts of an extended one
 
 TRIAL_ITERATIONS = 100  # at most: fits that explain the data end by 60, and the best of all go on to their end
@@ -120,9 +121,11 @@ def fit_baseline(
     """The baseline model fitted from the best points of a screening of its whole box; a likelihood of the two may be given
     to count its evaluations."""
     n = 2 ** (effort.screening - 1).bit_length()
-    found = screened(problem, measurement, sobol(n, len(problem.parameters), rng))
+    points = sobol(n, len(problem.parameters), rng)
+    found, of_shape = screened(problem, measurement, points), screened_by_shape(problem, measurement, points)
     likelihood = likelihood or likelihood_of(Model(problem), measurement)
-    starts = [likelihood.start(u) for u in found.apart(effort.starts, START_DISTANCE).points]
+    apart = [*found.apart(effort.starts, START_DISTANCE).points, *of_shape.apart(OF_SHAPE, START_DISTANCE).points]
+    starts = [likelihood.start(u) for u in apart]
     maxima = [with_best_noise(likelihood, point) for point in _maxima(likelihood, starts, effort)]
     maxima.sort(key=lambda point: point.deviance)
     fits = [Fit(problem, likelihood, point) for point in maxima]
@@ -134,9 +137,11 @@ def likely_maxima(likelihood: Likelihood, known: Point, rng: np.random.Generator
     fits from the best points of a screening in which unknowns grow by factors (`Parameters.from_decades`)."""
     parameters = likelihood.model.problem.parameters
     points = parameters.from_decades(sobol(SCREENED, len(parameters), rng))
-    found = screened(likelihood.model.problem, likelihood.measurement, points)
-    apart = Screened(parameters.to_decades(found.points), found.misfits).apart(STARTS, START_DISTANCE)
-    starts = [likelihood.start(u) for u in parameters.from_decades(apart.points)]
+    starts: list[Array] = []
+    for screening, count in ((screened, STARTS), (screened_by_shape, OF_SHAPE)):
+        found = screening(likelihood.model.problem, likelihood.measurement, points)
+        apart = Screened(parameters.to_decades(found.points), found.misfits).apart(count, START_DISTANCE)
+        starts += [likelihood.start(u) for u in parameters.from_decades(apart.points)]
     maxima = best_maxima(likelihood, starts, first_iterations=FIRST_ITERATIONS, survivors=SURVIVORS)
     maxima = distinct(likelihood, [known, *maxima])
     likely = [point for point in maxima if point.deviance < maxima[0].deviance + REACH]

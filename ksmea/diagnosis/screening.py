@@ -5,9 +5,15 @@ common phase, which act on all data at 1X alike, have been set to what suits the
 have no response at all, half of both amplitudes is the median one of the data: what is far below it counts alike. It costs a response instead of a
 fit, and is computed for batches of points all over the box, and around the best of these for clouds of points that
 close in on them.
+
+Where small amplitudes are not the model's, such as those of a runout, that misfit is small far from the resonances of the data.
+`screened_by_shape` ranks points by the modal assurance criterion instead, in which large amplitudes weigh most: the part of the
+data, as a vector, that lies across the response's own (R. J. Allemang, Sound and Vibration 37 (8), 2003, 14–21).
 """
 
 from __future__ import annotations
+
+from collections.abc import Callable
 
 import numpy as np
 import scipy
@@ -31,11 +37,23 @@ CLOUD_POINTS = 32  # points of each cloud
 def screened(problem: Problem, measurement: Measurement, points: Array) -> Screened:
     """Points (n, d) of the unit cube by their misfit, the common factor of all unbalance and the common phase set to
     what suits the data."""
+    return _ranked_by(_aligned, problem, measurement, points)
+
+
+def screened_by_shape(problem: Problem, measurement: Measurement, points: Array) -> Screened:
+    """The same by how much of the data at 1X is no multiple of the response."""
+    return _ranked_by(_of_shape, problem, measurement, points)
+
+
+def _ranked_by(
+    aligned: Callable[[Problem, Measurement, Array], tuple[Array, Array]],
+    problem: Problem,
+    measurement: Measurement,
+    points: Array,
+) -> Screened:
     problem, measurement = as_searched(problem, measurement)
     n_chunk = max(1, MAX_VALUES // measurement.values.size)
-    parts = [
-        _aligned(problem, measurement, points[start : start + n_chunk]) for start in range(0, len(points), n_chunk)
-    ]
+    parts = [aligned(problem, measurement, points[start : start + n_chunk]) for start in range(0, len(points), n_chunk)]
     return ranked(np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts]))
 
 
@@ -96,25 +114,48 @@ def _aligned(problem: Problem, measurement: Measurement, points: Array) -> tuple
     at_1x = [item.is_1x for item in measurement.channels]
     quiet, is_1x = _quiet(measurement), np.broadcast_to(at_1x, measured.shape)[nonzero]
     ratio = log_ratio((np.abs(response) + quiet)[:, nonzero], (np.abs(measured) + quiet)[nonzero])
-    shift = np.zeros(len(points))
-    masses = [index for index, parameter in enumerate(parameters) if parameter.is_unbalance]
-    if masses:  # all by one factor, as far as the limits of each admit
-        factor = np.exp(-np.median(ratio[:, is_1x], axis=1))
-        with np.errstate(divide="ignore"):
-            factor = np.clip(
-                factor,
-                np.max(parameters.lower[masses] / x[:, masses], axis=1),
-                np.min(parameters.upper[masses] / x[:, masses], axis=1),
-            )
-        x[:, masses] *= factor[:, None]
-        shift = np.log(factor)
+    shift = np.log(_scale(problem, x, np.exp(-np.median(ratio[:, is_1x], axis=1))))
     if turning := _turning(problem, measurement):
         with np.errstate(invalid="ignore"):
             aligned = np.conj(response / np.abs(response)) * (measured / np.maximum(np.abs(measured), 1e-300))
-        turn = np.angle((np.nan_to_num(aligned) * (quiet == 0)).sum(axis=(1, 2)))
-        x[:, turning] = (x[:, turning] + turn[:, None] + TURN / 2) % TURN - TURN / 2
+        _turn(x, turning, np.angle((np.nan_to_num(aligned) * (quiet == 0)).sum(axis=(1, 2))))
     ratio[:, is_1x] += shift[:, None]
     return np.clip(parameters.to_cube(x), 0.0, 1.0), mean_log_misfit(ratio)
+
+
+def _of_shape(problem: Problem, measurement: Measurement, points: Array) -> tuple[Array, Array]:
+    """Points (n, d) with the scale and phase that suit the data best, and 1 − MAC (n,)."""
+    x = problem.parameters.to_si(points)
+    at_1x = [item.is_1x for item in measurement.channels]
+    response, measured = measurement.seen(problem.response(x))[..., at_1x], measurement.values[:, at_1x]
+    across = (np.conj(response) * measured).sum(axis=(1, 2))
+    size = np.maximum((np.abs(response) ** 2).sum(axis=(1, 2)), np.finfo(float).tiny)
+    _scale(problem, x, np.maximum(np.abs(across) / size, np.finfo(float).tiny))
+    if turning := _turning(problem, measurement):
+        _turn(x, turning, np.angle(across))
+    misfit = 1 - np.abs(across) ** 2 / (size * np.sum(np.abs(measured) ** 2))
+    return np.clip(problem.parameters.to_cube(x), 0.0, 1.0), np.where(np.isfinite(misfit), misfit, np.inf)
+
+
+def _scale(problem: Problem, x: Array, factor: Array) -> Array:
+    """All unbalance in x (n, d) SI, in place, by one factor (n,) as far as the limits of each admit; the factor that it is."""
+    parameters = problem.parameters
+    masses = [index for index, parameter in enumerate(parameters) if parameter.is_unbalance]
+    if not masses:
+        return np.ones(len(x))
+    with np.errstate(divide="ignore"):
+        factor = np.clip(
+            factor,
+            np.max(parameters.lower[masses] / x[:, masses], axis=1),
+            np.min(parameters.upper[masses] / x[:, masses], axis=1),
+        )
+    x[:, masses] *= factor[:, None]
+    return factor
+
+
+def _turn(x: Array, turning: list[int], angle: Array) -> None:
+    """The angles `turning` in x (n, d) SI, in place, by angles (n,)."""
+    x[:, turning] = (x[:, turning] + angle[:, None] + TURN / 2) % TURN - TURN / 2
 
 
 def _quiet(measurement: Measurement) -> Array:
