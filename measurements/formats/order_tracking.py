@@ -1,6 +1,7 @@
 """Vectors at multiples of the speed of rotation from waveforms and a keyphasor, turn by turn.
 
-The angle θ(t) of the shaft is a cubic spline through the pulses, 2π apart, so that a speed that changes within a turn turns no
+The angle θ(t) of the shaft is a cubic spline through the pulses, 2π apart and evened where the sampling rate rounds their times
+(`pulse_jitter`), so that a speed that changes within a turn turns no
 phase. In windows of whole turns the waveform is fitted, by least squares, by a constant and a harmonic series,
 
     x(t) ≈ a + Σ_h Re(q_h e^{ihθ(t)}).
@@ -24,6 +25,7 @@ from scipy.interpolate import CubicSpline
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.errors import SettingError
 from ksmea.units import TURN
+from measurements.formats.pulse_jitter import evened
 
 ALONG = (1.0, 2.0, 3.0)  # harmonics that are fitted in any case
 SAMPLES_PER_UNKNOWN = 2  # in each window, at least
@@ -81,6 +83,7 @@ def tracked(time: Array, signals: Array, pulses: Array, harmonics: tuple[float, 
             f"keyphasor: expected at least {least} pulses, got {len(pulses)}; check the column, or lower revolutions"
         )
     _require_regular(pulses)
+    pulses = evened(pulses)
     ends = pulses[: (len(pulses) - 1) // revolutions * revolutions + 1 : revolutions]
     starts = np.searchsorted(time, ends)
     counts = np.diff(starts)

@@ -6,6 +6,7 @@ import pytest
 from instrument_files import HALF_HEIGHT, sampled, waveform, written
 from ksmea.errors import SettingError
 from measurements.formats.order_tracking import noise_of, pulse_times, tracked
+from measurements.formats.pulse_jitter import evened
 
 RUN_UP = "speed_rpm,position_m,direction,amplitude_um_0pk,phase_lead_deg"
 
@@ -52,6 +53,39 @@ def test_half_orders_need_whole_windows_and_noise_needs_neighbours():
         pulse_times(time, np.zeros(len(time)))
     with pytest.raises(SettingError, match="expected pulses"):
         pulse_times(time, np.random.default_rng(1).standard_normal(len(time)))
+
+
+def run_up(rate, duration=20.0, first=15.0, last=80.0):
+    """Time, angle and frequency (Hz) of a shaft that speeds up evenly."""
+    time = np.arange(int(rate * duration)) / rate
+    slope = (last - first) / duration
+    return time, 2 * np.pi * (first * time + slope * time**2 / 2), lambda at: first + slope * at
+
+
+def test_the_speed_is_not_that_of_pulses_that_fall_on_samples():
+    """Square pulses, 62 samples in the fastest turn: by themselves they make the speed wrong by more than a hundredth."""
+    time, angle, frequency = run_up(5000.0)
+    pulses = pulse_times(time, (angle % (2 * np.pi) < 0.3).astype(float))
+    response = 1 / (30.0**2 - frequency(time) ** 2 + 2j * 0.03 * 30.0 * frequency(time))
+    found = tracked(time, (response * np.exp(1j * angle)).real[:, None], pulses, (1.0,))
+    middle = found.time + np.pi / found.speed
+    raw, mended = (
+        np.abs(speed / (2 * np.pi * frequency(middle)) - 1) for speed in (2 * np.pi / np.diff(pulses), found.speed)
+    )
+    assert np.max(raw) > 0.01
+    assert np.median(mended) < 5e-4 and np.max(mended) < 3e-3  # the ends of a record have pulses on one side alone
+    expected = 1 / (30.0**2 - frequency(middle) ** 2 + 2j * 0.03 * 30.0 * frequency(middle))
+    assert np.median(np.abs(found.values[:, 0, 0] / expected - 1)) < 0.01
+
+
+def test_pulses_that_are_known_well_are_left_as_they_are():
+    """An acceleration alone is no error: third differences of an even course are next to nothing."""
+    number = np.arange(300.0)
+    even = (-15 + np.sqrt(15**2 + 2 * 3.25 * number)) / 3.25  # s, of 15 Hz and 3.25 Hz/s
+    assert evened(even) is even
+    uneven = even + np.random.default_rng(0).normal(0, 1e-4, 300)
+    assert np.std((evened(uneven) - even)[20:-20]) < 0.5e-4
+    assert np.std((np.diff(evened(uneven)) - np.diff(even))[20:-20]) < 0.1 * np.std(np.diff(uneven) - np.diff(even))
 
 
 def test_a_drifting_gap_does_not_leak_into_1x():
