@@ -22,7 +22,7 @@ from ksmea.model import Model
 @dataclass(frozen=True)
 class Identifiability:
     """What data tell about the unknowns at x (d,), SI, as their whitened sensitivity J (m, d): JᵀJ is the Fisher
-    information. Directions are judged in changes relative to `scale` (d,): the values, or what stands in for a zero."""
+    information. Directions are judged in changes relative to `scale` (d,): the values, or the range of the search for a zero and for an angle."""
 
     x: Array
     whitened: Array
@@ -94,5 +94,7 @@ def identifiability(
     """
     parameters = problem.parameters
     response, slope = Model(problem).linearise(parameters.to_cube(x))
+    has_no_size = (x == 0) | np.array([parameter.is_angle for parameter in parameters])
+    scale = np.where(has_no_size, parameters.width, np.abs(x))
     whitened = whitened_sensitivity(response, slope / parameters.width, noise, Kind(kind), noise_known=noise_known)
-    return Identifiability(x, of_unknowns(whitened, len(parameters)), np.where(x == 0, parameters.width, np.abs(x)))
+    return Identifiability(x, of_unknowns(whitened, len(parameters)), scale)

@@ -42,9 +42,14 @@ class Parameter:
             )
 
     @property
+    def is_angle(self) -> bool:
+        """Whether its unit is one of angles."""
+        return self.unit in SI_PER_UNIT["angle"]
+
+    @property
     def is_full_turn(self) -> bool:
         """Whether it is an angle whose limits hold a turn or more: values a turn apart are the same."""
-        return self.unit in SI_PER_UNIT["angle"] and self.upper - self.lower >= TURN * (1 - 1e-9)
+        return self.is_angle and self.upper - self.lower >= TURN * (1 - 1e-9)
 
     def turned(self, value: float) -> float:
         """The value; of an angle that may be any, the one of its turns that lies between −180° and 180°."""

@@ -12,6 +12,7 @@ from ksmea.arrays import Array
 from ksmea.records.identification import LackOfFit
 from ksmea.records.record import Record
 from ksmea.records.stability import StabilityRecord
+from ksmea.units import SI_PER_UNIT
 
 # The speeds' count, [lowest, highest] of a band in rad/s, a position in m, a factor of the noise, or a kind of data.
 Value = int | float | str | tuple[float, float]
@@ -36,8 +37,13 @@ class Unknown:
 
     @property
     def crlb_pct(self) -> float:
-        """The CRLB in per cent of the value; of a value of 0 there is none (nan)."""
-        return percent(self.crlb_si, self.true)
+        """The CRLB in per cent of the value; where there are none (`base`), nan."""
+        return percent(self.crlb_si, self.base)
+
+    @property
+    def base(self) -> float:
+        """What per cent are of, SI: the value. 0 where there are none: of a value of 0, and of an angle, whose zero is chosen."""
+        return 0.0 if self.unit in SI_PER_UNIT["angle"] else self.true
 
 
 @dataclass(frozen=True)
@@ -57,7 +63,7 @@ class DataDescription:
 
 @dataclass(frozen=True)
 class Direction:
-    """A joint change of the unknowns, relative to their values (to the range of the search for a value of 0)."""
+    """A joint change of the unknowns, relative to their values (to the range of the search for a value of 0 and for an angle)."""
 
     change: tuple[float, ...]  # unit vector (d,)
     crlb: float | None  # of the relative change in that direction; None where not identifiable

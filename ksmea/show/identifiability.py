@@ -41,7 +41,7 @@ def frame(record: IdentifiabilityRecord) -> pd.DataFrame:
     rows = []
     for variation, value, crlbs in _cases(record):
         for parameter, crlb in zip(record.parameters, crlbs):
-            pct = percent(crlb, parameter.true)
+            pct = percent(crlb, parameter.base)
             row = (
                 *(variation, value, parameter.name, parameter.unit),
                 *(parameter.true / parameter.si_per_unit, crlb / parameter.si_per_unit),
@@ -57,9 +57,9 @@ def sentences(record: IdentifiabilityRecord) -> Iterator[str]:
     classes: dict[str, list[str]] = {}
     for parameter in record.parameters:
         half_width = record.sigmas * parameter.crlb_si
-        # a value of 0 has no per cent: it is measured by the limits of its search
+        # a value of 0 and an angle have no per cent: they are measured by the limits of their search
         range_pct = 100 * half_width / (parameter.upper - parameter.lower)
-        measure = record.sigmas * parameter.crlb_pct if parameter.true else range_pct
+        measure = record.sigmas * parameter.crlb_pct if parameter.base else range_pct
         is_known = (
             "you will know"
             if measure <= KNOWN_PCT
@@ -118,7 +118,7 @@ def _known_text(parameter: Unknown, half_width: float, half_width_pct: float) ->
     """For example 'kxx to ± 0.1 MN/m (± 0.21 %)'; the half-width is SI."""
     if half_width_pct > 1000 or not np.isfinite(half_width):
         return f"{parameter.name} (± more than 1000 %)"
-    in_pct = f" (± {two_digits(half_width_pct)} %)" if parameter.true else ""
+    in_pct = f" (± {two_digits(half_width_pct)} %)" if parameter.base else ""
     return f"{parameter.name} to ± {_number(half_width / parameter.si_per_unit)} {parameter.unit}{in_pct}"
 
 
@@ -135,13 +135,13 @@ def _worst_text(record: IdentifiabilityRecord) -> str:
 
 
 def _variations_text(record: IdentifiabilityRecord) -> str:
-    """Half-widths in per cent; for a true value of 0 in its unit. A star marks the data as they are."""
-    units = ["%" if parameter.true else parameter.unit for parameter in record.parameters]
+    """Half-widths in per cent; for a true value of 0 and an angle in its unit. A star marks the data as they are."""
+    units = ["%" if parameter.base else parameter.unit for parameter in record.parameters]
     present = set(_present(record.data))
     lines, before = [], None
     for variation, value, crlbs in _cases(record):
         widths = [
-            record.sigmas * (percent(crlb, parameter.true) if parameter.true else crlb / parameter.si_per_unit)
+            record.sigmas * (percent(crlb, parameter.base) if parameter.base else crlb / parameter.si_per_unit)
             for parameter, crlb in zip(record.parameters, crlbs)
         ]
         first = variation if variation != before else ""

@@ -84,7 +84,7 @@ def _quantity(record: IdentifiabilityRecord) -> str:
 
 def _widths(crlbs: list[Array], record: IdentifiabilityRecord) -> Array:
     """Half-widths (n, d), %, of CRLBs (n, d), SI."""
-    measure = [abs(item.true) or item.upper - item.lower for item in record.parameters]
+    measure = [abs(item.base) or item.upper - item.lower for item in record.parameters]
     widths: Array = 100 * record.sigmas * np.array(crlbs) / measure
     return widths
 
