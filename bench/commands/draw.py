@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.command_line.config import folder_part
+from bench.command_line.file_words import with_quoted_files
 from bench.command_line.messages import USER_ERRORS, one_line
 from bench.command_line.overrides import parse
 from bench.command_line.plugin_words import PLUGINS, register_plugins
@@ -48,7 +49,7 @@ FIGURES = {
 
 def draw(words: list[str]) -> int:
     """Write the files into the folder, and print the critical speeds."""
-    name, settings, values, options, output = _asked(words)
+    name, settings, values, options, output = _asked(with_quoted_files(words))
     folder = Path(output) if output else Path("results") / _folder_name(name, settings)
     if (folder / PLAN_FILE).exists():
         raise SettingError(

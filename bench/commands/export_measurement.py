@@ -6,6 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+from bench.command_line.file_words import with_quoted_files
 from bench.command_line.messages import USER_ERRORS, one_line
 from bench.command_line.overrides import Choice, parse
 from bench.commands.folders import with_option
@@ -32,7 +33,7 @@ def export_measurement(words: list[str]) -> int:
     if wrong := [word for word in others if "=" not in word]:
         raise SettingError(f"export measurement: expected setting=value, got {wrong[0]}")
     try:
-        choices = parse(others)
+        choices = parse(with_quoted_files(others))
     except USER_ERRORS as error:
         raise SettingError(f"export measurement: {one_line(error)}") from error
     values = {choice.key: _value(choice) for choice in choices}

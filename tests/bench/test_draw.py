@@ -28,6 +28,16 @@ def drawing():
     return load_problem("three_disk").draw(speeds=31, modes=4, harmonics=[1.0])
 
 
+def test_files_with_umlauts_and_spaces_are_drawn_and_exported_as_they_are_named(enter, tmp_path):
+    rotor = "mein läufer.yaml"
+    (tmp_path / rotor).write_bytes((ROOT / "docs" / "examples" / "rotor.yaml").read_bytes())
+    given = ("problem=rotor", f"problem.file={rotor}")
+    drawn = enter("draw", *given, *QUICK, "output=Bild µ, 1", output="Bild µ, 1")
+    assert drawn.code == 0 and not drawn.err and (drawn.output / "index.html").is_file()
+    exported = enter("export", "measurement", "--out", "run.csv", *given, "measurement.relative=0.05")
+    assert exported.code == 0 and not exported.err and (tmp_path / "run.csv").is_file()
+
+
 def test_a_drawing_has_figures_numbers_and_one_page(enter):
     ended = enter("draw", "problem=three_disk", "highest_rpm=12000", *QUICK, output="results/draw_three_disk")
     assert ended.code == 0 and not ended.err
