@@ -67,7 +67,7 @@ def run_up(
                 f"{path} line {line}: expected each speed and channel once, got {speed:g} rpm, {Channel(*channel)} again"
                 f" after line {rows.line[there[channel]]}; average them (measurement.repeats=average), or keep one",
                 "repeats",
-                ("average",),
+                ("AVERAGE",),
                 "average",
             )
         there[channel] = index
