@@ -32,7 +32,7 @@ DATA = {
 SEEDS = (1, 2, 3)
 FITTING, DIAGNOSIS, LOCATE = "ksmea.diagnosis.fitting", "ksmea.diagnosis.diagnosis", "ksmea.studies.locate"
 PARTS = {  # by the modules that call them, and names
-    "screening": ((FITTING, "screened"), (FITTING, "scanned"), (FITTING, "screened_at")),
+    "screening": ((FITTING, "screened_both_ways"), (FITTING, "scanned"), (FITTING, "screened_at")),
     "baseline": ((DIAGNOSIS, "fit_baseline"),),
     "fits": ((DIAGNOSIS, "_ranked_trials"),),
     "second effects": ((DIAGNOSIS, "pairs_beside"), (DIAGNOSIS, "alternatives")),

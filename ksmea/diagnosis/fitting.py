@@ -14,7 +14,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import Problem
-from ksmea.diagnosis.screening import scanned, screened, screened_at, screened_by_shape
+from ksmea.diagnosis.screening import scanned, screened_at, screened_both_ways
 from ksmea.difference_likelihood import likelihood_of
 from ksmea.intervals import Estimate, estimate
 from ksmea.likelihood import Likelihood
@@ -122,7 +122,7 @@ def fit_baseline(
     to count its evaluations."""
     n = 2 ** (effort.screening - 1).bit_length()
     points = sobol(n, len(problem.parameters), rng)
-    found, of_shape = screened(problem, measurement, points), screened_by_shape(problem, measurement, points)
+    found, of_shape = screened_both_ways(problem, measurement, points)
     likelihood = likelihood or likelihood_of(Model(problem), measurement)
     apart = [*found.apart(effort.starts, START_DISTANCE).points, *of_shape.apart(OF_SHAPE, START_DISTANCE).points]
     starts = [likelihood.start(u) for u in apart]
@@ -138,8 +138,8 @@ def likely_maxima(likelihood: Likelihood, known: Point, rng: np.random.Generator
     parameters = likelihood.model.problem.parameters
     points = parameters.from_decades(sobol(SCREENED, len(parameters), rng))
     starts: list[Array] = []
-    for screening, count in ((screened, STARTS), (screened_by_shape, OF_SHAPE)):
-        found = screening(likelihood.model.problem, likelihood.measurement, points)
+    both = screened_both_ways(likelihood.model.problem, likelihood.measurement, points)
+    for found, count in zip(both, (STARTS, OF_SHAPE)):
         apart = Screened(parameters.to_decades(found.points), found.misfits).apart(count, START_DISTANCE)
         starts += [likelihood.start(u) for u in parameters.from_decades(apart.points)]
     maxima = best_maxima(likelihood, starts, first_iterations=FIRST_ITERATIONS, survivors=SURVIVORS)

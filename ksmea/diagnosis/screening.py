@@ -13,12 +13,12 @@ data, as a vector, that lies across the response's own (R. J. Allemang, Sound an
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 import scipy
 
-from ksmea.arrays import Array
+from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import Problem
 from ksmea.measurement import Measurement
 from ksmea.parameters import PHASE_ORIGIN
@@ -37,24 +37,35 @@ CLOUD_POINTS = 32  # points of each cloud
 def screened(problem: Problem, measurement: Measurement, points: Array) -> Screened:
     """Points (n, d) of the unit cube by their misfit, the common factor of all unbalance and the common phase set to
     what suits the data."""
-    return _ranked_by(_aligned, problem, measurement, points)
+    [found] = _ranked_by([_by_ratio], problem, measurement, points)
+    return found
 
 
 def screened_by_shape(problem: Problem, measurement: Measurement, points: Array) -> Screened:
     """The same by how much of the data at 1X is no multiple of the response."""
-    return _ranked_by(_of_shape, problem, measurement, points)
+    [found] = _ranked_by([_by_shape], problem, measurement, points)
+    return found
 
 
-def _ranked_by(
-    aligned: Callable[[Problem, Measurement, Array], tuple[Array, Array]],
-    problem: Problem,
-    measurement: Measurement,
-    points: Array,
-) -> Screened:
+def screened_both_ways(problem: Problem, measurement: Measurement, points: Array) -> tuple[Screened, Screened]:
+    """Both, `screened` first, from the same responses."""
+    by_ratio, by_shape = _ranked_by([_by_ratio, _by_shape], problem, measurement, points)
+    return by_ratio, by_shape
+
+
+# Aligns points, given as values (n, d) SI, which it may change, and their responses, with the data: points and misfits.
+Way = Callable[[Problem, Measurement, Array, ComplexArray], tuple[Array, Array]]
+
+
+def _ranked_by(ways: Sequence[Way], problem: Problem, measurement: Measurement, points: Array) -> list[Screened]:
     problem, measurement = as_searched(problem, measurement)
     n_chunk = max(1, MAX_VALUES // measurement.values.size)
-    parts = [aligned(problem, measurement, points[start : start + n_chunk]) for start in range(0, len(points), n_chunk)]
-    return ranked(np.concatenate([part[0] for part in parts]), np.concatenate([part[1] for part in parts]))
+    parts = []
+    for start in range(0, len(points), n_chunk):
+        x = problem.parameters.to_si(points[start : start + n_chunk])
+        response = problem.response(x)
+        parts.append([way(problem, measurement, x.copy(), response) for way in ways])
+    return [ranked(*(np.concatenate(each) for each in zip(*of_way))) for of_way in zip(*parts)]
 
 
 def scanned(
@@ -104,11 +115,8 @@ def scan_values(zero: Array, n_value: int) -> Array:
     return np.asarray(zero + np.sign(reach) * room * np.abs(reach) ** CROWDING)
 
 
-def _aligned(problem: Problem, measurement: Measurement, points: Array) -> tuple[Array, Array]:
+def _by_ratio(problem: Problem, measurement: Measurement, x: Array, response: ComplexArray) -> tuple[Array, Array]:
     """Points (n, d) aligned with the data, and their misfits (n,)."""
-    parameters = problem.parameters
-    x = parameters.to_si(points)
-    response = problem.response(x)
     measured = measurement.values
     nonzero = measured != 0
     at_1x = [item.is_1x for item in measurement.channels]
@@ -120,16 +128,15 @@ def _aligned(problem: Problem, measurement: Measurement, points: Array) -> tuple
             aligned = np.conj(response / np.abs(response)) * (measured / np.maximum(np.abs(measured), 1e-300))
         _turn(x, turning, np.angle((np.nan_to_num(aligned) * (quiet == 0)).sum(axis=(1, 2))))
     ratio[:, is_1x] += shift[:, None]
-    return np.clip(parameters.to_cube(x), 0.0, 1.0), mean_log_misfit(ratio)
+    return np.clip(problem.parameters.to_cube(x), 0.0, 1.0), mean_log_misfit(ratio)
 
 
-def _of_shape(problem: Problem, measurement: Measurement, points: Array) -> tuple[Array, Array]:
+def _by_shape(problem: Problem, measurement: Measurement, x: Array, response: ComplexArray) -> tuple[Array, Array]:
     """Points (n, d) with the scale and phase that suit the data best, and 1 − MAC (n,)."""
-    x = problem.parameters.to_si(points)
     at_1x = [item.is_1x for item in measurement.channels]
-    response, measured = measurement.seen(problem.response(x))[..., at_1x], measurement.values[:, at_1x]
-    across = (np.conj(response) * measured).sum(axis=(1, 2))
-    size = np.maximum((np.abs(response) ** 2).sum(axis=(1, 2)), np.finfo(float).tiny)
+    seen, measured = measurement.seen(response)[..., at_1x], measurement.values[:, at_1x]
+    across = (np.conj(seen) * measured).sum(axis=(1, 2))
+    size = np.maximum((np.abs(seen) ** 2).sum(axis=(1, 2)), np.finfo(float).tiny)
     _scale(problem, x, np.maximum(np.abs(across) / size, np.finfo(float).tiny))
     if turning := _turning(problem, measurement):
         _turn(x, turning, np.angle(across))
