@@ -25,8 +25,11 @@ def streams(seed=0):
 
 
 def numbers_in(thing, seen=None):
-    """Every number that can be reached from an object through attributes, entries and arrays."""
-    seen = set() if seen is None else seen
+    """Every number that can be reached from an object through attributes, entries and arrays.
+
+    What was seen is kept, not its `id` alone: a list made here and freed would lend its `id` to the next one.
+    """
+    seen = {} if seen is None else seen
     if isinstance(thing, (bool, str, bytes, type)) or thing is None or callable(thing):
         return
     if isinstance(thing, (int, float, complex, np.number)):
@@ -34,7 +37,7 @@ def numbers_in(thing, seen=None):
         return
     if id(thing) in seen:
         return
-    seen.add(id(thing))
+    seen[id(thing)] = thing
     if isinstance(thing, np.ndarray):
         for part in (thing.real, thing.imag, np.abs(thing)):
             yield from part.ravel().tolist()
