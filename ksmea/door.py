@@ -262,13 +262,15 @@ def diagnose(
     effects: Sequence[str] = (),
     without: Sequence[str] = (),
     rng: Seed = 0,
+    workers: int = 1,
     **settings: Any,
 ) -> DiagnosisResult:
     """What the model gets wrong about a measurement, which effect explains it, and what the extended model is worth.
 
     `effects` names those that are tried, all that are registered if none is named, and with ["none"] none at all; `without`
     leaves some out. `settings` are
-    those of `study=diagnose`: level, blocks, starts … A diagnosis takes from a second to half a minute.
+    those of `study=diagnose`: level, blocks, starts … A diagnosis takes from a second to a minute, with two `workers`, processes
+    that share it, little more than half of that; what it finds is the same.
 
     >>> import ksmea
     >>> rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5, 1.0])
@@ -282,16 +284,19 @@ def diagnose(
     seen = aligned(problem.problem, data)
     options = DiagnosisOptions(**settings)
     chosen, left_out = library(effects, without, data)
-    record = diagnosis(seen, data, chosen, _generator(rng), options=options, left_out=left_out)
+    record = diagnosis(seen, data, chosen, _generator(rng), options=options, left_out=left_out, workers=workers)
     return DiagnosisResult(record, extended_yaml(problem.name, _own(problem), record, about_extension(record)))
 
 
-def locate(problem: LoadedProblem | Problem, measurement: Data, *, rng: Seed = 0, **settings: Any) -> LocationResult:
+def locate(
+    problem: LoadedProblem | Problem, measurement: Data, *, rng: Seed = 0, workers: int = 1, **settings: Any
+) -> LocationResult:
     """Where something acts that the model lacks, although nobody knows what: at which sites an unknown force, moment or
     reading, free at every speed, explains the data, and what it does there. The unknowns beside it stay true although the
     model is wrong.
 
-    It takes complex data of three channels or more. `settings` are those of `study=locate`: level, positions, kinds …
+    It takes complex data of three channels or more. `settings` are those of `study=locate`: level, positions, kinds … At most
+    `workers` processes share the sites; what is found is the same.
 
     >>> import ksmea
     >>> rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5, 1.0], n_speed=27)
@@ -304,7 +309,7 @@ def locate(problem: LoadedProblem | Problem, measurement: Data, *, rng: Seed = 0
     """
     data = _measurement(measurement)
     seen = aligned(_problem(problem), data)
-    record = location(seen, data, _generator(rng), options=LocationOptions(**settings))
+    record = location(seen, data, _generator(rng), options=LocationOptions(**settings), workers=workers)
     if not isinstance(problem, LoadedProblem):
         return LocationResult(record)
     return LocationResult(record, located_yaml(problem.name, _own(problem), record, about_law(record)))

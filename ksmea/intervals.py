@@ -17,6 +17,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 from scipy.optimize import brentq
@@ -27,6 +28,7 @@ from ksmea.likelihood import Likelihood
 from ksmea.maximisation import Maximised, distinct, maximise
 from ksmea.measurement import Noise
 from ksmea.point import Point
+from ksmea.processes import for_each
 
 REGULAR = 0.05  # the ends of a parabola may miss those of the profile by this part of the half-width
 FAR = 8.0  # rise of the deviance from a known point of a profile to where the next is computed; more is too far away
@@ -165,19 +167,20 @@ def estimate(
     others: Sequence[Point] = (),
     rises: Array | None = None,
     progress: Callable[[], None] = lambda: None,
+    workers: int = 1,
 ) -> Estimate:
     """The intervals of confidence `level` around a maximum of the likelihood and `others` that are known; they belong to the
     highest of these and of any that a profile meets. `rises` (n_maximum, d) of the deviance are those of each maximum and
     unknown; where they are left out, the critical rise.
 
     Without `check`, and where a profile cannot be computed, the information at the maximum is believed, at no further
-    evaluation of the model. `progress` is called at each interval.
+    evaluation of the model. `progress` is called at each interval; processes share them.
     """
     if rises is None:
         rises = np.full((1 + len(others), likelihood.d), critical_rise(likelihood, level, [maximum, *others]))
     intervals = None
     if check:
-        maximum, intervals = checked_intervals(likelihood, [maximum, *others], rises, progress)
+        maximum, intervals = checked_intervals(likelihood, [maximum, *others], rises, progress, workers)
     if intervals is None:
         intervals = [information_interval(likelihood, maximum, index, rise) for index, rise in enumerate(rises[0])]
     parameters = likelihood.model.problem.parameters
@@ -190,7 +193,11 @@ def estimate(
 
 
 def checked_intervals(
-    likelihood: Maximised, maxima: Sequence[Point], rises: Array, progress: Callable[[], None] = lambda: None
+    likelihood: Maximised,
+    maxima: Sequence[Point],
+    rises: Array,
+    progress: Callable[[], None] = lambda: None,
+    workers: int = 1,
 ) -> tuple[Point, list[Interval] | None]:
     """The best of some maxima and the intervals in the unit cube, in which the deviance of each unknown rises by less than `rises`
     (n_maximum, d); none where profile after profile finds a higher one, so uneven is the likelihood, or one cannot be computed.
@@ -199,12 +206,9 @@ def checked_intervals(
         best = distinct(likelihood, maxima)
         rises = np.array([next(rise for rise, point in zip(rises, maxima) if point is one) for one in best])
         maxima = best
+        of_unknown = partial(_joined, likelihood, maxima, rises)
         try:
-            intervals = []
-            for index in range(likelihood.d):
-                intervals.append(_joined(likelihood, maxima, index, rises[:, index]))
-                progress()
-            return maxima[0], intervals
+            return maxima[0], for_each(of_unknown, range(likelihood.d), workers, progress=progress)
         except _BetterMaximum as found:
             maxima = [maximise(likelihood, found.point.theta), *maxima]
             rises = np.vstack([rises.max(axis=0), rises])
@@ -213,12 +217,13 @@ def checked_intervals(
     return maxima[0], None
 
 
-def _joined(likelihood: Maximised, maxima: Sequence[Point], index: int, rises: Array) -> Interval:
-    """The interval of one unknown in the unit cube around the best of some maxima, best first, and all that are likely enough."""
+def _joined(likelihood: Maximised, maxima: Sequence[Point], rises: Array, index: int) -> Interval:
+    """The interval of one unknown in the unit cube around the best of some maxima, best first, and all that are likely enough:
+    in which the deviance rises by less than those (n_maximum, d)."""
     lowest = maxima[0].deviance
     best, *others = (
         _checked(likelihood, point, index, float(rise), lowest)
-        for point, rise in zip(maxima, rises)
+        for point, rise in zip(maxima, rises[:, index])
         if point.deviance - lowest < rise
     )
     beyond = [other for other in others if other.low < best.low or other.high > best.high]

@@ -27,13 +27,14 @@ def execute(
     with_curves: bool = False,
     with_progress: bool = False,
     plugins: Mapping[str, Mapping[str, str]] = NO_FILES,
+    workers: int = 1,
 ) -> dict[str, Any]:
     """The record of a run; an error inside it is a record too, with its traceback.
 
     `with_curves` adds the response curves that figures are made of, `with_progress` lets it show its own. With a
     journal, model evaluations that an earlier attempt finished are replayed from it. Generators that the process shares are
     seeded by the run and restored after it, so that a plugin that draws from them depends on nothing that ran before.
-    `plugins` are plain files of plugins with the digests that they are planned with.
+    `plugins` are plain files of plugins with the digests that they are planned with. At most `workers` processes share the run.
     """
     started = time.perf_counter()
     try:
@@ -48,7 +49,7 @@ def execute(
             for plugin in filter(None, setup.plugins.values()):
                 for each in (plugin, *plugin.parts):
                     seeded.enter_context(each.seeded(int(shared.integers(2**32))))
-            record = study.run(setup, Draw(seeds, journal, with_curves, with_progress))
+            record = study.run(setup, Draw(seeds, journal, with_curves, with_progress, workers))
     except (Exception, SystemExit) as error:  # a plugin that calls sys.exit costs its own run only
         record = FailedRun("error", f"{type(error).__name__}: {error}", traceback.format_exc()).to_data()
     return {**record, "elapsed": time.perf_counter() - started}

@@ -57,14 +57,15 @@ def work(job: Job) -> None:
         claims = Claims(job.output, presence)
         if claims.are_done():
             return
-        n_worker = min(job.workers or available_cores(), len(claims.todo))
+        n_core = job.workers or available_cores()
+        n_worker = min(n_core, len(claims.todo))
         with (
             RecordWriter(job.output, presence.number, plan) as writer,
             experiment_log(job.output, plan.name, presence.number) as log,
         ):
             told = len(claims.todo), n_worker, plan.commit, platform_name()
             log.info("%d runs to do with %d workers, commit %s, on %s", *told)
-            queue = _Queue(plan, job, claims, presence, n_worker)
+            queue = _Queue(plan, job, claims, presence, n_worker, n_core // n_worker)
             with progress_bar(plan.name, len(claims.todo)) as bar, queue:
                 preload = own_modules(plan)
                 tasks = queue.tasks()
@@ -86,8 +87,9 @@ def work(job: Job) -> None:
 class _Queue:
     """The runs that this job has claimed and not started; what it holds at the end of the context is free again."""
 
-    def __init__(self, plan: Plan, job: Job, claims: Claims, presence: Presence, n_worker: int) -> None:
-        self._plan, self._job, self._claims, self._presence, self._n_worker = plan, job, claims, presence, n_worker
+    def __init__(self, plan: Plan, job: Job, claims: Claims, presence: Presence, n_worker: int, n_per_run: int) -> None:
+        self._plan, self._job, self._claims, self._presence = plan, job, claims, presence
+        self._n_worker, self._n_per_run = n_worker, n_per_run
         self._runs = {run.key: run for run in plan.runs}
         self._plugins = planned_plugins(plan)
         self._waiting: deque[str] = deque()
@@ -111,7 +113,7 @@ class _Queue:
                     yield None
             run = self._runs[self._waiting.popleft()]
             shows_itself = len(self._claims.todo) == 1 and not is_quiet()
-            yield run, (*_arguments(self._plan, run, self._job), shows_itself, self._plugins)
+            yield run, (*_arguments(self._plan, run, self._job), shows_itself, self._plugins, self._n_per_run)
 
     def _claim(self) -> bool:
         """Claim more runs; whether there were any."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import time
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -17,6 +16,7 @@ from ksmea.diagnosis.fitting import fit_from_values
 from ksmea.diagnosis.trials import candidates, candidates_and_left_out, none_located
 from ksmea.errors import SettingError
 from ksmea.measurement import Measurement
+from ksmea.processes import cpu_seconds
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.record import Record
 from ksmea.settings import setting
@@ -61,7 +61,7 @@ class Diagnose(DiagnosisOptions, Study):
             )
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
-        started = time.process_time()
+        started = cpu_seconds()
         measurement = setup.measure(draw)
         effects, left_out = library(self.effects, self.without, measurement)
         n_candidate = len(candidates(setup.problem, effects))
@@ -80,12 +80,13 @@ class Diagnose(DiagnosisOptions, Study):
                 details=not setup.truth,  # made data are not misread
                 fine=draw.with_curves,
                 progress=progress,
+                workers=draw.workers,
             )
         found = dataclasses.replace(
             found,
             hidden=setup.hidden(draw),
             hidden_deviance_drop=_hidden_deviance_drop(setup, draw, measurement, found),
-            seconds=time.process_time() - started,
+            seconds=cpu_seconds() - started,
         )
         return {"status": "done", **found.to_data()}
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import dataclasses
-import time
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
@@ -15,6 +14,7 @@ from bench.plan.study import Study
 from ksmea import registry
 from ksmea.contracts import AnyEffect
 from ksmea.diagnosis.location import require_enough
+from ksmea.processes import cpu_seconds
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record
 from ksmea.studies.locate import LOCAL_FORCE, LocationOptions, location
@@ -37,7 +37,7 @@ class Locate(LocationOptions, Study):
         require_enough(setup.problem, setup.source.kind)
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
-        started = time.process_time()
+        started = cpu_seconds()
         with progress_of(draw, "location") as progress:
             found = location(
                 setup.problem,
@@ -45,6 +45,7 @@ class Locate(LocationOptions, Study):
                 generator(draw.seeds["diagnosis"]),
                 options=self,
                 progress=progress,
+                workers=draw.workers,
             )
-        found = dataclasses.replace(found, hidden=setup.hidden(draw), seconds=time.process_time() - started)
+        found = dataclasses.replace(found, hidden=setup.hidden(draw), seconds=cpu_seconds() - started)
         return {"status": "done", **found.to_data()}

@@ -28,6 +28,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import scipy
@@ -39,6 +40,7 @@ from ksmea.diagnosis.stable_fits import settled_stable
 from ksmea.fisher import UNKNOWABLE
 from ksmea.intervals import Estimate, Interval
 from ksmea.kind import amplitude_sensitivity
+from ksmea.processes import for_each
 from ksmea.units import TURN
 
 MAX_AVERAGED = 8  # explanations that are averaged, the best ones: each costs its intervals
@@ -67,20 +69,24 @@ def averaged(
     d: int,
     level: float,
     progress: Callable[[], None] = lambda: None,
+    workers: int = 1,
 ) -> Averaged:
     """The average over explanations, best first, of which the first has the fit and the estimate given; d unknowns are those of
-    the baseline model. `progress` is called at each interval."""
+    the baseline model. `progress` is called at each explanation; processes share them."""
     members = tuple(explanations[:MAX_AVERAGED])
-    settled = [(best, estimated), *(settled_stable(each.fit, level, progress) for each in members[1:])]
+    others = [member.fit for member in members[1:]]
+    known = [thing for fit in others for thing in (fit.problem, fit.likelihood, fit.likelihood.measurement)]
+    settled = [(best, estimated)]
+    settled += for_each(partial(settled_stable, level=level), others, workers, known=known, progress=progress)
     weights = akaike_weights(
         np.array([fit.deviance for fit, _ in settled]),
         np.array([fit.likelihood.d for fit, _ in settled]),
-        [each.names for each in members],
+        [member.names for member in members],
     )
     z = float(scipy.stats.norm.isf((1 - level) / 2))
-    x = np.array([each.x[:d] for _, each in settled])  # (n_member, d)
-    low = np.array([[interval.low for interval in each.intervals[:d]] for _, each in settled])
-    high = np.array([[interval.high for interval in each.intervals[:d]] for _, each in settled])
+    x = np.array([estimate.x[:d] for _, estimate in settled])  # (n_member, d)
+    low = np.array([[interval.low for interval in estimate.intervals[:d]] for _, estimate in settled])
+    high = np.array([[interval.high for interval in estimate.intervals[:d]] for _, estimate in settled])
     turning = np.array([item.is_full_turn for item in best.problem.parameters.items[:d]])
     turns = np.where(turning, TURN * np.rint((x - x[0]) / TURN), 0.0)
     centres = x - turns
@@ -106,7 +112,7 @@ def akaike_weights(deviance: Array, n_unknown: Array, names: Sequence[tuple[str,
     array([0.5 , 0.25, 0.25])
     """
     criterion = deviance + 2 * n_unknown
-    shared = np.array([names.count(each) for each in names])
+    shared = np.array([names.count(own) for own in names])
     weights = np.exp(-(criterion - np.min(criterion)) / 2) / shared
     return np.asarray(weights / np.sum(weights))
 

@@ -26,6 +26,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import partial
 
 import numpy as np
 
@@ -56,6 +57,7 @@ from ksmea.intervals import LOWER, Estimate
 from ksmea.maximisation import maximise
 from ksmea.measurement import Measurement
 from ksmea.nearest_maximum import with_best_noise
+from ksmea.processes import for_each
 
 MAX_TESTED = 3  # of the best pairs, those that are asked whether they leave noise behind
 NEARBY = 100.0  # deviance drop of the best trial up to which scans find nothing better than fits from nearby
@@ -153,39 +155,39 @@ def _diagnosed(
     problem, measurement = baseline.best.problem, baseline.best.likelihood.measurement
     half = level / 2
     baseline, quality, trials = _ranked_trials(baseline, found, half, rng, effort, progress)
-    baseline_fit, baseline_estimate = settled(baseline.best, interval_level, progress)
+    baseline_fit, baseline_estimate = settled(baseline.best, interval_level, progress, effort.workers)
     if baseline_fit.deviance < baseline.best.deviance - LOWER:
         moved = BaselineFits(baseline_fit, (baseline.best, *baseline.others), baseline.screened)
         baseline, quality, trials = _ranked_trials(moved, found, half, rng, effort, progress)
-        baseline_fit, baseline_estimate = settled(baseline.best, interval_level, progress)
+        baseline_fit, baseline_estimate = settled(baseline.best, interval_level, progress, effort.workers)
     significant = _significant(trials, half)
     first = next(iter(significant), None)
     cosines: Cosines = {}
     if first is not None:
-        cosines = cosines_with(first, trials)
-        trials = tested(first, trials, cosines, baseline.best, progress)
+        cosines = cosines_with(first, trials, effort.workers)
+        trials = tested(first, trials, cosines, baseline.best, progress, effort.workers)
         significant = _significant(trials, half)
     lead = significant[0] if significant else None
     if lead is not None and lead is not first:
-        cosines = cosines_with(lead, trials)
+        cosines = cosines_with(lead, trials, effort.workers)
     explained = (
         None if lead is None else _explained(significant, trials, baseline, measurement, half, effort, rng, progress)
     )
     if explained is not None and (better := _each_alone(explained.best, trials, baseline.best)):
         trials, significant = better, _significant(better, half)
         lead = significant[0]
-        cosines = cosines_with(lead, trials)
+        cosines = cosines_with(lead, trials, effort.workers)
         explained = _explained(significant, trials, baseline, measurement, half, effort, rng, progress)
     best = best_estimate = best_quality = None
     if explained is not None:
-        best, best_estimate = settled_stable(explained.best.fit, interval_level, progress)
+        best, best_estimate = settled_stable(explained.best.fit, interval_level, progress, effort.workers)
         best_quality = explained.quality
         if best.deviance < explained.best.fit.deviance - LOWER:
             best_quality = fit_quality(best, rng)
-    detectable = {
-        name: (trial.location, tuple(smallest_detectable(baseline_fit, trial.candidate, half / len(found))))
-        for name, trial in best_by_name(trials).items()
-    }
+    by_name = best_by_name(trials)
+    smallest = partial(smallest_detectable, baseline_fit, level=half / len(found))
+    sizes = for_each(smallest, [trial.candidate for trial in by_name.values()], effort.workers)
+    detectable = {name: (trial.location, tuple(size)) for (name, trial), size in zip(by_name.items(), sizes)}
     verdict = _verdict(quality.p < half, best_quality, explained, half, detectable)
     accepted = explained.near if explained is not None and verdict in ("named", "ambiguous") else ()
     named = tuple(candidate.name for candidate in accepted[0].applied) if accepted else ()
@@ -195,7 +197,7 @@ def _diagnosed(
         ambiguity_group=tuple(dict.fromkeys([*named, *(name for each in accepted for name in each.names)])),
         locations=tuple(each.location for each in accepted if each.names == accepted[0].names),
         explanations=accepted,
-        averaged=_averaged(accepted, best, best_estimate, len(problem.parameters), interval_level, progress)
+        averaged=_averaged(accepted, best, best_estimate, len(problem.parameters), interval_level, progress, effort)
         if effort.average
         else None,
         baseline=baseline_fit,
@@ -207,7 +209,9 @@ def _diagnosed(
         best_estimate=best_estimate,
         best_quality=best_quality,
         predictive_gain=None if best is None else predictive_gain(baseline_fit, best, n_block, progress),
-        split=_split(accepted, len(problem.parameters), progress) if effort.split and verdict == "ambiguous" else None,
+        split=_split(accepted, len(problem.parameters), progress, effort)
+        if effort.split and verdict == "ambiguous"
+        else None,
         collinearity={} if lead is None else collinearities(lead, trials, cosines),
         detectable=detectable,
         level=level,
@@ -226,7 +230,7 @@ def _ranked_trials(
     a trial shows that the baseline model fits better elsewhere, all is done again from there, before costly scans if it can."""
     problem, measurement = baseline.best.problem, baseline.best.likelihood.measurement
     quality = fit_quality(baseline.best, rng)
-    trials = fitted(problem, measurement, baseline.best, found, progress)
+    trials = fitted(problem, measurement, baseline.best, found, progress, workers=effort.workers)
     if quality.p >= level and not _significant(trials, level):
         return baseline, quality, trials
     better = _baseline_from(trials, baseline)
@@ -379,13 +383,16 @@ def _averaged(
     d: int,
     level: float,
     progress: Callable[[], None],
+    effort: Effort,
 ) -> Averaged | None:
     """The average over several explanations, at all their locations."""
     if best is None or estimated is None or len(explanations) < 2:
         return None
-    return averaged(explanations, best, estimated, d, level, progress)
+    return averaged(explanations, best, estimated, d, level, progress, effort.workers)
 
 
-def _split(explanations: Sequence[Explanation], d: int, progress: Callable[[], None]) -> Split | None:
+def _split(explanations: Sequence[Explanation], d: int, progress: Callable[[], None], effort: Effort) -> Split | None:
     """What would tell explanations apart, each at its best location."""
-    return best_split({each.label: each.fit for each in best_of_names(explanations)[:MAX_SPLIT]}, d, progress)
+    return best_split(
+        {each.label: each.fit for each in best_of_names(explanations)[:MAX_SPLIT]}, d, progress, effort.workers
+    )

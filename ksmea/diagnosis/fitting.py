@@ -59,6 +59,7 @@ class Effort:
     pairs: int = 18  # pairs of effects that are fitted to the end, and at most as many that are scanned
     average: bool = True  # unknowns and responses over several explanations
     split: bool = True  # several explanations by a further measurement, which is sought
+    workers: int = 1  # processes that share the work; what is found is the same with any number
 
     @property
     def of_first_scans(self) -> Effort:
@@ -166,11 +167,13 @@ def _polished(likelihood: Likelihood, point: Point) -> Point:
     return with_best_noise(likelihood, maximise(likelihood, point.theta))
 
 
-def settled(fit: Fit, level: float, progress: Callable[[], None] = lambda: None) -> tuple[Fit, Estimate]:
+def settled(
+    fit: Fit, level: float, progress: Callable[[], None] = lambda: None, workers: int = 1
+) -> tuple[Fit, Estimate]:
     """A polished fit with intervals of confidence `level`: both belong to the highest maximum that profiles around it
-    meet. `progress` is called at each interval."""
+    meet. `progress` is called at each interval; processes share them."""
     fit = polished(fit)
-    estimated = estimate(fit.likelihood, fit.point, level=level, progress=progress)
+    estimated = estimate(fit.likelihood, fit.point, level=level, progress=progress, workers=workers)
     return Fit(fit.problem, fit.likelihood, estimated.point), estimated
 
 

@@ -17,6 +17,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy.optimize import least_squares
@@ -36,6 +37,7 @@ from ksmea.kind import Kind
 from ksmea.load import LOADS
 from ksmea.maximisation import best_maxima, is_in_valley
 from ksmea.measurement import Measurement, Noise
+from ksmea.processes import for_each
 from ksmea.screening import sobol
 
 FIRST_FLOOR = 0.1  # of the median of all values: the noise's floor in the first weights, relative to its relative part
@@ -86,10 +88,11 @@ def locate(
     level: float = 0.01,
     n_start: int = 4,
     progress: Callable[[], None] = lambda: None,
+    workers: int = 1,
 ) -> Location:
     """What is tried at each position (m; the problem's sites if none are given), or reading plane, for each kind, and
     which of it is not rejected at `level`. Where nothing is accepted anywhere, force and moment together are tried, and forces
-    at two positions, if the channels are enough.
+    at two positions, if the channels are enough. Processes share the sites.
 
     Raises `SettingError` where the data are too few for anything to be left once it is eliminated.
     """
@@ -97,16 +100,16 @@ def locate(
     along = problem.sites if not len(positions) else np.asarray(positions, dtype=float)
 
     def fitted(tried: Sequence[Unmodelled]) -> list[SiteFit]:
-        return _fits(problem, measurement, tried, rng, n_start, progress)
+        return _fits(problem, measurement, tried, rng, n_start, progress, workers)
 
     fits = fitted([Unmodelled(), *candidates(problem, kinds, along)])
-    found = _tested(fits, measurement, level, rng)
+    found = _tested(fits, measurement, level, rng, workers)
     if found.accepted or not set(LOADS) <= set(kinds):
         return found
     more = fitted(candidates(problem, (LATERAL,), along))
     if len(along) > 1 and leaves_enough(problem, 2 * len(DIRECTIONS)):
         more += fitted_pairs(np.sort(along), fitted)
-    return _tested([*fits, *more], measurement, level, rng) if more else found
+    return _tested([*fits, *more], measurement, level, rng, workers) if more else found
 
 
 def require_enough(problem: Problem, kind: str) -> None:
@@ -152,18 +155,28 @@ def candidates(problem: Problem, kinds: Sequence[str], positions: Array) -> list
         for kind in kinds
         for position in (planes if kind == READING else positions.tolist())
     ]
-    return [each for each in found if len(each.named_columns(problem)) < len(problem.channels)]
+    return [unmodelled for unmodelled in found if len(unmodelled.named_columns(problem)) < len(problem.channels)]
 
 
-def _tested(fits: Sequence[SiteFit], measurement: Measurement, level: float, rng: np.random.Generator) -> Location:
+def _tested(
+    fits: Sequence[SiteFit], measurement: Measurement, level: float, rng: np.random.Generator, workers: int
+) -> Location:
     """Fits, the plain one first, with the noise of the one that needs least of it."""
     for _ in range(REWEIGHTINGS):
         reference = min(fits, key=lambda fit: fit.point.excess)
         noise = _noise(measurement, reference)
-        fits = [_reweighted(fit, noise, reference) for fit in fits]
-    fits = [_settled(fit) for fit in fits]
-    qualities = site_qualities([fit.point for fit in fits], measurement, level, rng)
+        fits = _each_site(partial(_reweighted, noise=noise, reference=reference), fits, workers)
+    fits = _each_site(_settled, fits, workers)
+    qualities = site_qualities([fit.point for fit in fits], measurement, level, rng, workers)
     return Location(tuple(fits[1:]), tuple(qualities[1:]), fits[0], qualities[0], noise, level)
+
+
+def _each_site(function: Callable[[SiteFit], SiteFit], fits: Sequence[SiteFit], workers: int) -> list[SiteFit]:
+    """What a function makes of each fit; processes share them."""
+    known = [
+        thing for fit in fits for thing in (fit, fit.likelihood, fit.likelihood.problem, fit.likelihood.measurement)
+    ]
+    return for_each(function, fits, workers, known=known)
 
 
 def _fits(
@@ -173,18 +186,22 @@ def _fits(
     rng: np.random.Generator,
     n_start: int,
     progress: Callable[[], None],
+    workers: int,
 ) -> list[SiteFit]:
     """Each fitted with weights from the data, from starts all over the box and from the best that others found."""
     magnitude = np.abs(measurement.values)
     sd = np.hypot(magnitude, FIRST_FLOOR * np.median(magnitude))
-    fits = []
-    for each in tried:
-        likelihood = ProjectedLikelihood(problem, measurement, each, sd)
-        fits.append(_best(likelihood, _starts(problem, measurement, each, rng, n_start)))
-        progress()
+    likelihoods = [ProjectedLikelihood(problem, measurement, unmodelled, sd) for unmodelled in tried]
+    starts = [_starts(problem, measurement, unmodelled, rng, n_start) for unmodelled in tried]
+
+    def fitted(index: int) -> SiteFit:
+        return _best(likelihoods[index], starts[index])
+
+    known = [problem, measurement, *likelihoods]
+    fits = for_each(fitted, range(len(tried)), workers, known=known, progress=progress)
     for _ in range(SHARINGS):
         shared = [fit.point.theta for fit in sorted(fits, key=lambda fit: fit.point.excess)[:SHARED]]
-        fits = [_searched_from(fit, shared) for fit in fits]
+        fits = _each_site(partial(_searched_from, starts=shared), fits, workers)
         progress()
     return fits
 
@@ -193,7 +210,7 @@ def _searched_from(fit: SiteFit, starts: Sequence[Array], ceiling: float = np.in
     """The better of a fit and one from those starts that are not taken to lie in its valley."""
     others = [theta for theta in starts if not is_in_valley(fit.likelihood, fit.point, theta)]
     fits = [fit, *([_best(fit.likelihood, others, ceiling)] if others else [])]
-    return min(fits, key=lambda each: each.point.deviance)
+    return min(fits, key=lambda found: found.point.deviance)
 
 
 def _starts(

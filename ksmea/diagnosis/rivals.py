@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 
@@ -17,10 +18,11 @@ from ksmea.diagnosis.explanations import NEAR, Explanation
 from ksmea.diagnosis.fitting import Fit, start_nearby, without_effects
 from ksmea.diagnosis.observability import collinearity
 from ksmea.diagnosis.stable_fits import stable_fit
-from ksmea.diagnosis.trials import Trial, ranked, trial_of
+from ksmea.diagnosis.trials import Trial, ranked, shared_searches, trial_of
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import maximise
 from ksmea.model import Model
+from ksmea.processes import for_each
 
 EXPECTED_GAIN = 0.1  # of the deviance, below which a fit to a prediction is at its end
 MAX_ITERATIONS = 50  # of such a fit
@@ -29,10 +31,11 @@ MAX_ITERATIONS = 50  # of such a fit
 Cosines = Mapping[tuple[str, str], float]  # by effect and location
 
 
-def cosines_with(lead: Trial, trials: Sequence[Trial]) -> Cosines:
-    """Collinearity of all candidates of other effects with the best one, by sensitivities."""
+def cosines_with(lead: Trial, trials: Sequence[Trial], workers: int = 1) -> Cosines:
+    """Collinearity of all candidates of other effects with the best one, by sensitivities; processes share them."""
     others = [trial for trial in trials if trial.name != lead.name]
-    return {(trial.name, trial.location): collinearity(lead, trial.candidate) for trial in others}
+    found = for_each(partial(collinearity, lead), [trial.candidate for trial in others], workers)
+    return {(trial.name, trial.location): cosine for trial, cosine in zip(others, found)}
 
 
 def collinearities(lead: Trial, trials: Sequence[Trial], cosines: Cosines) -> dict[str, float]:
@@ -50,15 +53,15 @@ def tested(
     cosines: Cosines,
     baseline: Fit,
     progress: Callable[[], None],
+    workers: int = 1,
 ) -> list[Trial]:
     """The trials, those again whose collinearity with the best one promises a better fit than they have, highest ΔBIC
-    first. `progress` is called at each trial."""
-    found = []
-    for trial in trials:
-        promises = _promises(trial, lead, cosines)
-        found.append(_led(trial, lead, baseline, len(trials)) if promises else trial)
-        progress()
-    return ranked(found)
+    first. `progress` is called at each trial; processes share them."""
+
+    def again(trial: Trial) -> Trial:
+        return _led(trial, lead, baseline, len(trials)) if _promises(trial, lead, cosines) else trial
+
+    return ranked(shared_searches(again, trials, lead.fit.likelihood.measurement, workers, progress))
 
 
 def _promises(trial: Trial, lead: Trial, cosines: Cosines) -> bool:

@@ -19,13 +19,14 @@ p of a second effect is corrected for the number of all pairs that were tried.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
 from ksmea.diagnosis.explanations import NEAR, Explanation, ranked_explanations
 from ksmea.diagnosis.fitting import TRIAL_ITERATIONS, BaselineFits, Effort, Fit, finished
 from ksmea.diagnosis.screening import screened
-from ksmea.diagnosis.trials import Candidate, Trial, best_by_name, fitted, searched, trial_of
+from ksmea.diagnosis.trials import Candidate, Trial, best_by_name, fitted, searched, shared_searches, trial_of
 from ksmea.measurement import Measurement
 
 PER_SCANNED = 4  # points that are screened with the first effect for each that is scanned
@@ -52,7 +53,9 @@ def pairs_beside(
         quick = _quick(first, others, measurement, effort, progress, n_candidate, limit)
         to_scan = [second for second in quick if is_scanned and second.candidate.effect.is_scanned][:n_kept]
         scans = _scans(first, to_scan, baseline, measurement, effort, progress, n_candidate) if to_scan else []
-        found += [(first, _ended(first, second, n_candidate)) for second in (*quick[:n_kept], *scans)]
+        ended = partial(_ended, first, n_candidate)
+        seconds = shared_searches(ended, (*quick[:n_kept], *scans), measurement, effort.workers)
+        found += [(first, second) for second in seconds]
     return ranked_explanations(Explanation.of_pair(*pair) for pair in found)
 
 
@@ -87,7 +90,7 @@ def alternatives(
         kept = [candidate for candidate in best.applied if candidate != first.candidate]
         for second in _quick(first, kept, measurement, effort, progress, n_candidate):
             if second.fit.deviance < best.fit.deviance + PROMISING:
-                found.append(Explanation.of_pair(first, _ended(first, second, n_candidate)))
+                found.append(Explanation.of_pair(first, _ended(first, n_candidate, second)))
     return found
 
 
@@ -103,7 +106,8 @@ def _quick(
     """Second effects beside a first one, fitted for a few iterations; with a limit of the deviance, those that come below it, as
     long as they may."""
     iterations = effort.first_iterations if np.isinf(limit) else TRIAL_ITERATIONS
-    return fitted(first.fit.problem, measurement, first.fit, candidates, progress, n_candidate, iterations, limit)
+    problem, workers = first.fit.problem, effort.workers
+    return fitted(problem, measurement, first.fit, candidates, progress, n_candidate, iterations, limit, workers)
 
 
 def _scans(
@@ -115,15 +119,16 @@ def _scans(
     progress: Callable[[], None],
     n_candidate: int,
 ) -> list[Trial]:
-    around, found = _around(first.fit, baseline, measurement, effort), []
-    for second in to_scan:
+    around = _around(first.fit, baseline, measurement, effort)
+
+    def scanned(second: Trial) -> Trial:
         ceiling = second.fit.deviance + PROMISING
-        found.append(searched(second, measurement, around, effort, n_candidate, ceiling=ceiling))
-        progress()
-    return found
+        return searched(second, measurement, around, effort, n_candidate, ceiling=ceiling)
+
+    return shared_searches(scanned, to_scan, measurement, effort.workers, progress)
 
 
-def _ended(first: Trial, second: Trial, n_candidate: int) -> Trial:
+def _ended(first: Trial, n_candidate: int, second: Trial) -> Trial:
     """A second effect's trial, its fit gone on with to its end."""
     return trial_of(second.candidate, finished(second.fit), first.fit, n_candidate)
 

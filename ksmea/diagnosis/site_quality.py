@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -20,6 +21,7 @@ from ksmea.diagnosis.fit_quality import STATISTICS, as_complex, residual_statist
 from ksmea.diagnosis.unknown_force import ProjectedPoint, without
 from ksmea.fisher import span
 from ksmea.measurement import Measurement
+from ksmea.processes import for_each
 
 N_SIMULATED = 2000
 SIZE = "noise that other sites do not need"
@@ -35,13 +37,15 @@ class SiteQuality:
 
 
 def site_qualities(
-    points: Sequence[ProjectedPoint], measurement: Measurement, level: float, rng: np.random.Generator
+    points: Sequence[ProjectedPoint], measurement: Measurement, level: float, rng: np.random.Generator, workers: int = 1
 ) -> list[SiteQuality]:
-    """The test of each site, by the same simulated noise for all of them."""
+    """The test of each site, by the same simulated noise for all of them; processes share the sites."""
     n_value = measurement.values.size * measurement.dimensions
     noise = as_complex(rng.standard_normal((N_SIMULATED, n_value)), measurement.values.shape)
-    sampled = [_sampled(point, measurement, np.moveaxis(noise, 0, -1)) for point in points]
-    statistics = np.stack(sampled)  # (n_site, 1 + n_simulated, n_statistic), the data's own first
+    sampled = partial(_sampled, measurement=measurement, noise=np.moveaxis(noise, 0, -1))
+    statistics = np.stack(
+        for_each(sampled, points, workers)
+    )  # (n_site, 1 + n_simulated, n_statistic), the data's own first
     if measurement.noise is not None:
         return _tested(statistics, STATISTICS)
     size = np.log(statistics[:, :, -1] / np.array([[point.n_left] for point in points]))
@@ -62,7 +66,7 @@ def _sampled(point: ProjectedPoint, measurement: Measurement, noise: ComplexArra
     real = measurement.kind.real_parts(left.reshape(len(left), -1), axis=1)
     tangent = span(point.whitened)
     simulated = as_complex(real - (real @ tangent) @ tangent.T, point.residual.shape)
-    both = [residual_statistics(each, measurement.rows, scale_free=False) for each in (point.residual[None], simulated)]
+    both = [residual_statistics(left, measurement.rows, scale_free=False) for left in (point.residual[None], simulated)]
     return np.concatenate(both)
 
 

@@ -13,6 +13,7 @@ import dataclasses
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -28,6 +29,7 @@ from ksmea.likelihood import Likelihood
 from ksmea.maximisation import maximise
 from ksmea.measurement import Layout, Measurement, Noise
 from ksmea.model import Model
+from ksmea.processes import for_each
 from ksmea.trial_weights import trial_weights
 from ksmea.units import RPM
 
@@ -74,10 +76,12 @@ class Split:
         return tuple(pair for pair in self.pairs if pair.then < ENOUGH)
 
 
-def best_split(explanations: Mapping[str, Fit], d: int, progress: Callable[[], None] = lambda: None) -> Split | None:
+def best_split(
+    explanations: Mapping[str, Fit], d: int, progress: Callable[[], None] = lambda: None, workers: int = 1
+) -> Split | None:
     """The further measurement of least effort that tells all fitted explanations, by name, apart, or the one that comes
     nearest to it; None where none tells any two apart. The unknowns behind the first d are those of effects. `progress` is called
-    at each candidate."""
+    at each candidate; processes share them."""
     names, first = tuple(explanations), next(iter(explanations.values()))
     fits = [_with_other_signs(fit, d) for fit in explanations.values()]
     pairs = list(itertools.combinations(range(len(fits)), 2))
@@ -89,9 +93,9 @@ def best_split(explanations: Mapping[str, Fit], d: int, progress: Callable[[], N
             candidates.append((further, _Seen.of(fits, further.layout)))
             progress()
         candidates.sort(key=lambda candidate: _merit(candidate[1].linear_separations(pairs)), reverse=True)
-        for further, seen in candidates[:N_REFITTED]:
-            then = seen.separations(pairs)
-            progress()
+        refitted = [seen for _, seen in candidates[:N_REFITTED]]
+        separations = for_each(partial(_Seen.separations, pairs=pairs), refitted, workers, progress=progress)
+        for (further, _), then in zip(candidates, separations):
             if _merit(then) > _merit(best_then):
                 best, best_then = further, then
         if np.all(best_then >= ENOUGH):

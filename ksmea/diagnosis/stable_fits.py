@@ -49,14 +49,16 @@ def stable_fit(fit: Fit, start: Array, below: float = np.inf) -> Fit:
     return Fit(problem, bounded, min(found, key=lambda point: point.deviance))
 
 
-def settled_stable(fit: Fit, level: float, progress: Callable[[], None] = lambda: None) -> tuple[Fit, Estimate]:
+def settled_stable(
+    fit: Fit, level: float, progress: Callable[[], None] = lambda: None, workers: int = 1
+) -> tuple[Fit, Estimate]:
     """A stable fit, settled (`ksmea.diagnosis.fitting.settled`); where that names unstable values, among stable ones alone."""
-    found, estimated = settled(fit, level, progress)
+    found, estimated = settled(fit, level, progress, workers)
     if _names_stable(found.problem, estimated):
         return found, estimated
     stable = stable_fit(found, fit.point.theta)
     bounded = _bounded(fit)
-    return settled(Fit(fit.problem, bounded, bounded.at(stable.point.theta)), level, progress)
+    return settled(Fit(fit.problem, bounded, bounded.at(stable.point.theta)), level, progress, workers)
 
 
 def _bounded(fit: Fit) -> Likelihood:

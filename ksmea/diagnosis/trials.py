@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import scipy
@@ -26,9 +27,10 @@ from ksmea.diagnosis.fitting import (
 from ksmea.diagnosis.stable_fits import stable_fit
 from ksmea.errors import SettingError
 from ksmea.measurement import Measurement
+from ksmea.processes import for_each
 
 TIE = 0.1  # of ΔBIC: trials that are as near as this go by name, so that rounding chooses no first one
-FAR = 50.0  # above the lowest deviance of the trials before: fits that end there are no rivals, and need no end
+FAR = 50.0  # above the deviance of the most promising trial: fits that end there are no rivals, and need no end
 
 
 @dataclass(frozen=True)
@@ -136,34 +138,47 @@ def fitted(
     n_candidate: int | None = None,
     max_iterations: int = TRIAL_ITERATIONS,
     limit: float = np.inf,
+    workers: int = 1,
 ) -> list[Trial]:
     """All candidates whose deviance comes below a limit, each fitted from where the model without it fits; highest ΔBIC first.
-    `n_candidate` is the number that p is corrected for, that of the candidates if not given."""
-    trials: list[Trial] = []
-    for candidate, start in _most_promising_first(problem, measurement, without, found):
-        below = min([limit, *(trial.fit.deviance + FAR for trial in trials)])
+    `n_candidate` is the number that p is corrected for, that of the candidates if not given. The most promising one is fitted
+    first: it says which of the others, which processes share, are no rivals."""
+
+    def tried(entry: tuple[Candidate, Fit], below: float) -> Trial | None:
+        candidate, start = entry
         with suppress(np.linalg.LinAlgError):  # on the way an effect may leave the rotor no steady motion
             fit = fit_on(start, without, max_iterations, below)
             if fit.deviance < limit:
                 fit = stable_fit(fit, start.point.theta, below)
             if fit.deviance < limit:
-                trials.append(trial_of(candidate, fit, without, n_candidate or len(found)))
-        progress()
-    return ranked(trials)
+                return trial_of(candidate, fit, without, n_candidate or len(found))
+        return None
+
+    entries = _most_promising_first(problem, measurement, without, found)
+    trials = for_each(partial(tried, below=limit), entries[:1], progress=progress)
+    ceiling = min([limit, *(trial.fit.deviance + FAR for trial in trials if trial is not None)])
+    known = [measurement, *(thing for candidate, start in entries for thing in (candidate, *_parts(start)))]
+    trials += for_each(partial(tried, below=ceiling), entries[1:], workers, known=known, progress=progress)
+    return ranked(trial for trial in trials if trial is not None)
 
 
 def _most_promising_first(
     problem: Problem, measurement: Measurement, without: Fit, found: Sequence[Candidate]
 ) -> list[tuple[Candidate, Fit]]:
-    """The candidates that can act beside what a problem has, with where their fits start, by what their first step promises:
-    once the best ones are fitted it is known which others are no rivals."""
+    """The candidates that can act beside what a problem has, with where their fits start, by what their first step promises. No
+    processes share this: what is solved here once, all have from then on."""
     promising = []
     for candidate in found:
         if (extended := candidate.beside(problem)) is not None:
             with suppress(np.linalg.LinAlgError):  # one without a steady motion where the model fits is no candidate
                 start = nearby(extended, measurement, without)
                 promising.append((promised_from(start), candidate, start))
-    return [(candidate, start) for _, candidate, start in sorted(promising, key=lambda each: -each[0])]
+    return [(candidate, start) for _, candidate, start in sorted(promising, key=lambda entry: -entry[0])]
+
+
+def _parts(fit: Fit) -> tuple[object, ...]:
+    """What a fit shares with others of its problem and data."""
+    return fit, fit.problem, fit.likelihood
 
 
 def refined(
@@ -177,17 +192,29 @@ def refined(
 ) -> list[Trial]:
     """The same trials, each with the better of its fit and further ones: along the effect's path, from a scan of its whole
     range where it needs that, and else, or where nothing `is_scanned`, from the unknowns of the baseline model's other maxima
-    and of the best trials."""
+    and of the best trials. Processes share them, once it is known how far the first one comes."""
     starts = [*baseline.others, *(trial.fit for trial in trials[:2])]
+
+    def search(trial: Trial, ceiling: float) -> Trial:
+        return searched(trial, measurement, baseline, effort, len(trials), starts, ceiling, is_scanned=is_scanned)
+
     lowest = min((trial.fit.deviance for trial in trials), default=np.inf)
-    better = []
-    for trial in trials:
-        better.append(
-            searched(trial, measurement, baseline, effort, len(trials), starts, lowest + FAR, is_scanned=is_scanned)
-        )
-        lowest = min(lowest, better[-1].fit.deviance)
-        progress()
+    better = for_each(partial(search, ceiling=lowest + FAR), trials[:1], progress=progress)
+    lowest = min([lowest, *(trial.fit.deviance for trial in better)])
+    better += shared_searches(partial(search, ceiling=lowest + FAR), trials[1:], measurement, effort.workers, progress)
     return ranked(better)
+
+
+def shared_searches(
+    search: Callable[[Trial], Trial],
+    trials: Sequence[Trial],
+    measurement: Measurement,
+    workers: int,
+    progress: Callable[[], None] = lambda: None,
+) -> list[Trial]:
+    """Searches for better fits of trials, shared among processes."""
+    known = [measurement, *(thing for trial in trials for thing in (trial.candidate, *_parts(trial.fit)))]
+    return for_each(search, trials, workers, known=known, progress=progress)
 
 
 def searched(

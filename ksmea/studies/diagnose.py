@@ -127,13 +127,14 @@ def diagnosis(
     details: bool = True,
     fine: bool = True,
     progress: Callable[[], None] = lambda: None,
+    workers: int = 1,
 ) -> DiagnosisRecord:
     """The diagnosis of a measurement by a problem and the effects, by name, that may extend it; `progress` is called at
     each step. The record names effects that do not fit the problem beside those that were left out before, and why. Where the
     model is wrong and the data over-determine an unknown force, the record has its location too, which is the verdict
     (`located`) where no effect explains the data; then the laws that the force may follow are sought too.
     `details` adds to the `remarks` those on data that look like a slip: what a report on one diagnosis shows. `fine` adds the
-    curves of both models at as many speeds as its figures need.
+    curves of both models at as many speeds as its figures need. At most `workers` processes share the work.
 
     Raises `SettingError` where problem and measurement are not aligned, ValueError where none of the effects that
     there are has a location on the problem.
@@ -147,7 +148,7 @@ def diagnosis(
         effects,
         rng,
         level=options.level,
-        effort=options.effort,
+        effort=dataclasses.replace(options.effort, workers=workers),
         n_block=options.blocks,
         interval_level=options.interval_level,
         progress=progress,
@@ -164,6 +165,7 @@ def diagnosis(
             baseline=found.baseline,
             with_laws=record.verdict == "unknown",
             progress=progress,
+            workers=workers,
         )
         record = _with_location(record, where)
         remarks = (*remarks, *disagreements(found, where))

@@ -6,6 +6,7 @@ import dataclasses
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -26,6 +27,7 @@ from ksmea.errors import SettingError, unknown
 from ksmea.harmonics import at_1x
 from ksmea.load import FORCE, LOADS, MOMENT
 from ksmea.measurement import Measurement
+from ksmea.processes import for_each
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.extension import EffectRecord, ExtensionRecord, PredictiveGainRecord
 from ksmea.records.location import (
@@ -84,10 +86,11 @@ def location(
     baseline: Fit | None = None,
     with_laws: bool = True,
     progress: Callable[[], None] = lambda: None,
+    workers: int = 1,
 ) -> LocationRecord:
     """At which sites an unknown force, moment or reading explains a measurement; `progress` is called at each step. `baseline`
     is the fit of the model without any, where it is known already: what a law that holds adds is compared with it. Without laws
-    none is sought that the force follows.
+    none is sought that the force follows. Processes share the sites.
 
     Raises `SettingError` where problem and measurement are not aligned, or the data are too few to tell.
     """
@@ -107,8 +110,9 @@ def location(
         level=options.level,
         n_start=options.starts,
         progress=progress,
+        workers=workers,
     )
-    return location_record(found, rng, options, baseline, with_laws, progress)
+    return location_record(found, rng, options, baseline, with_laws, progress, workers)
 
 
 def location_record(
@@ -118,6 +122,7 @@ def location_record(
     baseline: Fit | None = None,
     with_laws: bool = True,
     progress: Callable[[], None] = lambda: None,
+    workers: int = 1,
 ) -> LocationRecord:
     """A location as plain data; values of unknowns in their units. The best site is that of the best law, where one holds,
     else the one that leaves least."""
@@ -136,7 +141,7 @@ def location_record(
         plain=PlainRecord(found.plain_quality.p, found.plain.point.deviance, found.plain.point.n_left),
         noise=noise_record(found.noise, measurement),
         noise_known=measurement.noise is not None,
-        coefficients=_coefficients(found.plain, believed, interval_level),
+        coefficients=_coefficients(found.plain, believed, interval_level, workers),
         force=_force(believed[0], recovered_force(believed[0], rng), interval_level) if believed else None,
         speed=tuple(measurement.speed.tolist()),
         shaft=(float(min(along)), float(max(along))),
@@ -166,9 +171,11 @@ def _site(found: Location, index: int) -> SiteRecord:
     )
 
 
-def _coefficients(plain: SiteFit, believed: Sequence[SiteFit], level: float) -> tuple[CoefficientsRecord, ...]:
+def _coefficients(
+    plain: SiteFit, believed: Sequence[SiteFit], level: float, workers: int
+) -> tuple[CoefficientsRecord, ...]:
     """Every unknown by the plain model and beside what is unknown at the sites that are believed, the best one first."""
-    of_plain, of_sites = _estimates(plain, level), [_estimates(fit, level) for fit in believed]
+    of_plain, *of_sites = for_each(partial(_estimates, level=level), (plain, *believed), workers)
     return tuple(
         CoefficientsRecord(
             name=own.name,
