@@ -185,7 +185,7 @@ def _diagnosed(
         if best.deviance < explained.best.fit.deviance - LOWER:
             best_quality = fit_quality(best, rng)
     by_name = best_by_name(trials)
-    smallest = partial(smallest_detectable, baseline_fit, level=half / len(found))
+    smallest = partial(smallest_detectable, baseline_fit, level=half / max(1, len(found)))
     sizes = for_each(smallest, [trial.candidate for trial in by_name.values()], effort.workers)
     detectable = {name: (trial.location, tuple(size)) for (name, trial), size in zip(by_name.items(), sizes)}
     verdict = _verdict(quality.p < half, best_quality, explained, half, detectable)
