@@ -63,6 +63,12 @@ def for_each(
     return [answers[number].result() for number in range(len(items))]
 
 
+def available_cores() -> int:
+    """Cores that this process may use, those that Slurm has given its job included."""
+    here = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    return min(here, int(os.environ.get("SLURM_CPUS_PER_TASK", here)))
+
+
 def cpu_seconds() -> float:
     """CPU time of this process and of those that it has shared work with, s."""
     return sum(os.times()[:4])

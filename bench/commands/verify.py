@@ -30,13 +30,14 @@ from bench.jobs.execute import execute
 from bench.jobs.lines import RESULTS
 from bench.jobs.pool import Limits, Task, run_tasks
 from bench.jobs.records import RecordWriter
-from bench.jobs.work import available_cores, own_modules
+from bench.jobs.work import own_modules
 from bench.plan.plan import Plan, all_runs, component_seeds
 from bench.plan.provenance import library_versions, platform_name
 from bench.plan.report import report_named
 from bench.storage.places import REFERENCE
 from ksmea import registry
 from ksmea.errors import SettingError, unknown
+from ksmea.processes import available_cores
 from ksmea.records.identification import IdentificationRecord
 
 # Tolerance of CRLBs that other libraries or processors compute near directions that the data do not determine.

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import sys
 import time
 from collections import deque
@@ -25,6 +24,7 @@ from bench.plan.plan import Plan, Run, read_plan
 from bench.plan.provenance import platform_name
 from ksmea.errors import visible
 from ksmea.plugin_files import OURS
+from ksmea.processes import available_cores
 
 JOURNALS = "journals"
 GIGABYTE = 2**30
@@ -139,12 +139,6 @@ class _Queue:
         self._presence.renew()
         if self._claims.give_back(self._waiting):
             self._waiting.clear()
-
-
-def available_cores() -> int:
-    """Cores that this process may use, those that Slurm has given its job included."""
-    here = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    return min(here, int(os.environ.get("SLURM_CPUS_PER_TASK", here)))
 
 
 def unfinished(runs: Iterable[Run], finished: set[str]) -> list[Run]:

@@ -23,6 +23,7 @@ from bench.reports.pages.index import write_index_above
 from bench.reports.runs import without_class
 from bench.storage.files import remove_partial, replace_file
 from ksmea.errors import SettingError, shortened, visible, visible_lines
+from ksmea.processes import available_cores, for_each
 from ksmea.regular_files import open_regular
 
 LONGEST_REASON = 500  # characters of why a run failed
@@ -70,23 +71,30 @@ def collect(output: Path, redraw: bool = True) -> int:
 
 
 def draw(figures: Callable[[], Mapping[str, Drawing]], output: Path) -> tuple[dict[str, bytes], bool]:
-    """Write figures one by one; one that cannot be drawn is told in a line and costs no other, nor any table. What was
-    written, and whether that is all."""
+    """Write figures, which processes share; one that cannot be drawn is told in a line and costs no other, nor any table. What
+    was written, and whether that is all."""
     drawn: dict[str, bytes] = {}
     try:
         drawings = figures()
     except Exception as error:  # whatever a report of other people raises
         _tell_not_drawn("figures", error)
         return drawn, False
-    for name, drawing in drawings.items():
-        try:
-            drawn[name] = drawing if isinstance(drawing, bytes) else drawing()
-        except Exception as error:
-            _tell_not_drawn(name, error)
+    for name, content in zip(drawings, for_each(_drawn, drawings.values(), available_cores())):
+        if isinstance(content, Exception):
+            _tell_not_drawn(name, content)
             (output / name).unlink(missing_ok=True)  # one of other tables
         else:
-            replace_file(output / name, drawn[name])
+            drawn[name] = content
+            replace_file(output / name, content)
     return drawn, len(drawn) == len(drawings)
+
+
+def _drawn(drawing: Drawing) -> bytes | Exception:
+    try:
+        return drawing if isinstance(drawing, bytes) else drawing()
+    except Exception as error:
+        error.add_note(traceback.format_exc())  # its lines do not come along from another process
+        return error.with_traceback(None)
 
 
 def _write_page(plan: Plan, made: Made, drawings: Mapping[str, bytes], output: Path) -> bool:
