@@ -50,6 +50,7 @@ def figures(table3, tmp_path, monkeypatch):
         return PNG
 
     monkeypatch.setattr(reporting, "png", png)
+    monkeypatch.setattr("bench.reports.collect.available_cores", lambda: 1)  # all are drawn here
     assert collect(output) == 0
     summary, updates, response = made
     assert all((output / f"table3{name}.png").read_bytes() == PNG for name in ("", "_updates", "_response"))
