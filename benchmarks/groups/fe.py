@@ -95,13 +95,13 @@ def _sensitivity(effect: str) -> Row:
 
 
 def _reduction(mesh: int) -> Row:
-    task = "benchmarks.tasks.fe_here:reduction"
+    tasks = "benchmarks.tasks.fe_here"
     return Row(
         "fe",
         "reduction to the ports",
         (
-            Contestant("here, banded", task, {"mesh": mesh, "banded": True}),
-            Contestant("here, dense", task, {"mesh": mesh, "banded": False}),
+            Contestant("here, banded", f"{tasks}:reduction", {"mesh": mesh}),
+            Contestant("dense elimination", f"{tasks}:dense_reduction", {"mesh": mesh}),
         ),
         size=mesh,
         size_of="elements",

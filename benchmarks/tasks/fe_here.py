@@ -12,7 +12,10 @@ from benchmarks.harness.task import Task
 from benchmarks.tasks.three_disk import TRUTH, drawn
 from ksmea import registry
 from ksmea.contracts import Problem
+from problems.rotor.assembly import assemble_free, node_dof
+from problems.rotor.dense import channel_rows, dynamic_stiffness
 from problems.rotor.receptance import reduce_rotor
+from problems.rotor.unbalance import force_per_unbalance
 from problems.three_disk import ThreeDisk
 
 
@@ -28,14 +31,33 @@ def set_up(n_speed: int, mesh: int = 13) -> Task:
     return Task(lambda turn: ThreeDisk(n_speed=n_speed, mesh=mesh).build().response(TRUTH[None]), values=_first)
 
 
-def reduction(mesh: int, banded: bool) -> Task:
-    """The rotor reduced to its ports anew, as an effect on the rotor itself makes it: by banded or by dense elimination."""
+def reduction(mesh: int) -> Task:
+    """The rotor reduced to its ports anew, as an effect on the rotor itself makes it."""
     problem = ThreeDisk(mesh=mesh).build()
     impedances = problem.reduction.impedances
     return Task(
-        lambda turn: reduce_rotor(problem.rotor, impedances, problem.speed, problem.channels, banded=banded),
+        lambda turn: reduce_rotor(problem.rotor, impedances, problem.speed, problem.channels),
         values=lambda found: found.receptance,
     )
+
+
+def dense_reduction(mesh: int) -> Task:
+    """The same by numpy's dense solver."""
+    problem = ThreeDisk(mesh=mesh).build()
+    rotor, speed, known = problem.rotor, problem.speed, problem.reduction
+    ports = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
+
+    def receptance(turn: int) -> np.ndarray:
+        stiffness = dynamic_stiffness(assemble_free(rotor), speed)
+        for item, values in zip(known.impedances, known.nominal):
+            stiffness[:, ports[item.row_port], ports[item.column_port]] += values if item.is_direct else 0
+        port_rows = np.eye(stiffness.shape[-1])[ports]
+        at_ports = np.broadcast_to(port_rows.T, (len(speed), *port_rows.T.shape))
+        forces = np.concatenate([at_ports, force_per_unbalance(rotor, speed)], axis=2)
+        read = np.concatenate([port_rows, channel_rows(rotor, problem.channels)])
+        return np.moveaxis(read @ np.linalg.solve(stiffness, forces), 0, 2)
+
+    return Task(receptance, values=lambda found: found)
 
 
 def sensitivity(effect: str = "") -> Task:

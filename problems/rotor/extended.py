@@ -237,9 +237,7 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
             forces, seen = self.further_forces(rotor, loads, harmonic), self.seen_channels
             units = self.unit_loads_with(loads)
             rows = unit_loads(rotor, units, 1)[0].T.real if units and harmonic != 1 else None  # that no channel reads
-            return reduce_rotor(
-                rotor, self.impedances, self.speed, seen, forces, rows=rows, harmonic=harmonic, banded=True
-            )
+            return reduce_rotor(rotor, self.impedances, self.speed, seen, forces, rows=rows, harmonic=harmonic)
 
         if not self._shapes_reduction:
             kept, seen = self.base.reductions_beside_effects, (self.impedances, self.seen_channels)

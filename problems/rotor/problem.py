@@ -143,7 +143,7 @@ class RotorProblem(Problem, Rotordynamic):
         if loads not in self._loaded_reductions:
             forces = unit_loads(self.rotor, loads, len(self.speed))
             impedances = self.reduction.impedances
-            reduction = reduce_rotor(self.rotor, impedances, self.speed, self.channels, forces, banded=True)
+            reduction = reduce_rotor(self.rotor, impedances, self.speed, self.channels, forces)
             self._loaded_reductions[loads] = reduction
         return self._loaded_reductions[loads]
 

@@ -25,7 +25,7 @@ from ksmea.channel import Channel
 from problems.rotor.assembly import assemble_free, node_dof
 from problems.rotor.banded import DIAGONAL, dynamic_stiffness_band, solve
 from problems.rotor.data import Bearing, Rotor
-from problems.rotor.dense import channel_rows, dynamic_stiffness
+from problems.rotor.dense import channel_rows
 from problems.rotor.unbalance import force_per_unbalance
 
 PORTS_PER_BEARING = 2  # x and y
@@ -149,24 +149,20 @@ def reduce_rotor(
     *,
     rows: Array | None = None,
     harmonic: float = 1.0,
-    banded: bool = False,
 ) -> Reduction:
     """The receptances of a rotor about nominal impedances as large as those of its bearings, but well damped.
 
     `loads` (n_speed, n_dof, n_load) are nodal forces, N per unit, beside those of the unbalance planes; `rows` (n_row, n_dof)
-    read the motion beside the channels. At a `harmonic` only its own channels read anything. `banded` makes use
-    of the rotor being a chain, which is several times as fast: for rotors that are reduced again and again. One that is
-    reduced once keeps the dense elimination that reference results were computed by, since evolutionary searches carry
-    differences of rounding into their sixth digit.
+    read the motion beside the channels. At a `harmonic` only its own channels read anything. The rotor is solved as the
+    chain that it is (`problems.rotor.banded`).
     """
     nominal = np.stack([_nominal_impedance(rotor.bearings, impedance, harmonic * speed) for impedance in impedances])
     ports = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
     free = assemble_free(rotor)
-    stiffness = dynamic_stiffness_band(free, speed, harmonic) if banded else dynamic_stiffness(free, speed, harmonic)
+    stiffness = dynamic_stiffness_band(free, speed, harmonic)
     for impedance, values in zip(impedances, nominal, strict=True):
         if impedance.is_direct:
-            port = ports[impedance.row_port]
-            stiffness[:, port, DIAGONAL if banded else port] += values
+            stiffness[:, ports[impedance.row_port], DIAGONAL] += values
     n_dof = len(free.mass)
     port_rows = np.eye(n_dof)[ports]
     forces = np.broadcast_to(port_rows.T, (len(speed), n_dof, len(ports)))
@@ -174,7 +170,7 @@ def reduce_rotor(
         force_per_unbalance(rotor, speed) if harmonic == 1 else np.zeros((len(speed), n_dof, len(rotor.unbalance)))
     )
     forces = np.concatenate([forces, of_unbalance, *([] if loads is None else [loads])], axis=2)
-    motion = solve(stiffness, forces) if banded else np.linalg.solve(stiffness, forces)
+    motion = solve(stiffness, forces)
     read = [port_rows, channel_rows(rotor, channels, harmonic), *([] if rows is None else [rows])]
     receptance = np.concatenate(read) @ motion  # (n_speed, row, column)
     return Reduction(speed, impedances, nominal, np.ascontiguousarray(np.moveaxis(receptance, 0, 2)), harmonic)

@@ -78,7 +78,6 @@ class TurningShaft:
                     together,
                     rows=ports,
                     harmonic=float(order),
-                    banded=True,
                 )
             )
         return tuple(found)

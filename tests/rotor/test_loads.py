@@ -89,8 +89,7 @@ def test_landmarks_are_bearings_and_disks_from_the_left():
 
 
 def test_response_and_loads_by_one_solution_are_those_by_two():
-    """Exactly but for rounding, of 1e-16 times the ratio of stiffnesses and of sharp peaks: the response alone comes by the dense
-    elimination, with loads by the banded one."""
+    """Exactly but for rounding, of 1e-16 times the ratio of stiffnesses and of sharp peaks."""
     x = np.stack([TRUTH, PROBLEM.parameters.upper])
     response, per_load = PROBLEM.response_and_per_load(x, LOADS)
     np.testing.assert_array_equal(per_load, PROBLEM.load_response(x, LOADS))
