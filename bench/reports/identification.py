@@ -22,7 +22,7 @@ from bench.reports.chapters.identification import identification_page
 from bench.reports.chapters.next_steps import after_identification
 from bench.reports.fleet import fleet_report
 from bench.reports.fleet_rows import identified
-from bench.reports.runs import runs_frame
+from bench.reports.runs import of_identifications
 from bench.reports.tables import csv_text
 from ksmea.records.identification import IdentificationRecord
 from ksmea.show.hidden import COLUMN, in_one_line
@@ -40,9 +40,9 @@ class IdentificationReport(Report):
     def make(self, plan: Plan, output: Path) -> Made:
         if is_of_fleet(plan):
             lines = run_lines(plan, output)
-            return fleet_report(plan, runs_frame(plan, output), lines, IdentificationRecord, identified)
+            return fleet_report(plan, of_identifications(plan, output), lines, IdentificationRecord, identified)
         records = read_records(output, _record, plan)
-        runs = runs_frame(plan, output)
+        runs = of_identifications(plan, output)
         found = {run: record for run in plan.runs if (record := records.get(run.key)) is not None}
         shown = dict(list(found.items())[:MAX_BLOCKS])
         blocks = [text(record, _title(plan, run, record)) for run, record in shown.items()]

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +24,22 @@ def runs_frame(plan: Plan, output: Path) -> pd.DataFrame:
     rows = read_records(output, lambda line: _line_row(line, plan.report.exact), plan)
     not_run = {"status": NOT_RUN, "error": ""}
     return pd.DataFrame([_place_row(plan, run) | rows.get(run.key, not_run) for run in plan.runs])
+
+
+def of_identifications(plan: Plan, output: Path) -> pd.DataFrame:
+    """The same for runs of which one value of each unknown is reported, in the words of their table: `kxx_value` is that
+    value and `kxx_search_end` where the method's search ended, which tables of methods compare as `kxx`."""
+    runs = runs_frame(plan, output)
+    unknowns = dict.fromkeys(facts.name for cell in plan.cells for facts in cell.parameters)
+    for name in unknowns.keys() & set(runs.columns):
+        search_end = runs[name]
+        likely = f"{name}_most_likely"
+        runs[name] = runs[likely].fillna(search_end) if likely in runs else search_end
+        runs.insert(runs.columns.get_loc(f"{name}_error_pct"), f"{name}_search_end", search_end)
+        runs = runs.drop(columns=likely, errors="ignore").rename(
+            columns={name: f"{name}_value", f"{name}_error_pct": f"{name}_search_end_error_pct"}
+        )
+    return runs
 
 
 def _place_row(plan: Plan, run: Run) -> dict[str, Any]:

@@ -12,8 +12,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from bench.jobs.records import RecordWriter
 from bench.plan.plan import read_plan
 from bench.plan.report import report_named
+from bench.reports.runs import of_identifications, runs_frame
 from ksmea.channel import Channel
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.parameters import Parameter, Parameters
@@ -125,8 +127,22 @@ def test_the_record_holds_what_the_report_shows(example):
     scaled = np.concatenate([part for index in range(2) for part in residuals(record.fit, index)])
     assert np.std(scaled) == pytest.approx(1, abs=0.15)  # 360 residuals in units of their noise
     runs = example.runs()
-    assert (runs["kxx_error_pct"] == "").all() and (runs["kxx_covered"] == "").all()
+    assert (runs["kxx_search_end_error_pct"] == "").all() and (runs["kxx_covered"] == "").all()
     assert example.cells()[0]["parameters"][0]["truth"] is None
+
+
+def test_runs_csv_tells_the_reported_value_from_where_the_search_ended(plan, tmp_path):
+    part = ParameterRecord("kxx", "MN/m", 1e6, 47.4e6, False, 50e6, 48.4e6, 49.2e6, "profile", most_likely=48.8e6)
+    alone = dataclasses.replace(part, low=None, high=None, kind=None, most_likely=None)
+    with RecordWriter(tmp_path, 0, plan) as writer:
+        for run, each in zip(plan.runs, (part, alone)):
+            found = IdentificationRecord("done", "", (each,), 1.0, 0, 1, 0, 0, Seconds())
+            writer.result(run, {"status": "done", **found.to_data()})
+    runs = of_identifications(plan, tmp_path)
+    assert runs.loc[:1, ["kxx_value", "kxx_search_end"]].to_numpy().tolist() == [[48.8, 47.4], [47.4, 47.4]]
+    assert runs.loc[0, "kxx_search_end_error_pct"] == pytest.approx(-5.2)  # 47.4 beside 50
+    assert not {"kxx", "kxx_most_likely", "kxx_error_pct"} & set(runs.columns)  # no name that could mean either
+    assert runs_frame(plan, tmp_path)["kxx"].tolist()[:2] == [47.4, 47.4]  # what tables of methods compare
 
 
 def test_a_summary_without_truth_has_no_errors(example, enter):
