@@ -13,6 +13,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.records.curves import FineCurve
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, Values
+from ksmea.show.diagnosis_residuals import as_complex, residuals
 from ksmea.show.effect_ranking import AS_WELL, LINEAR, NAMED, OTHER, QUANTITY, best_trials, standing
 from ksmea.show.log_ticks import plain_ticks
 from ksmea.show.residual_components import COMPONENTS, components
@@ -25,13 +26,14 @@ IN_GROUP = "#a3c4de"
 RANKING_COLOURS = {NAMED: OURS, AS_WELL: IN_GROUP, OTHER: "#bbbbbb"}
 COLUMNS, MAX_CHANNELS = 3, 9
 BEFOREHAND, AFTERWARDS = "residual / σ\nbefore, ± 2 grey", "residual / σ\nafter, ± 2 grey"
+COLOURS = {BEFOREHAND: BEFORE, AFTERWARDS: AFTER}
 HEIGHTS = {AMPLITUDE: 2.0, PHASE: 1.2, BEFOREHAND: 1.2, AFTERWARDS: 1.2}
 N_SD = 2.0  # of the noise: the band of residuals
 LEAST_SHOWN = 1e-6  # of the largest amplitude: where a band on a logarithmic axis ends that reaches to 0
 
 
 def residual_figure(record: DiagnosisRecord) -> Figure:
-    """A column per channel: amplitude measured and fitted, and residuals in units of the noise, before and after."""
+    """A column per channel: amplitude measured and fitted, and residuals before and after in units of one noise."""
     curves = record.curves
     if curves is None:
         raise SettingError(
@@ -39,6 +41,8 @@ def residual_figure(record: DiagnosisRecord) -> Figure:
             " draw the record of the run, or give axes to draw the ranking of effects"
         )
     channels, rows = curves.channels[:MAX_CHANNELS], _rows(curves)
+    left = dict(zip(COLOURS, residuals(record).values()))
+    fitted = {BEFOREHAND: curves.responses.before, AFTERWARDS: curves.responses.after or ()}
     columns, n_block = min(COLUMNS, len(channels)), -(-len(channels) // COLUMNS)
     heights = [HEIGHTS[row] for row in rows] * n_block
     size = (max(6.0, 2.8 * columns + 0.4), 0.95 * sum(heights) + 1.0)
@@ -48,12 +52,15 @@ def residual_figure(record: DiagnosisRecord) -> Figure:
         block, column = divmod(index, columns)
         own = panels[block * len(rows) : (block + 1) * len(rows), column]
         for row, panel in zip(rows, own):
-            _DRAW[row](panel, curves, index)
+            if row in _DRAW:
+                _DRAW[row](panel, curves, index)
+            else:
+                _draw_residuals(panel, curves, left[row], fitted[row], index, COLOURS[row])
             panel.tick_params(labelsize=8)
             panel.xaxis.set_major_locator(MaxNLocator(4))
             panel.grid(alpha=0.25)
             if column == 0:
-                panel.set_ylabel(row, fontsize=8)
+                panel.set_ylabel(row.replace("/ σ", "/ σ after") if AFTERWARDS in rows else row, fontsize=8)
         own[0].set_title(channel, fontsize=10)
     for panel in panels.ravel()[:-columns]:
         panel.tick_params(labelbottom=False)
@@ -90,7 +97,7 @@ def _models(curves: CurvesRecord) -> Iterator[tuple[str, str, FineCurve]]:
         if fine is not None:
             yield label, colour, fine
         elif coarse is not None:
-            values = _response(coarse)
+            values = as_complex(coarse)
             yield (
                 label,
                 colour,
@@ -100,7 +107,7 @@ def _models(curves: CurvesRecord) -> Iterator[tuple[str, str, FineCurve]]:
 
 def _draw_amplitude(panel: Axes, curves: CurvesRecord, column: int) -> None:
     speed = np.array(curves.speed) / RPM
-    measured = np.abs(_response(curves.responses.measured)[:, column]) / MICROMETRE
+    measured = np.abs(as_complex(curves.responses.measured)[:, column]) / MICROMETRE
     panel.semilogy(speed, measured, ".", color=REFERENCE, markersize=4, label="measured")
     if curves.averaged is not None and curves.responses.after is not None:
         line = broken(speed, curves.breaks)
@@ -113,7 +120,7 @@ def _draw_amplitude(panel: Axes, curves: CurvesRecord, column: int) -> None:
 
 
 def _draw_phase(panel: Axes, curves: CurvesRecord, column: int) -> None:
-    measured = np.degrees(np.angle(_response(curves.responses.measured)[:, column]))
+    measured = np.degrees(np.angle(as_complex(curves.responses.measured)[:, column]))
     panel.plot(np.array(curves.speed) / RPM, measured, ".", color=REFERENCE, markersize=4)
     for _, colour, curve in _models(curves):
         if curve.phase is not None:
@@ -121,28 +128,14 @@ def _draw_phase(panel: Axes, curves: CurvesRecord, column: int) -> None:
     phase_axis(panel)
 
 
-def _draw_before(panel: Axes, curves: CurvesRecord, column: int) -> None:
-    _draw_residuals(panel, curves, curves.residuals.before, curves.responses.before, column, BEFORE)
-
-
-def _draw_after(panel: Axes, curves: CurvesRecord, column: int) -> None:
-    if curves.residuals.after is not None and curves.responses.after is not None:
-        _draw_residuals(panel, curves, curves.residuals.after, curves.responses.after, column, AFTER)
-
-
-_DRAW: dict[str, Callable[[Axes, CurvesRecord, int], None]] = {
-    AMPLITUDE: _draw_amplitude,
-    PHASE: _draw_phase,
-    BEFOREHAND: _draw_before,
-    AFTERWARDS: _draw_after,
-}
+_DRAW: dict[str, Callable[[Axes, CurvesRecord, int], None]] = {AMPLITUDE: _draw_amplitude, PHASE: _draw_phase}
 
 
 def _draw_residuals(
-    panel: Axes, curves: CurvesRecord, residuals: Values, fitted: Values, column: int, colour: str
+    panel: Axes, curves: CurvesRecord, residuals: Array | ComplexArray, fitted: Values, column: int, colour: str
 ) -> None:
     """Both components of complex residuals, or real ones, with the band of two standard deviations."""
-    values, turned_by = (_response(each)[:, column] for each in (residuals, fitted))
+    values, turned_by = residuals[:, column], as_complex(fitted)[:, column]
     parts = components(values, turned_by) if np.iscomplexobj(values) else (values,)
     panel.axhspan(-N_SD, N_SD, color=REFERENCE, alpha=0.08)
     for part, marker, name in zip(parts, "ox", COMPONENTS):
@@ -151,12 +144,6 @@ def _draw_residuals(
     panel.axhline(0, color=REFERENCE, linewidth=0.6)
     limit = max(4.0, 1.1 * float(np.max(np.abs(parts))))
     panel.set_ylim(-limit, limit)
-
-
-def _response(values: Values) -> Array | ComplexArray:
-    """(n_speed, n_channel): complex of pairs, real ones as they are."""
-    parts = np.array(values)
-    return parts[..., 0] + 1j * parts[..., 1] if parts.ndim == 3 else parts
 
 
 def ranking_figure(record: DiagnosisRecord) -> Figure:

@@ -13,8 +13,8 @@ from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.identifiability_figure import plot
 from ksmea.show.lack_of_fit import warning
 from ksmea.show.stability import stability_text
-from ksmea.show.text import aligned, two_digits
-from ksmea.units import MICROMETRE, RPM
+from ksmea.show.text import aligned, noise_parts, two_digits
+from ksmea.units import RPM
 
 __all__ = ["COLUMNS", "frame", "plot", "text"]
 
@@ -108,10 +108,8 @@ def _data_text(data: DataDescription) -> str:
         speeds = f"1 speed of {data.speed_from / RPM:.0f} rpm"
     channels = f"{n_channel} channel{'s' if n_channel > 1 else ''} ({', '.join(data.channels)})"
     values = {"amplitude": "amplitudes", "complex": "complex values"}[data.kind]
-    parts = [f"{100 * data.relative:g} %"] if data.relative else []
-    parts += [f"{data.floor / MICROMETRE:g} µm"] if data.floor else []
     unknown_level = "" if data.noise_known else " of unknown level"
-    return f"{speeds}, {channels}, {values} and {' + '.join(parts)} noise{unknown_level}"
+    return f"{speeds}, {channels}, {values} and {noise_parts(data.relative, data.floor)} noise{unknown_level}"
 
 
 def _known_text(parameter: Unknown, half_width: float, half_width_pct: float) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from itertools import cycle
 
 import numpy as np
@@ -10,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullFormatter, NullLocator
 
 from ksmea.arrays import Array
-from ksmea.records.identifiability import IdentifiabilityRecord, Variation
+from ksmea.records.identifiability import IdentifiabilityRecord, Unknown, Variation
 from ksmea.show.log_ticks import plain_ticks
 from ksmea.show.style import COLOURS, MARKERS, ShownFigure, figure_of
 from ksmea.units import RPM
@@ -27,8 +28,8 @@ MIN_PCT, MAX_PCT = 1e-3, 1e4  # what lies beyond stands at the upper edge as an 
 
 
 def plot(record: IdentifiabilityRecord, axes: Axes | None = None, *, title: str = "") -> Figure:
-    """Half-widths of the intervals in per cent of the values (of the range of its search for a value of 0). Dotted: the
-    data as they are; grey: not even the size can be told.
+    """Half-widths of the intervals in per cent of the values (of the range of its search for a value of 0 and for an angle,
+    which the legend says). Dotted: the data as they are; grey: not even the size can be told.
 
     Without axes a figure with a panel for each variation; on given axes the first of them. A record without variations
     shows the data as they are.
@@ -48,7 +49,14 @@ def plot(record: IdentifiabilityRecord, axes: Axes | None = None, *, title: str 
     for panel in panels[: len(panelled) : columns]:
         panel.set_ylabel(_quantity(record), fontsize=9)
     handles, labels = panels[0].get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside lower center", ncols=min(len(labels), 6), frameon=False, fontsize=9)
+    figure.legend(
+        handles,
+        labels,
+        loc="outside lower center",
+        ncols=min(len(labels), 6 if all(each.base for each in record.parameters) else 4),
+        frameon=False,
+        fontsize=9,
+    )
     of_what = f"{title}: " if title else ""
     figure.suptitle(f"{of_what}how well the unknowns can be known (dotted: as it is; grey: not at all)", fontsize=11)
     return figure
@@ -82,16 +90,21 @@ def _quantity(record: IdentifiabilityRecord) -> str:
     return f"± (%), {100 * record.level:g} % interval"
 
 
-def _widths(crlbs: list[Array], record: IdentifiabilityRecord) -> Array:
+def half_widths(crlbs: Sequence[Array], record: IdentifiabilityRecord) -> Array:
     """Half-widths (n, d), %, of CRLBs (n, d), SI."""
     measure = [abs(item.base) or item.upper - item.lower for item in record.parameters]
     widths: Array = 100 * record.sigmas * np.array(crlbs) / measure
     return widths
 
 
+def label(parameter: Unknown) -> str:
+    """Its name, and what its per cent are of where that is not its value."""
+    return parameter.name if parameter.base else f"{parameter.name} (% of its range)"
+
+
 def _axis_limits(crlbs: list[Array], record: IdentifiabilityRecord) -> tuple[float, float]:
     """Around all that is finite, and 100 % in it."""
-    widths = np.clip(_widths(crlbs, record), MIN_PCT, MAX_PCT)
+    widths = np.clip(half_widths(crlbs, record), MIN_PCT, MAX_PCT)
     return 0.6 * float(np.min(widths)), 1.7 * max(100.0, float(np.max(widths)))
 
 
@@ -101,13 +114,13 @@ def _draw(
     abscissa = _abscissa(name, entries)
     is_named = name in ("band", "kind")
     n_parameter = len(record.parameters)
-    widths = _widths([entry.crlb_si for entry in entries], record)
-    present = _widths([record.crlb_si], record)[0]
+    widths = half_widths([entry.crlb_si for entry in entries], record)
+    present = half_widths([record.crlb_si], record)[0]
     for index, (parameter, colour, mark) in enumerate(zip(record.parameters, cycle(COLOURS), cycle(MARKERS))):
         x = abscissa + (0.6 * ((index + 0.5) / n_parameter - 0.5) if is_named else 0.0)
         shown = np.minimum(widths[:, index], MAX_PCT)
         style = mark if is_named else f"{mark}-"
-        panel.plot(x, shown, style, color=colour, markersize=4.5, linewidth=1.4, label=parameter.name)
+        panel.plot(x, shown, style, color=colour, markersize=4.5, linewidth=1.4, label=label(parameter))
         beyond = widths[:, index] > MAX_PCT
         panel.plot(x[beyond], shown[beyond], marker=CARET, linestyle="", color=colour, markersize=8)
         panel.axhline(min(present[index], MAX_PCT), color=colour, linestyle=":", linewidth=0.9, alpha=0.7)
@@ -118,11 +131,11 @@ def _draw(
 
 def _draw_present(panel: Axes, record: IdentifiabilityRecord) -> None:
     """A dot per unknown."""
-    widths = _widths([record.crlb_si], record)[0]
+    widths = half_widths([record.crlb_si], record)[0]
     for index, colour, own in zip(range(len(widths)), cycle(COLOURS), cycle(MARKERS)):
         marker = own if widths[index] <= MAX_PCT else CARET
         panel.plot([index], [min(widths[index], MAX_PCT)], marker=marker, linestyle="", color=colour, markersize=7)
-    panel.set_xticks(range(len(widths)), record.names)
+    panel.set_xticks(range(len(widths)), list(map(label, record.parameters)))
     panel.set_title("the data as they are", fontsize=10)
     _finish(panel, _axis_limits([record.crlb_si], record))
 

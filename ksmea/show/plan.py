@@ -41,7 +41,7 @@ def text(record: PlanRecord, title: str = "") -> str:
 def frame(record: PlanRecord) -> pd.DataFrame:
     """A row per addition and unknown, and one for all unknowns together where they all are the target; CRLBs `before`,
     `after` and `unplanned` in the unknown's unit after this and all earlier additions of the family, infinite where
-    nothing is known."""
+    nothing is known; per cent are of its value, empty of an angle and of a value of 0."""
     return pd.DataFrame(list(_rows(record)))
 
 
@@ -60,7 +60,8 @@ def _rows(record: PlanRecord) -> Iterator[dict[str, Any]]:
             }
             crlbs = (infinite_where_none(crlb) for crlb in (record.crlb, step.crlb, step.unplanned_crlb))
             for parameter, before, after, unplanned in zip(record.parameters, *crlbs):
-                unit, value = parameter.si_per_unit, abs(parameter.true)
+                unit = parameter.si_per_unit
+                value = 0.0 if is_without_size(parameter) else abs(parameter.true)
                 yield {
                     **start,
                     "parameter": parameter.name,

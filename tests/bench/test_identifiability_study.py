@@ -10,13 +10,14 @@ from matplotlib.figure import Figure
 
 from bench.plan.setup import Setup
 from bench.reports import identifiability as reporting
+from bench.reports.chapters.planning import identifiability_page
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.cramer_rao import identifiability
 from ksmea.measurement import Noise
-from ksmea.records.identifiability import IdentifiabilityRecord
+from ksmea.records.identifiability import IdentifiabilityRecord, Unknown
 from ksmea.show.identifiability import COLUMNS, frame, plot, sentences, text
-from ksmea.show.identifiability_figure import CARET
+from ksmea.show.identifiability_figure import CARET, half_widths, label
 from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.identifiability import (
     Data,
@@ -169,6 +170,18 @@ def test_a_value_of_0_is_measured_by_its_limits():
     scale = problem.parameters.width  # for the inverse alone
     covariance = np.linalg.inv(told.information * np.outer(scale, scale)) * np.outer(scale, scale)
     assert told.crlb == pytest.approx(np.sqrt(np.diag(covariance)), rel=1e-6)
+
+
+def test_an_angle_is_drawn_by_its_limits_and_says_so(three_disk):
+    """10° ± 3.6° is 1 % of the 360° of its search; a part of 10° says nothing."""
+    found = IdentifiabilityRecord.from_data(three_disk)
+    angle = Unknown("origin", "deg", np.pi / 180, np.radians(10), -np.pi, np.pi, np.radians(3.6) / found.sigmas)
+    found = dataclasses.replace(found, parameters=(*found.parameters[:4], angle))
+    crlb = np.array([each.crlb_si for each in found.parameters])
+    assert half_widths([crlb], found)[0, 4] == pytest.approx(1.0)  # 3.6° of 360°
+    assert [label(each) for each in found.parameters[3:]] == ["cyy", "origin (% of its range)"]
+    drawn = identifiability_page({"": found}, [], frame(found), "identifiability.csv").sections[0].blocks[1]
+    assert [trace["name"] for trace in drawn.figure["data"]] == [label(each) for each in found.parameters]
 
 
 # -- the command --

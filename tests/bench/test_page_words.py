@@ -1,5 +1,6 @@
 """What a page says of itself: of which file it is, what its marks mean, what 100 % of an angle is."""
 
+import dataclasses
 import json
 import re
 from pathlib import Path
@@ -18,8 +19,14 @@ from bench.reports.chapters.summary import _range as errors_in_words
 from bench.reports.pages.blocks import Blocks
 from bench.reports.pages.experiment import heading
 from ksmea.records.curves import FineCurve
-from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, ResidualsRecord, ResponsesRecord
+from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, NoiseRecord, ResidualsRecord, ResponsesRecord
+from ksmea.records.estimate import NoiseLevelRecord
 from ksmea.show.diagnosis import text
+from ksmea.show.diagnosis_residuals import residuals
+
+RECORD = DiagnosisRecord.from_data(
+    json.loads((Path(__file__).parents[1] / "data/diagnosis_of_schema_2.json").read_text())
+)
 
 
 def plan_of(*paths):
@@ -78,22 +85,49 @@ def test_models_of_a_diagnosis_are_drawn_at_the_fine_speeds_of_its_record():
         residuals=ResidualsRecord(before=values, after=values),
         fine_after=FineCurve(fine, ((1e-6,), (9e-6,), (2e-6,))),
     )
-    drawn = of_diagnosis(curves).curves
+    drawn = of_diagnosis(dataclasses.replace(RECORD, curves=curves)).curves
     assert drawn["model after"].values[:, 0] == pytest.approx([1, 9, 2])  # µm
     assert drawn["model after"].speed == pytest.approx(np.array(fine) * 60 / (2 * np.pi))
     assert len(drawn["model before"].speed) == len(speed)
 
 
+@pytest.mark.parametrize("by_run", [(), (("up", 0.0, 2e-6), ("down", 0.5, 0.0))])
+@pytest.mark.parametrize("is_complex", [False, True])
+def test_residuals_before_and_after_are_in_units_of_one_noise(by_run, is_complex):
+    """Amplitudes of 4 and 6 µm, of which the model before leaves 2 and 3 µm and that after 1 µm each; the noise that was
+    estimated before is 2 µm, that after is by the extended model."""
+    level = np.array([2.0, 0.5 * 5.0] if by_run else [1.0, 1.0])  # µm, at 3 and 5 µm
+
+    def told(*values):
+        return tuple(((complex(each).real, 0.0) if is_complex else each,) for each in values)
+
+    curves = CurvesRecord(
+        speed=(200.0, 300.0),
+        channels=("x at 0.1 m",),
+        responses=ResponsesRecord(told(4e-6, 6e-6), told(2e-6, 3e-6), told(3e-6, 5e-6)),
+        residuals=ResidualsRecord(told(1.0, 1.5), told(*(1 / level).tolist())),
+        breaks=(1,) if by_run else (),
+    )
+    noise = NoiseRecord(False, False, NoiseLevelRecord(0.0, 2e-6), NoiseLevelRecord(0.0, 1e-6, by_run))
+    record = dataclasses.replace(RECORD, curves=curves, noise=noise)
+    parts = {name: next(iter(each.values()))[:, 0] for name, each in of_diagnosis(record).residuals.items()}
+    turned = np.sqrt(2) if is_complex else 1  # a component of a complex residual has half its variance
+    assert parts["model before"] == pytest.approx(turned * np.array([2.0, 3.0]) / level)
+    assert parts["model after"] == pytest.approx(turned / level)
+    by_datum = dataclasses.replace(record, noise=dataclasses.replace(noise, known=True, by_datum=True))
+    told_before = of_diagnosis(by_datum).residuals["model before"]
+    assert next(iter(told_before.values()))[:, 0] == pytest.approx(turned * np.array([1.0, 1.5]))  # the same of both
+    alone = dataclasses.replace(curves, residuals=dataclasses.replace(curves.residuals, after=None))
+    assert residuals(dataclasses.replace(record, curves=alone))["before"][:, 0] == pytest.approx([1.0, 1.5])
+
+
 def test_tables_of_a_page_have_the_digits_of_the_text():
     """Every value and interval of the page stands in the text, character by character."""
-    record = DiagnosisRecord.from_data(
-        json.loads((Path(__file__).parents[1] / "data/diagnosis_of_schema_2.json").read_text())
-    )
-    sections = {section.title: section.blocks for section in diagnosis_page(record, ()).sections}
-    [unknowns, _], said = sections["Unknowns"], text(record)
+    sections = {section.title: section.blocks for section in diagnosis_page(RECORD, ()).sections}
+    [unknowns, _], said = sections["Unknowns"], text(RECORD)
     cells = unknowns.frame[["before", "after"]].to_numpy().ravel()
     assert {cell for cell in cells if "[" in cell} and all(cell in said for cell in cells)
-    assert unknowns.frame["unknown"].tolist() == [row.name for row in record.coefficients]
+    assert unknowns.frame["unknown"].tolist() == [row.name for row in RECORD.coefficients]
     assert unknowns.frame.set_index("unknown").loc["runout_x", "before"] == "–"
     [trials] = sections["Effects"][1].blocks
     first = trials.frame.iloc[0]

@@ -229,6 +229,15 @@ def test_the_study_is_a_function_of_a_problem_and_its_noise(small):
     assert text(small, "rotor:").startswith("rotor:\nTo know cyy better, its CRLB being")
 
 
+def test_an_angle_has_no_per_cent(small):
+    """Its zero is chosen, so that a part of its value says nothing; the reduction of its CRLB does."""
+    angle = dataclasses.replace(small.parameters[4], name="origin", unit="deg", si_per_unit=np.pi / 180, true=0.7)
+    table = frame(dataclasses.replace(small, parameters=(*small.parameters[:4], angle))).set_index("parameter")
+    parts = ["before_pct", "after_pct", "unplanned_pct"]
+    assert table.loc["origin", parts].isna().all(axis=None) and table.loc["kxx", parts].notna().all(axis=None)
+    assert table.loc["origin", ["after", "reduction_pct"]].notna().all(axis=None)
+
+
 def test_options_that_do_not_fit_are_refused_in_python():
     setup = Setup.of(SETTINGS)
     with pytest.raises(SettingError, match=r"unknown parameter in study\.target: 'czz'"):

@@ -28,8 +28,8 @@ def diagnosis_page(record: DiagnosisRecord, following: Sequence[Block]) -> Page:
     if record.ranking:
         fits = Folded(f"All {len(record.ranking)} fits, the highest ΔBIC first", (Table(trials_table(record.ranking)),))
         sections.append(Section("Effects", (effect_plot(record, EFFECTS), fits)))
-    if record.curves is not None:
-        sections.append(Section("Response", tuple(response_blocks(of_diagnosis(record.curves), RESIDUALS))))
+    if (response := of_diagnosis(record)) is not None:
+        sections.append(Section("Response", tuple(response_blocks(response, RESIDUALS))))
     sections.append(Section("Unknowns", tuple(_unknowns(record))))
     if record.location is not None:
         sections.append(

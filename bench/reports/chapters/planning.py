@@ -11,9 +11,10 @@ import pandas as pd
 from bench.plan.page import Block, Folded, Page, Plot, Prose, Section, Table
 from bench.reports.pages.traces import ORANGE, axis, layout, line, points, styles
 from ksmea.channel import named
-from ksmea.records.identifiability import IdentifiabilityRecord, Variation, percent
+from ksmea.records.identifiability import IdentifiabilityRecord, Variation
 from ksmea.records.plan import Family, PlanRecord
 from ksmea.show import identifiability, plan
+from ksmea.show.identifiability_figure import half_widths, label
 from ksmea.units import DEGREE, RPM
 
 VARIED = {
@@ -63,12 +64,10 @@ def _variation_plots(record: IdentifiabilityRecord, still: str) -> Iterator[Plot
         by_name.setdefault(entry.variation, []).append(entry)
     for number, (name, entries) in enumerate(by_name.items()):
         traces = []
-        for index, (unknown, (colour, dash)) in enumerate(styles(record.names).items()):
-            parameter = record.parameters[index]
-            scale = parameter.true or parameter.upper - parameter.lower
-            widths = [record.sigmas * percent(float(entry.crlb_si[index]), scale) for entry in entries]
-            shown = np.minimum(widths, MOST_PCT)
-            x = [_abscissa(entry) for entry in entries]
+        x = [_abscissa(entry) for entry in entries]
+        widths = np.minimum(half_widths([entry.crlb_si for entry in entries], record), MOST_PCT)
+        labels = list(map(label, record.parameters))
+        for shown, (unknown, (colour, dash)) in zip(widths.T, styles(labels).items()):
             style = {"color": colour, "dash": dash, "width": 1.8}
             traces.append(line(x, shown, unknown, colour, mode="lines+markers", line=style))
         is_number = isinstance(_abscissa(entries[0]), float)

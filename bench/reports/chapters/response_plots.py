@@ -59,7 +59,10 @@ def bode_plot(response: Response, still: str = "") -> Plot:
             level(0, dash="solid", yref=own),
         ]  # fmt: skip
     bars = "dots: measured, with ± 1 σ" if _has_bars(response) else "dots: measured"
-    below = f"; below: residuals in units of the noise{_marks(response)}, ± 2 shaded" if response.residuals else ""
+    of_both = " that the model after leaves, the same for both" if len(response.residuals) > 1 else ""
+    below = (
+        f"; below: residuals in units of the noise{of_both}{_marks(response)}, ± 2 shaded" if response.residuals else ""
+    )
     return Plot(
         "Response over speed",
         f"Amplitude{' and phase lead' if response.has_phase else ''} over speed; {bars}, lines: {_models(response)}{below}.",

@@ -12,7 +12,9 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import cosines
 from ksmea.records.curves import FineCurve, FitCurves, Polar, as_array
-from ksmea.records.diagnosis import CurvesRecord, Values
+from ksmea.records.diagnosis import DiagnosisRecord
+from ksmea.show.diagnosis_residuals import as_complex
+from ksmea.show.diagnosis_residuals import residuals as residuals_of
 from ksmea.show.fit_figure import residuals
 from ksmea.show.residual_components import COMPONENTS, components
 from ksmea.units import MICROMETRE, RPM
@@ -94,29 +96,32 @@ def of_fit(fit: FitCurves, name: str = "model") -> Response:
     )
 
 
-def of_diagnosis(curves: CurvesRecord) -> Response:
-    """The response of a diagnosis, before and after the extension. A model's curve is the fine one of the record; of records
-    that have none, that at the measured speeds."""
+def of_diagnosis(record: DiagnosisRecord) -> Response | None:
+    """The response of a diagnosis, before and after the extension, with residuals in units of one noise
+    (`ksmea.show.diagnosis_residuals`); None of a record without curves. A model's curve is the fine one of the record; of
+    records that have none, that at the measured speeds."""
+    curves = record.curves
+    if curves is None:
+        return None
     speed = np.array(curves.speed) / RPM
-    measured, has_phase = _of_values(curves.responses.measured)
+    measured = as_complex(curves.responses.measured)
     values = {"model before": curves.responses.before, "model after": curves.responses.after}
-    left = {"model before": curves.residuals.before, "model after": curves.residuals.after}
     fine = {"model before": curves.fine_before, "model after": curves.fine_after}
-    at_speeds = {name: _of_values(found)[0] / MICROMETRE for name, found in values.items() if found is not None}
+    at_speeds = {
+        name: _with_phase(as_complex(found)) / MICROMETRE for name, found in values.items() if found is not None
+    }
     coarse = {name: ModelCurve(speed, found, curves.breaks) for name, found in at_speeds.items()}
     drawn = {name: _curve(found) for name, found in fine.items() if found is not None}
     return Response(
         speed=speed,
         channels=curves.channels,
-        measured=measured / MICROMETRE,
-        has_phase=has_phase,
+        measured=_with_phase(measured) / MICROMETRE,
+        has_phase=np.iscomplexobj(measured),
         sd=None,
         curves=coarse | drawn,
         at_speeds=at_speeds,
         residuals={
-            name: _parts(found, fitted)
-            for name, found in left.items()
-            if found is not None and (fitted := values[name]) is not None
+            f"model {when}": _parts(found, at_speeds[f"model {when}"]) for when, found in residuals_of(record).items()
         },
     )
 
@@ -133,17 +138,13 @@ def _complex(polar: Polar | FineCurve) -> ComplexArray:
     return found
 
 
-def _of_values(values: Values) -> tuple[ComplexArray, bool]:
-    """(n_speed, n_channel) m, and whether it has a phase."""
-    parts = np.array(values, dtype=float)
-    if parts.ndim == 3:
-        return parts[..., 0] + 1j * parts[..., 1], True
-    return np.abs(parts).astype(complex), False
+def _with_phase(values: Array | ComplexArray) -> ComplexArray:
+    """Amplitudes with a phase of 0, complex values as they are."""
+    return np.asarray(values if np.iscomplexobj(values) else np.abs(values), dtype=complex)
 
 
-def _parts(residuals: Values, fitted: Values) -> dict[str, Array]:
+def _parts(residuals: Array | ComplexArray, fitted: ComplexArray) -> dict[str, Array]:
     """Residuals in units of the noise, of a complex one its components beside the fitted response."""
-    values, has_phase = _of_values(residuals)
-    if has_phase:
-        return dict(zip(COMPONENTS, components(values, _of_values(fitted)[0])))
-    return {"amplitude": np.array(residuals, dtype=float)}
+    if np.iscomplexobj(residuals):
+        return dict(zip(COMPONENTS, components(residuals, fitted)))
+    return {"amplitude": residuals.real}

@@ -1,0 +1,56 @@
+"""What the models of a diagnosis leave of the data, in units of one noise, so that before and after can be compared."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, Values
+from ksmea.records.estimate import NoiseLevelRecord
+
+
+def residuals(record: DiagnosisRecord) -> dict[str, Array | ComplexArray]:
+    """Measured minus modelled (n_speed, n_channel) in units of the noise, 'before' and, with an extended model, 'after'.
+
+    An estimated noise takes up what a model does not explain: in units of its own, a wrong model leaves about as much as a
+    right one. Both are therefore in units of the noise that the extended model leaves, s² = (relative · |response|)² + floor²
+    at its response. What is known datum by datum is the same of both.
+    """
+    curves = record.curves
+    if curves is None:
+        return {}
+    before, after = curves.residuals.before, curves.residuals.after
+    if after is None or curves.responses.after is None or record.noise.after is None:
+        return {"before": as_complex(before)}
+    own, one = (
+        _sd(level, np.abs(as_complex(response)), curves)
+        for level, response in (
+            (record.noise.before, curves.responses.before),
+            (record.noise.after, curves.responses.after),
+        )
+    )
+    scale = 1.0 if record.noise.by_datum else own / one
+    return {"before": as_complex(before) * scale, "after": as_complex(after)}
+
+
+def as_complex(values: Values) -> Array | ComplexArray:
+    """Numbers of a record (n_speed, n_channel): complex of pairs, real ones as they are."""
+    parts = np.array(values, dtype=float)
+    return parts[..., 0] + 1j * parts[..., 1] if parts.ndim == 3 else parts
+
+
+def _sd(level: NoiseLevelRecord, size: Array, curves: CurvesRecord) -> Array:
+    """Standard deviations of responses of this size (n_speed, n_channel), m."""
+    found = np.hypot(level.relative * size, level.floor)
+    if level.by_run:
+        for rows, (_, relative, floor) in zip(_rows(curves), level.by_run):
+            found[rows] = np.hypot(relative * size[rows], floor)
+    return found
+
+
+def _rows(curves: CurvesRecord) -> Iterator[slice]:
+    """The speeds of each run."""
+    starts = [0, *curves.breaks, len(curves.speed)]
+    yield from map(slice, starts, starts[1:])
