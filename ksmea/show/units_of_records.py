@@ -137,3 +137,12 @@ IN_UNIT: Mapping[type, tuple[str, ...]] = {
     identifiability.Unknown: ("true", "lower", "upper", "crlb"),
     plan.Unknown: ("true", "range_sd"),
 }
+
+
+def _law_status(record: location.LocationRecord) -> str:
+    """What null stands for: laws are sought where some place explains the data and, in a diagnosis, no effect does."""
+    return "found" if record.law else "none holds" if record.laws else "not sought"
+
+
+# Fields of which null alone would not say why there is nothing.
+STATUS: Mapping[tuple[type, str], Callable[[Any], str]] = {(location.LocationRecord, "law"): _law_status}

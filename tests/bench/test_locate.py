@@ -36,7 +36,7 @@ def test_it_says_where_something_acts_and_writes_what_it_found(located):
     assert "The extension is supported by left-out data: it predicts 6 of 6 blocks" in located.out
     assert "written: location.json, extended.yaml, sites.csv, location.png" in located.out
     found = json.loads((located.output / "location.json").read_text())
-    assert found["kind"] == "force" and "hidden" not in found
+    assert found["kind"] == "force" and found["law_status"] == "found" and "hidden" not in found
     accepted = [site["position"] for site in found["candidates"] if site["accepted"]]
     [run] = pd.read_csv(located.output / "runs.csv").to_dict("records")
     true = float(run["hidden"].split("at ")[1].split(" m")[0])

@@ -20,7 +20,8 @@ from ksmea.records.identification import IdentificationRecord, NoiseLevel
 from ksmea.records.location import LocationRecord
 from ksmea.records.plan import PlanRecord
 from ksmea.records.record import Record
-from ksmea.show.json_units import with_units
+from ksmea.show.diagnosis import text
+from ksmea.show.json_units import BESIDE_UNIT, IN_SI, with_units
 from ksmea.show.text import noise_level
 from ksmea.show.units_of_records import IN_UNIT, UNITS
 
@@ -96,6 +97,9 @@ def test_runs_without_a_time_are_counted_and_have_no_unit(times, unit):
 
 def test_a_diagnosis_in_json_has_the_numbers_of_its_text():
     told = json.loads(json.dumps(public(DIAGNOSIS), allow_nan=False))
+    assert next(iter(told.items())) == ("units", BESIDE_UNIT)
+    size = next(each["after"] for each in told["coefficients"] if each["name"] == "runout_x")
+    assert (f"{size['value']:.2f}", size["unit"]) == ("4.46", "µm") and "4.46" in text(DIAGNOSIS)
     noise = told["noise"]["after"]
     assert noise["floor_unit"] == "m" and noise["floor"] == DIAGNOSIS.noise.after.floor
     assert noise_level(DIAGNOSIS.noise.after) == f"{noise['relative_pct']:.3g} % of each value" + (
@@ -111,6 +115,7 @@ def test_a_diagnosis_in_json_has_the_numbers_of_its_text():
 def test_a_floor_is_told_in_both_units():
     told = with_units(NoiseLevelRecord(0.05, 7e-8))
     assert told == {
+        "units": BESIDE_UNIT,
         "relative": 0.05,
         "relative_unit": "1",
         "relative_pct": pytest.approx(5.0),
@@ -135,6 +140,7 @@ def found(rotor):
 def test_an_identification_in_json_has_values_in_their_unit(found):
     told = json.loads(found.to_json())
     first, value = told["parameters"][0], found["kxx"]
+    assert next(iter(told.items())) == ("units", IN_SI)
     assert (first["unit"], first["in_unit"]["value"]) == (value.unit, pytest.approx(value.value))
     assert [first["in_unit"]["low"], first["in_unit"]["high"]] == pytest.approx([value.low, value.high])
     assert first["identified"] == found.record.parameters[0].identified  # SI, as before

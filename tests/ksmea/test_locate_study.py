@@ -11,6 +11,7 @@ from ksmea.errors import SettingError
 from ksmea.load import Load
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.records.location import LocationRecord
+from ksmea.show.json_units import with_units
 from ksmea.show.location import frame, plot, text
 from ksmea.show.location_words import headline, landmark
 from ksmea.studies.locate import LocationOptions, location
@@ -42,6 +43,15 @@ def record():
 
 def test_the_record_comes_back_from_json(record):
     assert LocationRecord.from_data(json.loads(json.dumps(record.to_data(), allow_nan=False))) == record
+
+
+def test_json_tells_no_law_from_none_sought(record):
+    """A law that is null may have been rejected, or never been looked for."""
+    none_holds = tuple(dataclasses.replace(law, accepted=False) for law in record.laws)
+    statuses = {"found": record.laws, "none holds": none_holds, "not sought": ()}
+    told = {name: with_units(dataclasses.replace(record, laws=laws)) for name, laws in statuses.items()}
+    assert [each["law_status"] for each in told.values()] == list(statuses)
+    assert [each["law"] is None for each in told.values()] == [False, True, True]
 
 
 def test_an_older_record_has_single_sites_and_names_of_laws(record):
