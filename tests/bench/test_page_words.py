@@ -56,6 +56,20 @@ def test_an_angle_near_zero_does_not_squash_the_other_intervals():
     assert interval_plot({"kxx": unknowns["kxx"]}, {}, "Intervals.").alternative == "Intervals."
 
 
+def test_a_value_beyond_the_edge_is_an_arrow_there():
+    """10 ± 1 is believed: beyond 1.15 × 10 times that nothing fits; 30 lies 200 % away, and 11 does not."""
+    of = {"before": Shown(30, 29, 31, "N"), "after": Shown(10, 9, 11, "N")}
+    near = {"before": Shown(11, 10, 12, "N"), "after": Shown(10, 9, 11, "N")}
+    drawn = interval_plot({"far": of, "near": near}, {}, "Intervals.")
+    edge = drawn.figure["layout"]["xaxis"]["range"][1]
+    before, _, arrow = drawn.figure["data"]
+    assert edge == pytest.approx(115) and before["x"] == pytest.approx([10])
+    assert arrow["marker"]["symbol"] == "triangle-right" and 0.9 * edge < arrow["x"][0] < edge
+    assert arrow["text"] == ["far: 30.0 [29.0, 31.0] N"] and arrow["y"][0] < 0.5  # in the row of its unknown
+    assert drawn.alternative == "Intervals. Arrows: beyond that edge, as the table says."
+    assert "Arrows" not in interval_plot({"near": near}, {}, "Intervals.").alternative
+
+
 def test_a_caption_tells_the_marks_of_residuals_apart():
     speed, values = np.array([100.0, 200.0]), np.array([[1 + 1j], [2 + 0j]])
     parts = {"in phase": values.real, "in quadrature": values.imag}

@@ -13,7 +13,8 @@ from bench.reports.pages.traces import COLOURS, axis, layout, level
 from ksmea.show.text import told, with_ends
 
 OPEN_REACH = 1.15  # times the farthest end that is drawn: where the axis, and an interval that is open, end
-FAR = 10.0  # times the reach of the intervals that are believed, beyond which nothing is drawn; tables have it
+FAR = 10.0  # times the reach of the intervals that are believed, beyond which arrows are drawn; tables have the values
+AT_EDGE = 0.97  # of the way to the edge: where arrows are
 SYMBOLS = ("circle", "diamond", "square", "triangle-up")
 ROW = 46  # px for each unknown
 
@@ -31,7 +32,7 @@ class Shown:
 def interval_plot(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[str, float], alternative: str) -> Plot:
     """Of each unknown, by name, the value and interval of each series, by name; `truth` has true values in the same units.
     What is drawn is the difference from the value of the last series that has the unknown, in per cent of it, of an angle in per
-    cent of 1 rad, as far as `FAR` times what the intervals of these reach."""
+    cent of 1 rad, as far as `FAR` times what the intervals of these reach; a value beyond is an arrow at that edge."""
     series = list(dict.fromkeys(name for of in unknowns.values() for name in of))
     names = list(unknowns)
     believed = {name: list(of.values())[-1] for name, of in unknowns.items()}
@@ -41,10 +42,15 @@ def interval_plot(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[st
     own = max((_farthest(each, zero[name], scale[name]) for name, each in believed.items()), default=0.0)
     edge = OPEN_REACH * (min(max(every, default=0.0), FAR * own if own else np.inf) or 1.0)
     traces: list[dict[str, Any]] = []
+    arrows: list[dict[str, Any]] = []
     for number, kind in enumerate(series):
         offset = 0.5 * ((number + 0.5) / len(series) - 0.5)
         mine = [(at, name, unknowns[name][kind]) for at, name in enumerate(names) if kind in unknowns[name]]
-        traces.append(_trace(kind, mine, zero, scale, edge, offset, number))
+        beyond = [each for each in mine if abs(_pct(each[2].value, zero[each[1]], scale[each[1]])) > edge]
+        inside = [each for each in mine if each not in beyond]
+        traces.append(_trace(kind, inside, zero, scale, edge, offset, number))
+        arrows += [_arrow(kind, each, zero, edge, offset, number) for each in beyond]
+    traces += arrows
     if known := [(at, name) for at, name in enumerate(names) if np.isfinite(truth.get(name, np.nan))]:
         traces.append(
             {
@@ -60,6 +66,7 @@ def interval_plot(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[st
     made["yaxis"] = axis(tickvals=list(range(len(names))), ticktext=labels, range=[len(names) - 0.5, -0.5])
     made["shapes"] = [level(0, along="x", dash="solid")]
     said = alternative + (" Angles: 100 % is 1 rad." if any(_is_angle(each) for each in believed.values()) else "")
+    said += " Arrows: beyond that edge, as the table says." if arrows else ""
     return Plot("Unknowns with their intervals", said, {"data": traces, "layout": made}, height=110 + ROW * len(names))
 
 
@@ -87,9 +94,36 @@ def _trace(
             "thickness": 1.8,
             "width": 4,
         },
-        "text": [f"{name}: {with_ends(each.value, each.low, each.high)} {each.unit}" for _, name, each in mine],
+        "text": [_said(name, each) for _, name, each in mine],
         "hovertemplate": "%{text}<extra>" + kind + "</extra>",
     }
+
+
+def _arrow(
+    kind: str, one: tuple[int, str, Shown], zero: Mapping[str, float], edge: float, offset: float, number: int
+) -> dict[str, Any]:
+    """In place of a value that is not drawn."""
+    row, name, each = one
+    is_right = each.value > zero[name]
+    return {
+        "type": "scatter",
+        "mode": "markers",
+        "name": kind,
+        "showlegend": False,
+        "x": [AT_EDGE * (edge if is_right else -edge)],
+        "y": [row + offset],
+        "marker": {
+            "color": COLOURS[number % len(COLOURS)],
+            "size": 11,
+            "symbol": "triangle-right" if is_right else "triangle-left",
+        },
+        "text": [_said(name, each)],
+        "hovertemplate": "%{text}<extra>" + kind + "</extra>",
+    }
+
+
+def _said(name: str, each: Shown) -> str:
+    return f"{name}: {with_ends(each.value, each.low, each.high)} {each.unit}"
 
 
 def _with_digits_of(value: float, shown: Shown) -> str:

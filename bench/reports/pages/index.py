@@ -128,7 +128,7 @@ def _row(place: Path, facts: Mapping[str, Any]) -> str:
     has_page = "study" in facts
     shown = f'<a href="{safe(quote(place.as_posix()))}/{PAGE}">{safe(name)}</a>' if has_page else safe(name)
     when = str(facts.get("when", ""))[:16].replace("T", " ")
-    found = safe(shortened(str(facts.get("headline", "")), LONGEST))
+    found = _unbroken(safe(shortened(str(facts.get("headline", "")), LONGEST)))
     n_run = facts.get("runs", "")
     numbers = (
         f'<td class="number" data-label="{label}">{safe(number)}</td>'
@@ -140,3 +140,12 @@ def _row(place: Path, facts: Mapping[str, Any]) -> str:
     texts = (f'<td class="when">{safe(when)}</td>', f"<td>{safe(facts.get('study', ''))}</td>")
     cells = [f'<td class="name">{shown}</td>', f'<td class="long">{found}</td>', *numbers, *texts]
     return f"<tr>{''.join(cells)}</tr>"
+
+
+def _unbroken(text: str) -> str:
+    """Text whose lines never end between a number and its ± or %.
+
+    >>> _unbroken("± 0.1 % of kxx") == "±\N{NO-BREAK SPACE}0.1\N{NO-BREAK SPACE}% of kxx"
+    True
+    """
+    return text.replace("± ", "±\N{NO-BREAK SPACE}").replace(" %", "\N{NO-BREAK SPACE}%")
