@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -15,11 +16,15 @@ from bench.command_line.help_commands import command_names, command_text
 from bench.command_line.help_experiments import experiment_text
 from bench.command_line.help_plugins import Problem, group_text, plugin_text, setting_text
 from bench.command_line.source_settings import source_settings
-from ksmea.errors import SettingError, unknown
+from ksmea.errors import SettingError, nearest, shortened
 from ksmea.plugin_names import FURTHER, GROUPS, registered
 from ksmea.setting_types import in_words
 
 ALL = (*GROUPS, *FURTHER)
+MOST_NEAR, LEAST_ALIKE = (
+    4,
+    0.65,
+)  # names that an unknown one might have meant, and the ratio from which on they are alike
 
 
 def topic_text(words: Sequence[str], experiments: Mapping[str, Path], usage: str) -> str:
@@ -68,8 +73,20 @@ def _topic(word: str, experiments: Mapping[str, Path], usage: str, problem: Prob
     if not found:
         found = [*map(str, mentioned(word))]
     if not found:
-        raise unknown("name", word, [*_names(experiments, usage), *terms()])
+        raise _not_known(word, [*_names(experiments, usage), *terms()])
     return "\n\n".join(found)
+
+
+def _not_known(word: str, names: Sequence[str]) -> SettingError:
+    """The error of a word that nothing is named by: the nearest of hundreds of names, and the command that lists them."""
+    folded = {each.casefold(): each for each in sorted(names)}
+    alike = [folded[each] for each in get_close_matches(word.casefold(), folded, n=MOST_NEAR, cutoff=LEAST_ALIKE)]
+    best = nearest(word, names)
+    others = ", ".join(each for each in alike if best and each.casefold() != best.casefold())
+    hint = f"did you mean '{best}'? {f'also near: {others}; ' if others else ''}" if best else ""
+    return SettingError(
+        f"unknown name '{shortened(word)}'; {hint}python -m bench help lists commands, experiments and plugins"
+    )
 
 
 def _named(group: str, name: str, problem: Problem) -> str:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 from ksmea.errors import SettingError
 from ksmea.settings import Settings, setting
-from measurements.formats.unit_texts import DETECTORS, SPEED_UNITS, UNITS
+from measurements.formats.unit_texts import DETECTORS, SCALED, SPEED_UNITS, UNITS, is_voltage
 
 OWN = "run_up"  # the project's own CSV file, which leaves nothing open
 FORMATS = (OWN, "csv", "excel", "mat", "uff", "system1", "adre", "waveform")
@@ -41,7 +41,11 @@ class Answers(Settings):
         " tables with a row per probe",
     )
     sheet: str = setting("", "the sheet of an Excel file; empty: its only one")
-    unit: str | None = setting(None, "unit of amplitudes, where the file does not say it", choices=tuple(UNITS))
+    unit: str | None = setting(
+        None,
+        "unit of amplitudes, where the file does not say it; of volts that of the motion, with scale",
+        choices=tuple(UNITS),
+    )
     scale: float | None = setting(
         None,
         "what 1 of the file is in that unit, such as 5 of volts from a probe of 200 mV/mil with unit=mil; null: 1",
@@ -81,6 +85,13 @@ class Answers(Settings):
         unit="rpm",
         above=0,
     )
+
+    def __post_init__(self) -> None:
+        if isinstance(self.unit, str) and is_voltage(
+            self.unit
+        ):  # which is like none of the units, though its letter is
+            raise SettingError(f"unit: expected that of the motion, got the voltage {self.unit!r}; {SCALED}")
+        super().__post_init__()
 
     def check_answers(self) -> None:
         """Raise `SettingError` where settings answer questions that this format does not ask."""

@@ -20,6 +20,7 @@ from measurements.formats.curve import Curve
 from measurements.formats.placing import Place, model_direction, places
 from measurements.formats.questions import OpenQuestion
 from measurements.formats.unit_texts import (
+    SCALED,
     SPEED_UNITS,
     UNITS,
     ZERO_TO_PEAK,
@@ -160,7 +161,7 @@ def _unit(curve: Curve, answers: Answers, where: str) -> tuple[str, str, str]:
     if said is None:
         raise SettingError(
             f"{where}: expected a displacement, velocity or acceleration in {', '.join(UNITS)}, got {shortened(repr(curve.unit))};"
-            " leave this probe out of probes, or correct the file"
+            f" leave this probe out of probes, or {SCALED}"
         )
     unit = _either("unit", said.unit, answers.unit, where, "mil or another of its choices", "UNIT", "um")
     detector = _either(

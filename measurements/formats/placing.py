@@ -18,6 +18,7 @@ from measurements.formats.questions import OpenQuestion
 NAMED = {"x": 0.0, "h": 0.0, "hor": 0.0, "horizontal": 0.0, "y": 90.0, "v": 90.0, "ver": 90.0, "vertical": 90.0}
 DEGREES = re.compile(r"([-+]?[0-9]+\.?[0-9]*)\s*(?:°|deg)?", re.ASCII)
 FROM_VERTICAL = re.compile(r"([0-9]+\.?[0-9]*)\s*(?:°|deg)?\s*(r|l|right|left)", re.ASCII | re.IGNORECASE)
+DECIMAL_COMMA = re.compile(r"^(\s*[-+]?[0-9]*),([0-9]+)(\s*(?:[rl]|°|deg)?\s*)$", re.ASCII | re.IGNORECASE)
 LARGEST = 360.0  # degrees
 FARTHEST = 1e3  # m: no shaft is as long
 CLOCKWISE = "cw"
@@ -43,6 +44,10 @@ def places(texts: Sequence[str]) -> dict[str, Place]:
         parts = text.rsplit("@", 2)
         if len(parts) == 3 and not _is_number(parts[1]):  # the name has an @
             parts = text.rsplit("@", 1)
+        if (meant := _with_points(text)) != text:
+            raise SettingError(
+                f"probes: expected a decimal point, got a comma in {shortened(repr(text))}; write {shortened(meant)}"
+            )
         if len(parts) < 2 or not _is_number(parts[1]) or not 0 <= float(parts[1]) <= FARTHEST:
             raise SettingError(
                 f"probes: expected name@m@direction, such as 1X@0.1@x, got {shortened(repr(text))}; m is from the left end"
@@ -84,6 +89,16 @@ def _angle(text: str) -> float | None:
     if found := DEGREES.fullmatch(text):
         return float(found[1])
     return None
+
+
+def _with_points(text: str) -> str:
+    """A probe with decimal points where its place, or its direction in degrees, has a comma.
+
+    >>> _with_points("1,5X@0,1@-22,5"), _with_points("X@0.1@45R")
+    ('1,5X@0.1@-22.5', 'X@0.1@45R')
+    """
+    name, *numbers = text.rsplit("@", 2)
+    return "@".join([name, *(DECIMAL_COMMA.sub(r"\1.\2\3", each) for each in numbers)])
 
 
 def _is_number(text: str) -> bool:

@@ -32,6 +32,9 @@ TIMES = {"": 1.0, "s": 1.0, "sec": 1.0, "ms": 1e-3, "msec": 1e-3, "us": 1e-6, "m
 _RADIAN = 1 / DEGREE  # degrees
 PHASES = {"deg": 1.0, "°": 1.0, "degree": 1.0, "degrees": 1.0, "rad": _RADIAN, "radian": _RADIAN, "radians": _RADIAN}
 
+# What to do where a file is in none of them.
+SCALED = "give a unit and what 1 of the file is in it, such as unit=mil scale=5 for volts of a probe of 200 mV/mil"
+
 _SPELT = {
     "mils": "mil",
     "micron": "um",
@@ -45,6 +48,7 @@ _SPELT = {
     "m/s**2": "m/s2",
     "g's": "g",
 }
+_VOLTAGES = ("v", "mv", "uv", "kv", "volt", "volts", "millivolt", "millivolts")
 _DETECTOR = {
     "pp": r"p-?p|pk-?pk|peak[- ]?(?:to[- ])?peak",
     "rms": r"rms|eff",
@@ -77,6 +81,15 @@ def amplitude_unit(text: str) -> AmplitudeUnit | None:
     if unit and unit not in UNITS:
         return None
     return AmplitudeUnit(unit, detector)
+
+
+def is_voltage(text: str) -> bool:
+    """Whether a text names a voltage, which is a motion by the sensitivity of the probe alone.
+
+    >>> is_voltage("mV pp"), is_voltage("mil")
+    (True, False)
+    """
+    return _apart(text)[0] in _VOLTAGES
 
 
 def detector_of(text: str) -> str:

@@ -67,6 +67,13 @@ def test_help_on_what_is_not_there(words, expected, enter):
     assert page.code == 2 and page.out == "" and page.err.startswith(f"error: {expected}")
 
 
+def test_an_unknown_name_is_told_the_nearest_few_and_where_all_are(enter):
+    said = enter("help", "tabel3").err
+    assert "did you mean 'table3'? also near: table, " in said and "python -m bench help lists" in said
+    assert len(said) < 300 and "help table3" in said
+    assert "did you mean" not in enter("help", "xyzzyx").err
+
+
 def test_plugins_from_outside_with_their_package_and_whether_they_load(enter, tmp_path, monkeypatch):
     """One that loads, one that does not, and one whose name is that of a plugin of this project."""
     information = tmp_path / "their_tools-1.5.dist-info"

@@ -153,6 +153,17 @@ OPEN = {  # what a file leaves open, and the setting that the refusal names
         "expected a line with the headings rpm, got none",
     ),
     "a direction": (system1, {"probes": ["A@0.1@up", "B@0.1@y"]}, "expected a direction x, y, H, V"),
+    "a place with a decimal comma": (
+        system1,
+        {"probes": ["A@0,1@x", "B@0.1@y"]},
+        "expected a decimal point, got a comma in 'A@0,1@x'; write A@0.1@x",
+    ),
+    "an angle with a decimal comma": (
+        system1,
+        {"probes": ["A@0.1@-22,5", "B@0.1@y"]},
+        "expected a decimal point, got a comma in 'A@0.1@-22,5'; write A@0.1@-22.5",
+    ),
+    "a voltage": (mat, {"unit": "mV"}, "got the voltage 'mV'; give a unit and what 1 of the file is in it"),
     "one channel twice": (
         system1,
         {"probes": ["A@0.1@x", "B@0.1@H"]},
