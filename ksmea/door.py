@@ -208,8 +208,8 @@ def identifiability(
 ) -> IdentifiabilityResult:
     """How well data on the problem's speeds and channels with such noise would tell the unknowns, and how other data would.
 
-    `relative` and `floor` (µm) are the noise, `values` where the problem is linearised (published values by default). A
-    `measurement` stands in for all of these by its most likely values and noise, and is what further data are added to.
+    `relative` and `floor` (µm) are the noise, `values` where the problem is linearised (by default published values, and the
+    middles of the limits of unknowns that have none, which a note tells). A `measurement` stands in for all of these by its most likely values and noise, and is what further data are added to.
     `settings` are those of `study=identifiability`: level, variations …
 
     >>> import ksmea
@@ -219,7 +219,7 @@ def identifiability(
     """
     options = IdentifiabilityOptions(**settings)
     if measurement is None:
-        point = DesignPoint(problem.problem, problem.x(values), _noise(relative, floor), kind, noise_known)
+        point = _design_point(problem, values, _noise(relative, floor), kind, noise_known)
     else:
         point = _most_likely(problem, measurement, rng)
     return IdentifiabilityResult(identifiability_study(point, options))
@@ -249,7 +249,7 @@ def plan(
     """
     options = PlanOptions(target=target, **settings)
     if measurement is None:
-        point = DesignPoint(problem.problem, problem.x(values), _noise(relative, floor), kind, noise_known)
+        point = _design_point(problem, values, _noise(relative, floor), kind, noise_known)
     else:
         point = _most_likely(problem, measurement, rng)
     return PlanResult(planning_study(point, options))
@@ -358,6 +358,23 @@ def _noise(relative: float, floor: float) -> Noise:
             "noise: expected some, without which every unknown is known exactly, got none; give relative=0.05 or floor=0.1 (µm)"
         )
     return noise
+
+
+def _design_point(
+    problem: LoadedProblem, values: Mapping[str, float] | None, noise: Noise, kind: str, noise_known: bool
+) -> DesignPoint:
+    """Planned data at values of the unknowns, those that are assumed told."""
+    taken = problem.middles(values)
+    remarks = (
+        [
+            f"no value is known of {', '.join(taken)}: the middles of the limits are taken, the geometric ones where these lie a"
+            f" decade or more apart; give yours: values={{{next(iter(taken))!r}: …}}"
+        ]
+        if taken
+        else []
+    )
+    x = problem.x({**taken, **(values or {})})
+    return DesignPoint(problem.problem, x, noise, kind, noise_known, remarks=tuple(remarks))
 
 
 def _most_likely(problem: LoadedProblem, data: Data, rng: Seed) -> DesignPoint:

@@ -126,12 +126,16 @@ class LoadedProblem:
         >>> drawing.to_frame().query("harmonic == 1")["critical_speed_rpm"].round().tolist()
         [3620.0, 3798.0, 10017.0, 11278.0]
         """
-        given = dict(values or {})
-        without = [each.name for each in self.parameters if each.name not in self.reference | given]
-        taken = middles(self.parameters, without)
-        chosen, x = RotordynamicsOptions(**options), self.x(taken | given)
+        taken = self.middles(values)
+        chosen, x = RotordynamicsOptions(**options), self.x({**taken, **(values or {})})
         remarks = _middles_in_words(taken)
         return RotorDrawing(rotordynamics(self.problem, x, chosen, title=self.name, remarks=remarks))
+
+    def middles(self, values: Mapping[str, float] | None = None) -> dict[str, float]:
+        """Of the unknowns that have neither one of these values nor a published one, the middles of their limits in their
+        units, the geometric ones where these lie a decade or more apart."""
+        known = self.reference | dict(values or {})
+        return middles(self.parameters, [each.name for each in self.parameters if each.name not in known])
 
     def with_settings(self, **settings: Any) -> LoadedProblem:
         """The same problem with some of its settings changed."""

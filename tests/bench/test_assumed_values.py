@@ -2,6 +2,7 @@
 
 import pytest
 
+import ksmea
 from bench.plan.assumed_values import ASSUMED, with_assumed_values
 
 STUDY = {"study": {"name": "identifiability"}}
@@ -48,6 +49,22 @@ def test_what_has_no_value_is_in_the_middle_of_its_limits(settings):
 )
 def test_nothing_is_assumed_where_values_are_known_or_data_are_made_of_them(change, settings):
     assert with_assumed_values(settings | change) == settings | change
+
+
+@pytest.mark.parametrize("values", [{}, {"kyy": 30.0}])
+def test_from_python_the_same_values_are_taken_and_told(settings, values):
+    rotor = ksmea.load_problem(settings["problem"]["file"])
+    given = {**settings, "measurement": {"name": "synthetic", "truth": values}}
+    truth = with_assumed_values(given)["measurement"]["truth"]
+    look = {"relative": 0.05, "variations": []}
+    found, told = (ksmea.identifiability(rotor, values=each, **look).record for each in (values, truth))
+    assert [each.crlb for each in found.parameters] == [each.crlb for each in told.parameters] and not told.remarks
+    [remark] = found.remarks
+    assert remark.startswith(
+        f"no value is known of {'kxx' if values else 'kxx, kyy'}: the middles of the limits are taken"
+    )
+    plan = ksmea.plan(rotor, "kxx", relative=0.05, values=values, add=1, sensors=0, trial_phases=[])
+    assert plan.record.remarks[0] == remark and remark in str(plan)
 
 
 def test_the_command_says_what_it_has_assumed_and_how_to_give_other_values(enter, settings):
