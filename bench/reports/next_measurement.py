@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import json
 import os
-import shlex
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,6 +12,7 @@ from typing import Any
 
 from bench.command_line.overrides import override, path_word
 from bench.plan.plan import Cell, Plan
+from bench.reports.pages.made_by import command_line
 from ksmea.errors import visible
 from ksmea.run_notation import BARE, weights_of
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
@@ -71,7 +71,7 @@ def _command(plan: Plan, cell: Cell, changes: Sequence[str]) -> str:
     if "measurement" in changed:
         changed |= {f"measurement.{name}" for name in OF_FILE}
     kept = [word for word in plan.command if _key(word) not in changed]
-    return shlex.join(["python", "-m", "bench", *kept, *words])
+    return command_line([*kept, *words])
 
 
 def _key(word: str) -> str:

@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import re
+import subprocess
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -18,6 +19,7 @@ from bench.reports.chapters.responses import ModelCurve, Response, of_diagnosis
 from bench.reports.chapters.summary import _range as errors_in_words
 from bench.reports.pages.blocks import Blocks
 from bench.reports.pages.experiment import heading
+from bench.reports.pages.made_by import command_line
 from ksmea.records.curves import FineCurve
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, NoiseRecord, ResidualsRecord, ResponsesRecord
 from ksmea.records.estimate import NoiseLevelRecord
@@ -83,6 +85,14 @@ def test_a_caption_tells_the_marks_of_residuals_apart():
         "(○ in phase, model before; × in quadrature, model before; ● in phase, model after; + in quadrature, model after)"
         in said
     )
+
+
+@pytest.mark.parametrize("word", ["a='ä b'", "a=\"b\"", "a='$HOME'", "a='`id`'", "a='b!c'", "a='\\'", "a=b c", "a=''"])
+def test_a_command_of_a_page_gives_a_shell_the_words_that_were_given(word):
+    done = subprocess.run(
+        ["sh", "-c", command_line([word]).replace("python -m bench", "printf %s", 1)], capture_output=True, check=True
+    )
+    assert done.stdout.decode() == word
 
 
 def test_a_range_of_errors_is_told_without_powers_of_ten():

@@ -19,8 +19,17 @@ MOST_FAILED = 50  # runs whose reasons are on the page; runs.csv has all
 
 
 def command_line(words: Sequence[str]) -> str:
-    """Words of the command line as one command, quoted for a shell."""
-    return shlex.join(["python", "-m", "bench", *words])
+    """Words of the command line as one command, quoted for a shell.
+
+    >>> print(command_line(["problem.file='Läufer.yaml'"]))
+    python -m bench "problem.file='Läufer.yaml'"
+    """
+    return " ".join(["python", "-m", "bench", *map(_quoted, words)])
+
+
+def _quoted(word: str) -> str:
+    """A word with quotes of its own in double ones, which read better, where a shell leaves alone what is in them."""
+    return f'"{word}"' if "'" in word and not set('"$`\\!') & set(word) else shlex.quote(word)
 
 
 def runs_section(runs: pd.DataFrame) -> Section:
