@@ -365,16 +365,13 @@ def _design_point(
 ) -> DesignPoint:
     """Planned data at values of the unknowns, those that are assumed told."""
     taken = problem.middles(values)
-    remarks = (
-        [
-            f"no value is known of {', '.join(taken)}: the middles of the limits are taken, the geometric ones where these lie a"
-            f" decade or more apart; give yours: values={{{next(iter(taken))!r}: …}}"
-        ]
-        if taken
-        else []
+    said = (
+        f"no value is known of {', '.join(taken)}: the middles of the limits are taken, the geometric ones where these lie a decade"
+        f" or more apart; give yours: values={{{next(iter(taken), '')!r}: …}}"
     )
+    remarks = (said,) if taken else ()
     x = problem.x({**taken, **(values or {})})
-    return DesignPoint(problem.problem, x, noise, kind, noise_known, remarks=tuple(remarks))
+    return DesignPoint(problem.problem, x, noise, kind, noise_known, remarks=remarks)
 
 
 def _most_likely(problem: LoadedProblem, data: Data, rng: Seed) -> DesignPoint:

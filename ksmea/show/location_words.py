@@ -17,7 +17,8 @@ def headline(record: LocationRecord) -> str:
         return "Nothing that was tried explains the data"
     if record.is_spread:
         return "Something unknown at most places explains the data: its cause may as well be spread along the shaft"
-    return f"An unknown {in_short(record)} explains the data"
+    ended = "," if record.law is not None else ""  # of its clause
+    return f"An unknown {in_short(record)}{ended} explains the data"
 
 
 def in_short(record: LocationRecord) -> str:

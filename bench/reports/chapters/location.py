@@ -197,7 +197,10 @@ def _force_plots(record: LocationRecord, force: ForceRecord) -> Iterator[Block]:
         middle = np.concatenate([each.real.value for each in directions]) / MEGA
         low, high = np.quantile(middle, [0.05, 0.95])
         made = layout(SPEED, "dynamic stiffness (MN/m)")
-        made["yaxis"]["range"] = [low - max(high - low, 1e-3), high + max(high - low, 1e-3)]
+        low, high = low - max(high - low, 1e-3), high + max(high - low, 1e-3)
+        made["yaxis"]["range"] = [low, high]
+        if middle.min() < low or middle.max() > high:
+            said += " Where the site hardly moves it is larger than the axis shows."
         yield Plot("Dynamic stiffness", said, {"data": traces, "layout": made}, height=340)
 
 

@@ -41,6 +41,7 @@ DEEPEST, HIGHEST_DECREMENT = -0.5, 3.0  # log decrements that are shown at first
 NO_MARGIN = {"l": 0, "r": 0, "t": 0, "b": 0}
 EYE = {"x": 1.5, "y": -2.3, "z": 1.0}  # from where orbits are seen
 NARROW_EYE = 1.8  # times as far on a narrow page
+ROOM = 0.5  # decades below the lowest curve of the critical speed map: for the names of lines
 NEAR = 0.09  # of the axis of stiffness: names of lines that are closer stand in one text, also on a narrow page
 HEIGHT_3D = 520  # px
 
@@ -150,7 +151,8 @@ def _by_whirl(found: Rotordynamics, values: Array, told: str) -> Iterator[Trace]
 def _speed_map(found: Rotordynamics) -> Plot:
     assert found.speed_map is not None
     traces, named = [], set[str]()
-    for (whirl, number), curve in speed_map_frame(found).groupby(["whirl", "number"], sort=False):
+    curves = speed_map_frame(found)
+    for (whirl, number), curve in curves.groupby(["whirl", "number"], sort=False):
         traces.append(
             line(
                 curve["stiffness_MN_m"],
@@ -170,20 +172,21 @@ def _speed_map(found: Rotordynamics) -> Plot:
             {"x": float(np.log10(stiffnesses[0])), "y": 0.02, "yref": "paper", "text": said, "textangle": -90, "showarrow": False, "font": {"size": 10},
              "xanchor": "right", "yanchor": "bottom"}
         )  # fmt: skip
+    made = layout(
+        "stiffness of each bearing (MN/m)",
+        "critical speed (rpm)",
+        x_log=True,
+        y_log=True,
+        shapes=shapes,
+        annotations=notes,
+    )
+    rpm = np.log10(curves["critical_speed_rpm"][curves["critical_speed_rpm"] > 0])
+    if len(rpm):
+        made["yaxis"]["range"] = [float(rpm.min()) - ROOM, float(rpm.max()) + 0.1]
     return Plot(
         "Undamped critical speed map",
         "Critical speeds on bearings of one stiffness in x and y. Dotted lines are the stiffnesses of the model.",
-        {
-            "data": traces,
-            "layout": layout(
-                "stiffness of each bearing (MN/m)",
-                "critical speed (rpm)",
-                x_log=True,
-                y_log=True,
-                shapes=shapes,
-                annotations=notes,
-            ),
-        },
+        {"data": traces, "layout": made},
         "speed_map.png",
     )
 

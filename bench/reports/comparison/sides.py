@@ -18,6 +18,7 @@ from bench.reports.pages.made_by import flattened
 from ksmea.errors import SettingError
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.identification import IdentificationRecord
+from ksmea.show.text import two_digits
 from ksmea.show.verdict import verdict_line
 from ksmea.units import MICROMETRE
 
@@ -102,9 +103,11 @@ def _facts(record: IdentificationRecord) -> Iterator[tuple[str, str | float]]:
 
 
 def _noise(relative: float, floor: float) -> Iterator[tuple[str, float]]:
-    """The parts of the noise that there are; `floor` in m, rms where each datum has its own."""
+    """The parts of the noise that there are, with the digits that texts tell of them; `floor` in m, rms where each datum has its own."""
     yield from (
-        (name, part) for name, part in (("noise (%)", 100 * relative), ("noise (µm)", floor / MICROMETRE)) if part
+        (name, float(two_digits(part)))
+        for name, part in (("noise (%)", 100 * relative), ("noise (µm)", floor / MICROMETRE))
+        if part
     )
 
 

@@ -11,7 +11,7 @@ from typing import Any
 from bench.plan.page import Section
 from bench.reports.pages import bundle
 from bench.reports.pages.blocks import Blocks
-from bench.reports.pages.prose import safe
+from bench.reports.pages.prose import safe, unbroken
 
 PAGE = "index.html"  # of a folder
 FACTS = "ksmea-bench"  # name of the element that says what a page is about
@@ -60,7 +60,7 @@ def _attribute(facts: Mapping[str, Any]) -> str:
 
 
 def _headline(text: str) -> str:
-    return f'<p class="headline">{safe(text[:1].upper() + text[1:])}</p>' if text else ""
+    return f'<p class="headline">{unbroken(safe(text[:1].upper() + text[1:]))}</p>' if text else ""
 
 
 def _section(number: int, section: Section, blocks: Blocks) -> str:

@@ -15,7 +15,7 @@ from bench.plan.plan import PLAN_FILE
 from bench.reports.pages import bundle
 from bench.reports.pages.document import FACTS, FACTS_WITHIN, PAGE, facts_of
 from bench.reports.pages.made_by import command_line
-from bench.reports.pages.prose import safe
+from bench.reports.pages.prose import safe, unbroken
 from bench.storage.files import replace_file
 from ksmea.errors import SettingError, shortened
 from ksmea.regular_files import open_regular
@@ -128,7 +128,7 @@ def _row(place: Path, facts: Mapping[str, Any]) -> str:
     has_page = "study" in facts
     shown = f'<a href="{safe(quote(place.as_posix()))}/{PAGE}">{safe(name)}</a>' if has_page else safe(name)
     when = str(facts.get("when", ""))[:16].replace("T", " ")
-    found = _unbroken(safe(shortened(str(facts.get("headline", "")), LONGEST)))
+    found = unbroken(safe(shortened(str(facts.get("headline", "")), LONGEST)))
     n_run = facts.get("runs", "")
     numbers = (
         f'<td class="number" data-label="{label}">{safe(number)}</td>'
@@ -140,12 +140,3 @@ def _row(place: Path, facts: Mapping[str, Any]) -> str:
     texts = (f'<td class="when">{safe(when)}</td>', f"<td>{safe(facts.get('study', ''))}</td>")
     cells = [f'<td class="name">{shown}</td>', f'<td class="long">{found}</td>', *numbers, *texts]
     return f"<tr>{''.join(cells)}</tr>"
-
-
-def _unbroken(text: str) -> str:
-    """Text whose lines never end between a number and its ± or %.
-
-    >>> _unbroken("± 0.1 % of kxx") == "±\N{NO-BREAK SPACE}0.1\N{NO-BREAK SPACE}% of kxx"
-    True
-    """
-    return text.replace("± ", "±\N{NO-BREAK SPACE}").replace(" %", "\N{NO-BREAK SPACE}%")

@@ -95,3 +95,12 @@ def _sentences(lines: Sequence[str]) -> Iterator[str]:
             yield f"<ul>{''.join(f'<li>{text}</li>' for text in texts)}</ul>"
         else:
             yield "".join(f"<p>{text}</p>" for text in texts)
+
+
+def unbroken(text: str) -> str:
+    """Text whose lines never end between a number and its ± or %.
+
+    >>> unbroken("± 0.1 % of kxx") == "±\N{NO-BREAK SPACE}0.1\N{NO-BREAK SPACE}% of kxx"
+    True
+    """
+    return text.replace("± ", "±\N{NO-BREAK SPACE}").replace(" %", "\N{NO-BREAK SPACE}%")
