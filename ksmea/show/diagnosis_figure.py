@@ -33,7 +33,7 @@ LEAST_SHOWN = 1e-6  # of the largest amplitude: where a band on a logarithmic ax
 
 
 def residual_figure(record: DiagnosisRecord) -> Figure:
-    """A column per channel: amplitude measured and fitted, and residuals before and after in units of one noise."""
+    """A column per channel: amplitude measured and fitted, and residuals before and after in units of the same noise."""
     curves = record.curves
     if curves is None:
         raise SettingError(
@@ -60,7 +60,7 @@ def residual_figure(record: DiagnosisRecord) -> Figure:
             panel.xaxis.set_major_locator(MaxNLocator(4))
             panel.grid(alpha=0.25)
             if column == 0:
-                panel.set_ylabel(row.replace("/ σ", "/ σ after") if AFTERWARDS in rows else row, fontsize=8)
+                panel.set_ylabel(row, fontsize=8)
         own[0].set_title(channel, fontsize=10)
     for panel in panels.ravel()[:-columns]:
         panel.tick_params(labelbottom=False)

@@ -1,4 +1,4 @@
-"""What the models of a diagnosis leave of the data, in units of one noise, so that before and after can be compared."""
+"""What the models of a diagnosis leave of the data, in units of the same noise, so that before and after can be compared."""
 
 from __future__ import annotations
 
@@ -16,23 +16,18 @@ def residuals(record: DiagnosisRecord) -> dict[str, Array | ComplexArray]:
 
     An estimated noise takes up what a model does not explain: in units of its own, a wrong model leaves about as much as a
     right one. Both are therefore in units of the noise that the extended model leaves, s² = (relative · |response|)² + floor²
-    at its response. What is known datum by datum is the same of both.
+    at the response of each. A noise that is known is the same for both already.
     """
     curves = record.curves
     if curves is None:
         return {}
-    before, after = curves.residuals.before, curves.residuals.after
-    if after is None or curves.responses.after is None or record.noise.after is None:
-        return {"before": as_complex(before)}
-    own, one = (
-        _sd(level, np.abs(as_complex(response)), curves)
-        for level, response in (
-            (record.noise.before, curves.responses.before),
-            (record.noise.after, curves.responses.after),
-        )
-    )
-    scale = 1.0 if record.noise.by_datum else own / one
-    return {"before": as_complex(before) * scale, "after": as_complex(after)}
+    before, after = as_complex(curves.residuals.before), curves.residuals.after
+    if after is None:
+        return {"before": before}
+    if not record.noise.known and record.noise.after is not None:
+        size = np.abs(as_complex(curves.responses.before))
+        before = before * (_sd(record.noise.before, size, curves) / _sd(record.noise.after, size, curves))
+    return {"before": before, "after": as_complex(after)}
 
 
 def as_complex(values: Values) -> Array | ComplexArray:

@@ -117,10 +117,10 @@ def test_models_of_a_diagnosis_are_drawn_at_the_fine_speeds_of_its_record():
 
 @pytest.mark.parametrize("by_run", [(), (("up", 0.0, 2e-6), ("down", 0.5, 0.0))])
 @pytest.mark.parametrize("is_complex", [False, True])
-def test_residuals_before_and_after_are_in_units_of_one_noise(by_run, is_complex):
+def test_residuals_before_and_after_are_in_units_of_the_same_noise(by_run, is_complex):
     """Amplitudes of 4 and 6 µm, of which the model before leaves 2 and 3 µm and that after 1 µm each; the noise that was
     estimated before is 2 µm, that after is by the extended model."""
-    level = np.array([2.0, 0.5 * 5.0] if by_run else [1.0, 1.0])  # µm, at 3 and 5 µm
+    of_before, of_after = ([2.0, 0.5 * 3.0], [2.0, 0.5 * 5.0]) if by_run else ([1.0, 1.0], [1.0, 1.0])  # µm
 
     def told(*values):
         return tuple(((complex(each).real, 0.0) if is_complex else each,) for each in values)
@@ -129,17 +129,17 @@ def test_residuals_before_and_after_are_in_units_of_one_noise(by_run, is_complex
         speed=(200.0, 300.0),
         channels=("x at 0.1 m",),
         responses=ResponsesRecord(told(4e-6, 6e-6), told(2e-6, 3e-6), told(3e-6, 5e-6)),
-        residuals=ResidualsRecord(told(1.0, 1.5), told(*(1 / level).tolist())),
+        residuals=ResidualsRecord(told(1.0, 1.5), told(*(1 / np.array(of_after)).tolist())),
         breaks=(1,) if by_run else (),
     )
     noise = NoiseRecord(False, False, NoiseLevelRecord(0.0, 2e-6), NoiseLevelRecord(0.0, 1e-6, by_run))
     record = dataclasses.replace(RECORD, curves=curves, noise=noise)
     parts = {name: next(iter(each.values()))[:, 0] for name, each in of_diagnosis(record).residuals.items()}
     turned = np.sqrt(2) if is_complex else 1  # a component of a complex residual has half its variance
-    assert parts["model before"] == pytest.approx(turned * np.array([2.0, 3.0]) / level)
-    assert parts["model after"] == pytest.approx(turned / level)
-    by_datum = dataclasses.replace(record, noise=dataclasses.replace(noise, known=True, by_datum=True))
-    told_before = of_diagnosis(by_datum).residuals["model before"]
+    assert parts["model before"] == pytest.approx(turned * np.array([2.0, 3.0]) / of_before)
+    assert parts["model after"] == pytest.approx(turned / np.array(of_after))
+    known = dataclasses.replace(record, noise=dataclasses.replace(noise, known=True))
+    told_before = of_diagnosis(known).residuals["model before"]
     assert next(iter(told_before.values()))[:, 0] == pytest.approx(turned * np.array([1.0, 1.5]))  # the same of both
     alone = dataclasses.replace(curves, residuals=dataclasses.replace(curves.residuals, after=None))
     assert residuals(dataclasses.replace(record, curves=alone))["before"][:, 0] == pytest.approx([1.0, 1.5])
