@@ -23,6 +23,18 @@ def diagnosis(data: str) -> Task:
     return Task(lambda turn: dict(measured(DATA[data], SEEDS[turn % len(SEEDS)])[1]), parts=lambda seconds: seconds)
 
 
+def shared(data: str, workers: int) -> Task:
+    """The same by processes that share it."""
+    rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.2, 0.5])
+
+    def diagnosis(turn: int) -> None:
+        seed = SEEDS[turn % len(SEEDS)]
+        measured = ksmea.synthetic_measurement(rotor, relative=0.05, kind="complex", hidden=DATA[data], rng=seed)
+        ksmea.diagnose(rotor, measured, workers=workers)
+
+    return Task(diagnosis)
+
+
 def of_effects(n_effect: int) -> Task:
     """With so many effects on data that hide none of them, without location."""
     rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.2, 0.5])
