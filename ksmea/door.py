@@ -209,7 +209,8 @@ def identifiability(
     """How well data on the problem's speeds and channels with such noise would tell the unknowns, and how other data would.
 
     `relative` and `floor` (µm) are the noise, `values` where the problem is linearised (by default published values, and the
-    middles of the limits of unknowns that have none, which a note tells). A `measurement` stands in for all of these by its most likely values and noise, and is what further data are added to.
+    middles of the limits of unknowns that have none, which a note tells). A `measurement` stands in for all of these by its
+    most likely values and noise, and is what further data are added to.
     `settings` are those of `study=identifiability`: level, variations …
 
     >>> import ksmea
@@ -283,6 +284,7 @@ def diagnose(
     data = _measurement(measurement)
     seen = aligned(problem.problem, data)
     options = DiagnosisOptions(**settings)
+    _check_workers(workers)
     chosen, left_out = library(effects, without, data)
     record = diagnosis(seen, data, chosen, _generator(rng), options=options, left_out=left_out, workers=workers)
     return DiagnosisResult(record, extended_yaml(problem.name, _own(problem), record, about_extension(record)))
@@ -309,6 +311,7 @@ def locate(
     """
     data = _measurement(measurement)
     seen = aligned(_problem(problem), data)
+    _check_workers(workers)
     record = location(seen, data, _generator(rng), options=LocationOptions(**settings), workers=workers)
     if not isinstance(problem, LoadedProblem):
         return LocationResult(record)
@@ -330,6 +333,11 @@ def balance(measurement: Data, *, rng: Seed = 0, **settings: Any) -> BalanceResu
     """
     record = balancing(_measurement(measurement), _generator(rng), options=BalanceOptions(**settings))
     return BalanceResult(record)
+
+
+def _check_workers(workers: int) -> None:
+    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
+        raise SettingError(f"workers: expected a whole number of processes from 1 on, got {workers!r}")
 
 
 def _own(problem: LoadedProblem) -> dict[str, Any]:

@@ -1,11 +1,12 @@
 """One function of many items, shared among processes.
 
-The processes are forks of this one: they have all that the function needs as it is here, what was kept of earlier work
-included, and send back what it returns. So sharing costs hundredths of a second, and nothing has to be importable. Results come
-in the order of the items and are the same for any number of processes, and so is the error: that of the first item that has
-one.
+The processes are forks of this one. They find all that the function needs, with everything that earlier work has kept, and send
+back what it returns: sharing costs hundredths of a second, and nothing has to be importable. Results come in the order of the
+items and are the same for any number of processes, and so is the error: that of the first item that has one.
 
-Items follow one another in this process where there is one worker, or a system on which libraries do not survive a fork.
+Items follow one another in this process where there is one worker, or a system on which libraries do not survive a fork. What
+the function prints, or changes in its own process, is lost in a fork. Other threads must not hold a lock that it needs, nor
+share work at the same time.
 """
 
 from __future__ import annotations
@@ -18,8 +19,9 @@ import sys
 import threading
 import traceback
 import warnings
+from collections import deque
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass
 from multiprocessing import Pipe
 from multiprocessing.connection import Connection, wait
@@ -55,12 +57,14 @@ def for_each(
             found.append(function(item))
             progress()
         return found
-    answers: dict[int, _Answer] = {}
-    with _forks(n_worker, function, items, list(known)) as forks:
-        for number, answer in _answered(forks, len(items)):
-            answers[number] = answer
+    known = list(known)
+    answers: dict[int, bytes] = {}
+    with _forks(n_worker, function, items, known) as forks:
+        for number, content in _answered(forks, len(items)):
+            answers[number] = content
             progress()
-    return [answers[number].result() for number in range(len(items))]
+    loaded = (_Reader(answers[number], known).load() for number in range(len(items)))  # up to the first error
+    return [cast(_Answer, answer).result() for answer in loaded]
 
 
 def available_cores() -> int:
@@ -91,15 +95,10 @@ class _Answer:
 
 @dataclass(frozen=True)
 class _Fork:
-    """A fork, and this process's end of its pipe: numbers of items go there, answers come back."""
+    """A process, and this one's end of its pipe: numbers of items go there, answers come back."""
 
     process: int
     connection: Connection
-    known: Sequence[object]
-
-    def receive(self) -> tuple[int, _Answer]:
-        number, content = self.connection.recv()
-        return number, cast(_Answer, _Reader(content, self.known).load())
 
 
 @contextmanager
@@ -112,51 +111,72 @@ def _forks(
     try:
         for _ in range(count):
             ours, theirs = Pipe()
-            process = _fork()
-            if process == 0:
-                for end in (ours, *(fork.connection for fork in forks)):
-                    end.close()
-                os.close(held)
-                _serve(function, items, known, theirs, lifeline)
+            with _interrupts_held():
+                process = _fork()
+                if process == 0:
+                    try:
+                        for end in (ours, *(fork.connection for fork in forks)):
+                            end.close()
+                        os.close(held)
+                        _serve(function, items, known, theirs, lifeline)
+                    finally:
+                        os._exit(1)  # whatever happens, it never goes on with what the caller does
+            forks.append(_Fork(process, ours))
             theirs.close()
-            forks.append(_Fork(process, ours, known))
         yield forks
     finally:
         os.close(held)
         os.close(lifeline)
         for fork in forks:
             fork.connection.close()
-            os.kill(fork.process, signal.SIGKILL)
-            os.waitpid(fork.process, 0)
+            with suppress(ProcessLookupError):  # gone, and nobody has to ask for it
+                os.kill(fork.process, signal.SIGKILL)
+        for fork in forks:
+            with suppress(ChildProcessError):
+                os.waitpid(fork.process, 0)
+
+
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    """Ctrl-C, which reaches all processes of a terminal, waits: a fork is to ignore it before it meets any."""
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
 def _fork() -> int:
-    with warnings.catch_warnings():  # of other threads, which a fork does not have: it computes, and needs none of them
+    with warnings.catch_warnings():  # of other threads, which a fork does not have
         warnings.simplefilter("ignore", DeprecationWarning)
         return os.fork()
 
 
-def _answered(forks: Sequence[_Fork], n_item: int) -> Iterator[tuple[int, _Answer]]:
-    """Each item's number and answer as they come; a fork has the next item as soon as it has answered."""
-    by_connection = {fork.connection: fork for fork in forks}
-    numbers = iter(range(n_item))
-    for fork, number in zip(forks, numbers):
-        fork.connection.send(number)
-    for _ in range(n_item):
-        fork = by_connection[cast(Connection, wait(by_connection)[0])]
-        try:
-            answer = fork.receive()
-        except (EOFError, OSError):
-            raise ChildProcessError(
-                "expected all processes that share the work to live until it is done, got one that died (out of memory?);"
-                " try fewer workers"
-            ) from None
-        following = next(numbers, None)
-        if following is None:
-            del by_connection[fork.connection]
-        else:
-            fork.connection.send(following)
-        yield answer
+def _answered(forks: Sequence[_Fork], n_item: int) -> Iterator[tuple[int, bytes]]:
+    """Each item's number and answer as they come; a fork has the next item as soon as it has answered. After an error those
+    that come before its item alone are waited for."""
+    waiting, first_error = deque(range(n_item)), n_item
+    at_work: dict[Connection, int] = {}
+    try:
+        for fork in forks:
+            at_work[fork.connection] = waiting.popleft()
+            fork.connection.send(at_work[fork.connection])
+        while any(number < first_error for number in at_work.values()):
+            connection = cast(Connection, wait(at_work)[0])
+            is_error, content = connection.recv()
+            number = at_work.pop(connection)
+            if is_error:
+                first_error = min(first_error, number)
+                waiting.clear()
+            elif waiting:
+                at_work[connection] = waiting.popleft()
+                connection.send(at_work[connection])
+            yield number, content
+    except (EOFError, OSError):
+        raise ChildProcessError(
+            "expected all processes that share the work to live until it is done, got one that died (out of memory?); try"
+            " fewer workers"
+        ) from None
 
 
 def _serve(
@@ -166,15 +186,13 @@ def _serve(
     connection: Connection,
     lifeline: int,
 ) -> None:
-    """A fork's life: item after item until it is killed. It never returns to where it was forked."""
-    try:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C reaches all of them: the process that asks decides
-        threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
-        while True:
-            number = connection.recv()
-            connection.send((number, _sent(_answer(function, items[number]), known)))
-    finally:
-        os._exit(1)
+    """A fork's life: item after item until it is killed."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # the process that asks decides
+    signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
+    threading.Thread(target=_end_with, args=(lifeline,), daemon=True).start()
+    while True:
+        answer = _answer(function, items[connection.recv()])
+        connection.send(_sent(answer, known))
 
 
 def _end_with(lifeline: int) -> None:
@@ -190,13 +208,17 @@ def _answer(function: Callable[[Any], Any], item: Any) -> _Answer:
         return _Answer(error=error, lines=traceback.format_exc())
 
 
-def _sent(answer: _Answer, known: Sequence[object]) -> bytes:
-    """An answer as bytes; an error that no bytes can hold by what it says."""
+def _sent(answer: _Answer, known: Sequence[object]) -> tuple[bool, bytes]:
+    """Whether an answer is an error, and the answer as bytes; an error that cannot be made of bytes again by what it says."""
     try:
-        return _written(answer, known)
-    except Exception as why:
-        error = RuntimeError(f"{type(answer.error or why).__name__}: {answer.error or why}")
-        return _written(_Answer(error=error, lines=answer.lines or traceback.format_exc()), known)
+        content = _written(answer, known)
+        if answer.error is None or type(_Reader(content, known).load().error) is type(answer.error):
+            return answer.error is not None, content
+        why: Exception = TypeError("an error that is another one when it is read back")
+    except Exception as error:
+        why = error
+    told = RuntimeError(f"{type(answer.error or why).__name__}: {answer.error or why}")
+    return True, _written(_Answer(error=told, lines=answer.lines or str(why)), known)
 
 
 def _written(answer: _Answer, known: Sequence[object]) -> bytes:

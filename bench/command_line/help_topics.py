@@ -21,10 +21,8 @@ from ksmea.plugin_names import FURTHER, GROUPS, registered
 from ksmea.setting_types import in_words
 
 ALL = (*GROUPS, *FURTHER)
-MOST_NEAR, LEAST_ALIKE = (
-    4,
-    0.65,
-)  # names that an unknown one might have meant, and the ratio from which on they are alike
+MOST_NEAR = 4  # names that an unknown one might have meant
+LEAST_ALIKE = 0.65  # ratio from which on names are alike
 
 
 def topic_text(words: Sequence[str], experiments: Mapping[str, Path], usage: str) -> str:

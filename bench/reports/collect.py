@@ -8,6 +8,7 @@ import sys
 import traceback
 from collections import Counter
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import pandas as pd
@@ -77,24 +78,44 @@ def draw(figures: Callable[[], Mapping[str, Drawing]], output: Path) -> tuple[di
     try:
         drawings = figures()
     except Exception as error:  # whatever a report of other people raises
-        _tell_not_drawn("figures", error)
+        _tell_not_drawn("figures", _NotDrawn.of(error))
         return drawn, False
-    for name, content in zip(drawings, for_each(_drawn, drawings.values(), available_cores())):
-        if isinstance(content, Exception):
+    entries = [(output / name, drawing) for name, drawing in drawings.items()]
+    try:
+        found = for_each(_written, entries, available_cores())
+    except ChildProcessError:  # one that takes too much memory beside others
+        remove_partial(output)
+        found = for_each(_written, entries)
+    for name, content in zip(drawings, found):
+        if isinstance(content, _NotDrawn):
             _tell_not_drawn(name, content)
-            (output / name).unlink(missing_ok=True)  # one of other tables
         else:
             drawn[name] = content
-            replace_file(output / name, content)
     return drawn, len(drawn) == len(drawings)
 
 
-def _drawn(drawing: Drawing) -> bytes | Exception:
+@dataclass(frozen=True)
+class _NotDrawn:
+    """Why something was not drawn, and the lines where; no error of other people's code is sent between processes."""
+
+    reason: str
+    lines: str
+
+    @classmethod
+    def of(cls, error: Exception) -> _NotDrawn:
+        return cls(_reason(error), "".join(traceback.format_exception(error)))
+
+
+def _written(entry: tuple[Path, Drawing]) -> bytes | _NotDrawn:
+    """The content of a figure, which is written too; without one that stood there of other tables where it cannot be drawn."""
+    path, drawing = entry
     try:
-        return drawing if isinstance(drawing, bytes) else drawing()
+        content = drawing if isinstance(drawing, bytes) else drawing()
     except Exception as error:
-        error.add_note(traceback.format_exc())  # its lines do not come along from another process
-        return error.with_traceback(None)
+        path.unlink(missing_ok=True)
+        return _NotDrawn.of(error)
+    replace_file(path, content)
+    return content
 
 
 def _write_page(plan: Plan, made: Made, drawings: Mapping[str, bytes], output: Path) -> bool:
@@ -102,17 +123,17 @@ def _write_page(plan: Plan, made: Made, drawings: Mapping[str, bytes], output: P
     try:
         content = experiment_page(plan, made, drawings, last_began(output))
     except Exception as error:  # whatever a report of other people raises
-        _tell_not_drawn(PAGE, error)
+        _tell_not_drawn(PAGE, _NotDrawn.of(error))
         (output / PAGE).unlink(missing_ok=True)
         return False
     replace_file(output / PAGE, content)
     return True
 
 
-def _tell_not_drawn(what: str, error: Exception) -> None:
+def _tell_not_drawn(what: str, why: _NotDrawn) -> None:
     if os.environ.get("BENCH_TRACEBACK"):
-        traceback.print_exception(error)
-    print(f"{what}: cannot be drawn ({_reason(error)}); the tables are written", file=sys.stderr)
+        print(why.lines, file=sys.stderr)
+    print(f"{what}: cannot be drawn ({why.reason}); the tables are written", file=sys.stderr)
 
 
 def _reason(error: Exception) -> str:

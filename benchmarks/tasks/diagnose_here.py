@@ -31,8 +31,8 @@ def shared(data: str, workers: int) -> Task:
 
     def diagnosis(turn: int) -> None:
         seed = SEEDS[turn % len(SEEDS)]
-        measured = ksmea.synthetic_measurement(rotor, relative=0.05, kind="complex", hidden=DATA[data], rng=seed)
-        ksmea.diagnose(rotor, measured, workers=workers)
+        made = ksmea.synthetic_measurement(rotor, relative=0.05, kind="complex", hidden=DATA[data], rng=seed)
+        ksmea.diagnose(rotor, made, workers=workers)
 
     return Task(diagnosis)
 

@@ -43,9 +43,8 @@ def site_qualities(
     n_value = measurement.values.size * measurement.dimensions
     noise = as_complex(rng.standard_normal((N_SIMULATED, n_value)), measurement.values.shape)
     sampled = partial(_sampled, measurement=measurement, noise=np.moveaxis(noise, 0, -1))
-    statistics = np.stack(
-        for_each(sampled, points, workers)
-    )  # (n_site, 1 + n_simulated, n_statistic), the data's own first
+    # (n_site, 1 + n_simulated, n_statistic), the data's own first
+    statistics = np.stack(for_each(sampled, points, workers))
     if measurement.noise is not None:
         return _tested(statistics, STATISTICS)
     size = np.log(statistics[:, :, -1] / np.array([[point.n_left] for point in points]))

@@ -213,7 +213,7 @@ def shared_searches(
     progress: Callable[[], None] = lambda: None,
 ) -> list[Trial]:
     """Searches for better fits of trials, shared among processes."""
-    known = [measurement, *(thing for trial in trials for thing in (trial.candidate, *_parts(trial.fit)))]
+    known = [measurement, *(thing for trial in trials for thing in (trial, trial.candidate, *_parts(trial.fit)))]
     return for_each(search, trials, workers, known=known, progress=progress)
 
 

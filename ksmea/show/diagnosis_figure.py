@@ -33,7 +33,7 @@ LEAST_SHOWN = 1e-6  # of the largest amplitude: where a band on a logarithmic ax
 
 
 def residual_figure(record: DiagnosisRecord) -> Figure:
-    """A column per channel: amplitude measured and fitted, and residuals before and after in units of the same noise."""
+    """A column per channel: amplitude measured and fitted, and residuals before and after in units of one law of noise."""
     curves = record.curves
     if curves is None:
         raise SettingError(

@@ -1,4 +1,4 @@
-"""What the models of a diagnosis leave of the data, in units of the same noise, so that before and after can be compared."""
+"""What the models of a diagnosis leave of the data, in units of one law of noise, each at the response of its model."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ def residuals(record: DiagnosisRecord) -> dict[str, Array | ComplexArray]:
 
     An estimated noise takes up what a model does not explain: in units of its own, a wrong model leaves about as much as a
     right one. Both are therefore in units of the noise that the extended model leaves, s² = (relative · |response|)² + floor²
-    at the response of each. A noise that is known is the same for both already.
+    at the response of each. A noise that is known has one law already.
     """
     curves = record.curves
     if curves is None:

@@ -2,12 +2,14 @@
 
 import dataclasses
 import os
+import signal
 
 import pytest
 
 from bench.jobs.claims import deal
 from bench.jobs.work import Job, work
 from bench.plan.plan import write_plan
+from bench.reports.collect import draw
 from ksmea.processes import cpu_seconds, for_each
 
 
@@ -37,3 +39,28 @@ def test_cpu_time_counts_what_others_have_done_of_the_work():
     start = cpu_seconds()
     for_each(busy, range(2), 2)
     assert cpu_seconds() - start >= 0.4 - 0.02  # the clock ticks in hundredths of a second
+
+
+class TwoWords(Exception):
+    """One that no other process can make again from what it says."""
+
+    def __init__(self, one, other):
+        super().__init__(f"{one} {other}")
+
+
+@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("fault", ["raises", "dies"])
+def test_a_figure_that_cannot_be_drawn_costs_no_other(fault, workers, tmp_path, monkeypatch, capsys):
+    caller = os.getpid()
+
+    def bad():
+        if fault == "dies" and os.getpid() != caller:
+            os.kill(os.getpid(), signal.SIGKILL)
+        raise TwoWords("no", "room")
+
+    monkeypatch.setattr("bench.reports.collect.available_cores", lambda: workers)
+    (tmp_path / "bad.png").write_bytes(b"of another table")
+    drawings = {"a.png": lambda: b"a", "bad.png": bad, "c.png": b"c"}
+    assert draw(lambda: drawings, tmp_path) == ({"a.png": b"a", "c.png": b"c"}, False)
+    assert sorted(path.name for path in tmp_path.iterdir()) == ["a.png", "c.png"]
+    assert "bad.png: cannot be drawn (TwoWords: no room)" in capsys.readouterr().err

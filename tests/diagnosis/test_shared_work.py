@@ -6,6 +6,7 @@ import pytest
 
 import ksmea
 from ksmea import processes
+from ksmea.errors import SettingError
 
 pytestmark = pytest.mark.skipif(not processes.CAN_FORK, reason="this system does not fork")
 
@@ -45,3 +46,9 @@ def test_a_location_is_the_same_to_the_last_digit(rotor, forks):
     assert not forks
     shared = ksmea.locate(rotor, data, workers=2, **tried)
     assert len(forks) > 2 and shared.record == alone.record
+
+
+@pytest.mark.parametrize("workers", [0, -3, 2.5, "2", None, True])
+def test_a_number_of_workers_that_is_none_is_refused(rotor, workers):
+    with pytest.raises(SettingError, match=r"^workers: expected a whole number of processes from 1 on, got"):
+        ksmea.locate(rotor, data_of(rotor, []), workers=workers)

@@ -10,6 +10,7 @@ import time
 import numpy as np
 import pytest
 
+from ksmea import processes
 from ksmea.processes import CAN_FORK, for_each
 
 needs_fork = pytest.mark.skipif(not CAN_FORK, reason="this system does not fork")
@@ -83,6 +84,58 @@ def test_an_error_and_a_result_that_cannot_be_sent_say_so():
         for_each(lambda _: lambda: None, range(2), 2)
 
 
+@needs_fork
+def test_an_error_that_another_process_cannot_make_again_says_what_it_said():
+    class Two(Exception):  # as it is read back with one argument
+        def __init__(self, one, other):
+            super().__init__(f"{one} {other}")
+
+    globals()["Two"] = Two
+    Two.__qualname__ = "Two"
+
+    def fails(number):
+        raise Two("what", "was wrong")
+
+    with pytest.raises(RuntimeError, match=r"^Two: what was wrong\b"):
+        for_each(fails, range(2), 2)
+
+
+@needs_fork
+def test_after_an_error_nothing_further_is_begun(tmp_path):
+    def function(number):
+        (tmp_path / str(number)).touch()
+        if number == 0:
+            raise ValueError("the first")
+        time.sleep(0.05)
+
+    with pytest.raises(ValueError, match="the first"):
+        for_each(function, range(50), 2)
+    assert len(list(tmp_path.iterdir())) <= 4  # what others had in hand
+
+
+@needs_fork
+def test_ctrl_c_right_after_a_fork_ends_no_fork_and_lets_none_run_on(monkeypatch):
+    own, fork = os.getpid(), processes._fork
+
+    def interrupted():
+        process = fork()
+        if os.getpid() != own:
+            os.kill(os.getpid(), signal.SIGINT)
+        return process
+
+    monkeypatch.setattr(processes, "_fork", interrupted)
+    assert for_each(abs, range(-4, 0), 2) == [4, 3, 2, 1]
+
+
+@needs_fork
+def test_processes_that_somebody_else_has_asked_for_are_no_error():
+    before = signal.signal(signal.SIGCHLD, signal.SIG_IGN)
+    try:
+        assert for_each(abs, range(-4, 0), 2) == [4, 3, 2, 1]
+    finally:
+        signal.signal(signal.SIGCHLD, before)
+
+
 @EVERY_NUMBER
 def test_progress_is_told_of_each_item_here(workers):
     told = []
@@ -91,7 +144,7 @@ def test_progress_is_told_of_each_item_here(workers):
 
 
 @needs_fork
-def test_a_process_that_dies_is_no_wait_for_ever():
+def test_a_process_that_dies_does_not_hang_the_caller():
     def dies(number):
         if number == 1:
             os.kill(os.getpid(), signal.SIGKILL)

@@ -59,7 +59,7 @@ def bode_plot(response: Response, still: str = "") -> Plot:
             level(0, dash="solid", yref=own),
         ]  # fmt: skip
     bars = "dots: measured, with ± 1 σ" if _has_bars(response) else "dots: measured"
-    of_both = ", the same for both" if len(response.residuals) > 1 else ""
+    of_both = ", of one law for both, each at its own response" if len(response.residuals) > 1 else ""
     below = (
         f"; below: residuals in units of the noise{of_both}{_marks(response)}, ± 2 shaded" if response.residuals else ""
     )

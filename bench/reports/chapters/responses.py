@@ -97,7 +97,7 @@ def of_fit(fit: FitCurves, name: str = "model") -> Response:
 
 
 def of_diagnosis(record: DiagnosisRecord) -> Response | None:
-    """The response of a diagnosis, before and after the extension, with residuals in units of the same noise
+    """The response of a diagnosis, before and after the extension, with residuals in units of one law of noise
     (`ksmea.show.diagnosis_residuals`); None of a record without curves. A model's curve is the fine one of the record; of
     records that have none, that at the measured speeds."""
     curves = record.curves
