@@ -22,7 +22,8 @@ from ksmea.model import Model
 @dataclass(frozen=True)
 class Identifiability:
     """What data tell about the unknowns at x (d,), SI, as their whitened sensitivity J (m, d): JᵀJ is the Fisher
-    information. Directions are judged in changes relative to `scale` (d,): the values, or the range of the search for a zero and for an angle."""
+    information. Directions are judged in changes relative to `scale` (d,): the values, or the range of the search for a zero
+    and for an angle."""
 
     x: Array
     whitened: Array

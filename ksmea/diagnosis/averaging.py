@@ -75,7 +75,7 @@ def averaged(
     the baseline model. `progress` is called at each explanation; processes share them."""
     members = tuple(explanations[:MAX_AVERAGED])
     others = [member.fit for member in members[1:]]
-    known = [thing for fit in others for thing in (fit.problem, fit.likelihood, fit.likelihood.measurement)]
+    known = [thing for fit in others for thing in fit.known]
     settled = [(best, estimated)]
     settled += for_each(partial(settled_stable, level=level), others, workers, known=known, progress=progress)
     weights = akaike_weights(

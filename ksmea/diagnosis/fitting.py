@@ -93,6 +93,11 @@ class Fit:
     def noise(self) -> Noise:
         return self.likelihood.noise(self.point.theta)
 
+    @property
+    def known(self) -> tuple[object, ...]:
+        """What further fits may have of this one: processes that share them need not send it back."""
+        return self, self.problem, self.likelihood, self.likelihood.measurement
+
     def response(self) -> ComplexArray:
         """(n_speed, n_channel), m."""
         return np.asarray(self.problem.response(self.x[None])[0])

@@ -61,7 +61,7 @@ def tested(
     def again(trial: Trial) -> Trial:
         return _led(trial, lead, baseline, len(trials)) if _promises(trial, lead, cosines) else trial
 
-    return ranked(shared_searches(again, trials, lead.fit.likelihood.measurement, workers, progress))
+    return ranked(shared_searches(again, trials, workers, progress))
 
 
 def _promises(trial: Trial, lead: Trial, cosines: Cosines) -> bool:

@@ -54,7 +54,7 @@ def pairs_beside(
         to_scan = [second for second in quick if is_scanned and second.candidate.effect.is_scanned][:n_kept]
         scans = _scans(first, to_scan, baseline, measurement, effort, progress, n_candidate) if to_scan else []
         ended = partial(_ended, first, n_candidate)
-        seconds = shared_searches(ended, (*quick[:n_kept], *scans), measurement, effort.workers)
+        seconds = shared_searches(ended, (*quick[:n_kept], *scans), effort.workers)
         found += [(first, second) for second in seconds]
     return ranked_explanations(Explanation.of_pair(*pair) for pair in found)
 
@@ -125,7 +125,7 @@ def _scans(
         ceiling = second.fit.deviance + PROMISING
         return searched(second, measurement, around, effort, n_candidate, ceiling=ceiling)
 
-    return shared_searches(scanned, to_scan, measurement, effort.workers, progress)
+    return shared_searches(scanned, to_scan, effort.workers, progress)
 
 
 def _ended(first: Trial, n_candidate: int, second: Trial) -> Trial:

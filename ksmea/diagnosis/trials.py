@@ -157,7 +157,7 @@ def fitted(
     entries = _most_promising_first(problem, measurement, without, found)
     trials = for_each(partial(tried, below=limit), entries[:1], progress=progress)
     ceiling = min([limit, *(trial.fit.deviance + FAR for trial in trials if trial is not None)])
-    known = [measurement, *(thing for candidate, start in entries for thing in (candidate, *_parts(start)))]
+    known = [thing for candidate, start in entries for thing in (candidate, *start.known)]
     trials += for_each(partial(tried, below=ceiling), entries[1:], workers, known=known, progress=progress)
     return ranked(trial for trial in trials if trial is not None)
 
@@ -174,11 +174,6 @@ def _most_promising_first(
                 start = nearby(extended, measurement, without)
                 promising.append((promised_from(start), candidate, start))
     return [(candidate, start) for _, candidate, start in sorted(promising, key=lambda entry: -entry[0])]
-
-
-def _parts(fit: Fit) -> tuple[object, ...]:
-    """What a fit shares with others of its problem and data."""
-    return fit, fit.problem, fit.likelihood
 
 
 def refined(
@@ -201,19 +196,18 @@ def refined(
     lowest = min((trial.fit.deviance for trial in trials), default=np.inf)
     better = for_each(partial(search, ceiling=lowest + FAR), trials[:1], progress=progress)
     lowest = min([lowest, *(trial.fit.deviance for trial in better)])
-    better += shared_searches(partial(search, ceiling=lowest + FAR), trials[1:], measurement, effort.workers, progress)
+    better += shared_searches(partial(search, ceiling=lowest + FAR), trials[1:], effort.workers, progress)
     return ranked(better)
 
 
 def shared_searches(
     search: Callable[[Trial], Trial],
     trials: Sequence[Trial],
-    measurement: Measurement,
     workers: int,
     progress: Callable[[], None] = lambda: None,
 ) -> list[Trial]:
     """Searches for better fits of trials, shared among processes."""
-    known = [measurement, *(thing for trial in trials for thing in (trial, trial.candidate, *_parts(trial.fit)))]
+    known = [thing for trial in trials for thing in (trial, trial.candidate, *trial.fit.known)]
     return for_each(search, trials, workers, known=known, progress=progress)
 
 
