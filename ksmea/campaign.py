@@ -16,6 +16,7 @@ import numpy as np
 from ksmea.arrays import Indices
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
+RUN_DIRECTIONS = ("up", "down", "steady")  # which way the speed goes in a run
 OF_RUN = "@"  # between the name of an unknown and that of the run whose own it is
 
 
@@ -61,7 +62,7 @@ class UnknownWeight:
 
 @dataclass(frozen=True)
 class Run:
-    """One run: how many speeds it has, and the weights that the shaft carried. `direction`: up, down, steady or nothing."""
+    """One run: how many speeds it has, and the weights that the shaft carried. `direction`: one of `RUN_DIRECTIONS`, or nothing."""
 
     name: str
     n_speed: int

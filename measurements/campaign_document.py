@@ -10,10 +10,9 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from ksmea.blocks import Block
-from ksmea.campaign import UnknownWeight, Weight
+from ksmea.campaign import RUN_DIRECTIONS, UnknownWeight, Weight
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
-DIRECTIONS = ("up", "down", "steady")
 OWN = "own"
 NOISES = ("shared", OWN)  # whether runs have the same noise, or each its own
 MAX_RUNS = 100
@@ -77,7 +76,7 @@ def _run(block: Block, of_file: Block, is_one_file: bool) -> RunEntry:
         str(Path(block.file).parent / Path(of_file.text("file")).expanduser()),
         tuple(_weight(each) for each in weights if "g_mm" in each.values),
         tuple(_unknown_weight(each) for each in weights if "g_mm" not in each.values),
-        block.choice("direction", "direction", DIRECTIONS) if "direction" in block.values else "",
+        block.choice("direction", "direction", RUN_DIRECTIONS) if "direction" in block.values else "",
         low,
         high,
     )

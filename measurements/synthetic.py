@@ -5,7 +5,9 @@ Here, and nowhere in what identifies, the true values are known. Data may hide e
 unstable anywhere up to the highest measured speed has no steady response there: it is drawn anew, or refused.
 
 `runs` makes several runs of the machine, each at all speeds, with its own noise and its known weights. What is hidden is
-drawn for the machine and acts in all runs; the first run is the same whatever runs follow it.
+drawn for the machine and acts in all runs; the first run is the same whatever runs follow it. Where `directions` say which way
+the speed goes, an effect that depends on it acts in each run as that has it; its size is drawn on one run, which goes up unless the
+effect itself says otherwise.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ import numpy as np
 from ksmea import registry
 from ksmea.alignment import aligned
 from ksmea.arrays import Array, ComplexArray
-from ksmea.campaign import Campaign, Run
+from ksmea.campaign import RUN_DIRECTIONS, Campaign, Run
 from ksmea.contracts import AnyEffect, MeasurementSource, Problem, ProblemSettings
 from ksmea.errors import SettingError, unknown
 from ksmea.kind import Kind
@@ -106,6 +108,11 @@ class Synthetic(MeasurementSource):
         "all runs of the machine, each with its own noise: bare, or known weights as g mm @ m @ degrees, joined by +, such"
         " as [bare,150@0.2,150@0.2@30+80@1]; an empty list: one run, bare",
     )
+    directions: list[str] = setting(
+        [],
+        "which way the speed goes in each of runs: up, down or steady, such as [up,down], for what is hidden and depends on it;"
+        " an empty list: not known",
+    )
 
     def check(self) -> None:
         for name in self.hidden:
@@ -119,6 +126,14 @@ class Synthetic(MeasurementSource):
             raise SettingError("expected_drop: expected noise, by which a deviance is measured, got none; give one")
         for run in self.runs:
             weights_of(run)
+        for direction in self.directions:
+            if direction not in RUN_DIRECTIONS:
+                raise unknown("direction in directions:", direction, RUN_DIRECTIONS)
+        if self.directions and len(self.directions) != len(self.runs):
+            raise SettingError(
+                f"directions: expected one for each of runs, which are {len(self.runs)}, got {len(self.directions)}; give as many, such as"
+                " runs=[bare,bare] and directions=[up,down]"
+            )
         if self.harmonics and (Kind(self.kind) is not Kind.COMPLEX or not self.floor):
             raise SettingError(
                 f"harmonics: expected kind=complex and a floor above 0, got kind={self.kind} and {self.floor:g} µm; amplitudes and"
@@ -140,7 +155,7 @@ class Synthetic(MeasurementSource):
         else:  # sizes by a deviance take fits
             taken: list[AnyEffect] = []
             for name in self.hidden:
-                taken.append(_drawn_location(name, self._machine(settings), taken, rng))
+                taken.append(_drawn_location(name, self._machine(settings), self._seen(settings), taken, rng))
         return values
 
     def _values(self, settings: ProblemSettings) -> dict[str, float]:
@@ -216,7 +231,7 @@ class Synthetic(MeasurementSource):
         by a deviance take fits, and a run asks for its measurement, for what that hides and for a problem with it."""
 
         def drawn() -> tuple[Sequence[Hidden], Mapping[str, Any]]:
-            return self._effects(self._machine(settings), truth, rng), rng.bit_generator.state
+            return self._effects(self._machine(settings), self._seen(settings), truth, rng), rng.bit_generator.state
 
         key = (repr(settings), tuple(sorted(truth.items())), repr(rng.bit_generator.state))
         effects, after = recent(self._drawn_last, key, drawn, 1)
@@ -227,12 +242,14 @@ class Synthetic(MeasurementSource):
     def _drawn_last(self) -> OrderedDict[Hashable, tuple[Sequence[Hidden], Mapping[str, Any]]]:
         return OrderedDict()
 
-    def _effects(self, problem: Problem, truth: Mapping[str, float], rng: np.random.Generator) -> list[Hidden]:
+    def _effects(
+        self, problem: Problem, seen: Measurement, truth: Mapping[str, float], rng: np.random.Generator
+    ) -> list[Hidden]:
         x = np.array([truth[name] for name in problem.parameters.names])
         if not problem.is_stable(x):
             raise _unstable("measurement.truth", problem, x)
         for _ in range(MAX_DRAWS):
-            extended, effects, is_drawn = self._drawn(problem, x, rng)
+            extended, effects, is_drawn = self._drawn(problem, seen, x, rng)
             values = np.concatenate([x, *(each.theta for each in effects)])
             if not effects or extended.is_stable(values):
                 return effects
@@ -243,11 +260,13 @@ class Synthetic(MeasurementSource):
             " give measurement.sizes"
         )
 
-    def _drawn(self, problem: Problem, x: Array, rng: np.random.Generator) -> tuple[Problem, list[Hidden], bool]:
+    def _drawn(
+        self, problem: Problem, seen: Measurement, x: Array, rng: np.random.Generator
+    ) -> tuple[Problem, list[Hidden], bool]:
         """The problem with effects, and whether any of their sizes was drawn."""
         extended, found, sized, is_drawn = problem, list[Hidden](), set(), False
         for name in self.hidden:
-            effect = _drawn_location(name, problem, [each.effect for each in found], rng)
+            effect = _drawn_location(name, problem, seen, [each.effect for each in found], rng)
             try:
                 theta = self._size(effect, extended, x, rng)
                 extended = effect.added_to(extended)
@@ -277,6 +296,12 @@ class Synthetic(MeasurementSource):
         problem = self._source(settings).build()
         return aligned(problem, self._layout_of_one(problem))
 
+    def _seen(self, settings: ProblemSettings) -> Measurement:
+        """What is measured, all values 0: runs and channels, by which effects say how they act."""
+        layout = self._layout(self._source(settings).build())
+        values = Kind(self.kind).seen(np.zeros((len(layout.speed), len(layout.channels)), dtype=complex))
+        return Measurement(layout.speed, layout.channels, values, None, layout.source, campaign=layout.campaign)
+
     def _as_measured(self, problem: Problem) -> Problem:
         return aligned(problem, self._layout(problem))
 
@@ -284,7 +309,10 @@ class Synthetic(MeasurementSource):
         one, n_run = self._layout_of_one(problem), len(self.runs)
         if not n_run:
             return one
-        runs = (Run(f"run{number}", len(one.speed), weights_of(run)) for number, run in enumerate(self.runs, start=1))
+        runs = (
+            Run(f"run{number}", len(one.speed), weights_of(run), direction)
+            for number, (run, direction) in enumerate(zip(self.runs, self.directions or [""] * n_run), start=1)
+        )
         return dataclasses.replace(one, speed=np.tile(one.speed, n_run), campaign=Campaign(tuple(runs)))
 
     def _layout_of_one(self, problem: Problem) -> Layout:
@@ -339,10 +367,13 @@ def _within(parameter: Parameter, size: float) -> float:
     return value
 
 
-def _drawn_location(name: str, problem: Problem, taken: Sequence[AnyEffect], rng: np.random.Generator) -> AnyEffect:
-    """An effect at one of its locations that are not taken, each as likely as any other."""
+def _drawn_location(
+    name: str, problem: Problem, seen: Measurement, taken: Sequence[AnyEffect], rng: np.random.Generator
+) -> AnyEffect:
+    """An effect, as the runs that are measured have it, at one of its locations that are not taken, each as likely as any other."""
     try:
-        effect = registry.create("effect", name, {})
+        effect: AnyEffect = registry.create("effect", name, {})
+        effect = effect.seen_in(seen) or effect
         locations = [located for located in effect.locations(problem) if located not in taken]
     except (SettingError, AttributeError) as error:
         raise SettingError(

@@ -40,6 +40,10 @@ OTHER_VALUES = {
         "measurement.floor": 0.1,
     },
     "measurement.runs": {"measurement.runs": ["bare", "150@0.2"]},
+    "measurement.directions": {
+        "measurement.runs": ["bare", "150@0.2"],
+        "measurement.directions": ["up", "down"],
+    },
     "method.budget": {"method.budget": 1000},
     "optimizer.first": {"optimizer.first": "ga"},
     "optimizer.then": {"optimizer.then": "lm"},
