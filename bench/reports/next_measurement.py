@@ -45,8 +45,10 @@ def next_measurement(plan: Plan, cell: Cell, run: str, output: Path) -> Next | N
     if not run or (len(plan.cells) > 1 and "label" in plan.axes):  # a label stands for settings that no command has
         return None
     if source["name"] == "synthetic":
-        runs = [*(source.get("runs") or [BARE]), run]
-        return Next((), _command(plan, cell, [f"measurement.runs=[{','.join(runs)}]"]), {})
+        words = [f"measurement.runs=[{','.join([*(source.get('runs') or [BARE]), run])}]"]
+        if directions := source.get("directions"):  # the further run goes as the first
+            words.append(f"measurement.directions=[{','.join([*directions, directions[0]])}]")
+        return Next((), _command(plan, cell, words), {})
     if source["name"] == "campaign":
         added = f"measure {FURTHER_FILE} and add to {source['path']}: - {_further(run)}"
         return Next((visible(added),), _command(plan, cell, []), {})

@@ -165,9 +165,9 @@ def _through_other_planes(fit: Fit) -> Iterator[_Further]:
 
 
 def _with_run(layout: Layout, speed: Array, weights: tuple[Weight, ...]) -> Layout:
-    """A layout with one more run."""
+    """A layout with one more run, whose speed goes as that of the first."""
     present = layout.campaign or Campaign((Run("present", len(layout.speed)),))
-    runs = (*present.runs, Run(FURTHER, len(speed), weights))
+    runs = (*present.runs, Run(FURTHER, len(speed), weights, present.runs[0].direction))
     return dataclasses.replace(
         layout, speed=np.concatenate([layout.speed, speed]), campaign=dataclasses.replace(present, runs=runs)
     )

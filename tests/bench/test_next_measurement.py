@@ -31,6 +31,16 @@ def test_the_same_command_with_one_more_run(plan, tmp_path):
     assert not found.files and following(plan, tmp_path, {"name": "synthetic"}, words, run="") is None
 
 
+def test_the_further_run_of_a_campaign_with_directions_goes_as_the_first(plan, tmp_path):
+    source = {"name": "synthetic", "runs": ["bare", "bare"], "directions": ["down", "up"]}
+    words = ["measurement.runs=[bare,bare]", "measurement.directions=[down,up]"]
+    found = following(plan, tmp_path, source, words)
+    assert shlex.split(found.command)[3:] == [
+        "measurement.runs=[bare,bare,130@0.5@90]",
+        "measurement.directions=[down,up,down]",
+    ]
+
+
 def test_each_cell_of_a_sweep_has_a_command_of_its_own(plan, tmp_path):
     words = ("+experiment=plan", "study.target=kxx,cyy")
     cells = tuple(

@@ -7,8 +7,9 @@ import pytest
 
 from ksmea import registry
 from ksmea.alignment import aligned
+from ksmea.campaign import Campaign, Run, Weight
 from ksmea.diagnosis.fitting import fit_from_values
-from ksmea.diagnosis.split import ENOUGH, Pair, Split, best_split
+from ksmea.diagnosis.split import ENOUGH, Pair, Split, _with_run, best_split
 from ksmea.measurement import Layout, Measurement, Noise, observe
 from ksmea.records.diagnosis import SplitRecord
 from ksmea.studies.diagnose import _split
@@ -97,6 +98,20 @@ def test_only_a_known_weight_has_a_scale_of_its_own(rotor):
     assert pair.now < 1 and " g mm at " in split.measurement
     assert any(np.isclose(split.weight.position, disk) for disk in (0.2, 0.5, 1.0))
     assert [run.weights for run in split.layout.campaign.runs] == [(), (split.weight,)]
+
+
+def test_a_further_run_goes_the_way_of_the_first(rotor):
+    """A bow that grows in runs up and down bends the shaft there as far as in the first run."""
+    runs = tuple(Run(direction, len(rotor.speed), direction=direction) for direction in ("down", "up"))
+    present = Layout(np.tile(rotor.speed, 2), rotor.channels, "complex", "made", campaign=Campaign(runs))
+    layout = _with_run(present, rotor.speed, (Weight(0.2, 0.0),))
+    values = np.zeros((len(present.speed), len(rotor.channels)), dtype=complex)
+    both_ways = Measurement(present.speed, rotor.channels, values, None, "made", campaign=present.campaign)
+    bow = registry.create("effect", "thermal_bow", {}).seen_in(both_ways)
+    problem = aligned(bow.added_to(rotor), layout)
+    down, up, further = np.split(problem.response(truth_of(problem, thermal_bow_x=2e-5)[None])[0], 3)
+    np.testing.assert_allclose(further, down, rtol=1e-9)
+    assert not np.allclose(further, up, rtol=0.01)
 
 
 def test_a_scale_that_does_not_show_is_not_promised(rotor):
