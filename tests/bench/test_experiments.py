@@ -41,6 +41,7 @@ REPETITIONS = {  # of others than tables
     "diagnosis_without": 6,
     "diagnosis_nulls": 300,
     "diagnosis_effects": 20,
+    "diagnosis_further": 20,
     "diagnosis_power": 2,
     "diagnosis_pairs": 2,
 }
