@@ -20,6 +20,7 @@ from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.campaign import Campaign
 from ksmea.channel import Channel
 from ksmea.errors import SettingError
+from ksmea.force_laws import Law
 from ksmea.identification import Identification, Streams
 from ksmea.load import Load
 from ksmea.measurement import Layout, Measurement, Noise
@@ -165,15 +166,15 @@ class Problem(ABC):
     def critical_speeds(self, x: Array, highest: float | None = None) -> Array:
         """Speeds (rad/s) up to `highest` at which a damped natural frequency equals the spin speed, rising, at values
         x (d,) SI; None: up to its own highest speed. Left out: it does not know its modes."""
-        raise self._has_no_modes()
+        raise self._refusal("knows its natural modes", "take one that is made of a rotor")
 
     def modes(self, x: Array, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
         """Its damped natural modes at x (d,) SI and a spin speed (rad/s), the first `n_mode` or all. Left out: as above."""
-        raise self._has_no_modes()
+        raise self._refusal("knows its natural modes", "take one that is made of a rotor")
 
     def campbell(self, x: Array, speed: Array, n_mode: int = 6) -> Campbell:
         """Natural frequencies and damping ratios of its first modes over spin speeds (n_speed,) rad/s. Left out: as above."""
-        raise self._has_no_modes()
+        raise self._refusal("knows its natural modes", "take one that is made of a rotor")
 
     def growth_rate(self, x: Array, speed: Array) -> Array:
         """The largest real part of any damped eigenvalue (1/s) at values x (d,) SI and each spin speed (n_speed,) rad/s:
@@ -191,9 +192,6 @@ class Problem(ABC):
     def is_stable(self, x: Array) -> bool:
         """Whether no free motion grows at values x (d,) SI at any spin speed up to its highest, as far as it can tell."""
         return not self.knows_stability or grows_nowhere(lambda at: self.growth_rate(x, at), float(np.max(self.speed)))
-
-    def _has_no_modes(self) -> SettingError:
-        return self._refusal("knows its natural modes", "take one that is made of a rotor")
 
     def _refusal(self, what: str, try_this: str) -> SettingError:
         return SettingError(f"expected a problem that {what}, got {type(self).__name__}; {try_this}")
@@ -315,10 +313,13 @@ class Effect(Settings, Generic[Seen]):
         """Where on the shaft it acts alone, or whose reading it changes, m: a second opinion on its name. Left out: nowhere."""
         return ()
 
+    def force_at(self) -> tuple[float, Law] | None:
+        """Where a force acts alone, m, and the nonlinear law that its unknowns are coefficients of. Left out: nowhere."""
+        return None
+
     @abstractmethod
     def draw(self, problem: Seen, rng: np.random.Generator) -> Array:
-        """Values (e,) SI of its unknowns within their limits, for data that hide it: any direction and proportion that is
-        plausible. Synthetic data scale them by one factor to the size of the response where they are not (`measurements/hidden_size.py`)."""
+        """Plausible values (e,) SI within their limits, for data that hide it (`measurements/hidden_size.py` scales them)."""
 
 
 AnyEffect = Effect[Any]  # on whatever kind of problems
@@ -368,8 +369,7 @@ class Method(Settings):
 
     @classmethod
     def part_names(cls) -> tuple[str, ...]:
-        names = [field.name for field in part_fields(cls)]
-        return tuple(name for name in METHOD_PARTS if name in names)
+        return tuple(name for name in METHOD_PARTS if name in {field.name for field in part_fields(cls)})
 
     @property
     def ignores(self) -> tuple[str, ...]:

@@ -137,33 +137,25 @@ class Balance:
 
 def solved(balance: Balance, start: Array) -> tuple[Array, Mask]:
     """Motions (n, p) by Newton's method from a start, and where they solve the equations. Steps are halved until they leave less."""
-    found, part = np.array(start), np.ones(len(start))
+    found, active = np.array(start), np.arange(len(start))
     is_found: Mask = np.zeros(len(start), dtype=bool)
-    active = np.arange(len(start))
+    left, derivative = balance.left(found, np.ones(len(start)))
+    size = np.linalg.norm(left, axis=1)
     for _ in range(MAX_ITERATIONS):
-        here, level = balance[active], np.ones(len(active))
-        left, derivative = here.left(found[active], level)
-        size = np.linalg.norm(left, axis=1)
-        is_found[active] = size <= CONVERGED * np.linalg.norm(found[active], axis=1)
-        going = ~is_found[active]
-        if not going.any():
+        is_found[active] = size[active] <= CONVERGED * np.linalg.norm(found[active], axis=1)
+        active = active[~is_found[active]]
+        if not len(active):
             break
-        active, here, left, derivative, size = (
-            active[going],
-            here[np.flatnonzero(going)],
-            *(each[going] for each in (left, derivative, size)),
-        )
-        step = np.linalg.solve(derivative, -left[..., None])[..., 0]
-        waiting = np.arange(len(active))
-        part[active] = 1.0
+        waiting, part = active, 1.0
+        step = np.linalg.solve(derivative[active], -left[active, :, None])[..., 0]
         while len(waiting):
-            rows = active[waiting]
-            trial = found[rows] + part[rows, None] * step[waiting]
-            rest = np.linalg.norm(here[waiting].left(trial, np.ones(len(rows)))[0], axis=1)
-            is_lower = (rest < size[waiting]) | (part[rows] < SHORTEST)
-            found[rows[is_lower]] = trial[is_lower]
-            part[rows] /= np.where(is_lower, 1.0, 2.0)
-            waiting = waiting[~is_lower]
+            trial = found[waiting] + part * step
+            rest, slope = balance[waiting].left(trial, np.ones(len(waiting)))
+            longer = np.linalg.norm(rest, axis=1)
+            is_lower = (longer < size[waiting]) | (part < SHORTEST)
+            at = waiting[is_lower]
+            found[at], left[at], derivative[at], size[at] = (each[is_lower] for each in (trial, rest, slope, longer))
+            waiting, step, part = waiting[~is_lower], step[~is_lower], part / 2
     return found, is_found
 
 

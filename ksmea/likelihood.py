@@ -13,6 +13,7 @@ from __future__ import annotations
 from functools import cached_property
 
 import numpy as np
+from scipy.optimize import minimize
 
 from ksmea.alignment import require_aligned
 from ksmea.arrays import Array, ComplexArray
@@ -31,6 +32,7 @@ FLOOR_RANGE = (1e-5, 1.0)
 # may grow, and would go to its upper limit at any damping.
 LONGEST_NOISE_STEP = 1.0
 N_GRID = 25  # levels of each part of the noise that a start is chosen from
+LEAST_GAIN = 0.05  # of a step of fits where the response jumps: they would creep along an edge of the likelihood
 N_START = 3  # starts of the noise: with the best floor, with none, with one as large as the small residuals
 
 BEND = 0.1  # of a step, at which its curvature is measured
@@ -72,6 +74,11 @@ class Likelihood:
     def longest_step(self) -> Array:  # (p,)
         return np.where(np.arange(len(self.lower)) < self.d, np.inf, LONGEST_NOISE_STEP)
 
+    @cached_property
+    def least_gain(self) -> float:
+        """By how much steps of a fit lower the deviance at least, or they end."""
+        return LEAST_GAIN if any(item.makes_jumps for item in self.model.problem.parameters) else 0.0
+
     @property
     def n_residual(self) -> int:
         """Real numbers in the data."""
@@ -98,7 +105,10 @@ class Likelihood:
         """ln relative and ln floor (2,), of each run that has its own, to start from at u (d,): those that fit the residuals
         there best, best without a floor, and best with a floor as large as the small ones among the residuals. A maximum can
         lie near each."""
-        magnitude, squared = self._for_noise(u)
+        return self._noise_starts(*self._for_noise(u))
+
+    def _noise_starts(self, magnitude: Array, squared: Array) -> list[Array]:
+        """The same of what the relative part of the noise is of, and squared residuals (n_speed, n_channel)."""
         of_rows = [
             self._starts_of(magnitude[rows].ravel(), squared[rows].ravel(), self._reference_variance[rows].ravel())
             for rows in self.measurement.layout.noise_rows
@@ -160,6 +170,20 @@ class Likelihood:
         except np.linalg.LinAlgError:
             return np.inf
         return self._deviance(self._residual(response), self._variance(theta, response))
+
+    def deviance_of(self, response: ComplexArray) -> float:
+        """The deviance of a response (n_speed, n_channel), m, with the level of the noise that suits it best, where that is unknown."""
+        residual, magnitude = self._residual(response), np.abs(response)
+        if self._known_noise is not None:
+            return self._deviance(residual, self._known_noise.variance(magnitude))
+        start = self._noise_starts(np.abs(self.measurement.seen(response)), np.abs(residual) ** 2)[0]
+        none = np.zeros(self.d)
+
+        def by_noise(levels: Array) -> float:
+            return self._deviance(residual, self.noise(np.concatenate([none, levels])).variance(magnitude))
+
+        limits = list(zip(*self._noise_limits, strict=True))
+        return float(minimize(by_noise, start, method="Nelder-Mead", bounds=limits).fun)
 
     def is_stable(self, theta: Array) -> bool:
         """Whether the rotor is stable at θ."""

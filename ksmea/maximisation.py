@@ -46,6 +46,8 @@ class Maximised(Protocol):
     def period(self) -> Array: ...
     @property
     def longest_step(self) -> Array: ...
+    @property
+    def least_gain(self) -> float: ...
     def at(self, theta: Array) -> Point: ...
     def deviance(self, theta: Array) -> float: ...
     def curvature(self, point: Point, step: Array) -> Array: ...
@@ -67,7 +69,7 @@ def maximise(
     `fixed` is the index of an unknown that keeps its value (for profiles). Steps solve the scoring equations in the box
     as bounded least squares, damped as by Levenberg and Marquardt, and once a step has failed they bend with the mean
     (geodesic acceleration). They end where a step is expected to lower the deviance by less than `tolerance` or lowers it by
-    less than `least_gain`, after `max_iterations`, where at their pace or by what they promise the deviance would still lie above
+    less than `least_gain`, or that of the likelihood, after `max_iterations`, where at their pace or by what they promise the deviance would still lie above
     `ceiling` after these, or where the model's budget is spent; a budget that does not admit the first Jacobian raises
     `BudgetSpent`.
 
@@ -95,7 +97,7 @@ def maximise(
             if gain > 0:
                 point = likelihood.at(theta)
                 damping = max(damping / 10, FIRST_DAMPING)
-                if gain < least_gain:
+                if gain < max(least_gain, likelihood.least_gain):
                     break
             else:  # also where the trial is not finite
                 damping = max(damping * 10, 1e-3)

@@ -51,24 +51,20 @@ def rub(coefficients: Array, orbit: Array, turn: ComplexArray, rounding: float) 
 
     J. Jiang and H. Ulbrich, Nonlinear Dyn. 24 (2001) 269–283; A. Muszynska, Rotordynamics, 2005, ch. 5."""
     stiffness, clearance, friction = (each[:, None] for each in coefficients.T)
-    x, y = orbit[..., 0], orbit[..., 1]
-    radius = np.maximum(np.hypot(x, y), np.finfo(float).tiny)
+    moved = np.ascontiguousarray(orbit).view(complex)[
+        ..., 0
+    ]  # x + iy, which a quarter turn from x to y multiplies by i
+    radius = np.maximum(np.abs(moved), np.finfo(float).tiny)
     depth, width = radius - clearance, np.maximum(rounding * clearance, np.finfo(float).tiny)
     slope = np.clip(np.clip(depth, -width, width) / width + 0.5, 0.0, 1.0)
     across = np.where(depth > width / 2, depth, width * slope**2 / 2) / radius  # what is pressed in, over the radius
-    along, (to_x, to_y) = slope - across, (x / radius, y / radius)
-    # the force without friction, and with each column of its derivatives: both turn by the friction alike
-    pressed = np.stack([across * x, across * y], axis=-1)
-    by_x = np.stack([across + along * to_x**2, along * to_x * to_y], axis=-1)
-    by_y = np.stack([along * to_x * to_y, across + along * to_y**2], axis=-1)
-    force, by_x, by_y = (_rubbing(each, stiffness, friction) for each in (pressed, by_x, by_y))
-    return force, np.stack([by_x, by_y], axis=-1)
-
-
-def _rubbing(pressed: Array, stiffness: Array, friction: Array) -> Array:
-    """−k (1 + μ J) times vectors (n, n_angle, 2), with k and μ (n, 1)."""
-    x, y = pressed[..., 0], pressed[..., 1]
-    return np.stack([stiffness * (friction * y - x), -stiffness * (friction * x + y)], axis=-1)
+    outwards, pushing = moved / radius, -stiffness * (1 + 1j * friction)
+    turned = (slope - across) * outwards
+    derivative = np.empty((*orbit.shape, 2))
+    for column, (by, straight) in enumerate(((outwards.real, 1), (outwards.imag, 1j))):
+        changed = pushing * (straight * across + by * turned)
+        derivative[..., 0, column], derivative[..., 1, column] = changed.real, changed.imag
+    return (pushing * across * moved)[..., None].view(float), derivative
 
 
 def on_sites(forces: Sequence[OrbitForce], n_coefficient: Sequence[int]) -> OrbitForce:

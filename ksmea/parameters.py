@@ -26,13 +26,15 @@ def name_at(name: str, place: str) -> str:
 
 @dataclass(frozen=True)
 class Parameter:
-    """One unknown: `unit` is what people read, `si_per_unit` its size in SI; the limits are in SI."""
+    """One unknown: `unit` is what people read, `si_per_unit` its size in SI; the limits are in SI. `makes_jumps` says whether the
+    response may jump as it changes, as where a resonance curve folds over."""
 
     name: str
     unit: str
     si_per_unit: float
     lower: float
     upper: float
+    makes_jumps: bool = False
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.lower) and np.isfinite(self.upper) and self.lower < self.upper):

@@ -257,7 +257,7 @@ def _refined(
     found = refined(trials, measurement, baseline, effort.of_first_scans, progress, is_scanned=is_scanned)
     if not found or _leaves_noise(fit_quality(polished(found[0].fit), rng), level):
         return found
-    return refined(found, measurement, baseline, effort, progress)
+    return refined(found, measurement, baseline, effort, progress, by_force=False)
 
 
 def _leaves_noise(quality: FitQuality, level: float) -> bool:

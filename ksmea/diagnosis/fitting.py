@@ -258,6 +258,15 @@ def fit_from_scan(
     return Fit(problem, likelihood, maxima[0])
 
 
+def fit_from_points(
+    problem: Problem, measurement: Measurement, points: Array, effort: Effort, ceiling: float, below: float
+) -> Fit:
+    """The same from points (n, d) of the unit cube."""
+    likelihood = likelihood_of(Model(problem), measurement)
+    starts = [likelihood.start(u) for u in points]
+    return Fit(problem, likelihood, _maxima(likelihood, starts, effort, ceiling, below)[0])
+
+
 def fit_from(
     fit: Fit,
     starts: Sequence[Fit],

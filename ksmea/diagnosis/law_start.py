@@ -10,13 +10,16 @@ from scipy.optimize import least_squares
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.diagnosis.recovered_force import RecoveredForce, recovered_force
-from ksmea.diagnosis.unknown_force import SiteFit
+from ksmea.diagnosis.unknown_force import ProjectedLikelihood, SiteFit
 from ksmea.force_laws import Law
 from ksmea.screening import sobol
 
 N_OTHER = 8  # values of each unknown that the data do not show, a power of two
 N_WEIGHT = 50  # draws that weights are made of
 N_THRESHOLD = 12  # amplitudes that a search for a threshold starts from
+N_UNSEEN = 32  # values of what the data do not show beside a free force that a law is compared at, a power of two
+N_TOGETHER = 3  # of these, those from where it is found together with the law
+UNSEEN = 1e-6  # of the largest singular value: directions of the unknowns that do not show
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,63 @@ def law_starts(site: SiteFit, laws: Iterable[Law]) -> list[list[LawStart]]:
     """Starts of each law at a site: of the fit there, and of the same with other values of what it does not show."""
     recovered = [(each, _recovered(each)) for each in (site, *_others(site))]
     return [[_start(law, *each) for each in recovered] for law in laws]
+
+
+def nearest_start(site: SiteFit, law: Law) -> LawStart:
+    """Where a law comes nearest to the force at a site, found together with what the data do not show beside a free force, such as
+    an unbalance at the very site: that changes the force, and not the motion."""
+    site = _amid_unseen(site)
+    likelihood, recovered, unseen = site.likelihood, _recovered(site), _unseen(site)
+    k = unseen.shape[1]
+    parts = sobol(N_UNSEEN, k) - 0.5 if k else np.zeros((1, 0))
+    size, motion = np.array([each for _, _, each in law.coefficients]), _motion(recovered)
+    spread = np.std(recovered.force[1:], axis=0)
+
+    def at(part: Array) -> Array:
+        return _inside(likelihood, site.point.theta + unseen @ part)
+
+    def left_over(values: Array) -> Array:
+        acting = law.at_motion((values[: len(size)] * size)[None], likelihood.problem.speed, motion[None])
+        left = (acting - likelihood.at(at(values[len(size) :])).free) / spread
+        return np.asarray(_real_parts(left)[0])
+
+    found = []
+    for part in parts:
+        coefficients, left = _nearest(law, likelihood.problem.speed, likelihood.at(at(part)).free, spread, motion)
+        found.append((left, np.concatenate([coefficients / size, part])))
+    best = sorted(found, key=lambda each: each[0])[:N_TOGETHER]
+    lower = np.concatenate([_least(law), np.full(k, -np.inf)])
+    fits = [least_squares(left_over, values, bounds=(lower, np.inf), x_scale="jac") for _, values in best]
+    fit = min(fits, key=lambda each: float(each.cost))
+    bic = 4 * fit.cost + len(size) * np.log(len(fit.fun))  # the cost is half of the sum of squares
+    return LawStart(at(fit.x[len(size) :]), fit.x[: len(size)] * size, motion, float(bic))
+
+
+def _amid_unseen(site: SiteFit) -> SiteFit:
+    """The fit with unknowns that do not show in the middle of their limits: without its size an unbalance has no angle."""
+    theta = np.where(np.any(site.point.whitened, axis=0), site.point.theta, 0.5)
+    return SiteFit(site.likelihood, site.likelihood.at(theta))
+
+
+def _unseen(site: SiteFit) -> Array:
+    """Directions (d, k) in the unit cube along which the data do not change beside a free force."""
+    _, sizes, directions = np.linalg.svd(site.point.whitened, full_matrices=False)
+    return np.asarray(directions[sizes < UNSEEN * sizes.max()].T)
+
+
+def _inside(likelihood: ProjectedLikelihood, theta: Array) -> Array:
+    """A point (d,) within the limits; unknowns with a period as they come back there."""
+    period = np.where(np.isfinite(likelihood.period), likelihood.period, 1.0)
+    return np.asarray(np.where(np.isfinite(likelihood.period), theta % period, np.clip(theta, 0.0, 1.0)))
+
+
+def _least(law: Law) -> Array:
+    """The least values of its coefficients: a threshold is an amplitude."""
+    return np.where(np.arange(len(law.coefficients)) == law.threshold, 0.0, -np.inf)
+
+
+def _motion(recovered: RecoveredForce) -> ComplexArray:
+    return np.zeros_like(recovered.force[0]) if recovered.motion is None else recovered.motion[0]
 
 
 def _others(site: SiteFit) -> list[SiteFit]:
@@ -55,9 +115,15 @@ def _recovered(site: SiteFit) -> RecoveredForce:
 
 def _start(law: Law, site: SiteFit, recovered: RecoveredForce) -> LawStart:
     """The coefficients that come nearest to the force as it was recovered, each speed weighed as it is known."""
-    speed, target = site.likelihood.problem.speed, recovered.force[0]
-    spread = np.std(recovered.force[1:], axis=0)
-    motion = np.zeros_like(target) if recovered.motion is None else recovered.motion[0]
+    motion, speed = _motion(recovered), site.likelihood.problem.speed
+    coefficients, left = _nearest(law, speed, recovered.force[0], np.std(recovered.force[1:], axis=0), motion)
+    n_real = 2 * recovered.force[0].size
+    bic = 2 * left + len(coefficients) * np.log(n_real)  # the spread is that of real and imaginary part together
+    return LawStart(site.point.theta, coefficients, motion, float(bic))
+
+
+def _nearest(law: Law, speed: Array, target: ComplexArray, spread: Array, motion: ComplexArray) -> tuple[Array, float]:
+    """The coefficients that come nearest to a force (n_speed, 2), and the sum of squares that they leave, in units of its spread."""
 
     def whitened(coefficients: Array) -> Array:
         """Forces of coefficients (n, n_coefficient), in units of their spread, as real numbers (n, m)."""
@@ -65,15 +131,12 @@ def _start(law: Law, site: SiteFit, recovered: RecoveredForce) -> LawStart:
         return _real_parts(force / spread)
 
     [goal] = _real_parts(target[None] / spread)
-    n_coefficient = len(law.coefficients)
     if law.threshold is None:
-        columns = whitened(np.eye(n_coefficient))
-        coefficients = np.linalg.lstsq(columns.T, goal)[0]
+        coefficients = np.linalg.lstsq(whitened(np.eye(len(law.coefficients))).T, goal)[0]
     else:
         coefficients = _with_threshold(law, whitened, goal, np.linalg.norm(motion, axis=-1))
     left = whitened(coefficients[None])[0] - goal
-    bic = 2 * left @ left + n_coefficient * np.log(len(goal))  # the spread is that of real and imaginary part together
-    return LawStart(site.point.theta, coefficients, motion, float(bic))
+    return coefficients, float(left @ left)
 
 
 def _with_threshold(law: Law, force: Callable[[Array], Array], goal: Array, amplitude: Array) -> Array:
@@ -87,12 +150,11 @@ def _with_threshold(law: Law, force: Callable[[Array], Array], goal: Array, ampl
     left = np.sum((tried[:, :1] * forces - goal) ** 2, axis=1)
     best = tried[np.argmin(left)]
     size = np.array([each for _, _, each in law.coefficients])
-    lower = np.where(np.arange(len(size)) == law.threshold, 0.0, -np.inf)
 
     def left_over(values: Array) -> Array:
         return np.asarray(force((values * size)[None])[0] - goal)
 
-    return np.asarray(size * least_squares(left_over, best / size, bounds=(lower, np.inf)).x)
+    return np.asarray(size * least_squares(left_over, best / size, bounds=(_least(law), np.inf)).x)
 
 
 def _real_parts(force: ComplexArray) -> Array:

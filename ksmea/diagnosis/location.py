@@ -206,6 +206,12 @@ def _fits(
     return fits
 
 
+def fitted_site(problem: Problem, measurement: Measurement, unmodelled: Unmodelled, n_start: int) -> SiteFit:
+    """One site by itself, with the noise that it needs."""
+    [fit] = _fits(problem, measurement, [unmodelled], np.random.default_rng(0), n_start, lambda: None, 1)
+    return _reweighted(fit, _noise(measurement, fit), fit)
+
+
 def _searched_from(fit: SiteFit, starts: Sequence[Array], ceiling: float = np.inf) -> SiteFit:
     """The better of a fit and one from those starts that are not taken to lie in its valley."""
     others = [theta for theta in starts if not is_in_valley(fit.likelihood, fit.point, theta)]

@@ -18,12 +18,15 @@ from ksmea.diagnosis.fitting import (
     Fit,
     fit_along,
     fit_from,
+    fit_from_points,
     fit_from_scan,
     fit_on,
     nearby,
     promised_from,
     start_nearby,
 )
+from ksmea.diagnosis.force_start import can_recover, starts_from_force
+from ksmea.diagnosis.silent_channels import least_deviance
 from ksmea.diagnosis.stable_fits import stable_fit
 from ksmea.errors import SettingError
 from ksmea.measurement import Measurement
@@ -184,18 +187,24 @@ def refined(
     progress: Callable[[], None],
     *,
     is_scanned: bool = True,
+    by_force: bool = True,
 ) -> list[Trial]:
-    """The same trials, each with the better of its fit and further ones: along the effect's path, from a scan of its whole
-    range where it needs that, and else, or where nothing `is_scanned`, from the unknowns of the baseline model's other maxima
-    and of the best trials. Processes share them, once it is known how far the first one comes."""
+    """The same trials, each with the better of its fit and further ones: along the effect's path, from its force as that is
+    recovered from the data, if `by_force`, from a scan of its whole range where it needs that, and else, or where nothing
+    `is_scanned`, from the unknowns of the baseline model's other maxima and of the best trials. Processes share them, once it is
+    known how far the first one comes."""
     starts = [*baseline.others, *(trial.fit for trial in trials[:2])]
 
     def search(trial: Trial, ceiling: float) -> Trial:
-        return searched(trial, measurement, baseline, effort, len(trials), starts, ceiling, is_scanned=is_scanned)
+        if least_deviance(trial.fit, lead) > ceiling:
+            return trial
+        how = {"is_scanned": is_scanned, "by_force": by_force}
+        return searched(trial, measurement, baseline, effort, len(trials), starts, ceiling, **how)
 
-    lowest = min((trial.fit.deviance for trial in trials), default=np.inf)
-    better = for_each(partial(search, ceiling=lowest + FAR), trials[:1], progress=progress)
-    lowest = min([lowest, *(trial.fit.deviance for trial in better)])
+    lead = min((trial.fit for trial in trials), key=lambda fit: fit.deviance, default=baseline.best)
+    better = for_each(partial(search, ceiling=lead.deviance + FAR), trials[:1], progress=progress)
+    lead = min([lead, *(trial.fit for trial in better)], key=lambda fit: fit.deviance)
+    lowest = lead.deviance
     better += shared_searches(partial(search, ceiling=lowest + FAR), trials[1:], effort.workers, progress)
     return ranked(better)
 
@@ -221,16 +230,22 @@ def searched(
     ceiling: float = np.inf,
     *,
     is_scanned: bool = True,
+    by_force: bool = True,
 ) -> Trial:
-    """A trial with the better of its fit and further ones: along the effect's path, from a scan of its whole range where it
-    needs that, and else, or where nothing `is_scanned`, from the unknowns of other fits. Scans that lead to deviances above
-    `ceiling` are left early."""
+    """A trial with the better of its fit and further ones: along the effect's path, from its force as that is recovered from the
+    data, if `by_force`, from a scan of its whole range where it needs that, and else, or where nothing `is_scanned`, from the
+    unknowns of other fits. Searches that lead to deviances above `ceiling` are left early."""
     problem, fit = trial.fit.problem, trial.fit
-    path = trial.candidate.effect.path(baseline.best.problem.machine)
+    path, force = trial.candidate.effect.path(baseline.best.problem.machine), trial.candidate.effect.force_at()
+    tells_force = force is not None and can_recover(baseline.best.problem, measurement, force[0])
     with suppress(np.linalg.LinAlgError):  # within its limits an effect may leave the rotor no steady motion
         if len(path):
             fit = fit_along(problem, measurement, baseline, path, effort)
-        elif is_scanned and trial.candidate.effect.is_scanned:
+        elif force is not None and tells_force and by_force:
+            points = starts_from_force(problem, measurement, baseline.best.problem, *force)
+            if len(points):
+                fit = fit_from_points(problem, measurement, points, effort, ceiling, fit.deviance)
+        elif is_scanned and not tells_force and trial.candidate.effect.is_scanned:
             fit = fit_from_scan(problem, measurement, baseline, effort, ceiling, fit.deviance)
         elif starts:
             fit = fit_from(fit, starts, baseline, effort, ceiling)

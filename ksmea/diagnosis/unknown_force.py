@@ -131,6 +131,8 @@ class ProjectedPoint(Point):
 class SumOfSquares(ABC):
     """χ² of residuals that a model leaves, for `ksmea.maximisation`."""
 
+    least_gain = 0.0
+
     @abstractmethod
     def _residual(self, theta: Array) -> Array:
         """What is left at points (n, p), as real numbers of unit variance (n, m)."""

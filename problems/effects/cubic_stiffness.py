@@ -68,7 +68,7 @@ class CubicStiffness(NonlinearEffect):
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         limit = stiffness_scale(problem) / (DOUBLED * eccentricity(problem)) ** 2
-        return (Parameter("cubic_stiffness", "MN/mm³", 1e15, -limit, limit),)
+        return (Parameter("cubic_stiffness", "MN/mm³", 1e15, -limit, limit, makes_jumps=True),)
 
     def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
         return self.parameters(problem)[0].upper * np.array([drawn_either_side(rng, *NOTICED)])

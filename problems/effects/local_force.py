@@ -23,7 +23,7 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
-from ksmea.force_laws import LAWS, MOMENT_LAWS, Law
+from ksmea.force_laws import LAWS, MOMENT_LAWS, Law, NonlinearLaw
 from ksmea.load import FORCE, MOMENT
 from ksmea.parameters import Parameter
 from ksmea.settings import setting
@@ -102,8 +102,9 @@ class LocalForce(RotorEffect):
             number, *powers = LARGEST[unit]
             return float(number * np.prod(scales ** np.array(powers)))
 
+        jumps = isinstance(self._law, NonlinearLaw) and self._law.bends
         return tuple(
-            Parameter(_name(name), unit, size, 0.0 if unit in FROM_ZERO else -largest(unit), largest(unit))
+            Parameter(_name(name), unit, size, 0.0 if unit in FROM_ZERO else -largest(unit), largest(unit), jumps)
             for name, unit, size in self._law.coefficients
         )
 

@@ -6,6 +6,7 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Self
 
+from ksmea.force_laws import Law
 from ksmea.measurement import Measurement
 from ksmea.settings import setting
 from problems.rotor.effect import RotorEffect
@@ -36,6 +37,10 @@ class NonlinearEffect(RotorEffect):
 
     def going(self, direction: str) -> Self:
         return dataclasses.replace(self, direction=direction) if direction in (UP, DOWN) else self
+
+    def force_at(self) -> tuple[float, Law] | None:
+        site = self.site_law()
+        return None if site is None or site.further else (site.position, site.law)
 
     def seen_in(self, measurement: Measurement) -> Self | None:
         """With the direction of the run, where more than one run at 1X was measured: what is not linear shows at other

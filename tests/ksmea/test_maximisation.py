@@ -244,7 +244,7 @@ def test_known_noise_is_left_alone(rotor, truth):
 class OneUnknown:
     """A likelihood of one unknown that counts its points."""
 
-    d = 1
+    d, least_gain = 1, 0.0
     lower, upper, period, longest_step = np.zeros(1), np.ones(1), np.full(1, np.inf), np.full(1, np.inf)
 
     def __init__(self):
@@ -273,6 +273,15 @@ class Slow(OneUnknown):
 def points_of(likelihood, ceiling, max_iterations):
     maximise(likelihood, np.ones(1), max_iterations=max_iterations, tolerance=0.0, ceiling=ceiling)
     return likelihood.n_point
+
+
+def test_steps_that_gain_less_than_the_likelihood_asks_for_end_a_search():
+    """One point at the start, and one after the step of 0.01 that ends it."""
+    slow = Slow()
+    slow.least_gain = 0.05
+    maximise(slow, np.ones(1))
+    assert slow.n_point == 2
+
 
 
 def test_a_search_is_given_up_that_would_not_come_below_a_ceiling_at_its_pace():

@@ -1,0 +1,127 @@
+"""A rub that takes part beside resonances alone: a scan of its limits misses it, and the force at its place tells it."""
+
+import numpy as np
+import pytest
+
+from ksmea import registry
+from ksmea.alignment import aligned, through
+from ksmea.diagnosis.fitting import Effort, Fit, fit_baseline
+from ksmea.diagnosis.force_start import can_recover, starts_from_force
+from ksmea.diagnosis.law_start import nearest_start
+from ksmea.diagnosis.location import fitted_site
+from ksmea.diagnosis.silent_channels import least_deviance
+from ksmea.diagnosis.trials import Candidate, fitted, searched
+from ksmea.diagnosis.unknown_force import Unmodelled
+from ksmea.difference_likelihood import likelihood_of
+from ksmea.load import FORCE
+from ksmea.maximisation import maximise
+from ksmea.measurement import Measurement, Noise, observe
+from ksmea.model import Model
+from measurements.synthetic import Synthetic
+from problems.rk4_two_disk import RK4TwoDisk
+
+LAYOUT = {"sensors": [0.12, 0.44], "directions": ["x", "y"], "n_speed": 24}
+SETTINGS, FINE = RK4TwoDisk(**LAYOUT), RK4TwoDisk(**LAYOUT, mesh=56)
+TRUTH = np.array([*SETTINGS.reference().values(), 0.4])  # the last is where phases begin
+# stiffness N/m, clearance m, friction, by position m: peaks are larger than the clearance
+RUB = {0.16: np.array([0.044e6, 19e-6, 0.05]), 0.4: np.array([0.08e6, 45e-6, 0.04])}
+NOISE = Noise(0.05, 1e-7)
+LITTLE = Effort(screening=500, starts=6)
+
+
+def rubbing(position, kind="complex", harmonics=()):
+    """Two runs, the second with a known weight at 0.16 m, of a mesh four times as fine by the dense solver; the problem that is fitted
+    to them, and the effect."""
+    layout = Synthetic(
+        kind=kind, floor=0.1, phase_known=False, runs=["bare", "3@0.16"], harmonics=list(harmonics)
+    ).layout(SETTINGS)
+    problem, effect = (
+        aligned(SETTINGS.build(), layout),
+        registry.create("effect", "clearance_rub", {"position": position}),
+    )
+    known = TRUTH[: len(problem.parameters)]
+    response = effect.added_to(aligned(FINE.build(), layout)).dense_response(np.append(known, RUB[position])[None])[0]
+    values = observe(response, kind, NOISE, np.random.default_rng(2))
+    return (
+        problem,
+        Measurement(layout.speed, layout.channels, values, None, "test", layout.phase_known, layout.campaign),
+        effect,
+    )
+
+
+@pytest.mark.parametrize("position", [0.16, 0.4])
+def test_a_law_is_near_its_coefficients_before_any_fit(position):
+    """The unbalance at the place does not show beside a free force there, nor where phases begin if the weight is at it too: they are
+    found together with the law. The shaft leaves the clearance by so little that its contact stiffness shows in few data."""
+    problem, measurement, effect = rubbing(position)
+    start = nearest_start(fitted_site(problem, measurement, Unmodelled(FORCE, position), 16), effect.force_at()[1])
+    stiffness, clearance, _ = start.coefficients / RUB[position]
+    assert 0.67 < stiffness < 1.5 and clearance == pytest.approx(1, abs=0.1)
+
+
+def test_a_rub_is_found_that_neither_its_neighbourhood_nor_a_scan_tells():
+    """Its values within four standard errors, which leave one of 5000 right fits out."""
+    problem, measurement, effect = rubbing(0.4)
+    baseline = fit_baseline(problem, measurement, np.random.default_rng(0), LITTLE)
+    (trial,) = fitted(problem, measurement, baseline.best, [Candidate("clearance_rub", effect)], lambda: None)
+    assert trial.deviance_drop < 60
+    found = searched(trial, measurement, baseline, LITTLE, 1, by_force=True, is_scanned=False)
+    assert found.deviance_drop > 500
+    errors = np.sqrt(np.diag(np.linalg.inv(found.fit.point.information)))[
+        found.fit.likelihood.d - 3 : found.fit.likelihood.d
+    ]
+    limits = found.fit.problem.parameters
+    reach = (limits.upper - limits.lower)[-3:]
+    assert np.all(np.abs(found.fit.x[-3:] - RUB[0.4]) < 4 * errors * reach)
+
+
+def test_what_tells_no_force_is_said():
+    problem, measurement, effect = rubbing(0.4)
+    assert can_recover(problem, measurement, 0.4)
+    assert not can_recover(
+        effect.added_to(problem), measurement, 0.4
+    )  # under one that is not linear there are no unit loads
+    assert not can_recover(*rubbing(0.4, kind="amplitude")[:2], 0.4)
+
+
+def test_starts_lie_within_the_limits():
+    problem, measurement, effect = rubbing(0.4)
+    points = starts_from_force(effect.added_to(problem), measurement, problem, *effect.force_at())
+    assert len(points) == 3 and np.all((points >= 0) & (points <= 1))
+
+
+def test_a_rub_explains_no_2x():
+    """Forces alike in opposite directions have odd harmonics: 2X stays as it is. What it moves itself bounds nothing."""
+    problem, measurement, effect = rubbing(0.4, harmonics=(2.0,))
+    at_2x = [not channel.is_1x for channel in measurement.channels]
+    values = measurement.values.copy()
+    values[:, at_2x] += 5e-6
+    data = Measurement(measurement.speed, measurement.channels, values, None, "test", False, measurement.campaign)
+    extended = effect.added_to(problem)
+
+    def fit_at(problem, x):
+        likelihood = likelihood_of(Model(problem), data)
+        return Fit(problem, likelihood, likelihood.at(likelihood.start(problem.parameters.to_cube(x))))
+
+    known = TRUTH[: len(problem.parameters)]
+    without, rub = fit_at(problem, known), fit_at(extended, np.append(known, RUB[0.4]))
+    assert least_deviance(rub, without) == pytest.approx(without.likelihood.deviance_of(without.response()), abs=1e-6)
+    assert least_deviance(without, rub) > -np.inf
+    data, problem = (
+        data.through([index for index, is_2x in enumerate(at_2x) if not is_2x]),
+        through(problem, data.channels[:4]),
+    )
+    at_rotation = fit_at(effect.added_to(problem), np.append(known, RUB[0.4]))
+    assert np.isneginf(least_deviance(at_rotation, at_rotation))
+
+
+def test_the_noise_that_suits_a_response_best():
+    """A fit of the noise alone, all unknowns at their limits of a hair, ends at the same deviance."""
+    problem, measurement, _ = rubbing(0.4)
+    likelihood = likelihood_of(Model(problem), measurement)
+    u = problem.parameters.to_cube(TRUTH[: len(problem.parameters)])
+    theta = likelihood.start(u)
+    likelihood.lower[: likelihood.d], likelihood.upper[: likelihood.d] = u - 1e-12, u + 1e-12
+    best = maximise(likelihood, theta)
+    found = likelihood.deviance_of(problem.response(problem.parameters.to_si(u)[None])[0])
+    assert found == pytest.approx(best.deviance, abs=1e-2)
