@@ -21,12 +21,14 @@ from ksmea.diagnosis.force_law import SMALLEST, TOLERANCE, LawLikelihood
 from ksmea.diagnosis.law_start import UNSEEN, nearest_start
 from ksmea.diagnosis.location import fitted_site, missing_to_locate
 from ksmea.diagnosis.unknown_force import Unmodelled
+from ksmea.difference_likelihood import likelihood_of
 from ksmea.errors import SettingError
 from ksmea.force_laws import Law
 from ksmea.harmonics import at_1x
 from ksmea.load import FORCE
 from ksmea.maximisation import maximise
 from ksmea.measurement import Measurement
+from ksmea.model import Model
 from ksmea.point import Point
 from ksmea.screening import log_ratio, mean_log_misfit, sobol
 
@@ -52,12 +54,16 @@ def can_recover(problem: Problem, measurement: Measurement, position: float) -> 
 
 
 def starts_from_force(
-    extended: Problem, measurement: Measurement, without: Problem, position: float, law: Law
+    extended: Problem, measurement: Measurement, without: Problem, position: float, law: Law, ceiling: float = np.inf
 ) -> Array:
     """Points (n, d) of the unit cube from which to fit a problem that an effect has extended: a force by a law at a position, m.
-    None where no law is found that has a steady motion. The data are such that `can_recover`."""
+    None where no law is found that has a steady motion, or where a free force leaves a deviance above a ceiling: no law comes
+    lower. The data are such that `can_recover`."""
     problem, at_rotation = at_1x(without, measurement)
     site = fitted_site(problem, at_rotation, Unmodelled(FORCE, position), N_START)
+    none = np.empty((0, len(extended.parameters)))
+    if problem is without and likelihood_of(Model(problem), measurement).deviance_of(site.point.mean) > ceiling:
+        return none
     start = nearest_start(site, law)
     unit = np.array([size for _, _, size in law.coefficients])
     parts = np.abs(start.coefficients / unit)
@@ -69,7 +75,7 @@ def starts_from_force(
         cloud = np.vstack([best.theta, best.theta + _draws(best)])
         x = np.hstack([problem.parameters.to_si(cloud[:, : likelihood.d]), cloud[:, likelihood.d :] * scale])
         return _nearest(extended, measurement, np.clip(extended.parameters.to_cube(x), 0.0, 1.0))
-    return np.empty((0, len(extended.parameters)))
+    return none
 
 
 def _draws(best: Point) -> Array:

@@ -242,7 +242,7 @@ def searched(
         if len(path):
             fit = fit_along(problem, measurement, baseline, path, effort)
         elif force is not None and tells_force and by_force:
-            points = starts_from_force(problem, measurement, baseline.best.problem, *force)
+            points = starts_from_force(problem, measurement, baseline.best.problem, *force, ceiling)
             if len(points):
                 fit = fit_from_points(problem, measurement, points, effort, ceiling, fit.deviance)
         elif is_scanned and not tells_force and trial.candidate.effect.is_scanned:

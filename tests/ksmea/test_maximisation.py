@@ -283,7 +283,6 @@ def test_steps_that_gain_less_than_the_likelihood_asks_for_end_a_search():
     assert slow.n_point == 2
 
 
-
 def test_a_search_is_given_up_that_would_not_come_below_a_ceiling_at_its_pace():
     """In 60 steps it comes down to 0.4."""
     assert points_of(Slow(), 0.45, 60) == points_of(Slow(), np.inf, 60) == 61
