@@ -41,6 +41,8 @@ LAW = LAWS["cubic_spring"]
 class CubicStiffness(NonlinearEffect):
     """The bearings stiffen or soften with the size of the motion."""
 
+    is_scanned: ClassVar[bool] = False  # from 0 on fits lead to it
+
     positions: list[float] = setting([], "where these springs are, alike; none: at all bearings", unit="m", at_least=0)
 
     aliases: ClassVar[Mapping[str, str]] = {
