@@ -151,10 +151,10 @@ def solved(balance: Balance, start: Array) -> tuple[Array, Mask]:
         while len(waiting):
             trial = found[waiting] + part * step
             rest, slope = balance[waiting].left(trial, np.ones(len(waiting)))
-            longer = np.linalg.norm(rest, axis=1)
-            is_lower = (longer < size[waiting]) | (part < SHORTEST)
+            rest_size = np.linalg.norm(rest, axis=1)
+            is_lower = (rest_size < size[waiting]) | (part < SHORTEST)
             at = waiting[is_lower]
-            found[at], left[at], derivative[at], size[at] = (each[is_lower] for each in (trial, rest, slope, longer))
+            found[at], left[at], derivative[at], size[at] = (each[is_lower] for each in (trial, rest, slope, rest_size))
             waiting, step, part = waiting[~is_lower], step[~is_lower], part / 2
     return found, is_found
 

@@ -176,14 +176,19 @@ class Likelihood:
         residual, magnitude = self._residual(response), np.abs(response)
         if self._known_noise is not None:
             return self._deviance(residual, self._known_noise.variance(magnitude))
-        start = self._noise_starts(np.abs(self.measurement.seen(response)), np.abs(residual) ** 2)[0]
-        none = np.zeros(self.d)
+        starts = self._noise_starts(magnitude, np.abs(residual) ** 2)[0].reshape(-1, 2)
+        limits = list(zip(*noise_limits(self.measurement.values), strict=True))
+        total = 0.0
+        for rows, start in zip(self.measurement.layout.noise_rows, starts, strict=True):
+            part = np.abs(residual[rows]) ** 2, magnitude[rows], self._reference_variance[rows]
 
-        def by_noise(levels: Array) -> float:
-            return self._deviance(residual, self.noise(np.concatenate([none, levels])).variance(magnitude))
+            def by_noise(levels: Array, part: tuple[Array, Array, Array] = part) -> float:
+                squared, size, reference = part
+                variance = Noise(*np.exp(levels).tolist()).variance(size)
+                return float(deviance(squared, variance, reference, self.measurement.kind))
 
-        limits = list(zip(*self._noise_limits, strict=True))
-        return float(minimize(by_noise, start, method="Nelder-Mead", bounds=limits).fun)
+            total += float(minimize(by_noise, start, method="Nelder-Mead", bounds=limits).fun)
+        return total
 
     def is_stable(self, theta: Array) -> bool:
         """Whether the rotor is stable at θ."""

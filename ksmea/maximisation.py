@@ -69,9 +69,9 @@ def maximise(
     `fixed` is the index of an unknown that keeps its value (for profiles). Steps solve the scoring equations in the box
     as bounded least squares, damped as by Levenberg and Marquardt, and once a step has failed they bend with the mean
     (geodesic acceleration). They end where a step is expected to lower the deviance by less than `tolerance` or lowers it by
-    less than `least_gain`, or that of the likelihood, after `max_iterations`, where at their pace or by what they promise the deviance would still lie above
-    `ceiling` after these, or where the model's budget is spent; a budget that does not admit the first Jacobian raises
-    `BudgetSpent`.
+    less than `least_gain`, or that of the likelihood, after `max_iterations`, where at their pace or by what they promise the
+    deviance would still lie above `ceiling` after these, or where the model's budget is spent; a budget that does not admit the
+    first Jacobian raises `BudgetSpent`.
 
     M. R. Osborne, Fisher's method of scoring, Int. Stat. Rev. 60 (1992) 99–117, doi 10.2307/1403504; M. K. Transtrum
     and J. P. Sethna, Improvements to the Levenberg–Marquardt algorithm for nonlinear least-squares minimization, 2012,

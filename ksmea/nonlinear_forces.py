@@ -51,9 +51,7 @@ def rub(coefficients: Array, orbit: Array, turn: ComplexArray, rounding: float) 
 
     J. Jiang and H. Ulbrich, Nonlinear Dyn. 24 (2001) 269–283; A. Muszynska, Rotordynamics, 2005, ch. 5."""
     stiffness, clearance, friction = (each[:, None] for each in coefficients.T)
-    moved = np.ascontiguousarray(orbit).view(complex)[
-        ..., 0
-    ]  # x + iy, which a quarter turn from x to y multiplies by i
+    moved = orbit[..., 0] + 1j * orbit[..., 1]  # a quarter turn from x to y multiplies it by i
     radius = np.maximum(np.abs(moved), np.finfo(float).tiny)
     depth, width = radius - clearance, np.maximum(rounding * clearance, np.finfo(float).tiny)
     slope = np.clip(np.clip(depth, -width, width) / width + 0.5, 0.0, 1.0)

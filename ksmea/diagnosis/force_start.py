@@ -18,7 +18,7 @@ import scipy
 from ksmea.arrays import Array
 from ksmea.contracts import Problem
 from ksmea.diagnosis.force_law import SMALLEST, TOLERANCE, LawLikelihood
-from ksmea.diagnosis.law_start import UNSEEN, nearest_start
+from ksmea.diagnosis.law_start import UNSEEN, inside, nearest_start
 from ksmea.diagnosis.location import fitted_site, missing_to_locate
 from ksmea.diagnosis.unknown_force import Unmodelled
 from ksmea.difference_likelihood import likelihood_of
@@ -42,6 +42,8 @@ N_KEPT = 3  # of all, those that fits start from
 def can_recover(problem: Problem, measurement: Measurement, position: float) -> bool:
     """Whether data of a problem tell a force at a position, m, that is free at every speed, as amplitudes do not, and it takes unit
     loads."""
+    if measurement.is_by_differences:  # a free force is of what was read
+        return False
     problem, at_rotation = at_1x(problem, measurement)
     try:
         if missing_to_locate(problem, at_rotation.kind):
@@ -67,14 +69,19 @@ def starts_from_force(
     start = nearest_start(site, law)
     unit = np.array([size for _, _, size in law.coefficients])
     parts = np.abs(start.coefficients / unit)
+    if not parts.max() > 0:
+        return none
     scale = np.maximum(parts, SMALLEST * parts.max()) * unit
     likelihood = LawLikelihood(site, law, scale, start.motion)
+    limits = extended.parameters
+    likelihood.lower[likelihood.d :] = limits.lower[likelihood.d :] / scale
+    likelihood.upper[likelihood.d :] = limits.upper[likelihood.d :] / scale
     with suppress(np.linalg.LinAlgError):
         theta = np.concatenate([start.theta, start.coefficients / scale])
         best = maximise(likelihood, theta, tolerance=TOLERANCE, max_iterations=MAX_ITERATIONS)
         cloud = np.vstack([best.theta, best.theta + _draws(best)])
         x = np.hstack([problem.parameters.to_si(cloud[:, : likelihood.d]), cloud[:, likelihood.d :] * scale])
-        return _nearest(extended, measurement, np.clip(extended.parameters.to_cube(x), 0.0, 1.0))
+        return _in_agreement(extended, measurement, inside(extended.parameters.to_cube(x), limits.period))
     return none
 
 
@@ -86,7 +93,7 @@ def _draws(best: Point) -> Array:
     return np.asarray((drawn / sizes[shown]) @ directions[shown])
 
 
-def _nearest(problem: Problem, measurement: Measurement, points: Array) -> Array:
+def _in_agreement(problem: Problem, measurement: Measurement, points: Array) -> Array:
     """Those of points (n, d) of the unit cube whose response at 1X comes nearest to the data, by the mean |ln ratio|: one speed that
     is on the other motion counts no more than its ratio."""
     seen = measurement.values[:, [channel.is_1x for channel in measurement.channels]]

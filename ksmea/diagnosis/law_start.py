@@ -10,7 +10,7 @@ from scipy.optimize import least_squares
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.diagnosis.recovered_force import RecoveredForce, recovered_force
-from ksmea.diagnosis.unknown_force import ProjectedLikelihood, SiteFit
+from ksmea.diagnosis.unknown_force import SiteFit
 from ksmea.force_laws import Law
 from ksmea.screening import sobol
 
@@ -50,7 +50,7 @@ def nearest_start(site: SiteFit, law: Law) -> LawStart:
     spread = np.std(recovered.force[1:], axis=0)
 
     def at(part: Array) -> Array:
-        return _inside(likelihood, site.point.theta + unseen @ part)
+        return inside(site.point.theta + unseen @ part, likelihood.period)
 
     def left_over(values: Array) -> Array:
         acting = law.at_motion((values[: len(size)] * size)[None], likelihood.problem.speed, motion[None])
@@ -60,7 +60,11 @@ def nearest_start(site: SiteFit, law: Law) -> LawStart:
     found = []
     for part in parts:
         coefficients, left = _nearest(law, likelihood.problem.speed, likelihood.at(at(part)).free, spread, motion)
-        found.append((left, np.concatenate([coefficients / size, part])))
+        values = np.concatenate([coefficients / size, part])
+        if np.all(np.isfinite(left_over(values))):
+            found.append((left, values))
+    if not found:
+        raise np.linalg.LinAlgError("no finite force was found at the site")
     best = sorted(found, key=lambda each: each[0])[:N_TOGETHER]
     lower = np.concatenate([_least(law), np.full(k, -np.inf)])
     fits = [least_squares(left_over, values, bounds=(lower, np.inf), x_scale="jac") for _, values in best]
@@ -81,10 +85,11 @@ def _unseen(site: SiteFit) -> Array:
     return np.asarray(directions[sizes < UNSEEN * sizes.max()].T)
 
 
-def _inside(likelihood: ProjectedLikelihood, theta: Array) -> Array:
-    """A point (d,) within the limits; unknowns with a period as they come back there."""
-    period = np.where(np.isfinite(likelihood.period), likelihood.period, 1.0)
-    return np.asarray(np.where(np.isfinite(likelihood.period), theta % period, np.clip(theta, 0.0, 1.0)))
+def inside(theta: Array, period: Array) -> Array:
+    """Points (…, d) within the limits of the unit cube; unknowns with a period as they come back there, about its middle."""
+    turn = np.where(np.isfinite(period), period, 1.0)
+    turned = 0.5 + (theta - 0.5 + turn / 2) % turn - turn / 2
+    return np.clip(np.where(np.isfinite(period), turned, theta), 0.0, 1.0)
 
 
 def _least(law: Law) -> Array:

@@ -1,39 +1,45 @@
 """What an effect cannot explain: harmonics of the rotation at which it moves nothing.
 
-A force that is alike in opposite directions makes no 2X, a misaligned coupling no 3X. Whatever the size of such an effect, what was
-measured there stays noise.
+A force that is alike in opposite directions makes no 2X. Whatever the size of such an effect, what was measured there stays noise.
 """
 
 from __future__ import annotations
+
+from contextlib import suppress
 
 import numpy as np
 
 from ksmea.diagnosis.fitting import Fit
 from ksmea.harmonic_balance import Mask
+from ksmea.screening import sobol
 
-PART = 0.3  # of the way to their upper limits: unknowns of an effect that is asked where it moves anything
+N_SIZE = 8  # sizes of an effect that is asked where it moves anything, a power of two
+CROWDING = 3.0  # power by which they crowd towards 0: a stop with a wide clearance is not touched
 
 
-def least_deviance(fit: Fit, best: Fit) -> float:
-    """The deviance that a fit's problem would leave if it predicted what the best fit does wherever it moves anything, with the noise
-    that suits this: it comes no lower but by what noise allows. −∞ where it moves all channels."""
-    silent = _silent(fit, len(best.u))
+def least_deviance(fit: Fit, best: Fit, n_own: int) -> float:
+    """About the lowest deviance of a fit's problem, whose first `n_own` unknowns are those without its effect: what it would leave
+    if it predicted as the best fit does wherever it moves anything, and nothing elsewhere, with the noise that suits this. It comes
+    lower where the best fit leaves more than noise. −∞ where it moves all channels, and of differences between runs."""
+    if best.likelihood.measurement.is_by_differences:
+        return -np.inf
+    silent = _silent(fit, n_own)
     if not np.any(silent):
         return -np.inf
     return best.likelihood.deviance_of(np.where(silent, 0.0, best.response()))
 
 
 def _silent(fit: Fit, n_own: int) -> Mask:
-    """The channels (n_channel,) beside 1X at which a problem has no response."""
+    """The channels (n_channel,) beside 1X at which a problem has no response: as fitted, and with none of several sizes."""
     beside = np.array([not channel.is_1x for channel in fit.likelihood.measurement.channels])
     if not np.any(beside):
         return beside
-    u = fit.u.copy()
-    of_effect = slice(min(n_own, len(u)), None)
-    zero = fit.problem.parameters.to_cube(np.zeros(len(u)))[of_effect]
-    u[of_effect] = zero + PART * (1 - zero)
-    try:
-        response = fit.problem.response(fit.problem.parameters.to_si(u)[None])[0]
-    except np.linalg.LinAlgError:  # no steady motion of that size
-        return np.zeros_like(beside)
-    return np.asarray(beside & ~np.any(response != 0, axis=0))
+    zero = fit.problem.parameters.to_cube(np.zeros(len(fit.u)))[n_own:]
+    sizes = zero + (1 - zero) * (sobol(N_SIZE, len(zero)) + 0.5 / N_SIZE) ** CROWDING
+    moves, n_asked = np.zeros_like(beside), 0
+    for size in (fit.u[n_own:], *sizes):
+        with suppress(np.linalg.LinAlgError):  # no steady motion of that size
+            x = fit.problem.parameters.to_si(np.concatenate([fit.u[:n_own], size]))
+            moves |= np.any(fit.problem.response(x[None])[0] != 0, axis=0)
+            n_asked += 1
+    return np.asarray(beside & ~moves & (n_asked > 1))

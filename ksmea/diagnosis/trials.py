@@ -196,8 +196,9 @@ def refined(
     starts = [*baseline.others, *(trial.fit for trial in trials[:2])]
 
     def search(trial: Trial, ceiling: float) -> Trial:
-        if least_deviance(trial.fit, lead) > ceiling:
-            return trial
+        jumps = any(item.makes_jumps for item in trial.fit.problem.parameters)  # what is cheap is searched anyway
+        if jumps and least_deviance(trial.fit, lead, baseline.best.likelihood.d) > ceiling:
+            return trial_of(trial.candidate, trial.fit, baseline.best, len(trials))
         how = {"is_scanned": is_scanned, "by_force": by_force}
         return searched(trial, measurement, baseline, effort, len(trials), starts, ceiling, **how)
 
@@ -245,6 +246,8 @@ def searched(
             points = starts_from_force(problem, measurement, baseline.best.problem, *force, ceiling)
             if len(points):
                 fit = fit_from_points(problem, measurement, points, effort, ceiling, fit.deviance)
+            elif starts:
+                fit = fit_from(fit, starts, baseline, effort, ceiling)
         elif is_scanned and not tells_force and trial.candidate.effect.is_scanned:
             fit = fit_from_scan(problem, measurement, baseline, effort, ceiling, fit.deviance)
         elif starts:

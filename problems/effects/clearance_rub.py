@@ -73,8 +73,8 @@ class ClearanceRub(NonlinearEffect):
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         return (
             Parameter("contact_stiffness", "MN/m", 1e6, 0.0, stiffness_scale(problem), makes_jumps=True),
-            Parameter("clearance", "µm", MICROMETRE, 0.0, WIDEST * eccentricity(problem)),
-            Parameter("friction", "%", 0.01, 0.0, ROUGHEST),
+            Parameter("clearance", "µm", MICROMETRE, 0.0, WIDEST * eccentricity(problem), makes_jumps=True),
+            Parameter("friction", "%", 0.01, 0.0, ROUGHEST, makes_jumps=True),
         )
 
     def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:

@@ -1,5 +1,7 @@
 """A rub that takes part beside resonances alone: a scan of its limits misses it, and the force at its place tells it."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -84,40 +86,66 @@ def test_what_tells_no_force_is_said():
     assert not can_recover(*rubbing(0.4, kind="amplitude")[:2], 0.4)
 
 
-def test_starts_lie_within_the_limits():
+def test_differences_between_runs_tell_no_free_force():
+    problem, measurement, _ = rubbing(0.4)
+    campaign = dataclasses.replace(measurement.campaign, reference=measurement.campaign.runs[0].name)
+    assert not can_recover(problem, dataclasses.replace(measurement, campaign=campaign), 0.4)
+
+
+def test_fits_start_nearer_to_the_data_than_the_plain_model():
+    """By more than half of what the true values gain."""
     problem, measurement, effect = rubbing(0.4)
-    points = starts_from_force(effect.added_to(problem), measurement, problem, *effect.force_at())
-    assert len(points) == 3 and np.all((points >= 0) & (points <= 1))
+    extended, known = effect.added_to(problem), TRUTH[: len(problem.parameters)]
+    likelihood = likelihood_of(Model(extended), measurement)
+
+    def deviance(u):
+        return likelihood.deviance(likelihood.start(u))
+
+    points = starts_from_force(extended, measurement, problem, *effect.force_at())
+    truth = deviance(extended.parameters.to_cube(np.append(known, RUB[0.4])))
+    plain = fit_baseline(problem, measurement, np.random.default_rng(0), LITTLE).best.deviance
+    assert len(points) == 3 and max(deviance(u) for u in points) < (truth + plain) / 2
+    assert not len(starts_from_force(extended, measurement, problem, *effect.force_at(), ceiling=truth - 500))
 
 
-def test_a_rub_explains_no_2x():
-    """Forces alike in opposite directions have odd harmonics: 2X stays as it is. What it moves itself bounds nothing."""
-    problem, measurement, effect = rubbing(0.4, harmonics=(2.0,))
-    at_2x = [not channel.is_1x for channel in measurement.channels]
+def test_a_rub_moves_3x_and_explains_no_2x():
+    """Forces alike in opposite directions have odd harmonics: 2X stays as it is. A stop may move 3X even if it is not touched as
+    fitted."""
+    problem, measurement, effect = rubbing(0.4, harmonics=(2.0, 3.0))
+    of_harmonic = np.array([channel.harmonic for channel in measurement.channels])
     values = measurement.values.copy()
-    values[:, at_2x] += 5e-6
-    data = Measurement(measurement.speed, measurement.channels, values, None, "test", False, measurement.campaign)
-    extended = effect.added_to(problem)
+    values[:, of_harmonic == 2] += 5e-6
+    data = dataclasses.replace(measurement, values=values)
+    extended, known = effect.added_to(problem), TRUTH[: len(problem.parameters)]
 
-    def fit_at(problem, x):
+    def fit_at(problem, x, data=data):
         likelihood = likelihood_of(Model(problem), data)
         return Fit(problem, likelihood, likelihood.at(likelihood.start(problem.parameters.to_cube(x))))
 
-    known = TRUTH[: len(problem.parameters)]
-    without, rub = fit_at(problem, known), fit_at(extended, np.append(known, RUB[0.4]))
-    assert least_deviance(rub, without) == pytest.approx(without.likelihood.deviance_of(without.response()), abs=1e-6)
-    assert least_deviance(without, rub) > -np.inf
-    data, problem = (
-        data.through([index for index, is_2x in enumerate(at_2x) if not is_2x]),
-        through(problem, data.channels[:4]),
-    )
-    at_rotation = fit_at(effect.added_to(problem), np.append(known, RUB[0.4]))
-    assert np.isneginf(least_deviance(at_rotation, at_rotation))
+    rub, untouched = fit_at(extended, np.append(known, RUB[0.4])), np.append(known, [0.08e6, 100e-6, 0.04])
+    expected = rub.response().copy()
+    assert np.any(expected[:, of_harmonic == 3] != 0) and not np.any(expected[:, of_harmonic == 2])
+    for fit in (rub, fit_at(extended, untouched)):
+        least = least_deviance(fit, rub, len(known))
+        assert least == pytest.approx(rub.likelihood.deviance_of(expected), abs=1e-6)
+    # what moves nothing there cannot explain 3X either, by as much as the rub does
+    mass = registry.create("effect", "mass", {}).added_to(problem)
+    expected[:, of_harmonic == 3] = 0
+    linear = fit_at(mass, np.append(known, 0.0))
+    assert least_deviance(linear, rub, len(known)) == pytest.approx(rub.likelihood.deviance_of(expected), abs=1e-6)
+    at_rotation = data.through(np.flatnonzero(of_harmonic == 1).tolist())
+    alone = fit_at(effect.added_to(through(problem, at_rotation.channels)), np.append(known, RUB[0.4]), at_rotation)
+    assert np.isneginf(least_deviance(alone, alone, len(known)))
 
 
-def test_the_noise_that_suits_a_response_best():
+@pytest.mark.parametrize("own_noise", [False, True])
+def test_the_noise_that_suits_a_response_best(own_noise):
     """A fit of the noise alone, all unknowns at their limits of a hair, ends at the same deviance."""
     problem, measurement, _ = rubbing(0.4)
+    measurement = dataclasses.replace(
+        measurement, campaign=dataclasses.replace(measurement.campaign, own_noise=own_noise)
+    )
+    problem = aligned(SETTINGS.build(), measurement.layout)
     likelihood = likelihood_of(Model(problem), measurement)
     u = problem.parameters.to_cube(TRUTH[: len(problem.parameters)])
     theta = likelihood.start(u)
