@@ -37,7 +37,7 @@ def test_a_right_model_is_adequate(rotor, hide, seed):
     assert abs(found.baseline.x[:2] - [50e6, 70e6]) == pytest.approx(0, abs=5 * max(sd))
 
 
-# effects of every kind of hook; fourteen are in results/reference/diagnosis_effects.csv
+# effects of every kind of hook; rates of all are in results/reference/diagnosis_effects.csv
 @pytest.mark.parametrize(
     ("name", "seed"),
     [
