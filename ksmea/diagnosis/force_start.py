@@ -1,7 +1,7 @@
 """The fit of an effect whose force follows a law at one place: from the force as it is recovered there.
 
-A stop that is touched, or a spring that stiffens, changes the response beside resonances alone, and there altogether: seen from
-values without it the likelihood says little of where it is large. But a force that is free at every speed fits whatever acts at the
+A stop that is touched near resonances only changes the response there altogether: seen from values without it, the likelihood says
+little of where it is large. But a force that is free at every speed fits whatever acts at the
 place, and gives the unknowns beside it (`unknown_force`); the law comes nearest to that force somewhere (`law_start`); from there it is
 fitted together with the unknowns, in the motion that was measured: where several are steady, the one next to it. This likelihood has
 no edges. The fit of the effect itself, in the motion that a slow run comes to, starts from the best of a cloud around that: at its
@@ -59,8 +59,8 @@ def starts_from_force(
     extended: Problem, measurement: Measurement, without: Problem, position: float, law: Law, ceiling: float = np.inf
 ) -> Array:
     """Points (n, d) of the unit cube from which to fit a problem that an effect has extended: a force by a law at a position, m.
-    None where no law is found that has a steady motion, or where a free force leaves a deviance above a ceiling: no law comes
-    lower. The data are such that `can_recover`."""
+    There are none where no law is found that has a steady motion, or where a free force leaves a deviance above a ceiling: no law
+    comes lower. The data are such that `can_recover`."""
     problem, at_rotation = at_1x(without, measurement)
     site = fitted_site(problem, at_rotation, Unmodelled(FORCE, position), N_START)
     none = np.empty((0, len(extended.parameters)))

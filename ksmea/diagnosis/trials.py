@@ -205,8 +205,7 @@ def refined(
     lead = min((trial.fit for trial in trials), key=lambda fit: fit.deviance, default=baseline.best)
     better = for_each(partial(search, ceiling=lead.deviance + FAR), trials[:1], progress=progress)
     lead = min([lead, *(trial.fit for trial in better)], key=lambda fit: fit.deviance)
-    lowest = lead.deviance
-    better += shared_searches(partial(search, ceiling=lowest + FAR), trials[1:], effort.workers, progress)
+    better += shared_searches(partial(search, ceiling=lead.deviance + FAR), trials[1:], effort.workers, progress)
     return ranked(better)
 
 

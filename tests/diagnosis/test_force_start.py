@@ -1,4 +1,4 @@
-"""A rub that takes part beside resonances alone: a scan of its limits misses it, and the force at its place tells it."""
+"""A rub that acts near resonances only: a scan of its limits misses it, and the force at its place tells it."""
 
 import dataclasses
 
