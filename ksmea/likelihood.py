@@ -178,17 +178,18 @@ class Likelihood:
             return self._deviance(residual, self._known_noise.variance(magnitude))
         starts = self._noise_starts(magnitude, np.abs(residual) ** 2)[0].reshape(-1, 2)
         limits = list(zip(*noise_limits(self.measurement.values), strict=True))
-        total = 0.0
-        for rows, start in zip(self.measurement.layout.noise_rows, starts, strict=True):
-            part = np.abs(residual[rows]) ** 2, magnitude[rows], self._reference_variance[rows]
 
-            def by_noise(levels: Array, part: tuple[Array, Array, Array] = part) -> float:
-                squared, size, reference = part
-                variance = Noise(*np.exp(levels).tolist()).variance(size)
-                return float(deviance(squared, variance, reference, self.measurement.kind))
+        def by_noise(levels: Array, rows: slice) -> float:
+            variance = Noise(*np.exp(levels).tolist()).variance(magnitude[rows])
+            reference = self._reference_variance[rows]
+            return float(deviance(np.abs(residual[rows]) ** 2, variance, reference, self.measurement.kind))
 
-            total += float(minimize(by_noise, start, method="Nelder-Mead", bounds=limits).fun)
-        return total
+        rows = self.measurement.layout.noise_rows
+        parts = [
+            minimize(by_noise, start, (of_level,), "Nelder-Mead", bounds=limits).fun
+            for start, of_level in zip(starts, rows, strict=True)
+        ]
+        return float(np.sum(parts))
 
     def is_stable(self, theta: Array) -> bool:
         """Whether the rotor is stable at θ."""

@@ -9,12 +9,11 @@ from contextlib import suppress
 
 import numpy as np
 
-from ksmea.diagnosis.fitting import Fit
+from ksmea.diagnosis.fitting import Fit, without_effects
+from ksmea.diagnosis.screening import scan_values
 from ksmea.harmonic_balance import Mask
-from ksmea.screening import sobol
 
-N_SIZE = 8  # sizes of an effect that is asked where it moves anything, a power of two
-CROWDING = 3.0  # power by which they crowd towards 0: a stop with a wide clearance is not touched
+N_SIZE = 4  # of the values that a scan of an effect with one unknown has: it is asked at these where it moves anything
 
 
 def least_deviance(fit: Fit, best: Fit, n_own: int) -> float:
@@ -34,8 +33,7 @@ def _silent(fit: Fit, n_own: int) -> Mask:
     beside = np.array([not channel.is_1x for channel in fit.likelihood.measurement.channels])
     if not np.any(beside):
         return beside
-    zero = fit.problem.parameters.to_cube(np.zeros(len(fit.u)))[n_own:]
-    sizes = zero + (1 - zero) * (sobol(N_SIZE, len(zero)) + 0.5 / N_SIZE) ** CROWDING
+    sizes = scan_values(without_effects(fit.problem, n_own), N_SIZE)
     moves, n_asked = np.zeros_like(beside), 0
     for size in (fit.u[n_own:], *sizes):
         with suppress(np.linalg.LinAlgError):  # no steady motion of that size

@@ -239,14 +239,13 @@ def searched(
     path, force = trial.candidate.effect.path(baseline.best.problem.machine), trial.candidate.effect.force_at()
     tells_force = force is not None and can_recover(baseline.best.problem, measurement, force[0])
     with suppress(np.linalg.LinAlgError):  # within its limits an effect may leave the rotor no steady motion
+        points = np.empty((0, len(fit.u)))
+        if force is not None and tells_force and by_force:
+            points = starts_from_force(problem, measurement, baseline.best.problem, *force, ceiling)
         if len(path):
             fit = fit_along(problem, measurement, baseline, path, effort)
-        elif force is not None and tells_force and by_force:
-            points = starts_from_force(problem, measurement, baseline.best.problem, *force, ceiling)
-            if len(points):
-                fit = fit_from_points(problem, measurement, points, effort, ceiling, fit.deviance)
-            elif starts:
-                fit = fit_from(fit, starts, baseline, effort, ceiling)
+        elif len(points):
+            fit = fit_from_points(problem, measurement, points, effort, ceiling, fit.deviance)
         elif is_scanned and not tells_force and trial.candidate.effect.is_scanned:
             fit = fit_from_scan(problem, measurement, baseline, effort, ceiling, fit.deviance)
         elif starts:
