@@ -51,6 +51,11 @@ class Law(ABC):
         """Index of a coefficient that is an amplitude, m, no less than zero, up to which nothing acts."""
         return None
 
+    @property
+    def least(self) -> Array:
+        """The least values of the coefficients, (n_coefficient,): 0 of an amplitude, else none."""
+        return np.where(np.arange(len(self.coefficients)) == self.threshold, 0.0, -np.inf)
+
     @abstractmethod
     def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
         """What acts, (n, n_speed, 2) N, where the site moves by `motion` (n, n_speed, 2) m."""

@@ -98,8 +98,7 @@ class LawLikelihood(SumOfSquares):
         problem, position = base.problem, site.unmodelled.position
         self.d = base.d
         self.law, self.scale, self.near = law, scale, near
-        least = [0.0 if index == law.threshold else -np.inf for index in range(len(scale))]
-        self.lower = np.concatenate([base.lower, least])
+        self.lower = np.concatenate([base.lower, law.least])
         self.upper = np.concatenate([base.upper, np.full(len(scale), np.inf)])
         self.period = np.concatenate([base.period, np.full(len(scale), np.inf)])
         self.longest_step = np.full(len(self.lower), np.inf)

@@ -66,7 +66,7 @@ def nearest_start(site: SiteFit, law: Law) -> LawStart:
     if not found:
         raise np.linalg.LinAlgError("no finite force was found at the site")
     best = sorted(found, key=lambda each: each[0])[:N_TOGETHER]
-    lower = np.concatenate([_least(law), np.full(k, -np.inf)])
+    lower = np.concatenate([law.least, np.full(k, -np.inf)])
     fits = [least_squares(left_over, values, bounds=(lower, np.inf), x_scale="jac") for _, values in best]
     fit = min(fits, key=lambda each: float(each.cost))
     bic = 4 * fit.cost + len(size) * np.log(len(fit.fun))  # the cost is half of the sum of squares
@@ -75,7 +75,7 @@ def nearest_start(site: SiteFit, law: Law) -> LawStart:
 
 def _amid_unseen(site: SiteFit) -> SiteFit:
     """The fit with unknowns that do not show in the middle of their limits: without its size an unbalance has no angle."""
-    theta = np.where(np.any(site.point.whitened, axis=0), site.point.theta, 0.5)
+    theta = np.where(site.point.shown, site.point.theta, 0.5)
     return SiteFit(site.likelihood, site.likelihood.at(theta))
 
 
@@ -92,18 +92,13 @@ def inside(theta: Array, period: Array) -> Array:
     return np.clip(np.where(np.isfinite(period), turned, theta), 0.0, 1.0)
 
 
-def _least(law: Law) -> Array:
-    """The least values of its coefficients: a threshold is an amplitude."""
-    return np.where(np.arange(len(law.coefficients)) == law.threshold, 0.0, -np.inf)
-
-
 def _motion(recovered: RecoveredForce) -> ComplexArray:
     return np.zeros_like(recovered.force[0]) if recovered.motion is None else recovered.motion[0]
 
 
 def _others(site: SiteFit) -> list[SiteFit]:
     """The fit with other values of unknowns that the data do not show beside a free force, but may beside a law."""
-    hidden = ~np.any(site.point.whitened, axis=0)
+    hidden = ~site.point.shown
     if not np.any(hidden):
         return []
     found = []
@@ -159,7 +154,7 @@ def _with_threshold(law: Law, force: Callable[[Array], Array], goal: Array, ampl
     def left_over(values: Array) -> Array:
         return np.asarray(force((values * size)[None])[0] - goal)
 
-    return np.asarray(size * least_squares(left_over, best / size, bounds=(_least(law), np.inf)).x)
+    return np.asarray(size * least_squares(left_over, best / size, bounds=(law.least, np.inf)).x)
 
 
 def _real_parts(force: ComplexArray) -> Array:

@@ -258,7 +258,7 @@ def _settled(fit: SiteFit) -> SiteFit:
     """The fit with unknowns that the data do not show, as an unbalance at the very site, where they leave the least to what
     is free there: χ² does not depend on them."""
     likelihood, point = fit.likelihood, fit.point
-    hidden = ~np.any(point.whitened, axis=0)
+    hidden = ~point.shown
     if not np.any(hidden):
         return fit
     adjoint = np.conj(np.swapaxes(point.basis, 1, 2))

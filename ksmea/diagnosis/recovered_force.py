@@ -98,8 +98,7 @@ def recovered_force(fit: SiteFit, rng: np.random.Generator, n_draw: int = N_DRAW
 def unknowns_drawn(fit: SiteFit, rng: np.random.Generator, n_draw: int) -> Array:
     """By how much the unknowns in the unit cube may be off, (n_draw, d), also beyond a limit that one lies on: held there it
     would lend the force its certainty. Those that the data do not show stay."""
-    whitened = fit.point.whitened
-    moves = np.any(whitened, axis=0)
+    whitened, moves = fit.point.whitened, fit.point.shown
     drawn = np.zeros((n_draw, fit.likelihood.d))
     triangle = np.linalg.qr(whitened[:, moves], mode="r")
     noise = own_noise(fit) * rng.standard_normal((len(triangle), n_draw))

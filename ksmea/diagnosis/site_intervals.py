@@ -27,7 +27,7 @@ def site_intervals(fit: SiteFit, level: float) -> list[Interval]:
         _, intervals = checked_intervals(likelihood, [point], np.full((1, likelihood.d), rise))
     if intervals is None:
         intervals = [information_interval(likelihood, point, index, rise) for index in range(likelihood.d)]
-    seen = np.any(point.whitened, axis=0)
+    seen = point.shown
     return [
         in_si(interval, item.lower, item.upper) if is_seen else Interval(-np.inf, np.inf, UNSEEN)
         for item, interval, is_seen in zip(likelihood.problem.parameters, intervals, seen)

@@ -28,6 +28,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import DIRECTIONS, Channel
 from ksmea.contracts import Problem
 from ksmea.differences import cube_differences
+from ksmea.harmonic_balance import Mask
 from ksmea.likelihood import BEND
 from ksmea.load import FORCE, LOADS, Load
 from ksmea.measurement import Measurement
@@ -112,9 +113,14 @@ class ProjectedPoint(Point):
     change: ComplexArray  # ∂(q + A f)/∂u at this f (n_speed, n_channel, d), m
 
     @property
+    def shown(self) -> Mask:
+        """Which unknowns (d,) still show in the data once f is eliminated."""
+        return np.asarray(np.any(self.whitened, axis=0))
+
+    @property
     def n_searched(self) -> int:
-        """Unknowns that still show in the data once f is eliminated."""
-        return int(np.count_nonzero(np.any(self.whitened, axis=0)))
+        """How many do."""
+        return int(np.count_nonzero(self.shown))
 
     @property
     def n_left(self) -> int:
