@@ -23,33 +23,41 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
+import scipy.linalg
 
 from ksmea.arrays import Array, ComplexArray
+from ksmea.errors import SettingError
 from ksmea.measurement import Measurement
 from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from ksmea.units import DEGREE
 from problems.rotor.assembly import element_dof
-from problems.rotor.data import Rotor
+from problems.rotor.data import Hub, Rotor
 from problems.rotor.effect import PlacedEffect, drawn_vector, forward_vector, require_on_shaft
-from problems.rotor.mesh import DOF_PER_NODE, element_at, locate
+from problems.rotor.mesh import DOF_PER_NODE, element_at, elements, locate
 from problems.rotor.problem import RotorProblem
-from problems.rotor.shaft import X_PLANE, Y_PLANE, plane_stiffness
-from problems.rotor.turning import OF_CONJUGATE, weight_of
+from problems.rotor.shaft import X_PLANE, Y_PLANE, flexibility_under_hubs, motion_of_right_end
+from problems.rotor.turning import HIGHEST, OF_CONJUGATE, weight_of
 
-LARGEST = 0.5  # of the bending stiffness of an element, of each component: 0.71 in all
-NOTICED = (0.02, 0.4)
+LARGEST = 0.7  # of the bending stiffness, of each component: 0.99 in all
+NOTICED = (0.05, 0.5)
 N_BENDING = 2  # ways in which an element bends in a plane
+TOUCHED = 1e-9  # of an element: less is rounding of where the length ends
+HALVED = -0.5  # the stiffening under a hub that doubles flexibility
+ORDERS = 2 * HIGHEST  # by which orders of the motion from −3 to 3 are coupled
 
 
 @dataclass(frozen=True)
 class Crack(PlacedEffect):
-    """A transverse crack in one element of the shaft opens and closes under the weight."""
+    """A transverse crack in the shaft opens and closes under the weight."""
 
     if_nowhere: ClassVar[str] = "give its position"
 
     position: float | None = setting(
-        None, "where it is: in the element of the shaft there; null: in the middle", unit="m", at_least=0
+        None, "the middle of the length that it softens; null: that of the shaft", unit="m", at_least=0
+    )
+    length: float | None = setting(
+        None, "of the shaft that loses bending stiffness; null: the shaft's diameter there", unit="m", above=0
     )
     gravity_deg: float = setting(270.0, "where the weight points, past +x towards +y", unit="deg")
 
@@ -70,11 +78,17 @@ class Crack(PlacedEffect):
     def locations(self, problem: RotorProblem) -> Sequence[Crack]:
         """Beside each disk, where a shrink fit ends, or in the middle of a shaft without any."""
         places = sorted({disk.position for disk in problem.rotor.disks})
-        return [dataclasses.replace(self, position=place) for place in places or [problem.rotor.length / 2]]
+        return [
+            dataclasses.replace(self, position=place).placed_on(problem)
+            for place in places or [problem.rotor.length / 2]
+        ]
 
     def placed_on(self, problem: RotorProblem) -> Crack:
         require_on_shaft(problem, self.position, "crack")
-        return self
+        rotor = problem.rotor
+        position = rotor.length / 2 if self.position is None else self.position
+        diameter = 2 * element_at(rotor, locate(rotor, position)[0]).segment.outer_radius
+        return dataclasses.replace(self, position=position, length=self.length or diameter)
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         return tuple(Parameter(name, "%", 0.01, -LARGEST, LARGEST) for name in ("crack_x", "crack_y"))
@@ -83,29 +97,54 @@ class Crack(PlacedEffect):
         return drawn_vector(rng, *NOTICED)
 
     def turning_rows(self, rotor: Rotor) -> Array:
-        """The element's stiffness is Bᵀ B in each plane, with two rows for x and two for y."""
-        index, _ = locate(rotor, rotor.length / 2 if self.position is None else self.position)
-        squared, shapes = np.linalg.eigh(plane_stiffness(element_at(rotor, index)))
-        bending = np.sqrt(squared[-N_BENDING:])[:, None] * shapes[:, -N_BENDING:].T
-        rows = np.zeros((2 * N_BENDING, DOF_PER_NODE * len(rotor.node_positions)))
-        rows[:, element_dof(index)] = np.concatenate([bending @ X_PLANE, bending @ Y_PLANE])
-        return rows
+        """Those of x, one for each way to bend, then those of y."""
+        bending = self._bending(rotor)
+        found = np.zeros((2, N_BENDING * len(bending), DOF_PER_NODE * len(rotor.node_positions)))
+        for part, (index, (_, rows)) in enumerate(bending.items()):
+            here = slice(N_BENDING * part, N_BENDING * (part + 1))
+            for plane, of_plane in zip(found, (X_PLANE, Y_PLANE)):
+                plane[here, element_dof(index)] = rows @ of_plane
+        return np.concatenate(found)
 
-    def turning_stiffness(self, theta: Array) -> ComplexArray:
-        """−s f(θ) n nᵀ with f = ½ + ¼ (e^{i(θ−γ)} + conj) and n nᵀ = ½ + ¼ (S e^{2iθ} + conj)."""
+    def turning_stiffness(self, rotor: Rotor, theta: Array) -> ComplexArray:
+        """−Σ c_k e^{ik(θ − γ)} n nᵀ with n nᵀ = ½ + ¼ (S e^{2iθ} + conj), up to the orders by which the motion is coupled."""
         vector = forward_vector(theta)
-        loss, turn = np.abs(vector), np.exp(1j * np.angle(vector))
-        opening = turn * np.exp(-1j * self.gravity_deg * DEGREE) / 4  # f_1
+        turn, gravity = np.exp(1j * np.angle(vector)), np.exp(1j * self.gravity_deg * DEGREE)
+        share = np.concatenate([each for each, _ in self._bending(rotor).values()])
+        order = np.arange(-ORDERS - 2, ORDERS + 3)
+        lost = losses(np.abs(vector), share)[:, np.abs(order)] * ((turn / gravity)[:, None] ** order)[..., None]
+        lost = lost[..., None] * np.eye(len(share))  # (n, order, mode, mode)
         along = turn[:, None, None] ** 2 * OF_CONJUGATE / 4  # (n nᵀ)_2
-        unit = np.eye(2) / 2  # (n nᵀ)_0
-        first = opening[:, None, None]
-        orders = [
-            np.broadcast_to(unit / 2, along.shape),
-            first * unit + np.conj(first) * along,
-            along / 2,
-            first * along,
-        ]
-        return np.stack([np.kron(-loss[:, None, None] * order, np.eye(N_BENDING)[None]) for order in orders], axis=1)
+        first = 2 + ORDERS  # where order 0 is
+        parts = ((np.broadcast_to(np.eye(2) / 2, along.shape), 0), (along, -2), (np.conj(along), 2))
+        found = sum(
+            np.einsum("nij,nmkl->nmikjl", part, lost[:, first + by : first + by + ORDERS + 1]) for part, by in parts
+        )
+        return -np.reshape(found, (len(theta), ORDERS + 1, 2 * len(share), 2 * len(share)))
+
+    def _bending(self, rotor: Rotor) -> Mapping[int, tuple[Array, Array]]:
+        """The ways to bend of each element that is softened: their λ (2,), and rows (2, 4) of one plane of unit stiffness each."""
+        if self.position is None or self.length is None:
+            raise SettingError("position: expected the place of the crack, got none; add the effect to a problem")
+        softer = dataclasses.replace(rotor, hubs=(*rotor.hubs, Hub(self.position, self.length, HALVED)))
+        found = {}
+        for index, (before, after) in enumerate(zip(elements(rotor), elements(softer), strict=True)):
+            covered = after.hubs[len(before.hubs) :]
+            if any(high - low > TOUCHED for low, high, _ in covered):
+                whole = flexibility_under_hubs(before)
+                share, modes = scipy.linalg.eigh(flexibility_under_hubs(after) - whole, whole)
+                found[index] = share, modes.T @ motion_of_right_end(before)
+        return found
 
     def weight(self, rotor: Rotor) -> Array:
         return weight_of(rotor, self.gravity_deg * DEGREE)
+
+
+def losses(loss: Array, share: Array) -> Array:
+    """c_k (n, n_order, n_mode) for k = 0, 1, 2 … of losses s (n,) of ways to bend with λ (n_mode,)."""
+    s, share = loss[:, None], np.clip(share, 0.0, 1.0)
+    q = s * (1 - share)
+    p = np.sqrt(1 - q)
+    mean, first, ratio = share * s / (p * (1 + p)), share * s / ((1 + p) ** 2 * p), q / (1 + p) ** 2
+    further = first[:, None] * ratio[:, None] ** np.arange(ORDERS + 2)[:, None]
+    return np.concatenate([mean[:, None], further], axis=1)

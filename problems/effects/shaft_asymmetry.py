@@ -80,7 +80,7 @@ class ShaftAsymmetry(RotorEffect):
             rows[1][:, node_dof(node)[IN_Y_PLANE]] = reading[:, 2 * node : 2 * node + 2] * [1.0, -1.0]
         return rows.reshape(2 * N_SHAPE, -1)
 
-    def turning_stiffness(self, theta: Array) -> ComplexArray:
+    def turning_stiffness(self, rotor: Rotor, theta: Array) -> ComplexArray:
         found = np.zeros((len(theta), 3, 2 * N_SHAPE, 2 * N_SHAPE), dtype=complex)
         found[:, 2] = forward_vector(theta)[:, None, None] / 2 * np.kron(OF_CONJUGATE, np.eye(N_SHAPE))
         return found

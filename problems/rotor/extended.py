@@ -279,7 +279,7 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
         make = partial(self._turning_shaft, self.rotor_with(x[0]))
         shaft = recent(self._turning_shafts, tuple(x[0, self.costly]), make, MAX_REDUCTIONS)
         entries = [self.impedances_and_sizes(x, reduction.harmonic)[0] for reduction in shaft.reductions]
-        return shaft.motion(entries, self._turning.acting(of_effects, sizes, self.forces(of_effects)[0]))
+        return shaft.motion(entries, self._turning.acting(shaft.rotor, of_effects, sizes, self.forces(of_effects)[0]))
 
     @cached_property
     def _site_motions(self) -> OrderedDict[tuple[float, ...], ComplexArray]:
@@ -320,7 +320,7 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
             force = force + loads @ np.concatenate(self.sizes(of_effects), axis=1)[0]
         linear, nonlinear = self.forces(of_effects)
         if self._turning.are_there:
-            acting = self._turning.acting(of_effects, np.empty((1, 0), complex), linear)
+            acting = self._turning.acting(rotor, of_effects, np.empty((1, 0), complex), linear)
             at_orders = [bearings(order) for order in range(HIGHEST + 1)]
             motion = self._turning_shaft(rotor).dense_motion(at_orders, acting, force)
         else:

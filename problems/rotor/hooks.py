@@ -86,7 +86,7 @@ class RotorHooks(ABC):
         """B (n_port, n_dof) of a stiffness Bᵀ κ(φ) B that turns with the shaft, by its angle φ = Ωt."""
         raise NotImplementedError
 
-    def turning_stiffness(self, theta: Array) -> ComplexArray:
+    def turning_stiffness(self, rotor: Rotor, theta: Array) -> ComplexArray:
         """κ_m (n, n_order, n_port, n_port) of κ(φ) = Re κ_0 + 2 Re Σ κ_m e^{imφ} for m = 0, 1, 2 …"""
         raise NotImplementedError
 

@@ -149,8 +149,19 @@ def plane_stiffness(element: Element) -> Array:
 
 
 def stiffness_under_hubs(element: Element) -> Array:
-    """The same, (4, 4), where hubs make parts of the element stiffer in bending: the inverse of the sum of its parts'
-    flexibilities. With its left end held and P, M at its right one, the bending moment is P a + M at a distance a from there."""
+    """The same, (4, 4), where hubs make parts of the element stiffer in bending."""
+    relative = motion_of_right_end(element)
+    return np.asarray(relative.T @ np.linalg.solve(flexibility_under_hubs(element), relative))
+
+
+def motion_of_right_end(element: Element) -> Array:
+    """Deflection and rotation of the right end of an element as seen from the left one, (2, 4), in one bending plane."""
+    return np.array([[-1, -element.length, 1, 0], [0, -1, 0, 1]])
+
+
+def flexibility_under_hubs(element: Element) -> Array:
+    """That motion per force and moment at the right end, (2, 2), the sum of an element's parts': with its left end held and P, M at
+    its right one, the bending moment is P a + M at a distance a from there."""
     length, segment = element.length, element.segment
     bending = segment.material.young_modulus * segment.second_moment
     flexibility = np.diag([shear_parameter(element) * length**3 / (12 * bending), 0.0])
@@ -158,8 +169,7 @@ def stiffness_under_hubs(element: Element) -> Array:
         stiffer = np.prod([1 + rise for low, high, rise in element.hubs if low <= left and right <= high])
         first, second, third = (((1 - left) ** n - (1 - right) ** n) * length**n / n for n in (1, 2, 3))  # ∫ aⁿ⁻¹ da
         flexibility += np.array([[third, second], [second, first]]) / (bending * stiffer)
-    relative = np.array([[-1, -length, 1, 0], [0, -1, 0, 1]])  # motion of the right end as seen from the left one
-    return relative.T @ np.linalg.solve(flexibility, relative)
+    return flexibility
 
 
 def displacement_row(element: Element, fraction: float, direction: str) -> Array:

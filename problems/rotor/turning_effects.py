@@ -50,15 +50,15 @@ class TurningEffects:
         at_sites = tuple(site.rows(rotor) for site in sites)
         return TurningShaft(rotor, impedances, speed, channels, rows, by_order, at_sites)
 
-    def acting(self, of_effects: Sequence[Array], sizes: ComplexArray, local: Sequence[Force]) -> Acting:
-        """What acts at the values (n, e) of each effect, besides 1X loads of sizes (n, n_load) and local forces."""
+    def acting(self, rotor: Rotor, of_effects: Sequence[Array], sizes: ComplexArray, local: Sequence[Force]) -> Acting:
+        """What acts on a rotor at the values (n, e) of each effect, besides 1X loads of sizes (n, n_load) and local forces."""
         by_order = {0: np.ones((len(sizes), 1), dtype=complex), 1: sizes}
         for order in self._by_order:
             both = (
                 (effect, theta) for effect, theta in zip(self.effects, of_effects) if order in effect.further_orders
             )
             by_order[order] = np.concatenate([effect.load_sizes_at(theta, order) for effect, theta in both], axis=1)
-        return Acting(by_order, local, self.stiffness(of_effects))
+        return Acting(by_order, local, self.stiffness(rotor, of_effects))
 
     @property
     def _by_order(self) -> dict[int, list[RotorHooks]]:
@@ -66,10 +66,11 @@ class TurningEffects:
         orders = dict.fromkeys(order for effect in self.effects for order in effect.further_orders)
         return {order: [effect for effect in self.effects if order in effect.further_orders] for order in orders}
 
-    def stiffness(self, of_effects: Sequence[Array]) -> ComplexArray:
-        """κ_m (n, n_order, n_port, n_port) at the values (n, e) of each effect."""
+    def stiffness(self, rotor: Rotor, of_effects: Sequence[Array]) -> ComplexArray:
+        """κ_m (n, n_order, n_port, n_port) of a rotor at the values (n, e) of each effect."""
         none = np.zeros((len(of_effects[0]), 1, 0, 0), dtype=complex)
-        turning = (effect.turning_stiffness(theta) for effect, theta in zip(self.effects, of_effects) if effect.turns)
+        both = zip(self.effects, of_effects)
+        turning = (effect.turning_stiffness(rotor, theta) for effect, theta in both if effect.turns)
         return beside_each_other([none, *turning])
 
 

@@ -11,7 +11,9 @@ from ksmea.channel import Channel
 from ksmea.errors import SettingError
 from ksmea.load import Load
 from ksmea.measurement import Measurement, Noise
-from problems.rotor.assembly import assemble, displacement_row
+from problems.rotor.assembly import assemble, assemble_free, displacement_row, node_dof
+from problems.rotor.data import Hub
+from problems.rotor.shaft import IN_X_PLANE, IN_Y_PLANE
 from problems.rotor.turning import GRAVITY, port_forces, weight_of
 from problems.rotor.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
@@ -101,9 +103,9 @@ MASS, SPRING, DAMPER, SPEED, FORCE, WEIGHT = 1.0, 1.0, 0.1, 0.37, 0.2, 1.0
 
 def per_port(place, theta):
     """κ_m (1, n_order, 2, 2) of one shape of bending, in units of the spring."""
-    whole = place.turning_stiffness(np.array([theta]))
+    whole = place.turning_stiffness(PLAIN.rotor, np.array([theta]))
     n_shape = whole.shape[-1] // 2
-    return SPRING * whole[:, :, ::n_shape, ::n_shape]
+    return SPRING * whole[:, :, n_shape - 1 :: n_shape, n_shape - 1 :: n_shape]
 
 
 def hill(turning, spring=(SPRING, SPRING)):
@@ -159,7 +161,8 @@ def test_on_other_supports_what_is_cut_off_is_small():
 def test_a_cracked_jeffcott_rotor_moves_as_integrated_over_time():
     """Open where it points down, closed half a turn later, written out. Orders from 4 on are left out: 4X is near 3X times the loss."""
     loss, angle = 0.1, 0.7
-    found = hill(per_port(effect("crack"), loss * np.array([np.cos(angle), np.sin(angle)])))
+    element = effect("crack", position=0.45, length=0.1)
+    found = hill(per_port(element, loss * np.array([np.cos(angle), np.sin(angle)])))
 
     def lost(phi):
         opening = (1 - np.sin(phi + angle)) / 2
@@ -170,16 +173,36 @@ def test_a_cracked_jeffcott_rotor_moves_as_integrated_over_time():
     assert all(np.abs(expected[h]).max() > 1e-3 for h in (1, 2, 3))
 
 
-def test_a_crack_takes_the_stiffness_of_its_element_where_it_is_open():
-    """κ(φ) = κ_0 + 2 Re Σ κ_m e^{imφ}: nothing where it points up, its loss along y where it points down."""
-    crack = effect("crack", position=0.5)
-    kappa = crack.turning_stiffness(np.array([[0.3, 0.0]]))[0]
-    down, up = (
-        (kappa[0] + 2 * sum((kappa[m] * np.exp(1j * m * phi)) for m in (1, 2, 3))).real
-        for phi in (-np.pi / 2, np.pi / 2)
-    )
-    assert np.abs(up).max() < 1e-15
-    assert down == pytest.approx(np.diag([0.0, 0.0, -0.3, -0.3]), abs=1e-15)
+@pytest.mark.parametrize(("phi", "part"), [(-np.pi / 2, 1.0), (0.0, 0.5), (np.pi / 2, 0.0)])
+def test_a_crack_softens_the_shaft_as_a_hub_stiffens_it(phi, part):
+    """κ(φ) = κ_0 + 2 Re Σ κ_m e^{imφ} at standstill, when its direction is y, half open along x and closed: a hub of stiffening −s,
+    −s/2 and 0, there and in the other direction of bending nothing. It covers the end of one element and the start of another."""
+    rotor, crack, loss = PLAIN.rotor, effect("crack", position=0.5, length=0.12), 0.3
+    rows = crack.turning_rows(rotor)
+    kappa = crack.turning_stiffness(rotor, np.array([[loss, 0.0]]))[0]
+    orders = np.arange(1, len(kappa))[:, None, None]
+    found = rows.T @ (kappa[0] + 2 * (kappa[1:] * np.exp(1j * orders * phi)).sum(0)).real @ rows
+    softer = dataclasses.replace(rotor, hubs=(Hub(0.5, 0.12, -part * loss),)) if part else rotor
+    plane = IN_X_PLANE if phi == 0 else IN_Y_PLANE
+    bent = np.ix_(*2 * [np.concatenate([node_dof(node)[plane] for node in range(len(rotor.node_positions))])])
+    expected = np.zeros_like(found)
+    expected[bent] = (assemble_free(softer).stiffness - assemble_free(rotor).stiffness)[bent]
+    # orders from 7 on are left out: q⁶/4⁶ of it
+    assert found == pytest.approx(expected, abs=1e-6 * np.abs(rows.T @ rows).max())
+
+
+def test_a_crack_does_not_ask_how_the_shaft_is_cut():
+    """Twice and four times as many elements move its change of the motion by what they move the rotor's own resonances."""
+    x, theta = np.array([60e6, 60e6, 5e3, 5e3, 2e-4]), [0.3, 0.2]
+    speed = np.linspace(60.0, 200.0, 15)
+
+    def change(mesh):
+        problem = through(ThreeDisk(sensors=[0.5], mesh=mesh).build(), speed=speed)
+        return response(effect("crack", position=0.5), theta, x, problem) - problem.response(x[None])[0]
+
+    coarse, finer, finest = map(change, (13, 26, 52))
+    assert np.abs(finer - finest).max() < 0.01 * np.abs(finest).max()
+    assert np.abs(coarse - finest).max() < 0.04 * np.abs(finest).max()
 
 
 def test_a_misaligned_coupling_acts_twice_a_turn_where_that_is_measured():
