@@ -1,14 +1,21 @@
 """Crack: a transverse crack that breathes under the rotor's weight, and takes bending stiffness away where it is open.
 
-One element of the shaft loses the part s of its bending stiffness along the diameter through the crack, which turns with
+A length ℓ of the shaft loses the part s of its bending stiffness along the diameter through the crack, which turns with
 the shaft and lies at an angle α past +x at t = 0. The crack is open where it lies in the direction of the weight, and closed half a
 turn later: with θ = Ωt + α its angle and γ that of the weight, the loss is
 
-    s ½ (1 + cos(θ − γ)) n nᵀ,    n = (cos θ, sin θ),
+    s f n nᵀ,    f = ½ (1 + cos(θ − γ)),    n = (cos θ, sin θ),
 
 whose unknowns are s cos α and s sin α. It makes 1X, 2X and 3X of the sag, with peaks at a critical speed, at half and at a
 third of it. The weight rules the breathing as long as the vibration is small beside the sag, which holds for heavy horizontal
-rotors below their critical speeds.
+rotors below their critical speeds. One that lets the shaft bend by c rad/(N m) more is s/(1 − s) = c EI/ℓ: s goes with its ℓ.
+
+An element that the length covers in part is a stepped beam, so that the mesh does not matter: with F_0 its flexibility, as its right
+end moves under a force and a moment, that of an open crack is F_0 + a g gᵀ with a = s f/(1 − s f), where g gᵀ is the part's own for its
+mean moment. With λ = gᵀ F_0⁻¹ g, the way to bend g loses of its stiffness
+
+    a λ/(1 + a λ) = λ s f/(1 − q f) = Σ c_k e^{ik(θ − γ)},    q = s (1 − λ),    p = √(1 − q),
+    c_0 = λ s/(p (1 + p)),    c_k = λ s/((1 + p)² p) ρ^{k − 1},    ρ = q/(1 + p)².
 
 I. W. Mayes & W. G. R. Davies, Analysis of the response of a multi-rotor-bearing system containing a transverse crack in a rotor,
 J. Vib. Acoust. Stress Reliab. Des. 106 (1984) 139–145, doi 10.1115/1.3269142; R. Gasch, A survey of the dynamic behaviour of a
@@ -23,7 +30,6 @@ from dataclasses import dataclass
 from typing import ClassVar, Self
 
 import numpy as np
-import scipy.linalg
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
@@ -41,7 +47,6 @@ from problems.rotor.turning import HIGHEST, OF_CONJUGATE, weight_of
 
 LARGEST = 0.7  # of the bending stiffness, of each component: 0.99 in all
 NOTICED = (0.05, 0.5)
-N_BENDING = 2  # ways in which an element bends in a plane
 TOUCHED = 1e-9  # of an element: less is rounding of where the length ends
 HALVED = -0.5  # the stiffening under a hub that doubles flexibility
 ORDERS = 2 * HIGHEST  # by which orders of the motion from −3 to 3 are coupled
@@ -97,23 +102,22 @@ class Crack(PlacedEffect):
         return drawn_vector(rng, *NOTICED)
 
     def turning_rows(self, rotor: Rotor) -> Array:
-        """Those of x, one for each way to bend, then those of y."""
+        """One for x of each element that it softens, then those for y."""
         bending = self._bending(rotor)
-        found = np.zeros((2, N_BENDING * len(bending), DOF_PER_NODE * len(rotor.node_positions)))
-        for part, (index, (_, rows)) in enumerate(bending.items()):
-            here = slice(N_BENDING * part, N_BENDING * (part + 1))
+        found = np.zeros((2, len(bending), DOF_PER_NODE * len(rotor.node_positions)))
+        for part, (index, (_, row)) in enumerate(bending.items()):
             for plane, of_plane in zip(found, (X_PLANE, Y_PLANE)):
-                plane[here, element_dof(index)] = rows @ of_plane
+                plane[part, element_dof(index)] = row @ of_plane
         return np.concatenate(found)
 
     def turning_stiffness(self, rotor: Rotor, theta: Array) -> ComplexArray:
         """−Σ c_k e^{ik(θ − γ)} n nᵀ with n nᵀ = ½ + ¼ (S e^{2iθ} + conj), up to the orders by which the motion is coupled."""
         vector = forward_vector(theta)
         turn, gravity = np.exp(1j * np.angle(vector)), np.exp(1j * self.gravity_deg * DEGREE)
-        share = np.concatenate([each for each, _ in self._bending(rotor).values()])
+        share = np.array([each for each, _ in self._bending(rotor).values()])
         order = np.arange(-ORDERS - 2, ORDERS + 3)
         lost = losses(np.abs(vector), share)[:, np.abs(order)] * ((turn / gravity)[:, None] ** order)[..., None]
-        lost = lost[..., None] * np.eye(len(share))  # (n, order, mode, mode)
+        lost = lost[..., None] * np.eye(len(share))  # (n, order, element, element)
         along = turn[:, None, None] ** 2 * OF_CONJUGATE / 4  # (n nᵀ)_2
         first = 2 + ORDERS  # where order 0 is
         parts = ((np.broadcast_to(np.eye(2) / 2, along.shape), 0), (along, -2), (np.conj(along), 2))
@@ -122,18 +126,19 @@ class Crack(PlacedEffect):
         )
         return -np.reshape(found, (len(theta), ORDERS + 1, 2 * len(share), 2 * len(share)))
 
-    def _bending(self, rotor: Rotor) -> Mapping[int, tuple[Array, Array]]:
-        """The ways to bend of each element that is softened: their λ (2,), and rows (2, 4) of one plane of unit stiffness each."""
+    def _bending(self, rotor: Rotor) -> Mapping[int, tuple[float, Array]]:
+        """The way to bend of each element that is softened: λ, and the row (4,) of one plane that reads it, of unit stiffness."""
         if self.position is None or self.length is None:
             raise SettingError("position: expected the place of the crack, got none; add the effect to a problem")
         softer = dataclasses.replace(rotor, hubs=(*rotor.hubs, Hub(self.position, self.length, HALVED)))
         found = {}
         for index, (before, after) in enumerate(zip(elements(rotor), elements(softer), strict=True)):
-            covered = after.hubs[len(before.hubs) :]
-            if any(high - low > TOUCHED for low, high, _ in covered):
+            if any(high - low > TOUCHED for low, high, _ in after.hubs[len(before.hubs) :]):
                 whole = flexibility_under_hubs(before)
-                share, modes = scipy.linalg.eigh(flexibility_under_hubs(after) - whole, whole)
-                found[index] = share, modes.T @ motion_of_right_end(before)
+                _, by_moment = flexibility_under_hubs(after) - whole
+                held = np.linalg.solve(whole, by_moment / np.sqrt(by_moment[1]))
+                share = float(held @ whole @ held)
+                found[index] = share, held @ motion_of_right_end(before) / np.sqrt(share)
         return found
 
     def weight(self, rotor: Rotor) -> Array:
@@ -141,8 +146,8 @@ class Crack(PlacedEffect):
 
 
 def losses(loss: Array, share: Array) -> Array:
-    """c_k (n, n_order, n_mode) for k = 0, 1, 2 … of losses s (n,) of ways to bend with λ (n_mode,)."""
-    s, share = loss[:, None], np.clip(share, 0.0, 1.0)
+    """c_k (n, n_order, n_element) for k = 0, 1, 2 … of losses s (n,) and λ (n_element,)."""
+    s = loss[:, None]
     q = s * (1 - share)
     p = np.sqrt(1 - q)
     mean, first, ratio = share * s / (p * (1 + p)), share * s / ((1 + p) ** 2 * p), q / (1 + p) ** 2
