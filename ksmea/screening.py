@@ -29,6 +29,10 @@ class Screened:
         """The best points, `count` at most."""
         return Screened(self.points[:count], self.misfits[:count])
 
+    def below(self, misfit: float) -> Screened:
+        """The points whose misfit is lower than one."""
+        return self.best(int(np.searchsorted(self.misfits, misfit)))
+
     def apart(self, count: int, distance: float) -> Screened:
         """The best points, `count` at most, that are not nearer than `distance` to a better one that is among them.
 

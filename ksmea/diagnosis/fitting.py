@@ -14,7 +14,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import Problem
-from ksmea.diagnosis.screening import scanned, screened_at, screened_both_ways
+from ksmea.diagnosis.screening import scanned, screened, screened_at, screened_both_ways
 from ksmea.difference_likelihood import likelihood_of
 from ksmea.intervals import Estimate, estimate
 from ksmea.likelihood import Likelihood
@@ -239,23 +239,26 @@ def fit_along(problem: Problem, measurement: Measurement, baseline: BaselineFits
 
 
 def fit_from_scan(
-    problem: Problem,
+    fit: Fit,
     measurement: Measurement,
     baseline: BaselineFits,
     effort: Effort,
     ceiling: float = np.inf,
-    below: float = np.inf,
 ) -> Fit:
-    """The same from the best points of screenings at values of the effects all over their limits, and from other
-    maxima of the baseline model; left after the first iterations where all have a deviance above `ceiling`."""
-    likelihood = likelihood_of(Model(problem), measurement)
+    """The better of a fit and further ones of its problem: from the best points of screenings at values of the effects all over
+    their limits that come nearer to the data than the fit, and from other maxima of the baseline model; left after the first
+    iterations where all have a deviance above `ceiling`."""
+    problem, likelihood = fit.problem, fit.likelihood
     zero = without_effects(problem, baseline.best.likelihood.d)
-    starts = [np.concatenate([fit.u, zero]) for fit in baseline.others]
+    starts = [np.concatenate([other.u, zero]) for other in baseline.others]
     points = baseline.screened.thinned(effort.scan)
     found = scanned(problem, measurement, points, zero, effort.scan_values, effort.scan_clouds)
-    starts += list(found.apart(effort.effect_starts, EFFECT_START_DISTANCE).points)
-    maxima = _maxima(likelihood, [likelihood.start(u) for u in starts], effort, ceiling, below)
-    return Fit(problem, likelihood, maxima[0])
+    [misfit] = screened(problem, measurement, fit.u[None]).misfits
+    starts += list(found.below(misfit).apart(effort.effect_starts, EFFECT_START_DISTANCE).points)
+    if not starts:
+        return fit
+    maxima = _maxima(likelihood, [likelihood.start(u) for u in starts], effort, ceiling, fit.deviance)
+    return min(fit, Fit(problem, likelihood, maxima[0]), key=lambda each: each.deviance)
 
 
 def fit_from_points(

@@ -31,6 +31,7 @@ EDGE = 1e-9  # of the unit cube: an unknown so near to its limit lies on it
 CROWDING = 1.5  # power by which scanned values crowd towards 0
 PER_VALUE = 8  # points that each scanned value of an effect contributes
 CLOUDS = (0.05, 0.02, 0.01)  # standard deviations of the clouds, in parts of the unit cube
+FEWEST_CLOUDS = 5  # of a width, each of which has half as many as the one before
 CLOUD_POINTS = 32  # points of each cloud
 
 
@@ -88,14 +89,14 @@ def screened_at(problem: Problem, measurement: Measurement, points: Array, value
 
 
 def refined_by_clouds(problem: Problem, measurement: Measurement, found: Screened, n_cloud: int) -> Screened:
-    """Clouds of points around the best ones, `n_cloud` at most, narrower and narrower; unknowns that are costly to change take few values, the
-    same ones in all clouds of a width."""
+    """Clouds of points around the best ones, `n_cloud` at most, narrower and narrower around fewer and fewer; unknowns that are
+    costly to change take few values, the same ones in all clouds of a width."""
     d = found.points.shape[1]
     cloud = scipy.stats.norm.ppf(sobol(CLOUD_POINTS, d) + 0.5 / CLOUD_POINTS)
     costly = list(problem.costly)
     cloud[:, costly] = np.clip(np.rint(cloud[:, costly]), -1, 1)
-    for width in CLOUDS:
-        centres = found.apart(n_cloud, width / 2)
+    for narrowed, width in enumerate(CLOUDS):
+        centres = found.apart(max(FEWEST_CLOUDS, n_cloud >> narrowed), width / 2)
         points = centres.points[:, None] + width * cloud
         points[..., costly] = width * np.rint(points[..., costly] / width)
         points = np.clip(points, 0.0, 1.0).reshape(-1, d)
@@ -117,16 +118,18 @@ def scan_values(zero: Array, n_value: int) -> Array:
 
 def _by_ratio(problem: Problem, measurement: Measurement, x: Array, response: ComplexArray) -> tuple[Array, Array]:
     """Points (n, d) aligned with the data, and their misfits (n,)."""
-    measured = measurement.values
+    amplitude, measured = np.abs(response), np.abs(measurement.values)
     nonzero = measured != 0
     at_1x = [item.is_1x for item in measurement.channels]
     quiet, is_1x = _quiet(measurement), np.broadcast_to(at_1x, measured.shape)[nonzero]
-    ratio = log_ratio((np.abs(response) + quiet)[:, nonzero], (np.abs(measured) + quiet)[nonzero])
+    ratio = log_ratio((amplitude + quiet)[:, nonzero], (measured + quiet)[nonzero])
     shift = np.log(_scale(problem, x, np.exp(-np.median(ratio[:, is_1x], axis=1))))
     if turning := _turning(problem, measurement):
-        with np.errstate(invalid="ignore"):
-            aligned = np.conj(response / np.abs(response)) * (measured / np.maximum(np.abs(measured), 1e-300))
-        _turn(x, turning, np.angle((np.nan_to_num(aligned) * (quiet == 0)).sum(axis=(1, 2))))
+        forward = np.divide(
+            measurement.values, measured, out=np.zeros_like(measurement.values), where=nonzero & (quiet == 0)
+        )
+        behind = np.divide(response, amplitude, out=np.zeros_like(response), where=amplitude > 0)
+        _turn(x, turning, np.angle(np.einsum("nsc,sc->n", np.conj(behind), forward)))
     ratio[:, is_1x] += shift[:, None]
     return np.clip(problem.parameters.to_cube(x), 0.0, 1.0), mean_log_misfit(ratio)
 

@@ -247,7 +247,7 @@ def searched(
         elif len(points):
             fit = fit_from_points(problem, measurement, points, effort, ceiling, fit.deviance)
         elif is_scanned and not tells_force and trial.candidate.effect.is_scanned:
-            fit = fit_from_scan(problem, measurement, baseline, effort, ceiling, fit.deviance)
+            fit = fit_from_scan(fit, measurement, baseline, effort, ceiling)
         elif starts:
             fit = fit_from(fit, starts, baseline, effort, ceiling)
         fit = stable_fit(fit, start_nearby(problem, baseline.best), min(ceiling, trial.fit.deviance))

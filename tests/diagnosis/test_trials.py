@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from ksmea import registry
+from ksmea.diagnosis import fitting
 from ksmea.diagnosis import trials as module
 from ksmea.diagnosis.explanations import NEAR
-from ksmea.diagnosis.fitting import Effort, fit_baseline, nearby, promised_from
+from ksmea.diagnosis.fitting import BaselineFits, Effort, fit_baseline, fit_from_scan, nearby, promised_from
 from ksmea.diagnosis.trials import candidates, fitted, refined
 from ksmea.measurement import Measurement, Noise, observe
 from problems.three_disk import ThreeDisk
@@ -54,3 +55,25 @@ def test_near_the_baseline_model_fits_from_nearby_find_what_scans_do(near, monke
     for one in by_scans:
         if one.deviance_drop > highest - NEAR:  # 0.01: fits end where a step promises 1e-4
             assert drops[one.name, one.location] == pytest.approx(one.deviance_drop, abs=0.01)
+
+
+def test_a_scan_fits_from_points_that_come_nearer_to_the_data_than_the_fit(near, monkeypatch):
+    """A slope of the stiffness is no runout: no value of it leads nearer to these data, and nothing is fitted again."""
+    data, baseline, trials = near
+    [slope] = [trial for trial in trials if trial.name == "speed_dependent_stiffness"]
+    alone = BaselineFits(baseline.best, (), baseline.screened)
+    monkeypatch.setattr(fitting, "_maxima", lambda *_: pytest.fail("a point that is no nearer was fitted from"))
+    assert fit_from_scan(slope.fit, data, alone, EFFORT) is slope.fit
+
+
+def test_a_scan_leaves_the_maximum_that_a_fit_from_nearby_ends_in():
+    """A shaft a quarter heavier, by a finer mesh: what else moves the resonances as far is found where fits from nearby stop short."""
+    finer = ThreeDisk(sensors=[0.1, 0.5], n_speed=24, mesh=26).build()
+    heavier = EFFECTS["mass"].added_to(finer)
+    own = [SETTINGS.reference()[name] for name in PROBLEM.parameters.names]
+    values = observe(heavier.response(np.array([[*own, 0.25]]))[0], "complex", NOISE, np.random.default_rng(3))
+    data = Measurement(PROBLEM.speed, PROBLEM.channels, values, NOISE, "made")
+    baseline = fit_baseline(PROBLEM, data, np.random.default_rng(0), EFFORT)
+    pulled = candidates(PROBLEM, {"axial_force": registry.create("effect", "axial_force", {})})
+    [trial] = fitted(PROBLEM, data, baseline.best, pulled, lambda: None)
+    assert fit_from_scan(trial.fit, data, baseline, EFFORT).deviance < trial.fit.deviance - 100
