@@ -166,15 +166,15 @@ class Problem(ABC):
     def critical_speeds(self, x: Array, highest: float | None = None) -> Array:
         """Speeds (rad/s) up to `highest` at which a damped natural frequency equals the spin speed, rising, at values
         x (d,) SI; None: up to its own highest speed. Left out: it does not know its modes."""
-        raise self._refusal("knows its natural modes", "take one that is made of a rotor")
+        raise self._knows_no_modes()
 
     def modes(self, x: Array, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
         """Its damped natural modes at x (d,) SI and a spin speed (rad/s), the first `n_mode` or all. Left out: as above."""
-        raise self._refusal("knows its natural modes", "take one that is made of a rotor")
+        raise self._knows_no_modes()
 
     def campbell(self, x: Array, speed: Array, n_mode: int = 6) -> Campbell:
         """Natural frequencies and damping ratios of its first modes over spin speeds (n_speed,) rad/s. Left out: as above."""
-        raise self._refusal("knows its natural modes", "take one that is made of a rotor")
+        raise self._knows_no_modes()
 
     def growth_rate(self, x: Array, speed: Array) -> Array:
         """The largest real part of any damped eigenvalue (1/s) at values x (d,) SI and each spin speed (n_speed,) rad/s:
@@ -192,6 +192,9 @@ class Problem(ABC):
     def is_stable(self, x: Array) -> bool:
         """Whether no free motion grows at values x (d,) SI at any spin speed up to its highest, as far as it can tell."""
         return not self.knows_stability or grows_nowhere(lambda at: self.growth_rate(x, at), float(np.max(self.speed)))
+
+    def _knows_no_modes(self) -> SettingError:
+        return self._refusal("knows its natural modes", "take one that is made of a rotor")
 
     def _refusal(self, what: str, try_this: str) -> SettingError:
         return SettingError(f"expected a problem that {what}, got {type(self).__name__}; {try_this}")
@@ -369,7 +372,8 @@ class Method(Settings):
 
     @classmethod
     def part_names(cls) -> tuple[str, ...]:
-        return tuple(name for name in METHOD_PARTS if name in {field.name for field in part_fields(cls)})
+        own = {field.name for field in part_fields(cls)}
+        return tuple(name for name in METHOD_PARTS if name in own)
 
     @property
     def ignores(self) -> tuple[str, ...]:
@@ -384,17 +388,3 @@ class Method(Settings):
         """The values that agree best with the measurement. A problem that is not seen as the measurement is a
         `SettingError`; `ksmea.alignment.aligned` makes the one that is. The problem that an identification hands over
         counts what it is asked and keeps each improvement (`ksmea.trace.TracedProblem`), and its record has both."""
-
-
-CONTRACTS: Mapping[str, type[Settings]] = MappingProxyType(
-    {  # what a plugin of each group subclasses; studies and reports have contracts of the bench's own on top
-        "problem": ProblemSettings,
-        "measurement": MeasurementSource,
-        "surrogate": Surrogate,
-        "optimizer": Optimizer,
-        "method": Method,
-        "effect": Effect,
-        "study": Settings,
-        "report": Settings,
-    }
-)

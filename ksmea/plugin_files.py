@@ -15,10 +15,11 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from importlib.util import find_spec
 from pathlib import Path
-from types import ModuleType
+from types import MappingProxyType, ModuleType
 
-from ksmea.contracts import CONTRACTS
+from ksmea.contracts import Effect, MeasurementSource, Method, Optimizer, ProblemSettings, Surrogate
 from ksmea.errors import SettingError
+from ksmea.settings import Settings
 
 OURS = ("bench", "ksmea", "measurements", "optimizers", "problems", "surrogates")  # packages of this project
 OF_THE_BENCH = ("study", "report")  # these make and read what lies in folders of results: they come from packages alone
@@ -26,6 +27,19 @@ NEXT_WORD = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 PYTHON_WRITES = (".pyc", ".pyo")
 IMPORTERS = ("import_module", "__import__")
 DIGITS = 12  # of the hash of a file
+
+CONTRACTS: Mapping[str, type[Settings]] = MappingProxyType(
+    {  # what a plugin of each group subclasses; studies and reports have contracts of the bench's own on top
+        "problem": ProblemSettings,
+        "measurement": MeasurementSource,
+        "surrogate": Surrogate,
+        "optimizer": Optimizer,
+        "method": Method,
+        "effect": Effect,
+        "study": Settings,
+        "report": Settings,
+    }
+)
 
 
 @dataclass(frozen=True)

@@ -7,9 +7,8 @@ from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
 
-from ksmea.contracts import CONTRACTS
 from ksmea.errors import SettingError, unknown
-from ksmea.plugin_files import one_line, plugins_of_file, require_same
+from ksmea.plugin_files import CONTRACTS, one_line, plugins_of_file, require_same
 from ksmea.plugin_names import (
     FURTHER,
     GROUPS,
@@ -26,6 +25,7 @@ from ksmea.plugin_names import (
 from ksmea.settings import own_fields, part_fields
 
 __all__ = [
+    "CONTRACTS",
     "FURTHER",
     "GROUPS",
     "PROJECT",
