@@ -78,13 +78,14 @@ class CampaignProblem(ProblemProxy):
     base: Problem
     seen_in: Campaign
     is_weighted: bool = True
+    near: ComplexArray | None = None  # as of `next_to`
 
     @property
     def behind(self) -> Problem:
         return self.base
 
     def around(self, behind: Problem) -> CampaignProblem:
-        return dataclasses.replace(self, base=behind)
+        return dataclasses.replace(self, base=behind, near=None)
 
     @property
     def machine(self) -> Problem:
@@ -110,6 +111,9 @@ class CampaignProblem(ProblemProxy):
             names = own if self._is_own(item.name) else [item.name]
             items += [dataclasses.replace(item, name=name) for name in names]
         return Parameters(tuple(items))
+
+    def next_to(self, motion: ComplexArray) -> CampaignProblem:
+        return dataclasses.replace(self, near=motion)
 
     def response(self, x: Array) -> ComplexArray:
         """(n, d) SI → (n, n_speed, n_channel), m."""
@@ -200,7 +204,8 @@ class CampaignProblem(ProblemProxy):
         for run, rows in zip(self.seen_in.runs, self.seen_in.rows):
             if run.n_speed:
                 problem = self._weighted(self.base.going(run.direction).at(self.speed[rows], self.channels), run)
-                found.append((rows, self._columns(run, problem.parameters.names), problem))
+                seen = problem if self.near is None else problem.next_to(self.near[rows])
+                found.append((rows, self._columns(run, problem.parameters.names), seen))
         return tuple(found)
 
     def _weighted(self, problem: Problem, run: Run) -> Problem:

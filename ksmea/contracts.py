@@ -130,6 +130,10 @@ class Problem(ABC):
         """As the speed goes in one run of a campaign: up, down, steady, or '' where nobody says. Left out: as it is."""
         return self
 
+    def next_to(self, motion: ComplexArray) -> Problem:
+        """The same; of several steady motions that next to which its nonlinear force moves (n_speed, 2), m at 1X. Left out: it has one."""
+        return self
+
     def unbalance(self, x: Array) -> Mapping[float, complex]:
         """Its unbalance at x (d,) SI by position (m), kg m, angles as of `with_unbalance`. Left out: it cannot tell."""
         return {}

@@ -5,7 +5,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
 
-from ksmea.arrays import Array
+from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.response_structure import UnknownImpedance
@@ -29,6 +29,9 @@ class ProblemProxy(Problem):
 
     def going(self, direction: str) -> Problem:
         return self.around(self.behind.going(direction))
+
+    def next_to(self, motion: ComplexArray) -> Problem:
+        return self.around(self.behind.next_to(motion))
 
     @property
     def machine(self) -> Problem:

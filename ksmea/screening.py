@@ -30,7 +30,11 @@ class Screened:
         return Screened(self.points[:count], self.misfits[:count])
 
     def below(self, misfit: float) -> Screened:
-        """The points whose misfit is lower than one."""
+        """The points whose misfit is lower than one; all that have a misfit where that is none, nan.
+
+        >>> ranked(np.array([[0.1], [0.2], [0.3]]), np.array([3.0, 1.0, 2.0])).below(2.0).points.ravel()
+        array([0.2])
+        """
         return self.best(int(np.searchsorted(self.misfits, misfit)))
 
     def apart(self, count: int, distance: float) -> Screened:

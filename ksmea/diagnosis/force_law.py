@@ -117,15 +117,16 @@ class LawLikelihood(SumOfSquares):
         differences = central_differences(theta, STEP, self.lower, self.upper)
         mean, _, motion = self._steady(theta[None], self.near)
         around, _, _ = self._steady(differences.points, motion[0])
-        [residual] = self._whitened(mean)
-        jacobian = differences.derivative(self._whitened(around))
+        [residual] = self.whitened(mean)
+        jacobian = differences.derivative(self.whitened(around))
         return Point(theta, float(residual @ residual), 2 * jacobian.T @ residual, jacobian)
 
     def _residual(self, theta: Array) -> Array:
         """What is left at points (n, p), as real numbers of unit variance (n, m)."""
-        return self._whitened(self._steady(theta, self.near)[0])
+        return self.whitened(self._steady(theta, self.near)[0])
 
-    def _whitened(self, mean: ComplexArray) -> Array:
+    def whitened(self, mean: ComplexArray) -> Array:
+        """What responses (n, n_speed, n_channel) leave, as real numbers of unit variance (n, m)."""
         left = (mean - self._base.measured) / self._base.sd
         return self._base.measurement.kind.real_parts(left.reshape(len(mean), -1), axis=1)
 

@@ -1,11 +1,12 @@
 """The fit of an effect whose force follows a law at one place: from the force as it is recovered there.
 
-A stop that is touched near resonances only changes the response there altogether: seen from values without it, the likelihood says
-little of where it is large. But a force that is free at every speed fits whatever acts at the
+A stop that is touched near resonances only changes the response there altogether: seen from values without it, the likelihood
+says little of where it is large. But a force that is free at every speed fits whatever acts at the
 place, and gives the unknowns beside it (`unknown_force`); the law comes nearest to that force somewhere (`law_start`); from there it is
-fitted together with the unknowns, in the motion that was measured: where several are steady, the one next to it. This likelihood has
-no edges. The fit of the effect itself, in the motion that a slow run comes to, starts from the best of a cloud around that: at its
-edges a speed changes over from one motion to another.
+fitted together with the unknowns, by 1X alone and then with all harmonics, in the motion that was measured: where several are steady,
+the one next to it. This likelihood has no edges, and the effect itself, in the motion that a slow run comes to, is fitted from where
+that ends. The slow run's likelihood has edges, where a speed changes over from one motion to another: where that end is beyond one, or leaves
+far more than the free force did, fits start from the best of a cloud of points too.
 """
 
 from __future__ import annotations
@@ -15,12 +16,14 @@ from contextlib import suppress
 import numpy as np
 import scipy
 
-from ksmea.arrays import Array
+from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import Problem
+from ksmea.diagnosis.fitting import END, Fit
 from ksmea.diagnosis.force_law import SMALLEST, TOLERANCE, LawLikelihood
 from ksmea.diagnosis.law_start import UNSEEN, inside, nearest_start
 from ksmea.diagnosis.location import fitted_site, missing_to_locate
-from ksmea.diagnosis.unknown_force import Unmodelled
+from ksmea.diagnosis.recovered_force import own_noise
+from ksmea.diagnosis.unknown_force import SiteFit, Unmodelled
 from ksmea.difference_likelihood import likelihood_of
 from ksmea.errors import SettingError
 from ksmea.force_laws import Law
@@ -33,7 +36,9 @@ from ksmea.point import Point
 from ksmea.screening import log_ratio, mean_log_misfit, sobol
 
 N_START = 16  # of the fit beside a free force
-MAX_ITERATIONS = 50  # of the fit in the measured motion
+MAX_ITERATIONS = 50  # of each fit in the measured motion
+SAME = 1.0  # deviance by which two responses differ that have the same motions at all speeds
+RARE = 1e-3  # the chance below which a fit is not taken to leave noise alone
 N_CLOUD = 128  # points around it, a power of two
 N_BATCH = 16  # of these are evaluated at once, and left out where one has no steady motion
 N_KEPT = 3  # of all, those that fits start from
@@ -79,10 +84,48 @@ def starts_from_force(
     with suppress(np.linalg.LinAlgError):
         theta = np.concatenate([start.theta, start.coefficients / scale])
         best = maximise(likelihood, theta, tolerance=TOLERANCE, max_iterations=MAX_ITERATIONS)
-        cloud = np.vstack([best.theta, best.theta + _draws(best)])
-        x = np.hstack([problem.parameters.to_si(cloud[:, : likelihood.d]), cloud[:, likelihood.d :] * scale])
-        return _in_agreement(extended, measurement, inside(extended.parameters.to_cube(x), limits.period))
+
+        def in_cube(theta: Array) -> Array:
+            x = [problem.parameters.to_si(theta[:, : likelihood.d]), theta[:, likelihood.d :] * scale]
+            return inside(limits.to_cube(np.hstack(x)), limits.period)
+
+        found = _with_all_harmonics(extended, measurement, start.motion, in_cube(best.theta[None])[0])
+        if found is None or not _is_enough(found, site, likelihood):
+            cloud = in_cube(np.vstack([best.theta, best.theta + _draws(best)]))
+            known = np.empty((0, len(limits))) if found is None else found.u[None]
+            return np.vstack([known, _in_agreement(extended, measurement, cloud)])
+        if _is_of_slow_run(found, extended, measurement):
+            return found.u[None]
+        cloud = inside(found.u + _draws(found.point)[:, : len(limits)], limits.period)
+        return np.vstack([found.u, _in_agreement(extended, measurement, cloud)])
     return none
+
+
+def _with_all_harmonics(extended: Problem, measurement: Measurement, motion: ComplexArray, u: Array) -> Fit | None:
+    """The effect fitted from a point of the unit cube (d,), in the steady motions next to that of its site (n_speed, 2), m; None where
+    there is none on the way."""
+    problem = extended.next_to(motion)
+    likelihood = likelihood_of(Model(problem), measurement)
+    with suppress(np.linalg.LinAlgError):
+        return Fit(
+            problem, likelihood, maximise(likelihood, likelihood.start(u), tolerance=END, max_iterations=MAX_ITERATIONS)
+        )
+    return None
+
+
+def _is_of_slow_run(fit: Fit, extended: Problem, measurement: Measurement) -> bool:
+    """Whether a slow run comes to the same motions as those that a fit is next to."""
+    with suppress(np.linalg.LinAlgError):
+        return likelihood_of(Model(extended), measurement).deviance(fit.point.theta) < fit.deviance + SAME
+    return False
+
+
+def _is_enough(fit: Fit, site: SiteFit, likelihood: LawLikelihood) -> bool:
+    """Whether a fit leaves no more at 1X beyond what the free force does than noise may, by the F-test of laws."""
+    free, at_1x = site.point, [channel.is_1x for channel in fit.problem.channels]
+    beyond = float(np.sum(likelihood.whitened(fit.response()[None][..., at_1x]) ** 2)) - free.deviance
+    n_more = 2 * free.free.size - (len(likelihood.lower) - free.n_searched)
+    return bool(scipy.stats.f.sf(beyond / own_noise(site) ** 2 / n_more, n_more, free.n_left) > RARE)
 
 
 def _draws(best: Point) -> Array:

@@ -31,7 +31,7 @@ EDGE = 1e-9  # of the unit cube: an unknown so near to its limit lies on it
 CROWDING = 1.5  # power by which scanned values crowd towards 0
 PER_VALUE = 8  # points that each scanned value of an effect contributes
 CLOUDS = (0.05, 0.02, 0.01)  # standard deviations of the clouds, in parts of the unit cube
-FEWEST_CLOUDS = 5  # of a width, each of which has half as many as the one before
+FEWEST_CLOUDS = 5  # of the narrower widths, each of which has half as many as the one before
 CLOUD_POINTS = 32  # points of each cloud
 
 
@@ -96,7 +96,7 @@ def refined_by_clouds(problem: Problem, measurement: Measurement, found: Screene
     costly = list(problem.costly)
     cloud[:, costly] = np.clip(np.rint(cloud[:, costly]), -1, 1)
     for narrowed, width in enumerate(CLOUDS):
-        centres = found.apart(max(FEWEST_CLOUDS, n_cloud >> narrowed), width / 2)
+        centres = found.apart(min(n_cloud, max(FEWEST_CLOUDS, n_cloud >> narrowed)), width / 2)
         points = centres.points[:, None] + width * cloud
         points[..., costly] = width * np.rint(points[..., costly] / width)
         points = np.clip(points, 0.0, 1.0).reshape(-1, d)

@@ -8,11 +8,13 @@ turn later: with θ = Ωt + α its angle and γ that of the weight, the loss is
 
 whose unknowns are s cos α and s sin α. It makes 1X, 2X and 3X of the sag, with peaks at a critical speed, at half and at a
 third of it. The weight rules the breathing as long as the vibration is small beside the sag, which holds for heavy horizontal
-rotors below their critical speeds. One that lets the shaft bend by c rad/(N m) more is s/(1 − s) = c EI/ℓ: s goes with its ℓ.
+rotors below their critical speeds. An open crack that adds the flexibility c, rad/(N m),
+has s/(1 − s) = c EI/ℓ, so that s depends on the ℓ that is assumed.
 
-An element that the length covers in part is a stepped beam, so that the mesh does not matter: with F_0 its flexibility, as its right
-end moves under a force and a moment, that of an open crack is F_0 + a g gᵀ with a = s f/(1 − s f), where g gᵀ is the part's own for its
-mean moment. With λ = gᵀ F_0⁻¹ g, the way to bend g loses of its stiffness
+An element that the length covers in part is a stepped beam: with F_0 its flexibility, as its right end moves under a force and a
+moment, that of an open crack is F_0 + a g gᵀ with a = s f/(1 − s f), where g gᵀ is the part's own for its mean moment. How the shaft
+is cut into elements matters little then: of the change, (h/z)²/12 is left out in an element of length h at a distance z from where the bending
+moment is 0, as at the end of a shaft. With λ = gᵀ F_0⁻¹ g, the stiffness along F_0⁻¹ g loses the part
 
     a λ/(1 + a λ) = λ s f/(1 − q f) = Σ c_k e^{ik(θ − γ)},    q = s (1 − λ),    p = √(1 − q),
     c_0 = λ s/(p (1 + p)),    c_k = λ s/((1 + p)² p) ρ^{k − 1},    ρ = q/(1 + p)².
@@ -27,6 +29,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import ClassVar, Self
 
 import numpy as np
@@ -40,16 +43,18 @@ from ksmea.units import DEGREE
 from problems.rotor.assembly import element_dof
 from problems.rotor.data import Hub, Rotor
 from problems.rotor.effect import PlacedEffect, drawn_vector, forward_vector, require_on_shaft
-from problems.rotor.mesh import DOF_PER_NODE, element_at, elements, locate
+from problems.rotor.mesh import DOF_PER_NODE, diameter_at, elements
 from problems.rotor.problem import RotorProblem
 from problems.rotor.shaft import X_PLANE, Y_PLANE, flexibility_under_hubs, motion_of_right_end
 from problems.rotor.turning import HIGHEST, OF_CONJUGATE, weight_of
 
-LARGEST = 0.7  # of the bending stiffness, of each component: 0.99 in all
-NOTICED = (0.05, 0.5)
+LARGEST = 0.35  # of the bending stiffness, of each component: 0.49 in all; of more, orders above the third count
+NOTICED = (0.05, 0.33)
+MAX_KEPT = 64  # rotors: effects that change one make others
+SHORTEST = 1e-3  # length, of the shaft's diameter
 TOUCHED = 1e-9  # of an element: less is rounding of where the length ends
-HALVED = -0.5  # the stiffening under a hub that doubles flexibility
-ORDERS = 2 * HIGHEST  # by which orders of the motion from −3 to 3 are coupled
+HALVED = -0.5  # the stiffening under a hub that doubles flexibility, which then is larger by what it was
+ORDERS = 2 * HIGHEST  # of the stiffness, up to that which couples the highest order of the motion with its negative
 
 
 @dataclass(frozen=True)
@@ -81,7 +86,7 @@ class Crack(PlacedEffect):
         return None if all(channel.is_1x for channel in measurement.channels) else self
 
     def locations(self, problem: RotorProblem) -> Sequence[Crack]:
-        """Beside each disk, where a shrink fit ends, or in the middle of a shaft without any."""
+        """About each disk, or in the middle of a shaft without any."""
         places = sorted({disk.position for disk in problem.rotor.disks})
         return [
             dataclasses.replace(self, position=place).placed_on(problem)
@@ -92,8 +97,13 @@ class Crack(PlacedEffect):
         require_on_shaft(problem, self.position, "crack")
         rotor = problem.rotor
         position = rotor.length / 2 if self.position is None else self.position
-        diameter = 2 * element_at(rotor, locate(rotor, position)[0]).segment.outer_radius
-        return dataclasses.replace(self, position=position, length=self.length or diameter)
+        diameter = diameter_at(rotor, position)
+        length = self.length or diameter
+        if not SHORTEST * diameter <= length <= rotor.length:
+            raise SettingError(
+                f"length: expected one of the shaft, {SHORTEST * diameter:g} to {rotor.length:g} m, got {length:g} m"
+            )
+        return dataclasses.replace(self, position=position, length=length)
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         return tuple(Parameter(name, "%", 0.01, -LARGEST, LARGEST) for name in ("crack_x", "crack_y"))
@@ -127,22 +137,28 @@ class Crack(PlacedEffect):
         return -np.reshape(found, (len(theta), ORDERS + 1, 2 * len(share), 2 * len(share)))
 
     def _bending(self, rotor: Rotor) -> Mapping[int, tuple[float, Array]]:
-        """The way to bend of each element that is softened: λ, and the row (4,) of one plane that reads it, of unit stiffness."""
         if self.position is None or self.length is None:
             raise SettingError("position: expected the place of the crack, got none; add the effect to a problem")
-        softer = dataclasses.replace(rotor, hubs=(*rotor.hubs, Hub(self.position, self.length, HALVED)))
-        found = {}
-        for index, (before, after) in enumerate(zip(elements(rotor), elements(softer), strict=True)):
-            if any(high - low > TOUCHED for low, high, _ in after.hubs[len(before.hubs) :]):
-                whole = flexibility_under_hubs(before)
-                _, by_moment = flexibility_under_hubs(after) - whole
-                held = np.linalg.solve(whole, by_moment / np.sqrt(by_moment[1]))
-                share = float(held @ whole @ held)
-                found[index] = share, held @ motion_of_right_end(before) / np.sqrt(share)
-        return found
+        return softened(rotor, self.position, self.length)
 
     def weight(self, rotor: Rotor) -> Array:
         return weight_of(rotor, self.gravity_deg * DEGREE)
+
+
+@lru_cache(MAX_KEPT)
+def softened(rotor: Rotor, position: float, length: float) -> Mapping[int, tuple[float, Array]]:
+    """The way to bend of each element that a length about a position (m) touches: λ, and the row (4,) of one plane that reads it, of
+    unit stiffness."""
+    softer = dataclasses.replace(rotor, hubs=(*rotor.hubs, Hub(position, length, HALVED)))
+    found = {}
+    for index, (before, after) in enumerate(zip(elements(rotor), elements(softer), strict=True)):
+        if any(high - low > TOUCHED for low, high, _ in after.hubs[len(before.hubs) :]):
+            whole = flexibility_under_hubs(before)
+            _, by_moment = flexibility_under_hubs(after) - whole
+            held = np.linalg.solve(whole, by_moment / np.sqrt(by_moment[1]))
+            share = float(held @ whole @ held)
+            found[index] = share, held @ motion_of_right_end(before) / np.sqrt(share)
+    return found
 
 
 def losses(loss: Array, share: Array) -> Array:

@@ -24,7 +24,7 @@ from ksmea.parameters import Parameter
 from ksmea.settings import setting
 from problems.rotor.data import SAME_PLACE, Disk, Hub, Rotor
 from problems.rotor.effect import PlacedEffect, drawn, require_on_shaft
-from problems.rotor.mesh import element_at, locate
+from problems.rotor.mesh import diameter_at
 from problems.rotor.problem import RotorProblem
 
 LARGEST = 4.0  # EI five times: a solid hub half as thick again as the shaft, 1.5⁴
@@ -78,7 +78,7 @@ class HubStiffening(PlacedEffect):
 
 def hub_width(rotor: Rotor, position: float) -> float:
     """Width of the hub of the disk at a position, m."""
-    diameter = 2 * element_at(rotor, locate(rotor, position)[0]).segment.outer_radius
+    diameter = diameter_at(rotor, position)
     here = [disk for disk in rotor.disks if abs(disk.position - position) <= SAME_PLACE * rotor.length]
     told = map(thickness, here)
     return next((width for width in told if width > THINNEST * diameter), diameter)

@@ -54,7 +54,10 @@ MAX_LINEARISED = 8  # kept of responses with their sensitivities: several fits s
 
 @dataclass(frozen=True, eq=False)
 class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
-    """A rotor problem with effects."""
+    """A rotor problem with effects. Of several steady motions it has that of a slow run, or that next to `near` (n_speed, n_order,
+    n_unit), m, the motion of the sites of forces that depend on it."""
+
+    near: ComplexArray | None = None
 
     def __post_init__(self) -> None:
         d = len(self.parameters)  # each unknown has a name of its own, or this raises
@@ -78,7 +81,7 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
         return self.base
 
     def around(self, behind: Problem) -> Problem:
-        return dataclasses.replace(self, base=cast(RotorProblem, behind))
+        return dataclasses.replace(self, base=cast(RotorProblem, behind), near=None)
 
     @property
     def machine(self) -> Problem:
@@ -86,6 +89,9 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
 
     def changed(self, change: Callable[[Problem], Problem]) -> Problem:
         return change(self)
+
+    def next_to(self, motion: ComplexArray) -> ExtendedProblem:
+        return dataclasses.replace(self, near=motion[:, None])
 
     def going(self, direction: str) -> ExtendedProblem:
         return dataclasses.replace(self, effects=tuple(effect.going(direction) for effect in self.effects))
@@ -265,6 +271,7 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
             units = further.response_per_load(self.impedances_and_sizes(x, order)[0])[:, n_own:]
             return responses_at_order(units.transpose(2, 3, 0, 1), linear, len(seen), self.speed, order)
 
+        near = self.near if near is None else near
         columns, at_sites = with_nonlinear_forces(columns, nonlinear, seen, self.speed, at_order, near)
         if at_sites is not None and len(x) == 1:
             recent(self._site_motions, tuple(x[0]), lambda: at_sites[0], MAX_SITE_MOTIONS)

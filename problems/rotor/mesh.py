@@ -64,6 +64,11 @@ def locate(rotor: Rotor, position: float) -> tuple[int, float]:
     return element, float(np.clip(fraction, 0.0, 1.0))
 
 
+def diameter_at(rotor: Rotor, position: float) -> float:
+    """Of the shaft at a position (m), m; at a step that to its right."""
+    return 2 * element_at(rotor, locate(rotor, position)[0]).segment.outer_radius
+
+
 def share_elements(n_element: int, lengths: Sequence[float]) -> tuple[int, ...]:
     """Elements per segment in proportion to length by largest remainder, at least one each.
 

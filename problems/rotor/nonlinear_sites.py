@@ -51,11 +51,12 @@ def with_nonlinear_forces(
     further = {order: at_order(order) for order in orders}
     alone = columns[:, :, rows, 0]
     begins = np.ones(alone.shape[:2]) if any(law.turns for law in laws) else _begins(alone)
+    turned = begins[..., None, None] ** np.array([1, *further])[:, None]  # of each order
     motion = SiteMotion(
         speed,
         alone / begins[..., None],
         columns[:, :, rows, 1:],
-        near=None if near is None else np.broadcast_to(near, (len(alone), *near.shape)),
+        near=None if near is None else near / turned[:, :, : near.shape[1]],
         further={order: responses[:, :, len(seen) :] for order, responses in further.items()},
     )
     at_sites = [law for site, law in zip(sites, laws) for _ in site.positions]
@@ -70,11 +71,11 @@ def with_nonlinear_forces(
         any(law.has_corners for law in laws),
     )
     found = steady_force(force, motion)
-    acting = found.harmonics * begins[..., None, None] ** np.array(motion.orders)[:, None]
+    acting = found.harmonics * turned
     moved = columns[..., :1] + columns[..., 1:] @ acting[:, :, 0, :, None]
     for index, responses in enumerate(further.values(), start=1):
         moved = moved + responses[:, :, : len(seen)] @ acting[:, :, index, :, None]
-    return moved, found.motion
+    return moved, found.motion * turned
 
 
 def _begins(motion: ComplexArray) -> ComplexArray:

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 
 from ksmea import registry
+from ksmea.campaign import Campaign, Run
+from ksmea.campaign_problem import CampaignProblem
 from ksmea.channel import Channel
 from ksmea.errors import SettingError
 from problems.rk4_two_disk import RK4TwoDisk
@@ -41,6 +43,22 @@ def test_a_stiff_spring_is_met_on_the_large_motion_up_and_on_the_small_one_down(
     apart = up > 1.5 * down
     assert 1 <= apart.sum() <= 20 and np.all(up > 0.9 * down)
     assert np.array_equal(problem.going("steady").response(x[None]), problem.going("up").response(x[None]))
+
+
+def test_of_several_steady_motions_that_next_to_a_given_one_is_met_whichever_way_a_run_goes():
+    """In a run by itself, and in two runs of one machine, where each has its own. A stop that is touched with four times the unbalance."""
+    speed, seen = np.linspace(190.0, 260.0, 36), [Channel(0.4, axis) for axis in "xy"]
+    stop = registry.create("effect", "clearance_rub", {"position": 0.4}).added_to(PLAIN)
+    x = np.concatenate([TRUTH * np.where(np.isin(PLAIN.parameters.names, ["u1", "u2"]), 4.0, 1.0), [1e5, 45e-6, 0.02]])
+    run = stop.at(speed, seen)
+    up, down = (run.going(direction).response(x[None])[0] for direction in ("up", "down"))
+    assert np.abs(up - down).max() > 0.3 * np.abs(down).max()
+    for going, other in (("up", down), ("down", up)):
+        assert run.going(going).next_to(other).response(x[None])[0] == pytest.approx(other, rel=1e-6, abs=1e-12)
+    runs = Campaign((Run("a", 36, (), "up"), Run("b", 36, (), "down")))
+    both = CampaignProblem(stop.at(np.tile(speed, 2), seen), runs)
+    swapped = np.concatenate([down, up])
+    assert both.next_to(swapped).response(x[None])[0] == pytest.approx(swapped, rel=1e-6, abs=1e-12)
 
 
 @pytest.mark.parametrize("name", VALUES)

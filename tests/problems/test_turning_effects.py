@@ -104,7 +104,7 @@ def per_port(place, theta):
     """κ_m (1, n_order, 2, 2) of one shape of bending, in units of the spring."""
     whole = place.turning_stiffness(PLAIN.rotor, np.array([theta]))
     n_shape = whole.shape[-1] // 2
-    return SPRING * whole[:, :, n_shape - 1 :: n_shape, n_shape - 1 :: n_shape]
+    return SPRING * whole[:, :, ::n_shape, ::n_shape]
 
 
 def hill(turning, spring=(SPRING, SPRING)):
@@ -210,6 +210,12 @@ def test_a_crack_does_not_ask_how_the_shaft_is_cut():
     coarse, finer, finest = map(change, (13, 26, 52))
     assert np.abs(finer - finest).max() < 0.01 * np.abs(finest).max()
     assert np.abs(coarse - finest).max() < 0.04 * np.abs(finest).max()
+
+
+@pytest.mark.parametrize("length", [1e-6, 2.0])
+def test_the_length_of_a_crack_is_one_of_the_shaft(length):
+    with pytest.raises(SettingError, match="length: expected one of the shaft"):
+        effect("crack", position=0.5, length=length).added_to(PLAIN)
 
 
 def test_a_misaligned_coupling_acts_twice_a_turn_where_that_is_measured():
