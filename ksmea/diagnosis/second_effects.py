@@ -23,11 +23,14 @@ from functools import partial
 
 import numpy as np
 
+from ksmea.arrays import Array
+from ksmea.contracts import Problem
 from ksmea.diagnosis.explanations import NEAR, Explanation, ranked_explanations
 from ksmea.diagnosis.fitting import TRIAL_ITERATIONS, BaselineFits, Effort, Fit, finished
 from ksmea.diagnosis.screening import screened
 from ksmea.diagnosis.trials import Candidate, Trial, best_by_name, fitted, searched, shared_searches, trial_of
 from ksmea.measurement import Measurement
+from ksmea.screening import Screened, joined
 
 PER_SCANNED = 4  # points that are screened with the first effect for each that is scanned
 PROMISING = 25.0  # deviance by which a pair may be worse than the best after a few iterations, to be fitted to the end
@@ -137,4 +140,16 @@ def _around(first: Fit, baseline: BaselineFits, measurement: Measurement, effort
     """The fit of a first effect, and the baseline model's screened points with that effect as it is fitted."""
     points = baseline.screened.thinned(PER_SCANNED * effort.scan)
     with_effect = np.hstack([points, np.tile(first.u[points.shape[1] :], (len(points), 1))])
-    return BaselineFits(first, (), screened(first.problem, measurement, np.vstack([first.u, with_effect])))
+    return BaselineFits(
+        first, (), _screened_where_steady(first.problem, measurement, np.vstack([first.u, with_effect]))
+    )
+
+
+def _screened_where_steady(problem: Problem, measurement: Measurement, points: Array) -> Screened:
+    """Points (n, d) screened, but for those at which a nonlinear first effect leaves no steady motion."""
+    try:
+        return screened(problem, measurement, points)
+    except np.linalg.LinAlgError:
+        if len(points) == 1:
+            return Screened(points[:0], np.empty(0))
+        return joined(*(_screened_where_steady(problem, measurement, part) for part in np.array_split(points, 2)))

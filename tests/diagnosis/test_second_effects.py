@@ -3,12 +3,14 @@
 import numpy as np
 import pytest
 
+from ksmea.diagnosis import second_effects as module
 from ksmea.diagnosis.diagnosis import _from_pair, diagnose
 from ksmea.diagnosis.explanations import Explanation, best_of_names, ranked_explanations
 from ksmea.diagnosis.fitting import Effort, Fit, fit_baseline, fit_from_values, fit_nearby
 from ksmea.diagnosis.second_effects import distinct_firsts
 from ksmea.diagnosis.trials import Candidate, candidates, fitted, trial_of
 from ksmea.measurement import Measurement, Noise, observe
+from ksmea.screening import ranked
 from problems.three_disk import ThreeDisk
 from tests.diagnosis.conftest import LESS, SENSORS, TRUTH, registered_effects
 
@@ -181,3 +183,18 @@ def test_an_effect_left_in_a_lower_maximum_is_lifted_by_the_pair_that_it_is_part
     lifted = _from_pair(trial_of(first, low, baseline, 2), pair, baseline, 2)
     assert lifted is not None and lifted.fit.deviance == pytest.approx(right.deviance, abs=0.1)
     assert _from_pair(lifted, pair, baseline, 2) is None
+
+
+def test_points_without_a_steady_motion_are_left_out_of_a_screening(monkeypatch):
+    """A stop that is touched may leave none at unknowns far from its fit, which must not end a diagnosis."""
+
+    def screened(problem, measurement, points):
+        if np.any(points > 0.8):
+            raise np.linalg.LinAlgError("no steady motion was found under this force")
+        return ranked(points, points[:, 0])
+
+    monkeypatch.setattr(module, "screened", screened)
+    points = np.array([[0.5], [0.9], [0.1], [0.3], [0.95]])
+    found = module._screened_where_steady(None, None, points)
+    assert found.points.ravel() == pytest.approx([0.1, 0.3, 0.5])
+    assert len(module._screened_where_steady(None, None, points[1:2]).points) == 0
