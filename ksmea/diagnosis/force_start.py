@@ -139,12 +139,12 @@ def _draws(best: Point) -> Array:
 def _in_agreement(problem: Problem, measurement: Measurement, points: Array) -> Array:
     """Those of points (n, d) of the unit cube whose response at 1X comes nearest to the data, by the mean |ln ratio|: one speed that
     is on the other motion counts no more than its ratio."""
-    seen = measurement.values[:, [channel.is_1x for channel in measurement.channels]]
+    is_1x = [channel.is_1x for channel in measurement.channels]
+    seen = measurement.values[:, is_1x]
     misfits = np.full(len(points), np.inf)
     for rows in np.split(np.arange(len(points)), range(N_BATCH, len(points), N_BATCH)):
         with suppress(np.linalg.LinAlgError):
             response = problem.response(problem.parameters.to_si(points[rows]))
-            at_rotation = response[..., [channel.is_1x for channel in measurement.channels]]
-            misfits[rows] = mean_log_misfit(log_ratio(at_rotation[:, seen != 0], seen[seen != 0]))
+            misfits[rows] = mean_log_misfit(log_ratio(response[..., is_1x][:, seen != 0], seen[seen != 0]))
     order = np.argsort(misfits)[:N_KEPT]
     return np.asarray(points[order[np.isfinite(misfits[order])]])

@@ -87,11 +87,8 @@ class Crack(PlacedEffect):
 
     def locations(self, problem: RotorProblem) -> Sequence[Crack]:
         """About each disk, or in the middle of a shaft without any."""
-        places = sorted({disk.position for disk in problem.rotor.disks})
-        return [
-            dataclasses.replace(self, position=place).placed_on(problem)
-            for place in places or [problem.rotor.length / 2]
-        ]
+        places: list[float | None] = [*sorted({disk.position for disk in problem.rotor.disks})] or [None]
+        return [dataclasses.replace(self, position=place).placed_on(problem) for place in places]
 
     def placed_on(self, problem: RotorProblem) -> Crack:
         require_on_shaft(problem, self.position, "crack")
