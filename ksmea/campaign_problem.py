@@ -125,6 +125,10 @@ class CampaignProblem(ProblemProxy):
     def load_response(self, x: Array, loads: Sequence[Load]) -> ComplexArray:
         return self._stacked(x, lambda problem, own: problem.load_response(own, loads))
 
+    @property
+    def linearises_cheaply(self) -> bool:
+        return all(problem.linearises_cheaply for _, _, problem in self._seen)
+
     def sensitivity(self, x: Array) -> ComplexArray:
         """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit."""
         return self.linearised(x)[1]

@@ -19,8 +19,10 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.campaign import Campaign
 from ksmea.channel import Channel
+from ksmea.differences import CUBE_STEP, differenced
 from ksmea.errors import SettingError
 from ksmea.force_laws import Law
+from ksmea.given import Given
 from ksmea.identification import Identification, Streams
 from ksmea.load import Load
 from ksmea.measurement import Layout, Measurement, Noise
@@ -60,6 +62,14 @@ class Problem(ABC):
         channels: tuple[Channel, ...]
         campaign = None
 
+    # Which of what may be left out it has
+    has_sensitivity = Given("sensitivity")
+    can_leave_phase_open = Given("with_phase_origin")
+    takes_unbalance = Given("with_unbalance")
+    takes_loads = Given("load_response")
+    has_dense_route = Given("dense_response")
+    knows_stability = Given("growth_rate")
+
     @abstractmethod
     def response(self, x: Array) -> ComplexArray:
         """(n, d) SI → (n, n_speed, n_channel), m."""
@@ -86,8 +96,9 @@ class Problem(ABC):
         return self.response(x[None])[0], self.sensitivity(x)
 
     @property
-    def has_sensitivity(self) -> bool:
-        return type(self).sensitivity is not Problem.sensitivity
+    def linearises_cheaply(self) -> bool:
+        """Whether `linearised` costs no more than a few responses at single points. Left out: it does not."""
+        return False
 
     @property
     def costly(self) -> Indices:
@@ -112,10 +123,6 @@ class Problem(ABC):
     def with_phase_origin(self) -> Problem:
         """The same rotor with the phase of all unbalance unknown; itself where it is so. Left out: it has no use for such."""
         raise self._refusal("can leave the origin of its phases open", "use the amplitudes alone")
-
-    @property
-    def can_leave_phase_open(self) -> bool:
-        return type(self).with_phase_origin is not Problem.with_phase_origin
 
     def with_unbalance(self, position: float, magnitude: float, phase: float) -> Problem:
         """The same rotor with a known unbalance (kg m, rad) added at a position (m). Left out: it takes none."""
@@ -143,10 +150,6 @@ class Problem(ABC):
         """Its unknown impedances, where its response is linear and made by these and `unbalance`. Left out: it cannot tell."""
         return ()
 
-    @property
-    def takes_unbalance(self) -> bool:
-        return type(self).with_unbalance is not Problem.with_unbalance
-
     def load_response(self, x: Array, loads: Sequence[Load]) -> ComplexArray:
         """Response to unit loads at 1X, (n, d) SI → (n, n_speed, n_channel, n_load) m per N or N m. Left out: it takes none."""
         raise self._refusal("takes loads on its shaft", "take one that is made of a rotor")
@@ -155,17 +158,19 @@ class Problem(ABC):
         """`response` and `load_response` at the same points, which a problem may know by one solution."""
         return self.response(x), self.load_response(x, loads)
 
-    @property
-    def takes_loads(self) -> bool:
-        return type(self).load_response is not Problem.load_response
+    def linearised_per_load(self, x: Array, loads: Sequence[Load]) -> tuple[ComplexArray, ComplexArray]:
+        """`response` and then `load_response` at x (d,) SI as columns (n_speed, n_channel, 1 + n_load), and their derivatives
+        (…, d) per SI unit. Left out: by central differences of both."""
+
+        def columns(points: Array) -> ComplexArray:
+            response, per_load = self.response_and_per_load(points, loads)
+            return np.concatenate([response[..., None], per_load], axis=-1)
+
+        return differenced(columns, x, CUBE_STEP * self.parameters.width, self.parameters.lower, self.parameters.upper)
 
     def dense_response(self, x: Array) -> ComplexArray:
         """`response` by a second, slower route, for comparison and for making data. Left out: there is none."""
         raise self._refusal("has a dense route", "give measurement.route=reduced")
-
-    @property
-    def has_dense_route(self) -> bool:
-        return type(self).dense_response is not Problem.dense_response
 
     def critical_speeds(self, x: Array, highest: float | None = None) -> Array:
         """Speeds (rad/s) up to `highest` at which a damped natural frequency equals the spin speed, rising, at values
@@ -184,10 +189,6 @@ class Problem(ABC):
         """The largest real part of any damped eigenvalue (1/s) at values x (d,) SI and each spin speed (n_speed,) rad/s:
         above 0 a free motion grows, and no steady response exists. Left out: it cannot tell."""
         raise self._refusal("knows its damped eigenvalues", "take one that is made of a rotor")
-
-    @property
-    def knows_stability(self) -> bool:
-        return type(self).growth_rate is not Problem.growth_rate
 
     def stability_threshold(self, x: Array, highest: float) -> float:
         """The lowest spin speed (rad/s) up to `highest` at which a free motion grows at x (d,) SI; 0: from rest, inf: nowhere."""

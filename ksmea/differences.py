@@ -6,6 +6,7 @@ batch.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -53,3 +54,12 @@ def central_differences(x: Array, step: Array | float, lower: Array, upper: Arra
 def cube_differences(u: Array) -> CentralDifferences:
     """Differences about a point (d,) of the unit cube, inside it."""
     return central_differences(u, CUBE_STEP, np.zeros(len(u)), np.ones(len(u)))
+
+
+def differenced(
+    function: Callable[[Array], NDArray[Number]], x: Array, step: Array | float, lower: Array, upper: Array
+) -> tuple[NDArray[Number], NDArray[Number]]:
+    """A function of points (n, d), with values (n, …), at x (d,), (…), and its derivatives (…, d) by such differences."""
+    differences = central_differences(x, step, lower, upper)
+    values = function(np.concatenate([x[None], differences.points]))
+    return values[0], differences.derivative(values[1:])

@@ -80,6 +80,12 @@ class Likelihood:
         return LEAST_GAIN if any(item.makes_jumps for item in self.model.problem.parameters) else 0.0
 
     @property
+    def linearises_at_once(self) -> bool:
+        """Whether a point may be asked for before it is known to be better: where evaluations are not counted, and a Jacobian costs
+        little more than one."""
+        return not self._stable_only and self.model.left is None and self.model.problem.linearises_cheaply
+
+    @property
     def n_residual(self) -> int:
         """Real numbers in the data."""
         return self.measurement.values.size * self.measurement.dimensions

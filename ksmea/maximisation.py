@@ -10,6 +10,7 @@ from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
+from scipy.linalg.lapack import dgels, dtrtrs  # of few unknowns, at a tenth of what numpy's own take
 from scipy.optimize import lsq_linear
 
 from ksmea.arrays import Array
@@ -48,6 +49,8 @@ class Maximised(Protocol):
     def longest_step(self) -> Array: ...
     @property
     def least_gain(self) -> float: ...
+    @property
+    def linearises_at_once(self) -> bool: ...
     def at(self, theta: Array) -> Point: ...
     def deviance(self, theta: Array) -> float: ...
     def curvature(self, point: Point, step: Array) -> Array: ...
@@ -93,9 +96,10 @@ def maximise(
             if damping > FIRST_DAMPING:
                 step = step + _bend(likelihood, point, free, damping, step)
             theta = np.clip(point.theta + step, likelihood.lower, likelihood.upper)
-            gain = point.deviance - likelihood.deviance(theta)
+            deviance, found = _tried(likelihood, theta, is_promising=damping == FIRST_DAMPING)
+            gain = point.deviance - deviance
             if gain > 0:
-                point = likelihood.at(theta)
+                point = likelihood.at(theta) if found is None else found
                 damping = max(damping / 10, FIRST_DAMPING)
                 if gain < max(least_gain, likelihood.least_gain):
                     break
@@ -106,6 +110,18 @@ def maximise(
     except BudgetSpent:
         pass
     return point
+
+
+def _tried(likelihood: Maximised, theta: Array, *, is_promising: bool) -> tuple[float, Point | None]:
+    """The deviance at θ (p,), infinite where there is none, and the whole point where it costs little more and a step is likely to
+    lead on from there."""
+    if not (is_promising and likelihood.linearises_at_once):
+        return likelihood.deviance(theta), None
+    try:
+        point = likelihood.at(theta)
+    except np.linalg.LinAlgError:
+        return np.inf, None
+    return point.deviance, point
 
 
 def promised(likelihood: Maximised, point: Point) -> float:
@@ -162,7 +178,7 @@ def distinct(likelihood: Maximised, maxima: Sequence[Point]) -> list[Point]:
 def _is_same(likelihood: Maximised, point: Point, other: Point) -> bool:
     if point.deviance - other.deviance > CLOSE:
         return False
-    return bool(np.linalg.norm(other.whitened @ _from(likelihood, other, point.theta)) < NEAR)
+    return bool(np.linalg.norm(other.triangle @ _from(likelihood, other, point.theta)) < NEAR)
 
 
 def _from(likelihood: Maximised, point: Point, theta: Array) -> Array:
@@ -180,7 +196,7 @@ def is_in_valley(likelihood: Maximised, point: Point, theta: Array) -> bool:
     way = _from(likelihood, point, theta)
     for part in (0.5, 1.0):
         step = part * way
-        expected = float(point.gradient @ step + np.sum((point.whitened @ step) ** 2))
+        expected = float(point.gradient @ step + np.sum((point.triangle @ step) ** 2))
         rise = likelihood.deviance(point.theta + step) - point.deviance
         if not (rise >= 0 and abs(rise - expected) < VALLEY * max(expected, 1.0)):
             return False
@@ -195,21 +211,24 @@ def _bend(likelihood: Maximised, point: Point, free: Array, damping: float, step
     except np.linalg.LinAlgError:  # no finite response there
         return np.zeros_like(step)
     bend, _ = _step(likelihood, point, free, damping, 2 * point.whitened.T @ curvature)
-    scale = np.sqrt(np.sum(point.whitened**2, axis=0))
+    scale = np.sqrt(np.sum(point.triangle**2, axis=0))
     is_small = np.linalg.norm(scale * bend) <= MAX_BEND_RATIO * np.linalg.norm(scale * step)
     return bend / 2 if is_small else np.zeros_like(step)
 
 
 def _step(likelihood: Maximised, point: Point, free: Array, damping: float, gradient: Array) -> tuple[Array, float]:
     """The step (p,) that lowers the quadratic model of the deviance most within the limits, and by how much."""
-    whitened, gradient = point.whitened[:, free], gradient[free]
-    scale = np.sqrt(np.sum(whitened**2, axis=0))
+    if not np.any(free):
+        return np.zeros(len(free)), 0.0
+    sensitivity, gradient = point.triangle[:, free], gradient[free]
+    scale = np.sqrt(np.sum(sensitivity**2, axis=0))
     scale = np.maximum(scale, 1e-12 * scale.max(initial=np.finfo(float).tiny))
     lower = np.maximum(likelihood.lower - point.theta, -likelihood.longest_step)[free] * scale
     upper = np.minimum(likelihood.upper - point.theta, likelihood.longest_step)[free] * scale
-    triangle = np.asarray(np.linalg.qr(np.vstack([whitened / scale, np.sqrt(damping) * np.eye(len(scale))]), mode="r"))
-    target = -np.linalg.solve(triangle.T, gradient / scale / 2)
-    scaled = np.linalg.solve(triangle, target)
+    damped = np.vstack([sensitivity / scale, np.sqrt(damping) * np.eye(len(scale))])
+    triangle = np.asarray(np.linalg.qr(damped, mode="r"))
+    target = -dtrtrs(triangle, gradient / scale / 2, trans=1)[0]
+    scaled = dtrtrs(triangle, target)[0]
     if np.any(scaled < lower) or np.any(scaled > upper):
         scaled = _bounded(triangle, target, scaled, lower, upper)
     expected = float(np.sum(target**2) - np.sum((triangle @ scaled - target) ** 2))
@@ -227,7 +246,7 @@ def _bounded(triangle: Array, target: Array, best: Array, lower: Array, upper: A
         values = np.clip(values, lower, upper)
         if np.any(inside):
             rest = target - triangle[:, ~inside] @ values[~inside]
-            values[inside] = np.linalg.lstsq(triangle[:, inside], rest)[0]
+            values[inside] = dgels(triangle[:, inside], rest)[1][: np.count_nonzero(inside)]
     gradient = triangle.T @ (triangle @ values - target)
     if np.all(np.where(values <= lower, gradient >= 0, gradient <= 0)[~inside]):
         return values

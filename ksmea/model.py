@@ -14,7 +14,7 @@ from ksmea.alignment import require_aligned
 from ksmea.arrays import Array, ComplexArray
 from ksmea.budget import BudgetedProblem
 from ksmea.contracts import Problem
-from ksmea.differences import cube_differences
+from ksmea.differences import CUBE_STEP, differenced
 from ksmea.errors import BudgetSpent
 from ksmea.load import Load
 from ksmea.misfit import Misfit
@@ -144,9 +144,7 @@ class Model:
             raise BudgetSpent(f"the budget of {self.budget} evaluations of the true model is spent")
 
     def _differences(self, u: Array) -> tuple[ComplexArray, ComplexArray]:
-        differences = cube_differences(u)
-        response = self.response(np.concatenate([u[None], differences.points]))
-        return response[0], differences.derivative(response[1:])
+        return differenced(self.response, u, CUBE_STEP, np.zeros(len(u)), np.ones(len(u)))
 
 
 class TrueModel(Predictor):

@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
 
 from ksmea.arrays import Array
 
@@ -20,3 +23,9 @@ class Point:
     @property
     def information(self) -> Array:
         return self.whitened.T @ self.whitened
+
+    @cached_property
+    def triangle(self) -> Array:
+        """R (p, p), upper triangular, with Rᵀ R the Fisher information, to the accuracy of `whitened`; of fewer rows where that has
+        fewer."""
+        return np.asarray(np.linalg.qr(self.whitened, mode="r"))

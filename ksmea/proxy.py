@@ -13,8 +13,8 @@ from ksmea.response_structure import UnknownImpedance
 
 class ProblemProxy(Problem):
     """Base of problems that see to what another one, `behind`, is asked. Members of the contract that a subclass leaves out
-    are those of the problem behind; `linearised` and `response_and_per_load` are made of its own members. One with unknowns of its own
-    makes of its own members too what the contract makes of others."""
+    are those of the problem behind; `linearised`, `response_and_per_load` and `linearised_per_load` are made of its own members. One
+    with unknowns of its own makes of its own members too what the contract makes of others."""
 
     @property
     @abstractmethod
@@ -60,7 +60,7 @@ def _handed_on(name: str) -> property:
     return property(lambda self: getattr(self.behind, name))
 
 
-MADE_OF_OTHERS = ("response", "linearised", "response_and_per_load")  # each proxy's own
+MADE_OF_OTHERS = ("response", "linearised", "response_and_per_load", "linearised_per_load")  # each proxy's own
 HANDED_ON = tuple(
     name
     for name in (*Problem.__annotations__, *vars(Problem))

@@ -27,7 +27,6 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import DIRECTIONS, Channel
 from ksmea.contracts import Problem
-from ksmea.differences import cube_differences
 from ksmea.harmonic_balance import Mask
 from ksmea.likelihood import BEND
 from ksmea.load import FORCE, LOADS, Load
@@ -96,8 +95,21 @@ class Unmodelled:
         if self.loads:
             return problem.response_and_per_load(x, self.loads)
         response = problem.response(x)
+        return response, np.broadcast_to(self._read(problem), (*response.shape, self._read(problem).shape[1]))
+
+    def linearised(self, problem: Problem, x: Array) -> tuple[ComplexArray, ComplexArray]:
+        """q and A side by side at x (d,), (n_speed, n_channel, 1 + k), and their derivatives (…, d)."""
+        columns, change = problem.linearised_per_load(x, self.loads)
+        if self.loads:
+            return columns, change
+        read = np.broadcast_to(self._read(problem), (*columns.shape[:2], self._read(problem).shape[1]))
+        same = np.zeros((*read.shape, len(x)), dtype=complex)
+        return np.concatenate([columns, read], axis=2), np.concatenate([change, same], axis=2)
+
+    def _read(self, problem: Problem) -> ComplexArray:
+        """Which channels each unknown reading is of, (n_channel, k)."""
         read = [self.reads(channel) for channel in problem.channels]
-        return response, np.broadcast_to(np.eye(len(read), dtype=complex)[:, read], (*response.shape, sum(read)))
+        return np.eye(len(read), dtype=complex)[:, read]
 
 
 @dataclass(frozen=True)
@@ -139,6 +151,10 @@ class SumOfSquares(ABC):
 
     least_gain = 0.0
 
+    @property
+    def linearises_at_once(self) -> bool:
+        return False
+
     @abstractmethod
     def _residual(self, theta: Array) -> Array:
         """What is left at points (n, p), as real numbers of unit variance (n, m)."""
@@ -175,17 +191,22 @@ class ProjectedLikelihood(SumOfSquares):
         self.period = problem.parameters.period
         self.longest_step = np.full(self.d, np.inf)
 
+    @property
+    def linearises_at_once(self) -> bool:
+        return self.problem.linearises_cheaply
+
     def with_sd(self, sd: Array) -> ProjectedLikelihood:
         """The same with other noise (n_speed, n_channel), m."""
         return ProjectedLikelihood(self.problem, self.measurement, self.unmodelled, sd)
 
     def at(self, theta: Array) -> ProjectedPoint:
-        differences = cube_differences(theta)
-        response, columns = self._model(np.concatenate([theta[None], differences.points]))
-        misfit, whitened = self._whitened(response[0]), columns[0] / self.sd[..., None]
+        parameters = self.problem.parameters
+        both, slopes = self.unmodelled.linearised(self.problem, parameters.to_si(theta))
+        response, columns = both[..., 0], both[..., 1:]
+        misfit, whitened = self._whitened(response), columns / self.sd[..., None]
         basis = orthonormal(whitened)
         free = -solved(basis, whitened, misfit)
-        change = differences.derivative(response[1:] + (columns[1:] @ free[..., None])[..., 0])
+        change = (slopes[:, :, 0] + np.einsum("sckd,sk->scd", slopes[:, :, 1:], free)) * parameters.width
         residual = without(basis, misfit[..., None])[..., 0]
         jacobian = without(basis, change / self.sd[..., None])  # (n_speed, n_channel, d)
         kept = _size(jacobian) > LEAST_KEPT * _size(change / self.sd[..., None])
@@ -198,9 +219,9 @@ class ProjectedLikelihood(SumOfSquares):
             rows,
             free,
             basis,
-            columns[0],
-            response[0],
-            response[0] + (columns[0] @ free[..., None])[..., 0],
+            columns,
+            response,
+            response + (columns @ free[..., None])[..., 0],
             residual,
             change,
         )

@@ -29,7 +29,7 @@ from ksmea.stability import scanned_speeds
 from problems.rotor.data import Rotor
 from problems.rotor.effect_unknowns import effect_unknowns
 from problems.rotor.extended_motion import free_motion_with_effects
-from problems.rotor.extended_sensitivity import differenced, linearised
+from problems.rotor.extended_sensitivity import by_differences, linearised
 from problems.rotor.free_motion import FreeMotion
 from problems.rotor.loads import unit_loads
 from problems.rotor.nonlinear_sites import dense_motion, responses_at_order, with_nonlinear_forces
@@ -150,6 +150,10 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
                     found[chunk] = evaluate(reduction, x[chunk])
         return finite(found)
 
+    @property
+    def linearises_cheaply(self) -> bool:
+        return self._has_one_solution
+
     def sensitivity(self, x: Array) -> ComplexArray:
         """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit."""
         return self.linearised(x)[1]
@@ -161,7 +165,7 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
 
     def _linearised_at(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
         with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
-            response, sensitivity = (linearised if self._has_one_solution else differenced)(self, x)
+            response, sensitivity = (linearised if self._has_one_solution else by_differences)(self, x)
         for each in (response, sensitivity):
             finite(each).flags.writeable = False  # others may be given it too
         return response, sensitivity

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Protocol
 
 import numpy as np
@@ -25,7 +26,7 @@ from scipy.linalg import block_diag
 
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.channel import Channel
-from ksmea.differences import CentralDifferences, central_differences
+from ksmea.differences import CentralDifferences, central_differences, differenced
 from ksmea.load import Load
 from ksmea.parameters import Parameters
 from problems.rotor.assembly import assemble_free, node_dof
@@ -101,12 +102,11 @@ def linearised(problem: Extended, x: Array) -> tuple[ComplexArray, ComplexArray]
     return _shown(problem, points, differences, columns.transpose(2, 0, 1), change.transpose(0, 3, 1, 2))
 
 
-def differenced(problem: Extended, x: Array) -> tuple[ComplexArray, ComplexArray]:
+def by_differences(problem: Extended, x: Array) -> tuple[ComplexArray, ComplexArray]:
     """The same by central differences of the whole response."""
     parameters = problem.parameters
-    differences = central_differences(x, STEP * parameters.width, parameters.lower, parameters.upper)
-    response = problem.response_next_to(x, np.concatenate([x[None], differences.points]))
-    return response[0], differences.derivative(response[1:])
+    step = STEP * parameters.width
+    return differenced(partial(problem.response_next_to, x), x, step, parameters.lower, parameters.upper)
 
 
 def _shown(

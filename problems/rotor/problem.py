@@ -37,7 +37,6 @@ from problems.rotor.unknowns import (
     BearingTarget,
     Inputs,
     OriginTarget,
-    Target,
     UnbalanceTarget,
     Unknown,
     check_unknowns,
@@ -94,31 +93,41 @@ class RotorProblem(Problem, Rotordynamic):
                 response[chunk] = combined(per_unbalance, inputs.complex_unbalance)
         return finite(response)
 
+    @property
+    def linearises_cheaply(self) -> bool:
+        return True
+
     def sensitivity(self, x: Array) -> ComplexArray:
-        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit.
+        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit."""
+        return self._linearised(self.reduction, x)[1][:, :, 0]
+
+    def linearised_per_load(self, x: Array, loads: Sequence[Load]) -> tuple[ComplexArray, ComplexArray]:
+        return self._linearised(self._loaded(tuple(loads)), x)
+
+    def _linearised(self, reduction: Reduction, x: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Motion under the unbalance and under each further load of a reduction, (n_speed, n_channel, 1 + n_load), and ∂/∂x of them.
 
         From D q = f: ∂q/∂z_rc = −D⁻¹ e_r q_c for an impedance, D⁻¹ ∂f/∂x for an unbalance.
         """
         inputs = inputs_at(self.rotor, self.unknowns, checked_sets(np.asarray(x)[None], self.parameters))
         stiffness, damping = (part[:, 0] for part in self._impedance_parts(inputs))
-        receptance = self.reduction.full_receptance(stiffness, damping)
-        n_port = self.reduction.n_port
-        unbalance = inputs.complex_unbalance[0]
-        channel_per_port = receptance[n_port:, :n_port]  # (n_channel, n_port, n_speed)
-        channel_per_unbalance = receptance[n_port:, n_port:]  # (n_channel, n_plane, n_speed)
-        port_motion = np.einsum("pus,u->ps", receptance[:n_port, n_port:], unbalance)
-
-        def derivative(target: Target) -> ComplexArray:  # (n_channel, n_speed)
+        receptance = reduction.full_receptance(stiffness, damping)
+        n_port, n_plane = reduction.n_port, len(self.rotor.unbalance)
+        per_port, per_unbalance = receptance[n_port:, :n_port], receptance[n_port:, n_port : n_port + n_plane]
+        of_unbalance = np.einsum("rus,u->rs", receptance[:, n_port : n_port + n_plane], inputs.complex_unbalance[0])
+        columns = np.concatenate([of_unbalance[:, None], receptance[:, n_port + n_plane :]], axis=1)
+        at_ports, seen = columns[:n_port], columns[n_port:]  # (…, 1 + n_load, n_speed)
+        change = np.zeros((len(self.unknowns), *seen.shape), dtype=complex)
+        for index, target in ((index, target) for index, item in enumerate(self.unknowns) for target in item.targets):
             if isinstance(target, OriginTarget):
-                return 1j * np.einsum("cus,u->cs", channel_per_unbalance, unbalance)
-            if isinstance(target, UnbalanceTarget):
-                return channel_per_unbalance[:, target.plane] * _unbalance_change(inputs, target)
-            impedance = _impedance_of(target)
-            factor = 1.0 if target.coefficient in STIFFNESSES else 1j * self.speed
-            return -factor * channel_per_port[:, impedance.row_port] * port_motion[impedance.column_port]
-
-        columns = [sum(derivative(target) for target in item.targets) for item in self.unknowns]
-        return finite(np.stack(columns, axis=-1).transpose(1, 0, 2))
+                change[index, :, 0] += 1j * seen[:, 0]
+            elif isinstance(target, UnbalanceTarget):
+                change[index, :, 0] += per_unbalance[:, target.plane] * _unbalance_change(inputs, target)
+            else:
+                impedance = _impedance_of(target)
+                factor = 1.0 if target.coefficient in STIFFNESSES else 1j * self.speed
+                change[index] -= per_port[:, impedance.row_port, None] * (factor * at_ports[impedance.column_port])
+        return finite(seen.transpose(2, 0, 1)), finite(change.transpose(3, 1, 2, 0))
 
     def load_response(self, x: Array, loads: Sequence[Load]) -> ComplexArray:
         """(n, d) SI → response to unit loads, (n, n_speed, n_channel, n_load) m per N or N m."""
@@ -139,7 +148,9 @@ class RotorProblem(Problem, Rotordynamic):
         return finite(response), finite(per_load)
 
     def _loaded(self, loads: tuple[Load, ...]) -> Reduction:
-        """The reduction with columns for unit loads behind those of the unbalance planes."""
+        """The reduction with columns for unit loads, if any, behind those of the unbalance planes."""
+        if not loads:
+            return self.reduction
         if loads not in self._loaded_reductions:
             forces = unit_loads(self.rotor, loads, len(self.speed))
             impedances = self.reduction.impedances

@@ -244,7 +244,7 @@ def test_known_noise_is_left_alone(rotor, truth):
 class OneUnknown:
     """A likelihood of one unknown that counts its points."""
 
-    d, least_gain = 1, 0.0
+    d, least_gain, linearises_at_once = 1, 0.0, False
     lower, upper, period, longest_step = np.zeros(1), np.ones(1), np.full(1, np.inf), np.full(1, np.inf)
 
     def __init__(self):
@@ -268,6 +268,12 @@ class Slow(OneUnknown):
 
     def gradient(self, theta):
         return np.array([200.0])
+
+
+def test_a_search_with_nothing_free_stays_without_a_word(capfd):
+    found = maximise(Slow(), np.ones(1), fixed=0)
+    assert found.theta == 1 and found.deviance == 1
+    assert capfd.readouterr() == ("", "")
 
 
 def points_of(likelihood, ceiling, max_iterations):
@@ -300,6 +306,25 @@ class Bowl(OneUnknown):
 
     def gradient(self, theta):
         return 2 * (theta - 0.5)
+
+
+class Cliff(Bowl):
+    """A bowl whose steps are whole, and no response beyond θ = 0.6, where the first one leads to."""
+
+    whitened, linearises_at_once = 0.8, True
+
+    def at(self, theta):
+        if theta[0] > 0.6:
+            raise np.linalg.LinAlgError
+        return super().at(theta)
+
+    def deviance(self, theta):
+        return super().deviance(theta) if theta[0] <= 0.6 else np.inf
+
+
+def test_where_points_are_asked_for_at_once_a_step_without_a_response_is_taken_back():
+    found = maximise(Cliff(), np.array([0.1]))
+    assert found.theta == pytest.approx(0.5, abs=1e-3)
 
 
 def test_a_search_whose_steps_promise_too_little_is_given_up_early():

@@ -31,6 +31,21 @@ def test_the_reduced_response_to_loads_is_the_dense_one():
         assert np.abs(found - expected).max() < 1e-9 * np.abs(expected).max()
 
 
+@pytest.mark.parametrize("loads", [[], LOADS])
+def test_responses_to_loads_are_linearised_exactly(loads):
+    """By one solution, as central differences of the responses have it."""
+    problem = PROBLEM.with_phase_origin()
+    x = np.append(TRUTH, 0.4)
+    found = problem.linearised_per_load(x, loads)
+    expected = Problem.linearised_per_load(problem, x, loads)
+    width = problem.parameters.width
+    for one, other in zip(found, expected):
+        per_column = np.abs(other).max(axis=(0, 1), keepdims=True)
+        # differences of 1e-5 of a box in which resonances are as narrow as 1e-2: about 1e-6 of a column's peak, and rounding
+        assert np.all(np.abs(one - other) < 1e-5 * np.where(per_column > 0, per_column, 1e-300))
+    assert np.abs(found[1] * width).max() > 1e-6
+
+
 def test_receptances_are_reciprocal_where_nothing_turns():
     """Maxwell: as far as x at 0.1 m moves by a force in x at 0.77 m, x at 0.77 m moves by one at 0.1 m. The gyroscopic
     moments do not couple x with itself in a single plane at low speed, where they vanish with Ω²."""
