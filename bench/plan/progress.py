@@ -10,13 +10,19 @@ from tqdm import tqdm
 
 from bench.plan.draw import Draw
 
+TICK = 1.0  # s
+
 
 @contextmanager
 def progress_of(draw: Draw, name: str, n_step: int | None = None) -> Iterator[Callable[[], None]]:
     """What is to be called at each step: it moves a bar where the run shows its own progress. The bar is full at the end, and
-    grows where there are more steps than the `n_step` that were expected; None: nobody knows how many."""
+    grows where there are more steps than the `n_step` that were expected; None: nobody knows how many. Its clock goes on during a
+    step, however long that takes."""
     tqdm.set_lock(threading.RLock())  # a lock between processes would outlive this worker
-    with tqdm(total=n_step, desc=name, unit=" steps", disable=None if draw.with_progress else True) as bar:
+    with (
+        tqdm(total=n_step, desc=name, unit=" steps", disable=None if draw.with_progress else True) as bar,
+        _ticking(bar),
+    ):
 
         def step() -> None:
             bar.total = n_step and max(n_step, bar.n + 1)
@@ -24,3 +30,23 @@ def progress_of(draw: Draw, name: str, n_step: int | None = None) -> Iterator[Ca
 
         yield step
         bar.update((bar.total or bar.n) - bar.n)
+
+
+@contextmanager
+def _ticking(bar: tqdm) -> Iterator[None]:
+    """Draw a bar that is shown anew every second."""
+    ended = threading.Event()
+
+    def tick() -> None:
+        while not ended.wait(TICK):
+            bar.refresh()
+
+    thread = threading.Thread(target=tick, daemon=True)
+    if not bar.disable:
+        thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        if thread.is_alive():
+            thread.join()

@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
-import threading
 import time
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from tqdm import tqdm
-
 from bench.plan.draw import Draw
 from bench.plan.plan import generator
+from bench.plan.progress import progress_of
 from bench.plan.setup import Setup
 from bench.plan.study import Study
 from ksmea.balancing.readings import readings
@@ -33,12 +31,11 @@ class Balance(BalanceOptions, Study):
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
         started = time.perf_counter()
-        tqdm.set_lock(threading.RLock())  # a lock between processes would outlive this worker
-        with tqdm(desc="balance", disable=None if draw.with_progress else True, unit=" steps") as bar:
+        with progress_of(draw, "balance") as progress:
             found = balance(
                 setup.source.read(),
                 generator(draw.seeds["diagnosis"]),
                 options=self,
-                progress=lambda: bar.update() and None,
+                progress=progress,
             )
         return {"status": "done", **dataclasses.replace(found, seconds=time.perf_counter() - started).to_data()}

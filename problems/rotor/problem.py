@@ -127,7 +127,9 @@ class RotorProblem(Problem, Rotordynamic):
                 impedance = _impedance_of(target)
                 factor = 1.0 if target.coefficient in STIFFNESSES else 1j * self.speed
                 change[index] -= per_port[:, impedance.row_port, None] * (factor * at_ports[impedance.column_port])
-        return finite(seen.transpose(2, 0, 1)), finite(change.transpose(3, 1, 2, 0))
+        ordered = seen.transpose(2, 0, 1), change.transpose(3, 1, 2, 0)
+        # In memory as a journal gives them back, so that what is computed with them is the same to the last digit
+        return finite(np.ascontiguousarray(ordered[0])), finite(np.ascontiguousarray(ordered[1]))
 
     def load_response(self, x: Array, loads: Sequence[Load]) -> ComplexArray:
         """(n, d) SI → response to unit loads, (n, n_speed, n_channel, n_load) m per N or N m."""

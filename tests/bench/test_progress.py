@@ -2,9 +2,11 @@
 
 import io
 import sys
+import time
 
 import pytest
 
+from bench.plan import progress
 from bench.plan.draw import Draw
 from bench.plan.progress import progress_of
 
@@ -30,3 +32,19 @@ def test_it_is_full_at_the_end_whatever_was_expected(n_expected, n_done, shown, 
 def test_one_run_of_many_and_what_is_no_terminal_show_none(monkeypatch):
     assert last_line(monkeypatch, 2, 2, with_progress=False) == ""
     assert last_line(monkeypatch, 2, 2, stream=io.StringIO) == ""
+
+
+def test_its_clock_goes_on_during_a_long_step(monkeypatch):
+    """Drawn at the start, at five ticks or more within the step, and at the end; and by no thread afterwards."""
+    monkeypatch.setattr(progress, "TICK", 0.01)
+    monkeypatch.setattr(sys, "stderr", Terminal())
+    with progress_of(Draw({}, with_progress=True), "study", 1) as step:
+        for _ in range(1000):  # as long as it takes
+            if sys.stderr.getvalue().count("0/1") > 5:
+                break
+            time.sleep(0.01)
+        step()
+    drawn = sys.stderr.getvalue()
+    assert drawn.count("0/1") > 5 and "1/1" in drawn
+    time.sleep(0.05)
+    assert sys.stderr.getvalue() == drawn
