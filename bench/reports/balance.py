@@ -12,7 +12,7 @@ import pandas as pd
 
 from bench.jobs.lines import RunLine
 from bench.jobs.records import read_records
-from bench.plan.plan import Plan
+from bench.plan.plan import Cell, Plan
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import result_runs
 from bench.reports.chapters.balance import balance_page
@@ -60,7 +60,7 @@ def balance_runs(plan: Plan, lines: Mapping[str, RunLine]) -> pd.DataFrame:
     return result_runs(plan, lines, BalanceRecord, _row)
 
 
-def _row(record: BalanceRecord) -> dict[str, Any]:
+def _row(record: BalanceRecord, _: Cell) -> dict[str, Any]:
     found = record.correction
     return {
         "n_used": record.n_used,

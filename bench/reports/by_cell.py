@@ -11,7 +11,7 @@ import pandas as pd
 from bench.jobs.lines import RunLine, ending
 from bench.jobs.records import read_records
 from bench.plan.columns import run_columns
-from bench.plan.plan import Plan, Run
+from bench.plan.plan import Cell, Plan, Run
 from ksmea.records.record import Record
 
 AnyRecord = TypeVar("AnyRecord", bound=Record)
@@ -30,18 +30,19 @@ def plain_runs(plan: Plan, lines: Lines) -> pd.DataFrame:
 
 
 def result_runs(
-    plan: Plan, lines: Lines, kind: type[AnyRecord], row: Callable[[AnyRecord], dict[str, Any]]
+    plan: Plan, lines: Lines, kind: type[AnyRecord], row: Callable[[AnyRecord, Cell], dict[str, Any]]
 ) -> pd.DataFrame:
-    """The same, and a `row` of what the record of each run that has a result says."""
-    return pd.DataFrame([_place(plan, run, lines) | _found(lines.get(run.key), kind, row) for run in plan.runs])
+    """The same, and a `row` of what the record of each run that has a result says, told of its cell."""
+    rows = []
+    for run in plan.runs:
+        line, cell = lines.get(run.key), plan.cells[run.cell]
+        found = row(line.record(kind), cell) if line is not None and line.has_result else {}
+        rows.append(_place(plan, run, lines) | found)
+    return pd.DataFrame(rows)
 
 
 def _place(plan: Plan, run: Run, lines: Lines) -> dict[str, Any]:
     return run_columns(plan, run, *ending(lines.get(run.key)))
-
-
-def _found(line: RunLine | None, kind: type[AnyRecord], row: Callable[[AnyRecord], dict[str, Any]]) -> dict[str, Any]:
-    return row(line.record(kind)) if line is not None and line.has_result else {}
 
 
 def first_results(plan: Plan, lines: Lines, kind: type[AnyRecord]) -> dict[int, AnyRecord]:

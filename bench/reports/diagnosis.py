@@ -19,7 +19,7 @@ from bench.jobs.records import NOT_FAILED, read_records
 from bench.plan.columns import place_columns
 from bench.plan.fleet import is_of_fleet
 from bench.plan.naming import cell_name
-from bench.plan.plan import Plan
+from bench.plan.plan import Cell, Plan
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import result_runs
 from bench.reports.chapters.diagnoses import diagnoses_page
@@ -35,6 +35,7 @@ from ksmea.extension import extended_yaml
 from ksmea.parameters import name_at
 from ksmea.records.averaged import ExplanationRecord
 from ksmea.records.diagnosis import DiagnosisRecord
+from ksmea.records.estimate import EstimateRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.show.diagnosis import about_extension, text
 from ksmea.show.diagnosis_figure import ranking_figure, residual_figure
@@ -117,7 +118,7 @@ def diagnosis_runs(plan: Plan, lines: Mapping[str, RunLine]) -> pd.DataFrame:
     return result_runs(plan, lines, DiagnosisRecord, _row)
 
 
-def _row(record: DiagnosisRecord) -> dict[str, Any]:
+def _row(record: DiagnosisRecord, cell: Cell) -> dict[str, Any]:
     best, after, gain = next(iter(record.ranking), None), record.lack_of_fit.after, record.predictive_gain
     return {
         "verdict": record.verdict,
@@ -132,9 +133,27 @@ def _row(record: DiagnosisRecord) -> dict[str, Any]:
         "elpd_difference": None if gain is None else gain.elpd_difference,
         "located": "" if record.location is None else in_short(record.location),
         "seconds": record.seconds,
+        **coefficients(record, cell),
         "hidden": " ".join(effect.effect for effect in record.hidden),
         **(_found(record) | {COLUMN: in_one_line(record.hidden)} if record.hidden else {}),
     }
+
+
+def coefficients(record: DiagnosisRecord, cell: Cell) -> dict[str, Any]:
+    """Of the model's own unknowns whose true values are known, how many have an interval that is reported in the end, and in how many
+    of these the true value lies: of the extended model, of the model as given where nothing speaks against it, or averaged where several
+    effects explain the data and an average was asked for."""
+    reported: Sequence[EstimateRecord | None] = ()
+    if record.averaged is not None:
+        reported = record.averaged.coefficients
+    elif record.verdict == "named":
+        reported = [row.after for row in record.coefficients]
+    elif record.verdict in ("adequate", "not observable"):
+        reported = [row.before for row in record.coefficients]
+    intervals = {each.name: each for each in reported if each is not None}
+    true = {facts.name: facts.truth / facts.si_per_unit for facts in cell.parameters if facts.truth is not None}
+    held = [intervals[name].holds(value) for name, value in true.items() if name in intervals]
+    return {"coefficients_compared": len(held), "coefficients_held": sum(held)} if true else {}
 
 
 def _found(record: DiagnosisRecord) -> dict[str, Any]:
@@ -225,6 +244,8 @@ def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
                 "location_right": int(visible["location_right"].sum()),
                 "sizes": int(visible["sizes_compared"].sum()),
                 "sizes_held": int(visible["sizes_held"].sum()),
+                "coefficients": int(visible["coefficients_compared"].sum()),
+                "coefficients_held": int(visible["coefficients_held"].sum()),
             }
         elif len(results) and any(
             facts.truth is not None for facts in plan.cells[index].parameters

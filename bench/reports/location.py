@@ -13,7 +13,7 @@ import pandas as pd
 from bench.jobs.lines import RunLine
 from bench.jobs.records import read_records
 from bench.plan.page import Page, Prose, Section
-from bench.plan.plan import Plan
+from bench.plan.plan import Cell, Plan
 from bench.plan.report import Made, Report
 from bench.reports.by_cell import result_runs
 from bench.reports.chapters.location import location_page
@@ -66,7 +66,7 @@ def location_runs(plan: Plan, lines: Mapping[str, RunLine]) -> pd.DataFrame:
     return result_runs(plan, lines, LocationRecord, _row)
 
 
-def _row(record: LocationRecord) -> dict[str, Any]:
+def _row(record: LocationRecord, _: Cell) -> dict[str, Any]:
     sites = record.sites
     return {
         "kind": record.kind,

@@ -17,7 +17,7 @@ from scipy.optimize import brentq
 
 from bench.jobs.lines import RESULTS
 from bench.plan.columns import place_columns
-from bench.plan.plan import Plan
+from bench.plan.plan import Cell, Plan
 from ksmea.records.diagnosis import DiagnosisRecord
 
 EFFECT, DROP, KIND = "effect", "expected_drop", "kind of data"
@@ -27,7 +27,7 @@ CERTAIN = 0.9  # chance of detection of the smallest detectable size
 CLEARLY_VISIBLE = 60.0  # deviance that is expected to be left
 
 
-def power_row(record: DiagnosisRecord) -> dict[str, Any]:
+def power_row(record: DiagnosisRecord, _: Cell) -> dict[str, Any]:
     """What a record tells besides its verdict: unknowns of what is hidden, and candidates that were tried."""
     return {
         "unknowns": sum(len(effect.parameters) for effect in record.hidden),

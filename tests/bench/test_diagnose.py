@@ -10,8 +10,11 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from bench.reports.diagnosis import found_name, times_in_one
-from ksmea.records.averaged import ExplanationRecord
+from bench.plan.plan import ParameterFacts, read_plan
+from bench.reports.diagnosis import coefficients, found_name, times_in_one
+from ksmea.records.averaged import AveragedRecord, ExplanationRecord
+from ksmea.records.diagnosis import CoefficientRecord, DiagnosisRecord
+from ksmea.records.estimate import EstimateRecord
 from ksmea.records.extension import EffectRecord
 from ksmea.records.hidden import HiddenEffect
 from measurements.file import File
@@ -134,6 +137,35 @@ def test_an_adequate_model_leaves_no_extended_file_behind(hidden, enter, tmp_pat
     assert "idden" not in said and "hidden" not in diagnosis(again) and "measurement.hidden=[runout]" in earlier
 
 
+@pytest.mark.parametrize(
+    ("verdict", "averaged", "expected"),
+    [
+        ("adequate", None, (1, 0)),
+        ("named", None, (1, 1)),
+        ("ambiguous", None, (0, 0)),
+        ("ambiguous", (4.0, 6.0), (1, 1)),
+        ("unknown", None, (0, 0)),
+    ],
+)
+def test_intervals_that_are_reported_are_set_beside_true_values(hidden, verdict, averaged, expected):
+    """The true 5 kN/mm is outside of what the model as given says, inside what the extended one says; an effect has no true value
+    in the cell, and so is not counted."""
+    [line] = hidden.events()
+    made = DiagnosisRecord.from_data(line)
+    before, after = (
+        EstimateRecord("k", "kN/mm", *values, "profile", False) for values in ((7.0, 6.5, 7.5), (5.2, 4.9, 5.5))
+    )
+    effect = CoefficientRecord("runout", None, dataclasses.replace(after, name="runout"))
+    average = averaged and AveragedRecord(0.95, (EstimateRecord("k", "kN/mm", 5.0, *averaged, "mixture", False),))
+    record = dataclasses.replace(
+        made, verdict=verdict, coefficients=(CoefficientRecord("k", before, after), effect), averaged=average
+    )
+    [cell] = read_plan(hidden.output).cells
+    facts = (ParameterFacts("k", "kN/mm", 1e6, 5e6),)
+    row = coefficients(record, dataclasses.replace(cell, parameters=facts))
+    assert tuple(row.values()) == expected
+
+
 def test_many_runs_are_counted(enter):
     words = ["+experiment=diagnosis_effects", *DATA, FEW, "repetitions=2", "workers=1", "seed=3"]
     grid = "grid=[{label:runout,measurement.hidden:[[runout]]},{label:none,measurement.hidden:[[]]}]"
@@ -145,6 +177,8 @@ def test_many_runs_are_counted(enter):
     assert table.loc["none", "adequate"] == 2 and pd.isna(table.loc["none", "in_group"])
     runs = pd.read_csv(ended.output / "runs.csv")
     assert runs.loc[runs["label"] == "runout", "sizes_compared"].tolist() == [2, 2]
+    assert runs["coefficients_compared"].tolist() == [6] * 4  # kxx to u and the phase origin, named or adequate
+    assert table.loc["runout", "coefficients"] == 12 >= table.loc["runout", "coefficients_held"] > 0
     assert runs["hidden_values"].notna().tolist() == [label == "runout" for label in runs["label"]]
     assert runs["hidden_values"].nunique() == 2  # each run draws its own
     assert "  drawn by each run: hidden_values in runs.csv\n" in ended.out
