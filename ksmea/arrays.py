@@ -8,3 +8,4 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 ComplexArray = NDArray[np.complex128]
 Indices = NDArray[np.intp]
+Mask = NDArray[np.bool_]

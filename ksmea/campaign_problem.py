@@ -125,9 +125,8 @@ class CampaignProblem(ProblemProxy):
     def load_response(self, x: Array, loads: Sequence[Load]) -> ComplexArray:
         return self._stacked(x, lambda problem, own: problem.load_response(own, loads))
 
-    @property
-    def linearises_cheaply(self) -> bool:
-        return all(problem.linearises_cheaply for _, _, problem in self._seen)
+    def linearises_cheaply(self, loads: Sequence[Load] = ()) -> bool:
+        return all(problem.linearises_cheaply(loads) for _, _, problem in self._seen)
 
     def sensitivity(self, x: Array) -> ComplexArray:
         """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit."""
@@ -140,6 +139,14 @@ class CampaignProblem(ProblemProxy):
         for rows, columns, problem in self._seen:
             response[rows], sensitivity[rows, :, columns] = problem.linearised(np.asarray(x)[columns])
         return response, sensitivity
+
+    def linearised_per_load(self, x: Array, loads: Sequence[Load]) -> tuple[ComplexArray, ComplexArray]:
+        """Each run's own."""
+        shape = len(self.speed), len(self.channels), 1 + len(loads)
+        columns, change = np.empty(shape, complex), np.zeros((*shape, len(self.parameters)), complex)
+        for rows, own, problem in self._seen:
+            columns[rows], change[rows, ..., own] = problem.linearised_per_load(np.asarray(x)[own], loads)
+        return columns, change
 
     def at(self, speed: Array, channels: Sequence[Channel]) -> CampaignProblem:
         """As a further run without weights would see it; where runs have unknowns of their own, with those of the first."""

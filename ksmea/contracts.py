@@ -95,9 +95,8 @@ class Problem(ABC):
         """Response (n_speed, n_channel) and sensitivity at x (d,) SI, together one Jacobian. Left out: one after the other."""
         return self.response(x[None])[0], self.sensitivity(x)
 
-    @property
-    def linearises_cheaply(self) -> bool:
-        """Whether `linearised` costs no more than a few responses at single points. Left out: it does not."""
+    def linearises_cheaply(self, loads: Sequence[Load] = ()) -> bool:
+        """Whether `linearised_per_load` costs no more than a few responses at single points. Left out: it does not."""
         return False
 
     @property
@@ -160,9 +159,14 @@ class Problem(ABC):
 
     def linearised_per_load(self, x: Array, loads: Sequence[Load]) -> tuple[ComplexArray, ComplexArray]:
         """`response` and then `load_response` at x (d,) SI as columns (n_speed, n_channel, 1 + n_load), and their derivatives
-        (…, d) per SI unit. Left out: by central differences of both."""
+        (…, d) per SI unit. Left out: by central differences of both, or without loads as `linearised` has them."""
+        if not loads and self.has_sensitivity:
+            response, sensitivity = self.linearised(x)
+            return response[..., None], sensitivity[:, :, None]
 
         def columns(points: Array) -> ComplexArray:
+            if not loads:
+                return self.response(points)[..., None]
             response, per_load = self.response_and_per_load(points, loads)
             return np.concatenate([response[..., None], per_load], axis=-1)
 

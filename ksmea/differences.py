@@ -59,7 +59,8 @@ def cube_differences(u: Array) -> CentralDifferences:
 def differenced(
     function: Callable[[Array], NDArray[Number]], x: Array, step: Array | float, lower: Array, upper: Array
 ) -> tuple[NDArray[Number], NDArray[Number]]:
-    """A function of points (n, d), with values (n, …), at x (d,), (…), and its derivatives (…, d) by such differences."""
+    """A function of points (n, d), with values (n, …), at x (d,), (…), and its derivatives (…, d) by central
+    differences inside a box."""
     differences = central_differences(x, step, lower, upper)
     values = function(np.concatenate([x[None], differences.points]))
     return values[0], differences.derivative(values[1:])

@@ -18,12 +18,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
-from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.arrays import Array, ComplexArray, Indices, Mask
 from ksmea.nonlinear_forces import OrbitForce
-
-Mask = NDArray[np.bool_]
 
 N_ANGLE = 128  # of a turn: corners of a contact force are worth 3e-3 of it
 PER_HARMONIC = 8  # of the highest harmonic, angles in its period: more than 4 make sums of a cubic force exact

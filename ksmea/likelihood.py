@@ -81,9 +81,9 @@ class Likelihood:
 
     @property
     def linearises_at_once(self) -> bool:
-        """Whether a point may be asked for before it is known to be better: where evaluations are not counted, and a Jacobian costs
+        """Whether a point may be asked for before it is known to be better: where no budget limits evaluations, and a Jacobian costs
         little more than one."""
-        return not self._stable_only and self.model.left is None and self.model.problem.linearises_cheaply
+        return not self._stable_only and self.model.left is None and self.model.problem.linearises_cheaply()
 
     @property
     def n_residual(self) -> int:

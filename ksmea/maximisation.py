@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from typing import Protocol
 
 import numpy as np
-from scipy.linalg.lapack import dgels, dtrtrs  # of few unknowns, at a tenth of what numpy's own take
+from scipy.linalg.lapack import dgels, dtrtrs  # of few unknowns, in a tenth of the time of numpy's own
 from scipy.optimize import lsq_linear
 
-from ksmea.arrays import Array
+from ksmea.arrays import Array, Indices, Mask
 from ksmea.errors import BudgetSpent
 from ksmea.point import Point
 
@@ -31,6 +31,9 @@ VALLEY = 0.2  # part by which the deviance in the valley of a maximum may differ
 
 # Two maxima are one where their deviances are as near as this, and the difference is as small to the data (standard errors).
 CLOSE, NEAR = 1e-2, 0.5
+
+
+NOTHING = np.empty(0, dtype=int)
 
 
 class Maximised(Protocol):
@@ -61,7 +64,7 @@ def maximise(
     likelihood: Maximised,
     start: Array | Point,
     *,
-    fixed: int | None = None,
+    fixed: int | Indices = NOTHING,
     max_iterations: int = MAX_ITERATIONS,
     tolerance: float = 1e-7,
     least_gain: float = 0.0,
@@ -69,7 +72,7 @@ def maximise(
 ) -> Point:
     """The maximum of the likelihood that Fisher scoring leads to from θ (p,), or from a point where it is known, within the limits.
 
-    `fixed` is the index of an unknown that keeps its value (for profiles). Steps solve the scoring equations in the box
+    `fixed` are indices of unknowns that keep their values (for profiles, one). Steps solve the scoring equations in the box
     as bounded least squares, damped as by Levenberg and Marquardt, and once a step has failed they bend with the mean
     (geodesic acceleration). They end where a step is expected to lower the deviance by less than `tolerance` or lowers it by
     less than `least_gain`, or that of the likelihood, after `max_iterations`, where at their pace or by what they promise the
@@ -81,7 +84,7 @@ def maximise(
     arXiv 1201.5885.
     """
     point = start if isinstance(start, Point) else likelihood.at(np.clip(start, likelihood.lower, likelihood.upper))
-    free = np.arange(len(point.theta)) != fixed
+    free = ~np.isin(np.arange(len(point.theta)), fixed)
     damping = FIRST_DAMPING
     passed = []
     try:
@@ -203,7 +206,7 @@ def is_in_valley(likelihood: Maximised, point: Point, theta: Array) -> bool:
     return True
 
 
-def _bend(likelihood: Maximised, point: Point, free: Array, damping: float, step: Array) -> Array:
+def _bend(likelihood: Maximised, point: Point, free: Mask, damping: float, step: Array) -> Array:
     """How a step (p,) must bend to stay in a curved valley; nothing where that is nearly the step itself, or
     unknown."""
     try:
@@ -216,7 +219,7 @@ def _bend(likelihood: Maximised, point: Point, free: Array, damping: float, step
     return bend / 2 if is_small else np.zeros_like(step)
 
 
-def _step(likelihood: Maximised, point: Point, free: Array, damping: float, gradient: Array) -> tuple[Array, float]:
+def _step(likelihood: Maximised, point: Point, free: Mask, damping: float, gradient: Array) -> tuple[Array, float]:
     """The step (p,) that lowers the quadratic model of the deviance most within the limits, and by how much."""
     if not np.any(free):
         return np.zeros(len(free)), 0.0

@@ -39,6 +39,10 @@ class CountedProblem(ProblemProxy):
     def around(self, behind: Problem) -> Problem:
         return CountedProblem(behind, self.count)
 
+    def linearises_cheaply(self, loads: Sequence[Load] = ()) -> bool:
+        """What is counted is not to be asked for before it is needed."""
+        return False
+
     def response(self, x: Array) -> ComplexArray:
         with self.count.adds(evaluations=len(x)):
             return self._behind.response(x)

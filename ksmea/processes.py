@@ -5,8 +5,8 @@ back what it returns: sharing costs hundredths of a second, and nothing has to b
 items and are the same for any number of processes, and so is the error: that of the first item that has one.
 
 Items follow one another in this process where there is one worker, or a system on which libraries do not survive a fork. What
-the function prints, or changes in its own process, is lost in a fork. Other threads must not hold a lock that it needs, nor
-share work at the same time.
+the function prints, or changes in its own process, is lost in a fork. Other threads must not hold a lock that it needs, but within
+`NO_FORK`, nor share work at the same time.
 """
 
 from __future__ import annotations
@@ -31,6 +31,9 @@ Item = TypeVar("Item")
 Result = TypeVar("Result")
 
 CAN_FORK = sys.platform == "linux"
+
+# Held by whatever thread takes locks that a fork may need, such as that of the error stream, for as long as it does
+NO_FORK = threading.Lock()
 
 
 def for_each(
@@ -147,7 +150,7 @@ def _interrupts_held() -> Iterator[None]:
 
 
 def _fork() -> int:
-    with warnings.catch_warnings():  # of other threads, which a fork does not have
+    with NO_FORK, warnings.catch_warnings():  # of other threads, which a fork does not have
         warnings.simplefilter("ignore", DeprecationWarning)
         return os.fork()
 

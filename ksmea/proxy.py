@@ -8,6 +8,7 @@ from collections.abc import Callable, Sequence
 from ksmea.arrays import Array, ComplexArray
 from ksmea.channel import Channel
 from ksmea.contracts import Problem
+from ksmea.load import Load
 from ksmea.response_structure import UnknownImpedance
 
 
@@ -48,6 +49,10 @@ class ProblemProxy(Problem):
 
     def with_unknown_unbalance(self, position: float, names: tuple[str, str], at_most: float) -> Problem:
         return self.around(self.behind.with_unknown_unbalance(position, names, at_most))
+
+    def linearises_cheaply(self, loads: Sequence[Load] = ()) -> bool:
+        """As the one behind without loads; with them by differences, as it is made of its own members."""
+        return not loads and self.behind.linearises_cheaply()
 
     @property
     def unknown_impedances(self) -> tuple[UnknownImpedance, ...]:

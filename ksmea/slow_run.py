@@ -11,8 +11,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.harmonic_balance import Balance, Mask
+from ksmea.arrays import Array, ComplexArray, Indices, Mask
+from ksmea.harmonic_balance import Balance
 
 
 def n_held(rotation: Balance, stiffness: ComplexArray, motion: Array, stiffens: Array) -> Indices:

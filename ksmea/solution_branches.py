@@ -18,8 +18,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.arrays import Array, Indices
-from ksmea.harmonic_balance import Balance, Mask, solved
+from ksmea.arrays import Array, Indices, Mask
+from ksmea.harmonic_balance import Balance, solved
 
 LINEAR = 0.1  # |G ∂f/∂y| up to which the curve is as good as straight
 LEVELS = 0.5 ** np.arange(0, 40, 2.0)  # where it is looked for

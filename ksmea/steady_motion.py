@@ -21,8 +21,8 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.harmonic_balance import N_ANGLE, Balance, Harmonics, Mask, left_out, solved
+from ksmea.arrays import Array, ComplexArray, Indices, Mask
+from ksmea.harmonic_balance import N_ANGLE, Balance, Harmonics, left_out, solved
 from ksmea.nonlinear_forces import OrbitForce
 from ksmea.slow_run import most_held, n_held, n_negative
 from ksmea.solution_branches import Branches, branches

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 import threading
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -9,6 +10,7 @@ from contextlib import contextmanager
 from tqdm import tqdm
 
 from bench.plan.draw import Draw
+from ksmea.processes import CAN_FORK, NO_FORK
 
 TICK = 1.0  # s
 
@@ -38,8 +40,11 @@ def _ticking(bar: tqdm) -> Iterator[None]:
     ended = threading.Event()
 
     def tick() -> None:
+        if CAN_FORK:  # the main thread says when it may come
+            signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
         while not ended.wait(TICK):
-            bar.refresh()
+            with NO_FORK:
+                bar.refresh()
 
     thread = threading.Thread(target=tick, daemon=True)
     if not bar.disable:

@@ -256,7 +256,7 @@ def _fitted(trial: LawTrial, noise: Noise) -> LawFit | None:
     if not tried:
         return None
     found = min(tried, key=lambda point: point.deviance)
-    beyond, n_more = _beyond(site, likelihood, found)
+    beyond, n_more = _beyond(site, likelihood, found.deviance)
     for _ in range(REWEIGHTINGS if beyond < HOPELESS * n_more else 0):
         response, _ = likelihood.mean_and_force(found.theta[None])
         reweighted = refitted(site, noise.sd(np.abs(response[0])))
@@ -270,21 +270,14 @@ def _fitted(trial: LawTrial, noise: Noise) -> LawFit | None:
 
 
 def _law_fit(site: SiteFit, likelihood: LawLikelihood, found: Point, noise: Noise) -> LawFit:
-    beyond, n_more = _beyond(site, likelihood, found)
     measurement, sd = site.likelihood.measurement, site.likelihood.sd
-    is_known = measurement.noise is not None
-    p = (
-        scipy.stats.chi2.sf(beyond, n_more)
-        if is_known
-        else scipy.stats.f.sf(beyond / n_more, n_more, site.point.n_left)
-    )
     # weights differ from law to law: the whole deviance is compared
     sizes = log_term(sd**2, noise.variance(np.abs(measurement.values)), measurement.kind)
     covariance = own_noise(site) ** 2 * np.linalg.pinv(found.information)[likelihood.d :, likelihood.d :]
     return LawFit(
         likelihood.law,
         site,
-        p=float(p),
+        p=chance_beyond_free_force(site, likelihood, found.deviance),
         bic=float(found.deviance + np.sum(sizes) + len(likelihood.scale) * np.log(found.whitened.shape[0])),
         values=found.theta[likelihood.d :] * likelihood.scale,
         covariance=covariance * np.outer(likelihood.scale, likelihood.scale),
@@ -292,9 +285,18 @@ def _law_fit(site: SiteFit, likelihood: LawLikelihood, found: Point, noise: Nois
     )
 
 
-def _beyond(site: SiteFit, likelihood: LawLikelihood, found: Point) -> tuple[float, int]:
-    """What a law leaves beyond what the free force does, in units of the noise that this leaves, and by how many numbers it has
-    fewer."""
+def _beyond(site: SiteFit, likelihood: LawLikelihood, deviance: float) -> tuple[float, int]:
+    """What a law with a deviance leaves beyond what the free force does, in units of the noise that this leaves, and by how many
+    numbers it has fewer."""
     free = site.point
     n_more = 2 * free.free.size - len(likelihood.scale) - (likelihood.d - free.n_searched)
-    return max(found.deviance - free.deviance, 0.0) / own_noise(site) ** 2, n_more
+    return max(deviance - free.deviance, 0.0) / own_noise(site) ** 2, n_more
+
+
+def chance_beyond_free_force(site: SiteFit, likelihood: LawLikelihood, deviance: float) -> float:
+    """The chance that noise makes a law leave as much beyond the free force as with a deviance: by χ² where the level of the noise is
+    known, else by an F-test."""
+    beyond, n_more = _beyond(site, likelihood, deviance)
+    if site.likelihood.measurement.noise is not None:
+        return float(scipy.stats.chi2.sf(beyond, n_more))
+    return float(scipy.stats.f.sf(beyond / n_more, n_more, site.point.n_left))

@@ -19,10 +19,9 @@ import scipy
 from ksmea.arrays import Array, ComplexArray
 from ksmea.contracts import Problem
 from ksmea.diagnosis.fitting import END, Fit
-from ksmea.diagnosis.force_law import SMALLEST, TOLERANCE, LawLikelihood
+from ksmea.diagnosis.force_law import SMALLEST, TOLERANCE, LawLikelihood, chance_beyond_free_force
 from ksmea.diagnosis.law_start import UNSEEN, inside, nearest_start
 from ksmea.diagnosis.location import fitted_site, missing_to_locate
-from ksmea.diagnosis.recovered_force import own_noise
 from ksmea.diagnosis.unknown_force import SiteFit, Unmodelled
 from ksmea.difference_likelihood import likelihood_of
 from ksmea.errors import SettingError
@@ -121,11 +120,10 @@ def _is_of_slow_run(fit: Fit, extended: Problem, measurement: Measurement) -> bo
 
 
 def _is_enough(fit: Fit, site: SiteFit, likelihood: LawLikelihood) -> bool:
-    """Whether a fit leaves no more at 1X beyond what the free force does than noise may, by the F-test of laws."""
-    free, at_1x = site.point, [channel.is_1x for channel in fit.problem.channels]
-    beyond = float(np.sum(likelihood.whitened(fit.response()[None][..., at_1x]) ** 2)) - free.deviance
-    n_more = 2 * free.free.size - (len(likelihood.lower) - free.n_searched)
-    return bool(scipy.stats.f.sf(beyond / own_noise(site) ** 2 / n_more, n_more, free.n_left) > RARE)
+    """Whether a fit leaves no more at 1X beyond what the free force does than noise may."""
+    at_1x = [channel.is_1x for channel in fit.problem.channels]
+    deviance = float(np.sum(likelihood.whitened(fit.response()[None][..., at_1x]) ** 2))
+    return chance_beyond_free_force(site, likelihood, deviance) > RARE
 
 
 def _draws(best: Point) -> Array:

@@ -14,6 +14,7 @@ from functools import partial
 
 import numpy as np
 
+from ksmea.diagnosis.exchange import in_place_of
 from ksmea.diagnosis.explanations import NEAR, Explanation
 from ksmea.diagnosis.fitting import Fit, start_nearby, without_effects
 from ksmea.diagnosis.observability import collinearity
@@ -79,9 +80,19 @@ def _collinearity(lead: Trial, trial: Trial, cosines: Cosines) -> float:
 
 
 def _led(trial: Trial, lead: Trial, baseline: Fit, n_candidate: int) -> Trial:
-    """A trial with the better of its fit and one from where its effect comes nearest to what the best one predicts."""
+    """A trial with the better of its fit and further ones: from where the valley leads in which the best effect is exchanged for it,
+    and if that does not come near from where its effect comes nearest to what the best one predicts."""
     problem, likelihood, d = trial.fit.problem, trial.fit.likelihood, baseline.likelihood.d
     measurement, noise = likelihood.measurement, lead.fit.noise
+    if (start := in_place_of(lead, trial, d)) is not None:
+        fit = Fit(problem, likelihood, maximise(likelihood, likelihood.start(start), tolerance=1e-4))
+        fit = stable_fit(fit, start_nearby(problem, baseline))
+        exchanged = trial_of(
+            trial.candidate, min(fit, trial.fit, key=lambda each: each.deviance), baseline, n_candidate
+        )
+        if Explanation.of(exchanged).is_near(Explanation.of(lead)):
+            return exchanged
+        trial = exchanged
     predicted = dataclasses.replace(measurement, values=measurement.seen(lead.fit.response()), noise=noise)
     to_predicted = Likelihood(Model(problem), predicted)
     found = [trial.fit]

@@ -9,9 +9,9 @@ from contextlib import suppress
 
 import numpy as np
 
+from ksmea.arrays import Mask
 from ksmea.diagnosis.fitting import Fit, without_effects
 from ksmea.diagnosis.screening import scan_values
-from ksmea.harmonic_balance import Mask
 
 N_SIZE = 4  # of the values that a scan of an effect with one unknown has: it is asked at these where it moves anything
 

@@ -24,10 +24,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray
+from ksmea.arrays import Array, ComplexArray, Mask
 from ksmea.channel import DIRECTIONS, Channel
 from ksmea.contracts import Problem
-from ksmea.harmonic_balance import Mask
 from ksmea.likelihood import BEND
 from ksmea.load import FORCE, LOADS, Load
 from ksmea.measurement import Measurement
@@ -38,8 +37,8 @@ LATERAL = "force and moment"
 READING = "reading"
 KINDS = (*LOADS, LATERAL, READING)
 
-# Part of its effect on the data that an unknown must keep beside f. Differences of the response have errors of 1e-9, and
-# an unbalance at the very site keeps none.
+# Part of its effect on the data that an unknown must keep beside f. Where derivatives are differences of the response they have
+# errors of 1e-9, and an unbalance at the very site keeps none.
 LEAST_KEPT = 1e-6
 
 
@@ -193,7 +192,7 @@ class ProjectedLikelihood(SumOfSquares):
 
     @property
     def linearises_at_once(self) -> bool:
-        return self.problem.linearises_cheaply
+        return self.problem.linearises_cheaply(self.unmodelled.loads)
 
     def with_sd(self, sd: Array) -> ProjectedLikelihood:
         """The same with other noise (n_speed, n_channel), m."""

@@ -20,7 +20,9 @@ class EstimateRecord(Record):
     at_limit: bool  # the value lies on a search limit, which is what is physical for the unknowns of an effect
 
     def holds(self, value: float) -> bool:
-        """Whether a value lies in the interval."""
+        """Whether a value lies in the interval; of an angle that of its turns which is nearest to the estimate."""
+        if self.unit == "deg":
+            value += 360 * round((self.value - value) / 360)
         return (self.low is None or self.low <= value) and (self.high is None or value <= self.high)
 
 

@@ -150,9 +150,8 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
                     found[chunk] = evaluate(reduction, x[chunk])
         return finite(found)
 
-    @property
-    def linearises_cheaply(self) -> bool:
-        return self._has_one_solution
+    def linearises_cheaply(self, loads: Sequence[Load] = ()) -> bool:
+        return self._has_one_solution and not loads
 
     def sensitivity(self, x: Array) -> ComplexArray:
         """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit."""

@@ -93,8 +93,7 @@ class RotorProblem(Problem, Rotordynamic):
                 response[chunk] = combined(per_unbalance, inputs.complex_unbalance)
         return finite(response)
 
-    @property
-    def linearises_cheaply(self) -> bool:
+    def linearises_cheaply(self, loads: Sequence[Load] = ()) -> bool:
         return True
 
     def sensitivity(self, x: Array) -> ComplexArray:
@@ -111,7 +110,8 @@ class RotorProblem(Problem, Rotordynamic):
         """
         inputs = inputs_at(self.rotor, self.unknowns, checked_sets(np.asarray(x)[None], self.parameters))
         stiffness, damping = (part[:, 0] for part in self._impedance_parts(inputs))
-        receptance = reduction.full_receptance(stiffness, damping)
+        with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
+            receptance = reduction.full_receptance(stiffness, damping)
         n_port, n_plane = reduction.n_port, len(self.rotor.unbalance)
         per_port, per_unbalance = receptance[n_port:, :n_port], receptance[n_port:, n_port : n_port + n_plane]
         of_unbalance = np.einsum("rus,u->rs", receptance[:, n_port : n_port + n_plane], inputs.complex_unbalance[0])
@@ -128,7 +128,7 @@ class RotorProblem(Problem, Rotordynamic):
                 factor = 1.0 if target.coefficient in STIFFNESSES else 1j * self.speed
                 change[index] -= per_port[:, impedance.row_port, None] * (factor * at_ports[impedance.column_port])
         ordered = seen.transpose(2, 0, 1), change.transpose(3, 1, 2, 0)
-        # In memory as a journal gives them back, so that what is computed with them is the same to the last digit
+        # What follows runs over the unknowns, which lie together in memory then
         return finite(np.ascontiguousarray(ordered[0])), finite(np.ascontiguousarray(ordered[1]))
 
     def load_response(self, x: Array, loads: Sequence[Load]) -> ComplexArray:

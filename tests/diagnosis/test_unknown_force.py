@@ -3,6 +3,9 @@
 import numpy as np
 import pytest
 
+from ksmea import registry
+from ksmea.campaign import Campaign, Run, Weight
+from ksmea.campaign_problem import CampaignProblem
 from ksmea.diagnosis.restricted_noise import restricted_noise
 from ksmea.diagnosis.unknown_force import KINDS, LATERAL, READING, ProjectedLikelihood, Unmodelled
 from ksmea.maximisation import maximise
@@ -50,6 +53,42 @@ def test_the_gradient_is_that_of_the_deviance_away_from_the_best_point():
     step = 1e-6 * np.eye(len(u))
     differences = [(likelihood.deviance(u + each) - likelihood.deviance(u - each)) / 2e-6 for each in step]
     np.testing.assert_allclose(gradient, differences, rtol=1e-4)  # of second-order differences twice over
+
+
+def problems():
+    """The rotor, with effects of all that is linearised in ways of its own, and in two runs."""
+    yield "plain", PROBLEM
+    for name in ("runout", "youngs_modulus", "shaft_asymmetry"):
+        yield name, registry.create("effect", name, {}).locations(PROBLEM)[0].added_to(PROBLEM)
+    twice = PROBLEM.at(np.tile(PROBLEM.speed, 2), PROBLEM.channels)
+    weight = Weight(0.5, 2e-4, 0.0)
+    yield "two runs", CampaignProblem(twice, Campaign((Run("bare", 30), Run("weight", 30, (weight,)))))
+
+
+FREE = (Unmodelled(), Unmodelled(READING, 0.5), Unmodelled("force", 0.3))
+LINEARISED = {
+    f"{name}, {unmodelled}": (problem, unmodelled)
+    for name, problem in problems()
+    for unmodelled in FREE
+    if not (name == "shaft_asymmetry" and unmodelled.loads)  # unit loads are refused beside what turns
+}
+
+
+@pytest.mark.parametrize(("problem", "unmodelled"), list(LINEARISED.values()), ids=list(LINEARISED))
+def test_all_that_is_free_is_linearised_as_differences_of_the_deviance_have_it(problem, unmodelled):
+    u = np.append(U, np.full(len(problem.parameters) - len(U), 0.52)) + 0.01
+    response = problem.response(problem.parameters.to_si(u)[None])[0]
+    sd = NOISE.sd(np.abs(response))
+    values = observe(response, "complex", NOISE, np.random.default_rng(7))
+    likelihood = likelihood_of(unmodelled, values, problem, sd)
+    point = likelihood.at(u + 0.003)
+    step = 1e-6 * np.eye(len(u))
+    differences = [
+        (likelihood.deviance(point.theta + each) - likelihood.deviance(point.theta - each)) / 2e-6 for each in step
+    ]
+    np.testing.assert_allclose(point.deviance, likelihood.deviance(point.theta), rtol=1e-9)
+    # of second-order differences, beside the largest
+    np.testing.assert_allclose(point.gradient, differences, rtol=1e-4, atol=1e-5 * np.abs(differences).max())
 
 
 def test_an_unbalance_at_the_very_site_cannot_be_told_and_stays_where_it_is():

@@ -10,7 +10,7 @@ from ksmea.intervals import estimate
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import PATIENCE, SETTLED, best_maxima, distinct, is_in_valley, maximise
 from ksmea.measurement import Measurement, Noise, observe
-from ksmea.model import Model
+from ksmea.model import CountedProblem, Model
 from ksmea.nearest_maximum import nearest_maximum, with_best_noise
 from ksmea.parameters import Parameter, Parameters
 from ksmea.point import Point
@@ -268,6 +268,15 @@ class Slow(OneUnknown):
 
     def gradient(self, theta):
         return np.array([200.0])
+
+
+def test_points_are_asked_for_at_once_where_no_budget_counts_and_none_is_refused(rotor, truth):
+    known = likelihood_of(rotor, truth, "complex")
+    assert known.linearises_at_once
+    assert not Likelihood(Model(rotor), known.measurement, stable_only=True).linearises_at_once
+    assert not Likelihood(Model(rotor, 100), known.measurement).linearises_at_once
+    assert not Likelihood(Model(CountedProblem(rotor)), known.measurement).linearises_at_once
+    assert not of_wave(None).linearises_at_once
 
 
 def test_a_search_with_nothing_free_stays_without_a_word(capfd):

@@ -5,13 +5,14 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 import numpy as np
 import pytest
 
 from ksmea import processes
-from ksmea.processes import CAN_FORK, for_each
+from ksmea.processes import CAN_FORK, NO_FORK, for_each
 
 needs_fork = pytest.mark.skipif(not CAN_FORK, reason="this system does not fork")
 EVERY_NUMBER = pytest.mark.parametrize("workers", [1, 2, 3])
@@ -128,6 +129,23 @@ def test_ctrl_c_right_after_a_fork_ends_no_fork_and_lets_none_run_on(monkeypatch
 
 
 @needs_fork
+@needs_fork
+def test_no_fork_begins_while_another_thread_holds_what_it_may_need():
+    """A lock that stands for that of the error stream: in a fork nobody would ever release it."""
+    lock, held = threading.Lock(), threading.Event()
+
+    def hold():
+        with NO_FORK, lock:
+            held.set()
+            time.sleep(0.3)
+
+    thread = threading.Thread(target=hold)
+    thread.start()
+    held.wait()
+    assert for_each(lambda _: lock.acquire(timeout=5), range(2), workers=2) == [True, True]
+    thread.join()
+
+
 def test_processes_that_somebody_else_has_asked_for_are_no_error():
     before = signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     try:
