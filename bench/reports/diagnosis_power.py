@@ -19,6 +19,8 @@ from bench.reports.power import (
     EFFECT,
     KIND,
     confusion,
+    false_alarms,
+    of_right_models,
     power_frame,
     power_row,
     rates,
@@ -45,30 +47,33 @@ class DiagnosisPowerReport(Report):
         told = with_places(plan, runs.merge(facts[["key", *facts.columns.difference(runs.columns)]], on="key"))
         if told.empty:
             return Made(f"{plan.name}: no result yet", {"runs.csv": csv_text(runs).encode()}, runs)
+        right = of_right_models(plan, runs)
         by_effect, by_kind = (in_words(rates(told, by)) for by in (EFFECT, KIND))
         shares = confusion(told)
         files = {
             f"{plan.name}.csv": csv_text(power_frame(told)).encode(),
             "confusion.csv": csv_text(shares.rename_axis(EFFECT).reset_index()).encode(),
+            "false_alarms.csv": csv_text(false_alarms(right)).encode(),
             "runs.csv": csv_text(runs).encode(),
         }
 
         def drawn() -> dict[str, bytes]:
             return {"detection.png": png(detection_figure(told)), "confusion.png": png(confusion_figure(shares))}
 
-        text = "\n\n".join([about(told, runs), *(_as_text(table) for table in (by_effect, by_kind))])
-        tables = {f"By {EFFECT}": by_effect, f"By {KIND}": by_kind}
-        return Made(
-            text, files, runs, drawn, page=lambda: power_page(seen(told), about(told, runs), tables, told, shares)
-        )
+        tables = {f"By {EFFECT}": by_effect, f"By {KIND}": by_kind, "Right models": alarms_in_words(right)}
+        tables = {title: table for title, table in tables.items() if not table.empty}
+        said = about(told, right, runs)
+        text = "\n\n".join([said, *map(_as_text, tables.values())])
+        return Made(text, files, runs, drawn, page=lambda: power_page(seen(told), said, tables, told, shares))
 
 
-def about(told: pd.DataFrame, runs: pd.DataFrame) -> str:
+def about(told: pd.DataFrame, right: pd.DataFrame, runs: pd.DataFrame) -> str:
     """What the tables count, in a sentence or two."""
+    seconds = pd.concat([told["seconds"], right["seconds"]])
     return (
-        f"{len(told)} of {len(runs)} runs have a result; tables count draws that are expected to leave a deviance of"
-        f" {CLEARLY_VISIBLE:g} or more, rates are with their 95 % intervals. A data set takes {told['seconds'].median():.1f} s of a"
-        f" core in the median, {told['seconds'].quantile(0.9):.1f} s at most for nine of ten."
+        f"{len(seconds)} of {len(runs)} runs have a result, {len(right)} of them of right models; tables by effect and kind count draws that"
+        f" are expected to leave a deviance of {CLEARLY_VISIBLE:g} or more, rates are with their 95 % intervals. A data set takes"
+        f" {seconds.median():.1f} s of a core in the median, {seconds.quantile(0.9):.1f} s at most for nine of ten."
     )
 
 
@@ -100,6 +105,15 @@ def in_words(counts: pd.DataFrame) -> pd.DataFrame:
             }
         )
     return pd.DataFrame(rows)
+
+
+def alarms_in_words(right: pd.DataFrame) -> pd.DataFrame:
+    """False alarms as a table for people; empty where no run hides nothing."""
+    if right.empty:
+        return pd.DataFrame()
+    found = false_alarms(right)
+    words = [rate(int(alarms), int(n)) for _, n, alarms in found.itertuples(index=False)]
+    return pd.DataFrame({KIND: found[KIND], "draws": found["draws"].astype(str), "called wrong": words})
 
 
 def _as_text(table: pd.DataFrame) -> str:

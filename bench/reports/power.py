@@ -37,14 +37,12 @@ def power_row(record: DiagnosisRecord, _: Cell) -> dict[str, Any]:
 
 
 def with_places(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
-    """Runs that have a result, with the effect, the kind of data and the deviance that their cell is about, and the chance that
-    it is detected."""
-    facts = pd.DataFrame([_facts(plan, index) for index in range(len(plan.cells))])
-    told = runs[runs["status"].isin(RESULTS)].drop(columns=[KIND, EFFECT, DROP], errors="ignore")
-    told = told.merge(facts, on="cell").copy()
+    """Runs that have a result and hide an effect, with that, the kind of data and the deviance that their cell is about, and the chance
+    that it is detected."""
+    told = _with_facts(plan, runs)
+    told = told[told[EFFECT] != ""].copy()
     if told.empty:
         return told
-    told["detected"] = ~told["verdict"].isin(UNSEEN)
     told["predicted"] = [
         chance(*row) for row in told[[DROP, "unknowns", "candidates", "level"]].itertuples(index=False)
     ]
@@ -52,6 +50,22 @@ def with_places(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
         np.sqrt(drop / detectable_drop(*row))
         for drop, *row in told[[DROP, "unknowns", "candidates", "level"]].itertuples(index=False)
     ]
+    return told
+
+
+def of_right_models(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
+    """Runs that have a result and hide nothing, with the kind of data that their cell is about."""
+    told = _with_facts(plan, runs)
+    return told[told[EFFECT] == ""]
+
+
+def _with_facts(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
+    """Runs that have a result, with what their cell is about and whether the verdict says that the model is wrong."""
+    facts = pd.DataFrame([_facts(plan, index) for index in range(len(plan.cells))])
+    told = runs[runs["status"].isin(RESULTS)].drop(columns=[KIND, EFFECT, DROP], errors="ignore")
+    told = told.merge(facts, on="cell").copy()
+    if not told.empty:
+        told["detected"] = ~told["verdict"].isin(UNSEEN)
     return told
 
 
@@ -110,6 +124,13 @@ def _counts(mine: pd.DataFrame) -> dict[str, Any]:
         "sizes_held": int(detected["sizes_held"].sum()),
         "seconds": mine["seconds"].median(),
     }
+
+
+def false_alarms(right: pd.DataFrame) -> pd.DataFrame:
+    """Of data that hide nothing, by kind of data and of all: draws, and how many are called wrong."""
+    rows = [(kind, len(mine), int(mine["detected"].sum())) for kind, mine in right.groupby(KIND, sort=False)]
+    rows.append(("all", len(right), sum(alarms for _, _, alarms in rows)))
+    return pd.DataFrame(rows, columns=[KIND, "draws", "false_alarms"])
 
 
 def confusion(told: pd.DataFrame) -> pd.DataFrame:

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 import scipy
 
-from bench.reports.power import DROP, EFFECT, KIND, chance, confusion, detectable_drop, rates
+from bench.reports.power import DROP, EFFECT, KIND, chance, confusion, detectable_drop, false_alarms, rates
 from bench.reports.power_figures import confusion_figure
 
 FEW = "study.effects=[runout,channel_gain,mass]"
@@ -43,6 +43,11 @@ def test_rates_count_what_is_clearly_visible_alone(told):
     assert by_effect.loc["all", ["draws", "detected", "in_set", "first"]].tolist() == [6, 5, 2, 2]
 
 
+def test_false_alarms_are_counted_by_kind_and_in_all():
+    right = pd.DataFrame({KIND: ["complex", "complex", "amplitudes"], "detected": [True, False, False]})
+    assert false_alarms(right).to_numpy().tolist() == [["complex", 2, 1], ["amplitudes", 1, 0], ["all", 3, 1]]
+
+
 def test_confusion_tells_what_each_is_called_and_what_ends_without_a_name(told):
     shares = confusion(told)
     assert shares.loc["bow", ["mass", "bow", "no name", "not seen"]].tolist() == [0.5, 0.0, 0.25, 0.25]
@@ -53,12 +58,12 @@ def test_confusion_tells_what_each_is_called_and_what_ends_without_a_name(told):
 
 @pytest.fixture(scope="module")
 def ended(shell, tmp_path_factory):
+    hiding = "{label: '<b>data', measurement.hidden: [[runout], [channel_gain]], measurement.expected_drop: [20, 1000]}"
     words = [
         "+experiment=diagnosis_power",
         FEW,
         "repetitions=1",
-        "measurement.expected_drop=20,1000",
-        "grid=[{label: '<b>data'}]",
+        f"grid=[{hiding}, {{label: '<b>data', measurement.hidden: [[]]}}]",
     ]
     one = [
         "measurement.kind=complex",
@@ -68,17 +73,19 @@ def ended(shell, tmp_path_factory):
     ]
     seen = ["problem.sensors=[0.1,0.5]", "problem.n_speed=27", "problem.speed_to=1500"]  # one kind of data
     few = ["study.screening=256", "study.starts=4", "study.scan_values=4", "study.scan=32", "workers=1", *one, *seen]
-    hidden = "measurement.hidden=[runout],[channel_gain]"
-    return shell(*words, *few, hidden, cwd=tmp_path_factory.mktemp("power"), output="results/diagnosis_power")
+    return shell(*words, *few, cwd=tmp_path_factory.mktemp("power"), output="results/diagnosis_power")
 
 
 def test_its_files_hold_every_draw_and_the_page_shows_names_as_text(ended):
     assert ended.code == 0, ended.err
     assert {path.name for path in ended.output.iterdir()} >= {
-        "diagnosis_power.csv", "confusion.csv", "detection.png", "confusion.png", "index.html", "runs.csv",
+        "diagnosis_power.csv", "confusion.csv", "detection.png", "confusion.png", "false_alarms.csv", "index.html", "runs.csv",
     }  # fmt: skip
     counts = ended.table("diagnosis_power")
-    assert len(counts) == 4 and counts["draws"].sum() == len(ended.runs())
+    assert len(counts) == 4 and counts["draws"].sum() == len(ended.runs()) - 1  # the other hides nothing
+    alarms = pd.read_csv(ended.output / "false_alarms.csv")
+    assert alarms.to_numpy().tolist() == [["<b>data", 1, 0], ["all", 1, 0]]
+    assert "Right models" in (ended.output / "index.html").read_text() and "called wrong" in ended.out
     assert counts.loc[counts[DROP] == 1000, "detected"].sum() == counts.loc[counts[DROP] == 1000, "draws"].sum()
     page = (ended.output / "index.html").read_text()
     assert "&lt;b&gt;data" in page and "<b>" not in page and "http" not in page.replace("http-equiv", "")
@@ -86,4 +93,4 @@ def test_its_files_hold_every_draw_and_the_page_shows_names_as_text(ended):
 
 def test_each_cell_draws_noise_of_its_own(ended):
     seeds = [cell["seed"] for cell in ended.cells()]
-    assert len(set(seeds)) == len(seeds) == 4
+    assert len(set(seeds)) == len(seeds) == 5
