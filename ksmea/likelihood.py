@@ -77,7 +77,7 @@ class Likelihood:
     @cached_property
     def least_gain(self) -> float:
         """By how much steps of a fit lower the deviance at least, or they end."""
-        return LEAST_GAIN if any(item.makes_jumps for item in self.model.problem.parameters) else 0.0
+        return LEAST_GAIN if self.model.problem.parameters.makes_jumps else 0.0
 
     @property
     def linearises_at_once(self) -> bool:

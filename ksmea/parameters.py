@@ -100,6 +100,11 @@ class Parameters:
         """How far apart in the unit cube values of an unknown are the same (d,): a turn where it is free to turn, else infinite."""
         return np.array([TURN / (item.upper - item.lower) if item.is_full_turn else np.inf for item in self.items])
 
+    @property
+    def makes_jumps(self) -> bool:
+        """Whether one of them does: a response then takes ten to a hundred times as long as another."""
+        return any(item.makes_jumps for item in self.items)
+
     def to_si(self, u: Array) -> Array:
         """Unit cube (…, d) to SI."""
         return self.lower + np.asarray(u) * self.width

@@ -27,7 +27,7 @@ def in_place_of(lead: Trial, trial: Trial, d: int) -> Array | None:
     """Where in the unit cube a trial's effect explains what the lead's does; the model without effects has d unknowns. None where no
     valley leads there: the deviance rises far above the lead's, or the two cannot act together."""
     measurement, both = lead.fit.likelihood.measurement, trial.candidate.beside(lead.fit.problem)
-    if both is None or any(item.makes_jumps for item in both.parameters):
+    if both is None or both.parameters.makes_jumps:
         return None
     likelihood = likelihood_of(Model(both), measurement)
     taken_back = np.arange(d, len(lead.fit.u))

@@ -11,7 +11,8 @@ The cost is bounded, so that a search in vain ends:
    its values all over their limits, the first effect where it is fitted. One that leaves noise hides no second effect so large
    that only a scan would find it: a small one is near 0, where fits start.
 4. A fit from a scan that is far worse than the one from nearby after a few iterations is left there.
-5. First effects that predict the same data are one. `alternatives` puts the others in their place, beside the best pair.
+5. Beside a first effect that is not linear in the motion only the few that promise most by their first step are fitted.
+6. First effects that predict the same data are one. `alternatives` puts the others in their place, beside the best pair.
 
 p of a second effect is corrected for the number of all pairs that were tried.
 """
@@ -33,6 +34,9 @@ from ksmea.measurement import Measurement
 from ksmea.screening import Screened, joined
 
 PER_SCANNED = 4  # points that are screened with the first effect for each that is scanned
+COSTLY = (
+    4  # second effects that are fitted beside a first one whose response takes a tenth of a second, the most promising
+)
 PROMISING = 25.0  # deviance by which a pair may be worse than the best after a few iterations, to be fitted to the end
 
 
@@ -110,7 +114,8 @@ def _quick(
     long as they may."""
     iterations = effort.first_iterations if np.isinf(limit) else TRIAL_ITERATIONS
     problem, workers = first.fit.problem, effort.workers
-    return fitted(problem, measurement, first.fit, candidates, progress, n_candidate, iterations, limit, workers)
+    most = COSTLY if problem.parameters.makes_jumps else None
+    return fitted(problem, measurement, first.fit, candidates, progress, n_candidate, iterations, limit, workers, most)
 
 
 def _scans(

@@ -142,10 +142,11 @@ def fitted(
     max_iterations: int = TRIAL_ITERATIONS,
     limit: float = np.inf,
     workers: int = 1,
+    most: int | None = None,
 ) -> list[Trial]:
-    """All candidates whose deviance comes below a limit, each fitted from where the model without it fits; highest ΔBIC first.
-    `n_candidate` is the number that p is corrected for, that of the candidates if not given. The most promising one is fitted
-    first: it says which of the others, which processes share, are no rivals."""
+    """All candidates whose deviance comes below a limit, or the `most` promising of them, each fitted from where the model without it
+    fits; highest ΔBIC first. `n_candidate` is the number that p is corrected for, that of the candidates if not given. The most
+    promising one is fitted first: it says which of the others, which processes share, are no rivals."""
 
     def tried(entry: tuple[Candidate, Fit], below: float) -> Trial | None:
         candidate, start = entry
@@ -157,7 +158,7 @@ def fitted(
                 return trial_of(candidate, fit, without, n_candidate or len(found))
         return None
 
-    entries = _most_promising_first(problem, measurement, without, found)
+    entries = _most_promising_first(problem, measurement, without, found)[:most]
     trials = for_each(partial(tried, below=limit), entries[:1], progress=progress)
     ceiling = min([limit, *(trial.fit.deviance + FAR for trial in trials if trial is not None)])
     known = [thing for candidate, start in entries for thing in (candidate, *start.known)]
@@ -196,7 +197,7 @@ def refined(
     starts = [*baseline.others, *(trial.fit for trial in trials[:2])]
 
     def search(trial: Trial, ceiling: float) -> Trial:
-        jumps = any(item.makes_jumps for item in trial.fit.problem.parameters)  # what is cheap is searched anyway
+        jumps = trial.fit.problem.parameters.makes_jumps  # what is cheap is searched anyway
         if jumps and least_deviance(trial.fit, lead, baseline.best.likelihood.d) > ceiling:
             return trial_of(trial.candidate, trial.fit, baseline.best, len(trials))
         how = {"is_scanned": is_scanned, "by_force": by_force}

@@ -3,13 +3,17 @@
 import numpy as np
 import pytest
 
+from ksmea import registry
 from ksmea.diagnosis import second_effects as module
 from ksmea.diagnosis.diagnosis import _from_pair, diagnose
 from ksmea.diagnosis.explanations import Explanation, best_of_names, ranked_explanations
 from ksmea.diagnosis.fitting import Effort, Fit, fit_baseline, fit_from_values, fit_nearby
 from ksmea.diagnosis.second_effects import distinct_firsts
-from ksmea.diagnosis.trials import Candidate, candidates, fitted, trial_of
+from ksmea.diagnosis.trials import Candidate, Trial, candidates, fitted, trial_of
+from ksmea.difference_likelihood import likelihood_of
 from ksmea.measurement import Measurement, Noise, observe
+from ksmea.model import Model
+from ksmea.point import Point
 from ksmea.screening import ranked
 from problems.three_disk import ThreeDisk
 from tests.diagnosis.conftest import LESS, SENSORS, TRUTH, registered_effects
@@ -198,3 +202,22 @@ def test_points_without_a_steady_motion_are_left_out_of_a_screening(monkeypatch)
     found = module._screened_where_steady(None, None, points)
     assert found.points.ravel() == pytest.approx([0.1, 0.3, 0.5])
     assert len(module._screened_where_steady(None, None, points[1:2]).points) == 0
+
+
+@pytest.mark.parametrize(("name", "most"), [("clearance_rub", module.COSTLY), ("runout", None)])
+def test_beside_what_is_not_linear_in_the_motion_only_few_are_fitted(rotor, fine, name, most, monkeypatch):
+    """A response with a rub takes a tenth of a second, a fit ten to a hundred of them."""
+    measurement = measured(fine, [], [], seed=1)
+    located_first = located(fine, name) if name == "runout" else registry.create("effect", name, {}).locations(fine)[0]
+    first = Candidate(name, located_first)
+    problem = first.effect.added_to(rotor)
+    likelihood = likelihood_of(Model(problem), measurement)
+    fit = Fit(
+        problem,
+        likelihood,
+        Point(likelihood.start(np.full(len(problem.parameters), 0.5)), 0.0, np.empty(0), np.empty((0, 0))),
+    )
+    asked = []
+    monkeypatch.setattr(module, "fitted", lambda *words: asked.append(words) or [])
+    module._quick(Trial(first, fit, 100.0, 90.0, 1e-9), [], measurement, LESS, lambda: None, 10)
+    assert asked[0][-1] == most

@@ -77,3 +77,9 @@ def test_a_scan_leaves_the_maximum_that_a_fit_from_nearby_ends_in():
     pulled = candidates(PROBLEM, {"axial_force": registry.create("effect", "axial_force", {})})
     [trial] = fitted(PROBLEM, data, baseline.best, pulled, lambda: None)
     assert fit_from_scan(trial.fit, data, baseline, EFFORT).deviance < trial.fit.deviance - 100
+
+
+def test_only_the_most_promising_are_fitted_where_so_many_are_asked_for(near):
+    data, baseline, trials = near
+    found = fitted(PROBLEM, data, baseline.best, candidates(PROBLEM, EFFECTS), lambda: None, most=1)
+    assert [(trial.candidate, trial.p) for trial in found] == [(trials[0].candidate, trials[0].p)]  # corrected for all
