@@ -35,6 +35,9 @@ FAR = 8.0  # rise of the deviance from a known point of a profile to where the n
 SHORTEST = 2.0**-12  # of a step along a profile, below which it is cut no further
 LOWER = 0.01  # a deviance this far below the maximum's is another maximum, from where all begins again
 EXACT = 0.01  # of the deviance on a profile, and of its ends in half-widths
+MOST_STEPS = (
+    60  # of a profile where the response jumps: an edge of the likelihood would be followed in ever shorter ones
+)
 MAX_MOVES = 5  # times that all begins again
 
 
@@ -88,6 +91,7 @@ class _Profile:
         self._lowest = lowest
         self._known: dict[float, Point | None] = {self.start: maximum}  # by value; None where there is no response
         self._settled: set[float] = set()
+        self._left = MOST_STEPS if likelihood.least_gain > 0 else np.inf
 
     def root(self, value: float) -> float:
         """√(D − D̂) where the unknown has this value and all others suit it best, infinite where the model has no response."""
@@ -113,7 +117,11 @@ class _Profile:
         return value in self._known or self._predicted(value)[1] < FAR
 
     def _predicted(self, value: float) -> tuple[Array, float]:
-        """θ to start from (p,), and how much higher its deviance is than that of the nearest known point."""
+        """θ to start from (p,), and how much higher its deviance is than that of the nearest known point; `_TooUneven` where the
+        profile has taken too many steps."""
+        self._left -= 1
+        if self._left < 0:
+            raise _TooUneven
         known = [point for point in self._known.values() if point is not None]
         near, *further = sorted(known, key=lambda point: abs(point.theta[self._index] - value))
         slopes = [self._tangent]
@@ -156,6 +164,10 @@ def _turns(theta: Array, period: Array) -> Array:
 class _BetterMaximum(Exception):
     def __init__(self, point: Point) -> None:
         self.point = point
+
+
+class _TooUneven(Exception):
+    """A profile that jumps as the response does leads to no end."""
 
 
 def estimate(
@@ -239,8 +251,16 @@ def _joined(likelihood: Maximised, maxima: Sequence[Point], rises: Array, index:
 
 def _checked(likelihood: Maximised, maximum: Point, index: int, rise: float, lowest: float) -> Interval:
     """The interval of one unknown in the unit cube around one maximum, its ends checked or found on the profile: where the
-    deviance is `rise` above the lowest."""
+    deviance is `rise` above the lowest. Where the profile is too uneven, the information is believed."""
     profile = _Profile(likelihood, maximum, index, lowest)
+    try:
+        return _on_profile(profile, maximum, rise, lowest)
+    except _TooUneven:
+        return information_interval(likelihood, maximum, index, rise - (maximum.deviance - lowest))
+
+
+def _on_profile(profile: _Profile, maximum: Point, rise: float, lowest: float) -> Interval:
+    """The interval whose ends a profile checks or finds."""
     wanted = np.sqrt(rise)
     ends = profile.start + np.array([-1.0, 1.0]) * np.sqrt(rise - (maximum.deviance - lowest)) * profile.sd
     if (

@@ -11,13 +11,14 @@ from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.critical_rise import critical_rise
 from ksmea.final_step import most_likely
-from ksmea.intervals import Interval, estimate
+from ksmea.intervals import Interval, checked_intervals, estimate
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import maximise
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.model import Model
 from ksmea.nearest_maximum import nearest_maximum
 from ksmea.parameters import Parameter, Parameters
+from ksmea.point import Point
 from problems.three_disk import ThreeDisk
 
 
@@ -260,3 +261,48 @@ def test_ends_lie_where_the_profile_rises_however_small_a_floor_the_noise_has():
             best = min(maximise(likelihood, start, fixed=index).deviance for start in starts)
             # roots are found to 1 % of the half-width: 2 % of the rise, which the deviance's own hundredth joins
             assert best - maximum.deviance == pytest.approx(rise, rel=0.03)
+
+
+class Stairs:
+    """A deviance of one unknown around 1/2, sd 0.04, and of another one whose best value goes up by 10 of its sd at stairs of the first:
+    beyond each edge a search has to begin anew."""
+
+    d, lower, upper = 1, np.zeros(2), np.ones(2)
+    period, longest_step = np.full(2, np.inf), np.full(2, np.inf)
+    linearises_at_once = False
+    sd = np.array([0.04, 0.001])
+
+    def __init__(self, least_gain):
+        self.least_gain, self.n_asked = least_gain, 0
+
+    def _left(self, theta):
+        stair = np.floor((theta[0] - 0.4975) / 0.005)
+        return (theta - np.array([0.5, 0.5 + 0.01 * stair])) / self.sd
+
+    def deviance(self, theta):
+        self.n_asked += 1
+        return float(np.sum(self._left(theta) ** 2))
+
+    def at(self, theta):
+        whitened = np.diag(1 / self.sd)
+        return Point(theta, self.deviance(theta), 2 * whitened @ self._left(theta), whitened)
+
+    def curvature(self, point, step):
+        return np.zeros(2)
+
+    def other_noise(self, theta):
+        return []
+
+
+def test_a_profile_over_edges_is_left_for_the_information_where_the_response_jumps():
+    """Where it does not, as least gains of steps say, the profile is followed to its ends, in more than ten times as many evaluations."""
+    found, asked = [], []
+    for least_gain in (0.05, 0.0):
+        stairs = Stairs(least_gain)
+        _, [interval] = checked_intervals(stairs, [stairs.at(np.array([0.5, 0.5]))], np.array([[3.84]]))
+        found.append(interval)
+        asked.append(stairs.n_asked)
+    assert found[0].kind == "information" and found[1].kind == "profile"
+    for interval in found:
+        assert [interval.low, interval.high] == pytest.approx([0.5 - 1.96 * 0.04, 0.5 + 1.96 * 0.04], abs=1e-3)
+    assert 10 * asked[0] < asked[1]
