@@ -35,9 +35,9 @@ FAR = 8.0  # rise of the deviance from a known point of a profile to where the n
 SHORTEST = 2.0**-12  # of a step along a profile, below which it is cut no further
 LOWER = 0.01  # a deviance this far below the maximum's is another maximum, from where all begins again
 EXACT = 0.01  # of the deviance on a profile, and of its ends in half-widths
-MOST_STEPS = (
-    60  # of a profile where the response jumps: an edge of the likelihood would be followed in ever shorter ones
-)
+# Steps of a profile where the response jumps, about as many as even ones take to both ends: an edge of the likelihood would be followed
+# in ever shorter ones.
+MOST_STEPS = 30
 MAX_MOVES = 5  # times that all begins again
 
 
