@@ -25,7 +25,7 @@ from scipy.optimize import brentq
 from ksmea.arrays import Array
 from ksmea.critical_rise import critical_rise
 from ksmea.likelihood import Likelihood
-from ksmea.maximisation import Maximised, distinct, maximise
+from ksmea.maximisation import MAX_ITERATIONS, Maximised, distinct, maximise
 from ksmea.measurement import Noise
 from ksmea.point import Point
 from ksmea.processes import for_each
@@ -38,6 +38,7 @@ EXACT = 0.01  # of the deviance on a profile, and of its ends in half-widths
 # Steps of a profile where the response jumps, about as many as even ones take to both ends: an edge of the likelihood would be followed
 # in ever shorter ones.
 MOST_STEPS = 30
+MOST_ITERATIONS = 20  # of the fit at each of them
 MAX_MOVES = 5  # times that all begins again
 
 
@@ -91,7 +92,9 @@ class _Profile:
         self._lowest = lowest
         self._known: dict[float, Point | None] = {self.start: maximum}  # by value; None where there is no response
         self._settled: set[float] = set()
-        self._left = MOST_STEPS if likelihood.least_gain > 0 else np.inf
+        jumps = likelihood.least_gain > 0
+        self._left = MOST_STEPS if jumps else np.inf
+        self._iterations = MOST_ITERATIONS if jumps else MAX_ITERATIONS
 
     def root(self, value: float) -> float:
         """√(D − D̂) where the unknown has this value and all others suit it best, infinite where the model has no response."""
@@ -144,6 +147,7 @@ class _Profile:
             self._likelihood,
             self._inside(theta),
             fixed=self._index,
+            max_iterations=self._iterations,
             tolerance=EXACT,
             least_gain=EXACT,
             ceiling=ceiling,
