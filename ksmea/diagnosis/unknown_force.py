@@ -94,21 +94,21 @@ class Unmodelled:
         if self.loads:
             return problem.response_and_per_load(x, self.loads)
         response = problem.response(x)
-        return response, np.broadcast_to(self._read(problem), (*response.shape, self._read(problem).shape[1]))
+        return response, self._read(problem, response.shape)
 
     def linearised(self, problem: Problem, x: Array) -> tuple[ComplexArray, ComplexArray]:
         """q and A side by side at x (d,), (n_speed, n_channel, 1 + k), and their derivatives (…, d)."""
         columns, change = problem.linearised_per_load(x, self.loads)
         if self.loads:
             return columns, change
-        read = np.broadcast_to(self._read(problem), (*columns.shape[:2], self._read(problem).shape[1]))
+        read = self._read(problem, columns.shape[:2])
         same = np.zeros((*read.shape, len(x)), dtype=complex)
         return np.concatenate([columns, read], axis=2), np.concatenate([change, same], axis=2)
 
-    def _read(self, problem: Problem) -> ComplexArray:
-        """Which channels each unknown reading is of, (n_channel, k)."""
+    def _read(self, problem: Problem, shape: tuple[int, ...]) -> ComplexArray:
+        """What each unknown reading adds to a response of a shape (…, n_channel), (…, n_channel, k)."""
         read = [self.reads(channel) for channel in problem.channels]
-        return np.eye(len(read), dtype=complex)[:, read]
+        return np.broadcast_to(np.eye(len(read), dtype=complex)[:, read], (*shape, sum(read)))
 
 
 @dataclass(frozen=True)

@@ -129,7 +129,6 @@ def test_ctrl_c_right_after_a_fork_ends_no_fork_and_lets_none_run_on(monkeypatch
 
 
 @needs_fork
-@needs_fork
 def test_no_fork_begins_while_another_thread_holds_what_it_may_need():
     """A lock that stands for that of the error stream: in a fork nobody would ever release it."""
     lock, held = threading.Lock(), threading.Event()
@@ -146,6 +145,7 @@ def test_no_fork_begins_while_another_thread_holds_what_it_may_need():
     thread.join()
 
 
+@needs_fork
 def test_processes_that_somebody_else_has_asked_for_are_no_error():
     before = signal.signal(signal.SIGCHLD, signal.SIG_IGN)
     try:
