@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from typing import Any, cast
 
 import numpy as np
 from scipy.optimize import brentq
@@ -25,7 +26,7 @@ from scipy.optimize import brentq
 from ksmea.arrays import Array
 from ksmea.critical_rise import critical_rise
 from ksmea.likelihood import Likelihood
-from ksmea.maximisation import MAX_ITERATIONS, Maximised, distinct, maximise
+from ksmea.maximisation import Maximised, distinct, maximise
 from ksmea.measurement import Noise
 from ksmea.point import Point
 from ksmea.processes import for_each
@@ -35,11 +36,10 @@ FAR = 8.0  # rise of the deviance from a known point of a profile to where the n
 SHORTEST = 2.0**-12  # of a step along a profile, below which it is cut no further
 LOWER = 0.01  # a deviance this far below the maximum's is another maximum, from where all begins again
 EXACT = 0.01  # of the deviance on a profile, and of its ends in half-widths
-# Steps of a profile where the response jumps, about as many as even ones take to both ends: an edge of the likelihood would be followed
-# in ever shorter ones.
-MOST_STEPS = 30
-MOST_ITERATIONS = 20  # of the fit at each of them
-MAX_MOVES = 5  # times that all begins again
+MAX_MOVES = 5  # times that all begins at a better maximum
+# Where the response jumps, evaluations of a profile, three times those of an even one, and times that all begins: an edge of the
+# likelihood would be followed in ever shorter steps, with another maximum behind each of its corners.
+MOST_EVALUATIONS, MOST_MOVES = 120, 2
 
 
 @dataclass(frozen=True)
@@ -87,14 +87,13 @@ class _Profile:
         self.start = float(maximum.theta[index])
         half_turn = likelihood.period[index] / 2
         self.limits = (self.start - half_turn, self.start + half_turn) if np.isfinite(half_turn) else (0.0, 1.0)
-        self._likelihood = likelihood
+        self._likelihood = (
+            cast("Maximised", _Limited(likelihood, MOST_EVALUATIONS)) if _jumps(likelihood) else likelihood
+        )
         self._index = index
         self._lowest = lowest
         self._known: dict[float, Point | None] = {self.start: maximum}  # by value; None where there is no response
         self._settled: set[float] = set()
-        jumps = likelihood.least_gain > 0
-        self._left = MOST_STEPS if jumps else np.inf
-        self._iterations = MOST_ITERATIONS if jumps else MAX_ITERATIONS
 
     def root(self, value: float) -> float:
         """√(D − D̂) where the unknown has this value and all others suit it best, infinite where the model has no response."""
@@ -120,11 +119,7 @@ class _Profile:
         return value in self._known or self._predicted(value)[1] < FAR
 
     def _predicted(self, value: float) -> tuple[Array, float]:
-        """θ to start from (p,), and how much higher its deviance is than that of the nearest known point; `_TooUneven` where the
-        profile has taken too many steps."""
-        self._left -= 1
-        if self._left < 0:
-            raise _TooUneven
+        """θ to start from (p,), and how much higher its deviance is than that of the nearest known point."""
         known = [point for point in self._known.values() if point is not None]
         near, *further = sorted(known, key=lambda point: abs(point.theta[self._index] - value))
         slopes = [self._tangent]
@@ -147,7 +142,6 @@ class _Profile:
             self._likelihood,
             self._inside(theta),
             fixed=self._index,
-            max_iterations=self._iterations,
             tolerance=EXACT,
             least_gain=EXACT,
             ceiling=ceiling,
@@ -172,6 +166,37 @@ class _BetterMaximum(Exception):
 
 class _TooUneven(Exception):
     """A profile that jumps as the response does leads to no end."""
+
+
+class _Limited:
+    """A likelihood that raises `_TooUneven` where it is asked to evaluate the model more than `most` times."""
+
+    def __init__(self, behind: Maximised, most: int) -> None:
+        self._behind = behind
+        self._left = most
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._behind, name)
+
+    def at(self, theta: Array) -> Point:
+        return self._counted(1).at(theta)
+
+    def deviance(self, theta: Array) -> float:
+        return self._counted(1).deviance(theta)
+
+    def curvature(self, point: Point, step: Array) -> Array:
+        return self._counted(2).curvature(point, step)
+
+    def _counted(self, n: int) -> Maximised:
+        self._left -= n
+        if self._left < 0:
+            raise _TooUneven
+        return self._behind
+
+
+def _jumps(likelihood: Maximised) -> bool:
+    """Whether the response jumps, where steps that gain little lead along an edge of the likelihood."""
+    return likelihood.least_gain > 0
 
 
 def estimate(
@@ -218,7 +243,7 @@ def checked_intervals(
     """The best of some maxima and the intervals in the unit cube, in which the deviance of each unknown rises by less than `rises`
     (n_maximum, d); none where profile after profile finds a higher one, so uneven is the likelihood, or one cannot be computed.
     One that is found takes the largest rises of all."""
-    for _ in range(MAX_MOVES):
+    for _ in range(MOST_MOVES if _jumps(likelihood) else MAX_MOVES):
         best = distinct(likelihood, maxima)
         rises = np.array([next(rise for rise, point in zip(rises, maxima) if point is one) for one in best])
         maxima = best

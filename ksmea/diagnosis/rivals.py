@@ -14,6 +14,7 @@ from functools import partial
 
 import numpy as np
 
+from ksmea.arrays import Array
 from ksmea.diagnosis.exchange import in_place_of
 from ksmea.diagnosis.explanations import NEAR, Explanation
 from ksmea.diagnosis.fitting import Fit, start_nearby, without_effects
@@ -83,21 +84,25 @@ def _led(trial: Trial, lead: Trial, baseline: Fit, n_candidate: int) -> Trial:
     """A trial with the better of its fit and further ones: from where the valley leads in which the best effect is exchanged for it,
     and if that does not come near from where its effect comes nearest to what the best one predicts."""
     problem, likelihood, d = trial.fit.problem, trial.fit.likelihood, baseline.likelihood.d
-    measurement, noise = likelihood.measurement, lead.fit.noise
+
+    def better_of(fits: Sequence[Fit]) -> Trial:
+        best = min([*fits, trial.fit], key=lambda each: each.deviance)
+        return trial_of(trial.candidate, best, baseline, n_candidate)
+
+    def fit_from(u: Array) -> Fit:
+        fit = Fit(problem, likelihood, maximise(likelihood, likelihood.start(u), tolerance=1e-4))
+        return stable_fit(fit, start_nearby(problem, baseline))
+
+    fits = []
     if (start := in_place_of(lead, trial, d)) is not None:
-        fit = Fit(problem, likelihood, maximise(likelihood, likelihood.start(start), tolerance=1e-4))
-        fit = stable_fit(fit, start_nearby(problem, baseline))
-        exchanged = trial_of(
-            trial.candidate, min(fit, trial.fit, key=lambda each: each.deviance), baseline, n_candidate
-        )
+        fits.append(fit_from(start))
+        exchanged = better_of(fits)
         if Explanation.of(exchanged).is_near(Explanation.of(lead)):
             return exchanged
-        trial = exchanged
-    predicted = dataclasses.replace(measurement, values=measurement.seen(lead.fit.response()), noise=noise)
+    measurement = likelihood.measurement
+    predicted = dataclasses.replace(measurement, values=measurement.seen(lead.fit.response()), noise=lead.fit.noise)
     to_predicted = Likelihood(Model(problem), predicted)
-    found = [trial.fit]
-    for start in (np.concatenate([lead.fit.u[:d], without_effects(problem, d)]), trial.fit.u):
+    for start in (np.concatenate([lead.fit.u[:d], without_effects(problem, d)]), better_of(fits).fit.u):
         nearest = maximise(to_predicted, start, max_iterations=MAX_ITERATIONS, tolerance=EXPECTED_GAIN)
-        fit = Fit(problem, likelihood, maximise(likelihood, likelihood.start(nearest.theta), tolerance=1e-4))
-        found.append(stable_fit(fit, start_nearby(problem, baseline)))
-    return trial_of(trial.candidate, min(found, key=lambda each: each.deviance), baseline, n_candidate)
+        fits.append(fit_from(nearest.theta))
+    return better_of(fits)

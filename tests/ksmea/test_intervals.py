@@ -306,3 +306,27 @@ def test_a_profile_over_edges_is_left_for_the_information_where_the_response_jum
     for interval in found:
         assert [interval.low, interval.high] == pytest.approx([0.5 - 1.96 * 0.04, 0.5 + 1.96 * 0.04], abs=1e-3)
     assert 10 * asked[0] < asked[1]
+
+
+class Flight(Stairs):
+    """A maximum in the middle of each stair of the first unknown, 0.05 wide, the deviance of each lower by 1 than that before."""
+
+    sd = np.array([0.02, 0.001])
+
+    def _stair(self, theta):
+        return np.floor(theta[0] / 0.05)
+
+    def _left(self, theta):
+        return (theta - np.array([0.05 * (self._stair(theta) + 0.5), 0.5])) / self.sd
+
+    def deviance(self, theta):
+        return super().deviance(theta) - self._stair(theta)
+
+
+def test_better_maxima_are_followed_twice_where_the_response_jumps_and_five_times_where_it_does_not():
+    """As many stairs up, each of which is seen from the end of the interval before."""
+    for least_gain, moves in ((0.05, 2), (0.0, 5)):
+        flight = Flight(least_gain)
+        best, intervals = checked_intervals(flight, [flight.at(np.array([0.275, 0.5]))], np.array([[3.84]]))
+        assert intervals is None
+        assert best.theta[0] == pytest.approx(0.275 + 0.05 * moves)
