@@ -37,8 +37,8 @@ SHORTEST = 2.0**-12  # of a step along a profile, below which it is cut no furth
 LOWER = 0.01  # a deviance this far below the maximum's is another maximum, from where all begins again
 EXACT = 0.01  # of the deviance on a profile, and of its ends in half-widths
 MAX_MOVES = 5  # times that all begins at a better maximum
-# Where the response jumps, evaluations of a profile, three times those of an even one, and times that all begins: an edge of the
-# likelihood would be followed in ever shorter steps, with another maximum behind each of its corners.
+# Where the response jumps, evaluations of an unknown's profiles, three times those of an even one, and times that all begins: an edge
+# of the likelihood would be followed in ever shorter steps, with another maximum behind each of its corners.
 MOST_EVALUATIONS, MOST_MOVES = 120, 2
 
 
@@ -87,9 +87,7 @@ class _Profile:
         self.start = float(maximum.theta[index])
         half_turn = likelihood.period[index] / 2
         self.limits = (self.start - half_turn, self.start + half_turn) if np.isfinite(half_turn) else (0.0, 1.0)
-        self._likelihood = (
-            cast("Maximised", _Limited(likelihood, MOST_EVALUATIONS)) if _jumps(likelihood) else likelihood
-        )
+        self._likelihood = likelihood
         self._index = index
         self._lowest = lowest
         self._known: dict[float, Point | None] = {self.start: maximum}  # by value; None where there is no response
@@ -262,6 +260,8 @@ def _joined(likelihood: Maximised, maxima: Sequence[Point], rises: Array, index:
     """The interval of one unknown in the unit cube around the best of some maxima, best first, and all that are likely enough:
     in which the deviance rises by less than those (n_maximum, d)."""
     lowest = maxima[0].deviance
+    if _jumps(likelihood):
+        likelihood = cast("Maximised", _Limited(likelihood, MOST_EVALUATIONS))
     best, *others = (
         _checked(likelihood, point, index, float(rise), lowest)
         for point, rise in zip(maxima, rises[:, index])
