@@ -34,9 +34,7 @@ from ksmea.measurement import Measurement
 from ksmea.screening import Screened, joined
 
 PER_SCANNED = 4  # points that are screened with the first effect for each that is scanned
-COSTLY = (
-    4  # second effects that are fitted beside a first one whose response takes a tenth of a second, the most promising
-)
+COSTLY = 4  # second effects, the most promising, beside a first one whose response takes a tenth of a second
 PROMISING = 25.0  # deviance by which a pair may be worse than the best after a few iterations, to be fitted to the end
 
 
