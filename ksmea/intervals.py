@@ -18,13 +18,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
-from typing import Any, cast
 
 import numpy as np
 from scipy.optimize import brentq
 
 from ksmea.arrays import Array
 from ksmea.critical_rise import critical_rise
+from ksmea.errors import BudgetSpent
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import Maximised, distinct, maximise
 from ksmea.measurement import Noise
@@ -36,9 +36,9 @@ FAR = 8.0  # rise of the deviance from a known point of a profile to where the n
 SHORTEST = 2.0**-12  # of a step along a profile, below which it is cut no further
 LOWER = 0.01  # a deviance this far below the maximum's is another maximum, from where all begins again
 EXACT = 0.01  # of the deviance on a profile, and of its ends in half-widths
-MAX_MOVES = 5  # times that all begins at a better maximum
-# Where the response jumps, evaluations of an unknown's profiles, three times those of an even one, and times that all begins: an edge
-# of the likelihood would be followed in ever shorter steps, with another maximum behind each of its corners.
+MAX_MOVES = 5  # better maxima that are met; at the last one intervals are given up
+# Where the response jumps, evaluations of all profiles of an unknown, three times those of an even one, and better maxima: an edge of the
+# likelihood would be followed in ever shorter steps, with another maximum behind each of its corners.
 MOST_EVALUATIONS, MOST_MOVES = 120, 2
 
 
@@ -82,7 +82,7 @@ class _Profile:
     is free to turn has no limits: half a turn to either side is all there is of it.
     """
 
-    def __init__(self, likelihood: Maximised, maximum: Point, index: int, lowest: float) -> None:
+    def __init__(self, likelihood: _Limited, maximum: Point, index: int, lowest: float) -> None:
         self.sd, self._tangent = _tangent(likelihood, maximum, index)
         self.start = float(maximum.theta[index])
         half_turn = likelihood.period[index] / 2
@@ -146,6 +146,8 @@ class _Profile:
         )
         if point.deviance < self._lowest - LOWER:
             raise _BetterMaximum(point)
+        if self._likelihood.is_spent:  # and this no maximum
+            raise _EvaluationsSpent
         return replace(point, theta=point.theta + _turns(theta, self._likelihood.period))
 
 
@@ -162,19 +164,23 @@ class _BetterMaximum(Exception):
         self.point = point
 
 
-class _TooUneven(Exception):
-    """A profile that jumps as the response does leads to no end."""
+class _EvaluationsSpent(BudgetSpent):
+    """Those that the profiles of an unknown may take."""
 
 
 class _Limited:
-    """A likelihood that raises `_TooUneven` where it is asked to evaluate the model more than `most` times."""
+    """A likelihood that may be evaluated `most` times, a Jacobian counting as one; `_EvaluationsSpent` beyond."""
 
-    def __init__(self, behind: Maximised, most: int) -> None:
-        self._behind = behind
-        self._left = most
+    def __init__(self, behind: Maximised, most: float) -> None:
+        self._behind, self._left = behind, most
+        self.d, self.lower, self.upper, self.period = behind.d, behind.lower, behind.upper, behind.period
+        self.longest_step, self.least_gain = behind.longest_step, behind.least_gain
+        self.linearises_at_once = behind.linearises_at_once
 
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._behind, name)
+    @property
+    def is_spent(self) -> bool:
+        """Whether it was asked for more."""
+        return self._left < 0
 
     def at(self, theta: Array) -> Point:
         return self._counted(1).at(theta)
@@ -185,10 +191,13 @@ class _Limited:
     def curvature(self, point: Point, step: Array) -> Array:
         return self._counted(2).curvature(point, step)
 
+    def other_noise(self, theta: Array) -> list[Array]:
+        return self._counted(1).other_noise(theta)
+
     def _counted(self, n: int) -> Maximised:
         self._left -= n
-        if self._left < 0:
-            raise _TooUneven
+        if self.is_spent:
+            raise _EvaluationsSpent
         return self._behind
 
 
@@ -260,10 +269,9 @@ def _joined(likelihood: Maximised, maxima: Sequence[Point], rises: Array, index:
     """The interval of one unknown in the unit cube around the best of some maxima, best first, and all that are likely enough:
     in which the deviance rises by less than those (n_maximum, d)."""
     lowest = maxima[0].deviance
-    if _jumps(likelihood):
-        likelihood = cast("Maximised", _Limited(likelihood, MOST_EVALUATIONS))
+    limited = _Limited(likelihood, MOST_EVALUATIONS if _jumps(likelihood) else np.inf)
     best, *others = (
-        _checked(likelihood, point, index, float(rise), lowest)
+        _checked(limited, point, index, float(rise), lowest)
         for point, rise in zip(maxima, rises[:, index])
         if point.deviance - lowest < rise
     )
@@ -275,16 +283,18 @@ def _joined(likelihood: Maximised, maxima: Sequence[Point], rises: Array, index:
     low, high = parts[0].low, float(reached[-1])
     has_gap = any(part.low > before for part, before in zip(parts[1:], reached))
     kind = _kind(low, high)
+    if kind == "profile" and any(part.kind == "information" for part in parts):
+        kind = "information"
     return Interval(low, high, "hull" if has_gap and kind == "profile" else kind)
 
 
-def _checked(likelihood: Maximised, maximum: Point, index: int, rise: float, lowest: float) -> Interval:
+def _checked(likelihood: _Limited, maximum: Point, index: int, rise: float, lowest: float) -> Interval:
     """The interval of one unknown in the unit cube around one maximum, its ends checked or found on the profile: where the
-    deviance is `rise` above the lowest. Where the profile is too uneven, the information is believed."""
+    deviance is `rise` above the lowest. Where no evaluations are left for that, the information is believed."""
     profile = _Profile(likelihood, maximum, index, lowest)
     try:
         return _on_profile(profile, maximum, rise, lowest)
-    except _TooUneven:
+    except _EvaluationsSpent:
         return information_interval(likelihood, maximum, index, rise - (maximum.deviance - lowest))
 
 

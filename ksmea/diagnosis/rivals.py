@@ -85,24 +85,26 @@ def _led(trial: Trial, lead: Trial, baseline: Fit, n_candidate: int) -> Trial:
     and if that does not come near from where its effect comes nearest to what the best one predicts."""
     problem, likelihood, d = trial.fit.problem, trial.fit.likelihood, baseline.likelihood.d
 
-    def better_of(fits: Sequence[Fit]) -> Trial:
-        best = min([*fits, trial.fit], key=lambda each: each.deviance)
-        return trial_of(trial.candidate, best, baseline, n_candidate)
+    def tried(fits: Sequence[Fit]) -> Trial:
+        return trial_of(trial.candidate, min(fits, key=lambda each: each.deviance), baseline, n_candidate)
 
     def fit_from(u: Array) -> Fit:
         fit = Fit(problem, likelihood, maximise(likelihood, likelihood.start(u), tolerance=1e-4))
         return stable_fit(fit, start_nearby(problem, baseline))
 
-    fits = []
+    fits = [trial.fit]
     if (start := in_place_of(lead, trial, d)) is not None:
         fits.append(fit_from(start))
-        exchanged = better_of(fits)
+        exchanged = tried(fits)
         if Explanation.of(exchanged).is_near(Explanation.of(lead)):
             return exchanged
     measurement = likelihood.measurement
     predicted = dataclasses.replace(measurement, values=measurement.seen(lead.fit.response()), noise=lead.fit.noise)
     to_predicted = Likelihood(Model(problem), predicted)
-    for start in (np.concatenate([lead.fit.u[:d], without_effects(problem, d)]), better_of(fits).fit.u):
+    for start in (
+        np.concatenate([lead.fit.u[:d], without_effects(problem, d)]),
+        min(fits, key=lambda fit: fit.deviance).u,
+    ):
         nearest = maximise(to_predicted, start, max_iterations=MAX_ITERATIONS, tolerance=EXPECTED_GAIN)
         fits.append(fit_from(nearest.theta))
-    return better_of(fits)
+    return tried(fits)

@@ -11,7 +11,7 @@ from ksmea.channel import Channel
 from ksmea.contracts import Problem
 from ksmea.critical_rise import critical_rise
 from ksmea.final_step import most_likely
-from ksmea.intervals import Interval, checked_intervals, estimate
+from ksmea.intervals import MOST_EVALUATIONS, Interval, checked_intervals, estimate
 from ksmea.likelihood import Likelihood
 from ksmea.maximisation import maximise
 from ksmea.measurement import Measurement, Noise, observe
@@ -306,6 +306,44 @@ def test_a_profile_over_edges_is_left_for_the_information_where_the_response_jum
     for interval in found:
         assert [interval.low, interval.high] == pytest.approx([0.5 - 1.96 * 0.04, 0.5 + 1.96 * 0.04], abs=1e-3)
     assert 10 * asked[0] < asked[1]
+    assert asked[0] <= 1 + MOST_EVALUATIONS  # the first point
+
+
+def test_the_maxima_of_an_unknown_share_the_evaluations_and_an_interval_that_none_checked_says_so():
+    stairs = Stairs(0.05)
+    maxima = [stairs.at(np.array(theta)) for theta in ((0.5, 0.5), (0.52, 0.54))]
+    before = stairs.n_asked
+    _, [interval] = checked_intervals(stairs, maxima, np.full((2, 1), 3.84))
+    assert stairs.n_asked - before <= MOST_EVALUATIONS
+    assert interval.kind == "information" and interval.high > 0.59
+
+
+class Slope(Stairs):
+    """Beyond an edge of the first unknown the second one leads 160 down in steps of a hundredth of what is left."""
+
+    def _is_beyond(self, theta):
+        return theta[0] > 0.55
+
+    def deviance(self, theta):
+        if not self._is_beyond(theta):
+            self.n_asked += 1
+            return float(np.sum(((theta - 0.5) / self.sd) ** 2))
+        self.n_asked += 1
+        return float(((theta[0] - 0.5) / self.sd[0]) ** 2 + 1000 * (theta[1] - 0.9) ** 2 - 160)
+
+    def at(self, theta):
+        whitened = np.diag(1 / self.sd)
+        gradient = 2 * (theta - 0.5) / self.sd**2
+        if self._is_beyond(theta):
+            whitened[1, 1] = np.sqrt(1000 * 50.0)
+            gradient[1] = 2000 * (theta[1] - 0.9)
+        return Point(theta, self.deviance(theta), gradient, whitened)
+
+
+def test_a_better_maximum_that_a_fit_was_on_its_way_to_is_not_lost_where_evaluations_end():
+    slope = Slope(0.05)
+    best, _ = checked_intervals(slope, [slope.at(np.array([0.5, 0.5]))], np.array([[3.84]]))
+    assert best.deviance < -100
 
 
 class Flight(Stairs):
