@@ -4,7 +4,8 @@
 
 Complex data of 53 speeds and six channels. Statistics are ranked among 200 000 samples of unit noise; p of 100 000 further ones is
 below each level as often as the level says, if the smallest of four p-values is corrected as it should be. With a folder of
-`diagnosis_effects` the noise of its runs is tested as well: how many of its draws any model should be refused for.
+`diagnosis_effects` the noise of its runs is tested as well, before any fit: for which of them even the true values would be refused.
+How often a fit is refused is counted by `diagnosis_nulls`.
 """
 
 from __future__ import annotations
@@ -15,13 +16,15 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import binomtest
 
-from bench.plan.plan import generator, read_plan
+from bench.plan.plan import Plan, generator, read_plan
+from bench.plan.setup import Setup
 from ksmea.arrays import Array
 from ksmea.diagnosis.fit_quality import residual_statistics, upper_ranks
 from ksmea.measurement import Noise, observe
 
 SHAPE, UNIT = (53, 6), Noise(0.0, 1.0)
 RANKED, CHUNK, DRAWS = 200_000, 2000, 100_000
+REFUSED = 0.005  # p of fits that are refused
 LEVELS = (0.002, 0.005, 0.01, 0.05, 0.5)
 
 
@@ -40,11 +43,23 @@ def p_values(statistics: Array, known: Array) -> Array:
 
 
 def told(name: str, p: Array) -> None:
+    """Shares below each level; their intervals are wider by what the known samples leave open."""
+    n = round(1 / (1 / len(p) + 1 / RANKED))
     for level in LEVELS:
         below = int(np.sum(p < level))
-        interval = binomtest(below, len(p)).proportion_ci(0.95, method="wilson")
+        interval = binomtest(round(below * n / len(p)), n).proportion_ci(0.95, method="wilson")
         share = f"{below / len(p):.2%}, 95 % interval {interval.low:.2%} to {interval.high:.2%}"
         print(f"{name}: p below {level:g} in {below} of {len(p)} ({share})")
+
+
+def statistics_of_runs(plan: Plan) -> Array:
+    """Of the noise of an experiment's runs, (n, 4)."""
+    for cell in plan.cells:
+        setup = Setup.of(cell.settings)
+        shape = (len(setup.problem.speed), len(setup.problem.channels))
+        if shape != SHAPE or setup.source.kind != "complex":
+            raise SystemExit(f"{plan.name}: expected complex data of shape {SHAPE}, got {setup.source.kind} of {shape}")
+    return np.concatenate([statistics_of_noise(generator(plan.seeds(run)["noise"]), 1) for run in plan.runs])
 
 
 def main(folders: list[str]) -> None:
@@ -54,8 +69,11 @@ def main(folders: list[str]) -> None:
     told("noise", p_values(fresh, known))
     for folder in folders:
         plan = read_plan(Path(folder))
-        drawn = np.concatenate([statistics_of_noise(generator(plan.seeds(run)["noise"]), 1) for run in plan.runs])
-        told(folder, p_values(drawn, known))
+        p = p_values(statistics_of_runs(plan), known)
+        told(folder, p)
+        for run, of_run in zip(plan.runs, p):
+            if of_run < REFUSED:
+                print(f"  {plan.cells[run.cell].place['label']}, repetition {run.repetition}: p {of_run:.4f}")
 
 
 if __name__ == "__main__":

@@ -11,7 +11,8 @@ The cost is bounded, so that a search in vain ends:
    its values all over their limits, the first effect where it is fitted. One that leaves noise hides no second effect so large
    that only a scan would find it: a small one is near 0, where fits start.
 4. A fit from a scan that is far worse than the one from nearby after a few iterations is left there.
-5. Beside a first effect that is not linear in the motion only the few that promise most by their first step are fitted.
+5. Beside a first effect that is not linear in the motion only the few that promise most by their first step are fitted, and none is
+   scanned: a scan of one took minutes.
 6. First effects that predict the same data are one. `alternatives` puts the others in their place, beside the best pair.
 
 p of a second effect is corrected for the number of all pairs that were tried.
@@ -24,17 +25,14 @@ from functools import partial
 
 import numpy as np
 
-from ksmea.arrays import Array
-from ksmea.contracts import Problem
 from ksmea.diagnosis.explanations import NEAR, Explanation, ranked_explanations
 from ksmea.diagnosis.fitting import TRIAL_ITERATIONS, BaselineFits, Effort, Fit, finished
 from ksmea.diagnosis.screening import screened
 from ksmea.diagnosis.trials import Candidate, Trial, best_by_name, fitted, searched, shared_searches, trial_of
 from ksmea.measurement import Measurement
-from ksmea.screening import Screened, joined
 
 PER_SCANNED = 4  # points that are screened with the first effect for each that is scanned
-COSTLY = 4  # second effects, the most promising, beside a first one whose response takes a tenth of a second
+COSTLY = 4  # second effects, the most promising, beside a first one that is not linear in the motion
 PROMISING = 25.0  # deviance by which a pair may be worse than the best after a few iterations, to be fitted to the end
 
 
@@ -56,7 +54,8 @@ def pairs_beside(
         others = [trial.candidate for trial in trials if trial.candidate != first.candidate]
         limit = np.inf if is_scanned else first.fit.deviance - np.log(first.fit.likelihood.n_residual)
         quick = _quick(first, others, measurement, effort, progress, n_candidate, limit)
-        to_scan = [second for second in quick if is_scanned and second.candidate.effect.is_scanned][:n_kept]
+        can_scan = is_scanned and not _is_costly(first)
+        to_scan = [second for second in quick if can_scan and second.candidate.effect.is_scanned][:n_kept]
         scans = _scans(first, to_scan, baseline, measurement, effort, progress, n_candidate) if to_scan else []
         ended = partial(_ended, first, n_candidate)
         seconds = shared_searches(ended, (*quick[:n_kept], *scans), effort.workers)
@@ -112,8 +111,13 @@ def _quick(
     long as they may."""
     iterations = effort.first_iterations if np.isinf(limit) else TRIAL_ITERATIONS
     problem, workers = first.fit.problem, effort.workers
-    most = COSTLY if problem.parameters.makes_jumps else None
+    most = COSTLY if _is_costly(first) else None
     return fitted(problem, measurement, first.fit, candidates, progress, n_candidate, iterations, limit, workers, most)
+
+
+def _is_costly(first: Trial) -> bool:
+    """Whether a first effect is not linear in the motion: beside it a response takes a tenth of a second."""
+    return first.fit.problem.parameters.makes_jumps
 
 
 def _scans(
@@ -143,16 +147,4 @@ def _around(first: Fit, baseline: BaselineFits, measurement: Measurement, effort
     """The fit of a first effect, and the baseline model's screened points with that effect as it is fitted."""
     points = baseline.screened.thinned(PER_SCANNED * effort.scan)
     with_effect = np.hstack([points, np.tile(first.u[points.shape[1] :], (len(points), 1))])
-    return BaselineFits(
-        first, (), _screened_where_steady(first.problem, measurement, np.vstack([first.u, with_effect]))
-    )
-
-
-def _screened_where_steady(problem: Problem, measurement: Measurement, points: Array) -> Screened:
-    """Points (n, d) screened, but for those at which a nonlinear first effect leaves no steady motion."""
-    try:
-        return screened(problem, measurement, points)
-    except np.linalg.LinAlgError:
-        if len(points) == 1:
-            return Screened(points[:0], np.empty(0))
-        return joined(*(_screened_where_steady(problem, measurement, part) for part in np.array_split(points, 2)))
+    return BaselineFits(first, (), screened(first.problem, measurement, np.vstack([first.u, with_effect])))

@@ -14,7 +14,6 @@ from ksmea.difference_likelihood import likelihood_of
 from ksmea.measurement import Measurement, Noise, observe
 from ksmea.model import Model
 from ksmea.point import Point
-from ksmea.screening import ranked
 from problems.three_disk import ThreeDisk
 from tests.diagnosis.conftest import LESS, SENSORS, TRUTH, registered_effects
 
@@ -189,24 +188,11 @@ def test_an_effect_left_in_a_lower_maximum_is_lifted_by_the_pair_that_it_is_part
     assert _from_pair(lifted, pair, baseline, 2) is None
 
 
-def test_points_without_a_steady_motion_are_left_out_of_a_screening(monkeypatch):
-    """A stop that is touched may leave none at unknowns far from its fit, which must not end a diagnosis."""
-
-    def screened(problem, measurement, points):
-        if np.any(points > 0.8):
-            raise np.linalg.LinAlgError("no steady motion was found under this force")
-        return ranked(points, points[:, 0])
-
-    monkeypatch.setattr(module, "screened", screened)
-    points = np.array([[0.5], [0.9], [0.1], [0.3], [0.95]])
-    found = module._screened_where_steady(None, None, points)
-    assert found.points.ravel() == pytest.approx([0.1, 0.3, 0.5])
-    assert len(module._screened_where_steady(None, None, points[1:2]).points) == 0
-
-
 @pytest.mark.parametrize(("name", "most"), [("clearance_rub", module.COSTLY), ("runout", None)])
-def test_beside_what_is_not_linear_in_the_motion_only_few_are_fitted(rotor, fine, name, most, monkeypatch):
-    """A response with a rub takes a tenth of a second, a fit ten to a hundred of them."""
+def test_beside_what_is_not_linear_in_the_motion_only_few_are_fitted_and_none_is_scanned(
+    rotor, fine, name, most, monkeypatch
+):
+    """A response with a rub takes a tenth of a second, a fit ten to a hundred of them, a scan thousands."""
     measurement = measured(fine, [], [], seed=1)
     located_first = located(fine, name) if name == "runout" else registry.create("effect", name, {}).locations(fine)[0]
     first = Candidate(name, located_first)
@@ -217,7 +203,12 @@ def test_beside_what_is_not_linear_in_the_motion_only_few_are_fitted(rotor, fine
         likelihood,
         Point(likelihood.start(np.full(len(problem.parameters), 0.5)), 0.0, np.empty(0), np.empty((0, 0))),
     )
-    asked = []
-    monkeypatch.setattr(module, "fitted", lambda *words: asked.append(words) or [])
-    module._quick(Trial(first, fit, 100.0, 90.0, 1e-9), [], measurement, LESS, lambda: None, 10)
+    trial = Trial(first, fit, 100.0, 90.0, 1e-9)
+    second = next(each for each in candidates(rotor, registered_effects()) if each.effect.is_scanned)
+    asked, scanned = [], []
+    monkeypatch.setattr(module, "fitted", lambda *words: asked.append(words) or [Trial(second, fit, 1.0, 0.0, 1.0)])
+    monkeypatch.setattr(module, "_scans", lambda *words: scanned.append(words[1]) or [])
+    monkeypatch.setattr(module, "shared_searches", lambda *words: [])
+    module.pairs_beside([trial], [trial], None, measurement, LESS, lambda: None, is_scanned=True)
     assert asked[0][-1] == most
+    assert len(scanned) == (1 if most is None else 0)
