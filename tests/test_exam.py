@@ -128,7 +128,7 @@ def package(tmp_path):
 
 
 def test_one_line_of_a_test_file_is_a_test_for_each_property(package):
-    paths = f"pythonpath=. {Path(__file__).parent / 'helpers'}"
+    paths = f"pythonpath=. '{Path(__file__).parent / 'helpers'}'"
     command = [
         sys.executable,
         "-m",

@@ -3,6 +3,7 @@
 import csv
 import dataclasses
 import os
+import shlex
 import subprocess
 import sys
 from functools import cache
@@ -226,7 +227,8 @@ def test_a_changed_file_is_another_question(enter, tmp_path):
 def test_a_pipe_that_closes_early_is_no_error(tmp_path):
     measurement, _ = run_up(n_speed=20)
     (tmp_path / "run.csv").write_text(as_csv(measurement))
-    words = f"{sys.executable} -m bench +experiment=identify measurement.path=run.csv optimizer.screening=100 optimizer.starts=1"
+    settings = "measurement.path=run.csv optimizer.screening=100 optimizer.starts=1"
+    words = f"{shlex.quote(sys.executable)} -m bench +experiment=identify {settings}"
     done = subprocess.run(
         f"{words} | head -1", shell=True, check=False, cwd=tmp_path, capture_output=True, text=True, timeout=100
     )
