@@ -14,10 +14,10 @@ import sys
 from pathlib import Path
 
 import numpy as np
-from scipy.stats import binomtest
 
 from bench.plan.plan import Plan, generator, read_plan
 from bench.plan.setup import Setup
+from bench.reports.rates import interval
 from ksmea.arrays import Array
 from ksmea.diagnosis.fit_quality import residual_statistics, upper_ranks
 from ksmea.measurement import Noise, observe
@@ -47,8 +47,8 @@ def told(name: str, p: Array) -> None:
     n = round(1 / (1 / len(p) + 1 / RANKED))
     for level in LEVELS:
         below = int(np.sum(p < level))
-        interval = binomtest(round(below * n / len(p)), n).proportion_ci(0.95, method="wilson")
-        share = f"{below / len(p):.2%}, 95 % interval {interval.low:.2%} to {interval.high:.2%}"
+        low, high = interval(round(below * n / len(p)), n)
+        share = f"{below / len(p):.2%}, 95 % interval {low:.2%} to {high:.2%}"
         print(f"{name}: p below {level:g} in {below} of {len(p)} ({share})")
 
 

@@ -325,11 +325,9 @@ class Slope(Stairs):
         return theta[0] > 0.55
 
     def deviance(self, theta):
-        if not self._is_beyond(theta):
-            self.n_asked += 1
-            return float(np.sum(((theta - 0.5) / self.sd) ** 2))
         self.n_asked += 1
-        return float(((theta[0] - 0.5) / self.sd[0]) ** 2 + 1000 * (theta[1] - 0.9) ** 2 - 160)
+        by_first, by_second = ((theta - 0.5) / self.sd) ** 2
+        return float(by_first + (1000 * (theta[1] - 0.9) ** 2 - 160 if self._is_beyond(theta) else by_second))
 
     def at(self, theta):
         whitened = np.diag(1 / self.sd)
