@@ -39,7 +39,7 @@ from ksmea.records.estimate import EstimateRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.show.diagnosis import about_extension, text
 from ksmea.show.diagnosis_figure import ranking_figure, residual_figure
-from ksmea.show.hidden import COLUMN, in_one_line
+from ksmea.show.hidden import HIDDEN_COLUMN, hidden_in_one_line
 from ksmea.show.json_units import with_units
 from ksmea.show.location import plot
 from ksmea.show.location_words import in_short
@@ -135,7 +135,7 @@ def _row(record: DiagnosisRecord, cell: Cell) -> dict[str, Any]:
         "seconds": record.seconds,
         **coefficients(record, cell),
         "hidden": " ".join(effect.effect for effect in record.hidden),
-        **(_found(record) | {COLUMN: in_one_line(record.hidden)} if record.hidden else {}),
+        **(_found(record) | {HIDDEN_COLUMN: hidden_in_one_line(record.hidden)} if record.hidden else {}),
     }
 
 
@@ -254,7 +254,7 @@ def summary(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
             low, high = interval(alarms, len(results))
             row |= {"false_alarms": alarms, "false_alarms_pct_low": 100 * low, "false_alarms_pct_high": 100 * high}
         if index in hidden:
-            row[COLUMN] = hidden[index]
+            row[HIDDEN_COLUMN] = hidden[index]
         row["seconds_median"] = results["seconds"].median() if "seconds" in results else np.nan
         rows.append(row)
     return pd.DataFrame(rows)
@@ -264,7 +264,7 @@ def _summary_text(plan: Plan, runs: pd.DataFrame) -> str:
     frame = summary(plan, runs)
     names = [cell_name(plan, cell) for cell in plan.cells]
     place = place_columns(plan, plan.cells[0])
-    columns = [name for name in frame.columns if name not in ("cell", COLUMN, *place)]
+    columns = [name for name in frame.columns if name not in ("cell", HIDDEN_COLUMN, *place)]
     lines = [[name, *(number(row[column]) for column in columns)] for name, row in zip(names, frame.to_dict("records"))]
     head = ["cell", *(name.replace("_pct", " %").replace("_", " ") for name in columns)]
     return "\n\n".join(filter(None, [aligned(head, lines), hidden_paragraph(plan, runs, "diagnosis")]))

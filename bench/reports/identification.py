@@ -25,7 +25,7 @@ from bench.reports.fleet_rows import identified
 from bench.reports.runs import of_identifications
 from bench.reports.tables import csv_text
 from ksmea.records.identification import IdentificationRecord
-from ksmea.show.hidden import COLUMN, in_one_line
+from ksmea.show.hidden import HIDDEN_COLUMN, hidden_in_one_line
 from ksmea.show.identification import COLUMNS, frame, plot, text
 from ksmea.show.style import png
 from ksmea.show.weights import influence_frame
@@ -75,7 +75,7 @@ def identification_frame(plan: Plan, found: Mapping[Run, IdentificationRecord]) 
     frames = []
     for run, record in found.items():
         place = {"cell": run.cell, "repetition": run.repetition, **place_columns(plan, plan.cells[run.cell])}
-        hidden = {COLUMN: in_one_line(record.hidden)} if record.hidden else {}
+        hidden = {HIDDEN_COLUMN: hidden_in_one_line(record.hidden)} if record.hidden else {}
         frames.append(frame(record).assign(**place, **hidden))
     if not frames:
         return pd.DataFrame(columns=[*COLUMNS, "cell", "repetition", *plan.axes])

@@ -16,7 +16,7 @@ from bench.plan.columns import place_columns
 from bench.plan.plan import Plan, Run
 from ksmea.errors import SettingError
 from ksmea.records.identification import IdentificationRecord, IntervalEffort, ParameterRecord
-from ksmea.show.hidden import COLUMN, in_one_line
+from ksmea.show.hidden import HIDDEN_COLUMN, hidden_in_one_line
 
 
 def runs_frame(plan: Plan, output: Path) -> pd.DataFrame:
@@ -91,7 +91,7 @@ def _result_row(record: IdentificationRecord, exact: float | None) -> dict[str, 
     if gains := [update.polish_gain for update in record.history if update.polish_gain is not None]:
         row["polish_gain"] = float(np.median(gains))
     if record.hidden:
-        row[COLUMN] = in_one_line(record.hidden)
+        row[HIDDEN_COLUMN] = hidden_in_one_line(record.hidden)
     if record.remarks:
         row["remarks"] = "; ".join(record.remarks)
     if record.basin_excess is not None:

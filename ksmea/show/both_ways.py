@@ -10,7 +10,7 @@ from ksmea.show.text import chance, number
 DISAGREE = 0.01  # p below which it is said
 
 
-def lines(record: BothWaysRecord | None) -> Iterator[str]:
+def hausman_lines(record: BothWaysRecord | None) -> Iterator[str]:
     """One line; none where differences between runs tell nothing."""
     if record is None:
         return

@@ -13,11 +13,14 @@ from matplotlib.figure import Figure
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, FitQualityRecord, TrialRecord
 from ksmea.records.estimate import NoiseLevelRecord
 from ksmea.records.location import NOTHING
-from ksmea.show import both_ways, hidden, location, repeats
+from ksmea.show import location
+from ksmea.show.both_ways import hausman_lines
 from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
 from ksmea.show.diagnosis_tables import averaged_values, ranking_table, unknowns_table
+from ksmea.show.hidden import hidden_text
 from ksmea.show.location_words import in_short
 from ksmea.show.predictive_gain import gain_lines
+from ksmea.show.repeats import repeat_lines
 from ksmea.show.stability import stability_text
 from ksmea.show.text import aligned, data_words, in_columns, noise_level, number, with_ends
 from ksmea.show.verdict import alike, applied, verdict_line
@@ -35,8 +38,8 @@ def text(record: DiagnosisRecord) -> str:
     blocks = [
         _data(record),
         "\n".join(f"Note: {remark}" for remark in record.remarks),
-        _sentence(repeats.lines(record.repeats)),
-        _sentence(both_ways.lines(record.both_ways)),
+        _sentence(repeat_lines(record.repeats)),
+        _sentence(hausman_lines(record.both_ways)),
         _what_is_wrong(record),
         _unknowns(record),
         _cause(record),
@@ -45,7 +48,7 @@ def text(record: DiagnosisRecord) -> str:
         _detectable(record),
         "\n".join(stability_text(record.stability)),
         _left_out(record),
-        hidden.paragraph(record.hidden, "diagnosis"),
+        hidden_text(record.hidden, "diagnosis"),
     ]
     return "\n\n".join(block for block in blocks if block)
 

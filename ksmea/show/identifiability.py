@@ -11,7 +11,7 @@ from ksmea.arrays import Array
 from ksmea.records.identifiability import DataDescription, IdentifiabilityRecord, Unknown, Value, percent
 from ksmea.show.alike import ALIKE, alike_text
 from ksmea.show.identifiability_figure import plot
-from ksmea.show.lack_of_fit import warning
+from ksmea.show.lack_of_fit import fit_warning
 from ksmea.show.stability import stability_text
 from ksmea.show.text import aligned, noise_parts, two_digits
 from ksmea.units import RPM
@@ -29,7 +29,7 @@ COLUMNS = ("variation", "value", "parameter", "unit", "true", "crlb", "crlb_pct"
 
 def text(record: IdentifiabilityRecord, title: str = "", *, with_variations: bool = True) -> str:
     """What is known and what is not in sentences, and below them how that varies with the data."""
-    lines = [*([title] if title else []), *warning(record.lack_of_fit, "the intervals"), *sentences(record)]
+    lines = [*([title] if title else []), *fit_warning(record.lack_of_fit, "the intervals"), *sentences(record)]
     if with_variations and record.variations:
         lines += ["", _variations_text(record)]
     return "\n".join(lines)

@@ -13,10 +13,13 @@ from ksmea.errors import SettingError
 from ksmea.records.curves import FitCurves, as_array
 from ksmea.records.identification import DataDescription, IdentificationRecord, ParameterRecord
 from ksmea.records.location import LocationRecord
-from ksmea.show import both_ways, hidden, location, repeats, weights
+from ksmea.show import location, weights
 from ksmea.show.alike import ALIKE, alike_text
+from ksmea.show.both_ways import hausman_lines
 from ksmea.show.fit_figure import draw_amplitude, fit_figure
-from ksmea.show.lack_of_fit import verdict
+from ksmea.show.hidden import hidden_text
+from ksmea.show.lack_of_fit import fit_verdict
+from ksmea.show.repeats import repeat_lines
 from ksmea.show.stability import stability_text
 from ksmea.show.text import data_words, noise_parts, number, told, two_digits, value_and_ends
 from ksmea.units import MICROMETRE
@@ -30,7 +33,7 @@ def text(record: IdentificationRecord, title: str = "") -> str:
     below a title and the data. What synthetic data were made to hide follows apart from it."""
     found = "\n".join(_lines(record, title))
     beside = [] if record.location is None else [location.text(record.location), *_why_without(record.location)]
-    return "\n\n".join(filter(None, [found, *beside, hidden.paragraph(record.hidden, "identification")]))
+    return "\n\n".join(filter(None, [found, *beside, hidden_text(record.hidden, "identification")]))
 
 
 def _why_without(found: LocationRecord) -> list[str]:
@@ -131,12 +134,12 @@ def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:
     if record.interval_error is not None:
         yield f"no intervals: {record.interval_error}"
     yield from _noise_text(record)
-    yield from repeats.lines(record.repeats)
-    yield from both_ways.lines(record.both_ways)
+    yield from repeat_lines(record.repeats)
+    yield from hausman_lines(record.both_ways)
     yield f"hard to tell apart (correlation beyond ± {ALIKE}): {_alike_text(record)}"
     yield from stability_text(record.stability)
     if record.lack_of_fit is not None:
-        yield verdict(record.lack_of_fit)
+        yield fit_verdict(record.lack_of_fit)
     elif record.data is not None and record.data.too_few_to_test:
         yield "too few data to test the fit: with less than two per unknown it follows whatever was measured"
 

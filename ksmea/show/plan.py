@@ -10,7 +10,7 @@ import pandas as pd
 
 from ksmea.channel import named
 from ksmea.records.plan import Family, PlanRecord, Step, Unknown, infinite_where_none
-from ksmea.show.lack_of_fit import warning
+from ksmea.show.lack_of_fit import fit_warning
 from ksmea.show.plan_figure import is_without_size, plot
 from ksmea.show.stability import stability_text
 from ksmea.show.text import aligned
@@ -29,7 +29,7 @@ MAX_RANGES = 100  # a CRLB this many times what the search limits say is no numb
 def text(record: PlanRecord, title: str = "") -> str:
     """What to add and what it gives, in sentences; below them the CRLB of each unknown."""
     lines = [title] if title else []
-    lines += warning(record.lack_of_fit, "the CRLBs and what is chosen by them")
+    lines += fit_warning(record.lack_of_fit, "the CRLBs and what is chosen by them")
     lines += [_opening(record), *(f"- {_sentence(record, family)}" for family in record.families)]
     lines += ["", _table(record), ""]
     lines += [f"note: {remark}" for remark in [*record.remarks, *_outside(record)]]

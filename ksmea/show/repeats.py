@@ -12,7 +12,7 @@ from ksmea.show.text import chance, noise_parts, number
 DIFFER = 0.01  # p below which runs that are alike are said to differ
 
 
-def lines(record: RepeatsRecord | None) -> Iterator[str]:
+def repeat_lines(record: RepeatsRecord | None) -> Iterator[str]:
     """For example 'repeats differ by 0.4 % + 0.1 µm (86 degrees of freedom)', and whether runs do by more."""
     if record is None:
         return

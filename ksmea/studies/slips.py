@@ -10,10 +10,16 @@ from ksmea.errors import SettingError
 from ksmea.measurement import Measurement
 from ksmea.units import HERTZ, RPM
 
-NEAR = 0.3  # part of a band's ends within which a critical speed still shapes its response
+NEAR_BAND = 0.3  # part of a band's ends within which a critical speed still shapes its response
 FAR = 8.0  # measured speeds that many times below the first critical are hardly those of a run-up
 MAX_SITES = 60  # larger rotors take longer than a second
-REACHES = (1 + NEAR, 4.0, 12.0, 30.0, 61.0)  # times the highest speed, one after the other until a critical is found
+REACHES = (
+    1 + NEAR_BAND,
+    4.0,
+    12.0,
+    30.0,
+    61.0,
+)  # times the highest speed, one after the other until a critical is found
 MISREAD = {"Hz": HERTZ / RPM, "rad/s": 1 / RPM}  # what a number of this unit is multiplied by to be one in rpm
 
 
@@ -22,7 +28,7 @@ def slips(problem: Problem, x: Array, measurement: Measurement) -> tuple[str, ..
     modes, or is too large to ask for them in passing, nothing is said."""
     lowest, highest = float(np.min(measurement.speed)), float(np.max(measurement.speed))
     criticals = _first_criticals(problem, x, highest)
-    if criticals is None or np.any((criticals >= (1 - NEAR) * lowest) & (criticals <= (1 + NEAR) * highest)):
+    if criticals is None or np.any((criticals >= (1 - NEAR_BAND) * lowest) & (criticals <= (1 + NEAR_BAND) * highest)):
         return ()
     return (_no_critical_text(criticals, lowest, highest), *_unit_texts(criticals, lowest, highest))
 
@@ -44,7 +50,9 @@ def _first_criticals(problem: Problem, x: Array, highest: float) -> Array | None
 
 def _no_critical_text(criticals: Array, lowest: float, highest: float) -> str:
     band = f"{lowest / RPM:.0f} to {highest / RPM:.0f} rpm"
-    said = f"no critical speed of the model lies inside the measured band or within {100 * NEAR:.0f} % of it ({band})"
+    said = (
+        f"no critical speed of the model lies inside the measured band or within {100 * NEAR_BAND:.0f} % of it ({band})"
+    )
     if not len(criticals):
         return said
     nearest = criticals[np.argmin(np.abs(np.log(criticals / highest)))]

@@ -23,7 +23,7 @@ from ksmea.parameters import Parameter, Parameters
 from ksmea.records.identification import IdentificationRecord, LackOfFit, ParameterRecord, Seconds
 from ksmea.show.fit_figure import residuals
 from ksmea.show.identification import text
-from ksmea.show.lack_of_fit import verdict
+from ksmea.show.lack_of_fit import fit_verdict
 from ksmea.units import MICROMETRE, RPM
 from measurements.file import File
 from measurements.run_up_csv import as_csv
@@ -292,11 +292,11 @@ def beside_truth(parameter, true, identified):
 
 
 def test_the_verdict_is_read_from_the_record():
-    line = verdict(LackOfFit(0.0004, "Ljung–Box", rejected=True))
+    line = fit_verdict(LackOfFit(0.0004, "Ljung–Box", rejected=True))
     assert line.startswith("the model does not explain the data") and "diagnose" in line and "p = 0.0004" in line
     accepted = LackOfFit(0.0004, "Ljung–Box", rejected=False)
-    assert verdict(accepted).startswith("the model explains the data within their noise")
-    assert text(record_of(lack_of_fit=accepted)).splitlines()[-1] == verdict(accepted)
+    assert fit_verdict(accepted).startswith("the model explains the data within their noise")
+    assert text(record_of(lack_of_fit=accepted)).splitlines()[-1] == fit_verdict(accepted)
     assert "the model" not in text(record_of())
 
 

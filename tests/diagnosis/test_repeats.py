@@ -10,7 +10,7 @@ from campaigns import TRIAL, layout_of, measured
 from ksmea.diagnosis.repeats import repeats
 from ksmea.equal_speeds import equal_speeds
 from ksmea.measurement import Measurement, Noise, observe
-from ksmea.show.repeats import lines
+from ksmea.show.repeats import repeat_lines
 from ksmea.studies.repeats import repeats_of
 from problems.three_disk import ThreeDisk
 
@@ -72,7 +72,7 @@ def test_a_run_that_differs_is_named():
     found = repeats(_measured(np.random.default_rng(4), times=3, factor=(1.0, 1.0, 1.015)))
     assert found.between.p < 1e-6 and found.between.ratio > 4
     assert [each.what for each in found.standing_out if each.what.startswith("run")] == ["run run3"]
-    [said] = lines(repeats_of(_measured(np.random.default_rng(4), times=3, factor=(1.0, 1.0, 1.015))))
+    [said] = repeat_lines(repeats_of(_measured(np.random.default_rng(4), times=3, factor=(1.0, 1.0, 1.015))))
     assert said.startswith("repeats differ by 0.4") and "times as much (p " in said and "run run3 (" in said
 
 
@@ -84,7 +84,7 @@ def test_runs_with_unknowns_of_their_own_are_not_alike():
 
 def test_data_without_repeats_say_nothing():
     alone = _measured(np.random.default_rng(6), times=1, n_run=1)
-    assert repeats(alone) is None and repeats_of(alone) is None and not list(lines(None))
+    assert repeats(alone) is None and repeats_of(alone) is None and not list(repeat_lines(None))
 
 
 def test_an_identification_says_it():

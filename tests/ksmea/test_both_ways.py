@@ -12,7 +12,7 @@ from ksmea.alignment import aligned
 from ksmea.errors import SettingError
 from ksmea.measurement import Noise
 from ksmea.records.identification import IdentificationRecord
-from ksmea.show.both_ways import lines
+from ksmea.show.both_ways import hausman_lines
 from ksmea.studies.both_ways import both_ways
 from problems.three_disk import ThreeDisk
 
@@ -44,7 +44,7 @@ def test_a_runout_moves_the_joint_fit_alone(known):
         index = SEEN.parameters.names.index(each.name)
         assert each.value == pytest.approx(X[index] / SEEN.parameters.si_per_unit[index], rel=0.2)
     assert "u" not in [each.name for each in found.moved]  # it cancels
-    [said] = lines(found)
+    [said] = hausman_lines(found)
     assert "do not agree" in said and "runout" in said and "+experiment=diagnose" in said
 
 

@@ -13,7 +13,7 @@ from bench.reports.chapters.responses import of_fit
 from bench.reports.pages.traces import COLOURS, axis, layout, line
 from ksmea.records.identification import IdentificationRecord
 from ksmea.show.identification import table, text
-from ksmea.show.lack_of_fit import verdict
+from ksmea.show.lack_of_fit import fit_verdict
 
 LEAST_STEPS = 2  # updating steps that make a curve
 
@@ -34,7 +34,7 @@ def identification_page(told: Sequence[tuple[str, IdentificationRecord, str]], f
 def headline(record: IdentificationRecord) -> str:
     """Whether the model explains the data, in a line; of what was not tested, how many unknowns have an interval."""
     if record.lack_of_fit is not None:
-        said = verdict(record.lack_of_fit)
+        said = fit_verdict(record.lack_of_fit)
         return f"{said[:1].upper()}{said[1:]}"
     known = sum(part.low is not None and part.high is not None for part in record.parameters)
     return f"{known} of {len(record.parameters)} unknowns are known from both sides"
