@@ -1,4 +1,4 @@
-"""The door: `python -m bench`. The first word is a sub-command, or all words are Hydra's."""
+"""Entry of `python -m bench`: the first word is a sub-command, or all words are Hydra's."""
 
 from __future__ import annotations
 
@@ -30,12 +30,12 @@ def main() -> int:
 
 
 def _done() -> int:
-    from bench.storage.siblings import hidden
+    from bench.storage.shadowed_packages import hidden
 
     if line := hidden():
         print(f"error: {line}", file=sys.stderr)
         return BAD_INPUT
-    from bench.door import run  # after the thread settings and this check: it may load numpy and plugins
+    from bench.main import run  # after the thread settings and this check: it may load numpy and plugins
 
     return run(sys.argv[1:])
 

@@ -28,13 +28,13 @@ from bench.command_line.overrides import override
 from bench.jobs.records import NOT_FAILED, UNFINISHED
 from bench.plan.plan import Plan, read_plan
 from bench.plan.report import report_named
-from ksmea import registry
 from ksmea.errors import SettingError, visible_lines
-from ksmea.show.style import ShownFigure, figure_of
+from ksmea.plugins import registry
+from ksmea.show.figures.style import ShownFigure, figure_of
 
 BAD_INPUT, INTERRUPTED = 2, 130
 # Not `-m bench`: where it runs there may be a folder of that name. The main module is imported first, as it says why.
-LAUNCH = "import sys, bench.__main__; from bench import door; sys.exit(door.run(sys.argv[1:], refuse=print))"
+LAUNCH = "import sys, bench.__main__; from bench import main; sys.exit(main.run(sys.argv[1:], refuse=print))"
 
 
 @dataclass(frozen=True)

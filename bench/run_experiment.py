@@ -12,16 +12,15 @@ from omegaconf import DictConfig
 from bench.command_line.config import register_schemas
 from bench.command_line.config_dirs import CONFIG_DIR
 from bench.command_line.config_files import chosen_files, require_experiments, with_file
-from bench.command_line.file_words import with_quoted_files
 from bench.command_line.messages import USER_ERRORS, one_line
-from bench.command_line.offered import require_offered
-from bench.command_line.overrides import for_some_plugins, parse
+from bench.command_line.overrides import for_some_plugins, parse, with_quoted_files
 from bench.command_line.plugin_words import register_plugins
-from bench.jobs.deal import job_of
+from bench.command_line.settable import require_offered
+from bench.jobs.offers import job_of
 from bench.jobs.work import work
-from bench.storage.places import CONF
-from ksmea import registry
+from bench.storage.own_files import CONF
 from ksmea.errors import SettingError, unknown
+from ksmea.plugins import registry
 
 
 def run_experiment(words: list[str]) -> int:

@@ -25,17 +25,18 @@ from matplotlib.figure import Figure
 from scipy.stats import binomtest
 
 from benchmarks.resumed import add_missing_rows
-from ksmea import registry
-from ksmea.alignment import aligned
 from ksmea.arrays import Array
-from ksmea.contracts import Problem
 from ksmea.diagnosis.diagnosis import NEAR, Diagnosis, diagnose
-from ksmea.diagnosis.fitting import Effort
-from ksmea.diagnosis.split import Split
+from ksmea.diagnosis.further_measurement import Split
 from ksmea.diagnosis.trials import best_by_name
-from ksmea.kind import Kind
-from ksmea.measurement import Layout, Measurement, Noise, observe
-from ksmea.show.log_ticks import plain_ticks
+from ksmea.fits.fitting import Effort
+from ksmea.measurement.measurement import Layout, Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind
+from ksmea.plugins import registry
+from ksmea.problem.alignment import aligned
+from ksmea.problem.problem import Problem
+from ksmea.show.figures.ticks import plain_ticks
 from ksmea.studies.library import library
 from measurements.hidden_size import drawn_size
 from problems.three_disk import ThreeDisk

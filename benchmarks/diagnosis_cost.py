@@ -30,7 +30,7 @@ DATA = {
     "far off": ["internal_damping", "residual_bow", "flexible_pedestal"],
 }
 SEEDS = (1, 2, 3)
-FITTING, DIAGNOSIS, LOCATE = "ksmea.diagnosis.fitting", "ksmea.diagnosis.diagnosis", "ksmea.studies.locate"
+FITTING, DIAGNOSIS, LOCATE = "ksmea.fits.fitting", "ksmea.diagnosis.diagnosis", "ksmea.studies.locate"
 PARTS = {  # by the modules that call them, and names
     "screening": ((FITTING, "screened_both_ways"), (FITTING, "scanned"), (FITTING, "screened_at")),
     "baseline": ((DIAGNOSIS, "fit_baseline"),),

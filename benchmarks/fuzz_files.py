@@ -34,12 +34,12 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 
 from unittest.mock import patch
 
-from bench import door
-from bench.reports import summary_drawings
+from bench import main as bench_main
+from bench.reports.identification import summary_drawings
 from benchmarks.isolated_trial import Outcome, isolated
-from ksmea.alignment import aligned
-from ksmea.contracts import Problem
 from ksmea.errors import SettingError
+from ksmea.problem.alignment import aligned
+from ksmea.problem.problem import Problem
 from measurements.campaign import CampaignFile
 from measurements.file import File
 from problems.extended_file import ExtendedFile
@@ -235,7 +235,7 @@ def try_results(folder: Path) -> None:
     merge = ["merge", str(folder), "--out", str(folder / "merged")]
     with patch.object(summary_drawings, "png", lambda figure: b""):
         for words in (["status"], ["explain", ""], ["collect"], *exports, merge):
-            door.run([*words, str(folder)], refused.append)
+            bench_main.run([*words, str(folder)], refused.append)
     if refused:
         raise SettingError("\n".join(refused[:1]))
 

@@ -35,7 +35,7 @@ sys.path.insert(0, str(Path(__file__).resolve().parents[1] / "tests" / "helpers"
 from benchmarks.isolated_trial import Outcome, isolated
 from instrument_files import TABLES, Example, waveform
 from ksmea.errors import SettingError
-from ksmea.measurement import Measurement
+from ksmea.measurement.measurement import Measurement
 from measurements.file import File
 
 EXAMPLES = {**TABLES, "waveform": waveform}

@@ -15,13 +15,15 @@ import sys
 import numpy as np
 from scipy.stats import chi2
 
-from ksmea.descent import descend
-from ksmea.identification import Streams
-from ksmea.loop import KSMEA
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.misfit import Misfit
-from ksmea.model import Model, model_objective
-from ksmea.sampling import latin_hypercube
+from ksmea.identification.ksmea import KSMEA
+from ksmea.identification.true_model import model_objective
+from ksmea.likelihood.misfit import Misfit
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.numerics.least_squares import descend
+from ksmea.numerics.screening import latin_hypercube
+from ksmea.plugins.identification import Streams
+from ksmea.problem.counted import Model
 from optimizers.de import DE
 from problems.three_disk import ThreeDisk
 from surrogates.kriging import Kriging

@@ -17,10 +17,11 @@ import numpy as np
 
 from bench.plan.plan import Plan, generator, read_plan
 from bench.plan.setup import Setup
-from bench.reports.rates import interval
+from bench.reports.tables import interval
 from ksmea.arrays import Array
-from ksmea.diagnosis.fit_quality import residual_statistics, upper_ranks
-from ksmea.measurement import Noise, observe
+from ksmea.fits.lack_of_fit import residual_statistics, upper_ranks
+from ksmea.measurement.measurement import observe
+from ksmea.measurement.noise import Noise
 
 SHAPE, UNIT = (53, 6), Noise(0.0, 1.0)
 RANKED, CHUNK, DRAWS = 200_000, 2000, 100_000

@@ -25,21 +25,21 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.resumed import add_missing_rows
-from ksmea import registry
 from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.channel import Channel
-from ksmea.kind import Kind
-from ksmea.load import Load
-from ksmea.measurement import Measurement, Noise, observe
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind
+from ksmea.plugins import registry
+from ksmea.problem.load import Load
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.location import LocationRecord
 from ksmea.studies.diagnose import diagnosis
 from measurements.hidden_size import drawn_size
-from problems.rotor import dense
-from problems.rotor.assembly import assemble
-from problems.rotor.loads import unit_loads
-from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
-from problems.rotor.unknowns import rotor_at
+from problems.rotor.finite_elements.assembly import assemble
+from problems.rotor.finite_elements.loads import complex_unbalance, force_per_unbalance, unit_loads
+from problems.rotor.response import dense
+from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
 from tests.helpers.harmonic_balance import balanced_response
 

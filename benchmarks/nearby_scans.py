@@ -17,11 +17,10 @@ import sys
 import numpy as np
 
 import ksmea
-from ksmea.alignment import aligned
-from ksmea.diagnosis.explanations import NEAR
-from ksmea.diagnosis.fit_quality import fit_quality
-from ksmea.diagnosis.fitting import Effort, fit_baseline, polished
-from ksmea.diagnosis.trials import Trial, candidates, fitted, refined
+from ksmea.diagnosis.trials import NEAR, Trial, candidates, fitted, refined
+from ksmea.fits.fitting import Effort, fit_baseline, polished
+from ksmea.fits.lack_of_fit import fit_quality
+from ksmea.problem.alignment import aligned
 from ksmea.studies.library import library
 
 EFFECTS = (

@@ -15,12 +15,13 @@ import sys
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.cramer_rao import identifiability
-from ksmea.identification import Streams
-from ksmea.kind import Kind
-from ksmea.loop import KSMEA
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.model import CountedProblem
+from ksmea.identification.ksmea import KSMEA
+from ksmea.inference.cramer_rao import identifiability
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind
+from ksmea.plugins.identification import Streams
+from ksmea.problem.counted import CountedProblem
 from optimizers.lm import LM
 from problems.three_disk import ThreeDisk
 from surrogates.rational import Rational

@@ -23,13 +23,14 @@ import numpy as np
 import pandas as pd
 
 from benchmarks.resumed import add_missing_rows
-from ksmea import registry
 from ksmea.arrays import Array, ComplexArray
 from ksmea.diagnosis.diagnosis import diagnose
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.speed_history import DIRECTIONS, SpeedHistory
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.speeds import DIRECTIONS, SpeedHistory
+from ksmea.plugins import registry
 from problems.rk4_two_disk import RK4TwoDisk
-from problems.rotor.problem import RotorProblem
+from problems.rotor.response.problem import RotorProblem
 from problems.three_disk import ThreeDisk
 from tests.helpers.swept_rotor import swept_response
 

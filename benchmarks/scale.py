@@ -29,7 +29,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from bench import door
+from bench import main as bench_main
 from bench.jobs.claims import Claims, clear, deal
 from bench.jobs.presence import at_work
 from bench.jobs.records import RecordWriter, read_records
@@ -70,17 +70,17 @@ def record(n: int) -> None:
 
 def status(n: int) -> None:
     """`status` of n finished runs."""
-    door.run(["status", MANY])
+    bench_main.run(["status", MANY])
 
 
 def collect(n: int) -> None:
     """`collect` of them, with its figure."""
-    door.run(["collect", MANY])
+    bench_main.run(["collect", MANY])
 
 
 def resume(n: int) -> None:
     """The same command again, which finds nothing to do."""
-    door.run([f"repetitions={n}", f"output={MANY}", *EMPTY])
+    bench_main.run([f"repetitions={n}", f"output={MANY}", *EMPTY])
 
 
 def claim(n: int) -> None:

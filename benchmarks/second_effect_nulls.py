@@ -15,11 +15,12 @@ import sys
 import numpy as np
 from scipy.stats import binomtest
 
-from ksmea.diagnosis.fitting import BaselineFits, Effort, fit_from_values, fit_nearby
 from ksmea.diagnosis.second_effects import pairs_beside
 from ksmea.diagnosis.trials import candidates, trial_of
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.screening import ranked
+from ksmea.fits.fitting import BaselineFits, Effort, fit_from_values, fit_nearby
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.numerics.screening import ranked
 from ksmea.studies.library import library
 from problems.three_disk import ThreeDisk
 

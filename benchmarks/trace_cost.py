@@ -13,14 +13,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.contracts import Optimizer
-from ksmea.counted_surrogate import PredictionCount
-from ksmea.direct import Direct
-from ksmea.identification import Streams
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.model import CountedProblem
-from ksmea.objective import Minimum, Objective
-from ksmea.trace import TracedProblem, thinned
+from ksmea.identification.direct import Direct
+from ksmea.identification.trace import PredictionCount, TracedProblem, thinned
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.numerics.objective import Minimum, Objective
+from ksmea.plugins.identification import Streams
+from ksmea.plugins.optimizer import Optimizer
+from ksmea.problem.counted import CountedProblem
 from optimizers.de import DE
 from optimizers.lm import LM
 from problems.three_disk import ThreeDisk

@@ -1,7 +1,7 @@
 """The documentation site: `python -m sphinx -W docs build/site`, from the root of the repository.
 
 Pages are the Markdown files of this folder, in the order of index.md. What is written by hand stands there alone; the
-settings of all plugins (reference/), the functions of the Python door and the picture of the rooms are made from the code
+settings of all plugins (reference/), the functions of the Python API and the picture of the rooms are made from the code
 when the site is built. The site asks for nothing on the network, when it is built or when it is read.
 """
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 import unicodedata
+import warnings
 from collections.abc import Iterable
 from typing import Any
 
@@ -96,3 +97,8 @@ def visible(text: str, kept: str = "") -> str:
 def visible_lines(text: str) -> str:
     """The same of several lines, which stay lines."""
     return visible(text, kept="\n")
+
+
+def warn_moved(old: str, new: str) -> None:
+    """Warn an importer of an old module path, which works for one more release, of the new one."""
+    warnings.warn(f"{old} has moved to {new}; import it from there", DeprecationWarning, stacklevel=3)

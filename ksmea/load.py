@@ -1,31 +1,6 @@
-"""One load on the shaft: where it acts (m), in which direction, and whether it is a force or a moment."""
+"""Old path of `ksmea.problem.load`, for one release. Shorter than 40 lines: it only forwards."""
 
-from __future__ import annotations
+from ksmea.errors import warn_moved
+from ksmea.problem.load import *
 
-from dataclasses import dataclass
-
-from ksmea.channel import DIRECTIONS
-from ksmea.errors import SettingError
-
-FORCE, MOMENT = "force", "moment"
-LOADS = (FORCE, MOMENT)
-
-
-@dataclass(frozen=True)
-class Load:
-    """A unit force (N) along x or y, or a unit moment (N m) about x or y, at a position of the shaft (m). Under
-    Re(f e^{iΩt}) it has the frequency of rotation."""
-
-    position: float
-    direction: str
-    kind: str = FORCE
-
-    def __post_init__(self) -> None:
-        if self.direction not in DIRECTIONS:
-            raise SettingError(f"direction of a load: expected x or y, got {self.direction!r}")
-        if self.kind not in LOADS:
-            raise SettingError(f"kind of a load: expected {' or '.join(LOADS)}, got {self.kind!r}")
-
-    @property
-    def unit(self) -> str:
-        return "N" if self.kind == FORCE else "N m"
+warn_moved(__name__, "ksmea.problem.load")

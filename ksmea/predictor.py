@@ -1,33 +1,8 @@
-"""What a surrogate becomes by its fit."""
+"""Old path of names in `ksmea.plugins.surrogate`, for one release. Shorter than 40 lines: it only forwards."""
 
-from __future__ import annotations
+from ksmea.errors import warn_moved
+from ksmea.plugins.surrogate import Predictor
 
-from abc import ABC, abstractmethod
-from collections.abc import Mapping
+__all__ = ["Predictor"]
 
-from ksmea.arrays import Array
-
-
-class Predictor(ABC):
-    """A fitted surrogate."""
-
-    @abstractmethod
-    def predict(self, u: Array) -> Array:
-        """(k, d) → (k, q)."""
-
-    def variance(self, u: Array) -> Array | None:
-        """Prediction variance of each output, (k, q). Left out: None, it is not known."""
-        return None
-
-    def leave_one_out(self) -> Array | None:
-        """Root mean square leave-one-out error of each output, (q,). Left out: None, the prediction counts as exact."""
-        return None
-
-    def append(self, u: Array, y: Array) -> Predictor | None:
-        """A new predictor with one more sample u (d,), y (q,), cheaper than a new fit. Left out: None, fit anew."""
-        return None
-
-    @property
-    def notes(self) -> Mapping[str, float]:
-        """What is worth keeping in the run's record (a nugget that grew, θ …). Left out: nothing."""
-        return {}
+warn_moved(__name__, "ksmea.plugins.surrogate")

@@ -1,4 +1,4 @@
-"""What the door returns: a record of what was found, with the text of the terminal, a table and a figure.
+"""Results of the Python API: a record of what was found, with the text of the terminal, a table and a figure.
 
 `print(result)` gives the text, `to_frame()` a tidy table, `plot()` a figure, `to_json()` the record with units beside its numbers; a notebook shows
 table and text. `record` has every number as an attribute, SI unless its documentation says otherwise.

@@ -1,14 +1,8 @@
-"""What a surrogate raises that cannot follow the response."""
+"""Old path of names in `ksmea.plugins.surrogate`, for one release. Shorter than 40 lines: it only forwards."""
 
-from __future__ import annotations
+from ksmea.errors import warn_moved
+from ksmea.plugins.surrogate import Unsuited
 
-from ksmea.contracts import Surrogate
+__all__ = ["Unsuited"]
 
-
-class Unsuited(ArithmeticError):
-    """Raised by the fit of a surrogate where samples show that it cannot follow the response: `substitute` takes over; None: the
-    run ends with the message."""
-
-    def __init__(self, message: str, substitute: Surrogate | None = None) -> None:
-        super().__init__(message)
-        self.substitute = substitute
+warn_moved(__name__, "ksmea.plugins.surrogate")

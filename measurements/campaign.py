@@ -33,15 +33,16 @@ from pathlib import Path
 
 import numpy as np
 
-from ksmea.blocks import Block, inside
-from ksmea.campaign import Campaign, Run
-from ksmea.channel import Channel
-from ksmea.contracts import MeasurementSource, ProblemSettings
 from ksmea.errors import SettingError, shortened
-from ksmea.measurement import Layout, Measurement, Noise
-from ksmea.settings import setting
-from ksmea.strict_yaml import parse
-from ksmea.strict_yaml import read_bytes as read_yaml
+from ksmea.measurement.campaign import Campaign, Run
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Layout, Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.plugins.source import MeasurementSource, ProblemSettings
+from ksmea.settings.document import Block, inside
+from ksmea.settings.settings import setting
+from ksmea.settings.strict_yaml import parse
+from ksmea.settings.strict_yaml import read_bytes as read_yaml
 from measurements.campaign_document import Document, RunEntry, read_document
 from measurements.common_speeds import at_common_speeds
 from measurements.run_up import RunUp, run_up

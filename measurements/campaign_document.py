@@ -9,8 +9,8 @@ import re
 from dataclasses import dataclass
 from pathlib import Path
 
-from ksmea.blocks import Block
-from ksmea.campaign import RUN_DIRECTIONS, UnknownWeight, Weight
+from ksmea.measurement.campaign import RUN_DIRECTIONS, UnknownWeight, Weight
+from ksmea.settings.document import Block
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
 OWN = "own"

@@ -1,7 +1,8 @@
-"""The runs of a campaign at the speeds that all of them have: differences between runs are of these.
+"""Runs of a campaign at common speeds, for differences between runs; mean vectors of repeated speeds.
 
-Runs that were measured at speeds of their own can be interpolated to common ones, as channels are (`measurements/shared_speeds.py`
-says how, and what becomes of their uncertainty): those of the run with the fewest between the speeds that all reach.
+Runs that were measured at their own speeds can be interpolated to common ones, as channels are (`measurements/shared_speeds.py` has
+the method and the uncertainty): those of the run with the fewest between the speeds that all reach. A speed that occurs several
+times in a channel, as in exports with rounded speeds, is replaced by the mean vector.
 """
 
 from __future__ import annotations
@@ -14,11 +15,13 @@ from typing import Any
 import numpy as np
 
 from ksmea.arrays import Array, Indices
-from ksmea.equal_speeds import COMMON_SPEED, common_speeds
 from ksmea.errors import SettingError, unknown
+from ksmea.measurement.speeds import COMMON_SPEED, common_speeds
 from measurements.formats.curve import Flags
 from measurements.run_up import RunUp
+from measurements.run_up_rows import Rows, rows_at
 from measurements.shared_speeds import Interpolated, interpolated
+from measurements.slow_roll import vectors, with_vectors
 
 
 def at_common_speeds(
@@ -114,3 +117,23 @@ def _part(run: RunUp, kept: Indices) -> RunUp:
         order=run.order[kept],
         remarks=(*run.remarks, *remark),
     )
+
+
+def averaged(rows: Rows) -> tuple[Rows, str | None]:
+    """Each speed of a channel once, where it stands first, and a remark where that changes anything. Stated standard deviations
+    are those of the mean of independent rows."""
+    together: dict[tuple[float, tuple[float, str, float]], list[int]] = {}
+    for index, key in enumerate(zip(rows.speed, rows.channel)):
+        together.setdefault(key, []).append(index)
+    if len(together) == len(rows.line):
+        return rows, None
+    values = vectors(rows)
+    sigma = None if rows.sigma is None else np.array(rows.sigma)
+    for indices in together.values():
+        if len(indices) > 1:
+            values[indices[0]] = np.mean(values[indices])
+            if sigma is not None:
+                sigma[indices[0]] = np.sqrt(np.sum(sigma[indices] ** 2)) / len(indices)
+    most = max(map(len, together.values()))
+    told = f"repeats: {len(rows.line)} rows averaged to {len(together)} (complex mean, at most {most} of one speed)"
+    return rows_at(with_vectors(rows, values, sigma), [indices[0] for indices in together.values()]), told

@@ -14,10 +14,11 @@ from functools import cached_property
 import numpy as np
 
 from ksmea.arrays import ComplexArray
-from ksmea.contracts import MeasurementSource, ProblemSettings
 from ksmea.errors import SettingError
-from ksmea.measurement import KINDS, Layout, Measurement, Noise
-from ksmea.settings import setting
+from ksmea.measurement.measurement import KINDS, Layout, Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.plugins.source import MeasurementSource, ProblemSettings
+from ksmea.settings.settings import setting
 from measurements.synthetic import Synthetic
 
 # Relative standard deviation of each value, evenly in its logarithm: 1 % is a careful measurement, 10 % the paper's worst.

@@ -41,15 +41,16 @@ from typing import Any, Self
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.contracts import MeasurementSource, ProblemSettings
 from ksmea.errors import SettingError
-from ksmea.measurement import Layout, Measurement, Noise
-from ksmea.settings import setting
-from measurements.formats.answers import OWN, Answers
-from measurements.formats.opened import Opened
+from ksmea.measurement.measurement import Layout, Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.plugins.source import MeasurementSource, ProblemSettings
+from ksmea.settings.settings import setting
+from measurements.common_speeds import averaged
+from measurements.formats.lazy_file import Opened
 from measurements.formats.readers import foreign_rows
+from measurements.formats.user_answers import OWN, Answers
 from measurements.formats.waveform import MOST_BYTES
-from measurements.repeats import averaged
 from measurements.run_up import RunUp, run_up
 from measurements.run_up_rows import MAX_BYTES, Rows, rows_at, rows_of, text_of, to_digits
 from measurements.shared_speeds import at_shared_speeds

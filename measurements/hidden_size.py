@@ -16,13 +16,15 @@ from collections.abc import Callable
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.contracts import AnyEffect, Problem
-from ksmea.kind import Kind
-from ksmea.likelihood import Likelihood
-from ksmea.maximisation import maximise
-from ksmea.measurement import Measurement, Noise
-from ksmea.model import Model
-from ksmea.parameters import Parameter
+from ksmea.inference.maximisation import maximise
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind
+from ksmea.plugins.effect import AnyEffect
+from ksmea.problem.counted import Model
+from ksmea.problem.parameters import Parameter
+from ksmea.problem.problem import Problem
 
 # Of the rms of the response. The ends are a choice: a tenth stands out of noise of some per cent; two responses of one size
 # that have nothing in common differ by √2, which is what a critical speed makes that is off by more than its width.

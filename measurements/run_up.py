@@ -10,13 +10,13 @@ from typing import NoReturn
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.channel import Channel
 from ksmea.errors import SettingError
-from ksmea.speed_history import SpeedHistory
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.speeds import SpeedHistory
 from ksmea.units import DEGREE, MICROMETRE, RPM
 from measurements.formats.questions import OpenQuestion
 from measurements.run_up_rows import Rows
-from measurements.speed_history import speed_history
+from measurements.sweeps import speed_history
 
 ChannelCells = tuple[float, str, float]  # position (m), direction, harmonic
 
@@ -136,7 +136,7 @@ def _check_zeros(path: str, amplitude: Array, first_lines: Mapping[ChannelCells,
 
 
 def _check_harmonics(path: str, first_lines: Mapping[ChannelCells, int], *, has_phases: bool) -> None:
-    """Amplitudes are refused where the measurement would refuse them (`ksmea.measurement`), with the line."""
+    """Amplitudes are refused where the measurement would refuse them (`ksmea.measurement.measurement`), with the line."""
     others = [(cells, line) for cells, line in first_lines.items() if not Channel(*cells).is_1x]
     if others and len(others) == len(first_lines):
         raise SettingError(f"{path}: expected rows at harmonic 1, got none; add the 1X vibration")

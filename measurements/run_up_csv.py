@@ -7,7 +7,7 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.measurement import Measurement
+from ksmea.measurement.measurement import Measurement
 from ksmea.units import DEGREE, MICROMETRE, RPM
 from measurements.run_up_rows import REQUIRED, Rows
 

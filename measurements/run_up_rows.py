@@ -14,8 +14,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NoReturn
 
-from ksmea.channel import DIRECTIONS, direction_at
 from ksmea.errors import SettingError, unknown
+from ksmea.measurement.channel import DIRECTIONS, direction_at
 
 REQUIRED = ("speed_rpm", "position_m", "direction", "amplitude_um_0pk")
 OPTIONAL = ("phase_lead_deg", "sigma_um", "time_s", "run", "harmonic")

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.channel import Channel
 from ksmea.errors import SettingError
+from ksmea.measurement.channel import Channel
 from measurements.formats.curve import Flags
 from measurements.run_up_rows import Rows
-from measurements.vectors import by_channel, vectors
+from measurements.slow_roll import by_channel, vectors
 
 LARGEST_ERROR = 0.02  # of a vector, by interpolation, where no noise is stated that it could be added to
 WIDEST = 0.05  # of a speed, between the rows that it lies between

@@ -1,16 +1,20 @@
-"""Slow roll: what probes read of a shaft that turns so slowly that it does not move, taken off once.
+"""Slow roll: the probe readings of a shaft that turns too slowly to deflect, subtracted from all rows.
 
 The mean vector of a channel's rows up to the highest speed of slow roll is subtracted from its other rows, as complex numbers. Its
-own variance is added to theirs where the file states one; that it is the same error in all rows is not said.
+variance is added to theirs if the file states one; the correlation that this makes between rows is neglected.
 """
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
+from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.errors import SettingError
+from ksmea.measurement.channel import Channel
+from ksmea.units import DEGREE
 from measurements.run_up_rows import Rows, rows_at
-from measurements.vectors import by_channel, vectors, with_vectors
 
 SUBTRACTED = "slow roll: subtracted"  # how the remark begins by which a file is known
 
@@ -41,3 +45,27 @@ def without_slow_roll(rows: Rows, highest: float, path: str) -> tuple[Rows, str]
         )
     changed = with_vectors(rows, values, sigma)
     return rows_at(changed, sorted(kept)), f"{SUBTRACTED}, the mean vector up to {highest:g} rpm of {'; '.join(told)}"
+
+
+def vectors(rows: Rows) -> Array | ComplexArray:
+    """What each row says, (n_row,) µm zero to peak: complex with phases, else amplitudes."""
+    amplitude = np.array(rows.amplitude)
+    return amplitude if rows.phase is None else amplitude * np.exp(1j * DEGREE * np.array(rows.phase))
+
+
+def with_vectors(rows: Rows, values: Array | ComplexArray, sigma: Array | None) -> Rows:
+    """The rows with other vectors (n_row,) and standard deviations."""
+    return dataclasses.replace(
+        rows,
+        amplitude=np.abs(values).tolist(),
+        phase=None if rows.phase is None else np.angle(values, deg=True).tolist(),
+        sigma=None if sigma is None else sigma.tolist(),
+    )
+
+
+def by_channel(rows: Rows) -> dict[Channel, Indices]:
+    """Indices of the rows of each channel, in the order of the file."""
+    found: dict[tuple[float, str, float], list[int]] = {}
+    for index, channel in enumerate(rows.channel):
+        found.setdefault(channel, []).append(index)
+    return {Channel(*channel): np.array(indices) for channel, indices in found.items()}

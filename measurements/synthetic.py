@@ -21,19 +21,21 @@ from typing import Any
 
 import numpy as np
 
-from ksmea import registry
-from ksmea.alignment import aligned
 from ksmea.arrays import Array, ComplexArray
-from ksmea.campaign import RUN_DIRECTIONS, Campaign, Run
-from ksmea.contracts import AnyEffect, MeasurementSource, Problem, ProblemSettings
 from ksmea.errors import SettingError, unknown
-from ksmea.kind import Kind
-from ksmea.measurement import KINDS, Layout, Measurement, Noise, observe
-from ksmea.parameters import Parameter
-from ksmea.recent import recent
+from ksmea.measurement.campaign import RUN_DIRECTIONS, Campaign, Run, weights_of
+from ksmea.measurement.measurement import KINDS, Layout, Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind
+from ksmea.numerics.differences import recent
+from ksmea.plugins import registry
+from ksmea.plugins.effect import AnyEffect
+from ksmea.plugins.source import MeasurementSource, ProblemSettings
+from ksmea.problem.alignment import aligned
+from ksmea.problem.parameters import Parameter
+from ksmea.problem.problem import Problem
 from ksmea.records.hidden import HiddenEffect, TrueValue
-from ksmea.run_notation import weights_of
-from ksmea.settings import setting
+from ksmea.settings.settings import setting
 from ksmea.units import MICROMETRE, RPM
 from measurements.hidden_size import drawn_size, size_of_drop
 

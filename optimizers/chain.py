@@ -13,12 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from ksmea import registry
-from ksmea.contracts import Optimizer
 from ksmea.errors import BudgetSpent
-from ksmea.objective import Minimum, Objective
-from ksmea.search_part import SearchPart
-from ksmea.settings import Settings, setting
+from ksmea.numerics.objective import Minimum, Objective, SearchPart
+from ksmea.plugins import registry
+from ksmea.plugins.optimizer import Optimizer
+from ksmea.settings.settings import Settings, setting
 
 
 @dataclass(frozen=True)

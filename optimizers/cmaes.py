@@ -15,11 +15,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.contracts import Optimizer
 from ksmea.errors import SettingError
-from ksmea.global_generators import global_generators
-from ksmea.objective import Minimum, Objective
-from ksmea.settings import setting
+from ksmea.numerics.objective import Minimum, Objective
+from ksmea.numerics.seeding import global_generators
+from ksmea.plugins.optimizer import Optimizer
+from ksmea.settings.settings import setting
 from optimizers.isolation import finite
 
 if importlib.util.find_spec("cma") is None:

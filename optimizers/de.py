@@ -14,9 +14,9 @@ import scipy
 from scipy.optimize import Bounds, differential_evolution
 
 from ksmea.arrays import Array
-from ksmea.contracts import Optimizer
-from ksmea.objective import Minimum, Objective
-from ksmea.settings import setting
+from ksmea.numerics.objective import Minimum, Objective
+from ksmea.plugins.optimizer import Optimizer
+from ksmea.settings.settings import setting
 from optimizers.isolation import finite
 
 STRATEGIES = tuple(

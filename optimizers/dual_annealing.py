@@ -13,9 +13,9 @@ import numpy as np
 from scipy.optimize import Bounds, dual_annealing
 
 from ksmea.arrays import Array
-from ksmea.contracts import Optimizer
-from ksmea.objective import Minimum, Objective
-from ksmea.settings import setting
+from ksmea.numerics.objective import Minimum, Objective
+from ksmea.plugins.optimizer import Optimizer
+from ksmea.settings.settings import setting
 from optimizers.isolation import finite
 
 

@@ -14,11 +14,11 @@ import numpy as np
 from deap import algorithms, base, tools
 
 from ksmea.arrays import Array
-from ksmea.contracts import Optimizer
 from ksmea.errors import SettingError
-from ksmea.global_generators import global_generators
-from ksmea.objective import Minimum, Objective
-from ksmea.settings import setting
+from ksmea.numerics.objective import Minimum, Objective
+from ksmea.numerics.seeding import global_generators
+from ksmea.plugins.optimizer import Optimizer
+from ksmea.settings.settings import setting
 
 CROSSOVERS = {"one_point": tools.cxOnePoint, "two_point": tools.cxTwoPoint}
 

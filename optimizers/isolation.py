@@ -1,7 +1,7 @@
 """What keeps the habits of optimisation libraries from everything around them.
 
 pyswarms configures the root logger and opens a log file in the working directory, and most compute with misfits as though
-all of them were finite. Those that draw from global generators: `ksmea.global_generators`.
+all of them were finite. Those that draw from global generators: `ksmea.numerics.seeding`.
 """
 
 from __future__ import annotations

@@ -7,7 +7,7 @@ these points, find it.
 M. A. Branch, T. F. Coleman and Y. Li, A subspace, interior, and conjugate gradient method for large-scale
 bound-constrained minimization problems, SIAM J. Sci. Comput. 21 (1999) 1–23, doi 10.1137/S1064827595289108;
 Levenberg and Marquardt's step in a trust region: J. J. Moré, Lect. Notes Math. 630 (1978) 105–116,
-doi 10.1007/BFb0067700. Screening: `ksmea.screening`.
+doi 10.1007/BFb0067700. Screening: `ksmea.numerics.screening`.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.contracts import Optimizer
-from ksmea.descent import descend
-from ksmea.objective import Minimum, Objective
-from ksmea.screening import Screened, ranked, sobol
-from ksmea.settings import setting
+from ksmea.numerics.least_squares import descend
+from ksmea.numerics.objective import Minimum, Objective
+from ksmea.numerics.screening import Screened, ranked, sobol
+from ksmea.plugins.optimizer import Optimizer
+from ksmea.settings.settings import setting
 
 
 @dataclass(frozen=True)

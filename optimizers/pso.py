@@ -11,10 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ksmea.contracts import Optimizer
-from ksmea.global_generators import global_generators
-from ksmea.objective import Minimum, Objective
-from ksmea.settings import setting
+from ksmea.numerics.objective import Minimum, Objective
+from ksmea.numerics.seeding import global_generators
+from ksmea.plugins.optimizer import Optimizer
+from ksmea.settings.settings import setting
 from optimizers.isolation import finite, logging_unconfigured
 
 with logging_unconfigured():

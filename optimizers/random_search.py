@@ -9,9 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.contracts import Optimizer
-from ksmea.objective import Minimum, Objective
-from ksmea.settings import setting
+from ksmea.numerics.objective import Minimum, Objective
+from ksmea.plugins.optimizer import Optimizer
+from ksmea.settings.settings import setting
 
 
 @dataclass(frozen=True)

@@ -22,18 +22,18 @@ from functools import cache
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.contracts import ProblemSettings
-from ksmea.fisher import UNKNOWABLE, whitened_sensitivity
-from ksmea.kind import Kind
-from ksmea.measurement import Noise
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
+from ksmea.likelihood.fisher import UNKNOWABLE, whitened_sensitivity
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind
+from ksmea.plugins.source import ProblemSettings
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
 from ksmea.units import DEGREE, GIGAPASCAL, GRAM_MILLIMETRE, KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE
-from problems.probes import channels_of
-from problems.rotor.data import Bearing, Disk, Material, Rotor, UnbalancePlane
-from problems.rotor.problem import RotorProblem
-from problems.rotor.unknowns import BearingTarget, Target, UnbalanceTarget, Unknown
-from problems.uniform_shaft import uniform_shaft
+from problems.rotor.finite_elements.data import Bearing, Disk, Material, Rotor, UnbalancePlane
+from problems.rotor.finite_elements.shapes import uniform_shaft
+from problems.rotor.response.problem import RotorProblem
+from problems.rotor.response.unknowns import BearingTarget, Target, UnbalanceTarget, Unknown
+from problems.rotor_settings import channels_of
 
 Range = tuple[float, float]  # drawn from evenly in the logarithm, unless said otherwise
 

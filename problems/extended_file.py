@@ -22,13 +22,15 @@ from typing import Any
 import numpy as np
 import yaml
 
-from ksmea import registry
-from ksmea.blocks import Block, inside
-from ksmea.contracts import AnyEffect, Problem, ProblemSettings
 from ksmea.errors import SettingError, unknown
-from ksmea.setting_types import TRUTHS
-from ksmea.settings import Settings, setting
-from ksmea.strict_yaml import parse, read_bytes
+from ksmea.plugins import registry
+from ksmea.plugins.effect import AnyEffect
+from ksmea.plugins.source import ProblemSettings
+from ksmea.problem.problem import Problem
+from ksmea.settings.document import Block, inside
+from ksmea.settings.settings import Settings, setting
+from ksmea.settings.strict_yaml import parse, read_bytes
+from ksmea.settings.types import TRUTHS
 from problems.plugin_block import NAME, plugin_of
 
 NESTED = "extended"  # the name that this problem is registered under

@@ -7,10 +7,10 @@ import typing
 from functools import partial
 from typing import Any
 
-from ksmea import registry
-from ksmea.blocks import Block, inside
 from ksmea.errors import unknown
-from ksmea.setting_types import read_as
+from ksmea.plugins import registry
+from ksmea.settings.document import Block, inside
+from ksmea.settings.types import read_as
 
 NAME = "name"
 

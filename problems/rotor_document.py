@@ -12,12 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.blocks import Block, Units, inside
-from ksmea.channel import DIRECTIONS, Channel, direction_at
 from ksmea.errors import described, unknown
-from ksmea.parameters import Parameter
+from ksmea.measurement.channel import DIRECTIONS, Channel, direction_at
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.document import Block, Units, inside
 from ksmea.units import GIGAPASCAL
-from problems.rotor.data import (
+from problems.rotor.finite_elements.data import (
     COEFFICIENTS,
     STIFFNESSES,
     Bearing,
@@ -27,10 +27,10 @@ from problems.rotor.data import (
     ShaftSegment,
     UnbalancePlane,
 )
-from problems.rotor.mesh import share_elements
-from problems.rotor.problem import RotorProblem
-from problems.rotor.unknowns import UNBALANCE_PARTS, BearingTarget, Target, UnbalanceTarget, Unknown
-from problems.size import MAX_ELEMENTS, MAX_SPEEDS, MAX_SUPPORTS, MAX_THINGS, check_ports, check_size
+from problems.rotor.finite_elements.mesh import share_elements
+from problems.rotor.response.problem import RotorProblem
+from problems.rotor.response.unknowns import UNBALANCE_PARTS, BearingTarget, Target, UnbalanceTarget, Unknown
+from problems.rotor_settings import MAX_ELEMENTS, MAX_SPEEDS, MAX_SUPPORTS, MAX_THINGS, check_ports, check_size
 
 MAX_ANGLE = 360.0  # degrees
 

@@ -9,14 +9,14 @@ import hashlib
 from dataclasses import dataclass
 from functools import cached_property
 
-from ksmea.blocks import Block
-from ksmea.contracts import ProblemSettings
 from ksmea.errors import SettingError
-from ksmea.settings import setting
-from ksmea.strict_yaml import parse, read_bytes
-from problems.rotor.problem import RotorProblem
+from ksmea.plugins.source import ProblemSettings
+from ksmea.settings.document import Block
+from ksmea.settings.settings import setting
+from ksmea.settings.strict_yaml import parse, read_bytes
+from problems.rotor.response.problem import RotorProblem
 from problems.rotor_document import RotorDescription, read_description
-from problems.size import MAX_ELEMENTS
+from problems.rotor_settings import MAX_ELEMENTS
 
 
 @dataclass(frozen=True)

@@ -10,18 +10,23 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from ksmea.contracts import ProblemSettings
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
+from ksmea.plugins.source import ProblemSettings
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
 from ksmea.units import GRAM_MILLIMETRE, RPM
-from problems.band import band, check_band
-from problems.limits import FIVE_UNKNOWNS, limited_parameters
-from problems.probes import channels_of, check_probes
-from problems.rotor.data import Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane
-from problems.rotor.mesh import share_elements
-from problems.rotor.problem import RotorProblem
-from problems.rotor.unknowns import BearingTarget, Target, UnbalanceTarget, Unknown
-from problems.size import check_size
+from problems.rotor.finite_elements.data import Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane
+from problems.rotor.finite_elements.mesh import share_elements
+from problems.rotor.response.problem import RotorProblem
+from problems.rotor.response.unknowns import BearingTarget, Target, UnbalanceTarget, Unknown
+from problems.rotor_settings import (
+    FIVE_UNKNOWNS,
+    band,
+    channels_of,
+    check_band,
+    check_probes,
+    check_size,
+    limited_parameters,
+)
 
 PAPER = "Han, Guo & Gao 2013"
 RAD_PER_S_PER_READING = {"rad_s": 1.0, "rpm": RPM}

@@ -15,11 +15,10 @@ import numpy as np
 from scipy.linalg import solve_triangular
 
 from ksmea.arrays import Array
-from ksmea.contracts import Surrogate
 from ksmea.errors import SettingError
-from ksmea.predictor import Predictor
-from ksmea.settings import setting
-from ksmea.transforms import TRANSFORMS
+from ksmea.plugins.surrogate import Predictor, Surrogate
+from ksmea.plugins.transforms import TRANSFORMS
+from ksmea.settings.settings import setting
 
 if TYPE_CHECKING:
     from sklearn.gaussian_process import GaussianProcessRegressor

@@ -15,11 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.contracts import Surrogate
 from ksmea.errors import SettingError
-from ksmea.predictor import Predictor
-from ksmea.settings import setting
-from ksmea.transforms import TRANSFORMS
+from ksmea.plugins.surrogate import Predictor, Surrogate
+from ksmea.plugins.transforms import TRANSFORMS
+from ksmea.settings.settings import setting
 from surrogates.correlation import CORRELATIONS, squared_differences
 from surrogates.kriging_predictor import KrigingPredictor, OutputGroup
 from surrogates.theta_search import OBJECTIVES, ThetaObjective, isotropic_minima, search_theta

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.predictor import Predictor
+from ksmea.plugins.surrogate import Predictor
 from surrogates.correlation import Correlation, squared_differences
 from surrogates.generalised_least_squares import (
     GeneralisedLeastSquares,

@@ -8,10 +8,9 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.contracts import Surrogate
-from ksmea.predictor import Predictor
-from ksmea.settings import setting
-from ksmea.transforms import TRANSFORMS
+from ksmea.plugins.surrogate import Predictor, Surrogate
+from ksmea.plugins.transforms import TRANSFORMS
+from ksmea.settings.settings import setting
 
 
 @dataclass(frozen=True)

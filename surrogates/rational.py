@@ -1,6 +1,6 @@
 """The response as the rational function of the bearing impedances that it is, where the rotor is linear.
 
-At each speed every response per unbalance is N(z) / Q(z) (`ksmea.response_structure`), polynomials of a known degree in each
+At each speed every response per unbalance is N(z) / Q(z) (`ksmea.problem.response_structure`), polynomials of a known degree in each
 unknown impedance z = k + iΩc. A few samples determine their coefficients, and the surrogate is exact but for rounding:
 13 for the three-disk rotor, whose N and Q have 9 terms each, (3 · 9 − 1) / 2 complex unknowns for each of two channels.
 
@@ -17,14 +17,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.contracts import Surrogate
 from ksmea.errors import SettingError
-from ksmea.kind import Kind
-from ksmea.predictor import Predictor
-from ksmea.response_structure import ResponseStructure
-from ksmea.settings import setting
-from ksmea.transforms import Transform
-from ksmea.unsuited import Unsuited
+from ksmea.measurement.observable import Kind
+from ksmea.plugins.surrogate import Predictor, Surrogate, Unsuited
+from ksmea.plugins.transforms import Transform
+from ksmea.problem.response_structure import ResponseStructure
+from ksmea.settings.settings import setting
 from surrogates.kriging import Kriging
 from surrogates.none import NoSurrogate
 from surrogates.rational_fit import Terms, evaluate, fit_coefficients, least_samples, left_out_predictions

@@ -12,8 +12,9 @@ from broken_methods import BROKEN_MEASUREMENTS, BROKEN_METHODS, shipped
 from broken_optimizers import BROKEN_OPTIMIZERS, Shrinking
 from broken_problems import BROKEN_EFFECTS, BROKEN_PROBLEMS, Rotor, Shift
 from broken_surrogates import BROKEN_SURROGATES, FittedTruth, Radial
-from ksmea import registry, testing
+from ksmea import testing
 from ksmea.errors import SettingError
+from ksmea.plugins import registry
 from ksmea.testing.exam import sit
 from ksmea.testing.optimizer import finds_the_minimum_of_a_sphere
 from measurements.synthetic import Synthetic

@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 import ksmea
-from ksmea import registry
+from ksmea.plugins import registry
 
 SCRIPT = Path(__file__).parent / "helpers" / "run_ups_by_ross.py"
 PYTHON = os.environ.get("ROSS_PYTHON") or (sys.executable if importlib.util.find_spec("ross") else None)

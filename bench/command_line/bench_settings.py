@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import Any, NamedTuple
 
-from bench.storage.places import CONF
+from bench.storage.own_files import CONF
 
 MISSING: Any = "???"  # OmegaConf's mark for what a configuration file has to give
 LINE = re.compile(r"^(\w+): *(.*?) +# (.*)$", re.MULTILINE)

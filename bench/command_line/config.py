@@ -17,10 +17,10 @@ from omegaconf import OmegaConf
 from omegaconf.errors import OmegaConfBaseException
 
 from bench.command_line.bench_settings import BenchConfig
-from bench.command_line.offered import copied, require_offered
-from ksmea import registry
+from bench.command_line.settable import copied, require_offered
 from ksmea.errors import SettingError
-from ksmea.settings import own_fields
+from ksmea.plugins import registry
+from ksmea.settings.settings import own_fields
 
 MOST_BYTES = 200  # of a folder's part; file systems take 255 in all
 

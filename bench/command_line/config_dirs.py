@@ -6,7 +6,7 @@ import re
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-from bench.storage.places import CONF
+from bench.storage.own_files import CONF
 from ksmea.errors import SettingError
 
 CONFIG_DIR = ("--config-dir", "-cd")

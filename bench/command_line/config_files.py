@@ -11,7 +11,7 @@ import yaml
 
 from bench.command_line.config_dirs import EXPERIMENT, folders
 from bench.command_line.overrides import Choice, parse
-from bench.storage.places import CONF
+from bench.storage.own_files import CONF
 from ksmea.errors import SettingError
 
 PACKAGE = re.compile(r"^# *@package +_global_ *$", re.MULTILINE)

@@ -9,9 +9,9 @@ from hydra.errors import HydraException, MissingConfigException, OverrideParseEx
 from omegaconf import Container, OmegaConf
 from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException, ValidationError
 
-from bench.command_line.setting_names import unknown_key
+from bench.command_line.plugin_settings import unknown_key
 from ksmea.errors import unknown
-from ksmea.registry import GROUPS
+from ksmea.plugins.registry import GROUPS
 
 USER_ERRORS = (HydraException, OmegaConfBaseException)
 

@@ -1,11 +1,16 @@
-"""The command line's overrides: which values each setting takes."""
+"""Overrides of the command line: the values that each setting takes.
+
+Names of files and folders may hold signs that Hydra's grammar reserves (µ, commas, '=', brackets). A value that names an existing
+file as it stands is that file; so is a value that the grammar cannot read.
+"""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from decimal import Decimal
+from pathlib import Path
 from typing import Any
 
 from hydra.core.override_parser.overrides_parser import OverridesParser
@@ -19,10 +24,12 @@ from hydra.core.override_parser.types import (
     RangeSweep,
     Sweep,
 )
+from hydra.errors import HydraException
 
 from bench.command_line.plugin_settings import names_plugin, short
-from ksmea import registry
+from bench.command_line.word_shapes import NAMED
 from ksmea.errors import SettingError
+from ksmea.plugins import registry
 
 ALONE, END = "tag(alone,choice([", "]))"  # around the one value of a word that Hydra is to leave to the sweeper
 TAG = "alone"
@@ -168,3 +175,44 @@ def _in_grammar(value: Any) -> str:
 
 def _is_word(value: Any) -> bool:
     return value is None or isinstance(value, bool)
+
+
+LISTS = ("plugins", "share", "hydra.searchpath")  # and lists of such names
+BEGINS_OTHERWISE = ("'", '"', "[", "{", "$", "glob(", "choice(")
+
+
+def with_quoted_files(words: Sequence[str]) -> list[str]:
+    """The words, names of files that Hydra would not take as they stand in its quotation marks.
+
+    >>> with_quoted_files(["output=µ=2, a", "samples=40,70"])
+    ["output='µ=2, a'", 'samples=40,70']
+    """
+    return [_quoted(word) for word in words]
+
+
+def _quoted(word: str) -> str:
+    key, _, value = word.partition("=")
+    bare = key.lstrip("+")
+    if bare in NAMED and value and (_is_there(value) or (not value.startswith(BEGINS_OTHERWISE) and not _reads(word))):
+        return override(key, value)
+    inner = value[1:-1]
+    is_list = value.startswith("[") and value.endswith("]") and not inner.startswith(("'", '"'))
+    if bare in LISTS and is_list and inner and (_is_there(inner) or not _reads(word)):
+        return override(key, [inner])
+    return word
+
+
+def _is_there(name: str) -> bool:
+    """Whether a file has a name that Hydra would not take as it stands."""
+    try:
+        return any(sign in name for sign in ",=()[]{}'\"$ \\") and Path(name).expanduser().exists()
+    except (OSError, ValueError):
+        return False
+
+
+def _reads(word: str) -> bool:
+    try:
+        OverridesParser.create().parse_override(word)
+    except HydraException:
+        return False
+    return True

@@ -12,8 +12,8 @@ from typing import Any
 
 from bench.command_line.config_files import chosen_files, content, settings_of
 from bench.command_line.messages import USER_ERRORS, one_line
-from ksmea import registry
 from ksmea.errors import SettingError
+from ksmea.plugins import registry
 
 PLUGINS = "plugins"
 

@@ -14,7 +14,7 @@ from importlib.machinery import PathFinder
 from importlib.util import find_spec
 from pathlib import Path
 
-from ksmea.plugin_names import registered
+from ksmea.plugins.names import registered
 
 Names = tuple[str, ...]
 

@@ -11,7 +11,7 @@ from collections.abc import Collection, Sequence
 from bench.command_line.bench_settings import bench_settings
 from bench.command_line.config_dirs import experiment_names
 from ksmea.errors import SettingError, nearest, shortened, unknown
-from ksmea.plugin_names import GROUPS
+from ksmea.plugins.names import GROUPS
 
 HYDRA_OPTIONS = {  # whether a value follows: no, perhaps, yes
     "--multirun": "",

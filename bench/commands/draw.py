@@ -11,24 +11,23 @@ from pathlib import Path
 from typing import Any
 
 from bench.command_line.config import folder_part
-from bench.command_line.file_words import with_quoted_files
 from bench.command_line.messages import USER_ERRORS, one_line
-from bench.command_line.overrides import parse
+from bench.command_line.overrides import parse, with_quoted_files
 from bench.command_line.plugin_words import PLUGINS, register_plugins
 from bench.plan.page import Command, Section
 from bench.plan.plan import PLAN_FILE
-from bench.reports.chapters.rotordynamics import rotor_sections
 from bench.reports.pages.document import document
 from bench.reports.pages.index import PAGE, told, write_index_above
 from bench.reports.pages.made_by import command_line
+from bench.reports.rotor_page import rotor_sections
 from bench.reports.tables import csv_text
 from bench.storage.files import replace_file
-from ksmea.door import load_problem
-from ksmea.drawing import RotorDrawing
 from ksmea.errors import SettingError, unknown, visible_lines
-from ksmea.settings import own_fields
+from ksmea.loaded_problem import load_problem
+from ksmea.rotor_drawing import RotorDrawing
+from ksmea.settings.settings import own_fields
+from ksmea.show.figures.style import png
 from ksmea.show.rotordynamics import FRAMES
-from ksmea.show.style import png
 from ksmea.studies.rotordynamics import RotordynamicsOptions
 from ksmea.units import RPM
 

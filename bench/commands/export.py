@@ -10,7 +10,7 @@ from pathlib import Path
 
 from bench.commands.export_measurement import export_measurement
 from bench.commands.folders import one_folder, with_option
-from bench.jobs.damage import damage_notes, damaged_lines
+from bench.jobs.records import damage_notes, damaged_lines
 from bench.plan.plan import read_plan
 from bench.reports.exports.coco import write_coco
 from bench.reports.exports.courses import read_courses

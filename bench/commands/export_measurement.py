@@ -6,13 +6,13 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from bench.command_line.file_words import with_quoted_files
 from bench.command_line.messages import USER_ERRORS, one_line
-from bench.command_line.overrides import Choice, parse
+from bench.command_line.overrides import Choice, parse, with_quoted_files
 from bench.commands.folders import with_option
 from bench.storage.files import replace_file
-from ksmea.door import load_problem, synthetic_measurement
+from ksmea.api import synthetic_measurement
 from ksmea.errors import SettingError, unknown, visible
+from ksmea.loaded_problem import load_problem
 from measurements.run_up_csv import as_csv
 
 PROBLEM, MEASUREMENT, SEED = "problem", "measurement", "seed"

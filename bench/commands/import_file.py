@@ -17,12 +17,12 @@ from typing import Any
 from bench.commands.import_questions import BOTH, OUT, SEVERAL, asked, questions_text, spelt
 from bench.storage.files import replace_file
 from ksmea.errors import SettingError, unknown, visible, visible_lines
-from ksmea.setting_types import read_as
-from ksmea.settings import own_fields
+from ksmea.settings.settings import own_fields
+from ksmea.settings.types import read_as
 from measurements.file import File
-from measurements.formats.answers import OWN
-from measurements.formats.opened import Opened
-from measurements.formats.placing import CLOCKWISE
+from measurements.formats.lazy_file import Opened
+from measurements.formats.probe_positions import CLOCKWISE
+from measurements.formats.user_answers import OWN
 from measurements.run_up_csv import rows_as_csv
 from measurements.slow_roll import SUBTRACTED
 from measurements.sweeps import DOWN, UP

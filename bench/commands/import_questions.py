@@ -9,12 +9,12 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from ksmea.errors import SettingError
-from ksmea.settings import own_fields
+from ksmea.settings.settings import own_fields
 from measurements.file import File
-from measurements.formats.answers import FORMATS
-from measurements.formats.opened import Opened
+from measurements.formats.detection import suggested_format
+from measurements.formats.lazy_file import Opened
 from measurements.formats.questions import Asked, Question, open_questions
-from measurements.formats.suggested import suggested_format
+from measurements.formats.user_answers import FORMATS
 from measurements.formats.waveform import MOST_BYTES
 from measurements.sweeps import UP
 

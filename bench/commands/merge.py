@@ -9,10 +9,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from bench.commands.folders import one_folder, with_option
-from bench.jobs.damage import damage_notes, damaged_lines
 from bench.jobs.merging import done_twice, merge_records
 from bench.jobs.presence import numbers_at_work
-from bench.jobs.records import finished_keys, running_sessions
+from bench.jobs.records import damage_notes, damaged_lines, finished_keys, running_sessions
 from bench.plan.merging import Part, merged_plan
 from bench.plan.plan import read_plan, write_plan
 from bench.plan.report import report_named

@@ -7,10 +7,10 @@ import re
 from importlib.util import find_spec
 from pathlib import Path
 
-from bench.storage.places import EXAMPLES
-from ksmea import registry
+from bench.storage.own_files import EXAMPLES
 from ksmea.errors import SettingError, unknown
-from ksmea.plugin_files import snake_case
+from ksmea.plugins import registry
+from ksmea.plugins.files import snake_case
 
 FILE = "--file"
 NAME = re.compile(r"[a-z][a-z0-9_]*")

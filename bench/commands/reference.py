@@ -20,7 +20,7 @@ from bench.jobs.processors import counted_processors, mixed_processors, processo
 from bench.plan.plan import PLAN_FILE, Plan, plan_from_lines, plan_lines, read_plan
 from bench.plan.report import report_named
 from bench.storage.files import replace_file
-from bench.storage.places import REFERENCE
+from bench.storage.own_files import REFERENCE
 from ksmea.errors import SettingError, unknown
 
 

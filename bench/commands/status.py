@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import NamedTuple
 
 from bench.commands.folders import folders
-from bench.jobs.damage import damage_notes
 from bench.jobs.lines import RESULTS, UNREADABLE, RunLine
 from bench.jobs.processors import counted_processors, mixed_processors, processor
-from bench.jobs.records import INTERRUPTED, RUNNING, read_records
+from bench.jobs.records import INTERRUPTED, RUNNING, damage_notes, read_records
 from bench.jobs.submitted import job_states
 from bench.plan.plan import Plan, Run, answered_by, key_of, read_plan
 from bench.plan.provenance import code_digest, library_versions, used_modules

@@ -25,19 +25,19 @@ import numpy as np
 import pandas as pd
 
 from bench.commands.reference import read_reference
-from bench.jobs.bar import progress_bar
 from bench.jobs.execute import execute
 from bench.jobs.lines import RESULTS
 from bench.jobs.pool import Limits, Task, run_tasks
+from bench.jobs.progress import progress_bar
 from bench.jobs.records import RecordWriter
 from bench.jobs.work import own_modules
 from bench.plan.plan import Plan, all_runs, component_seeds
 from bench.plan.provenance import library_versions, platform_name
 from bench.plan.report import report_named
-from bench.storage.places import REFERENCE
-from ksmea import registry
+from bench.storage.own_files import REFERENCE
 from ksmea.errors import SettingError, unknown
-from ksmea.processes import available_cores
+from ksmea.numerics.parallel import available_cores
+from ksmea.plugins import registry
 from ksmea.records.identification import IdentificationRecord
 
 # Tolerance of CRLBs that other libraries or processors compute near directions that the data do not determine.

@@ -21,7 +21,7 @@ from pathlib import Path
 
 from bench.jobs.presence import CLAIMS, JOBS, Presence, numbers_at_work
 from bench.jobs.submitted import job_states
-from ksmea.regular_files import open_regular
+from ksmea.settings.regular_files import open_regular
 
 TODO = "todo"
 FREE = "free"

@@ -11,11 +11,10 @@ from types import MappingProxyType
 from typing import Any
 
 from bench.jobs.lines import FailedRun
-from bench.plan.draw import Draw
 from bench.plan.plan import generator, global_entropy
-from bench.plan.setup import Setup
-from ksmea import registry
-from ksmea.global_generators import global_generators
+from bench.plan.setup import Draw, Setup
+from ksmea.numerics.seeding import global_generators
+from ksmea.plugins import registry
 
 NO_FILES: Mapping[str, Mapping[str, str]] = MappingProxyType({})
 

@@ -14,7 +14,7 @@ from bench.jobs.lines import RunLine, SessionLine, read_line
 from bench.jobs.processors import processor
 from bench.jobs.records import FOLDER, read_records, record_file
 from bench.plan.merging import Part
-from ksmea.regular_files import open_regular
+from ksmea.settings.regular_files import open_regular
 
 # What may differ between two computations of one run: times, and where it was done.
 OF_ONE_COMPUTATION = ("seconds", "elapsed", "taken_from", "platform")

@@ -20,7 +20,7 @@ from typing import Any
 
 from bench.jobs.slurm import own_job
 from ksmea.errors import SettingError
-from ksmea.regular_files import open_regular
+from ksmea.settings.regular_files import open_regular
 
 CLAIMS = "claims"  # the folder, in that of an experiment, that its jobs share
 JOBS = "jobs"

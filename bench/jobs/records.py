@@ -1,4 +1,7 @@
-"""Records: append-only JSON lines, one file and one writer per batch; a torn line is ignored and its run redone."""
+"""Records: append-only JSON lines, one file and one writer per batch.
+
+A line that is no record, torn by a killed writer or damaged since, is skipped and counted; its run is repeated.
+"""
 
 from __future__ import annotations
 
@@ -16,10 +19,10 @@ from bench.jobs.lines import RESULTS, SCHEMA, Ended, Line, RunLine, SessionLine,
 from bench.jobs.presence import numbers_at_work
 from bench.plan.plan import Plan, Run
 from bench.plan.provenance import platform_name
-from bench.storage.locks import exclusive, is_held
-from ksmea import registry
+from bench.storage.files import exclusive, is_held
+from ksmea.plugins import registry
 from ksmea.records.record import Record
-from ksmea.regular_files import open_regular
+from ksmea.settings.regular_files import open_regular
 
 __all__ = [
     "INTERRUPTED",
@@ -238,3 +241,20 @@ def _lines_of(path: Path, damaged: Counter[Path] | None = None) -> Iterator[Line
                 and (text.endswith(b"\n") or not is_held(path.with_suffix(".lock")))
             ):
                 damaged[path] += 1  # and not the line that a job is writing just now
+
+
+def damaged_lines(output: Path) -> Counter[Path]:
+    """How many lines of each record file of a folder are no records."""
+    found: Counter[Path] = Counter()
+    for _ in read_lines(output, found):
+        pass
+    return found
+
+
+def damage_notes(damaged: Counter[Path]) -> list[str]:
+    """A line for the user on each file that has some."""
+    return [
+        f"{count} damaged line{'' if count == 1 else 's'} in {path} passed over: a run whose result stood there counts as not"
+        " done, and the experiment's command does it again"
+        for path, count in sorted(damaged.items())
+    ]

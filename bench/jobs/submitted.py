@@ -9,7 +9,7 @@ from pathlib import Path
 from bench.jobs.presence import CLAIMS, clusters_jobs_at_work
 from bench.jobs.slurm import QUEUED, RUNNING, slurm_states
 from bench.storage.files import replace_file
-from ksmea.regular_files import open_regular
+from ksmea.settings.regular_files import open_regular
 
 FOLDER = "submitted"
 ENDED = "ended"

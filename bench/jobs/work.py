@@ -11,20 +11,19 @@ from pathlib import Path
 from typing import Any
 
 from bench.command_line.output_level import is_quiet, is_verbose
-from bench.jobs.bar import progress_bar
 from bench.jobs.claims import Claims, are_offered
 from bench.jobs.execute import execute
 from bench.jobs.lines import RESULTS
-from bench.jobs.log import experiment_log
 from bench.jobs.planned_code import planned_plugins, require_planned_code
 from bench.jobs.pool import Limits, run_tasks
 from bench.jobs.presence import Presence, TakenForDead, at_work
+from bench.jobs.progress import experiment_log, progress_bar
 from bench.jobs.records import RecordWriter, finished_keys
 from bench.plan.plan import Plan, Run, read_plan
 from bench.plan.provenance import platform_name
 from ksmea.errors import visible
-from ksmea.plugin_files import OURS
-from ksmea.processes import available_cores
+from ksmea.numerics.parallel import available_cores
+from ksmea.plugins.files import OURS
 
 JOURNALS = "journals"
 GIGABYTE = 2**30

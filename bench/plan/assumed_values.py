@@ -9,9 +9,9 @@ from typing import Any
 from bench.command_line.overrides import override
 from bench.plan.plan import Cell
 from bench.plan.study import Study
-from ksmea import registry
 from ksmea.errors import SettingError
-from ksmea.middles import middles
+from ksmea.plugins import registry
+from ksmea.problem.parameters import middles
 
 ASSUMED = "assumed"  # where settings keep the names of unknowns whose true values are such
 SYNTHETIC, TRUTH = "synthetic", "truth"

@@ -16,11 +16,10 @@ from bench.command_line.grid import LABEL, grid_points
 from bench.command_line.overrides import Choice, as_given, override, parse
 from bench.command_line.plugin_words import require_registered
 from bench.plan.assumed_values import assumed_values_told, with_assumed_values
-from bench.plan.composer import Composer
-from bench.plan.compositions import Compositions
-from bench.plan.facts import FactsOfCells
+from bench.plan.composer import Composer, Compositions
 from bench.plan.fleet import MEASURED, ROTOR, fleet_axes, with_rotors
 from bench.plan.folder import require_own_folder
+from bench.plan.parameter_facts import FactsOfCells
 from bench.plan.plan import Cell, Plan, ReportSettings, all_runs, own_seed
 from bench.plan.provenance import (
     PARTS,
@@ -35,9 +34,9 @@ from bench.plan.provenance import (
 from bench.plan.report import report_named
 from bench.plan.setup import FINGERPRINTS, Setup, fingerprints
 from bench.plan.study import Study
-from bench.storage.places import PAPER
-from ksmea import registry
+from bench.storage.own_files import PAPER
 from ksmea.errors import SettingError, unknown
+from ksmea.plugins import registry
 
 FIGURES = ("updates", "response", "cost", "trace")
 OWN_SEEDS = ("instance", "label")  # what cells that draw numbers of their own differ in

@@ -19,8 +19,8 @@ from typing import Any
 
 from bench.plan.outside import FILE
 from bench.plan.plan import Cell, ParameterFacts, Plan, Run
-from ksmea import registry
 from ksmea.errors import SettingError, shortened
+from ksmea.plugins import registry
 
 SEED = "seed"  # the axis of cells that differ by it
 ROUNDING = 1e-9  # relative, of true values that two machines compute

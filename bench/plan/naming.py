@@ -1,10 +1,10 @@
-"""How a cell is called in tables and figures: by those axes alone that tell it from the others."""
+"""Names of cells in tables and figures, by the axes that distinguish them; columns of a run's place."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from bench.plan.plan import Cell, Plan
+from bench.plan.plan import Cell, Plan, Run
 
 
 def telling_axes(plan: Plan) -> tuple[str, ...]:
@@ -30,3 +30,22 @@ def cell_name(plan: Plan, cell: Cell) -> str:
     """For example 'KSMEA, samples 40'."""
     parts = [(axis, cell.place.get(axis)) for axis in telling_axes(plan)]
     return ", ".join(place_text(value) if axis == "label" else f"{axis} {place_text(value)}" for axis, value in parts)
+
+
+def place_columns(plan: Plan, cell: Cell) -> dict[str, Any]:
+    """Where a cell stands on the axes; lists and mappings as text, which can be compared and counted."""
+    place = {axis: cell.place.get(axis) for axis in plan.axes}
+    return {axis: str(value) if isinstance(value, (list, dict)) else value for axis, value in place.items()}
+
+
+def run_columns(plan: Plan, run: Run, status: str, error: str) -> dict[str, Any]:
+    """Where a planned run stands and what became of it."""
+    cell = plan.cells[run.cell]
+    return {
+        "key": run.key,
+        "cell": run.cell,
+        **place_columns(plan, cell),
+        "repetition": run.repetition,
+        "status": status,
+        "error": error,
+    }

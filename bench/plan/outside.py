@@ -19,9 +19,9 @@ from pathlib import Path, PurePosixPath
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
-from ksmea import registry
-from ksmea.plugin_files import OURS, brought_along, digests, imported
-from ksmea.registry import PROJECT
+from ksmea.plugins import registry
+from ksmea.plugins.files import OURS, brought_along, digests, imported
+from ksmea.plugins.registry import PROJECT
 
 NUMERICAL = ("numpy", "scipy", "scikit-learn", "pyswarms", "deap")
 IN_EVERY_KEY = frozenset([PROJECT, *NUMERICAL])

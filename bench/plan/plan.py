@@ -18,9 +18,9 @@ import msgspec
 import numpy as np
 
 from bench.storage.files import replace_file
-from ksmea import registry
 from ksmea.errors import SettingError, shortened, visible
-from ksmea.regular_files import open_regular
+from ksmea.plugins import registry
+from ksmea.settings.regular_files import open_regular
 
 SCHEMA = 2
 PLAN_FILE = "plan.jsonl"

@@ -9,8 +9,8 @@ from contextlib import contextmanager
 
 from tqdm import tqdm
 
-from bench.plan.draw import Draw
-from ksmea.processes import CAN_FORK, NO_FORK
+from bench.plan.setup import Draw
+from ksmea.numerics.parallel import CAN_FORK, NO_FORK
 
 TICK = 1.0  # s
 

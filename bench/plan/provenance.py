@@ -18,11 +18,11 @@ from threadpoolctl import threadpool_info
 
 from bench.plan.outside import DISTRIBUTION, NUMERICAL, outside_code
 from bench.plan.sources import Source, absolute, kept_sources
-from bench.storage.checkout import checkout_commit
-from bench.storage.kept import KeptByContent
-from ksmea import registry
-from ksmea.plugin_files import OURS, brought_along, imported
-from ksmea.settings import Settings
+from bench.storage.content_cache import KeptByContent
+from bench.storage.own_files import checkout_commit
+from ksmea.plugins import registry
+from ksmea.plugins.files import OURS, brought_along, imported
+from ksmea.settings.settings import Settings
 
 SHOWN = "ksmea.show"  # texts, tables and figures of results: nothing in it is computed with
 ENTRANCE = "bench.jobs.execute"  # where a run begins

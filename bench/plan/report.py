@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, ClassVar
 
 from bench.plan.page import Page
 from bench.plan.plan import Plan
-from ksmea import registry
 from ksmea.errors import SettingError
-from ksmea.settings import Settings
+from ksmea.plugins import registry
+from ksmea.settings.settings import Settings
 
 if TYPE_CHECKING:
     import pandas as pd  # needed when there is something to report

@@ -1,22 +1,25 @@
-"""What a run is made of: its plugins with their settings checked, the problem and the true values."""
+"""Parts of a run: plugins with checked settings, problem, true values (`Setup`); seeds (`Draw`)."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from bench.plan.draw import Draw
 from bench.plan.plan import generator
-from ksmea import registry
-from ksmea.alignment import aligned
 from ksmea.arrays import Array, ComplexArray
-from ksmea.contracts import MeasurementSource, Method, Problem, ProblemSettings
-from ksmea.cramer_rao import identifiability
 from ksmea.errors import SettingError
-from ksmea.measurement import Measurement, Noise
+from ksmea.inference.cramer_rao import identifiability
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
+from ksmea.plugins.method import Method
+from ksmea.plugins.source import MeasurementSource, ProblemSettings
+from ksmea.problem.alignment import aligned
+from ksmea.problem.problem import Problem
 from ksmea.records.hidden import HiddenEffect
 
 # Where a run's settings keep the hash of the file that a plugin of the group names: another file is another question.
@@ -157,3 +160,16 @@ def plugins_of(settings: Mapping[str, Any]) -> dict[str, Any]:
         parts = {**plugins, "samples": settings.get("samples")} if group == "method" else {}
         plugins[group] = registry.create(group, chosen["name"], own, parts)
     return plugins
+
+
+@dataclass(frozen=True)
+class Draw:
+    """What one run has of its own: seeds by component, a journal of model evaluations where one is kept, whether the
+    response curves that figures are made of are wanted, whether it is the only run, which shows its own progress, and how many
+    processes may share it."""
+
+    seeds: Mapping[str, list[int]]
+    journal: Path | None = None
+    with_curves: bool = False
+    with_progress: bool = False
+    workers: int = 1

@@ -1,6 +1,6 @@
 """What Python files say: the hash of the syntax tree without docstrings, and what they import.
 
-Both follow from a file's content alone, and parsing 160 modules takes 0.4 s. So they are kept by content (`bench.storage.kept`).
+Both follow from a file's content alone, and parsing 160 modules takes 0.4 s. So they are kept by content (`bench.storage.content_cache`).
 """
 
 from __future__ import annotations
@@ -14,7 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from bench.storage.kept import KeptByContent
+from bench.storage.content_cache import KeptByContent
 
 DIGITS = 12  # of the hash of a syntax tree
 BLOCKS = ("body", "orelse", "finalbody", "handlers", "cases")  # where statements stand in others
@@ -52,8 +52,8 @@ def read_source(content: bytes) -> Source:
 def absolute(name: str, module: str, is_package: bool) -> str:
     """The full name of what a module imports by this name.
 
-    >>> [absolute(name, "problems.rotor.disk", False) for name in ("numpy", ".shaft", "..effects.runout")]
-    ['numpy', 'problems.rotor.shaft', 'problems.effects.runout']
+    >>> [absolute(name, "problems.rotor.finite_elements.assembly", False) for name in ("numpy", ".shaft", "...effects.runout")]
+    ['numpy', 'problems.rotor.finite_elements.shaft', 'problems.effects.runout']
     """
     own = name.lstrip(".")
     level = len(name) - len(own)

@@ -6,10 +6,9 @@ from abc import abstractmethod
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bench.plan.draw import Draw
-from bench.plan.setup import Setup
+from bench.plan.setup import Draw, Setup
 from ksmea.records.record import Record
-from ksmea.settings import Settings
+from ksmea.settings.settings import Settings
 
 
 @dataclass(frozen=True)

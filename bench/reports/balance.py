@@ -14,13 +14,13 @@ from bench.jobs.lines import RunLine
 from bench.jobs.records import read_records
 from bench.plan.plan import Cell, Plan
 from bench.plan.report import Made, Report
+from bench.reports.balance_page import balance_page
 from bench.reports.by_cell import result_runs
-from bench.reports.chapters.balance import balance_page
 from bench.reports.tables import csv_text
 from ksmea.records.balance import BalanceRecord
 from ksmea.show.balance import frame, left_out_frame, plot, text
+from ksmea.show.figures.style import png
 from ksmea.show.json_units import with_units
-from ksmea.show.style import png
 
 OF_ONE_RUN = ("balance.json", "coefficients.csv", "weights.csv", "left_out.csv", "balance.png")
 

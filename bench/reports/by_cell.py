@@ -10,7 +10,7 @@ import pandas as pd
 
 from bench.jobs.lines import RunLine, ending
 from bench.jobs.records import read_records
-from bench.plan.columns import run_columns
+from bench.plan.naming import run_columns
 from bench.plan.plan import Cell, Plan, Run
 from ksmea.records.record import Record
 

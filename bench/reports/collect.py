@@ -13,10 +13,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from bench.jobs.damage import damage_notes
 from bench.jobs.lines import RESULTS
 from bench.jobs.processors import counted_processors, mixed_processors, processors
-from bench.jobs.records import NOT_FAILED, RUNNING, UNFINISHED, last_began
+from bench.jobs.records import NOT_FAILED, RUNNING, UNFINISHED, damage_notes, last_began
 from bench.plan.plan import Plan, read_plan
 from bench.plan.report import Drawing, Made, report_named
 from bench.reports.pages.experiment import PAGE, experiment_page
@@ -24,8 +23,8 @@ from bench.reports.pages.index import write_index_above
 from bench.reports.runs import without_class
 from bench.storage.files import remove_partial, replace_file
 from ksmea.errors import SettingError, shortened, visible, visible_lines
-from ksmea.processes import available_cores, for_each
-from ksmea.regular_files import open_regular
+from ksmea.numerics.parallel import available_cores, for_each
+from ksmea.settings.regular_files import open_regular
 
 LONGEST_REASON = 500  # characters of why a run failed
 DRAWN = ".drawn"  # holds a digest of what the figures beside it were drawn from

@@ -10,14 +10,14 @@ import pandas as pd
 from bench.jobs.records import read_records
 from bench.plan.plan import read_plan
 from bench.reports.collect import draw
-from bench.reports.history_figures import mesh_figure
+from bench.reports.identification.history_figures import mesh_figure
+from bench.reports.identification.summary_drawings import curves_by_cell, for_figures
 from bench.reports.pages.document import PAGE
 from bench.reports.pages.index import write_index
-from bench.reports.summary_drawings import curves_by_cell, for_figures
 from bench.reports.tables import csv_text
 from bench.storage.files import replace_file
 from ksmea.errors import visible_lines
-from ksmea.show.style import png
+from ksmea.show.figures.style import png
 
 
 def collect_all(output: Path, parts: Sequence[Path]) -> None:

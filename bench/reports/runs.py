@@ -12,11 +12,11 @@ import pandas as pd
 
 from bench.jobs.lines import RunLine
 from bench.jobs.records import NOT_RUN, read_records
-from bench.plan.columns import place_columns
+from bench.plan.naming import place_columns
 from bench.plan.plan import Plan, Run
 from ksmea.errors import SettingError
 from ksmea.records.identification import IdentificationRecord, IntervalEffort, ParameterRecord
-from ksmea.show.hidden import HIDDEN_COLUMN, hidden_in_one_line
+from ksmea.show.text import HIDDEN_COLUMN, hidden_in_one_line
 
 
 def runs_frame(plan: Plan, output: Path) -> pd.DataFrame:

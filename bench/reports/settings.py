@@ -12,7 +12,7 @@ from bench.plan.page import Page, Section, Table
 from bench.plan.plan import Plan
 from bench.plan.report import Made, Report
 from bench.reports.tables import csv_text
-from bench.storage.places import PAPER
+from bench.storage.own_files import PAPER
 from ksmea.show.text import aligned
 
 OUR_NAMES = {  # of settings that Table 5 prints under other names

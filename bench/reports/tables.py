@@ -1,4 +1,4 @@
-"""The table of an experiment: medians over the repetitions of each cell beside the paper's printed values."""
+"""Table of an experiment: medians of each cell with the paper's values; counted rates with intervals."""
 
 from __future__ import annotations
 
@@ -6,13 +6,13 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+import scipy
 
 from bench.jobs.lines import RESULTS
 from bench.jobs.records import NOT_FAILED
-from bench.plan.columns import place_columns
-from bench.plan.naming import place_text, telling_axes
+from bench.plan.naming import place_columns, place_text, telling_axes
 from bench.plan.plan import Cell, ParameterFacts, Plan
-from bench.storage.places import PAPER
+from bench.storage.own_files import PAPER
 from ksmea.errors import SettingError, unknown
 from ksmea.show.text import aligned, number
 
@@ -217,3 +217,22 @@ def slips_text(found: pd.DataFrame) -> str:
     return "\n".join(
         f"slip in print: {row.parameter}, {row.at}: {row.printed}; {row.reason}" for row in found.itertuples()
     )
+
+
+LEVEL = 0.95
+
+
+def interval(count: int, n: int) -> tuple[float, float]:
+    """Wilson's interval of a rate of `count` in n draws, 0 to 1."""
+    if not n:
+        return 0.0, 1.0
+    found = scipy.stats.binomtest(count, n).proportion_ci(LEVEL, method="wilson")
+    return float(found.low), float(found.high)
+
+
+def rate(count: int, n: int) -> str:
+    """For example '19, 95 % (76–99)'."""
+    if not n:
+        return "–"
+    low, high = interval(count, n)
+    return f"{count}, {100 * count / n:.0f} % ({100 * low:.0f}–{100 * high:.0f})"

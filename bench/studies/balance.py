@@ -7,10 +7,9 @@ import time
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bench.plan.draw import Draw
 from bench.plan.plan import generator
 from bench.plan.progress import progress_of
-from bench.plan.setup import Setup
+from bench.plan.setup import Draw, Setup
 from bench.plan.study import Study
 from ksmea.balancing.readings import readings
 from ksmea.records.balance import BalanceRecord

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from bench.plan.draw import Draw
 from bench.plan.plan import generator
-from bench.plan.setup import Setup
-from ksmea.contracts import MeasurementSource
+from bench.plan.setup import Draw, Setup
+from ksmea.plugins.source import MeasurementSource
 from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.enough_data import require_enough
 

@@ -6,20 +6,19 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bench.plan.draw import Draw
 from bench.plan.plan import generator
 from bench.plan.progress import progress_of
-from bench.plan.setup import Setup
+from bench.plan.setup import Draw, Setup
 from bench.plan.study import Study
-from ksmea.contracts import AnyEffect
-from ksmea.diagnosis.fitting import fit_from_values
 from ksmea.diagnosis.trials import candidates, candidates_and_left_out, none_located
 from ksmea.errors import SettingError
-from ksmea.measurement import Measurement
-from ksmea.processes import cpu_seconds
+from ksmea.fits.fitting import fit_from_values
+from ksmea.measurement.measurement import Measurement
+from ksmea.numerics.parallel import cpu_seconds
+from ksmea.plugins.effect import AnyEffect
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.record import Record
-from ksmea.settings import setting
+from ksmea.settings.settings import setting
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
 from ksmea.studies.library import library
 

@@ -9,32 +9,30 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from bench.plan.draw import Draw
 from bench.plan.plan import generator
-from bench.plan.setup import Setup
+from bench.plan.setup import Draw, Setup
 from bench.plan.study import Study
 from ksmea.arrays import Array
-from ksmea.budget import JACOBIAN_AS_EVALUATIONS, Budget
-from ksmea.contracts import Problem
-from ksmea.diagnosis.location import require_enough as require_enough_to_locate
-from ksmea.difference_likelihood import likelihood_of
 from ksmea.errors import SettingError
-from ksmea.harmonics import answered
-from ksmea.identification import Streams
-from ksmea.journal import Journal, JournaledProblem
-from ksmea.measurement import Measurement
-from ksmea.model import Model
-from ksmea.nearest_maximum import nearest_maximum
-from ksmea.point import Point
+from ksmea.identification.trace import comparable_misfit
+from ksmea.inference.maximisation import nearest_maximum
+from ksmea.likelihood.difference_likelihood import likelihood_of
+from ksmea.likelihood.fisher import Point
+from ksmea.location.location import require_enough as require_enough_to_locate
+from ksmea.measurement.measurement import Measurement
+from ksmea.plugins.identification import Streams
+from ksmea.problem.alignment import answered
+from ksmea.problem.budget_and_journal import JACOBIAN_AS_EVALUATIONS, Budget, Journal, JournaledProblem
+from ksmea.problem.counted import Model
+from ksmea.problem.differences_problem import as_searched
+from ksmea.problem.problem import Problem
 from ksmea.records.identification import IdentificationRecord
 from ksmea.records.record import Record, finite
 from ksmea.records.trace import TraceRecord
-from ksmea.run_differences import as_searched
-from ksmea.settings import setting
+from ksmea.settings.settings import setting
 from ksmea.studies.enough_data import require_enough
 from ksmea.studies.identify import AUTO, INTERVALS, identification, location_options
 from ksmea.studies.locate import LocationOptions
-from ksmea.trace import comparable_misfit
 
 
 @dataclass(frozen=True)

@@ -6,15 +6,14 @@ import dataclasses
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bench.plan.draw import Draw
 from bench.plan.plan import generator
 from bench.plan.progress import progress_of
-from bench.plan.setup import Setup
+from bench.plan.setup import Draw, Setup
 from bench.plan.study import Study
-from ksmea import registry
-from ksmea.contracts import AnyEffect
-from ksmea.diagnosis.location import require_enough
-from ksmea.processes import cpu_seconds
+from ksmea.location.location import require_enough
+from ksmea.numerics.parallel import cpu_seconds
+from ksmea.plugins import registry
+from ksmea.plugins.effect import AnyEffect
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record
 from ksmea.studies.locate import LOCAL_FORCE, LocationOptions, location

@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from bench.plan.draw import Draw
-from bench.plan.setup import Setup
+from bench.plan.setup import Draw, Setup
 from bench.plan.study import Study
 from bench.studies.design_point import design_point, require_design_point
 from ksmea.records.plan import PlanRecord

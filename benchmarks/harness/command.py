@@ -8,7 +8,7 @@ import sys
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 
-from bench.storage.places import REFERENCE
+from bench.storage.own_files import REFERENCE
 from benchmarks.groups import diagnosis, fe, framework, identification, optimizers, scaling, surrogate, table3
 from benchmarks.harness.check import compared, slower
 from benchmarks.harness.figure import ratio_figure
@@ -20,7 +20,7 @@ from benchmarks.harness.row import Row
 from benchmarks.harness.setup import VARIABLE, peers_folder, setup
 from benchmarks.harness.table import lines_of, merged, read, table, write
 from ksmea.errors import SettingError, unknown
-from ksmea.show.style import png
+from ksmea.show.figures.style import png
 
 GROUPS: dict[str, Callable[[], list[Row]]] = {
     module.__name__.rpartition(".")[2]: module.rows

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from benchmarks.harness.report import number, title_of
 from benchmarks.harness.table import PART
-from ksmea.show.style import OURS, PAPER, REFERENCE
+from ksmea.show.figures.style import OURS, PAPER, REFERENCE
 
 ROW_HEIGHT, WIDTH = 0.24, 11.0  # inches
 MAX_NAME = 78

@@ -10,8 +10,8 @@ import numpy as np
 
 from benchmarks.harness.task import Task
 from benchmarks.tasks.three_disk import BEARING_NODES, PROBE_NODE, TRUTH, UNBALANCED_NODE, drawn, speeds
-from problems.rotor.assembly import assemble_free
-from problems.rotor.data import Rotor
+from problems.rotor.finite_elements.assembly import assemble_free
+from problems.rotor.finite_elements.data import Rotor
 from problems.three_disk import three_disk_rotor
 
 DOF = 4  # of a node

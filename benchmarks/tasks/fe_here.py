@@ -10,12 +10,12 @@ import numpy as np
 import ksmea
 from benchmarks.harness.task import Task
 from benchmarks.tasks.three_disk import TRUTH, drawn
-from ksmea import registry
-from ksmea.contracts import Problem
-from problems.rotor.assembly import assemble_free, node_dof
-from problems.rotor.dense import channel_rows, dynamic_stiffness
-from problems.rotor.receptance import reduce_rotor
-from problems.rotor.unbalance import force_per_unbalance
+from ksmea.plugins import registry
+from ksmea.problem.problem import Problem
+from problems.rotor.finite_elements.assembly import assemble_free, node_dof
+from problems.rotor.finite_elements.loads import force_per_unbalance
+from problems.rotor.response.dense import channel_rows, dynamic_stiffness
+from problems.rotor.response.receptance import reduce_rotor
 from problems.three_disk import ThreeDisk
 
 

@@ -8,11 +8,12 @@ import numpy as np
 
 from benchmarks.harness.task import Task
 from benchmarks.tasks.run_ups import NOISE, read
-from ksmea import registry
-from ksmea.identification import Streams
-from ksmea.kind import Kind
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.model import CountedProblem
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind
+from ksmea.plugins import registry
+from ksmea.plugins.identification import Streams
+from ksmea.problem.counted import CountedProblem
 from ksmea.studies.identify import identification
 from problems.three_disk import ThreeDisk
 

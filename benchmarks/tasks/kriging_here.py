@@ -8,7 +8,7 @@ import numpy as np
 
 from benchmarks.harness.task import Task
 from benchmarks.tasks.responses import fit_by, predict_by, read
-from ksmea.predictor import Predictor
+from ksmea.plugins.surrogate import Predictor
 from surrogates.kriging import Kriging
 
 

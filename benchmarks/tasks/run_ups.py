@@ -30,9 +30,10 @@ class RunUps:
 
 def write(path: Path) -> None:
     from benchmarks.tasks.three_disk import TRUTH
-    from ksmea.cramer_rao import identifiability
-    from ksmea.kind import Kind
-    from ksmea.measurement import Noise, observe
+    from ksmea.inference.cramer_rao import identifiability
+    from ksmea.measurement.measurement import observe
+    from ksmea.measurement.noise import Noise
+    from ksmea.measurement.observable import Kind
     from problems.three_disk import ThreeDisk
 
     problem, noise = ThreeDisk().build(), Noise(NOISE, 0.0)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from benchmarks.harness.task import Task
-from ksmea import registry
-from ksmea.objective import Minimum, Objective
+from ksmea.numerics.objective import Minimum, Objective
+from ksmea.plugins import registry
 
 DIM = 5
 CENTRE = 0.3

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from pathlib import Path
 
-from bench.storage.places import CONF
+from bench.storage.own_files import CONF
 from docstring_text import cell, escaped
 from plugin_pages import table
 

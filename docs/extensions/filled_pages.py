@@ -9,7 +9,7 @@ from pathlib import Path
 from sphinx.application import Sphinx
 
 from experiment_pages import experiments_text, settings_text
-from ksmea import registry
+from ksmea.plugins import registry
 from plugin_pages import EFFECT, group_text
 
 DOCS = Path(__file__).resolve().parents[1]

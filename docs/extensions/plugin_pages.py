@@ -11,11 +11,11 @@ import typing
 from collections.abc import Iterable, Iterator, Sequence
 
 from docstring_text import as_markdown, cell
-from ksmea import registry
-from ksmea.contracts import AnyEffect
-from ksmea.parameters import Parameter
-from ksmea.setting_types import in_words
-from ksmea.settings import expected_range, own_fields, part_fields
+from ksmea.plugins import registry
+from ksmea.plugins.effect import AnyEffect
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import expected_range, own_fields, part_fields
+from ksmea.settings.types import in_words
 
 EFFECT = "effect"
 EXAMPLE = "three_disk"  # the problem that limits of effects are shown for

@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea import Channel, setting
-from ksmea.channel import DIRECTIONS
-from ksmea.parameters import Parameter
-from problems.rotor.effect import PlacedEffect, is_at, planes, where
-from problems.rotor.problem import RotorProblem
+from ksmea.measurement.channel import DIRECTIONS
+from ksmea.problem.parameters import Parameter
+from problems.rotor.extension.effect import PlacedEffect, is_at, planes, where
+from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.3
 

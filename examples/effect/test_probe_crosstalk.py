@@ -3,8 +3,8 @@ import pytest
 from probe_crosstalk import ProbeCrosstalk
 
 import ksmea
-from ksmea.alignment import through
-from ksmea.channel import Channel
+from ksmea.measurement.channel import Channel
+from ksmea.problem.alignment import through
 from ksmea.testing import check_effect
 from problems.three_disk import ThreeDisk
 

@@ -3,9 +3,9 @@
 from dataclasses import dataclass, replace
 
 from ksmea import Measurement, Method, Optimizer, Problem, setting
-from ksmea.direct import Direct
-from ksmea.identification import Identification, Streams
-from ksmea.settings import part
+from ksmea.identification.direct import Direct
+from ksmea.plugins.identification import Identification, Streams
+from ksmea.settings.settings import part
 
 
 @dataclass(frozen=True)

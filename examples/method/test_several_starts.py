@@ -2,8 +2,8 @@ import numpy as np
 from several_starts import SeveralStarts
 
 import ksmea
-from ksmea.direct import Direct
-from ksmea.identification import Streams
+from ksmea.identification.direct import Direct
+from ksmea.plugins.identification import Streams
 from ksmea.testing import check_method
 from optimizers.de import DE
 from optimizers.lm import LM

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from ksmea import Channel, Problem, ProblemSettings, SettingError, setting
-from ksmea.parameters import Parameter, Parameters
+from ksmea.problem.parameters import Parameter, Parameters
 
 PARAMETERS = Parameters(
     (

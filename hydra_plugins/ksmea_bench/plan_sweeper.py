@@ -15,10 +15,10 @@ from omegaconf import DictConfig, flag_override
 
 from bench.command_line.output_level import is_quiet
 from bench.jobs.claims import clear
-from bench.jobs.deal import dealt
-from bench.jobs.earlier import earlier_notes
+from bench.jobs.offers import dealt
+from bench.jobs.superseded import earlier_notes
 from bench.plan.experiment import Experiment
-from bench.storage.locks import exclusive
+from bench.storage.files import exclusive
 from ksmea.errors import visible
 
 # A plain node: Hydra scans this file outside sys.modules, where a dataclass cannot resolve its annotations.

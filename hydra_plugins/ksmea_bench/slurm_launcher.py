@@ -17,7 +17,7 @@ from hydra.plugins.launcher import Launcher
 from hydra.types import HydraContext, TaskFunction
 from omegaconf import DictConfig, OmegaConf
 
-from bench.jobs.deal import job_of
+from bench.jobs.offers import job_of
 from bench.jobs.submitted import WAITED_FOR, forget_lost, job_states, note_submitted
 from ksmea.errors import visible
 

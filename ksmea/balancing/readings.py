@@ -12,10 +12,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.campaign import Campaign
-from ksmea.channel import Channel
 from ksmea.errors import SettingError
-from ksmea.measurement import Measurement
+from ksmea.measurement.campaign import Campaign
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement
 from ksmea.units import RPM
 
 

@@ -30,38 +30,45 @@ from functools import partial
 
 import numpy as np
 
-from ksmea.contracts import AnyEffect, Problem
-from ksmea.diagnosis.averaging import Averaged, averaged
-from ksmea.diagnosis.explanations import NEAR, Explanation, best_of_names, ranked_explanations
-from ksmea.diagnosis.fit_quality import FitQuality, fit_quality
-from ksmea.diagnosis.fitting import BaselineFits, Effort, Fit, fit_baseline, fit_from_values, polished, settled
+from ksmea.diagnosis.further_measurement import Split, best_split
+from ksmea.diagnosis.model_averaging import Averaged, averaged
 from ksmea.diagnosis.observability import Detectable, smallest_detectable
 from ksmea.diagnosis.predictive_gain import PredictiveGain, predictive_gain
 from ksmea.diagnosis.rivals import Cosines, collinearities, cosines_with, tested
-from ksmea.diagnosis.second_effects import alternatives, distinct_firsts, pairs_beside
-from ksmea.diagnosis.split import Split, best_split
-from ksmea.diagnosis.stable_fits import settled_stable, stable_fit
-from ksmea.diagnosis.stated_noise import as_left, is_noise_as_stated, is_size_alone, with_noise_as_left
+from ksmea.diagnosis.second_effects import alternatives, distinct_firsts, each_alone, pairs_beside
 from ksmea.diagnosis.trials import (
+    BETTER,
+    NEAR,
     Candidate,
+    Explanation,
     Trial,
     best_by_name,
+    best_of_names,
     candidates_and_left_out,
     fitted,
     none_located,
-    ranked,
+    ranked_explanations,
     refined,
-    trial_of,
 )
-from ksmea.intervals import LOWER, Estimate
-from ksmea.maximisation import maximise
-from ksmea.measurement import Measurement
-from ksmea.nearest_maximum import with_best_noise
-from ksmea.processes import for_each
+from ksmea.fits.fitting import BaselineFits, Effort, Fit, fit_baseline, polished, settled
+from ksmea.fits.lack_of_fit import (
+    FitQuality,
+    as_left,
+    fit_quality,
+    is_noise_as_stated,
+    is_size_alone,
+    with_noise_as_left,
+)
+from ksmea.fits.stable_fits import settled_stable, stable_fit
+from ksmea.inference.intervals import LOWER, Estimate
+from ksmea.inference.maximisation import maximise, with_best_noise
+from ksmea.measurement.measurement import Measurement
+from ksmea.numerics.parallel import for_each
+from ksmea.plugins.effect import AnyEffect
+from ksmea.problem.problem import Problem
 
 MAX_TESTED = 3  # of the best pairs, those that are asked whether they leave noise behind
 NEARBY = 100.0  # deviance drop of the best trial up to which scans find nothing better than fits from nearby
-BETTER = 0.1  # of the deviance: a maximum of the baseline model that is as much higher is another one
 MAX_SPLIT = 6  # explanations that a further measurement is sought for
 MIN_OBSERVABLE = 0.5  # part of the effects that must be observable for a model to be called adequate
 
@@ -115,7 +122,7 @@ def diagnose(
     """The diagnosis of a measurement by a problem and the effects that are known, which may be none: then it is whether the
     model fits. `progress` is called at each step.
 
-    Noise that is stated is believed unless its size is all that speaks against a model (`ksmea.diagnosis.stated_noise`): the
+    Noise that is stated is believed unless its size is all that speaks against a model (`ksmea.fits.lack_of_fit`): the
     measurement of the fits then has noise as large as that model leaves it.
     """
     effort = effort or Effort()
@@ -173,7 +180,7 @@ def _diagnosed(
     explained = (
         None if lead is None else _explained(significant, trials, baseline, measurement, half, effort, rng, progress)
     )
-    if explained is not None and (better := _each_alone(explained.best, trials, baseline.best)):
+    if explained is not None and (better := each_alone(explained.best, trials, baseline.best)):
         trials, significant = better, _significant(better, half)
         lead = significant[0]
         cosines = cosines_with(lead, trials, effort.workers)
@@ -327,29 +334,6 @@ def _explained(
         if found.quality.p >= level:
             return found
     return alone
-
-
-def _each_alone(best: Explanation, trials: Sequence[Trial], baseline: Fit) -> list[Trial]:
-    """The trials anew where an effect of a pair fits better alone from where the pair does, none where none does: a first effect that was
-    left in a lower maximum is lifted out of it by whatever second one, which is then no evidence for that."""
-    if len(best.applied) < 2:
-        return []
-    better = [_from_pair(trial, best.fit, baseline, len(trials)) for trial in trials if trial.candidate in best.applied]
-    lifted = [trial for trial in better if trial is not None]
-    if not lifted:
-        return []
-    anew = [trial.candidate for trial in lifted]
-    return ranked([*lifted, *(trial for trial in trials if trial.candidate not in anew)])
-
-
-def _from_pair(trial: Trial, pair: Fit, baseline: Fit, n_candidate: int) -> Trial | None:
-    """A trial fitted from the values of a pair, where that is better and stable."""
-    problem, known = trial.fit.problem, dict(zip(pair.problem.parameters.names, pair.x))
-    x = np.array([known.get(name, 0.0) for name in problem.parameters.names])
-    fit = fit_from_values(problem, x, baseline.likelihood.measurement)
-    if fit.deviance > trial.fit.deviance - BETTER or not problem.is_stable(fit.x):
-        return None
-    return trial_of(trial.candidate, fit, baseline, n_candidate)
 
 
 def _with_near(best: Explanation, others: Iterable[Explanation], rng: np.random.Generator) -> _Explained:

@@ -12,13 +12,13 @@ import scipy
 from scipy.optimize import brentq
 
 from ksmea.arrays import Array
-from ksmea.contracts import Problem
-from ksmea.diagnosis.fitting import Fit, without_effects
 from ksmea.diagnosis.trials import Candidate, Trial
-from ksmea.fisher import projected, span, whitened_sensitivity
-from ksmea.model import Model
-from ksmea.parameters import Parameter
-from ksmea.stability import last_stable
+from ksmea.fits.fitting import Fit, without_effects
+from ksmea.likelihood.fisher import projected, span, whitened_sensitivity
+from ksmea.problem.counted import Model
+from ksmea.problem.parameters import Parameter
+from ksmea.problem.problem import Problem
+from ksmea.rotordynamics.stability import last_stable
 
 POWER = 0.9  # chance of detecting an effect of the smallest detectable size
 

@@ -13,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from ksmea.alignment import aligned
-from ksmea.diagnosis.fitting import Fit
-from ksmea.difference_likelihood import likelihood_of
-from ksmea.elpd import ElpdDifference
-from ksmea.maximisation import maximise
-from ksmea.measurement import Measurement
-from ksmea.model import Model
+from ksmea.fits.fitting import Fit
+from ksmea.inference.maximisation import maximise
+from ksmea.likelihood.difference_likelihood import likelihood_of
+from ksmea.measurement.measurement import Measurement
+from ksmea.problem.alignment import aligned
+from ksmea.problem.counted import Model
+from ksmea.records.elpd import ElpdDifference
 
 Indices = NDArray[np.intp]  # of speeds
 

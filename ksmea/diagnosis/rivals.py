@@ -1,9 +1,14 @@
-"""Rivals: effects that explain the data about as well as the best one, and how collinear all others are with it.
+"""Rivals: effects that explain the data about as well as the best one, and their collinearity with it.
 
-Sensitivities say what the best fit of a collinear effect must reach: a deviance drop of cos² times that of the best. That
-holds as far as the model is linear, which it is not where sharp resonances move. So a promise is put to the test: the effect
-is fitted to what the best one predicts, which leads it to where it comes nearest, and from there to the data. What that fit
-reaches counts.
+Sensitivities predict the deviance drop of a collinear effect: cos² times that of the best one. The prediction holds as far as the
+model is linear, which it is not if sharp resonances move. Therefore each rival is fitted first to the predictions of the best
+effect, which leads it to its nearest point, and from there to the data. The drop of that fit counts.
+
+The best effect is also exchanged for its rivals. If resonances are sharp, the fit of a rival may be far from any start: on the
+way from values without an effect, or from those of the best fit, resonances would have to cross those of the data. Along the
+valley between the two effects they stay. So the best effect is taken back step by step in a model that has both. Each step goes
+along the tangent on which predictions do not change to first order (Euler–Newton continuation: Allgower & Georg, Introduction to
+Numerical Continuation Methods, 2003, ch. 2, doi 10.1137/1.9780898719154), and a few iterations of a fit follow.
 """
 
 from __future__ import annotations
@@ -14,17 +19,17 @@ from functools import partial
 
 import numpy as np
 
-from ksmea.arrays import Array
-from ksmea.diagnosis.exchange import in_place_of
-from ksmea.diagnosis.explanations import NEAR, Explanation
-from ksmea.diagnosis.fitting import Fit, start_nearby, without_effects
+from ksmea.arrays import Array, Indices
 from ksmea.diagnosis.observability import collinearity
-from ksmea.diagnosis.stable_fits import stable_fit
-from ksmea.diagnosis.trials import Trial, ranked, shared_searches, trial_of
-from ksmea.likelihood import Likelihood
-from ksmea.maximisation import maximise
-from ksmea.model import Model
-from ksmea.processes import for_each
+from ksmea.diagnosis.trials import FAR, NEAR, Explanation, Trial, ranked, shared_searches, trial_of
+from ksmea.fits.fitting import PATH_ITERATIONS, Fit, start_nearby, without_effects
+from ksmea.fits.stable_fits import stable_fit
+from ksmea.inference.maximisation import maximise
+from ksmea.likelihood.difference_likelihood import likelihood_of
+from ksmea.likelihood.fisher import Point
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.numerics.parallel import for_each
+from ksmea.problem.counted import Model
 
 EXPECTED_GAIN = 0.1  # of the deviance, below which a fit to a prediction is at its end
 MAX_ITERATIONS = 50  # of such a fit
@@ -108,3 +113,41 @@ def _led(trial: Trial, lead: Trial, baseline: Fit, n_candidate: int) -> Trial:
         nearest = maximise(to_predicted, start, max_iterations=MAX_ITERATIONS, tolerance=EXPECTED_GAIN)
         fits.append(fit_from(nearest.theta))
     return tried(fits)
+
+
+N_STEP = 16  # in which an effect is taken back
+TOLERANCE = 1e-2  # of the deviance, at which the fit of a step ends
+
+
+def in_place_of(lead: Trial, trial: Trial, d: int) -> Array | None:
+    """Where in the unit cube a trial's effect explains what the lead's does; the model without effects has d unknowns. None where no
+    valley leads there: the deviance rises far above the lead's, or the two cannot act together."""
+    measurement, both = lead.fit.likelihood.measurement, trial.candidate.beside(lead.fit.problem)
+    if both is None or both.parameters.makes_jumps:
+        return None
+    likelihood = likelihood_of(Model(both), measurement)
+    taken_back = np.arange(d, len(lead.fit.u))
+    none = without_effects(both, d)
+    start = np.concatenate([lead.fit.u, none[len(taken_back) :], lead.fit.point.theta[len(lead.fit.u) :]])
+    try:
+        point = likelihood.at(np.clip(start, likelihood.lower, likelihood.upper))
+        for left in np.linspace(1, 0, N_STEP + 1)[1:]:
+            towards = none[: len(taken_back)] + left * (start[taken_back] - none[: len(taken_back)])
+            theta = np.clip(_on_tangent(point, taken_back, towards), likelihood.lower, likelihood.upper)
+            point = maximise(likelihood, theta, fixed=taken_back, max_iterations=PATH_ITERATIONS, tolerance=TOLERANCE)
+            if point.deviance > lead.fit.deviance + FAR:
+                return None
+    except np.linalg.LinAlgError:  # no steady motion on the way
+        return None
+    return np.delete(point.theta[: likelihood.d], taken_back)
+
+
+def _on_tangent(point: Point, moved: Indices, towards: Array) -> Array:
+    """θ (p,) with some unknowns moved to values, and the others such that predictions change least."""
+    others = np.setdiff1d(np.arange(len(point.theta)), moved)
+    scale = np.maximum(np.linalg.norm(point.triangle, axis=0), np.finfo(float).tiny)
+    change = point.triangle[:, moved] @ (towards - point.theta[moved])
+    theta = point.theta.copy()
+    theta[moved] = towards
+    theta[others] -= np.linalg.lstsq(point.triangle[:, others] / scale[others], change)[0] / scale[others]
+    return theta

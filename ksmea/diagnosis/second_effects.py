@@ -25,11 +25,23 @@ from functools import partial
 
 import numpy as np
 
-from ksmea.diagnosis.explanations import NEAR, Explanation, ranked_explanations
-from ksmea.diagnosis.fitting import TRIAL_ITERATIONS, BaselineFits, Effort, Fit, finished
-from ksmea.diagnosis.screening import screened
-from ksmea.diagnosis.trials import Candidate, Trial, best_by_name, fitted, searched, shared_searches, trial_of
-from ksmea.measurement import Measurement
+from ksmea.diagnosis.trials import (
+    BETTER,
+    NEAR,
+    Candidate,
+    Explanation,
+    Trial,
+    best_by_name,
+    fitted,
+    ranked,
+    ranked_explanations,
+    searched,
+    shared_searches,
+    trial_of,
+)
+from ksmea.fits.fitting import TRIAL_ITERATIONS, BaselineFits, Effort, Fit, finished, fit_from_values
+from ksmea.fits.starts import screened
+from ksmea.measurement.measurement import Measurement
 
 PER_SCANNED = 4  # points that are screened with the first effect for each that is scanned
 COSTLY = 4  # second effects, the most promising, beside a first one that is not linear in the motion
@@ -148,3 +160,26 @@ def _around(first: Fit, baseline: BaselineFits, measurement: Measurement, effort
     points = baseline.screened.thinned(PER_SCANNED * effort.scan)
     with_effect = np.hstack([points, np.tile(first.u[points.shape[1] :], (len(points), 1))])
     return BaselineFits(first, (), screened(first.problem, measurement, np.vstack([first.u, with_effect])))
+
+
+def each_alone(best: Explanation, trials: Sequence[Trial], baseline: Fit) -> list[Trial]:
+    """The trials anew where an effect of a pair fits better alone from where the pair does, none where none does: a first effect that was
+    left in a lower maximum is lifted out of it by whatever second one, which is then no evidence for that."""
+    if len(best.applied) < 2:
+        return []
+    better = [_from_pair(trial, best.fit, baseline, len(trials)) for trial in trials if trial.candidate in best.applied]
+    lifted = [trial for trial in better if trial is not None]
+    if not lifted:
+        return []
+    anew = [trial.candidate for trial in lifted]
+    return ranked([*lifted, *(trial for trial in trials if trial.candidate not in anew)])
+
+
+def _from_pair(trial: Trial, pair: Fit, baseline: Fit, n_candidate: int) -> Trial | None:
+    """A trial fitted from the values of a pair, where that is better and stable."""
+    problem, known = trial.fit.problem, dict(zip(pair.problem.parameters.names, pair.x))
+    x = np.array([known.get(name, 0.0) for name in problem.parameters.names])
+    fit = fit_from_values(problem, x, baseline.likelihood.measurement)
+    if fit.deviance > trial.fit.deviance - BETTER or not problem.is_stable(fit.x):
+        return None
+    return trial_of(trial.candidate, fit, baseline, n_candidate)

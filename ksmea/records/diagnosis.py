@@ -1,7 +1,8 @@
-"""The record of a diagnosis: what a model gets wrong about a measurement, which cause explains it, and the evidence.
+"""Record of a diagnosis: the errors of a model of a measurement, the cause that explains them, and the evidence.
 
 Values of unknowns are in the unit that stands beside them, speeds in rad/s and lengths in m. `before` is the baseline
-model, `after` the model extended by the effects in `applied`; None where there is no extended model.
+model, `after` the model extended by the effects in `applied`; None if there is no extended model. Names of fields in records of
+earlier versions are translated when they are read.
 """
 
 from __future__ import annotations
@@ -12,18 +13,14 @@ from typing import Any
 
 import numpy as np
 
-from ksmea.elpd import ElpdDifference
-from ksmea.records.averaged import AveragedRecord, BandRecord, ExplanationRecord
-from ksmea.records.both_ways import BothWaysRecord
+from ksmea.records.campaign import BothWaysRecord, RepeatsRecord
 from ksmea.records.curves import FineCurve, check_shape
-from ksmea.records.diagnosis_upgrade import is_older, renamed
-from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
-from ksmea.records.extension import EffectRecord, PredictiveGainRecord
+from ksmea.records.elpd import ElpdDifference
+from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord, StabilityRecord
+from ksmea.records.extension import AveragedRecord, BandRecord, EffectRecord, ExplanationRecord, PredictiveGainRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record
-from ksmea.records.repeats import RepeatsRecord
-from ksmea.records.stability import StabilityRecord
 
 Values = tuple[tuple[float | tuple[float, float], ...], ...]  # (n_speed, n_channel), complex as (real, imaginary)
 
@@ -201,3 +198,49 @@ class DiagnosisRecord(Record):
     def is_explained(self) -> bool:
         """Whether the extended model is believed."""
         return self.verdict in ("named", "ambiguous")
+
+
+FIELDS = {  # at any depth of a record
+    "class": "ambiguity_group",
+    "places": "locations",
+    "place": "location",
+    "gain": "predictive_gain",
+    "likeness": "collinearity",
+    "tried": "effects",
+    "fall": "deviance_drop",
+    "hidden_fall": "hidden_deviance_drop",
+    "at_bound": "at_limit",
+    "log_score": "elpd_difference",
+}
+STATISTICS = {
+    "neighbours": "autocorrelation over speed",
+    "channels together": "cross-channel correlation",
+    "largest": "largest residual",
+    "level": "χ²",
+}
+VERBATIM = ("settings", "curves")  # what holds no names of these
+
+
+def is_older(data: Mapping[str, Any]) -> bool:
+    return "class" in data
+
+
+def renamed(data: Mapping[str, Any]) -> dict[str, Any]:
+    """Older data with the present names of fields and statistics."""
+    found: dict[str, Any] = _renamed(data)
+    tests = found["lack_of_fit"]
+    for when in ("before", "after"):
+        if tests[when] is not None:
+            tests[when] = _with_statistics(tests[when])
+    return found
+
+
+def _renamed(data: Any) -> Any:
+    if isinstance(data, Mapping):
+        return {FIELDS.get(name, name): value if name in VERBATIM else _renamed(value) for name, value in data.items()}
+    return [_renamed(value) for value in data] if isinstance(data, list) else data
+
+
+def _with_statistics(test: Mapping[str, Any]) -> dict[str, Any]:
+    by_statistic = {STATISTICS.get(name, name): p for name, p in test["p_by_statistic"].items()}
+    return {**test, "statistic": STATISTICS.get(test["statistic"], test["statistic"]), "p_by_statistic": by_statistic}

@@ -1,4 +1,4 @@
-"""An unknown with its interval, and the noise level, as several records have them."""
+"""Records of an unknown with its interval, of the noise level, and of a rotor's stability threshold."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ class EstimateRecord(Record):
     value: float
     low: float | None  # None: open on this side
     high: float | None
-    interval: str  # kind, see ksmea.intervals.Interval
+    interval: str  # kind, see ksmea.inference.intervals.Interval
     at_limit: bool  # the value lies on a search limit, which is what is physical for the unknowns of an effect
 
     def holds(self, value: float) -> bool:
@@ -33,3 +33,20 @@ class NoiseLevelRecord(Record):
     relative: float  # the median where each run has its own
     floor: float  # m; the median where each datum or run has its own
     by_run: tuple[tuple[str, float, float], ...] = ()  # name, relative, floor of each run that has its own
+
+
+@dataclass(frozen=True)
+class StabilityRecord(Record):
+    """The stability threshold and its interval, rad/s; None where no free motion grows up to `searched`, 0: from rest."""
+
+    threshold: float | None
+    low: float | None  # ends of the interval
+    high: float | None
+    level: float  # of the interval
+    measured: float  # highest speed of the data
+    searched: float
+
+    @property
+    def is_violated(self) -> bool:
+        """Whether no steady response exists at speeds that were measured, or are to be."""
+        return self.threshold is not None and self.threshold <= self.measured

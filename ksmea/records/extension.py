@@ -1,4 +1,4 @@
-"""A model extended by effects as records have it: which effects, and what it is worth on left-out data."""
+"""Records of a model extended by effects: its gain on left-out data, and averages over indistinguishable explanations."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Self
 
-from ksmea.elpd import ElpdDifference
+from ksmea.records.elpd import ElpdDifference
+from ksmea.records.estimate import EstimateRecord
 from ksmea.records.record import Record
 
 
@@ -22,7 +23,7 @@ class EffectRecord(Record):
 @dataclass(frozen=True)
 class PredictiveGainRecord(Record):
     """How much better the extended model predicts blocks of speeds that are left out; `is_supported` by the rule of
-    ksmea.elpd."""
+    ksmea.records.elpd."""
 
     elpd_difference: float  # sum over blocks
     standard_error: float
@@ -58,3 +59,31 @@ class ExtensionRecord(Record):
     effect: EffectRecord
     values: Mapping[str, float]
     units: Mapping[str, str]
+
+
+@dataclass(frozen=True)
+class ExplanationRecord(Record):
+    """Effects that together explain the data."""
+
+    label: str
+    effects: tuple[EffectRecord, ...]
+    deviance_drop: float  # against the baseline model
+    delta_bic: float
+    weight: float | None = None  # in the average; None: it is not averaged
+
+
+@dataclass(frozen=True)
+class AveragedRecord(Record):
+    """The unknowns of the baseline model averaged over the explanations (ksmea.diagnosis.model_averaging); `interval` is 'mixture'."""
+
+    level: float
+    coefficients: tuple[EstimateRecord, ...]
+
+
+@dataclass(frozen=True)
+class BandRecord(Record):
+    """Averaged amplitudes and the ends of their intervals, (n_speed, n_channel) m."""
+
+    value: tuple[tuple[float, ...], ...]
+    low: tuple[tuple[float, ...], ...]
+    high: tuple[tuple[float, ...], ...]

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from ksmea.arrays import Array
+from ksmea.records.estimate import StabilityRecord
 from ksmea.records.identification import LackOfFit
 from ksmea.records.record import Record
-from ksmea.records.stability import StabilityRecord
 from ksmea.units import SI_PER_UNIT
 
 # The speeds' count, [lowest, highest] of a band in rad/s, a position in m, a factor of the noise, or a kind of data.

@@ -11,14 +11,13 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
-from ksmea.parameters import Parameter, Parameters
-from ksmea.records.both_ways import BothWaysRecord
+from ksmea.problem.parameters import Parameter, Parameters
+from ksmea.records.campaign import BothWaysRecord, RepeatsRecord
 from ksmea.records.curves import FitCurves, Matrix, ResponseCurves, check_shape, matrix
+from ksmea.records.estimate import StabilityRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record
-from ksmea.records.repeats import RepeatsRecord
-from ksmea.records.stability import StabilityRecord
 from ksmea.records.trace import TraceRecord
 from ksmea.records.weights import WeightsRecord
 from ksmea.units import TURN
@@ -44,7 +43,7 @@ class ParameterRecord:
     true: float | None = None  # None where nobody knows it
     low: float | None = None  # ends of the interval; None where that side is open
     high: float | None = None
-    kind: str | None = None  # of the interval (`ksmea.intervals.Interval`); None where there is none
+    kind: str | None = None  # of the interval (`ksmea.inference.intervals.Interval`); None where there is none
     most_likely: float | None = None  # at the maximum of the likelihood that the interval belongs to
     crlb: float | None = None  # CRLB (1 σ) at the reported values; None where infinite or not computed
 
@@ -82,7 +81,7 @@ class ParameterRecord:
 
 @dataclass(frozen=True)
 class SearchStageRecord:
-    """A part of a search on the surrogate as it ended (`ksmea.identification.SearchStage`)."""
+    """A part of a search on the surrogate as it ended (`ksmea.plugins.identification.SearchStage`)."""
 
     name: str
     x: tuple[float, ...]  # (d,) SI
@@ -91,7 +90,7 @@ class SearchStageRecord:
 
 @dataclass(frozen=True)
 class UpdateRecord:
-    """One updating step (`ksmea.identification.Update`); None where a number is not finite."""
+    """One updating step (`ksmea.plugins.identification.Update`); None where a number is not finite."""
 
     x: tuple[float, ...]  # (d,) SI, the surrogate's optimum
     predicted_misfit: float | None = None
@@ -160,7 +159,7 @@ class DataDescription:
 @dataclass(frozen=True)
 class IdentificationRecord(Record):
     """What a method found from one measurement. `status` is 'done', or 'budget' where it was cut short; `stop` says why it
-    ended (`ksmea.identification.Identification`)."""
+    ended (`ksmea.plugins.identification.Identification`)."""
 
     status: str
     stop: str

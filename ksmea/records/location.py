@@ -10,7 +10,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from ksmea.load import FORCE
+from ksmea.problem.load import FORCE
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
 from ksmea.records.extension import ExtensionRecord, PredictiveGainRecord
 from ksmea.records.hidden import HiddenEffect

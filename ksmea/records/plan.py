@@ -14,11 +14,10 @@ from typing import Any
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.campaign import Weight
+from ksmea.measurement.campaign import Weight, notation
+from ksmea.records.estimate import StabilityRecord
 from ksmea.records.identification import LackOfFit
 from ksmea.records.record import Record
-from ksmea.records.stability import StabilityRecord
-from ksmea.run_notation import notation
 
 # Names in records that say 'bound' and 'gain'.
 _RENAMED = {

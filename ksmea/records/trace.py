@@ -11,14 +11,14 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
-from ksmea.parameters import Parameters
+from ksmea.problem.parameters import Parameters
 
 ERROR_DIGITS = 5  # that are kept of errors
 
 
 @dataclass(frozen=True)
 class StageRecord:
-    """A part of a method as it ended (`ksmea.identification.Stage`); its counts are those of all until then."""
+    """A part of a method as it ended (`ksmea.plugins.identification.Stage`); its counts are those of all until then."""
 
     name: str
     evaluations: int
@@ -30,7 +30,7 @@ class StageRecord:
 
 @dataclass(frozen=True)
 class TraceRecord:
-    """Improvements of the best misfit that the true model has shown (`ksmea.trace`), thinned; each column has one entry for
+    """Improvements of the best misfit that the true model has shown (`ksmea.identification.trace`), thinned; each column has one entry for
     each. All but `seconds` is the same for the same seed.
 
     Where the truth is known, `least` is the misfit at the maximum of the likelihood nearest to it, and `error` the root mean
@@ -40,7 +40,7 @@ class TraceRecord:
     evaluations: tuple[int, ...]  # of the true model, those of the improvement included
     jacobians: tuple[int, ...]
     surrogate_evaluations: tuple[int, ...]  # points that a surrogate has predicted
-    misfit: tuple[float, ...]  # of `ksmea.trace.comparable_misfit`
+    misfit: tuple[float, ...]  # of `ksmea.identification.trace.comparable_misfit`
     seconds: tuple[float, ...]  # since the method began
     x: tuple[tuple[float, ...], ...] = ()  # (d,) SI each
     error: tuple[float, ...] = ()

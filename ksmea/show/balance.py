@@ -5,7 +5,7 @@ from __future__ import annotations
 import pandas as pd
 
 from ksmea.records.balance import BalanceRecord, EntryRecord, LeftOutRecord, PolarRecord, WeightRecord
-from ksmea.show.balance_figure import plot
+from ksmea.show.figures.balance import plot
 from ksmea.show.text import aligned, number
 from ksmea.units import RPM
 

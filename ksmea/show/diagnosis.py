@@ -14,15 +14,22 @@ from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, FitQualityRec
 from ksmea.records.estimate import NoiseLevelRecord
 from ksmea.records.location import NOTHING
 from ksmea.show import location
-from ksmea.show.both_ways import hausman_lines
-from ksmea.show.diagnosis_figure import draw_ranking, residual_figure
 from ksmea.show.diagnosis_tables import averaged_values, ranking_table, unknowns_table
-from ksmea.show.hidden import hidden_text
+from ksmea.show.figures.diagnosis import draw_ranking, residual_figure
 from ksmea.show.location_words import in_short
-from ksmea.show.predictive_gain import gain_lines
-from ksmea.show.repeats import repeat_lines
-from ksmea.show.stability import stability_text
-from ksmea.show.text import aligned, data_words, in_columns, noise_level, number, with_ends
+from ksmea.show.text import (
+    aligned,
+    data_words,
+    gain_lines,
+    hausman_lines,
+    hidden_text,
+    in_columns,
+    noise_level,
+    number,
+    repeat_lines,
+    stability_text,
+    with_ends,
+)
 from ksmea.show.verdict import alike, applied, verdict_line
 from ksmea.units import RPM
 

@@ -9,11 +9,8 @@ import pandas as pd
 
 from ksmea.arrays import Array
 from ksmea.records.identifiability import DataDescription, IdentifiabilityRecord, Unknown, Value, percent
-from ksmea.show.alike import ALIKE, alike_text
-from ksmea.show.identifiability_figure import plot
-from ksmea.show.lack_of_fit import fit_warning
-from ksmea.show.stability import stability_text
-from ksmea.show.text import aligned, noise_parts, two_digits
+from ksmea.show.figures.identifiability import plot
+from ksmea.show.text import ALIKE, aligned, alike_text, fit_warning, noise_parts, stability_text, two_digits
 from ksmea.units import RPM
 
 __all__ = ["COLUMNS", "frame", "plot", "text"]

@@ -14,14 +14,22 @@ from ksmea.records.curves import FitCurves, as_array
 from ksmea.records.identification import DataDescription, IdentificationRecord, ParameterRecord
 from ksmea.records.location import LocationRecord
 from ksmea.show import location, weights
-from ksmea.show.alike import ALIKE, alike_text
-from ksmea.show.both_ways import hausman_lines
-from ksmea.show.fit_figure import draw_amplitude, fit_figure
-from ksmea.show.hidden import hidden_text
-from ksmea.show.lack_of_fit import fit_verdict
-from ksmea.show.repeats import repeat_lines
-from ksmea.show.stability import stability_text
-from ksmea.show.text import data_words, noise_parts, number, told, two_digits, value_and_ends
+from ksmea.show.figures.fit import draw_amplitude, fit_figure
+from ksmea.show.text import (
+    ALIKE,
+    alike_text,
+    data_words,
+    fit_verdict,
+    hausman_lines,
+    hidden_text,
+    noise_parts,
+    number,
+    repeat_lines,
+    stability_text,
+    told,
+    two_digits,
+    value_and_ends,
+)
 from ksmea.units import MICROMETRE
 
 SLIGHT = 0.1  # parts of the noise below this part of the whole everywhere are not mentioned

@@ -1,18 +1,25 @@
-"""A record as JSON for people and other programs: every number with its unit beside it, and as texts show it.
+"""Record as JSON for people and other programs: every number with its unit, and as texts show it.
 
 The fields of the record stay as they are, so that `from_data` reads it back, and neighbours are added to them:
-`floor` (m) has `floor_unit` ("m") and `floor_um`; a value in SI beside `unit` and `si_per_unit` is in `in_unit` too. A file says
-at its top which way the values of its unknowns have their unit.
+`floor` (m) has `floor_unit` ("m") and `floor_um`; a value in SI with `unit` and `si_per_unit` is in `in_unit` too. The top of a
+file states which of the two holds for its unknowns. Units of fields are in `UNITS`; a field that is not there has no unit, has a
+field `unit` beside it, or has it in its name (`seconds`, `reduction_pct`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import is_dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, is_dataclass
 from typing import Any
 
+from ksmea.problem.load import FORCE
+from ksmea.records import balance, curves, diagnosis, estimate, identifiability, identification, location, plan, trace
+from ksmea.records.campaign import RepeatsRecord
+from ksmea.records.estimate import StabilityRecord
+from ksmea.records.extension import BandRecord, PredictiveGainRecord
 from ksmea.records.record import Record
-from ksmea.show.units_of_records import IN_UNIT, STATUS, UNITS, Quantity
+from ksmea.records.weights import InfluenceRecord, VectorRecord, WeightsRecord
+from ksmea.units import DEGREE, GRAM_MILLIMETRE, MICROMETRE, RPM
 
 OTHERS = "other numbers have theirs beside them (`floor_unit`) or in their name (`floor_um`), or have none"
 IN_SI = f"values of unknowns are in SI, and under `in_unit` in their `unit`; {OTHERS}"
@@ -67,3 +74,134 @@ def _in_unit(value: Any, size: float) -> Any:
         parts = [_in_unit(each, size) for each in value] if 0 < len(value) <= PAIR else [None]
         return None if None in parts else parts
     return None if value is None or isinstance(value, (bool, str)) else value / size
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """The unit of a number, and what texts show it in: the end of a name (`um` in `floor_um`) and its size in that unit."""
+
+    unit: str
+    shown: str = ""
+    size: float = 1.0
+
+
+LENGTH, TIME, WORK, STIFFNESS = Quantity("m"), Quantity("s"), Quantity("J"), Quantity("N/m")
+VIBRATION = Quantity("m", "um", MICROMETRE)
+SPEED = Quantity("rad/s", "rpm", RPM)
+ANGLE = Quantity("rad", "deg", DEGREE)
+UNBALANCE = Quantity("kg m", "g_mm", GRAM_MILLIMETRE)
+PART = Quantity("1", "pct", 0.01)
+OF_NOISE = Quantity("standard deviations of the noise")
+OF_UNKNOWNS = Quantity("SI")  # a number for each unknown: divided by its `si_per_unit` it is in its `unit`
+OF_TARGET = Quantity("SI, of the target")  # a number for each candidate
+MICROMETRES, GRAM_MILLIMETRES, DEGREES = Quantity("µm"), Quantity("g mm"), Quantity("deg")
+
+Told = Quantity | Callable[[Any], Quantity | None]
+
+
+def _of_variation(record: Any) -> Quantity | None:
+    return {"band": SPEED, "position": LENGTH}.get(record.variation)
+
+
+def _of_law(record: Any) -> Quantity:
+    return Quantity("N" if record.kind == FORCE else "N m")
+
+
+def _each(names: str, told: Told) -> dict[str, Told]:
+    return dict.fromkeys(names.split(), told)
+
+
+def _of_run_time(record: Any) -> Quantity | None:
+    """None where the runs are counted, since no time is known."""
+    is_counted = record.run_time == tuple(range(len(record.run_time)))
+    return None if is_counted else TIME
+
+
+NOISE = {"relative": PART, "floor": VIBRATION, "by_run": Quantity("name, part, m")}
+ADDED = {"speed": SPEED, "position": LENGTH, "magnitude": UNBALANCE, "phase": ANGLE}
+
+UNITS: Mapping[type, Mapping[str, Told]] = {
+    # estimates, noise, curves
+    estimate.NoiseLevelRecord: NOISE,
+    identification.NoiseLevel: NOISE,
+    RepeatsRecord: {"relative": PART, "floor": VIBRATION},
+    PredictiveGainRecord: _each("rmse_before rmse_after", VIBRATION),
+    StabilityRecord: _each("threshold low high measured searched", SPEED),
+    curves.Polar: {"amplitude": VIBRATION, "phase": ANGLE},
+    curves.FineCurve: {"speed": SPEED, "amplitude": VIBRATION, "phase": ANGLE},
+    curves.FitCurves: {"speed": SPEED, "sd": VIBRATION},
+    curves.ResponseCurves: {"speed": SPEED, **_each("measured identified predicted modelled true", VIBRATION)},
+    BandRecord: _each("value low high", VIBRATION),
+    # diagnosis
+    diagnosis.FitQualityRecord: {"band": SPEED},
+    diagnosis.CurvesRecord: {"speed": SPEED},
+    diagnosis.ResponsesRecord: _each("measured before after", VIBRATION),
+    diagnosis.ResidualsRecord: _each("before after", OF_NOISE),
+    # location
+    location.SiteRecord: _each("position second", LENGTH),
+    location.ForceRecord: {**_each("position second", LENGTH), "work": WORK},
+    location.StiffnessRecord: _each("real imaginary", STIFFNESS),
+    location.LawRecord: {"position": LENGTH, **_each("amplitude amplitude_sd", _of_law)},
+    location.LocationRecord: {"speed": SPEED, "work": WORK, **_each("shaft landmarks planes", LENGTH)},
+    # identification
+    identification.SearchStageRecord: {"x": OF_UNKNOWNS},
+    identification.UpdateRecord: {"x": OF_UNKNOWNS, "sdf": VIBRATION},
+    identification.Seconds: _each("model surrogate search total", TIME),
+    identification.DataDescription: _each("speed_from speed_to", SPEED),
+    trace.StageRecord: {"x": OF_UNKNOWNS},
+    trace.TraceRecord: {"x": OF_UNKNOWNS},
+    VectorRecord: {
+        "position": LENGTH,
+        **_each("x y size size_low size_high", UNBALANCE),
+        **_each("angle angle_low angle_high", ANGLE),
+    },
+    InfluenceRecord: {
+        "position": LENGTH,
+        **_each("amplitude amplitude_sd", Quantity("m/(kg m)")),
+        **_each("phase phase_sd", ANGLE),
+    },
+    WeightsRecord: {"speed": SPEED, **_each("before after", VIBRATION)},
+    # before anything is measured
+    identifiability.DataDescription: {
+        **_each("speed_from speed_to", SPEED),
+        "positions": LENGTH,
+        "relative": PART,
+        "floor": VIBRATION,
+    },
+    identifiability.Direction: {"crlb": PART},
+    identifiability.Variation: {"value": _of_variation, "crlb": OF_UNKNOWNS},
+    plan.Candidates: {**ADDED, "crlb": OF_TARGET},
+    plan.Step: {**ADDED, **_each("crlb unplanned_crlb", OF_UNKNOWNS)},
+    plan.PlanRecord: {**_each("speed_from speed_to", SPEED), "crlb": OF_UNKNOWNS},
+    # balancing
+    balance.PolarRecord: _each("angle angle_low angle_high", DEGREES),  # sizes: beside it
+    balance.EntryRecord: {"speed": SPEED},
+    balance.PlaneRecord: {"position": LENGTH, "coefficients": Quantity("µm/(g mm)")},
+    balance.WeightRecord: {"position": LENGTH, **_each("weight known", GRAM_MILLIMETRES)},
+    balance.EntryMisfitRecord: _each("measured expected", MICROMETRES),
+    balance.SpreadRecord: _each("spread drift repeats", MICROMETRES),
+    balance.DriftRecord: _each("real imaginary", MICROMETRES),
+    balance.CorrectionRecord: {"position": LENGTH, "weight": GRAM_MILLIMETRES, **_each("bare left", MICROMETRES)},
+    balance.LeftOutRecord: {**_each("rms_size mean_size least_of_angle", GRAM_MILLIMETRES), "mean_angle": DEGREES},
+    balance.BalanceRecord: {
+        "bare": MICROMETRES,
+        "growth_scale": GRAM_MILLIMETRES,
+        **_each("time_constant run_time", _of_run_time),
+    },
+}
+
+# Fields in SI beside `unit` and `si_per_unit`, which are told in that unit too.
+IN_UNIT: Mapping[type, tuple[str, ...]] = {
+    identification.ParameterRecord: ("value", "low", "high", "identified", "most_likely", "crlb", "true"),
+    identifiability.Unknown: ("true", "lower", "upper", "crlb"),
+    plan.Unknown: ("true", "range_sd"),
+}
+
+
+def _law_status(record: location.LocationRecord) -> str:
+    """What null stands for: laws are sought where some place explains the data and, in a diagnosis, no effect does."""
+    return "found" if record.law else "none holds" if record.laws else "not sought"
+
+
+# Fields of which null alone would not say why there is nothing.
+STATUS: Mapping[tuple[type, str], Callable[[Any], str]] = {(location.LocationRecord, "law"): _law_status}

@@ -20,11 +20,9 @@ from ksmea.records.location import (
     SiteRecord,
     StiffnessRecord,
 )
-from ksmea.show.law_words import law_words
-from ksmea.show.location_figure import plot
-from ksmea.show.location_words import landmarks, place, spread
-from ksmea.show.predictive_gain import gain_lines
-from ksmea.show.text import aligned, in_columns, noise_level, number, of_chances, value_and_ends
+from ksmea.show.figures.location import plot
+from ksmea.show.location_words import landmarks, law_words, place, spread
+from ksmea.show.text import aligned, gain_lines, in_columns, noise_level, number, of_chances, value_and_ends
 from ksmea.units import MICROMETRE, RPM
 
 __all__ = ["frame", "plot", "text"]

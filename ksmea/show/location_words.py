@@ -1,10 +1,15 @@
-"""A location in a line: its places in words, and what was found there."""
+"""Words for a location: its sites and kind, and the law of its force with direction and size."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+
 import numpy as np
 
-from ksmea.records.location import NONE, NOTHING, PAIR, LocationRecord, SiteRecord
+from ksmea.measurement.channel import DIRECTIONS
+from ksmea.records.location import NONE, NOTHING, PAIR, LawRecord, LocationRecord, SiteRecord
+from ksmea.show.text import angle_with_error, with_error
 
 MAX_PAIRS = 8  # of places that a line lists
 
@@ -61,3 +66,95 @@ def spread(record: LocationRecord, kind: str) -> str:
     share = sum(width for position, width in zip(tried, neighbours) if position in accepted) / sum(neighbours)
     places = ", ".join(place(record, *each) for each in accepted)
     return f"at {places} ({100 * share:.0f} % of what was tried)"
+
+
+def law_words(law: LawRecord) -> str:
+    """What it does, as "it opposes the motion like a spring, 2.1 ± 0.2 MN/m, only above 9 ± 1 µm". A record without the key
+    of its law has its name and sizes."""
+    said = _WORDS.get(law.key)
+    return said(law) if said else f"it acts as {law.law}: {_sizes(law)}"
+
+
+def _turning(what: str) -> Callable[[LawRecord], str]:
+    """A vector that turns with the shaft, by its parts at angle 0 and a quarter turn on."""
+    return lambda law: f"it is {what}: {_vector(law)}"
+
+
+def _signed(opposing: str, driving: str, mixed: str) -> Callable[[LawRecord], str]:
+    """By whether all coefficients are positive, all negative, or neither."""
+
+    def said(law: LawRecord) -> str:
+        signs = {bool(each.value > 0) for each in law.coefficients}
+        return f"it {(opposing if signs == {True} else driving if signs == {False} else mixed)}, {_sizes(law)}"
+
+    return said
+
+
+def _asymmetry(law: LawRecord) -> str:
+    return f"it acts as a stiffness that is larger along one axis of the turning shaft than across it, ± {_vector(law, turns=2)}"
+
+
+def _stop(law: LawRecord) -> str:
+    stiffness, clearance, *friction = (f"{with_error(each.value, each.sd)} {each.unit}" for each in law.coefficients)
+    verb = "opposes" if law.coefficients[0].value > 0 else "drives"
+    rubbing = f", with a friction coefficient of {friction[0].strip()}" if friction else ""
+    return f"it {verb} the motion like a spring, {stiffness}, only above {clearance}{rubbing}"
+
+
+def _smooth(law: LawRecord) -> str:
+    sizes = " and ".join(
+        f"{min(series):.3g} to {max(series):.3g} N in {axis}" for axis, series in zip(DIRECTIONS, law.amplitude)
+    )
+    return f"it follows none of the simple laws but changes smoothly with speed ({len(law.coefficients) // 4} knots), {sizes}"
+
+
+def _vector(law: LawRecord, turns: int = 1) -> str:
+    """Size and angle of two coefficients; the angle that they have is `turns` times that in the shaft."""
+    first, second = law.coefficients
+    size = np.hypot(first.value, second.value)
+    along, across = np.array([first.value, second.value]) / size, np.array([second.value, -first.value]) / size
+    sd, sideways = (np.hypot(part[0] * first.sd, part[1] * second.sd) for part in (along, across))
+    angle, spread = np.degrees([np.arctan2(second.value, first.value), sideways / size]) / turns
+    return f"{with_error(size, sd)} {first.unit} at {angle_with_error(angle, min(spread, 180.0))}"
+
+
+def _sizes(law: LawRecord) -> str:
+    return ", ".join(f"{each.name} = {with_error(each.value, each.sd)} {each.unit}" for each in law.coefficients)
+
+
+_WORDS: Mapping[str, Callable[[LawRecord], str]] = MappingProxyType(
+    {
+        "constant": _turning("a constant force that turns with the shaft"),
+        "proportional_to_speed": _turning("a force ∝ Ω that turns with the shaft"),
+        "unbalance": _turning("an unbalance (a force ∝ Ω² that turns with the shaft)"),
+        "constant_moment": _turning("a constant moment that turns with the shaft"),
+        "moment_proportional_to_speed": _turning("a moment ∝ Ω that turns with the shaft"),
+        "skew": _turning("a moment ∝ Ω² that turns with the shaft, as of a skewed disk"),
+        "spring": _signed(
+            "opposes the motion like a spring",
+            "drives the motion as if a spring were missing",
+            "acts on the motion like a spring",
+        ),
+        "spring_proportional_to_speed": _signed(
+            "opposes the motion like a spring ∝ Ω", "drives the motion like a spring ∝ Ω", "acts like a spring ∝ Ω"
+        ),
+        "damper": _signed("damps the motion", "feeds the motion as if a damper were missing", "acts like a damper"),
+        "mass": _signed("acts like a mass", "acts as if a mass were missing", "acts like a mass"),
+        "cross_coupling": _signed(
+            "pushes across the motion and feeds forward whirl",
+            "pushes across the motion and feeds backward whirl",
+            "pushes across the motion",
+        ),
+        "spring_and_damper": lambda law: f"it acts like a spring and a damper, {_sizes(law)}",
+        "spring_damper_and_mass": lambda law: f"it acts like a spring, a damper and a mass, {_sizes(law)}",
+        "rotating_asymmetry": _asymmetry,
+        "cubic_spring": _signed(
+            "opposes the motion with the cube of its amplitude, a spring that hardens",
+            "drives the motion with the cube of its amplitude, a spring that softens",
+            "follows the cube of the amplitude",
+        ),
+        "spring_above_an_amplitude": _stop,
+        "rub": _stop,
+        "smooth": _smooth,
+    }
+)

@@ -8,12 +8,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from ksmea.channel import named
+from ksmea.measurement.channel import named
 from ksmea.records.plan import Family, PlanRecord, Step, Unknown, infinite_where_none
-from ksmea.show.lack_of_fit import fit_warning
-from ksmea.show.plan_figure import is_without_size, plot
-from ksmea.show.stability import stability_text
-from ksmea.show.text import aligned
+from ksmea.show.figures.plan import is_without_size, plot
+from ksmea.show.text import aligned, fit_warning, stability_text
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, RPM
 
 __all__ = ["frame", "plot", "text"]

@@ -1,14 +1,21 @@
-"""Numbers and columns as text."""
+"""Text of numbers and columns, and the sentences that several texts share.
+
+They are on strongly correlated unknowns, the Hausman test, hidden effects, lack of fit, predictive gain, repeats and stability.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import numpy as np
 import pandas as pd
 
-from ksmea.records.estimate import NoiseLevelRecord
+from ksmea.records.campaign import BothWaysRecord, RepeatsRecord
+from ksmea.records.estimate import NoiseLevelRecord, StabilityRecord
+from ksmea.records.extension import PredictiveGainRecord
+from ksmea.records.hidden import HiddenEffect
+from ksmea.records.identification import LackOfFit
 from ksmea.units import MICROMETRE, RPM
 
 SMALLEST = 1e-15  # p that is told: rounding
@@ -188,3 +195,134 @@ def two_digits(value: float) -> str:
     ('100', '1234', '0.017')
     """
     return f"{value:.2g}" if abs(value) < LEAST_WHOLE else f"{value:.0f}"
+
+
+ALIKE = 0.95  # |correlation| above which two unknowns are hard to tell apart
+MAX_PAIRS = 6  # of them that are named
+
+
+def alike_text(correlation: Sequence[Sequence[float | None]], names: Sequence[str]) -> str:
+    """For example 'kxx and kyy (+0.971)'; 'none' where there are none."""
+    pairs = [
+        f"{names[one]} and {names[other]} ({value:+.3f})"
+        for one, row in enumerate(correlation)
+        for other, value in enumerate(row)
+        if other > one and value is not None and abs(value) > ALIKE
+    ]
+    more = f" and {len(pairs) - MAX_PAIRS} pairs more" if len(pairs) > MAX_PAIRS else ""
+    return (", ".join(pairs[:MAX_PAIRS]) or "none") + more
+
+
+DISAGREE = 0.01  # p below which it is said
+
+
+def hausman_lines(record: BothWaysRecord | None) -> Iterator[str]:
+    """One line; none where differences between runs tell nothing."""
+    if record is None:
+        return
+    if record.p >= DISAGREE:
+        yield f"joint and by differences between runs agree ({chance(record.p)})"
+        return
+    moved = ", ".join(
+        f"{each.name} by {number(abs(each.standard_errors), 2)} standard errors to {number(each.value)} {each.unit}"
+        for each in record.moved
+    )
+    yield (
+        f"joint and by differences between runs do not agree ({chance(record.p)}): differences move {moved or 'several a little'};"
+        " something alike in all runs, such as runout or a bow, is likely and not in the model: +experiment=diagnose looks for"
+        " it, measurement.reference leaves it out"
+    )
+
+
+HIDDEN_COLUMN = "hidden_values"  # of tables
+
+
+def hidden_in_one_line(hidden: Sequence[HiddenEffect]) -> str:
+    """Effects with their locations and values, for a field of a table."""
+    return "; ".join(map(str, hidden))
+
+
+def hidden_text(hidden: Sequence[HiddenEffect | str], study: str) -> str:
+    """The same below a text, a line each; empty where nothing is hidden. `study` is what did not see it."""
+    return (
+        "\n  ".join([f"Hidden in these synthetic data (not seen by the {study}):", *map(str, hidden)]) if hidden else ""
+    )
+
+
+def fit_verdict(test: LackOfFit) -> str:
+    """Whether the model explains the data within their noise."""
+    if test.rejected:
+        return f"{fit_rejection(test)}; +experiment=diagnose looks for the cause"
+    return f"the model explains the data within their noise {_fit_evidence(test)}"
+
+
+def fit_rejection(test: LackOfFit) -> str:
+    """That it does not, with the evidence."""
+    return f"the model does not explain the data within their noise {_fit_evidence(test)}"
+
+
+def fit_warning(test: LackOfFit | None, made_of_it: str) -> Iterator[str]:
+    """What a rejected fit means for `made_of_it`; nothing where the fit is good or was not tested."""
+    if test is not None and test.rejected:
+        yield (
+            f"warning: {fit_rejection(test)}, so that {made_of_it} below hold for a wrong model at wrong values and may"
+            " mislead; run +experiment=diagnose first"
+        )
+
+
+def _fit_evidence(test: LackOfFit) -> str:
+    return f"({test.statistic}, p = {test.p:.2g})"
+
+
+def gain_lines(gain: PredictiveGainRecord) -> list[str]:
+    """Whether left-out data support the extension, and by how much."""
+    supported = "supported" if gain.is_supported else "not supported"
+    tests = f"sign test p = {gain.p_sign:.2g}, signed-rank p = {gain.p_wilcoxon:.2g}"
+    blocks = f"it predicts {gain.n_better} of {len(gain.by_block)} blocks of speeds better ({tests})"
+    in_all = with_error(gain.elpd_difference, gain.standard_error, "+")
+    elpd = f"{number(gain.median, 3, '+')} in the median block and {in_all} in all"
+    rmse = f"{gain.rmse_before / MICROMETRE:.3g} to {gain.rmse_after / MICROMETRE:.3g} µm"
+    return [
+        f"The extension is {supported} by left-out data: {blocks}.",
+        f"Its elpd difference is {elpd}; the rms error goes from {rmse}.",
+    ]
+
+
+DIFFER = 0.01  # p below which runs that are alike are said to differ
+
+
+def repeat_lines(record: RepeatsRecord | None) -> Iterator[str]:
+    """For example 'repeats differ by 0.4 % + 0.1 µm (86 degrees of freedom)', and whether runs do by more."""
+    if record is None:
+        return
+    who = "runs with the same weights" if record.are_runs else "repeats"
+    said = f"{who} differ by {noise_parts(record.relative, record.floor)} ({record.degrees} degrees of freedom)"
+    between = record.between
+    if between is None:
+        yield said
+    elif between.p >= DIFFER:
+        yield f"{said}; runs with the same weights differ no more than that ({chance(between.p)})"
+    else:
+        times = number(np.sqrt(between.ratio), 2)
+        most = ", ".join(f"{each.what} ({number(np.sqrt(each.ratio), 2)} times)" for each in record.standing_out)
+        where = f": {most}" if most else ""
+        yield f"{said}; runs with the same weights differ {times} times as much ({chance(between.p)}){where}"
+
+
+def stability_text(record: StabilityRecord | None) -> Iterator[str]:
+    """From which speed on free motions grow, with its interval; nothing where the problem cannot tell."""
+    if record is None:
+        return
+    level, above = f"{100 * record.level:g} %", f"{record.searched / RPM:.0f} rpm, the highest searched"
+    if record.threshold is None:
+        perhaps = "" if record.low is None else f", but perhaps not from {_speed(record.low)} on ({level})"
+        yield f"stable up to {above}{perhaps}"
+        return
+    ends = f"{_speed(record.low)} to {'above ' + above if record.high is None else _speed(record.high)}"
+    yield f"unstable from {_speed(record.threshold)} on, {level} interval {ends}"
+    if record.is_violated:
+        yield "warning: no steady response exists above that speed, so that a machine that runs there is another one"
+
+
+def _speed(speed: float | None) -> str:
+    return f"{speed / RPM:.0f} rpm" if speed else "rest"

@@ -23,7 +23,7 @@ from ksmea.balancing.misfits import (
 from ksmea.balancing.readings import Readings, readings
 from ksmea.balancing.scaling import scaled_by_unknown_runs
 from ksmea.errors import SettingError
-from ksmea.measurement import Measurement
+from ksmea.measurement.measurement import Measurement
 from ksmea.records.balance import (
     BalanceRecord,
     CorrectionRecord,
@@ -38,7 +38,7 @@ from ksmea.records.balance import (
     WeightRecord,
 )
 from ksmea.records.record import finite
-from ksmea.settings import Settings, setting
+from ksmea.settings.settings import Settings, setting
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, MICROMETRE
 
 CHOICES = (AUTO, YES, NO)

@@ -8,10 +8,11 @@ import numpy as np
 from scipy.optimize import nnls
 
 from ksmea.arrays import Array
-from ksmea.contracts import Problem
-from ksmea.diagnosis.fit_quality import fit_quality
-from ksmea.diagnosis.fitting import Effort, Fit, fit_baseline
-from ksmea.measurement import Measurement, Noise
+from ksmea.fits.fitting import Effort, Fit, fit_baseline
+from ksmea.fits.lack_of_fit import fit_quality
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.problem.problem import Problem
 from ksmea.records.identification import LackOfFit
 from ksmea.studies.enough_data import can_be_tested, require_enough
 from ksmea.studies.identify import LACK_OF_FIT_LEVEL

@@ -11,19 +11,20 @@ from typing import Any
 
 import numpy as np
 
-from ksmea.alignment import require_aligned
-from ksmea.contracts import AnyEffect, Problem
 from ksmea.diagnosis.diagnosis import Diagnosis, diagnose
-from ksmea.diagnosis.fit_quality import FitQuality, whirl_parts
-from ksmea.diagnosis.fitting import Effort, Fit
-from ksmea.diagnosis.location import missing_to_locate
+from ksmea.diagnosis.further_measurement import Split
 from ksmea.diagnosis.observability import Detectable
-from ksmea.diagnosis.split import Split
 from ksmea.diagnosis.trials import Candidate, Trial
-from ksmea.intervals import Estimate, estimate
-from ksmea.measurement import Measurement
-from ksmea.parameters import Parameter
-from ksmea.records.averaged import AveragedRecord, ExplanationRecord
+from ksmea.fits.fitting import Effort, Fit
+from ksmea.fits.lack_of_fit import FitQuality, whirl_parts
+from ksmea.inference.intervals import Estimate, estimate
+from ksmea.location.location import missing_to_locate
+from ksmea.measurement.campaign import notation
+from ksmea.measurement.measurement import Measurement
+from ksmea.plugins.effect import AnyEffect
+from ksmea.problem.alignment import require_aligned
+from ksmea.problem.parameters import Parameter
+from ksmea.problem.problem import Problem
 from ksmea.records.diagnosis import (
     CoefficientRecord,
     DetectableRecord,
@@ -34,24 +35,19 @@ from ksmea.records.diagnosis import (
     SplitRecord,
     TrialRecord,
 )
-from ksmea.records.estimate import EstimateRecord
-from ksmea.records.extension import EffectRecord, PredictiveGainRecord
+from ksmea.records.estimate import EstimateRecord, StabilityRecord
+from ksmea.records.extension import AveragedRecord, EffectRecord, ExplanationRecord, PredictiveGainRecord
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import finite
-from ksmea.records.stability import StabilityRecord
-from ksmea.run_notation import notation
-from ksmea.settings import Settings, setting
-from ksmea.studies.both_ways import both_ways
-from ksmea.studies.campaign_remarks import campaign_remarks, refuse_differences
+from ksmea.settings.settings import Settings, setting
 from ksmea.studies.diagnosis_curves import diagnosis_curves
-from ksmea.studies.estimates import estimate_record, noise_record
+from ksmea.studies.diagnosis_remarks import believed, stated_noise_remarks, sweep_remarks
+from ksmea.studies.enough_data import estimate_record, noise_record
+from ksmea.studies.hausman import both_ways, repeats_of
 from ksmea.studies.locate import LocationOptions, location
-from ksmea.studies.misreadings import misreadings
-from ksmea.studies.repeats import repeats_of
-from ksmea.studies.slips import slips
+from ksmea.studies.misreadings import misreadings, slips
+from ksmea.studies.remarks import campaign_remarks, refuse_differences
 from ksmea.studies.stability import stability_of
-from ksmea.studies.stated_noise import believed, stated_noise_remarks
-from ksmea.studies.sweep_remarks import sweep_remarks
 
 WRONG = ("named", "ambiguous", "unknown")  # verdicts on a model that is not adequate
 

@@ -1,18 +1,18 @@
-"""Responses and residuals over speed, as the figures of a diagnosis draw them."""
+"""Curves of a diagnosis over speed: responses and residuals, before and after what it found."""
 
 from __future__ import annotations
 
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.diagnosis.averaging import Averaged
 from ksmea.diagnosis.diagnosis import Diagnosis
-from ksmea.diagnosis.fitting import Fit
-from ksmea.measurement import Measurement
-from ksmea.records.averaged import BandRecord
+from ksmea.diagnosis.model_averaging import Averaged
+from ksmea.fits.fitting import Fit
+from ksmea.measurement.measurement import Measurement
 from ksmea.records.curves import FineCurve
 from ksmea.records.diagnosis import CurvesRecord, ResidualsRecord, ResponsesRecord, Values
-from ksmea.studies.fitted_curves import fine_curve
+from ksmea.records.extension import BandRecord
+from ksmea.studies.curves import fine_curve
 
 
 def diagnosis_curves(found: Diagnosis, measurement: Measurement, *, fine: bool) -> CurvesRecord:

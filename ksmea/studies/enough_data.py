@@ -1,11 +1,18 @@
-"""Whether data are enough for what is asked of them: real numbers measured, counted against unknowns."""
+"""Whether there are enough data for the unknowns: real numbers measured against unknowns; records of estimates."""
 
 from __future__ import annotations
 
-from ksmea.equal_speeds import COMMON_SPEED, equal_speeds
+import numpy as np
+
 from ksmea.errors import SettingError
-from ksmea.kind import Kind
-from ksmea.measurement import Layout
+from ksmea.inference.intervals import Interval
+from ksmea.measurement.measurement import Layout, Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind
+from ksmea.measurement.speeds import COMMON_SPEED, equal_speeds
+from ksmea.problem.parameters import Parameter
+from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
+from ksmea.records.record import finite
 
 N_NOISE = 2  # unknowns of a noise that is estimated along: its relative part and its floor
 TO_TEST = 2  # real data per unknown below which the fit is not tested: it follows whatever was measured
@@ -47,3 +54,26 @@ def can_be_tested(layout: Layout, n_unknown: int, *, with_noise: bool) -> bool:
 
 def _s(count: int) -> str:
     return "" if count == 1 else "s"
+
+
+AT_LIMIT = 1e-3  # parts of the range within which a value lies on its limit
+
+
+def noise_record(noise: Noise, measurement: Measurement) -> NoiseLevelRecord:
+    """The noise of a fit to a measurement."""
+    return NoiseLevelRecord(float(np.median(noise.relative)), float(np.median(noise.floor)), measurement.by_run(noise))
+
+
+def estimate_record(parameter: Parameter, value: float, interval: Interval) -> EstimateRecord:
+    """A value with its interval (both SI) in the parameter's unit; an angle that may be any between −180° and 180°."""
+    turn = value - parameter.turned(value)
+    near = AT_LIMIT * (parameter.upper - parameter.lower)
+    return EstimateRecord(
+        name=parameter.name,
+        unit=parameter.unit,
+        value=(value - turn) / parameter.si_per_unit,
+        low=finite((interval.low - turn) / parameter.si_per_unit),
+        high=finite((interval.high - turn) / parameter.si_per_unit),
+        interval=interval.kind,
+        at_limit=bool(min(value - parameter.lower, parameter.upper - value) <= near),
+    )

@@ -1,6 +1,6 @@
 """Identifiability: how well data would determine the unknowns, and how well other data would, before any is measured.
 
-Everything is the Cramér–Rao lower bound (CRLB) at the true values (`ksmea.cramer_rao`), 1 σ; nothing is random.
+Everything is the Cramér–Rao lower bound (CRLB) at the true values (`ksmea.inference.cramer_rao`), 1 σ; nothing is random.
 """
 
 from __future__ import annotations
@@ -13,11 +13,12 @@ from statistics import NormalDist
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.channel import Channel
-from ksmea.contracts import Problem
-from ksmea.cramer_rao import Identifiability, identifiability
 from ksmea.errors import unknown
-from ksmea.measurement import KINDS, Noise
+from ksmea.inference.cramer_rao import Identifiability, identifiability
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import KINDS
+from ksmea.measurement.noise import Noise
+from ksmea.problem.problem import Problem
 from ksmea.records.identifiability import (
     DataDescription,
     Direction,
@@ -27,7 +28,7 @@ from ksmea.records.identifiability import (
     Variation,
 )
 from ksmea.records.record import finite
-from ksmea.settings import Settings, setting
+from ksmea.settings.settings import Settings, setting
 from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.stability import stability_of
 

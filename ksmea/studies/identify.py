@@ -15,25 +15,29 @@ from contextlib import suppress
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.budget import Budget, BudgetedProblem
-from ksmea.contracts import Method, Problem
-from ksmea.counted_surrogate import PredictionCount, with_counted_surrogate
-from ksmea.cramer_rao import Identifiability, identifiability
-from ksmea.diagnosis.fit_quality import fit_quality
-from ksmea.diagnosis.fitting import Fit, likely_maxima
-from ksmea.difference_likelihood import likelihood_of
 from ksmea.errors import LONGEST_NAME, BudgetSpent, SettingError, shortened
-from ksmea.harmonics import answered
-from ksmea.identification import Identification, Stage, Streams, at_limit
-from ksmea.intervals import Estimate, Interval, estimate
-from ksmea.likelihood import Likelihood
-from ksmea.load import FORCE
-from ksmea.measurement import Measurement, Noise
-from ksmea.misfit import Misfit
-from ksmea.model import Count, CountedProblem, Model
-from ksmea.nearest_maximum import nearest_maximum
-from ksmea.parameters import Parameter, Parameters
-from ksmea.point import Point
+from ksmea.fits.fitting import Fit, likely_maxima
+from ksmea.fits.lack_of_fit import fit_quality
+from ksmea.identification.trace import PredictionCount, TracedProblem, thinned, with_counted_surrogate, within_budget
+from ksmea.inference.cramer_rao import Identifiability, identifiability
+from ksmea.inference.intervals import Estimate, Interval, estimate
+from ksmea.inference.maximisation import nearest_maximum
+from ksmea.inference.simulated_rise import can_be_simulated, simulated_rise
+from ksmea.likelihood.difference_likelihood import likelihood_of
+from ksmea.likelihood.fisher import Point
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.likelihood.misfit import Misfit
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.plugins.identification import Identification, Stage, Streams, at_limit
+from ksmea.plugins.method import Method
+from ksmea.problem.alignment import answered
+from ksmea.problem.budget_and_journal import Budget, BudgetedProblem
+from ksmea.problem.counted import Count, CountedProblem, Model
+from ksmea.problem.differences_problem import as_searched
+from ksmea.problem.load import FORCE
+from ksmea.problem.parameters import Parameter, Parameters
+from ksmea.problem.problem import Problem
 from ksmea.records.identification import (
     DataDescription,
     IdentificationRecord,
@@ -47,20 +51,14 @@ from ksmea.records.identification import (
 )
 from ksmea.records.record import finite
 from ksmea.records.trace import TraceRecord
-from ksmea.run_differences import as_searched
-from ksmea.simulated_rise import can_be_simulated, simulated_rise
-from ksmea.studies.both_ways import both_ways
-from ksmea.studies.campaign_remarks import campaign_remarks
+from ksmea.studies.curves import fit_curves, response_curves, with_noise
 from ksmea.studies.enough_data import can_be_tested, require_enough
-from ksmea.studies.fitted_curves import fit_curves, response_curves, with_noise
+from ksmea.studies.hausman import both_ways, repeats_of
 from ksmea.studies.locate import LocationOptions, location
-from ksmea.studies.misreadings import misreadings
-from ksmea.studies.repeats import repeats_of
-from ksmea.studies.slips import slips
+from ksmea.studies.misreadings import misreadings, slips
+from ksmea.studies.remarks import campaign_remarks
 from ksmea.studies.stability import stability_of
 from ksmea.studies.weights import weights_found
-from ksmea.studies.within_budget import within_budget
-from ksmea.trace import TracedProblem, thinned
 from ksmea.units import TURN
 
 AUTO = "auto"
@@ -93,7 +91,7 @@ def identification(
     cannot be computed the record says why. `crlb` adds Cramér–Rao bounds and correlations at the reported values.
     `details` adds what a report on one identification shows: the data in words with `remarks`, data and fit over speed,
     and a test of the fit by simulations. With it, and where data are few (`FEW_DATA`), intervals reach over all likely maxima
-    of the whole box; where they are few, simulations tell how far the deviance rises within them (`ksmea.simulated_rise`), if
+    of the whole box; where they are few, simulations tell how far the deviance rises within them (`ksmea.inference.simulated_rise`), if
     there is a generator. All that draws from `rng`. `curves` adds the amplitudes that figures compare. `beside`
     (`location_options`) adds the unknowns beside a force that the model lacks (`ksmea.studies.locate`): they stay true although
     the model is wrong. `budget` is what the method may take of the true model; intervals are made beyond it.

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-from ksmea import registry
-from ksmea.contracts import AnyEffect
 from ksmea.errors import SettingError, unknown
-from ksmea.measurement import Measurement
+from ksmea.measurement.measurement import Measurement
+from ksmea.plugins import registry
+from ksmea.plugins.effect import AnyEffect
 
 NO_EFFECT = "none"  # in place of names: an empty library
 

@@ -11,23 +11,22 @@ from typing import Any
 
 import numpy as np
 
-from ksmea import registry
-from ksmea.alignment import require_aligned
 from ksmea.arrays import Array
-from ksmea.contracts import AnyEffect, Problem
-from ksmea.diagnosis.fitting import Fit, fit_from_values
-from ksmea.diagnosis.force_law import LawFit, fitted_laws, smooth_fits
-from ksmea.diagnosis.located_model import located_fit
-from ksmea.diagnosis.location import Location, locate
 from ksmea.diagnosis.predictive_gain import predictive_gain
-from ksmea.diagnosis.recovered_force import RecoveredForce, recovered_force
-from ksmea.diagnosis.site_intervals import site_intervals
-from ksmea.diagnosis.unknown_force import KINDS, LATERAL, READING, SiteFit
 from ksmea.errors import SettingError, unknown
-from ksmea.harmonics import at_1x
-from ksmea.load import FORCE, LOADS, MOMENT
-from ksmea.measurement import Measurement
-from ksmea.processes import for_each
+from ksmea.fits.fitting import Fit, fit_from_values
+from ksmea.location.force_law import LawFit, fitted_laws, located_fit, smooth_fits
+from ksmea.location.location import Location, locate
+from ksmea.location.recovered_force import RecoveredForce, recovered_force, site_intervals
+from ksmea.location.unknown_force import KINDS, LATERAL, READING, SiteFit
+from ksmea.measurement.measurement import Measurement
+from ksmea.nonlinear.smooth_law import SmoothForce
+from ksmea.numerics.parallel import for_each
+from ksmea.plugins import registry
+from ksmea.plugins.effect import AnyEffect
+from ksmea.problem.alignment import at_1x, require_aligned
+from ksmea.problem.load import FORCE, LOADS, MOMENT
+from ksmea.problem.problem import Problem
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.extension import EffectRecord, ExtensionRecord, PredictiveGainRecord
 from ksmea.records.location import (
@@ -44,10 +43,9 @@ from ksmea.records.location import (
     SiteRecord,
     StiffnessRecord,
 )
-from ksmea.settings import Settings, setting
-from ksmea.smooth_force import SmoothForce
-from ksmea.studies.campaign_remarks import refuse_differences
-from ksmea.studies.estimates import estimate_record, noise_record
+from ksmea.settings.settings import Settings, setting
+from ksmea.studies.enough_data import estimate_record, noise_record
+from ksmea.studies.remarks import refuse_differences
 
 LOCAL_FORCE = "local_force"  # the effect that a law at a place is
 

@@ -1,33 +1,38 @@
-"""A remark where data fit the model far better if they are read in another way (`ksmea.studies.readings`).
+"""Misread data (lag given as lead, probes swapped, other units): the reading that fits far better.
 
-Where the fit is bad, the model is fitted to each reading, cheaply and with the noise estimated along. The deviances of
-readings can be compared as they are: to conjugate, to turn by 180° and to swap leave every |y| as it is, and other speeds
+If the fit is bad, the model is fitted to each reading, cheaply and with the noise estimated as well. The deviances of
+readings can be compared as they are: to conjugate, to turn by 180° and to swap leave every |y| unchanged, and other speeds
 change the model alone. A factor c on n real data changes their density by its Jacobian, ln L(y) = ln L(c y) + n ln c: with
 the noise unknown the deviance is relative to s₀ = |y| and has that term already.
+
+Another remark is made if no critical speed lies near the measured band. No data are rejected: odd machines exist.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import dataclass
+from itertools import chain
 
 import numpy as np
 
-from ksmea.alignment import aligned
 from ksmea.arrays import Array, ComplexArray
-from ksmea.contracts import Problem
-from ksmea.diagnosis.fitting import Fit
-from ksmea.diagnosis.screening import screened
-from ksmea.difference_likelihood import likelihood_of
 from ksmea.errors import SettingError
-from ksmea.harmonics import at_1x
-from ksmea.likelihood import Likelihood
-from ksmea.maximisation import MAX_ITERATIONS, maximise
-from ksmea.measurement import Measurement, Noise
-from ksmea.model import Model
-from ksmea.point import Point
-from ksmea.screening import sobol
-from ksmea.studies.readings import Reading, double_readings, readings
+from ksmea.fits.fitting import Fit
+from ksmea.fits.starts import screened
+from ksmea.inference.maximisation import MAX_ITERATIONS, maximise
+from ksmea.likelihood.difference_likelihood import likelihood_of
+from ksmea.likelihood.fisher import Point
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.channel import ANGLES, DIRECTIONS, direction_at
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.numerics.screening import sobol
+from ksmea.problem.alignment import aligned, at_1x
+from ksmea.problem.counted import Model
+from ksmea.problem.problem import Problem
+from ksmea.units import HERTZ, INCH, MICROMETRE, RPM
 
 PLAUSIBLE = 0.3  # noise beside the response, in the median: usable probes have less
 NOISE_RATIO = 0.5  # a remark is made of readings that leave at most this part of the noise …
@@ -131,3 +136,168 @@ def _joined(ways: Sequence[tuple[str, ...]]) -> str:
 def _per_cent(fit: Fit) -> str:
     share = 100 * _share_left(fit)
     return f"{share:.0f} %" if share < MOST else f"over {MOST} %"
+
+
+MIL = INCH / 1000  # m
+MAX_CHANNELS = 8  # of more, each alone is not taken for reversed: that would be many readings
+
+AMPLITUDES = {  # how they were given, and what they must be multiplied by
+    "amplitudes are in mil where µm are expected": MIL / MICROMETRE,
+    "amplitudes are in mil peak to peak where µm 0-peak are expected": MIL / MICROMETRE / 2,
+    "amplitudes were converted from mil though they were in µm": MICROMETRE / MIL,
+    "amplitudes are peak to peak where 0-peak is expected": 1 / 2,
+    "amplitudes were halved though they were 0-peak": 2.0,
+    "amplitudes are rms where 0-peak is expected": np.sqrt(2),
+    "amplitudes were converted from rms though they were 0-peak": np.sqrt(1 / 2),
+}
+SPEEDS = {
+    "speeds are in Hz where rpm are expected": HERTZ / RPM,
+    "speeds are in rad/s where rpm are expected": 1 / RPM,
+    "speeds are in Hz where rad/s are expected": HERTZ,
+    "speeds are in rpm where rad/s are expected": RPM,
+}
+
+
+@dataclass(frozen=True)
+class Reading:
+    """Data read in another way: how they were given, in one respect or two, what mends each, and the data read so."""
+
+    given: tuple[str, ...]
+    remedies: tuple[str, ...]
+    measurement: Measurement
+
+
+def readings(measurement: Measurement) -> Iterator[Reading]:
+    """The data, whose noise must not be known, read in each other way."""
+    if not measurement.is_amplitude:
+        yield _lag(measurement)
+        yield from _reversed(measurement)
+    across = tuple(
+        dataclasses.replace(item, direction=direction_at(ANGLES["y"] - item.angle)) for item in measurement.channels
+    )
+    yield Reading(
+        ("x and y are swapped, or the shaft turns from y to x",),
+        ("exchange x and y (direction)",),
+        dataclasses.replace(measurement, channels=across),
+    )
+    yield from _in_other_units(measurement)
+
+
+def double_readings(measurement: Measurement) -> Iterator[Reading]:
+    """Two ways at once: many instruments show a lag, in units of their own."""
+    if not measurement.is_amplitude:
+        lag = _lag(measurement)
+        for other in _in_other_units(lag.measurement):
+            yield Reading(lag.given + other.given, lag.remedies + other.remedies, other.measurement)
+
+
+def _lag(measurement: Measurement) -> Reading:
+    return Reading(
+        ("phases are lags where leads are expected",),
+        ("change the sign of all phases (phase_lead_deg)",),
+        dataclasses.replace(measurement, values=np.conj(measurement.values)),
+    )
+
+
+def _reversed(measurement: Measurement) -> Iterator[Reading]:
+    """Probes that measure in the opposite direction: each one, or all of x or of y. Where nobody knows where phases begin,
+    the others reversed are the same."""
+    channels = measurement.channels
+    everyone = frozenset(range(len(channels)))
+    single = [frozenset({index}) for index in everyone] if len(everyone) <= MAX_CHANNELS else []
+    directions = sorted({channel.direction for channel in channels}, key=lambda name: (name not in DIRECTIONS, name))
+    by_direction = [frozenset(i for i in everyone if channels[i].direction == name) for name in directions]
+    done = {frozenset[int](), everyone} if not measurement.phase_known else {frozenset[int]()}
+    for group in chain(single, by_direction):
+        if group in done:
+            continue
+        same = [group] if measurement.phase_known else [group, everyone - group]
+        done.update(same)
+        fewest = min(map(len, same))
+        probes = [", ".join(str(channels[i]) for i in sorted(each)) for each in same if len(each) == fewest]
+        sign = np.where([index in group for index in range(len(channels))], -1.0, 1.0)
+        yield Reading(
+            (f"the phases of {' or else of '.join(probes)} are turned by 180°",),
+            ("add 180° to these (phase_lead_deg)",),
+            dataclasses.replace(measurement, values=sign * measurement.values),
+        )
+
+
+def _in_other_units(measurement: Measurement) -> Iterator[Reading]:
+    for given, factor in AMPLITUDES.items():
+        yield Reading(
+            (f"{given} (× {factor:.4g})",),
+            ("multiply amplitude_um_0pk and sigma_um by that, unless it is the model's unbalance that is wrong",),
+            dataclasses.replace(measurement, values=factor * measurement.values),
+        )
+    for given, factor in SPEEDS.items():
+        yield Reading(
+            (f"{given} (× {factor:.4g})",),
+            ("multiply speed_rpm by that",),
+            dataclasses.replace(measurement, speed=factor * measurement.speed),
+        )
+
+
+NEAR_BAND = 0.3  # part of a band's ends within which a critical speed still shapes its response
+FAR = 8.0  # measured speeds that many times below the first critical are hardly those of a run-up
+MAX_SITES = 60  # larger rotors take longer than a second
+REACHES = (
+    1 + NEAR_BAND,
+    4.0,
+    12.0,
+    30.0,
+    61.0,
+)  # times the highest speed, one after the other until a critical is found
+MISREAD = {"Hz": HERTZ / RPM, "rad/s": 1 / RPM}  # what a number of this unit is multiplied by to be one in rpm
+
+
+def slips(problem: Problem, x: Array, measurement: Measurement) -> tuple[str, ...]:
+    """Remarks on the measured band beside the critical speeds at values x (d,) SI. Of a problem that does not know its
+    modes, or is too large to ask for them in passing, nothing is said."""
+    lowest, highest = float(np.min(measurement.speed)), float(np.max(measurement.speed))
+    criticals = _first_criticals(problem, x, highest)
+    if criticals is None or np.any((criticals >= (1 - NEAR_BAND) * lowest) & (criticals <= (1 + NEAR_BAND) * highest)):
+        return ()
+    return (_no_critical_text(criticals, lowest, highest), *_unit_texts(criticals, lowest, highest))
+
+
+def _first_criticals(problem: Problem, x: Array, highest: float) -> Array | None:
+    """Critical speeds up to the first reach that has one, rad/s; None where the problem cannot tell."""
+    if not 0 < len(problem.sites) <= MAX_SITES:
+        return None
+    found = np.empty(0)
+    try:
+        for reach in REACHES:
+            found = problem.critical_speeds(x, reach * highest)
+            if len(found):
+                break
+    except (SettingError, ArithmeticError, ValueError, np.linalg.LinAlgError):
+        return None
+    return found
+
+
+def _no_critical_text(criticals: Array, lowest: float, highest: float) -> str:
+    band = f"{lowest / RPM:.0f} to {highest / RPM:.0f} rpm"
+    said = (
+        f"no critical speed of the model lies inside the measured band or within {100 * NEAR_BAND:.0f} % of it ({band})"
+    )
+    if not len(criticals):
+        return said
+    nearest = criticals[np.argmin(np.abs(np.log(criticals / highest)))]
+    return f"{said}; the nearest one is at {nearest / RPM:.0f} rpm"
+
+
+def _unit_texts(criticals: Array, lowest: float, highest: float) -> tuple[str, ...]:
+    """A unit that the speeds may have been in, where they lie far below the first critical."""
+    if not len(criticals) or highest >= criticals[0] / FAR:
+        return ()
+    fitting = [
+        (unit, factor)
+        for unit, factor in MISREAD.items()
+        if np.any((criticals >= factor * lowest) & (criticals <= factor * highest))
+    ]
+    if not fitting:
+        return ()
+    units = " / ".join(unit for unit, _ in fitting)
+    factors = " or ".join(f"{factor:.3g}" for _, factor in fitting)
+    return (f"speeds look like {units}: {factors} times as high they enclose a critical speed; give them in rpm",)

@@ -13,17 +13,17 @@ from typing import Any
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.channel import Channel, further_directions
-from ksmea.contracts import Problem
 from ksmea.errors import SettingError, unknown
-from ksmea.parameters import Parameters
-from ksmea.planning import Criterion, choose, crlb, data_rows, information, mean_axis_reduction_pct
+from ksmea.inference.optimal_design import Criterion, choose, crlb, data_rows, information, mean_axis_reduction_pct
+from ksmea.measurement.channel import Channel, further_directions
+from ksmea.problem.parameters import Parameters
+from ksmea.problem.problem import Problem
+from ksmea.problem.trial_weights import equal_unbalance, weight_positions
 from ksmea.records.plan import Candidates, Family, PlanRecord, Step, Unknown
 from ksmea.records.record import finite
-from ksmea.settings import Settings, setting
+from ksmea.settings.settings import Settings, setting
 from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.stability import stability_of
-from ksmea.trial_weights import equal_unbalance, weight_positions
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
 

@@ -1,22 +1,34 @@
-"""How a rotor looks and whirls at values of its unknowns: Campbell diagram, critical speeds, stability, mode shapes."""
+"""Rotordynamics of a rotor at values of its unknowns: Campbell diagram, critical speeds, stability, mode shapes.
+
+Critical speeds are crossings of the diagram: natural frequencies that equal a multiple of the spin speed.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
+from scipy.optimize import brentq, linear_sum_assignment
 
 from ksmea.arrays import Array
-from ksmea.contracts import Problem
 from ksmea.errors import SettingError
-from ksmea.mode_tracking import tracked
-from ksmea.rotor_layout import RotorLayout
-from ksmea.rotordynamics import FreeRotor, Rotordynamic
-from ksmea.settings import Settings, setting
-from ksmea.stability import SLOWEST
-from ksmea.studies.critical_speeds import critical_speeds
+from ksmea.problem.problem import Problem
+from ksmea.rotordynamics.free_rotor import FreeRotor, Rotordynamic
+from ksmea.rotordynamics.layout import RotorLayout
+from ksmea.rotordynamics.stability import SLOWEST
+from ksmea.rotordynamics.tracking import tracked
+from ksmea.rotordynamics.whirl import (
+    NO_PEAK,
+    CriticalSpeed,
+    CriticalSpeedMap,
+    ModeShapes,
+    Rotordynamics,
+    direction_of_whirl,
+)
+from ksmea.settings.settings import Settings, setting
 from ksmea.units import MEGANEWTON_PER_METRE, RPM
-from ksmea.whirl import CriticalSpeedMap, ModeShapes, Rotordynamics, direction_of_whirl
 
 SEARCHED = 1.5  # times a problem's highest speed, up to which critical speeds are looked for unless said otherwise
 MORE_MODES = 4  # are followed than are shown: modes change places
@@ -143,3 +155,56 @@ def _own_stiffnesses(layout: RotorLayout) -> tuple[tuple[str, float], ...]:
 def _padded(rows: list[Array], n: int) -> Array:
     """Rows of up to n numbers as (len(rows), n), not a number where there are fewer."""
     return np.array([np.append(row, np.full(n - len(row), np.nan)) for row in rows])
+
+
+TOLERANCE = 1e-9  # of the highest speed
+SAME = 0.2  # |ln| of the ratio of a damped critical speed to an undamped one that may be the same one
+
+
+def critical_speeds(rotor: FreeRotor, speed: Array, harmonics: Sequence[float]) -> tuple[CriticalSpeed, ...]:
+    """Speeds (rad/s) within rising scanned speeds (n_speed,) at which a damped natural frequency is a harmonic of the speed, each
+    with the undamped critical speed next to it; none where damping is so large that the response has no peak. A frequency that crosses twice between two scanned speeds is missed."""
+    damped, undamped = rotor.frequencies, partial(rotor.frequencies, damped=False)
+    tables = damped(speed), undamped(speed)
+    found: list[CriticalSpeed] = []
+    for harmonic in harmonics:
+        at_harmonic = [
+            _critical_speed(rotor, each, harmonic) for each in _crossings(damped, tables[0], speed, harmonic)
+        ]
+        resonant = [each for each in at_harmonic if each.damping_ratio < NO_PEAK]
+        found += _with_undamped(resonant, np.array(_crossings(undamped, tables[1], speed, harmonic)))
+    return tuple(found)
+
+
+def _critical_speed(rotor: FreeRotor, speed: float, harmonic: float) -> CriticalSpeed:
+    [motions] = rotor.motions(np.array([speed]))
+    nearest = int(np.argmin(np.abs(motions.eigenvalue.imag - harmonic * speed)))
+    direction = direction_of_whirl(*motions.shape[nearest].T)
+    return CriticalSpeed(speed, harmonic, complex(motions.eigenvalue[nearest]), direction)
+
+
+def _crossings(frequencies: Callable[[Array], Array], table: Array, speed: Array, harmonic: float) -> list[float]:
+    """Where a column of frequencies, whose `table` at the scanned speeds is (n_speed, n), equals a multiple of the speed, rising."""
+    is_above = table >= harmonic * speed[:, None]
+    found = []
+    for interval, column in zip(*np.nonzero(is_above[:-1] != is_above[1:])):
+
+        def excess_at(at: float, column: int = int(column)) -> float:
+            return float(frequencies(np.array([at]))[0, column] - harmonic * at)
+
+        found.append(brentq(excess_at, speed[interval], speed[interval + 1], xtol=TOLERANCE * speed[-1]))
+    return sorted(found)
+
+
+def _with_undamped(found: list[CriticalSpeed], undamped: Array) -> list[CriticalSpeed]:
+    """Each with the undamped critical speed that is nearest to it, which belongs to no other."""
+    if not found or not len(undamped):
+        return found
+    apart = np.abs(np.log(np.array([each.speed for each in found])[:, None] / undamped))
+    nearest = dict(zip(*(part.tolist() for part in linear_sum_assignment(np.minimum(apart, SAME)))))
+    return [
+        CriticalSpeed(each.speed, each.harmonic, each.eigenvalue, each.direction, float(undamped[nearest[index]]))
+        if index in nearest and apart[index, nearest[index]] < SAME
+        else each
+        for index, each in enumerate(found)
+    ]

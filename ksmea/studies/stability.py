@@ -13,13 +13,13 @@ from statistics import NormalDist
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.contracts import Problem
-from ksmea.cramer_rao import Identifiability, identifiability
-from ksmea.kind import Kind
-from ksmea.measurement import Noise
+from ksmea.inference.cramer_rao import Identifiability, identifiability
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind
+from ksmea.problem.problem import Problem
+from ksmea.records.estimate import StabilityRecord
 from ksmea.records.record import finite
-from ksmea.records.stability import StabilityRecord
-from ksmea.stability import scanned_speeds
+from ksmea.rotordynamics.stability import scanned_speeds
 
 SEARCHED = 1.5  # times the highest measured speed
 RANGE_INFORMATION = 12.0  # 1 / variance of a value drawn evenly from 0 to 1

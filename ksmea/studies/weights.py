@@ -15,12 +15,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.campaign import Campaign, weight_names
-from ksmea.contracts import Problem
-from ksmea.critical_rise import critical_rise
-from ksmea.diagnosis.fitting import Fit
-from ksmea.differences import central_differences
-from ksmea.disks import disk_positions, is_on
+from ksmea.fits.fitting import Fit
+from ksmea.inference.critical_rise import critical_rise
+from ksmea.measurement.campaign import Campaign, weight_names
+from ksmea.numerics.differences import central_differences
+from ksmea.problem.problem import Problem
+from ksmea.problem.trial_weights import disk_positions, is_on
 from ksmea.records.curves import matrix, row
 from ksmea.records.weights import InfluenceRecord, VectorRecord, WeightsRecord
 from ksmea.units import GRAM_MILLIMETRE

@@ -10,8 +10,10 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.contracts import AnyEffect, Effect, Problem, ProblemSettings
 from ksmea.errors import SettingError
+from ksmea.plugins.effect import AnyEffect, Effect
+from ksmea.plugins.source import ProblemSettings
+from ksmea.problem.problem import Problem
 from ksmea.testing.exam import Exam, ExamFailed, require
 from ksmea.testing.jeffcott import Jeffcott
 from ksmea.testing.seen import SAME, ProblemCase, Seen, gives_a_problem, properties_of_problems

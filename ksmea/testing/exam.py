@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, ParamSpec, TypeVar
 
 from ksmea.errors import SettingError
-from ksmea.settings import Settings
+from ksmea.settings.settings import Settings
 
 
 class ExamFailed(AssertionError):

@@ -16,11 +16,12 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.channel import DIRECTIONS, Channel
-from ksmea.contracts import Problem, ProblemSettings
 from ksmea.errors import SettingError
-from ksmea.parameters import Parameter, Parameters
-from ksmea.settings import setting
+from ksmea.measurement.channel import DIRECTIONS, Channel
+from ksmea.plugins.source import ProblemSettings
+from ksmea.problem.parameters import Parameter, Parameters
+from ksmea.problem.problem import Problem
+from ksmea.settings.settings import setting
 from ksmea.units import GRAM_MILLIMETRE, MEGANEWTON_PER_METRE
 
 MASS = 10.0  # kg

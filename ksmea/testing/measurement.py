@@ -10,11 +10,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from ksmea.alignment import aligned, require_aligned
 from ksmea.arrays import Array
-from ksmea.contracts import MeasurementSource, ProblemSettings
 from ksmea.errors import SettingError
-from ksmea.measurement import KINDS, Measurement
+from ksmea.measurement.measurement import KINDS, Measurement
+from ksmea.plugins.source import MeasurementSource, ProblemSettings
+from ksmea.problem.alignment import aligned, require_aligned
 from ksmea.testing.exam import Exam, ExamFailed, require
 from ksmea.testing.jeffcott import JeffcottRotor
 from ksmea.testing.repeat import Drawn, same_seed_same_result, shared_generators_play_no_part
@@ -115,7 +115,7 @@ def noise_is_what_it_tells(case: MeasurementCase) -> None:
         abs(deviation - 1) < MOST_ERRORS * sampling_error,
         f"noise of 1 ± {MOST_ERRORS * sampling_error:.2g} times its level",
         f"{deviation:.3g} times",
-        "draw it by ksmea.measurement.observe, in m",
+        "draw it by ksmea.measurement.measurement.observe, in m",
     )
 
 

@@ -11,11 +11,12 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.contracts import Method
 from ksmea.errors import SettingError
-from ksmea.identification import Identification, Streams, at_limit
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.model import CountedProblem
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.plugins.identification import Identification, Streams, at_limit
+from ksmea.plugins.method import Method
+from ksmea.problem.counted import CountedProblem
 from ksmea.testing.exam import Exam, ExamFailed, require
 from ksmea.testing.jeffcott import Jeffcott, JeffcottRotor
 from ksmea.testing.repeat import OF_DRAWS, Drawn
@@ -83,7 +84,7 @@ def values_are_within_bounds(case: MethodCase) -> None:
         tuple(found.at_limit) == at_limit(u),
         f"at_limit = {at_limit(u)}",
         found.at_limit,
-        "use ksmea.identification.at_limit",
+        "use ksmea.plugins.identification.at_limit",
     )
 
 
@@ -95,7 +96,7 @@ def records_what_it_used(case: MethodCase) -> None:
         (found.model_evaluations, found.model_jacobians) == (count.evaluations, count.jacobians),
         f"{count.evaluations} evaluations and {count.jacobians} Jacobians, as asked of the problem",
         f"{found.model_evaluations} and {found.model_jacobians}",
-        "ask by ksmea.model.Model, and record its counts",
+        "ask by ksmea.problem.counted.Model, and record its counts",
     )
     require(np.isfinite(found.misfit), "a finite misfit", found.misfit, "take the misfit where it ends")
     require(set(found.seconds) >= set(TIMES), f"seconds of {', '.join(TIMES)}", sorted(found.seconds), "time each")

@@ -10,9 +10,9 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.contracts import Optimizer
 from ksmea.errors import BudgetSpent
-from ksmea.objective import Minimum, Objective
+from ksmea.numerics.objective import Minimum, Objective
+from ksmea.plugins.optimizer import Optimizer
 from ksmea.testing.exam import Exam, ExamFailed, require
 from ksmea.testing.repeat import OF_DRAWS, Drawn
 from ksmea.testing.settings import OF_SETTINGS

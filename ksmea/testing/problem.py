@@ -10,7 +10,7 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.contracts import ProblemSettings
+from ksmea.plugins.source import ProblemSettings
 from ksmea.testing.exam import Exam, require
 from ksmea.testing.seen import ProblemCase, Seen, gives_a_problem, properties_of_problems
 from ksmea.testing.settings import OF_SETTINGS

@@ -11,8 +11,8 @@ from functools import cached_property
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.contracts import Problem
-from ksmea.parameters import PHASE_ORIGIN, Parameter
+from ksmea.problem.parameters import PHASE_ORIGIN, Parameter
+from ksmea.problem.problem import Problem
 from ksmea.testing.exam import Case, require
 from ksmea.units import SI_PER_UNIT
 
@@ -191,7 +191,7 @@ def phase_origin_zero_is_known(case: ProblemCase) -> None:
             turned.has_free_phase and set(names) == {*seen.problem.parameters.names, PHASE_ORIGIN},
             f"{PHASE_ORIGIN} as one more unknown{seen.label}",
             ", ".join(names),
-            "name it as ksmea.parameters.PHASE_ORIGIN",
+            "name it as ksmea.problem.parameters.PHASE_ORIGIN",
         )
         error = seen.difference(
             turned.response(np.insert(seen.x, names.index(PHASE_ORIGIN), 0.0, axis=1)), seen.response

@@ -9,8 +9,8 @@ import typing
 from typing import Any
 
 from ksmea.errors import SettingError
-from ksmea.setting_types import in_words
-from ksmea.settings import own_fields
+from ksmea.settings.settings import own_fields
+from ksmea.settings.types import in_words
 from ksmea.testing.exam import Case, ExamFailed, require
 
 PLAIN = (bool, int, float, str, type(None), Any, list, tuple, dict)

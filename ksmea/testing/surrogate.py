@@ -13,15 +13,14 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.contracts import Surrogate
-from ksmea.kind import Kind
-from ksmea.predictor import Predictor
-from ksmea.sampling import latin_hypercube
+from ksmea.measurement.observable import Kind
+from ksmea.numerics.screening import latin_hypercube
+from ksmea.plugins.surrogate import Predictor, Surrogate
+from ksmea.plugins.transforms import Transform, make_transform
 from ksmea.testing.exam import Exam, ExamFailed, require
 from ksmea.testing.jeffcott import Jeffcott
 from ksmea.testing.repeat import OF_DRAWS, Drawn
 from ksmea.testing.settings import OF_SETTINGS
-from ksmea.transforms import Transform, make_transform
 
 ROTOR = Jeffcott(speed=np.linspace(100.0, 500.0, 4))
 DIM = len(ROTOR.parameters)

@@ -21,10 +21,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from ksmea.errors import SettingError, shortened
-from measurements.formats.answers import Answers
 from measurements.formats.curve import Curve
+from measurements.formats.order_tracking import seconds
 from measurements.formats.texts import number, rows_of_cells, text_of
-from measurements.formats.timestamps import seconds
+from measurements.formats.user_answers import Answers
 from measurements.run_up_rows import MAX_ROWS
 
 CHANNEL, SAMPLE, SPEED, DATE = "channel name", "sample#", "speed(p)", "date"

@@ -5,17 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable
 
 from measurements.formats.adre import read_adre
-from measurements.formats.answers import Answers
 from measurements.formats.curve import Curve
-from measurements.formats.decide import decided
 from measurements.formats.delimited import read_delimited
 from measurements.formats.excel import read_excel
+from measurements.formats.lazy_file import Opened
 from measurements.formats.mat import read_mat
-from measurements.formats.opened import Opened
 from measurements.formats.sheet import Sheet
 from measurements.formats.system1 import read_system1
 from measurements.formats.table import read_table, roles_of
+from measurements.formats.to_rows import decided
 from measurements.formats.uff import curves_of_datasets, datasets
+from measurements.formats.user_answers import Answers
 from measurements.formats.waveform import read_waveform
 from measurements.run_up_rows import MAX_BYTES, Rows
 

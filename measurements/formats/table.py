@@ -19,11 +19,11 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.errors import SettingError, shortened, unknown
-from measurements.formats.answers import Answers
 from measurements.formats.column_guess import columns_question
 from measurements.formats.curve import Curve, Flags
 from measurements.formats.sheet import Sheet
 from measurements.formats.unit_texts import amplitude_unit, degrees_per, seconds_per
+from measurements.formats.user_answers import Answers
 from measurements.run_up_rows import REQUIRED
 
 VALUES = ("amplitude", "phase", "real", "imag", "response", "sigma")

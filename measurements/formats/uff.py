@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 
 from ksmea.errors import SettingError, shortened, visible
-from measurements.formats.answers import Answers
 from measurements.formats.curve import Curve
 from measurements.formats.sheet import Sheet
+from measurements.formats.user_answers import Answers
 from measurements.run_up_rows import MAX_ROWS, quoted
 
 DATASET = 58

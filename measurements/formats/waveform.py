@@ -16,19 +16,19 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.errors import SettingError, shortened, unknown
 from ksmea.units import RPM
-from measurements.formats.answers import Answers
 from measurements.formats.column_guess import columns_question
 from measurements.formats.curve import Curve
 from measurements.formats.delimited import first_cells, read_delimited
 from measurements.formats.excel import ZIP, first_rows, read_excel
+from measurements.formats.lazy_file import Opened
 from measurements.formats.mat import HDF5, read_mat
-from measurements.formats.opened import Opened
 from measurements.formats.order_tracking import Tracked, pulse_times, tracked
 from measurements.formats.questions import OpenQuestion
 from measurements.formats.sheet import Sheet
 from measurements.formats.texts import beginning_of
 from measurements.formats.uff import waveforms_of_uff
 from measurements.formats.unit_texts import seconds_per
+from measurements.formats.user_answers import Answers
 from measurements.formats.waveform_guess import guessed_waveforms
 
 TIME, KEYPHASOR, SIGNAL = "time", "keyphasor", "signal"

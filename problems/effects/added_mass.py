@@ -20,14 +20,13 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
-from ksmea.force_laws import LAWS
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
-from problems.rotor.data import Rotor
-from problems.rotor.effect import PlacedEffect, drawn_either_side, require_on_shaft
-from problems.rotor.problem import RotorProblem
-from problems.rotor.site_law import SiteLaw
-from problems.rotor.sizes import rotor_mass
+from ksmea.nonlinear.laws import LAWS
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
+from problems.rotor.extension.effect import PlacedEffect, drawn_either_side, require_on_shaft, rotor_mass
+from problems.rotor.extension.site_law import SiteLaw
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.1  # of the rotor's mass, of either sign: more is a part that no drawing forgets
 NOTICED = (0.001, 0.05)  # of the rotor's mass, of either sign, are drawn

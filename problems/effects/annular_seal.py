@@ -25,15 +25,14 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
-from ksmea.force_laws import CROSS, LinearLaw
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
+from ksmea.nonlinear.laws import CROSS, LinearLaw
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
 from ksmea.units import KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE
-from problems.rotor.data import SAME_PLACE, Rotor
-from problems.rotor.effect import PlacedEffect, drawn, require_on_shaft
-from problems.rotor.problem import RotorProblem
-from problems.rotor.site_law import SiteLaw
-from problems.rotor.sizes import rotor_mass, stiffness_scale
+from problems.rotor.extension.effect import PlacedEffect, drawn, require_on_shaft, rotor_mass, stiffness_scale
+from problems.rotor.extension.site_law import SiteLaw
+from problems.rotor.finite_elements.data import SAME_PLACE, Rotor
+from problems.rotor.response.problem import RotorProblem
 
 STIFFEST = 0.5  # of the stiffest bearing k
 MOST_DAMPING = 0.1  # of √(k m), m the mass of the rotor

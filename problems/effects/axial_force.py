@@ -7,7 +7,7 @@ shaft element using Timoshenko beam theory, J. Mech. Design 102 (1980) 793–803
 are those of the element with its shear, and N acts along the bent axis. Internal damping and the load of a residual bow are
 those of the elastic stiffness alone.
 
-Its limits are a quarter of the shaft's buckling load on pins at its bearings (`problems/rotor/buckling.py`).
+Its limits are a quarter of the shaft's buckling load on pins at its bearings (`problems/rotor/free_motion/static_load.py`).
 """
 
 from __future__ import annotations
@@ -21,11 +21,11 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
-from ksmea.parameters import Parameter
-from problems.rotor.buckling import buckling_load, is_held
-from problems.rotor.data import Rotor
-from problems.rotor.effect import RotorEffect, drawn_either_side
-from problems.rotor.problem import RotorProblem
+from ksmea.problem.parameters import Parameter
+from problems.rotor.extension.effect import RotorEffect, drawn_either_side
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.free_motion.static_load import buckling_load, is_held
+from problems.rotor.response.problem import RotorProblem
 
 LARGEST = (
     0.25  # of the buckling load: ω₁ falls to √0.75 of what it is, and a shaft that is nearer buckles by its weight

@@ -16,11 +16,11 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.channel import Channel, require_direction
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
-from problems.rotor.effect import PlacedEffect, drawn_either_side, is_at, named, require_on_shaft, where
-from problems.rotor.problem import RotorProblem
+from ksmea.measurement.channel import Channel, require_direction
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
+from problems.rotor.extension.effect import PlacedEffect, drawn_either_side, is_at, named, require_on_shaft, where
+from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.3
 NOTICED = (0.08, 0.25)  # of either sign, are drawn

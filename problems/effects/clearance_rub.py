@@ -7,7 +7,7 @@ differ; an orbit that is no circle has 3X. The clearance is around the shaft as 
 with contact on one side and motions at 2X and ½X, is not described, nor is dry whip, a backward whirl at another frequency.
 
 Without contact stiffness the other unknowns do nothing. What acts is found by harmonic balance, and of several steady motions the one
-that the direction of the run leads to (`ksmea/steady_motion.py`).
+that the direction of the run leads to (`ksmea/nonlinear/steady_motion.py`).
 """
 
 from __future__ import annotations
@@ -21,15 +21,14 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
-from ksmea.force_laws import LAWS
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
+from ksmea.nonlinear.laws import LAWS
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
 from ksmea.units import MICROMETRE
-from problems.rotor.effect import drawn, require_on_shaft
-from problems.rotor.nonlinear_effect import UP, NonlinearEffect, eccentricity
-from problems.rotor.problem import RotorProblem
-from problems.rotor.site_law import SiteLaw
-from problems.rotor.sizes import stiffness_scale
+from problems.rotor.extension.effect import drawn, require_on_shaft, stiffness_scale
+from problems.rotor.extension.nonlinear_effect import UP, NonlinearEffect, eccentricity
+from problems.rotor.extension.site_law import SiteLaw
+from problems.rotor.response.problem import RotorProblem
 
 WIDEST = 30.0  # clearance, times the eccentricity of the largest unbalance: motions beside resonances are far smaller
 ROUGHEST = 0.5  # friction coefficient: dry steel on steel

@@ -21,14 +21,21 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
-from ksmea.load import FORCE, LOADS, Load
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
-from problems.rotor.data import Rotor
-from problems.rotor.effect import PlacedEffect, drawn_vector, forward_vector, require_on_shaft
-from problems.rotor.loads import forward_load
-from problems.rotor.problem import RotorProblem
-from problems.rotor.sizes import rotor_mass, stiffness_scale, unbalance_scale
+from ksmea.problem.load import FORCE, LOADS, Load
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
+from problems.rotor.extension.effect import (
+    PlacedEffect,
+    drawn_vector,
+    forward_vector,
+    require_on_shaft,
+    rotor_mass,
+    stiffness_scale,
+    unbalance_scale,
+)
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.loads import forward_load
+from problems.rotor.response.problem import RotorProblem
 
 LARGEST = (
     10.0  # times the force of the largest unbalance u at √(k/m), u k/m; a moment has the shaft's length as its arm

@@ -36,17 +36,17 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
-from ksmea.measurement import Measurement
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
+from ksmea.measurement.measurement import Measurement
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
 from ksmea.units import DEGREE
-from problems.rotor.assembly import element_dof
-from problems.rotor.data import Hub, Rotor
-from problems.rotor.effect import PlacedEffect, drawn_vector, forward_vector, require_on_shaft
-from problems.rotor.mesh import DOF_PER_NODE, diameter_at, elements
-from problems.rotor.problem import RotorProblem
-from problems.rotor.shaft import X_PLANE, Y_PLANE, flexibility_under_hubs, motion_of_right_end
-from problems.rotor.turning import HIGHEST, OF_CONJUGATE, weight_of
+from problems.rotor.extension.effect import PlacedEffect, drawn_vector, forward_vector, require_on_shaft
+from problems.rotor.extension.turning import HIGHEST, OF_CONJUGATE, weight_of
+from problems.rotor.finite_elements.assembly import element_dof
+from problems.rotor.finite_elements.data import Hub, Rotor
+from problems.rotor.finite_elements.mesh import DOF_PER_NODE, diameter_at, elements
+from problems.rotor.finite_elements.shaft import X_PLANE, Y_PLANE, flexibility_under_hubs, motion_of_right_end
+from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.35  # of the bending stiffness, of each component: 0.49 in all; of more, orders above the third count
 NOTICED = (0.05, 0.33)

@@ -14,10 +14,9 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.parameters import Parameter
-from problems.rotor.effect import RotorEffect, column, drawn_either_side
-from problems.rotor.problem import RotorProblem
-from problems.rotor.sizes import stiffness_scale
+from ksmea.problem.parameters import Parameter
+from problems.rotor.extension.effect import RotorEffect, column, drawn_either_side, stiffness_scale
+from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.2  # of the largest stiffness
 NOTICED = (0.003, 0.1)  # of the largest stiffness, of either sign, are drawn

@@ -7,7 +7,7 @@ and run-down differ. At 3X the shaft answers on an orbit that is no circle. A be
 motions so large are not described.
 
 What acts is found by harmonic balance, and of several steady motions the one that the direction of the run leads to
-(`ksmea/steady_motion.py`).
+(`ksmea/nonlinear/steady_motion.py`).
 """
 
 from __future__ import annotations
@@ -21,14 +21,13 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
-from ksmea.force_laws import LAWS
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
-from problems.rotor.effect import drawn_either_side, require_on_shaft
-from problems.rotor.nonlinear_effect import UP, NonlinearEffect, eccentricity
-from problems.rotor.problem import RotorProblem
-from problems.rotor.site_law import SiteLaw
-from problems.rotor.sizes import stiffness_scale
+from ksmea.nonlinear.laws import LAWS
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
+from problems.rotor.extension.effect import drawn_either_side, require_on_shaft, stiffness_scale
+from problems.rotor.extension.nonlinear_effect import UP, NonlinearEffect, eccentricity
+from problems.rotor.extension.site_law import SiteLaw
+from problems.rotor.response.problem import RotorProblem
 
 DOUBLED = (
     10.0  # times the eccentricity of the largest unbalance: at a motion of that size the limit doubles the stiffness

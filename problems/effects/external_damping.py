@@ -19,11 +19,10 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.parameters import Parameter
-from problems.rotor.data import Rotor
-from problems.rotor.effect import RotorEffect, drawn
-from problems.rotor.problem import RotorProblem
-from problems.rotor.sizes import rotor_mass, stiffness_scale
+from ksmea.problem.parameters import Parameter
+from problems.rotor.extension.effect import RotorEffect, drawn, rotor_mass, stiffness_scale
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.05  # damping ratio: pumps with liquid around the whole shaft
 NOTICED = (0.0005, 0.03)  # damping ratios are drawn

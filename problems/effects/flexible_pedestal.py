@@ -1,6 +1,6 @@
 """Flexible pedestals: each bearing stands on a spring with a mass, so that the shaft feels both in series.
 
-At a compliance of 0 it is rigid, whatever its mass (`problems/rotor/support.py`). All pedestals are alike, and probes
+At a compliance of 0 it is rigid, whatever its mass (`problems/rotor/free_motion/support.py`). All pedestals are alike, and probes
 measure against the ground.
 
 J. C. Nicholas, J. K. Whalen & S. D. Franklin, Improving critical speed calculations using flexible bearing support FRF
@@ -17,13 +17,12 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
 from ksmea.units import MICROMETRE_PER_KILONEWTON
-from problems.rotor.effect import RotorEffect, drawn
-from problems.rotor.problem import RotorProblem
-from problems.rotor.sizes import rotor_mass, stiffness_scale
-from problems.rotor.support import Support
+from problems.rotor.extension.effect import RotorEffect, drawn, rotor_mass, stiffness_scale
+from problems.rotor.free_motion.support import Support
+from problems.rotor.response.problem import RotorProblem
 
 SOFTEST = 2.0  # times the compliance of the stiffest bearing; a softer one is no pedestal
 HEAVIEST = 0.5  # of the rotor

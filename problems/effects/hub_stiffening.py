@@ -3,7 +3,7 @@
 Models put a disk on a point of the shaft, while a hub that is shrunk on carries bending along with it. Friswell, Penny,
 Garvey & Lees, Dynamics of Rotating Machines, 2010, example 5.8.3, compare models of such a seat, as API 684 does. Shear
 flexibility and mass stay. The width is measured about the disk's middle; ends of it may lie anywhere between nodes: the
-stiffness of an element that is covered in part is that of a stepped beam (`problems/rotor/shaft.py`).
+stiffness of an element that is covered in part is that of a stepped beam (`problems/rotor/finite_elements/shaft.py`).
 
 Where no width is given, it is the disk's thickness, as its moments of inertia tell it of a ring, h² = 12 (I_d − I_p/2)/m.
 Where they tell none, as of a disk that is a point, it is the shaft's diameter: hubs are about as long.
@@ -20,12 +20,12 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
-from problems.rotor.data import SAME_PLACE, Disk, Hub, Rotor
-from problems.rotor.effect import PlacedEffect, drawn, require_on_shaft
-from problems.rotor.mesh import diameter_at
-from problems.rotor.problem import RotorProblem
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
+from problems.rotor.extension.effect import PlacedEffect, drawn, require_on_shaft
+from problems.rotor.finite_elements.data import SAME_PLACE, Disk, Hub, Rotor
+from problems.rotor.finite_elements.mesh import diameter_at
+from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 4.0  # EI five times: a solid hub half as thick again as the shaft, 1.5⁴
 NOTICED = (0.1, 3.0)  # are drawn

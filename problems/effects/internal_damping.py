@@ -16,11 +16,11 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.parameters import Parameter
+from ksmea.problem.parameters import Parameter
 from ksmea.units import MICROSECOND
-from problems.rotor.data import Rotor
-from problems.rotor.effect import RotorEffect, drawn
-from problems.rotor.problem import RotorProblem
+from problems.rotor.extension.effect import RotorEffect, drawn
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 100 * MICROSECOND  # a loss factor βω of 0.1 at 160 Hz: shrink fits and couplings, more than steel itself
 NOTICED = (3 * MICROSECOND, 60 * MICROSECOND)  # are drawn

@@ -1,7 +1,7 @@
 """A force or moment at one place of the shaft that follows a law: what `+experiment=locate` finds, as part of a model.
 
-The laws are those of `ksmea.force_laws` – a vector that turns with the shaft, a spring, damper, mass or cross-coupling, a stop
-… – or a smooth function of speed (`ksmea.smooth_force`). It follows the motion of its site as all else leaves it, and moves
+The laws are those of `ksmea.nonlinear.laws` – a vector that turns with the shaft, a spring, damper, mass or cross-coupling, a stop
+… – or a smooth function of speed (`ksmea.nonlinear.smooth_law`). It follows the motion of its site as all else leaves it, and moves
 it. Nothing is said of its cause, and a diagnosis does not try it by itself: that is what a location does, at every place and
 with every law.
 
@@ -23,15 +23,21 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
-from ksmea.force_laws import LAWS, MOMENT_LAWS, Law, NonlinearLaw
-from ksmea.load import FORCE, MOMENT
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
-from ksmea.smooth_force import SMOOTH, smooth
-from problems.rotor.effect import RotorEffect, drawn_either_side, require_on_shaft
-from problems.rotor.problem import RotorProblem
-from problems.rotor.site_law import SiteLaw
-from problems.rotor.sizes import rotor_mass, stiffness_scale, unbalance_scale
+from ksmea.nonlinear.laws import LAWS, MOMENT_LAWS, Law, NonlinearLaw
+from ksmea.nonlinear.smooth_law import SMOOTH, smooth
+from ksmea.problem.load import FORCE, MOMENT
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
+from problems.rotor.extension.effect import (
+    RotorEffect,
+    drawn_either_side,
+    require_on_shaft,
+    rotor_mass,
+    stiffness_scale,
+    unbalance_scale,
+)
+from problems.rotor.extension.site_law import SiteLaw
+from problems.rotor.response.problem import RotorProblem
 
 PREFIX = "local_"  # of its unknowns: a rotor may have a k_x of its own
 NOTICED = (0.005, 0.2)  # of the limits, of either sign, are drawn

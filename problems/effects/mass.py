@@ -15,10 +15,10 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.parameters import Parameter
-from problems.rotor.data import Disk, Rotor, ShaftSegment
-from problems.rotor.effect import RotorEffect, drawn_either_side
-from problems.rotor.problem import RotorProblem
+from ksmea.problem.parameters import Parameter
+from problems.rotor.extension.effect import RotorEffect, drawn_either_side
+from problems.rotor.finite_elements.data import Disk, Rotor, ShaftSegment
+from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.2
 NOTICED = (0.003, 0.1)  # of either sign, are drawn

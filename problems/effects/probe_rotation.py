@@ -14,12 +14,12 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.channel import Channel, direction_at
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
+from ksmea.measurement.channel import Channel, direction_at
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
 from ksmea.units import DEGREE
-from problems.rotor.effect import PlacedEffect, drawn_either_side, is_at, planes, require_on_shaft, where
-from problems.rotor.problem import RotorProblem
+from problems.rotor.extension.effect import PlacedEffect, drawn_either_side, is_at, planes, require_on_shaft, where
+from problems.rotor.response.problem import RotorProblem
 
 RIGHT_ANGLE = 90.0  # degrees
 LARGEST = 20 * DEGREE

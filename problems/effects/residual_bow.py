@@ -20,12 +20,12 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.parameters import Parameter
+from ksmea.problem.parameters import Parameter
 from ksmea.units import MICROMETRE
-from problems.rotor.assembly import assemble_free
-from problems.rotor.data import Rotor
-from problems.rotor.effect import RotorEffect, drawn_vector, forward_vector
-from problems.rotor.problem import RotorProblem
+from problems.rotor.extension.effect import RotorEffect, drawn_vector, forward_vector
+from problems.rotor.finite_elements.assembly import assemble_free
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 100 * MICROMETRE  # a rotor bent more than this is straightened before it is run
 NOTICED = (0.3 * MICROMETRE, 30 * MICROMETRE)  # vectors as long as these are drawn

@@ -2,10 +2,10 @@
 
 The peak comes late, at a higher speed in a run-up and at a lower one in a coast-down, is lower, and beats behind it
 (F. M. Lewis, Vibration during acceleration through a critical speed, Trans. ASME 54 (1932) 253–261). The response counts as that at the measured speed, an instant of it: a tracking filter that averages
-a turn or more blurs beats that are as fast. How it is computed, and what that leaves out: `problems/rotor/run_up.py`.
+a turn or more blurs beats that are as fast. How it is computed, and what that leaves out: `problems/rotor/extension/run_up.py`.
 
 A diagnosis tries it where a file has its rows in the order of time or a campaign says which way its runs went
-(`ksmea/speed_history.py`). Where nothing says which way, run-up and coast-down are tried apart: amplitudes alone hardly tell one
+(`ksmea/measurement/speeds.py`). Where nothing says which way, run-up and coast-down are tried apart: amplitudes alone hardly tell one
 from the other, reversed about another critical speed, and searches end in either. Every beat is a maximum of the likelihood; the
 search goes from steady states along rising rates, where each fit begins where the last one ended.
 
@@ -26,14 +26,14 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
-from ksmea.measurement import Measurement
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
-from ksmea.speed_history import ACCELERATION, SpeedHistory
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.speeds import ACCELERATION, SpeedHistory
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
 from ksmea.units import RPM, TURN
-from problems.rotor.effect import RotorEffect, drawn
-from problems.rotor.problem import RotorProblem
-from problems.rotor.run_up import Sweep
+from problems.rotor.extension.effect import RotorEffect, drawn
+from problems.rotor.extension.run_up import Sweep
+from problems.rotor.response.problem import RotorProblem
 
 MARGIN = 1.5  # of the limit over the rate that is known, or that of one row per turn
 PATH = (1e-3, 32)  # of the limit, where the path of rates begins; and how many, a factor of 1.25 from one to the next

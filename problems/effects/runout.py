@@ -14,12 +14,20 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.channel import Channel
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
+from ksmea.measurement.channel import Channel
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
 from ksmea.units import MICROMETRE
-from problems.rotor.effect import PlacedEffect, drawn_vector, forward_vector, is_at, planes, require_on_shaft, where
-from problems.rotor.problem import RotorProblem
+from problems.rotor.extension.effect import (
+    PlacedEffect,
+    drawn_vector,
+    forward_vector,
+    is_at,
+    planes,
+    require_on_shaft,
+    where,
+)
+from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 50 * MICROMETRE  # ten times what API 670 lets pass
 NOTICED = (0.3 * MICROMETRE, 15 * MICROMETRE)  # vectors as long as these are drawn

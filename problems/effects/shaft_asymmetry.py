@@ -22,16 +22,16 @@ import numpy as np
 import scipy.linalg
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.measurement import Measurement
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
+from ksmea.measurement.measurement import Measurement
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
 from ksmea.units import DEGREE
-from problems.rotor.assembly import assemble_free, node_dof
-from problems.rotor.data import Rotor
-from problems.rotor.effect import RotorEffect, drawn_vector, forward_vector
-from problems.rotor.problem import RotorProblem
-from problems.rotor.shaft import IN_X_PLANE, IN_Y_PLANE
-from problems.rotor.turning import OF_CONJUGATE, weight_of
+from problems.rotor.extension.effect import RotorEffect, drawn_vector, forward_vector
+from problems.rotor.extension.turning import OF_CONJUGATE, weight_of
+from problems.rotor.finite_elements.assembly import assemble_free, node_dof
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.shaft import IN_X_PLANE, IN_Y_PLANE
+from problems.rotor.response.problem import RotorProblem
 
 N_SHAPE = 4  # leave out a seventieth of what the asymmetry changes (tests/problems/test_turning_effects.py)
 N_RIGID = 2  # motions of a free shaft in a plane that do not bend it

@@ -1,6 +1,6 @@
 """The other beam theory: shear flexibility of the shaft between Euler–Bernoulli's, none, and more than Timoshenko's.
 
-Φ = 12EI/(κGAl²) of each element (`problems/rotor/shaft.py`) is multiplied by 1 + s: s = −1 leaves no shear, s = 0 is the
+Φ = 12EI/(κGAl²) of each element (`problems/rotor/finite_elements/shaft.py`) is multiplied by 1 + s: s = −1 leaves no shear, s = 0 is the
 model as it is, s > 0 a shear coefficient κ that is lower than Cowper's by 1/(1 + s), as of slotted, laminated and built-up
 shafts. Where the model has no shear, s is in terms of Timoshenko's. Short waves feel shear most: it lowers ω_n² of a beam on
 two pins by about 1 + (nπ/L)² EI/(κGA). Rotary inertia stays: it follows from the density, and is no choice of theory.
@@ -20,10 +20,10 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.parameters import Parameter
-from problems.rotor.data import Rotor, ShaftSegment
-from problems.rotor.effect import RotorEffect, drawn
-from problems.rotor.problem import RotorProblem
+from ksmea.problem.parameters import Parameter
+from problems.rotor.extension.effect import RotorEffect, drawn
+from problems.rotor.finite_elements.data import Rotor, ShaftSegment
+from problems.rotor.response.problem import RotorProblem
 
 HIGHEST = 1.0  # twice Timoshenko's: κ of thin tubes is half of that of solid shafts
 NOTICED = (0.05, 1.0)  # parts of either limit are drawn

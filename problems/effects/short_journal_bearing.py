@@ -1,7 +1,7 @@
 """Short journal bearing: an oil film between journal and bush, in series with what the model has for bearings.
 
 The film has stiffness and damping that change with speed, are coupled across, and differ along and across the load
-(`problems/rotor/short_bearing.py`). The model's coefficients are those of what holds the bush; at no clearance the film is rigid
+(`problems/rotor/extension/short_bearing.py`). The model's coefficients are those of what holds the bush; at no clearance the film is rigid
 and the shaft feels them alone, z = (1 + z_b A)⁻¹ z_b with A = (K + iΩC)⁻¹ of the film. Each bearing carries its share of the
 rotor's weight; all else is alike.
 
@@ -26,16 +26,15 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
 from ksmea.units import DEGREE, MICROMETRE_PER_KILONEWTON
-from problems.rotor.axes import inverse, product
-from problems.rotor.effect import RotorEffect, drawn
-from problems.rotor.mesh import element_at, locate
-from problems.rotor.problem import RotorProblem
-from problems.rotor.short_bearing import eccentricity_ratio, film_coefficients
-from problems.rotor.sizes import stiffness_scale
-from problems.rotor.static_load import weight_shares
+from problems.rotor.extension.effect import RotorEffect, drawn, stiffness_scale
+from problems.rotor.extension.short_bearing import eccentricity_ratio, film_coefficients
+from problems.rotor.finite_elements.data import inverse, product
+from problems.rotor.finite_elements.mesh import element_at, locate
+from problems.rotor.free_motion.static_load import weight_shares
+from problems.rotor.response.problem import RotorProblem
 
 SOFTEST = 2.0  # times the compliance of the stiffest bearing, as of a pedestal
 NOTICED = (0.002, 0.5)  # of that compliance, are drawn

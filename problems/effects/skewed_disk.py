@@ -20,14 +20,14 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
-from ksmea.load import MOMENT
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
+from ksmea.problem.load import MOMENT
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
 from ksmea.units import MILLIRADIAN
-from problems.rotor.data import SAME_PLACE, Disk, Rotor
-from problems.rotor.effect import PlacedEffect, drawn_vector, forward_vector, require_on_shaft
-from problems.rotor.loads import forward_load
-from problems.rotor.problem import RotorProblem
+from problems.rotor.extension.effect import PlacedEffect, drawn_vector, forward_vector, require_on_shaft
+from problems.rotor.finite_elements.data import SAME_PLACE, Disk, Rotor
+from problems.rotor.finite_elements.loads import forward_load
+from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 5 * MILLIRADIAN  # the rim of a disk of 0.4 m then wobbles by ± 1 mm, which is seen
 NOTICED = (0.02 * MILLIRADIAN, 2 * MILLIRADIAN)  # vectors as long as these are drawn

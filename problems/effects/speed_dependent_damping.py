@@ -16,10 +16,10 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
-from problems.rotor.effect import RotorEffect, column, drawn
-from problems.rotor.problem import RotorProblem
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
+from problems.rotor.extension.effect import RotorEffect, column, drawn
+from problems.rotor.response.problem import RotorProblem
 
 LOWEST, HIGHEST = -0.9, 5.0  # of what it is at rest: it never drives the rotor
 NOTICED = (1.0, 4.5)  # are drawn; damping that falls with speed hardly shows

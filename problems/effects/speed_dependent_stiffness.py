@@ -16,10 +16,10 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
-from problems.rotor.effect import RotorEffect, column, drawn_either_side
-from problems.rotor.problem import RotorProblem
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
+from problems.rotor.extension.effect import RotorEffect, column, drawn_either_side
+from problems.rotor.response.problem import RotorProblem
 
 LOWEST, HIGHEST = -0.6, 1.0  # of what it is at rest: it stays a stiffness, and at most doubles
 NOTICED = (0.02, 0.4)  # of either sign, are drawn

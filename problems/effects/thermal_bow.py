@@ -7,7 +7,7 @@ to a bow that stays. In a campaign each run-up starts cold and is followed by it
 1/2 in runs up and on to 1 in runs down, so that these differ at the same speed, as no steady cause makes them.
 
 A diagnosis tries it where times, the rows of a file or the directions of a campaign's runs tell how the run went, as steady speeds
-may have been measured in any order (`ksmea/speed_history.py`). A run that goes up and down in one file is not one of these: make it a
+may have been measured in any order (`ksmea/measurement/speeds.py`). A run that goes up and down in one file is not one of these: make it a
 campaign of two. Heat that the vibration itself brings to a journal, whose vector turns, is not meant here.
 
 Source of the load: J. C. Nicholas, E. J. Gunter & P. E. Allaire, Effect of residual shaft bow on unbalance response and balancing of a
@@ -26,14 +26,14 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
-from ksmea.measurement import Measurement
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
+from ksmea.measurement.measurement import Measurement
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
 from ksmea.units import MICROMETRE
 from problems.effects.residual_bow import LARGEST, NOTICED, bow_load
-from problems.rotor.data import Rotor
-from problems.rotor.effect import RotorEffect, drawn_vector, forward_vector
-from problems.rotor.problem import RotorProblem
+from problems.rotor.extension.effect import RotorEffect, drawn_vector, forward_vector
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.response.problem import RotorProblem
 
 MOST_KNOTS = 33  # of the history that is kept of a run: heat is slow, and an extended model is written to a file
 ALIKE = "alike"

@@ -17,13 +17,13 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.channel import Channel, require_direction
-from ksmea.measurement import Measurement
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
+from ksmea.measurement.channel import Channel, require_direction
+from ksmea.measurement.measurement import Measurement
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
 from ksmea.units import MICROSECOND
-from problems.rotor.effect import PlacedEffect, drawn_either_side, is_at, named, require_on_shaft, where
-from problems.rotor.problem import RotorProblem
+from problems.rotor.extension.effect import PlacedEffect, drawn_either_side, is_at, named, require_on_shaft, where
+from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 500 * MICROSECOND  # 9° at 3000 rpm: a filter at some hundred Hz
 NOTICED = (10 * MICROSECOND, 300 * MICROSECOND)  # of either sign, are drawn

@@ -16,14 +16,19 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
-from ksmea.parameters import Parameter
-from ksmea.settings import setting
+from ksmea.problem.parameters import Parameter
+from ksmea.settings.settings import setting
 from ksmea.units import GRAM_MILLIMETRE
-from problems.rotor.data import SAME_PLACE, Rotor, UnbalancePlane
-from problems.rotor.effect import PlacedEffect, drawn_vector, forward_vector, require_on_shaft
-from problems.rotor.problem import RotorProblem
-from problems.rotor.sizes import unbalance_scale
-from problems.rotor.unbalance import force_per_unbalance
+from problems.rotor.extension.effect import (
+    PlacedEffect,
+    drawn_vector,
+    forward_vector,
+    require_on_shaft,
+    unbalance_scale,
+)
+from problems.rotor.finite_elements.data import SAME_PLACE, Rotor, UnbalancePlane
+from problems.rotor.finite_elements.loads import force_per_unbalance
+from problems.rotor.response.problem import RotorProblem
 
 NOTICED = (0.01, 0.5)  # of the largest that is possible: vectors as long as these are drawn
 

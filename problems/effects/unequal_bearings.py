@@ -15,9 +15,9 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
-from ksmea.parameters import Parameter
-from problems.rotor.effect import RotorEffect, column, drawn_either_side
-from problems.rotor.problem import RotorProblem
+from ksmea.problem.parameters import Parameter
+from problems.rotor.extension.effect import RotorEffect, column, drawn_either_side
+from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.5
 NOTICED = (0.04, 0.35)  # of either sign in each direction, are drawn

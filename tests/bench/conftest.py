@@ -1,4 +1,4 @@
-"""The bench as its users meet it: as a command in a process of its own, and through its door inside this one."""
+"""The bench as its users meet it: as a command in a process of its own, and through its `main` inside this one."""
 
 import json
 import os
@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 from hydra.core.global_hydra import GlobalHydra
 
-from bench import door
+from bench import main
 from bench.plan.plan import Cell, ParameterFacts, Plan, ReportSettings, all_runs
 
 
@@ -133,7 +133,7 @@ def table3(shell, quick, tmp_path_factory):
 def undrawn(monkeypatch):
     """Figures are empty files: drawing them takes longer than all else that a small experiment does."""
     for name in ("summary_figure", "updates_figure", "response_figure", "cost_figure", "png"):
-        monkeypatch.setattr(f"bench.reports.summary_drawings.{name}", lambda *arguments: b"")
+        monkeypatch.setattr(f"bench.reports.identification.summary_drawings.{name}", lambda *arguments: b"")
     monkeypatch.setattr("bench.reports.collect_all.png", lambda *arguments: b"")
 
 
@@ -150,10 +150,10 @@ def enter(tmp_path, monkeypatch, capsys):
         monkeypatch.chdir(tmp_path)
         monkeypatch.setattr(sys, "argv", ["bench"])
         undrawn(monkeypatch)
-        monkeypatch.setenv("HYDRA_FULL_ERROR", "1")  # the door sets it: so it is restored
+        monkeypatch.setenv("HYDRA_FULL_ERROR", "1")  # `main` sets it: so it is restored
         capsys.readouterr()
         try:
-            code = door.run(list(words))
+            code = main.run(list(words))
         finally:
             GlobalHydra.instance().clear()
         printed = capsys.readouterr()

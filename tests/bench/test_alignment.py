@@ -11,9 +11,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.contracts import MeasurementSource
-from ksmea.measurement import Layout, Measurement, Noise
-from ksmea.settings import setting
+from ksmea import MeasurementSource
+from ksmea.measurement.measurement import Layout, Measurement, Noise
+from ksmea.settings.settings import setting
 
 
 @dataclass(frozen=True)

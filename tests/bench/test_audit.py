@@ -5,9 +5,9 @@ import pandas as pd
 import pytest
 from scipy.stats import norm
 
-from bench.reports import audit as auditing
-from bench.reports.audit import COLUMNS, TOGETHER, chance, chance_blind, joint_chance, rounding_pct, verdict
-from bench.reports.audit_figure import HIGHEST, audit_figure
+from bench.reports.accuracy import audit as auditing
+from bench.reports.accuracy.audit import COLUMNS, TOGETHER, chance, chance_blind, joint_chance, rounding_pct, verdict
+from bench.reports.accuracy.audit_figure import HIGHEST, audit_figure
 from bench.reports.tables import PAPER
 
 

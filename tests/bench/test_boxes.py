@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from bench.reports.chapters.boxes import box_plot, box_trace
-from bench.reports.interval_ends import drawn_ends
+from bench.reports.plots.boxes import box_plot, box_trace
+from bench.reports.plots.interval_ends import drawn_ends
 
 
 def test_a_box_has_the_quartiles_of_the_table():

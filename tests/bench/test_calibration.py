@@ -12,9 +12,9 @@ from scipy.stats import norm
 from bench.command_line.config import register_schemas
 from bench.jobs.records import RecordWriter
 from bench.plan.plan import ParameterFacts, all_runs
-from bench.reports.calibration import CalibrationReport, basin_shares, calibration_figure, calibration_frame
+from bench.reports.accuracy.calibration import CalibrationReport, basin_shares, calibration_figure, calibration_frame
 from bench.reports.runs import runs_frame
-from bench.storage.places import CONF
+from bench.storage.own_files import CONF
 
 CRLB = 0.5e6  # N/m
 

@@ -10,12 +10,12 @@ import pytest
 
 from bench.command_line.bench_settings import remarks
 from bench.command_line.config_dirs import experiment_files
-from bench.command_line.help import USAGE
-from bench.command_line.help_commands import command_names
 from bench.command_line.output_level import has_colours, tell_error
-from bench.commands.results import COMMANDS
-from bench.storage.places import ROOT
-from ksmea import registry
+from bench.commands.dispatch import COMMANDS
+from bench.help.commands import command_names
+from bench.help.help import USAGE
+from bench.storage.own_files import ROOT
+from ksmea.plugins import registry
 
 ALL = {**registry.GROUPS, **registry.FURTHER}
 

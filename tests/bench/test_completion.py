@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from bench.command_line.completion import completed, script
 from bench.command_line.config_dirs import experiment_names
-from ksmea import registry
+from bench.help.completion import completed, script
+from ksmea.plugins import registry
 
 SHELL = """
 eval "$({python} -m bench completion bash)"
@@ -78,7 +78,7 @@ def test_all_experiments_and_plugins_are_offered():
 
 def test_it_loads_nothing_large(tmp_path):
     code = (
-        "import sys; from bench import door; door.run(['_complete', '+experiment=table3', 'optimizer.p']);"
+        "import sys; from bench import main; main.run(['_complete', '+experiment=table3', 'optimizer.p']);"
         " print([name for name in ('numpy', 'hydra', 'yaml', 'scipy') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)

@@ -16,12 +16,12 @@ from bench.reports.contest.curves import anytime_frame, ecdf_frame, profiles_fra
 from bench.reports.contest.drawing import panels_of
 from bench.reports.contest.entrants import entrants_frame
 from bench.reports.contest.leaderboard import leaderboard, running_time_frame
+from bench.reports.contest.ranks import resamples
 from bench.reports.contest.report import ContestReport
-from bench.reports.contest.resampling import resamples
 from bench.reports.contest.runs import contest
 from bench.reports.contest.words import sentences
+from bench.reports.identification.trace import read_traces
 from bench.reports.runs import runs_frame
-from bench.reports.trace import read_traces
 from contests import FAILED, contest_plan, record, write_contest
 from ksmea.errors import SettingError
 

@@ -5,13 +5,19 @@ import pandas as pd
 import pytest
 import scipy
 
-from bench.reports.contest.break_even import break_even
-from bench.reports.contest.ecdf import area, ecdf
 from bench.reports.contest.paired_tests import cliques, friedman, holm, pairs_frame
-from bench.reports.contest.profiles import performance_ratios, profile, simplex_gradients
-from bench.reports.contest.ranks import agreement, ranking, ranks
-from bench.reports.contest.resampling import interval, interval_of_shares, resamples
-from bench.reports.contest.running_time import expected_running_time, resampled_running_time, spent
+from bench.reports.contest.ranks import agreement, interval, interval_of_shares, ranking, ranks, resamples
+from bench.reports.contest.running_time import (
+    area,
+    break_even,
+    ecdf,
+    expected_running_time,
+    performance_ratios,
+    profile,
+    resampled_running_time,
+    simplex_gradients,
+    spent,
+)
 from bench.reports.contest.targets import ERROR, EXCESS, reached, resolved
 
 # Demšar, J. Mach. Learn. Res. 7 (2006) 1–30, Table 6: AUC of C4.5, C4.5+m, C4.5+cf and C4.5+m+cf on 14 data sets.

@@ -2,7 +2,7 @@
 
 import pytest
 
-from bench.jobs.damage import damage_notes, damaged_lines
+from bench.jobs.records import damage_notes, damaged_lines
 
 NOTE = "damaged lines in {path} passed over: a run whose result stood there counts as not done"
 

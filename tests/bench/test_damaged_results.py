@@ -11,14 +11,13 @@ from pathlib import Path
 
 import pytest
 
-from bench.jobs.log import experiment_log
+from bench.jobs.progress import experiment_log
 from bench.jobs.records import finished_keys, read_records
 from bench.plan.plan import read_plan
-from bench.storage.files import remove_partial, replace_file
-from bench.storage.locks import is_held
+from bench.storage.files import is_held, remove_partial, replace_file
 from ksmea.errors import SettingError
-from ksmea.journal import Journal
-from ksmea.regular_files import open_regular
+from ksmea.problem.budget_and_journal import Journal
+from ksmea.settings.regular_files import open_regular
 
 FUZZER = Path(__file__).resolve().parents[2] / "benchmarks" / "fuzz_files.py"
 N_MUTATION = 60
@@ -56,8 +55,8 @@ def change_record(folder, change):
 
 @pytest.mark.parametrize("kind", ["rotor", "extended", "run_up", "campaign", "campaign_runs", "plan", "records"])
 def test_damaged_files_are_read_or_refused_in_one_visible_line(kind, fuzzer, folder, monkeypatch):
-    monkeypatch.setattr("bench.reports.summary_drawings.summary_figure", lambda *arguments: b"")
-    monkeypatch.setattr("bench.reports.summary._drawings", lambda *arguments: {})
+    monkeypatch.setattr("bench.reports.identification.summary_drawings.summary_figure", lambda *arguments: b"")
+    monkeypatch.setattr("bench.reports.identification.summary._drawings", lambda *arguments: {})
     content = fuzzer.healthy(kind, folder)
     for seed in range(N_MUTATION):
         found = fuzzer.outcome_of(kind, fuzzer.KINDS[kind].mutate(content, random.Random(f"{kind} {seed}")), folder)

@@ -11,11 +11,10 @@ import pandas as pd
 import pytest
 
 from bench.plan.plan import ParameterFacts, read_plan
-from bench.reports.diagnosis import coefficients, found_name, times_in_one
-from ksmea.records.averaged import AveragedRecord, ExplanationRecord
+from bench.reports.diagnosis.report import coefficients, found_name, times_in_one
 from ksmea.records.diagnosis import CoefficientRecord, DiagnosisRecord
 from ksmea.records.estimate import EstimateRecord
-from ksmea.records.extension import EffectRecord
+from ksmea.records.extension import AveragedRecord, EffectRecord, ExplanationRecord
 from ksmea.records.hidden import HiddenEffect
 from measurements.file import File
 from measurements.run_up_csv import as_csv

@@ -5,8 +5,8 @@ import pandas as pd
 import pytest
 import scipy
 
-from bench.reports.power import DROP, EFFECT, KIND, chance, confusion, detectable_drop, false_alarms, rates
-from bench.reports.power_figures import confusion_figure
+from bench.reports.diagnosis.power import DROP, EFFECT, KIND, chance, confusion, detectable_drop, false_alarms, rates
+from bench.reports.diagnosis.power_figures import confusion_figure
 
 FEW = "study.effects=[runout,channel_gain,mass]"
 

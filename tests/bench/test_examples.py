@@ -9,10 +9,10 @@ from pathlib import Path
 
 import pytest
 
-from bench import door
+from bench import main
 from bench.commands.new import FIRST_RUN
-from ksmea import registry
-from ksmea.plugin_files import plugins_of_file
+from ksmea.plugins import registry
+from ksmea.plugins.files import plugins_of_file
 from outside_package import plain_files
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
@@ -90,7 +90,7 @@ def test_what_cannot_be_made_is_told_in_one_line_and_nothing_is_written(words, e
     (tmp_path / "taken").mkdir()
     (tmp_path / "taken" / "pyproject.toml").touch()
     ended = enter("new", *words)
-    assert (ended.code, ended.out) == (door.BAD_INPUT, "")
+    assert (ended.code, ended.out) == (main.BAD_INPUT, "")
     [line] = ended.err.splitlines()
     assert line.startswith(f"error: {expected}")
     assert [path.name for path in tmp_path.rglob("*")] == ["taken", "pyproject.toml"]

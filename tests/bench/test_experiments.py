@@ -19,9 +19,9 @@ from bench.reports.collect import collect
 from bench.reports.runs import runs_frame
 from bench.reports.settings import settings_frame
 from bench.reports.tables import PAPER, csv_text, slips, summary_frame
-from bench.storage.places import CONF
-from ksmea.direct import Direct
-from ksmea.loop import KSMEA
+from bench.storage.own_files import CONF
+from ksmea.identification.direct import Direct
+from ksmea.identification.ksmea import KSMEA
 from problems.rk4 import RK4
 from problems.three_disk import ThreeDisk
 

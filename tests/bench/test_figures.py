@@ -12,17 +12,17 @@ from matplotlib.figure import Figure
 from bench.jobs.records import RecordWriter, read_records
 from bench.plan.naming import cell_name, place_text, telling_axes
 from bench.plan.plan import read_plan, write_plan
-from bench.reports import summary_drawings as reporting
 from bench.reports.collect import collect
 from bench.reports.collect_all import collect_all
-from bench.reports.cost import COSTS, JACOBIAN_AS_EVALUATIONS, cost_figure, cost_frame, paper_cost
-from bench.reports.figures import summary_figure
-from bench.reports.history_figures import mesh_figure, response_figure, updates_figure
+from bench.reports.identification import summary_drawings as reporting
+from bench.reports.identification.cost import COSTS, JACOBIAN_AS_EVALUATIONS, cost_figure, cost_frame, paper_cost
+from bench.reports.identification.figures import summary_figure
+from bench.reports.identification.history_figures import mesh_figure, response_figure, updates_figure
 from bench.reports.runs import runs_frame
 from bench.reports.tables import summary_frame
 from ksmea.records.curves import ResponseCurves
 from ksmea.records.identification import IdentificationRecord, ParameterRecord, Seconds, UpdateRecord
-from ksmea.show.style import png
+from ksmea.show.figures.style import png
 from problems.three_disk import ThreeDisk
 
 RPM = np.pi / 30  # rad/s

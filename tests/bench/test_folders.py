@@ -6,8 +6,8 @@ import re
 import pytest
 
 from bench.command_line.config import of_file
-from bench.jobs.earlier import earlier_notes
 from bench.jobs.records import RecordWriter
+from bench.jobs.superseded import earlier_notes
 from bench.plan.folder import require_own_folder
 from bench.plan.plan import all_runs, write_plan
 from ksmea.errors import SettingError

@@ -4,8 +4,8 @@ import re
 
 import pytest
 
-from bench.command_line.glossary import entries, plain
-from bench.storage.places import GLOSSARY
+from bench.help.glossary import entries, plain
+from bench.storage.own_files import GLOSSARY
 
 
 def test_every_row_of_the_page_is_an_entry_without_markup():

@@ -5,9 +5,9 @@ from importlib.metadata import entry_points
 
 import pytest
 
-from bench.storage.places import CONF
-from ksmea import registry
-from ksmea.settings import own_fields
+from bench.storage.own_files import CONF
+from ksmea.plugins import registry
+from ksmea.settings.settings import own_fields
 
 PLUGINS = [(group, point.name) for group, name in registry.GROUPS.items() for point in entry_points(group=name)]
 WORDS = {None: "null", True: "true", False: "false"}

@@ -6,13 +6,12 @@ import json
 import numpy as np
 import pytest
 
-from bench.plan.draw import Draw
 from bench.plan.plan import SEED_PLACES, component_seeds, generator
 from bench.plan.provenance import code_digest, used_modules
-from bench.plan.setup import Setup
-from ksmea import registry
-from ksmea.alignment import aligned
+from bench.plan.setup import Draw, Setup
 from ksmea.errors import SettingError
+from ksmea.plugins import registry
+from ksmea.problem.alignment import aligned
 from ksmea.records.hidden import HiddenEffect
 from measurements.synthetic import Synthetic
 from problems.three_disk import ThreeDisk
@@ -246,7 +245,10 @@ def test_a_setup_measures_and_tells_what_it_hid():
 def test_code_of_effects_belongs_to_what_a_result_is_computed_by():
     settings = CHOSEN | {"measurement": {"name": "synthetic"}}
     plain, hiding = used_modules(settings), used_modules(settings | {"parts": ["problems.effects.mass"]})
-    assert "problems.effects.mass" not in plain and {"problems.effects.mass", "problems.rotor.extended"} <= set(hiding)
+    assert "problems.effects.mass" not in plain and {
+        "problems.effects.mass",
+        "problems.rotor.extension.extended",
+    } <= set(hiding)
     assert code_digest(plain) != code_digest(hiding)
 
 

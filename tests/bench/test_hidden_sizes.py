@@ -5,17 +5,18 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea import registry
 from ksmea.errors import SettingError
-from ksmea.fisher import projected, whitened_sensitivity
-from ksmea.kind import Kind
-from ksmea.likelihood import Likelihood
-from ksmea.maximisation import maximise
-from ksmea.measurement import Measurement, Noise
-from ksmea.model import Model
+from ksmea.inference.maximisation import maximise
+from ksmea.likelihood.fisher import projected, whitened_sensitivity
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind
+from ksmea.plugins import registry
+from ksmea.problem.counted import Model
 from measurements.hidden_size import NOTICED, drawn_size, relative_change, size_of_drop
 from measurements.synthetic import Synthetic
-from problems.rotor.effect import RotorEffect
+from problems.rotor.extension.effect import RotorEffect
 from problems.three_disk import ThreeDisk
 
 PROBLEM = ThreeDisk(sensors=[0.1, 0.2, 0.5], n_speed=27)

@@ -17,13 +17,14 @@ from bench.jobs.records import RecordWriter
 from bench.plan.plan import read_plan
 from bench.plan.report import report_named
 from bench.reports.runs import of_identifications, runs_frame
-from ksmea.channel import Channel
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.parameters import Parameter, Parameters
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.problem.parameters import Parameter, Parameters
 from ksmea.records.identification import IdentificationRecord, LackOfFit, ParameterRecord, Seconds
-from ksmea.show.fit_figure import residuals
+from ksmea.show.figures.fit import residuals
 from ksmea.show.identification import text
-from ksmea.show.lack_of_fit import fit_verdict
+from ksmea.show.text import fit_verdict
 from ksmea.units import MICROMETRE, RPM
 from measurements.file import File
 from measurements.run_up_csv import as_csv

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import ksmea
-from bench import door
+from bench import main
 from instrument_files import (
     OMEGA,
     SPEED,
@@ -22,10 +22,10 @@ from instrument_files import (
     waveform,
     written,
 )
-from ksmea.channel import Channel
 from ksmea.errors import SettingError
+from ksmea.measurement.channel import Channel
 from measurements.file import File
-from measurements.formats.placing import model_direction
+from measurements.formats.probe_positions import model_direction
 from measurements.run_up_csv import rows_as_csv
 
 DATA = Path(os.environ.get("KSMEA_DATA", Path(__file__).resolve().parents[3] / "shared" / "data"))
@@ -71,7 +71,7 @@ def test_each_format_gives_the_vectors_it_was_made_of(folder, name):
 def test_an_imported_file_is_the_same_measurement_exactly(folder, name, capsys):
     example = waveform(noise=0.1) if name == "waveform" else TABLES[name]()
     direct = written(example).read()
-    assert door.run(["import", example.name, *as_words(example.settings), "--out", "run.csv"]) == 0
+    assert main.run(["import", example.name, *as_words(example.settings), "--out", "run.csv"]) == 0
     told = capsys.readouterr().out
     back = ksmea.read_measurement("run.csv")
     assert np.array_equal(back.speed, direct.speed) and back.channels == direct.channels
@@ -272,7 +272,7 @@ def test_a_table_of_our_own_from_a_spreadsheet_needs_no_roles(folder):
 )
 def test_words_that_import_does_not_know(folder, capsys, words, message):
     Path("wide.csv").write_bytes(csv_wide().content)
-    assert door.run(["import", "wide.csv", *words]) == 2
+    assert main.run(["import", "wide.csv", *words]) == 2
     error = capsys.readouterr().err
     assert message in error and error.count("\n") == 1
     assert not Path("run.csv").exists()
@@ -281,7 +281,7 @@ def test_words_that_import_does_not_know(folder, capsys, words, message):
 def test_a_synthetic_measurement_is_exported_without_its_truth(folder, capsys):
     words = ["problem=three_disk", "problem.sensors=[0.1,0.5]", "measurement.kind=complex", "measurement.relative=0.02"]
     assert (
-        door.run(["export", "measurement", "--out", "made.csv", *words, "measurement.truth={kxx: 40.0}", "seed=3"]) == 0
+        main.run(["export", "measurement", "--out", "made.csv", *words, "measurement.truth={kxx: 40.0}", "seed=3"]) == 0
     )
     text = Path("made.csv").read_text("utf-8")
     assert "kxx" not in text and "40" not in text.splitlines()[0]
@@ -289,7 +289,7 @@ def test_a_synthetic_measurement_is_exported_without_its_truth(folder, capsys):
     rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5])
     made = ksmea.synthetic_measurement(rotor, relative=0.02, kind="complex", truth={"kxx": 40.0}, rng=3).measurement
     assert data.values == pytest.approx(made.values, rel=1e-7)
-    assert door.run(["export", "measurement", "--out", "made.csv"]) == 2
+    assert main.run(["export", "measurement", "--out", "made.csv"]) == 2
     assert "expected no made.csv yet" in capsys.readouterr().err
 
 

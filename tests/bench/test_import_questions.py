@@ -9,7 +9,7 @@ import openpyxl
 import pytest
 
 import ksmea
-from bench import door
+from bench import main
 from instrument_files import TABLES, sampled, written
 from ksmea.errors import SettingError
 from measurements.file import File
@@ -52,7 +52,7 @@ def test_all_questions_are_asked_at_once_and_the_command_answers_them(folder, ca
     example = TABLES[name]()
     direct = written(example).read()
     given = ["--format", example.settings["format"]]
-    assert door.run(["import", example.name, *given]) == 2
+    assert main.run(["import", example.name, *given]) == 2
     said = capsys.readouterr().err
     asked = set(re.findall(r"^  --([\w-]+): ", said, re.MULTILINE))
     if name in ("csv_long", "mat"):  # nothing in their headings says what columns hold
@@ -61,7 +61,7 @@ def test_all_questions_are_asked_at_once_and_the_command_answers_them(folder, ca
         of_settings = {OPTIONS.get(each, each) for each in asked} - {"out", "rotation"}
         assert of_settings >= set(example.settings) - {"format"}
         words = answered(said.splitlines()[-1], {"rotation": "ccw", **example.settings})
-        assert door.run(words) == 0, capsys.readouterr().err
+        assert main.run(words) == 0, capsys.readouterr().err
         assert np.array_equal(ksmea.read_measurement("run.csv").values, direct.values)
 
 
@@ -77,7 +77,7 @@ def test_a_table_without_any_answer(folder, capsys):
         "1000,2.1,29",
     ]
     Path("a.csv").write_text("\n".join(rows), encoding="utf-8")
-    assert door.run(["import", "a.csv"]) == 2
+    assert main.run(["import", "a.csv"]) == 2
     said = capsys.readouterr().err
     assert re.findall(r"^  --([\w-]+): ", said, re.MULTILINE) == [
         "format", "column", "probe", "unit", "amplitude", "speed-unit", "phase", "sweep", "out",
@@ -86,10 +86,10 @@ def test_a_table_without_any_answer(folder, capsys):
         "probes": ["@0.1@45R"], "unit": "um", "amplitude": "pp", "speed_unit": "rpm", "phase": "lead", "sweep": "up",
     }  # fmt: skip
     words = answered(said.splitlines()[-1], answers)
-    assert door.run(words) == 2  # an angle from the vertical opens another question
+    assert main.run(words) == 2  # an angle from the vertical opens another question
     said = capsys.readouterr().err
     assert "1 question is open" in said and "--rotation" in said and not Path("run.csv").exists()
-    assert door.run(answered(said.splitlines()[-1], {"rotation": "ccw"})) == 0
+    assert main.run(answered(said.splitlines()[-1], {"rotation": "ccw"})) == 0
     assert np.abs(ksmea.read_measurement("run.csv").values[:, 0]) == pytest.approx([1e-6, 1.5e-6, 2e-6])
 
 
@@ -97,20 +97,20 @@ def test_words_in_capitals_are_no_answers(folder, capsys):
     """A command that is copied as it stands is refused."""
     example = TABLES["mat"]()
     written(example)
-    door.run(["import", example.name, "--format", "mat", "--column", "speed=n"])
+    main.run(["import", example.name, "--format", "mat", "--column", "speed=n"])
     command = shlex.split(capsys.readouterr().err.splitlines()[-1])
-    assert door.run(command[3:]) == 2 and not Path("run.csv").exists()
+    assert main.run(command[3:]) == 2 and not Path("run.csv").exists()
 
 
 def test_an_error_is_told_before_questions(folder, capsys):
     Path("a.csv").write_text("RPM,Amp\n1000,2\n", encoding="utf-8")
-    assert door.run(["import", "a.csv", "--format", "csv", "--column", "speed=Rpm2"]) == 2
+    assert main.run(["import", "a.csv", "--format", "csv", "--column", "speed=Rpm2"]) == 2
     said = capsys.readouterr().err
     assert "expected a line with the headings Rpm2" in said and said.count("\n") == 1
 
 
 def questions(capsys, *words):
-    assert door.run(["import", *words]) == 2
+    assert main.run(["import", *words]) == 2
     return capsys.readouterr().err
 
 
@@ -153,7 +153,7 @@ def test_to_average_is_the_decision_of_the_user(folder, capsys):
     Path("own.csv").write_text("\n".join(rows), encoding="utf-8")
     said = questions(capsys, "own.csv", "--format", "run_up")
     assert "--repeats AVERAGE" in said and "--repeats average" in said and "repeats=" not in said
-    assert door.run(shlex.split(said.splitlines()[-1])[3:]) == 2 and not Path("run.csv").exists()
+    assert main.run(shlex.split(said.splitlines()[-1])[3:]) == 2 and not Path("run.csv").exists()
 
 
 def test_an_option_is_listed_once(folder, capsys):
@@ -183,7 +183,7 @@ def test_a_sheet_that_looks_like_a_run_is_suggested_and_all_the_rest_asked_with_
     assert "its headings suggest Run up, check it" in said and "All in one command" in said
     words = answered(said.splitlines()[-1], {"probes": ["@0.1@x"], "phase": "lag"})
     assert words[words.index("--sheet") + 1] == "Run up"
-    assert door.run(words) == 0
+    assert main.run(words) == 0
     assert np.abs(ksmea.read_measurement("run.csv").values[:, 0]) == pytest.approx([1e-6, 1.5e-6, 2e-6, 2.5e-6])
 
 
@@ -193,9 +193,9 @@ def test_of_two_sheets_with_a_run_none_is_suggested(folder, capsys):
     assert re.findall(r"^  --([\w-]+): ", said, re.MULTILINE) == OPEN
     assert "--sheet SHEET" in said and "the other questions are those of Up" in said
     words = answered(said.splitlines()[-1], {"probes": ["@0.1@x"], "phase": "lag"})
-    assert door.run(words) == 2 and "unknown sheet" in capsys.readouterr().err  # a word in capitals is no answer
+    assert main.run(words) == 2 and "unknown sheet" in capsys.readouterr().err  # a word in capitals is no answer
     words[words.index("SHEET")] = "Down"
-    assert door.run(words) == 0
+    assert main.run(words) == 0
 
 
 def test_sheets_without_a_run_are_asked_for_by_name(folder, capsys):
@@ -222,7 +222,7 @@ def test_waveforms_are_asked_for_at_once(folder, capsys, kind, with_time):
     assert [each for each in found if each != "repeats"] == [*first, "column", *rate, "probe", "out"]
     rate = 1 / (time[1] - time[0])
     words = answered(said.splitlines()[-1], {"probes": ["A@0.1@x", "B@0.1@y"], "sampling": rate, "repeats": "average"})
-    assert door.run(words) == 0, capsys.readouterr().err
+    assert main.run(words) == 0, capsys.readouterr().err
     given = ["keyphasor=KPH", "signal.A=A (um)", "signal.B=B (um)", *(["time=t (s)"] if with_time else [])]
     direct = File(path=name, format="waveform", columns=given, sheet="Scope" if kind == "excel" else "",
                   probes=["A@0.1@x", "B@0.1@y"], sampling=None if with_time else rate, repeats="average")  # fmt: skip
@@ -268,7 +268,7 @@ def test_a_file_with_questions_is_read_once(folder, capsys, monkeypatch):
     written(example)
     contents, tables = [], []
     monkeypatch.setattr(
-        "measurements.formats.opened.read_bytes", lambda *given: contents.append(1) or read_bytes(*given)
+        "measurements.formats.lazy_file.read_bytes", lambda *given: contents.append(1) or read_bytes(*given)
     )
     monkeypatch.setattr(
         "measurements.formats.readers.read_delimited", lambda *given: tables.append(given[2]) or read_delimited(*given)
@@ -284,7 +284,7 @@ def test_a_file_without_questions_is_read_once(folder, monkeypatch):
     written(example)
     reads = []
     monkeypatch.setattr("measurements.file.foreign_rows", lambda *given: reads.append(1) or foreign_rows(*given))
-    assert door.run(["import", example.name, *as_options(example.settings), "--out", "run.csv"]) == 0
+    assert main.run(["import", example.name, *as_options(example.settings), "--out", "run.csv"]) == 0
     assert len(reads) == 1
 
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import ksmea
-from bench import door
+from bench import main
 from instrument_files import SPEED, VALUES, system1, written
 from ksmea.errors import SettingError
 from measurements.file import File
@@ -33,7 +33,7 @@ def test_slow_roll_is_subtracted_as_a_vector_and_once(folder):
     speeds = np.concatenate([slow, SPEED])
     measurement = dataclasses.replace(written(system1()).read(), speed=speeds * np.pi / 30, values=vectors, noise=None)
     Path("own.csv").write_text(as_csv(measurement), encoding="utf-8")
-    assert door.run(["import", "own.csv", "--format", "run_up", "--slow-roll", "200", "--out", "run.csv"]) == 0
+    assert main.run(["import", "own.csv", "--format", "run_up", "--slow-roll", "200", "--out", "run.csv"]) == 0
     data = ksmea.read_measurement("run.csv")
     assert data.values == pytest.approx(VALUES, rel=1e-6)  # eight printed digits of the sum
     assert "# slow roll: subtracted, the mean vector up to 200 rpm of x at 0.1 m 2 µm" in Path("run.csv").read_text(
@@ -70,7 +70,7 @@ def test_run_up_and_coast_down_are_told_apart(folder, capsys):
             np.isin(np.round(data.speed * 30 / np.pi, 6), np.round(np.r_[up, down], 6))
         )
         assert np.count_nonzero(np.isclose(np.abs(data.values), amplitude)) >= len(speeds) - 1
-    assert door.run(["import", example, "--format", "run_up", "--sweep", "both", "--out", "a, b #2.csv"]) == 0
+    assert main.run(["import", example, "--format", "run_up", "--sweep", "both", "--out", "a, b #2.csv"]) == 0
     campaign = ksmea.read_measurement("a, b #2.yaml")
     assert [run.direction for run in campaign.campaign.runs] == ["up", "down"]
     assert len(campaign.speed) == len(rows)

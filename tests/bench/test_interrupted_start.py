@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from bench import door
+from bench import main
 
 AT = """
 import os, runpy, signal, sys
@@ -26,13 +26,13 @@ RUN = ["+experiment=table3", "repetitions=1", "samples=0"]
 @pytest.mark.parametrize(
     "module, words",
     [
-        ("bench.storage.siblings", RUN),  # the first import of all
-        ("bench.door", RUN),
-        ("ksmea.plugin_names", RUN),
+        ("bench.storage.shadowed_packages", RUN),  # the first import of all
+        ("bench.main", RUN),
+        ("ksmea.plugins.names", RUN),
         ("hydra", RUN),  # reading the words
         ("problems.three_disk", RUN),  # composing
-        ("bench.jobs.deal", RUN),  # planning
-        ("bench.command_line.help_plugins", ["help", "lm"]),
+        ("bench.jobs.offers", RUN),  # planning
+        ("bench.help.plugins", ["help", "lm"]),
         ("bench.commands.status", ["status", "x"]),
     ],
 )
@@ -46,7 +46,7 @@ def test_one_line_and_130(module, words, tmp_path):
     assert list(tmp_path.iterdir()) == []
 
 
-@pytest.mark.parametrize("last", [UnboundLocalError("f"), door.SettingError("samples: expected …"), OSError(5, "lost")])
+@pytest.mark.parametrize("last", [UnboundLocalError("f"), main.SettingError("samples: expected …"), OSError(5, "lost")])
 def test_an_error_that_comes_of_the_interrupt_is_the_interrupt(last, monkeypatch, capsys):
     """Hydra raises an UnboundLocalError where it is interrupted while it opens a file."""
 
@@ -56,8 +56,8 @@ def test_an_error_that_comes_of_the_interrupt_is_the_interrupt(last, monkeypatch
         except KeyboardInterrupt:
             raise last  # noqa: B904 – as libraries do
 
-    monkeypatch.setattr(door, "run_command", interrupted)
-    assert door.run(["status", "x"]) == 130
+    monkeypatch.setattr(main, "run_command", interrupted)
+    assert main.run(["status", "x"]) == 130
     assert capsys.readouterr().err.startswith("interrupted: finished runs are kept")
 
 
@@ -65,6 +65,6 @@ def test_another_error_stays_one(monkeypatch):
     def broken(words):
         raise ZeroDivisionError
 
-    monkeypatch.setattr(door, "run_command", broken)
+    monkeypatch.setattr(main, "run_command", broken)
     with pytest.raises(ZeroDivisionError):
-        door.run(["status", "x"])
+        main.run(["status", "x"])

@@ -30,8 +30,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ksmea.contracts import Optimizer
-from ksmea.settings import setting
+from ksmea import Optimizer
+from ksmea.settings.settings import setting
 
 
 @dataclass(frozen=True)

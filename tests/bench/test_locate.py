@@ -5,7 +5,7 @@ import json
 import pandas as pd
 import pytest
 
-from bench.reports.location import kinds_line
+from bench.reports.diagnosis.location_report import kinds_line
 
 DATA = [
     "measurement.kind=complex",

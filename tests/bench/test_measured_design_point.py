@@ -8,9 +8,9 @@ import pytest
 
 import ksmea
 from bench.reports.pages.made_by import command_line
-from ksmea.alignment import aligned
-from ksmea.diagnosis.fitting import Effort
-from ksmea.measurement import Noise
+from ksmea.fits.fitting import Effort
+from ksmea.measurement.noise import Noise
+from ksmea.problem.alignment import aligned
 from ksmea.studies import design_point
 from ksmea.studies.design_point import DesignPoint, common_noise
 from measurements.run_up_csv import as_csv
@@ -90,7 +90,7 @@ def test_a_plan_of_nothing_measured_was_not_tested(rotor):
 
 @pytest.mark.parametrize("study", ["plan", "identifiability"])
 def test_the_command_ends_with_the_diagnosis_to_run(study, bad, enter, tmp_path, few_fits, monkeypatch):
-    monkeypatch.setattr("bench.reports.planning.png", lambda figure: b"")
+    monkeypatch.setattr("bench.reports.design.planning.png", lambda figure: b"")
     (tmp_path / "run.csv").write_text(as_csv(bad))
     own = ["study.add=2", "study.sensors=0", "study.trial_phases=[]"] if study == "plan" else ["study.variations=[]"]
     data = ["problem.n_speed=27", "measurement=file", "measurement.path=run.csv"]

@@ -9,17 +9,18 @@ import time
 import numpy as np
 import pytest
 
-from ksmea.alignment import aligned
-from ksmea.channel import Channel
-from ksmea.contracts import Problem
-from ksmea.cramer_rao import identifiability
 from ksmea.errors import SettingError
-from ksmea.intervals import estimate
-from ksmea.likelihood import Likelihood
-from ksmea.measurement import Measurement, Noise
-from ksmea.misfit import FORMS, Misfit
-from ksmea.model import Model
-from ksmea.nearest_maximum import nearest_maximum
+from ksmea.inference.cramer_rao import identifiability
+from ksmea.inference.intervals import estimate
+from ksmea.inference.maximisation import nearest_maximum
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.likelihood.misfit import FORMS, Misfit
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.problem.alignment import aligned
+from ksmea.problem.counted import Model
+from ksmea.problem.problem import Problem
 from ksmea.units import RPM
 from measurements.file import File
 from measurements.run_up_csv import as_csv

@@ -108,13 +108,13 @@ def test_results_that_differ_by_more_than_times_are_told_and_the_first_is_kept(p
 
 def test_parts_of_other_code_are_put_together_and_it_is_said(plan, merge, enter, tmp_path):
     """Their runs keep their keys, so that the one of the second part answers where the first has none."""
-    one = of(plan, modules={"ksmea.model": "a", "ksmea.loop": "c"})
+    one = of(plan, modules={"ksmea.problem.counted": "a", "ksmea.identification.ksmea": "c"})
     cells = tuple(dataclasses.replace(cell, code="0ther") for cell in plan.cells)
-    two = of(plan, cells=None, commit="d0de", modules={"ksmea.model": "b"}, versions={"numpy": "2.1"})
+    two = of(plan, cells=None, commit="d0de", modules={"ksmea.problem.counted": "b"}, versions={"numpy": "2.1"})
     two = dataclasses.replace(two, cells=cells, runs=all_runs(cells, 4, two.versions))
     parts = written(tmp_path / "one", one, {(0, 0): "done"}), written(tmp_path / "two", two, {(0, 1): "done"})
     done = merge(*parts)
-    told = "different code or libraries (commits c0de, d0de), which differ in numpy 2.0 and 2.1, ksmea.model"
+    told = "different code or libraries (commits c0de, d0de), which differ in numpy 2.0 and 2.1, ksmea.problem.counted"
     assert told in done.out and told in enter("status", "all").out
     merged = read_plan(done.output)
     keys = {(run.cell, run.repetition): run.key for run in merged.runs}
@@ -179,7 +179,9 @@ def test_parts_that_cannot_be_compared_are_refused_in_a_line_that_says_why(case,
 def test_one_name_for_the_plugins_of_two_files_is_refused(plan, merge, tmp_path):
     parts = [
         dataclasses.replace(
-            plan, plugins={"optimizer=mine": f"/{who}/mine.py"}, modules={"file mine.py": digest, "ksmea.model": "a"}
+            plan,
+            plugins={"optimizer=mine": f"/{who}/mine.py"},
+            modules={"file mine.py": digest, "ksmea.problem.counted": "a"},
         )
         for who, digest in (("ann", "1"), ("bob", "2"), ("cyd", "1"))
     ]

@@ -8,7 +8,7 @@ import pytest
 
 import ksmea
 from bench.plan.plan import Cell
-from bench.reports.next_measurement import next_measurement
+from bench.reports.design.next_measurement import next_measurement
 from ksmea.errors import SettingError
 from measurements.run_up_csv import as_csv
 

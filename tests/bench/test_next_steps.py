@@ -7,8 +7,8 @@ from types import SimpleNamespace
 import pytest
 
 from bench.plan.plan import Cell
-from bench.reports.chapters.next_steps import after_diagnosis
-from bench.reports.next_measurement import from_here, next_measurement
+from bench.reports.design.next_measurement import from_here, next_measurement
+from bench.reports.design.next_steps import after_diagnosis
 
 NAMED = SimpleNamespace(verdict="named")  # all that is read of a diagnosis
 FOLDERS = [

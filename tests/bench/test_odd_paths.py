@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 import ksmea
-from bench.command_line.file_words import with_quoted_files
-from bench.command_line.overrides import parse
+from bench.command_line.overrides import parse, with_quoted_files
 from measurements.run_up_csv import as_csv
 
 ODD = "Prüfstand 1/µ=2, a"

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ksmea.contracts import Optimizer
+from ksmea import Optimizer
 
 
 @dataclass(frozen=True)
@@ -95,4 +95,4 @@ def test_what_a_package_from_outside_brings_along_makes_results_stale(call, site
 
 
 def test_plugins_of_the_project_bring_nothing_along():
-    assert outside_code(["optimizers.de", "problems.three_disk", "ksmea.loop"]) == {}
+    assert outside_code(["optimizers.de", "problems.three_disk", "ksmea.identification.ksmea"]) == {}

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import ksmea
-from bench import door
+from bench import main
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGE = (ROOT / "docs" / "own_data.md").read_text(encoding="utf-8")
@@ -27,7 +27,7 @@ def folder(tmp_path_factory):
         patch.chdir(made)
         for words in commands():
             if words[:3] == ["python", "-m", "bench"] and not words[3].startswith("+"):
-                assert door.run(words[3:]) == 0, words
+                assert main.run(words[3:]) == 0, words
             elif words[1] == "-c":
                 subprocess.run([sys.executable, *words[1:]], check=True)
     return made

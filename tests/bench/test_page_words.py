@@ -12,19 +12,19 @@ import pandas as pd
 import pytest
 
 from bench.plan.page import Table
-from bench.reports.chapters.diagnosis import diagnosis_page
-from bench.reports.chapters.interval_plot import Shown, interval_plot
-from bench.reports.chapters.response_plots import bode_plot
-from bench.reports.chapters.responses import ModelCurve, Response, of_diagnosis
-from bench.reports.chapters.summary import _range as errors_in_words
+from bench.reports.diagnosis.page import diagnosis_page
+from bench.reports.identification.summary_page import _range as errors_in_words
 from bench.reports.pages.blocks import Blocks
 from bench.reports.pages.experiment import heading
 from bench.reports.pages.made_by import command_line
+from bench.reports.plots.interval_plot import Shown, interval_plot
+from bench.reports.plots.response_plots import bode_plot
+from bench.reports.plots.responses import ModelCurve, Response, of_diagnosis
 from ksmea.records.curves import FineCurve
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, NoiseRecord, ResidualsRecord, ResponsesRecord
 from ksmea.records.estimate import NoiseLevelRecord
 from ksmea.show.diagnosis import text
-from ksmea.show.diagnosis_residuals import residuals
+from ksmea.show.figures.diagnosis_residuals import residuals
 
 RECORD = DiagnosisRecord.from_data(
     json.loads((Path(__file__).parents[1] / "data/diagnosis_of_schema_2.json").read_text())

@@ -12,15 +12,15 @@ import pytest
 from bench.commands.folders import folders
 from bench.commands.open import open_page
 from bench.plan.page import Page, Prose, Section, Table
-from bench.reports.chapters.interval_plot import Shown
-from bench.reports.chapters.response_plots import orbits
-from bench.reports.chapters.responses import Response
 from bench.reports.comparison.comparison import difference
 from bench.reports.pages.bundle import asset
 from bench.reports.pages.document import document, facts_of
 from bench.reports.pages.index import index_page, told, write_index
 from bench.reports.pages.prose import columns_of
-from bench.reports.pages.traces import COLOURS
+from bench.reports.plots.interval_plot import Shown
+from bench.reports.plots.response_plots import orbits
+from bench.reports.plots.responses import Response
+from bench.reports.plots.traces import COLOURS
 from ksmea.errors import SettingError
 from ksmea.show.text import aligned
 
@@ -106,7 +106,7 @@ def test_two_identifications_from_their_pages_to_the_comparison(enter, monkeypat
     def fails(*arguments):
         raise ValueError("no such luck")
 
-    monkeypatch.setattr("bench.reports.identification.identification_page", fails)
+    monkeypatch.setattr("bench.reports.identification.report.identification_page", fails)
     ended = enter("collect", "identify", output="results/identify")
     assert ended.code == 0 and "index.html: cannot be drawn (ValueError: no such luck)" in ended.err
     assert (ended.output / "identify.csv").is_file() and not page.exists()

@@ -15,10 +15,10 @@ from bench.command_line.overrides import override
 from bench.plan.experiment import Experiment
 from bench.plan.plan import all_runs, component_seeds, generator, read_plan, write_plan
 from bench.plan.setup import Setup
-from bench.storage.places import CONF
-from ksmea import registry
+from bench.storage.own_files import CONF
 from ksmea.errors import SettingError
-from ksmea.settings import own_fields
+from ksmea.plugins import registry
+from ksmea.settings.settings import own_fields
 
 COMPONENTS = ["noise", "design", "surrogate", "optimizer", "hidden", "diagnosis"]
 

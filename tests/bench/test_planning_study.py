@@ -10,11 +10,12 @@ import pytest
 from matplotlib.figure import Figure
 
 from bench.plan.setup import Setup
-from bench.reports.planning import plan_figure
-from ksmea.contracts import Problem
-from ksmea.cramer_rao import identifiability
+from bench.reports.design.planning import plan_figure
 from ksmea.errors import SettingError
-from ksmea.measurement import Measurement, Noise
+from ksmea.inference.cramer_rao import identifiability
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.problem.problem import Problem
 from ksmea.records.plan import PlanRecord
 from ksmea.show.plan import frame, plot, text
 from ksmea.studies.design_point import DesignPoint
@@ -32,8 +33,10 @@ SETTINGS = {"problem": {"name": "three_disk"}, "measurement": {"name": "syntheti
 def plan(enter, monkeypatch):
     """`+experiment=plan` with a coarser choice of speeds; its figure is drawn and not written."""
     drawn = []
-    monkeypatch.setattr("bench.reports.planning.plan_figure", lambda *arguments: drawn.append(plan_figure(*arguments)))
-    monkeypatch.setattr("bench.reports.planning.png", lambda figure: b"")
+    monkeypatch.setattr(
+        "bench.reports.design.planning.plan_figure", lambda *arguments: drawn.append(plan_figure(*arguments))
+    )
+    monkeypatch.setattr("bench.reports.design.planning.png", lambda figure: b"")
 
     def call(*words):
         ended = enter(*PLAN, *words, output=OUTPUT)

@@ -160,9 +160,9 @@ def is_running(number):
 
 
 SCRIPT = """
-from bench import door
+from bench import main
 print("begun", flush=True)
-code = door.run(["+experiment=table3", "repetitions=2", "workers=2", "samples=25", "optimizer.generations=1",
+code = main.run(["+experiment=table3", "repetitions=2", "workers=2", "samples=25", "optimizer.generations=1",
                  "optimizer.population=5", "method.max_updates=1", "output=out"])
 print("ended", code)
 """

@@ -7,8 +7,8 @@ import time
 import pytest
 
 from bench.plan import progress
-from bench.plan.draw import Draw
 from bench.plan.progress import progress_of
+from bench.plan.setup import Draw
 
 
 class Terminal(io.StringIO):

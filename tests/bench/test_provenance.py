@@ -9,8 +9,8 @@ from pathlib import Path
 import pytest
 
 from bench.plan.provenance import code_digest, used_modules
-from bench.storage.places import ROOT
-from ksmea.registry import GROUPS
+from bench.storage.own_files import ROOT
+from ksmea.plugins.registry import GROUPS
 
 CHOSEN = dict.fromkeys(GROUPS) | {
     "problem": {"name": "three_disk"},
@@ -23,12 +23,18 @@ CHOSEN = dict.fromkeys(GROUPS) | {
 
 def test_a_run_uses_its_plugins_and_all_that_they_import():
     used = used_modules(CHOSEN)
-    chosen = {"optimizers.de", "optimizers.isolation", "surrogates.kriging", "surrogates.theta_search", "ksmea.loop"}
+    chosen = {
+        "optimizers.de",
+        "optimizers.isolation",
+        "surrogates.kriging",
+        "surrogates.theta_search",
+        "ksmea.identification.ksmea",
+    }
     physics = {
         "problems.three_disk",
-        "problems.rotor.receptance",
-        "problems.rotor.shaft",
-        "ksmea.misfit",
+        "problems.rotor.response.receptance",
+        "problems.rotor.finite_elements.shaft",
+        "ksmea.likelihood.misfit",
         "bench.jobs.execute",
     }
     assert chosen | physics <= used.keys()
@@ -37,7 +43,13 @@ def test_a_run_uses_its_plugins_and_all_that_they_import():
 def test_a_run_does_not_use_other_plugins_nor_what_prints_results():
     used = used_modules(CHOSEN)
     assert (
-        not {"optimizers.ga", "surrogates.rsm", "bench.reports.figures", "bench.reports.tables", "bench.door"}
+        not {
+            "optimizers.ga",
+            "surrogates.rsm",
+            "bench.reports.identification.figures",
+            "bench.reports.tables",
+            "bench.main",
+        }
         & used.keys()
     )
 
@@ -45,7 +57,7 @@ def test_a_run_does_not_use_other_plugins_nor_what_prints_results():
 def test_what_a_method_ignores_is_not_used():
     used = used_modules(CHOSEN | {"surrogate": None, "method": {"name": "direct"}})
     assert "surrogates.kriging" not in used
-    assert "ksmea.loop" not in used
+    assert "ksmea.identification.ksmea" not in used
 
 
 def test_a_library_of_an_extra_belongs_to_the_runs_that_import_it():
@@ -72,11 +84,11 @@ def digest_in(place):
     ("file", "old", "new", "is_stale"),
     [
         ("surrogates/theta_search.py", "VARIANCE_FLOOR = 1e-20", "VARIANCE_FLOOR = 1e-19", True),
-        ("problems/rotor/shaft.py", "import numpy as np", "import numpy as np\n\nDENSITY = 1.0", True),
+        ("problems/rotor/finite_elements/shaft.py", "import numpy as np", "import numpy as np\n\nDENSITY = 1.0", True),
         ("optimizers/ga.py", "import copy", "import copy\nimport math", False),
-        ("bench/reports/figures.py", "OURS, PAPER", "NEW, OURS, PAPER", False),
-        ("ksmea/loop.py", "import time", "# a remark\nimport   time", False),
-        ("ksmea/loop.py", '"""KSMEA: ', '"""KSMEA, in other words: ', False),
+        ("bench/reports/identification/figures.py", "OURS, PAPER", "NEW, OURS, PAPER", False),
+        ("ksmea/identification/ksmea.py", "import time", "# a remark\nimport   time", False),
+        ("ksmea/identification/ksmea.py", '"""KSMEA: ', '"""KSMEA, in other words: ', False),
     ],
     ids=["constant", "physics", "other plugin", "presentation", "comment", "docstring"],
 )

@@ -174,7 +174,7 @@ def test_a_second_writer_of_the_same_file_is_refused_in_one_line(tmp_path, plan,
 
 
 def test_a_writer_in_another_process_is_refused_too(tmp_path, plan, file):
-    code = "import sys; from pathlib import Path; from bench.storage.locks import exclusive; exclusive(Path(sys.argv[1])).__enter__()"
+    code = "import sys; from pathlib import Path; from bench.storage.files import exclusive; exclusive(Path(sys.argv[1])).__enter__()"
     locks = [str(path) for path in _locks_while_writing(tmp_path, plan)]
     with RecordWriter(tmp_path, 0, plan):
         done = subprocess.run([sys.executable, "-c", code, *locks], check=False, capture_output=True, text=True)

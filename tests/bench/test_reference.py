@@ -12,9 +12,9 @@ from bench.plan.plan import read_plan, write_plan
 from bench.plan.provenance import NUMERICAL
 from bench.reports.runs import runs_frame
 from bench.reports.tables import PAPER
-from bench.storage.places import REFERENCE
-from ksmea import registry
+from bench.storage.own_files import REFERENCE
 from ksmea.errors import SettingError
+from ksmea.plugins import registry
 
 REPETITIONS = {"coverage": 2000, "efficiency": 100, "diagnosis_nulls": 300, "audit": 1}  # 20 in the paper's tables
 COMMITTED = reference_tables()

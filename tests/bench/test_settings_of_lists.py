@@ -13,8 +13,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ksmea.contracts import Optimizer
-from ksmea.settings import setting
+from ksmea import Optimizer
+from ksmea.settings.settings import setting
 
 
 class Colour(enum.Enum):

@@ -104,8 +104,8 @@ from pathlib import Path
 
 import numpy as np
 
-from ksmea.contracts import Problem, ProblemSettings
-from ksmea.settings import setting
+from ksmea import Problem, ProblemSettings
+from ksmea.settings.settings import setting
 from problems.three_disk import ThreeDisk
 
 

@@ -31,7 +31,7 @@ import time
 from dataclasses import dataclass
 from pathlib import Path
 
-from ksmea.contracts import Optimizer
+from ksmea import Optimizer
 
 
 @dataclass(frozen=True)

@@ -4,8 +4,8 @@ import pytest
 
 from bench.command_line.bench_settings import bench_settings, default_plugins, remarks
 from bench.command_line.source_settings import source_settings
-from ksmea import registry
-from ksmea.settings import own_fields
+from ksmea.plugins import registry
+from ksmea.settings.settings import own_fields
 
 ALL = [(group, name) for group in registry.GROUPS | registry.FURTHER for name in registry.registered(group)]
 

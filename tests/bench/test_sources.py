@@ -7,9 +7,9 @@ import os
 import pytest
 
 from bench.plan.sources import Source, absolute, kept_sources, read_source
-from bench.storage import kept
-from bench.storage.kept import KeptByContent, cache_folder
-from bench.storage.places import ROOT
+from bench.storage import content_cache
+from bench.storage.content_cache import KeptByContent, cache_folder
+from bench.storage.own_files import ROOT
 
 FILES = sorted((ROOT / "bench" / "plan").glob("*.py")) + sorted((ROOT / "tests" / "helpers").glob("*.py"))
 ODD = '''\
@@ -77,8 +77,8 @@ def test_line_ends_of_other_systems_are_no_change():
 
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
-    monkeypatch.setenv(kept.FOLDER, str(tmp_path / "cache"))
-    return tmp_path / "cache" / kept.OWN
+    monkeypatch.setenv(content_cache.FOLDER, str(tmp_path / "cache"))
+    return tmp_path / "cache" / content_cache.OWN
 
 
 def length(content):
@@ -133,7 +133,7 @@ def test_a_pipe_in_its_place_is_not_waited_for(folder):
 
 def test_a_folder_that_cannot_be_made_costs_the_memory_alone(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
-    monkeypatch.setenv(kept.FOLDER, str(tmp_path / "file" / "cache"))
+    monkeypatch.setenv(content_cache.FOLDER, str(tmp_path / "file" / "cache"))
     values = KeptByContent("a.json", int, length)
     assert values.of(b"three") == 5
     values.keep()
@@ -141,7 +141,7 @@ def test_a_folder_that_cannot_be_made_costs_the_memory_alone(tmp_path, monkeypat
 
 def test_an_empty_name_keeps_nothing(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv(kept.FOLDER, "")
+    monkeypatch.setenv(content_cache.FOLDER, "")
     values = KeptByContent("a.json", int, length)
     assert values.of(b"three") == 5
     values.keep()
@@ -149,7 +149,7 @@ def test_an_empty_name_keeps_nothing(tmp_path, monkeypatch):
 
 
 def test_without_a_choice_it_lies_where_the_system_keeps_such_files(monkeypatch, tmp_path):
-    monkeypatch.delenv(kept.FOLDER, raising=False)
+    monkeypatch.delenv(content_cache.FOLDER, raising=False)
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
     assert cache_folder() == tmp_path / "ksmea-bench"
     monkeypatch.setenv("XDG_CACHE_HOME", "")
@@ -158,7 +158,7 @@ def test_without_a_choice_it_lies_where_the_system_keeps_such_files(monkeypatch,
 
 
 def test_of_very_many_entries_those_in_use_stay(folder, monkeypatch):
-    monkeypatch.setattr(kept, "MOST", 3)
+    monkeypatch.setattr(content_cache, "MOST", 3)
     for names in ([b"1", b"22", b"333"], [b"4444"]):
         values = KeptByContent("a.json", int, length)
         for name in names:

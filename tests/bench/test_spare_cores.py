@@ -10,7 +10,7 @@ from bench.jobs.claims import deal
 from bench.jobs.work import Job, work
 from bench.plan.plan import write_plan
 from bench.reports.collect import draw
-from ksmea.processes import cpu_seconds, for_each
+from ksmea.numerics.parallel import cpu_seconds, for_each
 
 
 @pytest.mark.parametrize(("n_run", "workers", "each"), [(1, 4, 4), (2, 5, 2), (3, 2, 1), (8, 8, 1)])

@@ -8,10 +8,10 @@ import pytest
 
 import ksmea
 from bench.plan.plan import component_seeds, generator
-from ksmea import registry
-from ksmea.alignment import aligned
 from ksmea.errors import SettingError
-from ksmea.run_notation import notation, weights_of
+from ksmea.measurement.campaign import notation, weights_of
+from ksmea.plugins import registry
+from ksmea.problem.alignment import aligned
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 from measurements.synthetic import Synthetic
 from problems.effects.thermal_bow import ThermalBow

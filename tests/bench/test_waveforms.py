@@ -5,8 +5,7 @@ import pytest
 
 from instrument_files import HALF_HEIGHT, sampled, waveform, written
 from ksmea.errors import SettingError
-from measurements.formats.order_tracking import noise_of, pulse_times, tracked
-from measurements.formats.pulse_jitter import evened
+from measurements.formats.order_tracking import evened, noise_of, pulse_times, tracked
 
 RUN_UP = "speed_rpm,position_m,direction,amplitude_um_0pk,phase_lead_deg"
 

@@ -7,9 +7,9 @@ import sys
 
 import pytest
 
-from bench.command_line.cure import corrected
-from bench.command_line.first_look import looked_at
-from bench.commands.results import COMMANDS
+from bench.command_line.corrected_command import corrected
+from bench.command_line.quick_check import looked_at
+from bench.commands.dispatch import COMMANDS
 from ksmea.errors import SettingError
 
 LIST = "expected a list [a,b,...]"
@@ -183,7 +183,7 @@ def test_what_is_right_goes_through_as_it_is(typed):
         ("completion fish", "unknown shell 'fish'"),
     ],
 )
-def test_the_door_ends_the_line_with_a_command_to_paste(typed, expected, enter):
+def test_main_ends_the_line_with_a_command_to_paste(typed, expected, enter):
     ended = enter(*shlex.split(typed))
     assert (ended.code, ended.out) == (2, "") and expected in ended.err
     assert ended.err.count("\n") == 1
@@ -198,7 +198,7 @@ def test_a_wrong_name_in_includes_names_its_file(enter, tmp_path):
 
 def test_refusing_a_name_loads_nothing_large(tmp_path):
     code = (
-        "import sys; from bench import door; door.run(['+experiment=tabel3']); door.run(['help']);"
+        "import sys; from bench import main; main.run(['+experiment=tabel3']); main.run(['help']);"
         " print([name for name in ('numpy', 'hydra', 'yaml', 'scipy') if name in sys.modules])"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=tmp_path)

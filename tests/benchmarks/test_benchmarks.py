@@ -23,7 +23,7 @@ from benchmarks.harness.row import HERE, WALL, Contestant, Row
 from benchmarks.harness.setup import required
 from benchmarks.harness.table import COLUMNS, lines_of, merged, read, table, write
 from ksmea.errors import SettingError
-from ksmea.show.style import png
+from ksmea.show.figures.style import png
 
 ROOT = Path(__file__).resolve().parents[2]
 NOWHERE = Path("/nowhere")

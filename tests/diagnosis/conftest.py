@@ -3,11 +3,12 @@
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.channel import Channel
-from ksmea.diagnosis.fitting import Effort
-from ksmea.kind import Kind
-from ksmea.measurement import Measurement, Noise, observe
+from ksmea.fits.fitting import Effort
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind
+from ksmea.plugins import registry
 from ksmea.studies.library import library
 from measurements.hidden_size import drawn_size
 from problems.three_disk import ThreeDisk

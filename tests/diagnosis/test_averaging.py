@@ -5,10 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea.diagnosis.averaging import akaike_weights, mixture_interval
 from ksmea.diagnosis.diagnosis import diagnose
-from ksmea.intervals import estimate
-from ksmea.measurement import Measurement, Noise, observe
+from ksmea.diagnosis.model_averaging import akaike_weights, mixture_interval
+from ksmea.inference.intervals import estimate
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
 from ksmea.show.diagnosis import text
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
 from problems.three_disk import ThreeDisk

@@ -6,14 +6,15 @@ import numpy as np
 import pytest
 
 from bench.studies.diagnose import Diagnose
-from ksmea import registry
-from ksmea.channel import Channel
 from ksmea.diagnosis.diagnosis import diagnose
-from ksmea.diagnosis.fit_quality import fit_quality
-from ksmea.diagnosis.fitting import Effort
 from ksmea.diagnosis.trials import Candidate, candidates, refined
 from ksmea.errors import SettingError
-from ksmea.measurement import Measurement, Noise, observe
+from ksmea.fits.fitting import Effort
+from ksmea.fits.lack_of_fit import fit_quality
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
 from ksmea.studies.diagnose import diagnosis
 from problems.effects.local_force import LocalForce
 from problems.effects.runout import Runout

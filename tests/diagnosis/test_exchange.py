@@ -4,11 +4,12 @@ bearings and with an unbalance divided by a: K a + Z − Ω² M = a (K + Z / a �
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.diagnosis.exchange import in_place_of
-from ksmea.diagnosis.fitting import fit_from_values, fit_nearby
+from ksmea.diagnosis.rivals import in_place_of
 from ksmea.diagnosis.trials import Candidate, trial_of
-from ksmea.measurement import Measurement, Noise, observe
+from ksmea.fits.fitting import fit_from_values, fit_nearby
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
 from problems.three_disk import ThreeDisk
 
 SETTINGS = ThreeDisk(sensors=[0.1, 0.2, 0.5])

@@ -4,15 +4,16 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from ksmea.channel import Channel
-from ksmea.contracts import Problem
-from ksmea.diagnosis.fit_quality import fit_quality, residual_statistics, whirl_parts
-from ksmea.diagnosis.fitting import Fit
-from ksmea.likelihood import Likelihood
-from ksmea.maximisation import maximise
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.model import Model
-from ksmea.parameters import Parameter, Parameters
+from ksmea.fits.fitting import Fit
+from ksmea.fits.lack_of_fit import fit_quality, residual_statistics, whirl_parts
+from ksmea.inference.maximisation import maximise
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.problem.counted import Model
+from ksmea.problem.parameters import Parameter, Parameters
+from ksmea.problem.problem import Problem
 
 SPEED = np.linspace(100.0, 200.0, 48)
 CHANNELS = (Channel(0.1, "x"), Channel(0.1, "y"))

@@ -5,18 +5,18 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea.diagnosis.force_law import LawLikelihood, fitted_law, fitted_laws
-from ksmea.diagnosis.law_start import law_starts
-from ksmea.diagnosis.location import locate
-from ksmea.force_laws import LAWS
-from ksmea.load import Load
-from ksmea.measurement import Measurement, Noise, observe
-from problems.rotor import dense
-from problems.rotor.assembly import assemble
-from problems.rotor.data import Disk, UnbalancePlane
-from problems.rotor.loads import unit_loads
-from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
-from problems.rotor.unknowns import rotor_at
+from ksmea.location.force_law import LawLikelihood, fitted_law, fitted_laws
+from ksmea.location.law_start import law_starts
+from ksmea.location.location import locate
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.nonlinear.laws import LAWS
+from ksmea.problem.load import Load
+from problems.rotor.finite_elements.assembly import assemble
+from problems.rotor.finite_elements.data import Disk, UnbalancePlane
+from problems.rotor.finite_elements.loads import complex_unbalance, force_per_unbalance, unit_loads
+from problems.rotor.response import dense
+from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
 
 TRUTH = np.array([50e6, 70e6, 500.0, 700.0, 2e-4])
@@ -123,8 +123,8 @@ def test_laws_are_sought_along_the_shaft_from_where_one_is_best(monkeypatch):
         prepared.append(site.unmodelled.position)
         return law_starts(site, laws)
 
-    monkeypatch.setattr("ksmea.diagnosis.force_law.N_FIRST", 1)
-    monkeypatch.setattr("ksmea.diagnosis.force_law.law_starts", law_starts_of)
+    monkeypatch.setattr("ksmea.location.force_law.N_FIRST", 1)
+    monkeypatch.setattr("ksmea.location.force_law.law_starts", law_starts_of)
     best = fitted_laws(found.sites, found.noise)[0]
     assert (best.law.name, best.site.unmodelled.position) == ("mass", position)
     assert sorted(prepared) == positions

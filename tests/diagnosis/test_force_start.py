@@ -5,20 +5,20 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.alignment import aligned, through
-from ksmea.diagnosis.fitting import Effort, Fit, fit_baseline
-from ksmea.diagnosis.force_start import can_recover, starts_from_force
-from ksmea.diagnosis.law_start import nearest_start
-from ksmea.diagnosis.location import fitted_site
-from ksmea.diagnosis.silent_channels import least_deviance
 from ksmea.diagnosis.trials import Candidate, fitted, searched
-from ksmea.diagnosis.unknown_force import Unmodelled
-from ksmea.difference_likelihood import likelihood_of
-from ksmea.load import FORCE
-from ksmea.maximisation import maximise
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.model import Model
+from ksmea.fits.fitting import Effort, Fit, fit_baseline, least_deviance
+from ksmea.inference.maximisation import maximise
+from ksmea.likelihood.difference_likelihood import likelihood_of
+from ksmea.location.force_start import can_recover, starts_from_force
+from ksmea.location.law_start import nearest_start
+from ksmea.location.location import fitted_site
+from ksmea.location.unknown_force import Unmodelled
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
+from ksmea.problem.alignment import aligned, through
+from ksmea.problem.counted import Model
+from ksmea.problem.load import FORCE
 from measurements.synthetic import Synthetic
 from problems.rk4_two_disk import RK4TwoDisk
 

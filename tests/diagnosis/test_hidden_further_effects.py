@@ -5,10 +5,10 @@ Other effects than in test_diagnosis.py, one draw each, against their aliases an
 import numpy as np
 import pytest
 
-from ksmea import registry
 from ksmea.diagnosis.diagnosis import diagnose
-from ksmea.diagnosis.fitting import Effort
 from ksmea.diagnosis.trials import Candidate
+from ksmea.fits.fitting import Effort
+from ksmea.plugins import registry
 
 COMMON = ("runout", "unbalance")
 LITTLE = Effort(screening=2000, starts=6, scan=100, scan_values=8, effect_starts=3)

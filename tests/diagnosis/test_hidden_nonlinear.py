@@ -3,10 +3,11 @@
 import numpy as np
 
 from integrated_rotor import integrated_response
-from ksmea import registry
-from ksmea.diagnosis.fitting import Effort, fit_baseline
 from ksmea.diagnosis.trials import candidates, fitted
-from ksmea.measurement import Measurement, Noise, observe
+from ksmea.fits.fitting import Effort, fit_baseline
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
 from problems.rk4_two_disk import RK4TwoDisk
 
 SETTINGS = RK4TwoDisk(sensors=[0.12, 0.44], directions=["x", "y"], n_speed=24)

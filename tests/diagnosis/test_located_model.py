@@ -7,12 +7,13 @@ import numpy as np
 import pytest
 
 import ksmea
-from ksmea.measurement import Measurement, Noise, observe
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
 from ksmea.records.location import LocationRecord
 from ksmea.show.location import text
-from problems.rotor import dense
-from problems.rotor.data import Disk, UnbalancePlane
-from problems.rotor.unknowns import rotor_at
+from problems.rotor.finite_elements.data import Disk, UnbalancePlane
+from problems.rotor.response import dense
+from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
 
 SENSORS, N_SPEED = [0.1, 0.5, 1.0], 40

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from bench.plan.page import Plot
-from bench.reports.chapters.diagnosis import diagnosis_page
+from bench.reports.diagnosis.page import diagnosis_page
 from ksmea.errors import SettingError
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.show.diagnosis import about_extension, text, why_without

@@ -5,20 +5,20 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.diagnosis.location import candidates, locate
-from ksmea.diagnosis.recovered_force import recovered_force
-from ksmea.diagnosis.site_intervals import site_intervals
-from ksmea.diagnosis.unknown_force import LATERAL, READING, Unmodelled
 from ksmea.errors import SettingError
-from ksmea.load import Load
-from ksmea.measurement import Measurement, Noise, observe
+from ksmea.location.location import candidates, locate
+from ksmea.location.recovered_force import recovered_force, site_intervals
+from ksmea.location.unknown_force import LATERAL, READING, Unmodelled
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
+from ksmea.problem.load import Load
 from ksmea.records.location import UNSEEN
-from problems.rotor import dense
-from problems.rotor.assembly import assemble
-from problems.rotor.data import Disk
-from problems.rotor.loads import unit_loads
-from problems.rotor.unknowns import rotor_at
+from problems.rotor.finite_elements.assembly import assemble
+from problems.rotor.finite_elements.data import Disk
+from problems.rotor.finite_elements.loads import unit_loads
+from problems.rotor.response import dense
+from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
 
 SENSORS = [0.1, 0.5, 1.0]

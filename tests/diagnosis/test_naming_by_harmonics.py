@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.channel import Channel
-from ksmea.diagnosis.fitting import fit_from_values
 from ksmea.diagnosis.observability import collinearity
 from ksmea.diagnosis.trials import Candidate, best_by_name, fitted
-from ksmea.measurement import Measurement, Noise, observe
+from ksmea.fits.fitting import fit_from_values
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
 from problems.three_disk import ThreeDisk
 
 TRUTH = np.array([50e6, 70e6, 5e3, 7e3, 2e-4])

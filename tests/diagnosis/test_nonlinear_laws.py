@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 
 from harmonic_balance import balanced_response
-from ksmea.channel import Channel
-from ksmea.diagnosis.force_law import fitted_laws
-from ksmea.diagnosis.location import locate
-from ksmea.measurement import Measurement, Noise, observe
-from problems.rotor import dense
-from problems.rotor.unknowns import rotor_at
+from ksmea.location.force_law import fitted_laws
+from ksmea.location.location import locate
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from problems.rotor.response import dense
+from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
 
 TRUTH = np.array([50e6, 70e6, 500.0, 700.0, 2e-4])

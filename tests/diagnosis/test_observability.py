@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, ncx2
 
-from ksmea import registry
-from ksmea.diagnosis.fitting import Fit, fit_nearby
 from ksmea.diagnosis.observability import POWER, collinearity, smallest_detectable
 from ksmea.diagnosis.trials import Candidate, trial_of
-from ksmea.likelihood import Likelihood
-from ksmea.maximisation import maximise
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.model import Model
+from ksmea.fits.fitting import Fit, fit_nearby
+from ksmea.inference.maximisation import maximise
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
+from ksmea.problem.counted import Model
 from problems.three_disk import ThreeDisk
 
 NOISE = Noise(0.05, 1e-7)

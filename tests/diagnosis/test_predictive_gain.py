@@ -3,15 +3,16 @@
 import numpy as np
 import pytest
 
-from ksmea.channel import Channel
-from ksmea.contracts import Problem
-from ksmea.diagnosis.fitting import Fit
 from ksmea.diagnosis.predictive_gain import predictive_gain
-from ksmea.likelihood import Likelihood
-from ksmea.maximisation import maximise
-from ksmea.measurement import Measurement, Noise
-from ksmea.model import Model
-from ksmea.parameters import Parameter, Parameters
+from ksmea.fits.fitting import Fit
+from ksmea.inference.maximisation import maximise
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.problem.counted import Model
+from ksmea.problem.parameters import Parameter, Parameters
+from ksmea.problem.problem import Problem
 
 
 class Powers(Problem):

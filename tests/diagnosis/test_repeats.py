@@ -7,11 +7,12 @@ import pytest
 
 import ksmea
 from campaigns import TRIAL, layout_of, measured
-from ksmea.diagnosis.repeats import repeats
-from ksmea.equal_speeds import equal_speeds
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.show.repeats import repeat_lines
-from ksmea.studies.repeats import repeats_of
+from ksmea.fits.repeats import repeats
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.speeds import equal_speeds
+from ksmea.show.text import repeat_lines
+from ksmea.studies.hausman import repeats_of
 from problems.three_disk import ThreeDisk
 
 PROBLEM = ThreeDisk(sensors=[0.1, 0.5]).build()

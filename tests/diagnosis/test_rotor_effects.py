@@ -5,8 +5,8 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea import registry
 from ksmea.diagnosis.diagnosis import diagnose
+from ksmea.plugins import registry
 
 LEAST = 30  # of the deviance drop, of effects of one unknown: less may look like another effect
 

@@ -7,15 +7,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.alignment import aligned
-from ksmea.campaign import Campaign, Run
-from ksmea.channel import Channel
 from ksmea.diagnosis.diagnosis import diagnose
-from ksmea.diagnosis.fitting import Effort, fit_baseline, fit_from_values
-from ksmea.measurement import Measurement, Noise, observe
+from ksmea.fits.fitting import Effort, fit_baseline, fit_from_values
+from ksmea.measurement.campaign import Campaign, Run
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
+from ksmea.problem.alignment import aligned
 from ksmea.units import DEGREE, MICROMETRE, RPM
-from measurements.speed_history import speed_history
+from measurements.sweeps import speed_history
 from problems.rk4_two_disk import RK4TwoDisk
 from swept_rotor import swept_response
 

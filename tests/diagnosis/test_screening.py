@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ksmea.diagnosis.screening import refined_by_clouds, scan_values, scanned, screened
-from ksmea.screening import Screened
+from ksmea.fits.starts import refined_by_clouds, scan_values, scanned, screened
+from ksmea.numerics.screening import Screened
 from tests.diagnosis.conftest import registered_effects
 
 

@@ -3,17 +3,26 @@
 import numpy as np
 import pytest
 
-from ksmea import registry
 from ksmea.diagnosis import second_effects as module
-from ksmea.diagnosis.diagnosis import _from_pair, diagnose
-from ksmea.diagnosis.explanations import Explanation, best_of_names, ranked_explanations
-from ksmea.diagnosis.fitting import Effort, Fit, fit_baseline, fit_from_values, fit_nearby
-from ksmea.diagnosis.second_effects import distinct_firsts
-from ksmea.diagnosis.trials import Candidate, Trial, candidates, fitted, trial_of
-from ksmea.difference_likelihood import likelihood_of
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.model import Model
-from ksmea.point import Point
+from ksmea.diagnosis.diagnosis import diagnose
+from ksmea.diagnosis.second_effects import _from_pair, distinct_firsts
+from ksmea.diagnosis.trials import (
+    Candidate,
+    Explanation,
+    Trial,
+    best_of_names,
+    candidates,
+    fitted,
+    ranked_explanations,
+    trial_of,
+)
+from ksmea.fits.fitting import Effort, Fit, fit_baseline, fit_from_values, fit_nearby
+from ksmea.likelihood.difference_likelihood import likelihood_of
+from ksmea.likelihood.fisher import Point
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
+from ksmea.problem.counted import Model
 from problems.three_disk import ThreeDisk
 from tests.diagnosis.conftest import LESS, SENSORS, TRUTH, registered_effects
 

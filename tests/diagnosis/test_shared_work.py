@@ -5,10 +5,10 @@ import dataclasses
 import pytest
 
 import ksmea
-from ksmea import processes
 from ksmea.errors import SettingError
+from ksmea.numerics import parallel
 
-pytestmark = pytest.mark.skipif(not processes.CAN_FORK, reason="this system does not fork")
+pytestmark = pytest.mark.skipif(not parallel.CAN_FORK, reason="this system does not fork")
 
 
 @pytest.fixture(scope="module")
@@ -20,8 +20,8 @@ def rotor():
 def forks(monkeypatch):
     """The processes that were forked."""
     found = []
-    fork = processes._fork
-    monkeypatch.setattr(processes, "_fork", lambda: found.append(fork()) or found[-1])
+    fork = parallel._fork
+    monkeypatch.setattr(parallel, "_fork", lambda: found.append(fork()) or found[-1])
     return found
 
 

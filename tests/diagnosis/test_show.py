@@ -12,14 +12,14 @@ from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 import ksmea
-from bench.reports.chapters.effect_plot import AXIS, effect_plot
+from bench.reports.plots.effect_plot import AXIS, effect_plot
 from ksmea.errors import SettingError
-from ksmea.extension import extended_yaml
-from ksmea.records.averaged import AveragedRecord, BandRecord, ExplanationRecord
+from ksmea.extended_model import extended_yaml
 from ksmea.records.diagnosis import DiagnosisRecord, SplitRecord
+from ksmea.records.extension import AveragedRecord, BandRecord, ExplanationRecord
 from ksmea.show.diagnosis import about_extension, coefficients_frame, frame, plot, text
-from ksmea.show.diagnosis_figure import RANKING_COLOURS, ranking_figure
-from ksmea.show.effect_ranking import AS_WELL, NAMED, OTHER, best_trials
+from ksmea.show.figures.diagnosis import RANKING_COLOURS, ranking_figure
+from ksmea.show.figures.effect_ranking import AS_WELL, NAMED, OTHER, best_trials
 from ksmea.show.verdict import headline, verdict_line
 
 OLDER = json.loads((Path(__file__).parents[1] / "data/diagnosis_of_schema_2.json").read_text())

@@ -6,14 +6,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ksmea.diagnosis.site_pairs import N_KEPT, fitted_pairs
-from ksmea.measurement import Measurement, Noise, observe
+from ksmea.location.sites import N_KEPT, fitted_pairs
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
 from ksmea.records.location import PAIR, LocationRecord
 from ksmea.show.location import frame, plot, text
 from ksmea.studies.locate import LocationOptions, location
-from problems.rotor import dense
-from problems.rotor.data import UnbalancePlane
-from problems.rotor.unknowns import rotor_at
+from problems.rotor.finite_elements.data import UnbalancePlane
+from problems.rotor.response import dense
+from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
 
 TRUTH = np.array([50e6, 70e6, 500.0, 700.0, 2e-4])

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from ksmea.diagnosis.force_law import fitted_laws, smooth_fits
-from ksmea.diagnosis.location import locate
 from ksmea.errors import SettingError
-from ksmea.load import Load
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.smooth_force import smooth
+from ksmea.location.force_law import fitted_laws, smooth_fits
+from ksmea.location.location import locate
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.nonlinear.smooth_law import smooth
+from ksmea.problem.load import Load
 from problems.three_disk import ThreeDisk
 
 TRUTH = np.array([50e6, 70e6, 500.0, 700.0, 2e-4])

@@ -5,12 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.alignment import aligned
-from ksmea.campaign import Campaign, Run, Weight
-from ksmea.diagnosis.fitting import fit_from_values
-from ksmea.diagnosis.split import ENOUGH, Pair, Split, _with_run, best_split
-from ksmea.measurement import Layout, Measurement, Noise, observe
+from ksmea.diagnosis.further_measurement import ENOUGH, Pair, Split, _with_run, best_split
+from ksmea.fits.fitting import fit_from_values
+from ksmea.measurement.campaign import Campaign, Run, Weight
+from ksmea.measurement.measurement import Layout, Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
+from ksmea.problem.alignment import aligned
 from ksmea.records.diagnosis import SplitRecord
 from ksmea.studies.diagnose import _split
 from problems.three_disk import ThreeDisk
@@ -132,7 +133,7 @@ def test_other_signs_of_a_size_are_explanations_too(rotor, monkeypatch):
     fits = fitted(rotor, first, guesses)
     split = best_split(fits, D)
     assert split is None or split.weight is None
-    monkeypatch.setattr("ksmea.diagnosis.split._with_other_signs", lambda fit, d: (fit,))
+    monkeypatch.setattr("ksmea.diagnosis.further_measurement._with_other_signs", lambda fit, d: (fit,))
     assert best_split(fits, D).weight is not None
 
 

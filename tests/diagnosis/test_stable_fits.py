@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.diagnosis.fitting import Fit, fit_from_values
 from ksmea.diagnosis.observability import smallest_detectable
-from ksmea.diagnosis.stable_fits import settled_stable, stable_fit
 from ksmea.diagnosis.trials import Candidate, fitted
-from ksmea.measurement import Measurement, Noise, observe
+from ksmea.fits.fitting import Fit, fit_from_values
+from ksmea.fits.stable_fits import settled_stable, stable_fit
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
 from rigid_rotor import DAMPING, MASS, NATURAL, STIFFNESS, problem_of, rigid_rotor
 
 CRITICAL = DAMPING * NATURAL  # N/m

@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 
-from ksmea.diagnosis.fitting import Effort, fit_baseline, likely_maxima
-from ksmea.diagnosis.screening import screened_by_shape
-from ksmea.difference_likelihood import likelihood_of
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.model import Model
-from ksmea.nearest_maximum import nearest_maximum
+from ksmea.fits.fitting import Effort, fit_baseline, likely_maxima
+from ksmea.fits.starts import screened_by_shape
+from ksmea.inference.maximisation import nearest_maximum
+from ksmea.likelihood.difference_likelihood import likelihood_of
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.problem.counted import Model
 from problems.three_disk import ThreeDisk
 
 LIMITS = {"kxx": [5, 500], "kyy": [5, 500]}  # wide, as one sets them who does not know the values

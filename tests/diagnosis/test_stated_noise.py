@@ -3,10 +3,9 @@
 import numpy as np
 import pytest
 
-from ksmea import registry
 from ksmea.diagnosis.diagnosis import diagnose
-from ksmea.diagnosis.fit_quality import CHI2, FitQuality
-from ksmea.diagnosis.stated_noise import is_size_alone
+from ksmea.fits.lack_of_fit import CHI2, FitQuality, is_size_alone
+from ksmea.plugins import registry
 from ksmea.studies.diagnose import diagnosis
 from ksmea.studies.library import library
 from problems.three_disk import ThreeDisk

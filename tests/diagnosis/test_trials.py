@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.diagnosis import fitting
 from ksmea.diagnosis import trials as module
-from ksmea.diagnosis.explanations import NEAR
-from ksmea.diagnosis.fitting import BaselineFits, Effort, fit_baseline, fit_from_scan, nearby, promised_from
-from ksmea.diagnosis.trials import candidates, fitted, refined
-from ksmea.measurement import Measurement, Noise, observe
+from ksmea.diagnosis.trials import NEAR, candidates, fitted, refined
+from ksmea.fits import fitting
+from ksmea.fits.fitting import BaselineFits, Effort, fit_baseline, fit_from_scan, nearby, promised_from
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
 from problems.three_disk import ThreeDisk
 
 SETTINGS = ThreeDisk(sensors=[0.1, 0.5], n_speed=24)

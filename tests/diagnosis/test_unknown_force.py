@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.campaign import Campaign, Run, Weight
-from ksmea.campaign_problem import CampaignProblem
-from ksmea.diagnosis.restricted_noise import restricted_noise
-from ksmea.diagnosis.unknown_force import KINDS, LATERAL, READING, ProjectedLikelihood, Unmodelled
-from ksmea.maximisation import maximise
-from ksmea.measurement import Measurement, Noise, observe
+from ksmea.inference.maximisation import maximise
+from ksmea.location.restricted_noise import restricted_noise
+from ksmea.location.unknown_force import KINDS, LATERAL, READING, ProjectedLikelihood, Unmodelled
+from ksmea.measurement.campaign import Campaign, Run, Weight
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
+from ksmea.problem.campaign_problem import CampaignProblem
 from problems.three_disk import ThreeDisk
 
 PROBLEM = ThreeDisk(sensors=[0.1, 0.5, 1.0], n_speed=30).build()

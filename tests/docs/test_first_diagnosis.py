@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import ksmea
-from bench import door
+from bench import main
 from shown_pages import DOCS, ROOT, blocks, commands, text_of
 
 PAGE = DOCS / "first_diagnosis.md"
@@ -32,7 +32,7 @@ def test_the_import_of_the_page_reads_a_file_with_such_headings(tmp_path, monkey
     rows = [f"{x[0]},{2 * float(x[3])},{-float(x[4])},{2 * float(y[3])},{-float(y[4])}" for x, y in pairs]
     (tmp_path / "bode.csv").write_text("\n".join(["rpm,X,X_deg,Y,Y_deg", *rows]))
     [words] = [list(command.words[3:]) for command in commands(PAGE) if command.words[3:4] == ("import",)]
-    assert door.run(words) == 0, capsys.readouterr().err
+    assert main.run(words) == 0, capsys.readouterr().err
     back = ksmea.read_measurement("run_up.csv")
     there = ksmea.read_measurement(str(DOCS / "examples" / "run_up.csv"))
     assert back.channels == there.channels

@@ -6,7 +6,7 @@ import sys
 import pytest
 from hydra.core.global_hydra import GlobalHydra
 
-from bench import door
+from bench import main
 from shown_output import require_shown
 from shown_pages import DOCS, FENCE, commands, text_of
 
@@ -24,7 +24,7 @@ def printed(tmp_path, monkeypatch, capsys):
         monkeypatch.setenv("HYDRA_FULL_ERROR", "1")
         [words] = [command.words[3:] for command in commands(PAGE) if f"+experiment={experiment}" in command.words]
         try:
-            assert door.run(list(words)) == 0
+            assert main.run(list(words)) == 0
         finally:
             GlobalHydra.instance().clear()
         return capsys.readouterr().out

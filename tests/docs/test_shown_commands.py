@@ -16,16 +16,16 @@ from hydra import initialize_config_dir
 from hydra.core.global_hydra import GlobalHydra
 from hydra.types import RunMode
 
-from bench import door
+from bench import main
 from bench.command_line.config import register_schemas
-from bench.command_line.help import help_text
 from bench.command_line.overrides import for_some_plugins
+from bench.commands.dispatch import COMMANDS
 from bench.commands.draw import OPTIONS, OUTPUT, PROBLEM, VALUES
-from bench.commands.results import COMMANDS
+from bench.help.help import help_text
 from bench.plan.experiment import Experiment
-from bench.storage.places import CONF, REFERENCE
-from ksmea import registry
-from ksmea.settings import own_fields
+from bench.storage.own_files import CONF, REFERENCE
+from ksmea.plugins import registry
+from ksmea.settings.settings import own_fields
 from outside_package import plain_files
 from shown_pages import DOCS, INLINE, ROOT, blocks, commands, pages, text_of
 
@@ -145,7 +145,7 @@ def composed():
 
 
 @pytest.fixture
-def through_the_door(workspace, monkeypatch, capsys):
+def through_main(workspace, monkeypatch, capsys):
     """The same by the whole command line, options and plain files of plugins included, up to the plan."""
 
     def call(words):
@@ -162,7 +162,7 @@ def through_the_door(workspace, monkeypatch, capsys):
         monkeypatch.setattr(Experiment, "compose_all", stopped)
         try:
             with plain_files(workspace):
-                code = door.run(words)
+                code = main.run(words)
         finally:
             GlobalHydra.instance().clear()
         assert code == 0, capsys.readouterr().err
@@ -205,15 +205,15 @@ def test_an_experiment_is_planned(words, composed, workspace, monkeypatch):
 
 
 @pytest.mark.parametrize("words", [param for param in WORDS if not is_plain(param.values[0])])
-def test_options_and_plain_files_are_taken(words, through_the_door):
-    experiments = through_the_door(words)
+def test_options_and_plain_files_are_taken(words, through_main):
+    experiments = through_main(words)
     assert experiments and all(experiment.plan.cells for experiment in experiments)
 
 
 @pytest.mark.parametrize("slip", ["problem.mehs=21", "optimizer=pos", "problem=rotor problem.file=no_rotor.yaml"])
-def test_a_slip_is_noticed(slip, through_the_door):
+def test_a_slip_is_noticed(slip, through_main):
     with pytest.raises(AssertionError, match="error: "):
-        through_the_door(slip.split())
+        through_main(slip.split())
 
 
 @pytest.mark.parametrize("words", HELP)

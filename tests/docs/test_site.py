@@ -10,8 +10,8 @@ from urllib.parse import unquote, urlsplit
 
 import pytest
 
-from ksmea import registry
-from ksmea.settings import own_fields
+from ksmea.plugins import registry
+from ksmea.settings.settings import own_fields
 from mathml import _mathml
 from pictures import drawn
 from plugin_pages import own_plugins

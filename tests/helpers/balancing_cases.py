@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ksmea.campaign import Campaign, Run, UnknownWeight, Weight
-from ksmea.channel import Channel
-from ksmea.measurement import Measurement
+from ksmea.measurement.campaign import Campaign, Run, UnknownWeight, Weight
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, MICROMETRE, RPM
 
 PLANES = (0.2, 0.4)  # m

@@ -4,9 +4,9 @@ import dataclasses
 
 import numpy as np
 
-from problems.rotor.assembly import Matrices, assemble_free, node_dof
-from problems.rotor.data import Material, Rotor, ShaftSegment
-from problems.rotor.shaft import shear_coefficient
+from problems.rotor.finite_elements.assembly import Matrices, assemble_free, node_dof
+from problems.rotor.finite_elements.data import Material, Rotor, ShaftSegment
+from problems.rotor.finite_elements.shaft import shear_coefficient
 
 STEEL = Material(young_modulus=200e9, density=7800.0, poisson_ratio=0.3)
 

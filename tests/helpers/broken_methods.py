@@ -4,8 +4,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from ksmea.direct import Direct
-from ksmea.settings import setting
+from ksmea.identification.direct import Direct
+from ksmea.settings.settings import setting
 from measurements.synthetic import Synthetic
 from optimizers.lm import LM
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from ksmea import Minimum, Optimizer
-from ksmea.settings import setting
+from ksmea.settings.settings import setting
 
 
 @dataclass(frozen=True)

@@ -6,9 +6,9 @@ import numpy as np
 
 from ksmea import Effect
 from ksmea.errors import SettingError
-from ksmea.parameters import Parameter, Parameters
-from ksmea.proxy import ProblemProxy
-from ksmea.settings import setting
+from ksmea.problem.forwarding import ProblemProxy
+from ksmea.problem.parameters import Parameter, Parameters
+from ksmea.settings.settings import setting
 from ksmea.testing.jeffcott import Jeffcott, JeffcottRotor
 from ksmea.units import MICROMETRE
 

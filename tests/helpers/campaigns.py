@@ -4,9 +4,10 @@ import dataclasses
 
 import numpy as np
 
-from ksmea.alignment import aligned
-from ksmea.campaign import Campaign, Run, Weight
-from ksmea.measurement import Layout, Measurement, Noise, observe
+from ksmea.measurement.campaign import Campaign, Run, Weight
+from ksmea.measurement.measurement import Layout, Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.problem.alignment import aligned
 from ksmea.units import DEGREE, GRAM_MILLIMETRE
 from measurements.run_up_csv import as_csv
 from problems.three_disk import ThreeDisk

@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from ksmea.contracts import Problem
-from ksmea.identification import Streams
-from ksmea.measurement import Measurement, Noise, observe
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.plugins.identification import Streams
+from ksmea.problem.problem import Problem
 
 
 def streams(seed=0):

@@ -1,12 +1,12 @@
 """The steady motion of a rotor with any force at one place of its shaft, by harmonic balance with odd harmonics: a route of its
-own, with the dense matrices and no law of `ksmea.force_laws`."""
+own, with the dense matrices and no law of `ksmea.nonlinear.laws`."""
 
 import numpy as np
 from scipy.optimize import root
 
-from problems.rotor.assembly import assemble, displacement_row
-from problems.rotor.dense import channel_rows
-from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
+from problems.rotor.finite_elements.assembly import assemble, displacement_row
+from problems.rotor.finite_elements.loads import complex_unbalance, force_per_unbalance
+from problems.rotor.response.dense import channel_rows
 
 HARMONICS = (1, 3, 5)
 N_ANGLE = 512  # of a turn

@@ -8,10 +8,10 @@ import numpy as np
 import scipy.linalg
 from scipy.integrate import odeint
 
-from problems.rotor.assembly import Matrices, assemble, displacement_row
-from problems.rotor.dense import channel_rows, dynamic_stiffness
-from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
-from problems.rotor.unknowns import rotor_at
+from problems.rotor.finite_elements.assembly import Matrices, assemble, displacement_row
+from problems.rotor.finite_elements.loads import complex_unbalance, force_per_unbalance
+from problems.rotor.response.dense import channel_rows, dynamic_stiffness
+from problems.rotor.response.unknowns import rotor_at
 
 N_PER_TURN = 64  # samples
 N_TURN = 60  # at a speed, of which the last one counts

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from ksmea.likelihood import Likelihood
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.model import Model
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.problem.counted import Model
 
 NOISE = Noise(0.1, 1e-7)
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from hydra.core.config_store import ConfigStore
 
-from ksmea import plugin_names, registry
+from ksmea.plugins import names, registry
 
 
 @contextmanager
@@ -36,7 +36,7 @@ def plain_files(folder):
     """A process that has registered no plain file yet; what it registers below the folder is forgotten afterwards."""
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(sys, "path", [*sys.path])
-        patch.setattr(plugin_names, "_in_files", {})
+        patch.setattr(names, "_in_files", {})
         registry.registered.cache_clear()
         yield
         for _, group, name in registry.plugins_in_files():

@@ -1,6 +1,6 @@
 """The three-disk rotor with the coefficients of Table 1, and what is published of it."""
 
-from problems.rotor.unknowns import rotor_at
+from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
 
 # Lalanne & Ferraris, Rotordynamics Prediction in Engineering: the example rotor, isotropic shaft on two bearings.

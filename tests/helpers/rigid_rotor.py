@@ -4,11 +4,11 @@ import dataclasses
 
 import numpy as np
 
-from ksmea.channel import Channel
-from ksmea.parameters import Parameter
-from problems.rotor.data import Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane
-from problems.rotor.problem import RotorProblem
-from problems.rotor.unknowns import BearingTarget, Unknown
+from ksmea.measurement.channel import Channel
+from ksmea.problem.parameters import Parameter
+from problems.rotor.finite_elements.data import Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane
+from problems.rotor.response.problem import RotorProblem
+from problems.rotor.response.unknowns import BearingTarget, Unknown
 
 STIFFNESS, DAMPING = 1e6, 300.0  # N/m, N s/m of each bearing
 MASS = 20.0  # kg

@@ -1,4 +1,4 @@
-"""A rotor whose speed sweeps, by integration over time: the second route to what `problems/rotor/run_up.py` has in closed form."""
+"""A rotor whose speed sweeps, by integration over time: the second route to what `problems/rotor/extension/run_up.py` has in closed form."""
 
 import dataclasses
 
@@ -6,10 +6,10 @@ import numpy as np
 import scipy.linalg
 from scipy.integrate import solve_ivp
 
-from problems.rotor.assembly import Matrices, assemble
-from problems.rotor.dense import channel_rows, dynamic_stiffness
-from problems.rotor.unbalance import complex_unbalance, force_per_unbalance
-from problems.rotor.unknowns import rotor_at
+from problems.rotor.finite_elements.assembly import Matrices, assemble
+from problems.rotor.finite_elements.loads import complex_unbalance, force_per_unbalance
+from problems.rotor.response.dense import channel_rows, dynamic_stiffness
+from problems.rotor.response.unknowns import rotor_at
 
 FAR = (
     0.5,

@@ -5,17 +5,19 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea.alignment import aligned, require_aligned
-from ksmea.channel import Channel
-from ksmea.contracts import Problem
-from ksmea.direct import Direct
 from ksmea.errors import SettingError
-from ksmea.identification import Streams
-from ksmea.likelihood import Likelihood
-from ksmea.loop import KSMEA
-from ksmea.measurement import Measurement, Noise
-from ksmea.misfit import Misfit
-from ksmea.model import Model, model_objective
+from ksmea.identification.direct import Direct
+from ksmea.identification.ksmea import KSMEA
+from ksmea.identification.true_model import model_objective
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.likelihood.misfit import Misfit
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.plugins.identification import Streams
+from ksmea.problem.alignment import aligned, require_aligned
+from ksmea.problem.counted import Model
+from ksmea.problem.problem import Problem
 from optimizers.de import DE
 from problems.three_disk import ThreeDisk
 from surrogates.rsm import ResponseSurface
@@ -87,7 +89,7 @@ def test_what_does_not_belong_together_is_refused_before_anything_is_computed(na
     with pytest.raises(SettingError) as caught:
         USES[use](Untouched(), data)
     assert str(caught.value).startswith(text) and "\n" not in str(caught.value)
-    assert "ksmea.alignment.aligned(problem, measurement)" in str(caught.value)
+    assert "ksmea.problem.alignment.aligned(problem, measurement)" in str(caught.value)
 
 
 @pytest.mark.parametrize("name", MISMATCHES)

@@ -14,9 +14,9 @@ from ksmea.balancing.influence import Influence
 from ksmea.balancing.misfits import misfits_beside_speeds, predicted
 from ksmea.balancing.readings import readings
 from ksmea.balancing.variance import Components, RestrictedLikelihood, _factors, _packed
-from ksmea.campaign import UnknownWeight
 from ksmea.errors import SettingError
-from ksmea.measurement import Noise
+from ksmea.measurement.campaign import UnknownWeight
+from ksmea.measurement.noise import Noise
 from ksmea.studies.balance import BalanceOptions, balance
 
 SPEED = [1000.0, 1200.0]

@@ -1,17 +1,17 @@
-"""Likelihoods of many data sets as one batch: a second route to `ksmea.likelihood` and `ksmea.maximisation`."""
+"""Likelihoods of many data sets as one batch: a second route to `ksmea.likelihood.likelihood` and `ksmea.inference.maximisation`."""
 
 import dataclasses
 
 import numpy as np
 import pytest
 
-from ksmea.alignment import aligned
-from ksmea.batched_likelihood import BatchedLikelihood
-from ksmea.batched_maxima import LEAST_GAIN, Fits, batched_maxima
-from ksmea.campaign import Campaign, Run
-from ksmea.likelihood import Likelihood
-from ksmea.maximisation import maximise
-from ksmea.model import Model
+from ksmea.inference.batched_maxima import LEAST_GAIN, Fits, batched_maxima
+from ksmea.inference.maximisation import maximise
+from ksmea.likelihood.batched_likelihood import BatchedLikelihood
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.campaign import Campaign, Run
+from ksmea.problem.alignment import aligned
+from ksmea.problem.counted import Model
 from likelihood_cases import CASES, measured
 from problems.three_disk import ThreeDisk
 

@@ -8,12 +8,12 @@ import pytest
 
 import ksmea
 from campaigns import NOISE, TRIAL, TRUTH, layout_of, measured
-from ksmea.alignment import aligned
 from ksmea.errors import SettingError
-from ksmea.measurement import Noise
+from ksmea.measurement.noise import Noise
+from ksmea.problem.alignment import aligned
 from ksmea.records.identification import IdentificationRecord
-from ksmea.show.both_ways import hausman_lines
-from ksmea.studies.both_ways import both_ways
+from ksmea.show.text import hausman_lines
+from ksmea.studies.hausman import both_ways
 from problems.three_disk import ThreeDisk
 
 PROBLEM = ThreeDisk(sensors=[0.1, 0.5]).build()

@@ -5,13 +5,14 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from ksmea.budget import Budget, BudgetedProblem
-from ksmea.contracts import Method, Optimizer
-from ksmea.direct import Direct
 from ksmea.errors import BudgetSpent
-from ksmea.identification import Streams
-from ksmea.loop import KSMEA
-from ksmea.model import CountedProblem
+from ksmea.identification.direct import Direct
+from ksmea.identification.ksmea import KSMEA
+from ksmea.plugins.identification import Streams
+from ksmea.plugins.method import Method
+from ksmea.plugins.optimizer import Optimizer
+from ksmea.problem.budget_and_journal import Budget, BudgetedProblem
+from ksmea.problem.counted import CountedProblem
 from ksmea.studies.identify import identification
 from measurements.synthetic import Synthetic
 from optimizers.de import DE

@@ -8,23 +8,23 @@ import pytest
 
 import ksmea
 from campaigns import NOISE, TRIAL, TRUTH, layout_of, measured
-from ksmea.alignment import aligned, require_aligned
-from ksmea.campaign import Weight
-from ksmea.cramer_rao import identifiability
-from ksmea.diagnosis.fit_quality import residual_statistics
 from ksmea.diagnosis.trials import candidates
 from ksmea.errors import SettingError
-from ksmea.extension import located_yaml
-from ksmea.likelihood import Likelihood
-from ksmea.maximisation import maximise
-from ksmea.measurement import Noise
-from ksmea.model import Model
-from ksmea.parameters import Parameter
+from ksmea.extended_model import located_yaml
+from ksmea.fits.lack_of_fit import residual_statistics
+from ksmea.inference.cramer_rao import identifiability
+from ksmea.inference.maximisation import maximise
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.campaign import Weight
+from ksmea.measurement.noise import Noise
+from ksmea.plugins.registry import create
+from ksmea.problem.alignment import aligned, require_aligned
+from ksmea.problem.counted import Model
+from ksmea.problem.parameters import Parameter
 from ksmea.records.extension import EffectRecord, ExtensionRecord
-from ksmea.registry import create
 from ksmea.units import GRAM_MILLIMETRE
-from problems.rotor.data import UnbalancePlane
-from problems.rotor.unknowns import UnbalanceTarget, Unknown
+from problems.rotor.finite_elements.data import UnbalancePlane
+from problems.rotor.response.unknowns import UnbalanceTarget, Unknown
 from problems.three_disk import ThreeDisk
 
 SENSORS = [0.1, 0.5]
@@ -141,7 +141,7 @@ def test_an_effect_is_the_same_in_runs_of_other_bands():
 
 
 def test_all_effects_have_the_locations_that_they_have_on_the_machine():
-    effects = {name: create("effect", name, {}) for name in ksmea.registry.registered("effect")}
+    effects = {name: create("effect", name, {}) for name in ksmea.plugins.registry.registered("effect")}
     found = [(each.name, str(each.effect)) for each in candidates(SEEN, effects)]
     assert found == [(each.name, str(each.effect)) for each in candidates(PLAIN.with_phase_origin(), effects)]
 

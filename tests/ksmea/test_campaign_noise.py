@@ -7,16 +7,16 @@ import pytest
 
 import ksmea
 from campaigns import TRIAL, TRUTH, layout_of, measured
-from ksmea.alignment import aligned
-from ksmea.cramer_rao import identifiability
-from ksmea.diagnosis.fitting import Fit
 from ksmea.diagnosis.predictive_gain import predictive_gain
-from ksmea.intervals import estimate
-from ksmea.likelihood import Likelihood
-from ksmea.measurement import Noise
-from ksmea.model import Model
-from ksmea.nearest_maximum import nearest_maximum
-from ksmea.registry import create
+from ksmea.fits.fitting import Fit
+from ksmea.inference.cramer_rao import identifiability
+from ksmea.inference.intervals import estimate
+from ksmea.inference.maximisation import nearest_maximum
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.noise import Noise
+from ksmea.plugins.registry import create
+from ksmea.problem.alignment import aligned
+from ksmea.problem.counted import Model
 from problems.three_disk import ThreeDisk
 
 PROBLEM = ThreeDisk(sensors=[0.1, 0.5]).build()

@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 
 from counted_runs import measured, streams
-from ksmea.contracts import Surrogate
-from ksmea.counted_surrogate import CountedPredictor, CountedSurrogate, PredictionCount, with_counted_surrogate
-from ksmea.direct import Direct
-from ksmea.loop import KSMEA
-from ksmea.measurement import Noise
-from ksmea.predictor import Predictor
-from ksmea.unsuited import Unsuited
+from ksmea.identification.direct import Direct
+from ksmea.identification.ksmea import KSMEA
+from ksmea.identification.trace import CountedPredictor, CountedSurrogate, PredictionCount, with_counted_surrogate
+from ksmea.measurement.noise import Noise
+from ksmea.plugins.surrogate import Predictor, Surrogate, Unsuited
 from optimizers.de import DE
 from problems.three_disk import ThreeDisk
 from surrogates.kriging import Kriging

@@ -4,10 +4,10 @@ has them."""
 import numpy as np
 import pytest
 
-from ksmea.cramer_rao import Identifiability, identifiability
-from ksmea.fisher import whitened_sensitivity
-from ksmea.kind import Kind
-from ksmea.measurement import Noise
+from ksmea.inference.cramer_rao import Identifiability, identifiability
+from ksmea.likelihood.fisher import whitened_sensitivity
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind
 from problems.three_disk import ThreeDisk
 
 TEN_PER_CENT = Noise(0.1, 0.0)

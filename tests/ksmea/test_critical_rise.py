@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from ksmea.channel import Channel
-from ksmea.contracts import Problem
-from ksmea.critical_rise import critical_rise
-from ksmea.intervals import estimate
-from ksmea.likelihood import Likelihood
-from ksmea.measurement import Measurement, Noise
-from ksmea.model import Model
-from ksmea.parameters import Parameter, Parameters
+from ksmea.inference.critical_rise import critical_rise
+from ksmea.inference.intervals import estimate
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.problem.counted import Model
+from ksmea.problem.parameters import Parameter, Parameters
+from ksmea.problem.problem import Problem
 
 LEVEL = 1000.0  # of what is measured: so large against the noise that its amplitude is linear
 

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from ksmea.descent import descend
 from ksmea.errors import BudgetSpent
-from ksmea.objective import Objective
+from ksmea.numerics.least_squares import descend
+from ksmea.numerics.objective import Objective
 
 
 def valley(u):

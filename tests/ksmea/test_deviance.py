@@ -4,14 +4,15 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from ksmea.channel import Channel
-from ksmea.deviance import deviance, log_term, reference_variance
-from ksmea.kind import Kind
-from ksmea.likelihood import Likelihood
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.misfit import Misfit
-from ksmea.model import Model
-from ksmea.parameters import Parameter, Parameters
+from ksmea.likelihood.deviance import deviance, log_term, reference_variance
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.likelihood.misfit import Misfit
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind
+from ksmea.problem.counted import Model
+from ksmea.problem.parameters import Parameter, Parameters
 from problems.three_disk import ThreeDisk
 
 NOISE = Noise(0.1, 1e-7)

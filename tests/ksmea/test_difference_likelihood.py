@@ -6,16 +6,16 @@ import numpy as np
 import pytest
 
 from campaigns import TRIAL, TRUTH, layout_of, measured
-from ksmea.alignment import aligned
-from ksmea.campaign import Weight
-from ksmea.diagnosis.fit_quality import fit_quality
-from ksmea.diagnosis.fitting import Fit
-from ksmea.difference_likelihood import DifferenceLikelihood, likelihood_of
 from ksmea.errors import SettingError
-from ksmea.likelihood import Likelihood
-from ksmea.maximisation import maximise
-from ksmea.measurement import Noise
-from ksmea.model import Model
+from ksmea.fits.fitting import Fit
+from ksmea.fits.lack_of_fit import fit_quality
+from ksmea.inference.maximisation import maximise
+from ksmea.likelihood.difference_likelihood import DifferenceLikelihood, likelihood_of
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.campaign import Weight
+from ksmea.measurement.noise import Noise
+from ksmea.problem.alignment import aligned
+from ksmea.problem.counted import Model
 from problems.three_disk import ThreeDisk
 
 PROBLEM = ThreeDisk(sensors=[0.1, 0.5]).build()

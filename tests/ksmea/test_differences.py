@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ksmea.differences import central_differences, cube_differences
+from ksmea.numerics.differences import central_differences, cube_differences
 
 BOX = np.zeros(1), np.ones(1)
 

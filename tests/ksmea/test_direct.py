@@ -3,14 +3,16 @@
 import numpy as np
 import pytest
 
-from ksmea.contracts import Problem
-from ksmea.descent import descend
-from ksmea.direct import Direct
 from ksmea.errors import BudgetSpent, SettingError
-from ksmea.identification import Streams
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.misfit import Misfit
-from ksmea.model import Model, model_objective
+from ksmea.identification.direct import Direct
+from ksmea.identification.true_model import model_objective
+from ksmea.likelihood.misfit import Misfit
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.numerics.least_squares import descend
+from ksmea.plugins.identification import Streams
+from ksmea.problem.counted import Model
+from ksmea.problem.problem import Problem
 from optimizers.de import DE
 from optimizers.ga import GA
 from optimizers.lm import LM

@@ -6,12 +6,13 @@ import numpy as np
 import pytest
 
 import ksmea
-from ksmea.channel import Channel
 from ksmea.errors import SettingError
-from ksmea.measurement import Layout, Measurement, Noise, observe
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Layout, Measurement, observe
+from ksmea.measurement.noise import Noise
 from ksmea.show.identification import text
 from ksmea.studies.enough_data import can_be_tested, n_real, require_enough
-from ksmea.studies.slips import slips
+from ksmea.studies.misreadings import slips
 from ksmea.units import RPM
 from problems.three_disk import ThreeDisk
 
@@ -89,7 +90,7 @@ def test_a_problem_that_does_not_know_its_modes_is_left_alone(monkeypatch):
         raise SettingError("expected a problem that knows its natural modes")
 
     far = measured(np.linspace(100, 250, 20))
-    monkeypatch.setattr("problems.rotor.problem.critical_speeds", refuses)
+    monkeypatch.setattr("problems.rotor.response.problem.critical_speeds", refuses)
     assert slips(PROBLEM, X, far) == ()
     monkeypatch.undo()
     assert slips(dataclasses.replace(PROBLEM), X, far) != ()

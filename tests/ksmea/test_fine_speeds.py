@@ -4,11 +4,10 @@ import numpy as np
 import pytest
 
 from ksmea import diagnose, load_problem, read_measurement, synthetic_measurement
-from ksmea.alignment import aligned
+from ksmea.problem.alignment import aligned
 from ksmea.records.diagnosis import DiagnosisRecord
-from ksmea.show.diagnosis_figure import residual_figure
-from ksmea.studies.fine_speeds import MOST, fine_layout
-from ksmea.studies.fitted_curves import fine_curve
+from ksmea.show.figures.diagnosis import residual_figure
+from ksmea.studies.curves import MOST, fine_curve, fine_layout
 
 ROTOR = load_problem("three_disk")
 

@@ -4,7 +4,7 @@ regression."""
 import numpy as np
 import pytest
 
-from ksmea.fisher import (
+from ksmea.likelihood.fisher import (
     of_unknowns,
     projected,
     span,
@@ -12,8 +12,8 @@ from ksmea.fisher import (
     whitened_noise_sensitivity,
     whitened_sensitivity,
 )
-from ksmea.kind import Kind
-from ksmea.measurement import Noise
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind
 
 NOISE = Noise(0.2, 0.3)
 KINDS = pytest.mark.parametrize("kind", list(Kind))

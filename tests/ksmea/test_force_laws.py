@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from ksmea.differences import central_differences
-from ksmea.force_laws import LAWS, NonlinearLaw
-from ksmea.harmonic_balance import Balance, Harmonics
-from ksmea.steady_motion import SiteMotion
+from ksmea.nonlinear.harmonic_balance import Balance, Harmonics
+from ksmea.nonlinear.laws import LAWS, NonlinearLaw
+from ksmea.nonlinear.steady_motion import SiteMotion
+from ksmea.numerics.differences import central_differences
 
 RNG = np.random.default_rng(4)
 MOTION = 1e-4 * (RNG.standard_normal((3, 5, 2)) + 1j * RNG.standard_normal((3, 5, 2)))

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 import ksmea
-from ksmea.alignment import aligned
-from ksmea.channel import Channel
-from ksmea.diagnosis.screening import screened
 from ksmea.errors import SettingError
-from ksmea.harmonics import answered, at_1x
-from ksmea.measurement import Measurement, Noise
-from ksmea.screening import sobol
+from ksmea.fits.starts import screened
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.numerics.screening import sobol
+from ksmea.problem.alignment import aligned, answered, at_1x
 from measurements.campaign import CampaignFile
 from measurements.file import File
 from measurements.run_up_csv import as_csv

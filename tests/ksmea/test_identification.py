@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ksmea.identification import Identification, at_limit
+from ksmea.plugins.identification import Identification, at_limit
 
 
 def test_a_thousandth_of_the_range_is_on_the_bound():

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from ksmea.errors import SettingError
-from ksmea.parameters import Parameter, Parameters
+from ksmea.problem.parameters import Parameter, Parameters
 from ksmea.records.curves import ResponseCurves, as_array, matrix
 from ksmea.records.identification import (
     FitCurves,

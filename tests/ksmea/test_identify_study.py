@@ -6,19 +6,20 @@ import numpy as np
 import pytest
 
 from counted_runs import Counted, streams
-from ksmea import registry
-from ksmea.channel import Channel
-from ksmea.cramer_rao import identifiability
-from ksmea.direct import Direct
 from ksmea.errors import SettingError
-from ksmea.identification import Identification, Streams, Update
-from ksmea.likelihood import Likelihood
-from ksmea.loop import KSMEA
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.misfit import Misfit
-from ksmea.model import Model
-from ksmea.nearest_maximum import nearest_maximum
-from ksmea.parameters import Parameter, Parameters
+from ksmea.identification.direct import Direct
+from ksmea.identification.ksmea import KSMEA
+from ksmea.inference.cramer_rao import identifiability
+from ksmea.inference.maximisation import nearest_maximum
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.likelihood.misfit import Misfit
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
+from ksmea.plugins.identification import Identification, Streams, Update
+from ksmea.problem.counted import Model
+from ksmea.problem.parameters import Parameter, Parameters
 from ksmea.records.curves import as_array
 from ksmea.records.identification import IdentificationRecord, Seconds
 from ksmea.studies import identify

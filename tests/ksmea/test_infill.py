@@ -5,16 +5,16 @@ import pytest
 from scipy.special import gammainc
 
 from counted_runs import Counted, measured, streams
-from ksmea.channel import Channel
-from ksmea.contracts import Problem
 from ksmea.errors import SettingError
-from ksmea.infill import improvement_residual, log_expected_improvement
-from ksmea.kind import Kind
-from ksmea.loop import KSMEA
-from ksmea.measurement import Noise
-from ksmea.misfit import Misfit
-from ksmea.parameters import Parameter, Parameters
-from ksmea.transforms import make_transform
+from ksmea.identification.ksmea import KSMEA
+from ksmea.identification.updating import improvement_residual, log_expected_improvement
+from ksmea.likelihood.misfit import Misfit
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind
+from ksmea.plugins.transforms import make_transform
+from ksmea.problem.parameters import Parameter, Parameters
+from ksmea.problem.problem import Problem
 from optimizers.de import DE
 from surrogates.kriging import Kriging
 from surrogates.none import NoSurrogate

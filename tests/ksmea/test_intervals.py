@@ -7,18 +7,18 @@ import pytest
 from scipy import stats
 from scipy.optimize import brentq
 
-from ksmea.channel import Channel
-from ksmea.contracts import Problem
-from ksmea.critical_rise import critical_rise
-from ksmea.final_step import most_likely
-from ksmea.intervals import MOST_EVALUATIONS, Interval, checked_intervals, estimate
-from ksmea.likelihood import Likelihood
-from ksmea.maximisation import maximise
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.model import Model
-from ksmea.nearest_maximum import nearest_maximum
-from ksmea.parameters import Parameter, Parameters
-from ksmea.point import Point
+from ksmea.identification.true_model import most_likely
+from ksmea.inference.critical_rise import critical_rise
+from ksmea.inference.intervals import MOST_EVALUATIONS, Interval, checked_intervals, estimate
+from ksmea.inference.maximisation import maximise, nearest_maximum
+from ksmea.likelihood.fisher import Point
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.problem.counted import Model
+from ksmea.problem.parameters import Parameter, Parameters
+from ksmea.problem.problem import Problem
 from problems.three_disk import ThreeDisk
 
 

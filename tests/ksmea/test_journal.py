@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from ksmea.contracts import Problem
-from ksmea.direct import Direct
-from ksmea.identification import Streams
-from ksmea.journal import Journal, JournaledProblem
-from ksmea.loop import KSMEA
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.registry import plugin_class
+from ksmea.identification.direct import Direct
+from ksmea.identification.ksmea import KSMEA
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.plugins.identification import Streams
+from ksmea.plugins.registry import plugin_class
+from ksmea.problem.budget_and_journal import Journal, JournaledProblem
+from ksmea.problem.problem import Problem
 from problems.three_disk import ThreeDisk
 from surrogates.kriging import Kriging
 

@@ -10,7 +10,7 @@ from types import SimpleNamespace
 import pytest
 
 import ksmea
-from bench.reports.diagnosis import public
+from bench.reports.diagnosis.report import public
 from ksmea.records import location, plan
 from ksmea.records.balance import BalanceRecord
 from ksmea.records.diagnosis import DiagnosisRecord
@@ -21,9 +21,8 @@ from ksmea.records.location import LocationRecord
 from ksmea.records.plan import PlanRecord
 from ksmea.records.record import Record
 from ksmea.show.diagnosis import text
-from ksmea.show.json_units import BESIDE_UNIT, IN_SI, with_units
+from ksmea.show.json_units import BESIDE_UNIT, IN_SI, IN_UNIT, UNITS, with_units
 from ksmea.show.text import noise_level
-from ksmea.show.units_of_records import IN_UNIT, UNITS
 
 DATA = Path(__file__).parents[1] / "data"
 DIAGNOSIS = DiagnosisRecord.from_data(json.loads((DATA / "diagnosis_of_schema_2.json").read_text()))

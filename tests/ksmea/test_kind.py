@@ -5,7 +5,7 @@ import json
 import numpy as np
 import pytest
 
-from ksmea.kind import Kind, amplitude_sensitivity
+from ksmea.measurement.observable import Kind, amplitude_sensitivity
 
 
 def test_a_kind_is_its_name():

@@ -2,9 +2,9 @@
 
 import pytest
 
-from ksmea.force_laws import LAWS, MOMENT_LAWS
+from ksmea.nonlinear.laws import LAWS, MOMENT_LAWS
 from ksmea.records.location import LawCoefficientRecord, LawRecord
-from ksmea.show.law_words import law_words
+from ksmea.show.location_words import law_words
 
 
 def record(law, values, sd):

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea.contracts import Problem
-from ksmea.likelihood import Likelihood
-from ksmea.measurement import Noise
-from ksmea.model import Model
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.noise import Noise
+from ksmea.problem.counted import Model
+from ksmea.problem.problem import Problem
 from likelihood_cases import CASES, NOISE, likelihood_of, measured
 from problems.three_disk import ThreeDisk
 

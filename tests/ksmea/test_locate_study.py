@@ -8,8 +8,9 @@ import pytest
 from matplotlib.figure import Figure
 
 from ksmea.errors import SettingError
-from ksmea.load import Load
-from ksmea.measurement import Measurement, Noise, observe
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.problem.load import Load
 from ksmea.records.location import LocationRecord
 from ksmea.show.json_units import with_units
 from ksmea.show.location import frame, plot, text

@@ -3,7 +3,7 @@
 import pytest
 from matplotlib.figure import Figure
 
-from ksmea.show.log_ticks import plain_ticks
+from ksmea.show.figures.ticks import plain_ticks
 
 
 @pytest.mark.parametrize(

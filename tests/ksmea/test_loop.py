@@ -8,15 +8,16 @@ import numpy as np
 import pytest
 
 from counted_runs import Counted, measured, streams
-from ksmea.channel import Channel
-from ksmea.contracts import Optimizer, Problem, Surrogate
-from ksmea.loop import KSMEA
-from ksmea.measurement import Noise
-from ksmea.misfit import Misfit
-from ksmea.parameters import Parameter, Parameters
-from ksmea.predictor import Predictor
-from ksmea.sampling import latin_hypercube
-from ksmea.transforms import make_transform
+from ksmea.identification.ksmea import KSMEA
+from ksmea.likelihood.misfit import Misfit
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.noise import Noise
+from ksmea.numerics.screening import latin_hypercube
+from ksmea.plugins.optimizer import Optimizer
+from ksmea.plugins.surrogate import Predictor, Surrogate
+from ksmea.plugins.transforms import make_transform
+from ksmea.problem.parameters import Parameter, Parameters
+from ksmea.problem.problem import Problem
 from surrogates.none import NoSurrogate
 
 

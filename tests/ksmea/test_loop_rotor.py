@@ -8,9 +8,9 @@ import pytest
 
 from counted_runs import Counted, measured, streams
 from ksmea.errors import SettingError
-from ksmea.loop import KSMEA
-from ksmea.measurement import Noise
-from ksmea.misfit import Misfit
+from ksmea.identification.ksmea import KSMEA
+from ksmea.likelihood.misfit import Misfit
+from ksmea.measurement.noise import Noise
 from optimizers.de import DE
 from problems.three_disk import ThreeDisk
 from surrogates.kriging import Kriging

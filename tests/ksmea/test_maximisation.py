@@ -4,16 +4,25 @@ import numpy as np
 import pytest
 from scipy.optimize import minimize
 
-from ksmea.channel import Channel
-from ksmea.contracts import Problem
-from ksmea.intervals import estimate
-from ksmea.likelihood import Likelihood
-from ksmea.maximisation import PATIENCE, SETTLED, best_maxima, distinct, is_in_valley, maximise
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.model import CountedProblem, Model
-from ksmea.nearest_maximum import nearest_maximum, with_best_noise
-from ksmea.parameters import Parameter, Parameters
-from ksmea.point import Point
+from ksmea.inference.intervals import estimate
+from ksmea.inference.maximisation import (
+    PATIENCE,
+    SETTLED,
+    best_maxima,
+    distinct,
+    is_in_valley,
+    maximise,
+    nearest_maximum,
+    with_best_noise,
+)
+from ksmea.likelihood.fisher import Point
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.problem.counted import CountedProblem, Model
+from ksmea.problem.parameters import Parameter, Parameters
+from ksmea.problem.problem import Problem
 from likelihood_cases import CASES, likelihood_of, measured
 from problems.rk4_two_disk import RK4TwoDisk
 from problems.three_disk import ThreeDisk

@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 
-from ksmea.channel import Channel
 from ksmea.errors import SettingError
-from ksmea.measurement import Measurement, Noise, observe
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
 
 CHANNELS = (Channel(0.1, "x"), Channel(0.1, "y"))
 N = 100_000  # values per channel

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from ksmea.channel import Channel
 from ksmea.errors import SettingError
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.misfit import FORMS, Misfit
+from ksmea.likelihood.misfit import FORMS, Misfit
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
 from problems.three_disk import ThreeDisk
 
 KINDS = ("amplitude", "complex")

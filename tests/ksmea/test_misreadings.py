@@ -10,13 +10,14 @@ import numpy as np
 import pytest
 
 import ksmea
-from ksmea import registry
-from ksmea.alignment import aligned
-from ksmea.channel import Channel
 from ksmea.errors import SettingError
-from ksmea.likelihood import Likelihood
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.model import Model
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
+from ksmea.problem.alignment import aligned
+from ksmea.problem.counted import Model
 from ksmea.show.diagnosis import text as diagnosis_text
 from ksmea.show.identification import text
 from ksmea.studies import misreadings as module

@@ -3,9 +3,9 @@
 import numpy as np
 import pytest
 
-from ksmea.contracts import Problem
-from ksmea.model import CountedProblem
-from ksmea.proxy import HANDED_ON
+from ksmea.problem.counted import CountedProblem
+from ksmea.problem.forwarding import HANDED_ON
+from ksmea.problem.problem import Problem
 from problems.three_disk import ThreeDisk
 
 

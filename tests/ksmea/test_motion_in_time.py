@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from integrated_rotor import integrated_jeffcott
-from ksmea.force_laws import LAWS
-from ksmea.steady_motion import SiteForce, SiteMotion, steady_force
+from ksmea.nonlinear.laws import LAWS
+from ksmea.nonlinear.steady_motion import SiteForce, SiteMotion, steady_force
 
 STIFFNESS, DAMPING, UNBALANCE = np.array([1.0, 1.3]), 0.06, 0.05
 SPEED = np.array([0.8, 1.0, 1.2, 1.35, 1.5])  # around the folds of x; at 1.1 that of y makes a third stable motion

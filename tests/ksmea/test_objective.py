@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ksmea.errors import BudgetSpent
-from ksmea.objective import Objective
+from ksmea.numerics.objective import Objective
 
 LOWEST = np.array([0.3, 0.7])
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from ksmea.errors import SettingError
-from ksmea.parameters import Parameter, Parameters
+from ksmea.problem.parameters import Parameter, Parameters
 from ksmea.units import GRAM_MILLIMETRE, KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE
 
 PARAMETERS = Parameters(

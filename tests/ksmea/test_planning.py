@@ -6,10 +6,10 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from ksmea.channel import Channel
-from ksmea.cramer_rao import identifiability
-from ksmea.measurement import Noise
-from ksmea.planning import Criterion, choose, crlb, data_rows, information, mean_axis_reduction_pct
+from ksmea.inference.cramer_rao import identifiability
+from ksmea.inference.optimal_design import Criterion, choose, crlb, data_rows, information, mean_axis_reduction_pct
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.noise import Noise
 from ksmea.units import GRAM_MILLIMETRE
 from problems.rk4_two_disk import RK4TwoDisk
 from problems.three_disk import ThreeDisk

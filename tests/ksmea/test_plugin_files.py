@@ -4,9 +4,9 @@ import sys
 
 import pytest
 
-from ksmea import registry
 from ksmea.errors import SettingError
-from ksmea.plugin_files import brought_along, digests, plugins_of_file
+from ksmea.plugins import registry
+from ksmea.plugins.files import brought_along, digests, plugins_of_file
 from optimizers.de import DE
 from outside_package import plain_files
 

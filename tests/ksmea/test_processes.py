@@ -11,8 +11,8 @@ import time
 import numpy as np
 import pytest
 
-from ksmea import processes
-from ksmea.processes import CAN_FORK, NO_FORK, for_each
+from ksmea.numerics import parallel
+from ksmea.numerics.parallel import CAN_FORK, NO_FORK, for_each
 
 needs_fork = pytest.mark.skipif(not CAN_FORK, reason="this system does not fork")
 EVERY_NUMBER = pytest.mark.parametrize("workers", [1, 2, 3])
@@ -116,7 +116,7 @@ def test_after_an_error_nothing_further_is_begun(tmp_path):
 
 @needs_fork
 def test_ctrl_c_right_after_a_fork_ends_no_fork_and_lets_none_run_on(monkeypatch):
-    own, fork = os.getpid(), processes._fork
+    own, fork = os.getpid(), parallel._fork
 
     def interrupted():
         process = fork()
@@ -124,7 +124,7 @@ def test_ctrl_c_right_after_a_fork_ends_no_fork_and_lets_none_run_on(monkeypatch
             os.kill(os.getpid(), signal.SIGINT)
         return process
 
-    monkeypatch.setattr(processes, "_fork", interrupted)
+    monkeypatch.setattr(parallel, "_fork", interrupted)
     assert for_each(abs, range(-4, 0), 2) == [4, 3, 2, 1]
 
 
@@ -190,7 +190,7 @@ def test_no_process_is_left_when_the_caller_is_interrupted(tmp_path):
 @needs_fork
 def test_no_process_is_left_when_the_caller_is_killed(tmp_path):
     script = (
-        "import os, pathlib, time\nfrom ksmea.processes import for_each\n"
+        "import os, pathlib, time\nfrom ksmea.numerics.parallel import for_each\n"
         f"def f(n):\n    pathlib.Path({str(tmp_path)!r}, str(os.getpid())).touch()\n    time.sleep(60)\n"
         "for_each(f, range(2), 2)"
     )

@@ -4,10 +4,10 @@ import numpy as np
 import pytest
 
 from campaigns import TRIAL, TRUTH, layout_of
-from ksmea.alignment import aligned
 from ksmea.errors import SettingError
-from ksmea.model import CountedProblem
-from ksmea.registry import create
+from ksmea.plugins.registry import create
+from ksmea.problem.alignment import aligned
+from ksmea.problem.counted import CountedProblem
 from problems.three_disk import ThreeDisk
 
 PROBLEM = ThreeDisk().build()

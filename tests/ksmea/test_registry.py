@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pytest
 
-from ksmea import registry
 from ksmea.errors import SettingError, unknown
-from ksmea.settings import Settings, own_fields
+from ksmea.plugins import registry
+from ksmea.settings.settings import Settings, own_fields
 from optimizers.de import DE
 from surrogates.rsm import ResponseSurface
 

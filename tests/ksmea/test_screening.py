@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ksmea.screening import Screened, joined, log_ratio, mean_log_misfit, ranked, sobol
+from ksmea.numerics.screening import Screened, joined, log_ratio, mean_log_misfit, ranked, sobol
 
 
 def test_screening_points_fill_the_cube_evenly():

@@ -8,10 +8,10 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
-from ksmea.direct import Direct
 from ksmea.errors import SettingError
-from ksmea.loop import KSMEA
-from ksmea.settings import Settings, expected_range, setting
+from ksmea.identification.direct import Direct
+from ksmea.identification.ksmea import KSMEA
+from ksmea.settings.settings import Settings, expected_range, setting
 from optimizers.de import DE
 from surrogates.kriging import Kriging
 

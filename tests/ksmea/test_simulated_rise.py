@@ -7,16 +7,17 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from ksmea import simulated_rise as module
-from ksmea.channel import Channel
-from ksmea.contracts import Problem
-from ksmea.identification import Identification, Streams
-from ksmea.likelihood import Likelihood
-from ksmea.maximisation import maximise
-from ksmea.measurement import Measurement, Noise, observe
-from ksmea.model import Model
-from ksmea.parameters import Parameter, Parameters
-from ksmea.simulated_rise import can_be_simulated, simulated_rise
+from ksmea.inference import simulated_rise as module
+from ksmea.inference.maximisation import maximise
+from ksmea.inference.simulated_rise import can_be_simulated, simulated_rise
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement, observe
+from ksmea.measurement.noise import Noise
+from ksmea.plugins.identification import Identification, Streams
+from ksmea.problem.counted import Model
+from ksmea.problem.parameters import Parameter, Parameters
+from ksmea.problem.problem import Problem
 from ksmea.studies import identify
 from ksmea.studies.identify import identification
 from problems.three_disk import ThreeDisk

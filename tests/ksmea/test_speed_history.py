@@ -6,15 +6,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.campaign import Campaign, Run
-from ksmea.channel import Channel
-from ksmea.measurement import Measurement
-from ksmea.speed_history import SpeedHistory
+from ksmea.measurement.campaign import Campaign, Run
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.speeds import SpeedHistory
+from ksmea.plugins import registry
+from ksmea.studies.diagnosis_remarks import sweep_remarks
 from ksmea.studies.library import library
-from ksmea.studies.sweep_remarks import sweep_remarks
 from ksmea.units import RPM
-from measurements.speed_history import speed_history
+from measurements.sweeps import speed_history
 from problems.rk4_two_disk import RK4TwoDisk
 
 TURNS = np.sqrt(100.0**2 + 4 * np.pi * 20.0 * np.arange(150))  # rad/s at each turn, of a run-up at 20 rad/s²

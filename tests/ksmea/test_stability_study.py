@@ -6,11 +6,11 @@ import json
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.cramer_rao import identifiability
-from ksmea.measurement import Noise
-from ksmea.records.stability import StabilityRecord
-from ksmea.show.stability import stability_text
+from ksmea.inference.cramer_rao import identifiability
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
+from ksmea.records.estimate import StabilityRecord
+from ksmea.show.text import stability_text
 from ksmea.studies.stability import stability_of
 from rigid_rotor import DAMPING, NATURAL, STIFFNESS, problem_of, rigid_rotor
 

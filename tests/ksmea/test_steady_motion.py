@@ -4,10 +4,10 @@ whose curve folds where that has double roots."""
 import numpy as np
 import pytest
 
-from ksmea.harmonic_balance import Balance, Harmonics
-from ksmea.nonlinear_forces import cubic_spring
-from ksmea.solution_branches import branches
-from ksmea.steady_motion import SiteForce, SiteMotion, steady_force
+from ksmea.nonlinear.branches import branches
+from ksmea.nonlinear.contact import cubic_spring
+from ksmea.nonlinear.harmonic_balance import Balance, Harmonics
+from ksmea.nonlinear.steady_motion import SiteForce, SiteMotion, steady_force
 
 MASS, DAMPING, STIFFNESS, CUBIC, FORCE = 1.0, 0.02, 1.0, 1.0, 0.1
 SPEED = np.linspace(0.6, 2.0, 57)

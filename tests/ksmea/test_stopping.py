@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ksmea.stopping import simple_difference, squared_multiple_correlation
+from ksmea.identification.updating import simple_difference, squared_multiple_correlation
 
 MEASURED = np.array([[1.0, 2.0], [3.0, 4.0]])
 MODELLED = MEASURED + np.array([[1.0, 0.0], [0.0, -2.0]])  # squared residuals 1 + 4

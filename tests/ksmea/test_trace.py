@@ -6,21 +6,28 @@ import numpy as np
 import pytest
 
 from counted_runs import measured, streams
-from ksmea.channel import Channel
-from ksmea.contracts import Method, Problem
-from ksmea.counted_surrogate import PredictionCount
-from ksmea.direct import Direct
 from ksmea.errors import SettingError
-from ksmea.identification import Identification, Stage
-from ksmea.likelihood import Likelihood
-from ksmea.loop import KSMEA
-from ksmea.measurement import Noise
-from ksmea.misfit import Misfit
-from ksmea.model import Model
-from ksmea.parameters import Parameter, Parameters
+from ksmea.identification.direct import Direct
+from ksmea.identification.ksmea import KSMEA
+from ksmea.identification.trace import (
+    STEPS_PER_DECADE,
+    Improvement,
+    PredictionCount,
+    TracedProblem,
+    comparable_misfit,
+    thinned,
+)
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.likelihood.misfit import Misfit
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.noise import Noise
+from ksmea.plugins.identification import Identification, Stage
+from ksmea.plugins.method import Method
+from ksmea.problem.counted import Model
+from ksmea.problem.parameters import Parameter, Parameters
+from ksmea.problem.problem import Problem
 from ksmea.records.trace import StageRecord, TraceRecord
 from ksmea.studies.identify import identification
-from ksmea.trace import STEPS_PER_DECADE, Improvement, TracedProblem, comparable_misfit, thinned
 from optimizers.de import DE
 from optimizers.lm import LM
 from optimizers.pso import PSO

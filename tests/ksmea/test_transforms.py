@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 from ksmea.errors import SettingError
-from ksmea.kind import Kind
-from ksmea.transforms import TRANSFORMS, make_transform
+from ksmea.measurement.observable import Kind
+from ksmea.plugins.transforms import TRANSFORMS, make_transform
 
 N_SPEED, N_CHANNEL = 4, 3
 DATA = pytest.mark.parametrize("kind", list(Kind))

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 import pytest
 
-from ksmea.identification import Streams
-from ksmea.loop import KSMEA
-from ksmea.model import CountedProblem
+from ksmea.identification.ksmea import KSMEA
+from ksmea.plugins.identification import Streams
+from ksmea.problem.counted import CountedProblem
 from ksmea.studies.identify import identification
 from measurements.synthetic import Synthetic
 from optimizers.de import DE

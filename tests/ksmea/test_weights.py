@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 from campaigns import NOISE, TRIAL, TRUTH, layout_of, measured
-from ksmea.alignment import aligned
-from ksmea.campaign import Campaign, UnknownWeight, Weight
-from ksmea.diagnosis.fitting import Fit
 from ksmea.errors import SettingError
-from ksmea.likelihood import Likelihood
-from ksmea.maximisation import maximise
-from ksmea.measurement import observe
-from ksmea.model import Model
-from ksmea.registry import create
+from ksmea.fits.fitting import Fit
+from ksmea.inference.maximisation import maximise
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.campaign import Campaign, UnknownWeight, Weight
+from ksmea.measurement.measurement import observe
+from ksmea.plugins.registry import create
+from ksmea.problem.alignment import aligned
+from ksmea.problem.counted import Model
 from ksmea.studies.weights import weights_found
 from problems.three_disk import ThreeDisk
 

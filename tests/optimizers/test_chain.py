@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from ksmea.errors import BudgetSpent, SettingError
-from ksmea.objective import Objective
-from ksmea.search_part import SearchPart
+from ksmea.numerics.objective import Objective, SearchPart
 from optimizers.chain import Chain
 from optimizers.de import DE
 

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from ksmea.errors import SettingError
-from ksmea.objective import Objective
-from ksmea.registry import create
+from ksmea.numerics.objective import Objective
+from ksmea.plugins.registry import create
 from landscapes import LOWEST, noted, rastrigin, rosenbrock, sphere
 from optimizers.cmaes import CMAES
 

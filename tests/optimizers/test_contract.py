@@ -12,7 +12,7 @@ import pytest
 from omegaconf import OmegaConf
 
 from ksmea.errors import BudgetSpent
-from ksmea.objective import Objective
+from ksmea.numerics.objective import Objective
 
 OPTIMIZERS = {entry.name: entry for entry in importlib.metadata.entry_points(group="ksmea.optimizers")}
 DIM = 5
@@ -123,7 +123,7 @@ FRESH_PROCESS = """
 import importlib.metadata, logging, random, sys
 import numpy as np
 from ksmea.errors import BudgetSpent
-from ksmea.objective import Objective
+from ksmea.numerics.objective import Objective
 root = logging.getLogger()
 before = list(root.handlers), root.level, random.getstate()
 for entry in importlib.metadata.entry_points(group="ksmea.optimizers"):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ksmea.errors import SettingError
-from ksmea.objective import Objective
+from ksmea.numerics.objective import Objective
 from optimizers.de import DE, STRATEGIES
 
 LOWEST = np.array([0.31, 0.62, 0.17, 0.74, 0.45])

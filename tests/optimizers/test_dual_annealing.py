@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ksmea.errors import SettingError
-from ksmea.objective import Objective
+from ksmea.numerics.objective import Objective
 from landscapes import noted, rastrigin, sphere
 from optimizers.dual_annealing import DualAnnealing
 

@@ -6,7 +6,7 @@ import random
 import numpy as np
 import pytest
 
-from ksmea.global_generators import global_generators
+from ksmea.numerics.seeding import global_generators
 from optimizers.isolation import LARGEST_MISFIT, finite, logging_unconfigured
 
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ksmea.errors import BudgetSpent, SettingError
-from ksmea.objective import Objective
+from ksmea.numerics.objective import Objective
 from landscapes import LOWEST, rosenbrock
 from optimizers.lm import LM
 

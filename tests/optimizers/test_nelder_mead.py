@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ksmea.objective import Objective
+from ksmea.numerics.objective import Objective
 from landscapes import noted, rastrigin, rosenbrock, sphere
 from optimizers.nelder_mead import NelderMead
 

@@ -3,7 +3,7 @@
 import numpy as np
 from scipy import stats
 
-from ksmea.objective import Objective
+from ksmea.numerics.objective import Objective
 from landscapes import noted, sphere
 from optimizers.random_search import RandomSearch
 

@@ -5,13 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from ksmea.blocks import PLAUSIBLE
 from ksmea.errors import SettingError, shortened, unknown, visible, visible_lines
-from ksmea.strict_yaml import LARGEST, parse
+from ksmea.settings.document import PLAUSIBLE
+from ksmea.settings.strict_yaml import LARGEST, parse
 from ksmea.units import SI_PER_UNIT
 from problems.extended_file import ExtendedFile
 from problems.rotor_file import RotorFile
-from problems.size import MAX_ENTRIES, check_ports, check_size
+from problems.rotor_settings import MAX_ENTRIES, check_ports, check_size
 from problems.three_disk import ThreeDisk
 
 EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "examples"

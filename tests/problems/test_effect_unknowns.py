@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ksmea import registry
 from ksmea.errors import SettingError
+from ksmea.plugins import registry
 from problems.three_disk import ThreeDisk
 
 SETTINGS = ThreeDisk(sensors=[0.1, 0.2, 0.5], n_speed=14)

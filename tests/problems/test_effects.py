@@ -7,14 +7,14 @@ import itertools
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.channel import Channel
 from ksmea.errors import SettingError
-from ksmea.force_laws import LAWS, MOMENT_LAWS, NonlinearLaw
-from ksmea.parameters import Parameter
-from problems.rotor.assembly import assemble_free
-from problems.rotor.effect import RotorEffect
-from problems.rotor.unknowns import BearingTarget, Unknown
+from ksmea.measurement.channel import Channel
+from ksmea.nonlinear.laws import LAWS, MOMENT_LAWS, NonlinearLaw
+from ksmea.plugins import registry
+from ksmea.problem.parameters import Parameter
+from problems.rotor.extension.effect import RotorEffect
+from problems.rotor.finite_elements.assembly import assemble_free
+from problems.rotor.response.unknowns import BearingTarget, Unknown
 from problems.three_disk import ThreeDisk, three_disk_rotor
 
 EXPECTED = {

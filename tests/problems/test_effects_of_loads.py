@@ -5,13 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.alignment import aligned
-from ksmea.campaign import Campaign, Run
 from ksmea.errors import SettingError
-from ksmea.measurement import Measurement
-from ksmea.speed_history import SpeedHistory
-from problems.rotor.data import Disk
+from ksmea.measurement.campaign import Campaign, Run
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.speeds import SpeedHistory
+from ksmea.plugins import registry
+from ksmea.problem.alignment import aligned
+from problems.rotor.finite_elements.data import Disk
 from problems.three_disk import ThreeDisk
 from rigid_rotor import DAMPING, MASS, NATURAL, STIFFNESS, problem_of, rigid_rotor
 

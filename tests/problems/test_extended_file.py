@@ -5,10 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from ksmea import registry
 from ksmea.errors import SettingError
+from ksmea.plugins import registry
 from problems.extended_file import ExtendedFile
-from problems.rotor.problem import RotorProblem
+from problems.rotor.response.problem import RotorProblem
 from problems.three_disk import ThreeDisk
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "examples" / "rotor.yaml"

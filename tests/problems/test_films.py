@@ -5,13 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea import registry
 from ksmea.errors import SettingError
-from problems.rotor.data import Disk
-from problems.rotor.dense import dense_response
-from problems.rotor.short_bearing import eccentricity_ratio, film_coefficients, modified_sommerfeld
-from problems.rotor.static_load import GRAVITY, weight_shares
-from problems.rotor.unknowns import rotor_at
+from ksmea.plugins import registry
+from problems.rotor.extension.short_bearing import eccentricity_ratio, film_coefficients, modified_sommerfeld
+from problems.rotor.finite_elements.data import Disk
+from problems.rotor.free_motion.static_load import GRAVITY, weight_shares
+from problems.rotor.response.dense import dense_response
+from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
 from rigid_rotor import DAMPING, MASS, NATURAL, STIFFNESS, problem_of, rigid_rotor
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ksmea import registry
-from problems.rotor.assembly import assemble_free
+from ksmea.plugins import registry
+from problems.rotor.finite_elements.assembly import assemble_free
 from problems.three_disk import ThreeDisk, three_disk_rotor
 
 PLAIN = ThreeDisk(sensors=[0.1, 0.2, 0.5], n_speed=14).build()

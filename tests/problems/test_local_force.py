@@ -5,13 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea import registry
 from ksmea.errors import SettingError
-from ksmea.force_laws import LAWS, MOMENT_LAWS, LinearLaw, NonlinearLaw
-from ksmea.load import Load
-from problems.rotor.data import Disk
-from problems.rotor.sizes import rotor_mass, stiffness_scale
-from problems.rotor.unknowns import rotor_at
+from ksmea.nonlinear.laws import LAWS, MOMENT_LAWS, LinearLaw, NonlinearLaw
+from ksmea.plugins import registry
+from ksmea.problem.load import Load
+from problems.rotor.extension.effect import rotor_mass, stiffness_scale
+from problems.rotor.finite_elements.data import Disk
+from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
 
 SETTINGS = ThreeDisk(sensors=[0.1, 0.5], n_speed=16)

@@ -5,11 +5,11 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.campaign import Campaign, Run
-from ksmea.campaign_problem import CampaignProblem
-from ksmea.channel import Channel
 from ksmea.errors import SettingError
+from ksmea.measurement.campaign import Campaign, Run
+from ksmea.measurement.channel import Channel
+from ksmea.plugins import registry
+from ksmea.problem.campaign_problem import CampaignProblem
 from problems.rk4_two_disk import RK4TwoDisk
 
 SETTINGS = RK4TwoDisk(sensors=[0.12, 0.44], directions=["x", "y"], n_speed=12)

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ksmea import registry
-from problems.rotor.support import in_series
+from ksmea.plugins import registry
+from problems.rotor.free_motion.support import in_series
 
 
 def effect(name, **settings):

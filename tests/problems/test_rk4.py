@@ -8,10 +8,10 @@ import pytest
 
 from ksmea.errors import SettingError
 from problems.rk4 import DISK_MASS, LAYOUTS, RK4, rk4_rotor, solid_thickness
-from problems.rotor.assembly import assemble, displacement_row
-from problems.rotor.critical_speeds import critical_speeds
-from problems.rotor.data import Bearing, Material
-from problems.rotor.unknowns import rotor_at
+from problems.rotor.finite_elements.assembly import assemble, displacement_row
+from problems.rotor.finite_elements.data import Bearing, Material
+from problems.rotor.free_motion.critical_speeds import critical_speeds
+from problems.rotor.response.unknowns import rotor_at
 
 RPM = math.pi / 30
 SECOND_MOMENT = math.pi / 4 * 0.005**4

@@ -6,17 +6,17 @@ import numpy as np
 import pytest
 
 from beams import euler_load, frequencies_of_a_pinned_beam, pinned, uniform
-from ksmea import registry
-from ksmea.channel import Channel
 from ksmea.errors import SettingError
-from ksmea.parameters import Parameter
-from problems.rotor.assembly import assemble_free, displacement_row, node_dof
-from problems.rotor.buckling import buckling_load
-from problems.rotor.data import Bearing, Disk, Hub, Rotor, UnbalancePlane
-from problems.rotor.modes import natural_frequencies, natural_modes
-from problems.rotor.problem import RotorProblem
-from problems.rotor.shaft import shear_coefficient
-from problems.rotor.unknowns import BearingTarget, Unknown
+from ksmea.measurement.channel import Channel
+from ksmea.plugins import registry
+from ksmea.problem.parameters import Parameter
+from problems.rotor.finite_elements.assembly import assemble_free, displacement_row, node_dof
+from problems.rotor.finite_elements.data import Bearing, Disk, Hub, Rotor, UnbalancePlane
+from problems.rotor.finite_elements.shaft import shear_coefficient
+from problems.rotor.free_motion.modes import natural_frequencies, natural_modes
+from problems.rotor.free_motion.static_load import buckling_load
+from problems.rotor.response.problem import RotorProblem
+from problems.rotor.response.unknowns import BearingTarget, Unknown
 from problems.three_disk import ThreeDisk
 
 SETTINGS = ThreeDisk(sensors=[0.1, 0.2, 0.5], n_speed=14)

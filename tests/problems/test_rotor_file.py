@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from ksmea.errors import SettingError
-from ksmea.strict_yaml import LARGEST
-from problems.rotor.data import Bearing, Disk, UnbalancePlane
-from problems.rotor.unknowns import BearingTarget, UnbalanceTarget
+from ksmea.settings.strict_yaml import LARGEST
+from problems.rotor.finite_elements.data import Bearing, Disk, UnbalancePlane
+from problems.rotor.response.unknowns import BearingTarget, UnbalanceTarget
 from problems.rotor_file import RotorFile
 from problems.three_disk import ThreeDisk
 

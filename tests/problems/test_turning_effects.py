@@ -6,15 +6,16 @@ import numpy as np
 import pytest
 import scipy
 
-from ksmea import registry
-from ksmea.channel import Channel
 from ksmea.errors import SettingError
-from ksmea.load import Load
-from ksmea.measurement import Measurement, Noise
-from problems.rotor.assembly import assemble, assemble_free, displacement_row
-from problems.rotor.data import Hub
-from problems.rotor.turning import GRAVITY, port_forces, weight_of
-from problems.rotor.unknowns import rotor_at
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
+from ksmea.problem.load import Load
+from problems.rotor.extension.turning import GRAVITY, port_forces, weight_of
+from problems.rotor.finite_elements.assembly import assemble, assemble_free, displacement_row
+from problems.rotor.finite_elements.data import Hub
+from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
 
 HARMONICS = (1.0, 2.0, 3.0)

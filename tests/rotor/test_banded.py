@@ -5,9 +5,9 @@ import dataclasses
 import numpy as np
 import pytest
 
-from problems.rotor import dense
-from problems.rotor.assembly import Matrices, assemble
-from problems.rotor.banded import DIAGONAL, HALF_BANDWIDTH, dynamic_stiffness_band, solve, solve_both_ways
+from problems.rotor.finite_elements.assembly import Matrices, assemble
+from problems.rotor.response import dense
+from problems.rotor.response.banded import DIAGONAL, HALF_BANDWIDTH, dynamic_stiffness_band, solve, solve_both_ways
 from problems.three_disk import ThreeDisk
 
 SPEED = np.linspace(20.0, 2000.0, 40)

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from ksmea import registry
-from problems.rotor.assembly import assemble_free, node_dof
-from problems.rotor.support import on_common
-from problems.rotor.unknowns import rotor_at
+from ksmea.plugins import registry
+from problems.rotor.finite_elements.assembly import assemble_free, node_dof
+from problems.rotor.free_motion.support import on_common
+from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
 from rigid_rotor import NATURAL, STIFFNESS, problem_of, rigid_rotor
 

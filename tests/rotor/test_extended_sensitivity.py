@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.differences import central_differences
-from ksmea.force_laws import LAWS, MOMENT_LAWS, NonlinearLaw
+from ksmea.nonlinear.laws import LAWS, MOMENT_LAWS, NonlinearLaw
+from ksmea.numerics.differences import central_differences
+from ksmea.plugins import registry
 from problems.three_disk import ThreeDisk
 
 PLAIN = ThreeDisk(sensors=[0.1, 0.2, 0.5], n_speed=14).build()

@@ -5,14 +5,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea import load_problem, registry
+from ksmea import load_problem
 from ksmea.errors import SettingError
-from ksmea.studies.critical_speeds import critical_speeds
-from ksmea.studies.rotordynamics import RotordynamicsOptions, rotordynamics
-from ksmea.whirl import direction_of_whirl
-from problems.rotor.critical_speeds import critical_speeds as of_whole_rotor
-from problems.rotor.data import Bearing, Disk, Material, Rotor, ShaftSegment
-from problems.rotor.undamped import undamped_critical_speeds
+from ksmea.plugins import registry
+from ksmea.rotordynamics.whirl import direction_of_whirl
+from ksmea.studies.rotordynamics import RotordynamicsOptions, critical_speeds, rotordynamics
+from problems.rotor.finite_elements.data import Bearing, Disk, Material, Rotor, ShaftSegment
+from problems.rotor.free_motion.critical_speeds import critical_speeds as of_whole_rotor
+from problems.rotor.free_motion.modes import undamped_critical_speeds
 from problems.three_disk import ThreeDisk
 from published_rotor import PUBLISHED_CRITICALS, published
 from rigid_rotor import STIFFNESS, problem_of, rigid_rotor

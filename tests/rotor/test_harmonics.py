@@ -5,16 +5,16 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.channel import Channel
 from ksmea.errors import SettingError
-from ksmea.load import Load
-from problems.rotor import dense
-from problems.rotor.assembly import assemble
-from problems.rotor.data import Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane
-from problems.rotor.loads import unit_loads
-from problems.rotor.problem import impedances_of
-from problems.rotor.receptance import at_harmonic, reduce_rotor
+from ksmea.measurement.channel import Channel
+from ksmea.plugins import registry
+from ksmea.problem.load import Load
+from problems.rotor.finite_elements.assembly import assemble
+from problems.rotor.finite_elements.data import Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane
+from problems.rotor.finite_elements.loads import unit_loads
+from problems.rotor.response import dense
+from problems.rotor.response.problem import impedances_of
+from problems.rotor.response.receptance import at_harmonic, reduce_rotor
 from problems.three_disk import ThreeDisk
 
 PROBLEM = ThreeDisk(sensors=[0.1, 0.77], n_speed=20).build()

@@ -3,17 +3,17 @@
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.channel import Channel
-from ksmea.contracts import Problem
-from ksmea.differences import CUBE_STEP, differenced
 from ksmea.errors import SettingError
-from ksmea.load import Load
-from ksmea.parameters import Parameter, Parameters
-from problems.rotor import dense
-from problems.rotor.assembly import assemble
-from problems.rotor.loads import unit_loads
-from problems.rotor.unknowns import rotor_at
+from ksmea.measurement.channel import Channel
+from ksmea.numerics.differences import CUBE_STEP, differenced
+from ksmea.plugins import registry
+from ksmea.problem.load import Load
+from ksmea.problem.parameters import Parameter, Parameters
+from ksmea.problem.problem import Problem
+from problems.rotor.finite_elements.assembly import assemble
+from problems.rotor.finite_elements.loads import unit_loads
+from problems.rotor.response import dense
+from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
 
 PROBLEM = ThreeDisk(sensors=[0.1, 0.77], n_speed=20).build()

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from problems.rotor.assembly import assemble, assemble_free
-from problems.rotor.critical_speeds import _crossings, critical_speeds
-from problems.rotor.data import Bearing, Material, Rotor
-from problems.rotor.modes import natural_modes
+from problems.rotor.finite_elements.assembly import assemble, assemble_free
+from problems.rotor.finite_elements.data import Bearing, Material, Rotor
+from problems.rotor.free_motion.critical_speeds import _crossings, critical_speeds
+from problems.rotor.free_motion.modes import natural_modes
 from problems.three_disk import ThreeDisk
 from published_rotor import PUBLISHED_CRITICALS, published
 from tilting_rotor import DAMPING, HALF_SPAN, STIFFNESS, rigid_properties, tilting_rotor

@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.contracts import Problem
-from problems.rotor.passivity import is_passive
-from problems.rotor.support import Support
+from ksmea.plugins import registry
+from ksmea.problem.problem import Problem
+from problems.rotor.free_motion.passivity import is_passive
+from problems.rotor.free_motion.support import Support
 from problems.three_disk import ThreeDisk
 
 SETTINGS = ThreeDisk(sensors=[0.1], n_speed=9)

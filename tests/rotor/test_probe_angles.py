@@ -6,19 +6,20 @@ import numpy as np
 import pytest
 
 import ksmea
-from ksmea import registry
-from ksmea.alignment import aligned, through
-from ksmea.channel import Channel, direction_at
-from ksmea.diagnosis.fit_quality import whirl_parts
-from ksmea.diagnosis.fitting import fit_from_values
-from ksmea.diagnosis.split import _through_other_planes
+from ksmea.diagnosis.further_measurement import _through_other_planes
 from ksmea.errors import SettingError
-from ksmea.measurement import Layout, Measurement, Noise
+from ksmea.fits.fitting import fit_from_values
+from ksmea.fits.lack_of_fit import whirl_parts
+from ksmea.measurement.channel import Channel, direction_at
+from ksmea.measurement.measurement import Layout, Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
+from ksmea.problem.alignment import aligned, through
+from ksmea.show.figures.plan import plot
 from ksmea.show.plan import text
-from ksmea.show.plan_figure import plot
 from ksmea.studies.design_point import DesignPoint
+from ksmea.studies.misreadings import readings
 from ksmea.studies.plan import PlanOptions, planning_study
-from ksmea.studies.readings import readings
 from problems.three_disk import ThreeDisk
 
 AT = 0.1

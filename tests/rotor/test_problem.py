@@ -7,13 +7,21 @@ import pickle
 import numpy as np
 import pytest
 
-from ksmea.channel import Channel
 from ksmea.errors import SettingError
-from ksmea.parameters import Parameter
-from problems.rotor import problem as problem_module
-from problems.rotor.data import COEFFICIENTS, Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane
-from problems.rotor.problem import RotorProblem
-from problems.rotor.unknowns import BearingTarget, UnbalanceTarget, Unknown
+from ksmea.measurement.channel import Channel
+from ksmea.problem.parameters import Parameter
+from problems.rotor.finite_elements.data import (
+    COEFFICIENTS,
+    Bearing,
+    Disk,
+    Material,
+    Rotor,
+    ShaftSegment,
+    UnbalancePlane,
+)
+from problems.rotor.response import problem as problem_module
+from problems.rotor.response.problem import RotorProblem
+from problems.rotor.response.unknowns import BearingTarget, UnbalanceTarget, Unknown
 from problems.three_disk import ThreeDisk
 
 STEEL = Material(young_modulus=200e9, density=7800.0, poisson_ratio=0.3)

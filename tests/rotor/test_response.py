@@ -5,10 +5,10 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea.channel import Channel
-from problems.rotor.data import Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane
-from problems.rotor.dense import dense_response
-from problems.rotor.shaft import shear_coefficient
+from ksmea.measurement.channel import Channel
+from problems.rotor.finite_elements.data import Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane
+from problems.rotor.finite_elements.shaft import shear_coefficient
+from problems.rotor.response.dense import dense_response
 
 # A shaft without weight, but with a mass matrix that is still regular: 1e-9 of the disk's mass.
 WEIGHTLESS = Material(young_modulus=200e9, density=1e-6, poisson_ratio=0.3)

@@ -5,15 +5,15 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea import registry
 from ksmea.errors import SettingError
-from ksmea.force_laws import LAWS, NonlinearLaw
+from ksmea.nonlinear.laws import LAWS, NonlinearLaw
+from ksmea.plugins import registry
 from problems.rk4_two_disk import RK4TwoDisk
-from problems.rotor.assembly import Matrices
-from problems.rotor.dense import dynamic_stiffness
-from problems.rotor.run_up import Sweep, parabola, sweep_change
-from problems.rotor.stability import low_modes
-from problems.rotor.synchronous_poles import N_MODE, poles_on, spectrum, spectrum_of
+from problems.rotor.extension.run_up import Sweep, parabola, sweep_change
+from problems.rotor.extension.synchronous_poles import N_MODE, poles_on, spectrum, spectrum_of
+from problems.rotor.finite_elements.assembly import Matrices
+from problems.rotor.free_motion.stability import low_modes
+from problems.rotor.response.dense import dynamic_stiffness
 from swept_rotor import swept, swept_response
 
 SPEED = np.linspace(85.0, 260.0, 176)

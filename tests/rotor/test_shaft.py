@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from problems.rotor import shaft
-from problems.rotor.assembly import Matrices, assemble_free, displacement_row, node_dof
-from problems.rotor.data import Material, Rotor, ShaftSegment
-from problems.rotor.mesh import elements, locate
-from problems.rotor.modes import natural_frequencies
+from problems.rotor.finite_elements import shaft
+from problems.rotor.finite_elements.assembly import Matrices, assemble_free, displacement_row, node_dof
+from problems.rotor.finite_elements.data import Material, Rotor, ShaftSegment
+from problems.rotor.finite_elements.mesh import elements, locate
+from problems.rotor.free_motion.modes import natural_frequencies
 
 STEEL = Material(young_modulus=200e9, density=7800.0, poisson_ratio=0.3)
 ROUNDING = 1e-9  # of results: rounding of stiffnesses that differ by several orders of magnitude
@@ -153,7 +153,7 @@ def test_frequencies_of_a_pinned_shaft_with_shear_and_gyroscopics(speed):
 
 @pytest.mark.parametrize(("outer_radius", "order"), [(0.1, 2), (1e-3, 4)])
 def test_order_of_convergence(outer_radius, order):
-    # Order 2 where shear counts, 4 in the slender limit (see problems.rotor.shaft).
+    # Order 2 where shear counts, 4 in the slender limit (see problems.rotor.finite_elements.shaft).
     exact = rotating_beam_frequencies(uniform(1, outer_radius=outer_radius).segments[0], 2, 0.0)[2]
     errors = []
     for n_element in (4, 8, 16):

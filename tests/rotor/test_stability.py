@@ -5,14 +5,14 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea import registry
-from ksmea.contracts import Problem
 from ksmea.errors import SettingError
-from ksmea.stability import lowest_unstable_speed
-from problems.rotor.assembly import assemble_free, node_dof
-from problems.rotor.data import Bearing, Disk, Material, Rotor, ShaftSegment
-from problems.rotor.effect import RotorEffect
-from problems.rotor.unknowns import rotor_at
+from ksmea.plugins import registry
+from ksmea.problem.problem import Problem
+from ksmea.rotordynamics.stability import lowest_unstable_speed
+from problems.rotor.extension.effect import RotorEffect
+from problems.rotor.finite_elements.assembly import assemble_free, node_dof
+from problems.rotor.finite_elements.data import Bearing, Disk, Material, Rotor, ShaftSegment
+from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
 from rigid_rotor import DAMPING, NATURAL, STIFFNESS, problem_of, rigid_rotor
 

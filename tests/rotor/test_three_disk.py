@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ksmea.errors import SettingError
-from problems.rotor.mesh import share_elements
+from problems.rotor.finite_elements.mesh import share_elements
 from problems.three_disk import SEGMENT_LENGTHS, ThreeDisk
 
 
@@ -86,7 +86,7 @@ def test_refinement_converges_at_a_probe_between_nodes():
     errors = [
         np.abs(ThreeDisk(mesh=mesh, sensors=[0.15], **speeds).build().response(x) - finest).max() for mesh in (13, 26)
     ]
-    # Order 2 or better, see problems.rotor.shaft.
+    # Order 2 or better, see problems.rotor.finite_elements.shaft.
     assert errors[1] < errors[0] / 3.5
 
 

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from ksmea.model import TrueModel
-from ksmea.transforms import make_transform
+from ksmea.identification.true_model import TrueModel
+from ksmea.plugins.transforms import make_transform
 from surrogates.none import NoSurrogate
 
 

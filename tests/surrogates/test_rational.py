@@ -8,26 +8,27 @@ import numpy as np
 import pytest
 
 from counted_runs import measured, streams
-from ksmea.contracts import Problem
-from ksmea.cramer_rao import identifiability
-from ksmea.descent import descend
 from ksmea.errors import SettingError
-from ksmea.kind import Kind
-from ksmea.loop import KSMEA, structure_of
-from ksmea.measurement import Noise
-from ksmea.misfit import Misfit
-from ksmea.model import CountedProblem, Model, model_objective
+from ksmea.identification.ksmea import KSMEA, structure_of
+from ksmea.identification.true_model import model_objective
+from ksmea.inference.cramer_rao import identifiability
+from ksmea.likelihood.misfit import Misfit
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind
+from ksmea.numerics.least_squares import descend
+from ksmea.numerics.screening import latin_hypercube
+from ksmea.plugins.registry import create
+from ksmea.plugins.surrogate import Unsuited
+from ksmea.plugins.transforms import Transform
+from ksmea.problem.counted import CountedProblem, Model
+from ksmea.problem.problem import Problem
+from ksmea.problem.response_structure import UnknownImpedance
 from ksmea.records.identification import IdentificationRecord
-from ksmea.registry import create
-from ksmea.response_structure import UnknownImpedance
-from ksmea.sampling import latin_hypercube
 from ksmea.show.identification import text
 from ksmea.studies.identify import identification
-from ksmea.transforms import Transform
-from ksmea.unsuited import Unsuited
 from optimizers.lm import LM
 from problems.rk4_two_disk import RK4TwoDisk
-from problems.rotor.unknowns import BearingTarget, Unknown
+from problems.rotor.response.unknowns import BearingTarget, Unknown
 from problems.three_disk import ThreeDisk
 from surrogates.kriging import Kriging
 from surrogates.rational import Rational

@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from bench.reports.chapters.interval_plot import Shown
 from bench.reports.comparison.sides import Side
 from bench.reports.pages.made_by import OF_CODE
+from bench.reports.plots.interval_plot import Shown
 from ksmea.errors import shortened
 from ksmea.show.text import aligned, in_columns, number, of_chances, with_ends
 

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from bench.plan.page import Block, Command, Prose, Section, Table
-from bench.reports.chapters.interval_plot import interval_plot
 from bench.reports.comparison.comparison import SAME_DATA, Comparison, unknowns_table
 from bench.reports.pages.document import document
 from bench.reports.pages.made_by import command_line
+from bench.reports.plots.interval_plot import interval_plot
 
 
 def comparison_page(comparison: Comparison) -> bytes:

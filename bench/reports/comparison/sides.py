@@ -11,10 +11,11 @@ import numpy as np
 from bench.jobs.lines import RunLine
 from bench.jobs.records import read_records
 from bench.plan.plan import Plan, Run, read_plan
-from bench.reports.chapters import diagnosis, identification
-from bench.reports.chapters.interval_plot import Shown
-from bench.reports.fleet_rows import diagnosed, identified
+from bench.reports.diagnosis import page as diagnosis
+from bench.reports.fleet.rows import diagnosed, identified
+from bench.reports.identification import page as identification
 from bench.reports.pages.made_by import flattened
+from bench.reports.plots.interval_plot import Shown
 from ksmea.errors import SettingError
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.identification import IdentificationRecord

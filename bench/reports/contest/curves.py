@@ -5,13 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from bench.reports.contest.ecdf import ecdf
-from bench.reports.contest.profiles import performance_ratios, profile, simplex_gradients
-from bench.reports.contest.resampling import interval
-from bench.reports.contest.running_time import expected_running_time, spent
+from bench.reports.contest.ranks import interval
+from bench.reports.contest.running_time import (
+    ecdf,
+    expected_running_time,
+    performance_ratios,
+    profile,
+    simplex_gradients,
+    spent,
+)
 from bench.reports.contest.runs import Contest
 from bench.reports.contest.targets import Measure
-from bench.reports.trace import QUARTILES, STEPS_PER_DECADE
+from bench.reports.identification.trace import QUARTILES, STEPS_PER_DECADE
 from ksmea.arrays import Array
 
 REACH = 10.0  # by which costs of data profiles go beyond the largest of a run: expected running times may

@@ -13,7 +13,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from ksmea.show.style import COLOURS, MARKERS
+from ksmea.show.figures.style import COLOURS, MARKERS
 
 LINES: tuple[Literal["-", "--", ":"], ...] = ("-", "--", ":")
 COLUMNS = 2  # of panels: more are too small to read on a page

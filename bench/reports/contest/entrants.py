@@ -8,10 +8,10 @@ from typing import Any
 import pandas as pd
 
 from bench.plan.plan import Cell, Plan
-from bench.reports.contest.places import PARTS, budget, method_name
-from ksmea import registry
+from bench.reports.contest.cells import PARTS, budget, method_name
 from ksmea.errors import SettingError
-from ksmea.settings import own_fields
+from ksmea.plugins import registry
+from ksmea.settings.settings import own_fields
 
 NAME, BUDGET, SAMPLES = "name", "budget", "samples"
 

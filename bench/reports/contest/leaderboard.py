@@ -7,10 +7,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from bench.reports.contest.break_even import break_even
-from bench.reports.contest.ranks import ranking
-from bench.reports.contest.resampling import interval, interval_of_shares
-from bench.reports.contest.running_time import expected_running_time, resampled_running_time, spent
+from bench.reports.contest.ranks import interval, interval_of_shares, ranking
+from bench.reports.contest.running_time import break_even, expected_running_time, resampled_running_time, spent
 from bench.reports.contest.runs import Contest
 from bench.reports.contest.scores import all_scores, speed
 from bench.reports.contest.targets import Measure

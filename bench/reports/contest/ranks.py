@@ -1,16 +1,21 @@
-"""Mean ranks over instances, how sure they are, and whether both halves of the seeds say the same.
+"""Mean ranks over instances with bootstrap intervals, and their agreement between both halves of the seeds.
 
-Scores (n_instance, n_method) are lower for better; methods that tie share their mean rank.
+Scores (n_instance, n_method) are lower for better; tied methods share their mean rank.
+
+Instances are drawn with replacement within each family, so that every family keeps its weight, and jointly for all methods, so
+that they stay paired. Repetitions are not drawn: they belong to their instance. Percentile intervals: Efron & Tibshirani, An
+Introduction to the Bootstrap, 1993, ch. 13.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import scipy
 
-from bench.reports.contest.resampling import interval
+from bench.reports.tables import interval as interval_of_rate
 from ksmea.arrays import Array
 
 DIGITS = 9  # of mean ranks, beyond which they differ by rounding
@@ -68,3 +73,33 @@ def _tau(one: Array, other: Array) -> Array:
     untied = [np.sum(each**2, axis=(1, 2)) for each in signs]
     with np.errstate(invalid="ignore"):
         return np.asarray(np.sum(signs[0] * signs[1], axis=(1, 2)) / np.sqrt(untied[0] * untied[1]))
+
+
+N_RESAMPLE = 1000  # the ends of 95 % intervals are then good to about a percentile
+LEVEL = 0.95
+LEAST_INSTANCES = 5  # samples of fewer hardly vary: an interval of them says too little
+
+
+def resamples(families: Sequence[str], rng: np.random.Generator, n: int = N_RESAMPLE) -> Array:
+    """How often each instance stands in each sample, (n, n_instance)."""
+    names = np.asarray(families)
+    counts = np.zeros((n, len(names)))
+    for family in dict.fromkeys(families):
+        mine = np.flatnonzero(names == family)
+        counts[:, mine] = rng.multinomial(len(mine), np.full(len(mine), 1 / len(mine)), size=n)
+    return counts
+
+
+def interval(draws: Array) -> Array:
+    """Percentile interval of samples (n, …), as (2, …); values of samples themselves, so that infinite ones may stand among
+    them."""
+    ends = (1 - LEVEL) / 2, (1 + LEVEL) / 2
+    return np.asarray(np.quantile(draws, ends, axis=0, method="inverted_cdf"))
+
+
+def interval_of_shares(shares: Array, draws: Array, n_instance: int) -> Array:
+    """Interval (2, …) of shares (…) whose samples are (n, …). Samples of what is 0 or 1 on every instance do not vary: there
+    it is Wilson's, of as many draws as there are instances."""
+    none, all_of_them = (interval_of_rate(count, n_instance) for count in (0, n_instance))
+    low, high = interval(draws)
+    return np.array([np.where(shares == 1, all_of_them[0], low), np.where(shares == 0, none[1], high)])

@@ -1,14 +1,96 @@
-"""Expected running time (ERT): what it costs to reach a target when a run that does not is followed by another one.
+"""Running time to targets: expected running time, its distribution, performance profiles and break-even price.
 
-ERT = costs of all runs until the target, or until their end where they do not reach it / number of runs that do (Auger &
-Hansen, IEEE CEC 2005, 1777–1784; Hansen et al., Optim. Methods Softw. 36 (2021) 114–144, doi 10.1080/10556788.2020.1808977).
+- ERT, the expected running time if an unsuccessful run is followed by another one: cost of all runs until the target, or until
+  their end, per run that reaches it (Auger & Hansen, IEEE CEC 2005, 1777–1784; Hansen et al., Optim. Methods Softw. 36 (2021)
+  114–144, doi 10.1080/10556788.2020.1808977).
+- ECDF: the share of pairs of target and run that are reached within a cost per unknown. A method that ends before its budget
+  stays at its last value. COCO would simulate restarts from other runs; here a repetition has its own noise, so that another run
+  is not a restart on the same data.
+- Profiles: the share of the instances on which a method is fast, alone and relative to the others. `times`
+  (n_instance, n_method) are ERTs, infinite if no run reaches the target; an instance without any success counts as unsolved by all.
+- Break-even: the price of one true-model evaluation from which a surrogate pays. A target takes N evaluations and an overhead of
+  the method's own, total = N · price + overhead; the overhead is the time until the target without that of the true model, which
+  is assumed to be spread evenly over its evaluations.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ksmea.arrays import Array
+
+
+def ecdf(hits: Array, grid: Array) -> Array:
+    """Share of `hits` (any shape, infinite where not reached) at or below each cost of the grid (n_grid,).
+
+    >>> ecdf(np.array([[1.0, 10.0], [5.0, np.inf]]), np.array([1.0, 5.0, 100.0]))
+    array([0.25, 0.5 , 0.75])
+    """
+    every = np.sort(np.ravel(hits))
+    return np.asarray(np.searchsorted(every, grid, side="right") / len(every))
+
+
+def area(hits: Array, most: float) -> Array:
+    """Area under the ECDF of each run (n_run,) over the logarithm of the cost from 1 to `most`, as a share of all of it.
+
+    It is the mean over the targets (n_run, n_target) of how early each is reached: 1 at a cost of 1, 0 at `most` or never.
+
+    >>> area(np.array([[1.0, 10.0, np.inf]]), 100.0)
+    array([0.5])
+    """
+    if most <= 1:
+        return np.zeros(len(hits))
+    early = 1 - np.log(np.maximum(hits, 1.0)) / np.log(most)
+    return np.asarray(np.mean(np.maximum(early, 0.0), axis=1))
+
+
+def break_even(evaluations: float, overhead: float, others: Sequence[tuple[float, float]]) -> float:
+    """The price (s) from which on a method takes less time in total than the fastest of the others, each with its evaluations
+    and overhead (s); 0 where it always does, not a number where it never does.
+
+    A surrogate takes 20 evaluations and 4 s, a direct search 1000 evaluations and 0.1 s:
+
+    >>> round(break_even(20.0, 4.0, [(1000.0, 0.1)]), 5)
+    0.00398
+    """
+    price = 0.0
+    if not np.isfinite(evaluations):
+        return np.nan
+    for more, less_overhead in others:
+        if not np.isfinite(more):
+            continue
+        if more <= evaluations:
+            return np.nan
+        price = max(price, (overhead - less_overhead) / (more - evaluations))
+    return float(price)
+
+
+def performance_ratios(times: Array) -> Array:
+    """By how much each method is slower than the fastest one on the same instance (Dolan & Moré, Math. Program. 91 (2002)
+    201–213, eq. (2.1)); infinite where it does not solve it.
+
+    >>> performance_ratios(np.array([[10.0, 20.0], [30.0, np.inf], [np.inf, np.inf]]))
+    array([[ 1.,  2.],
+           [ 1., inf],
+           [inf, inf]])
+    """
+    times = np.asarray(times, dtype=float)
+    fastest = np.min(times, axis=1, keepdims=True)
+    with np.errstate(invalid="ignore"):
+        return np.where(np.isfinite(times), times / fastest, np.inf)
+
+
+def simplex_gradients(times: Array, unknowns: Array) -> Array:
+    """Running times in units of d + 1 evaluations, what a simplex gradient costs (Moré & Wild, SIAM J. Optim. 20 (2009)
+    172–191, eq. (2.4)); `unknowns` (n_instance,) are d."""
+    return np.asarray(np.asarray(times) / (np.asarray(unknowns)[:, None] + 1))
+
+
+def profile(values: Array, grid: Array) -> Array:
+    """Share of the instances (n_grid, n_method) whose ratio or time (n_instance, n_method) is at or below each of the grid."""
+    return np.asarray(np.mean(np.asarray(values)[None] <= np.asarray(grid)[:, None, None], axis=1))
 
 
 def spent(hits: Array, ends: Array) -> Array:

@@ -16,9 +16,9 @@ import pandas as pd
 from bench.jobs.lines import RESULTS
 from bench.jobs.records import UNFINISHED
 from bench.plan.plan import Plan
-from bench.reports.contest.places import budget, family, identity, is_held_back, method_name, telling_words
+from bench.reports.contest.cells import budget, family, identity, is_held_back, method_name, telling_words
 from bench.reports.contest.targets import MEASURES, Measure, reached
-from bench.reports.trace import Traced, jacobian_price
+from bench.reports.identification.trace import Traced, jacobian_price
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
 

@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from bench.reports.contest.ecdf import area
 from bench.reports.contest.ranks import Agreement, agreement
+from bench.reports.contest.running_time import area
 from bench.reports.contest.runs import Contest
 from bench.reports.contest.targets import resolved
 from ksmea.arrays import Array

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from bench.reports.contest.paired_tests import LEVEL
-from bench.reports.contest.resampling import LEAST_INSTANCES
+from bench.reports.contest.ranks import LEAST_INSTANCES
 from bench.reports.contest.runs import Contest
 from bench.reports.contest.scores import WORDS
 from ksmea.show.text import aligned, chance, number

@@ -1,7 +1,7 @@
 """The course of each run as other programs take it: numbers for functions and instances, one axis of cost, one value at each.
 
-A *function* is a family of instances, an *algorithm* a method, as a contest has them (`bench.reports.contest.places`). The
-cost is the evaluations of the true model and its Jacobians at their price, as in `bench.reports.trace`.
+A *function* is a family of instances, an *algorithm* a method, as a contest has them (`bench.reports.contest.cells`). The
+cost is the evaluations of the true model and its Jacobians at their price, as in `bench.reports.identification.trace`.
 
 Readers tell runs apart by a first row at cost 1, and want a last one at the cost of the whole run. So a run that had no finite
 value there has `NOTHING` at cost 1, and a failed one nothing else, at the cost of its budget.
@@ -19,11 +19,10 @@ import pandas as pd
 
 from bench.jobs.lines import RESULTS
 from bench.jobs.records import ended_statuses, record_kinds
-from bench.plan.columns import place_columns
-from bench.plan.naming import place_text
+from bench.plan.naming import place_columns, place_text
 from bench.plan.plan import Plan
-from bench.reports.contest.places import OF_INSTANCE, budget, family, identity, method_name
-from bench.reports.trace import Traced, jacobian_price, read_traces
+from bench.reports.contest.cells import OF_INSTANCE, budget, family, identity, method_name
+from bench.reports.identification.trace import Traced, jacobian_price, read_traces
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.records.identification import IdentificationRecord

@@ -18,7 +18,7 @@ from bench.reports.pages.made_by import command_line
 from bench.reports.pages.prose import safe, unbroken
 from bench.storage.files import replace_file
 from ksmea.errors import SettingError, shortened
-from ksmea.regular_files import open_regular
+from ksmea.settings.regular_files import open_regular
 
 RESULTS = "results"  # folder whose index is kept by itself
 DEPTHS = ("*", "*/*")  # below the folder: experiments, and those that an experiment includes

@@ -1,0 +1,186 @@
+"""A first look at the words of an experiment: what is certainly wrong is refused before anything large is loaded.
+
+Names, and plain values of settings, are held against listings alone. Whatever these cannot tell is left to what comes after,
+which composes the configuration and makes the plugins.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+from bench.command_line.bench_settings import bench_settings, default_plugins
+from bench.command_line.config_dirs import EXPERIMENT, experiment_files, names_folders
+from bench.command_line.grid import LABEL
+from bench.command_line.plugin_settings import plugin_setting, unknown_key
+from bench.command_line.source_settings import source_settings
+from bench.command_line.word_shapes import joined_options, require_shape
+from ksmea.errors import SettingError, unknown
+from ksmea.plugins.names import GROUPS, registered
+
+PLAIN = re.compile(r"[^\s'\"\[\]{}()$\\=,]+")  # a value without signs of Hydra's grammar
+NAME = re.compile(r"[A-Za-z_][\w.-]*")
+BLOCKS = "[{setting: value, ...}, ...]"
+WORDS = ("null", "true", "false", "nan", "inf")  # which are no names
+GRIDS = ("grid", "add", "cross")
+DECIMAL_COMMA = re.compile(r"-?\d+,0\d+")
+IN_WORDS = {"int": "a whole number", "float": "a number", "bool": "true or false", "str": "a text"}
+OURS = {"hydra/sweeper": "plan", "hydra.mode": "MULTIRUN"}
+EXPECTED = {"output": "a folder, output=. for the working directory", "name": "the name of a file", "label": "a label"}
+TRUTHS = ("y", "yes", "on", "true", "1", "n", "no", "off", "false", "0")
+
+
+def looked_at(words: Sequence[str], commands: Collection[str]) -> list[str]:
+    """The words, the values of options joined to them; `SettingError` for what is certainly wrong."""
+    joined = joined_options(words)
+    require_shape(joined, commands)
+    said = _said(joined)
+    for key, value in said.items():
+        _require_known(key, value)
+    if not names_folders(joined) and "plugins" not in said:  # which bring experiments and plugins of their own
+        _require_names(said)
+    return joined
+
+
+def _said(words: Sequence[str]) -> dict[str, str]:
+    """Values by setting, as they are written; what is left out by ~ is None of them."""
+    settings = [word for word in words if not word.startswith(("-", "~"))]
+    return {key.lstrip("+"): value for key, _, value in (word.partition("=") for word in settings)}
+
+
+def plain(value: str) -> tuple[str, ...]:
+    """A value or several of a sweep, where all are written without signs of Hydra's grammar; () where one is not.
+
+    >>> plain("de,pso"), plain("[de]")
+    (('de', 'pso'), ())
+    """
+    parts = value.split(",")
+    return tuple(parts) if all(PLAIN.fullmatch(part) for part in parts) else ()
+
+
+def _require_known(key: str, value: str) -> None:
+    """Whether a setting is one of the bench's, or belongs to a group; what a group knows is asked later."""
+    if key in OURS and value != OURS[key]:
+        raise SettingError(
+            f"{key}: expected {OURS[key]}, by which all experiments are planned, got {value}; leave it out"
+        )
+    if "/" in key or key.partition(".")[0] == "hydra":
+        return
+    top, _, below = key.partition(".")
+    names = [*bench_settings(), EXPERIMENT]
+    if top not in names:
+        raise SettingError(unknown_key(key, names) if not below else str(unknown("group", top, GROUPS)))
+    if not below:
+        _require_value(key, value, _type_name(bench_settings().get(key)))
+
+
+def _type_name(hint: Any) -> str:
+    return hint.__name__ if hint in (int, float, bool, str) else str(hint)
+
+
+def _require_value(key: str, value: str, type_name: str) -> None:
+    """Whether a plain value is of a setting's type."""
+    kind, *_ = type_name.split(" | ")
+    if not value:
+        if key in GROUPS or key == EXPERIMENT:
+            known = registered(key) if key in GROUPS else sorted(experiment_files())
+            raise SettingError(f"{key}: expected one of {', '.join(known)}, got nothing")
+        if key in bench_settings() or kind in ("int", "float", "bool"):
+            raise SettingError(
+                f"{key}: expected {EXPECTED.get(key, IN_WORDS.get(kind, 'a list [a,b,...]'))}, got nothing"
+            )
+        return
+    if kind in ("int", "float") and DECIMAL_COMMA.fullmatch(value):
+        raise SettingError(
+            f"{key}: expected a decimal point, or several values with commas, got '{value}'; write {value.replace(',', '.', 1)}"
+        )
+    values = plain(value)
+    if kind.startswith("list[") and value not in WORDS:
+        _require_list(key, value, kind, values)
+    if kind.startswith("dict[") and (values or value.startswith("[")) and value not in WORDS:
+        raise SettingError(
+            f"{key}: expected {{name: value, ...}}, got {'a list' if value.startswith('[') else 'one value'}"
+        )
+    if kind not in IN_WORDS:
+        return
+    if value.startswith(("[", "{")):
+        raise SettingError(
+            f"{key}: expected {EXPECTED.get(key, IN_WORDS[kind])}, got a list; several values are written without brackets"
+        )
+    if key == LABEL and value == "null":
+        raise SettingError(f"{key}: expected a label, got null; leave it out, for all of them")
+    for each in values:
+        if each.casefold() not in WORDS and not _is_of(each, kind):
+            raise SettingError(f"{key}: expected {IN_WORDS[kind]}, got '{each}'")
+
+
+def _require_list(key: str, value: str, kind: str, values: tuple[str, ...]) -> None:
+    is_blocks = kind.startswith("list[dict")
+    if values:
+        raise SettingError(f"{key}: expected a list [a,b,...], got one value")
+    if value.startswith(("{", "(")):
+        raise SettingError(
+            f"{key}: expected a list {BLOCKS if is_blocks else '[a,b,...]'}, got {'one block' if is_blocks else 'other brackets'}"
+        )
+    if is_blocks and value.startswith("[") and value[1:].strip() not in ("]", "") and value[1:].strip()[0] not in "{$":
+        raise SettingError(f"{key}: expected a list {BLOCKS}, got a list of something else")
+
+
+def _is_of(text: str, kind: str) -> bool:
+    if kind == "bool":
+        return text.casefold() in TRUTHS
+    try:
+        {"int": int, "float": float}.get(kind, str)(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _require_names(said: Mapping[str, str]) -> None:
+    """Whether experiments, plugins and their settings are there."""
+    experiments = experiment_files()
+    for name in plain(said.get(EXPERIMENT, "")):
+        if name.removesuffix(".yaml") not in experiments:
+            raise unknown(EXPERIMENT, name, experiments)
+    for group in GROUPS:
+        for name in _names(said.get(group, "")):
+            if name.removesuffix(".yaml") not in registered(group):
+                raise unknown(group, name, registered(group))
+    for key, value in said.items():
+        _require_plugin_setting(key, value, said)
+
+
+def _names(value: str) -> list[str]:
+    return [each for each in plain(value) if NAME.fullmatch(each) and each not in WORDS]
+
+
+def _require_plugin_setting(key: str, value: str, said: Mapping[str, str]) -> None:
+    """Whether one of the plugins that may be chosen has a setting, and a plain value of it its type."""
+    asked = plugin_setting(key)
+    if asked is None:
+        return
+    chosen = [asked.plugin] if asked.plugin is not None else _chosen(asked.group, said)
+    name, _, below = asked.setting.partition(".")
+    every = {each: source_settings(asked.group, each) for each in chosen or registered(asked.group)}
+    settings = [found for found in every.values() if found is not None]
+    if len(settings) < len(every):  # one cannot be told from its source
+        return
+    types = {found[name].type for found in settings if name in found}
+    if not types:
+        prefix = f"{asked.group}.{asked.plugin}" if asked.plugin else asked.group
+        raise SettingError(unknown_key(f"{prefix}.{name}", {each for found in settings for each in found}))
+    if len(types) == 1 and not below:
+        _require_value(key, value, types.pop())
+    if len(chosen) == 1 and not below and (choices := settings[0][name].choices):
+        for each in plain(value):
+            if each not in (*choices, *WORDS):
+                raise SettingError(f"{asked.group}={chosen[0]}: {unknown(f'value for {name}:', each, choices)}")
+
+
+def _chosen(group: str, said: Mapping[str, str]) -> list[str]:
+    """The plugins of a group that the words choose; none where an experiment or a grid may choose others."""
+    if group in said:
+        names = [each.removesuffix(".yaml") for each in plain(said[group])]
+        return [each for each in names if each in registered(group)] if names else []
+    return [] if EXPERIMENT in said or any(key in said for key in GRIDS) else [default_plugins()[group]]

@@ -1,0 +1,245 @@
+"""How good estimates and intervals are over many noise draws: spread against the CRLB, coverage, and how
+often a method ends in the basin of the likelihood where the truth lies."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import ClassVar
+
+import numpy as np
+import pandas as pd
+import scipy
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from bench.jobs.lines import RESULTS
+from bench.jobs.records import NOT_FAILED
+from bench.plan.naming import place_columns, place_text, telling_axes
+from bench.plan.page import Page
+from bench.plan.plan import Cell, ParameterFacts, Plan
+from bench.plan.report import Made, Report
+from bench.reports.accuracy.calibration_page import calibration_page
+from bench.reports.runs import runs_frame
+from bench.reports.tables import csv_text, ended_short_pct
+from ksmea.show.figures.style import INTERVAL, OURS, PAPER, REFERENCE, png
+from ksmea.show.text import aligned, number
+
+# Two maxima of the likelihood with deviances that differ by less than this are one and the same: searches for a maximum
+# end where the deviance falls by less than 1e-7, and no two basins are found to be as equal.
+SAME_MAXIMUM = 1e-3
+NORMAL_IQR = 2 * scipy.stats.norm.ppf(0.75)  # interquartile range of a normal distribution with unit variance
+
+
+@dataclass(frozen=True)
+class CalibrationReport(Report):
+    study: ClassVar[str] = "identify"
+
+    def make(self, plan: Plan, output: Path) -> Made:
+        runs = runs_frame(plan, output)
+        frame = calibration_frame(plan, runs)
+        files = {f"{plan.name}.csv": csv_text(frame).encode(), "runs.csv": csv_text(runs).encode()}
+        return Made(
+            _text(plan, frame),
+            files,
+            runs,
+            lambda: {f"{plan.name}.png": png(calibration_figure(plan, frame, runs))},
+            page=lambda: _page(plan, frame, runs),
+        )
+
+
+def _page(plan: Plan, frame: pd.DataFrame, runs: pd.DataFrame) -> Page:
+    names = [_short_name(plan, cell) or f"cell {index}" for index, cell in enumerate(plan.cells)]
+    errors = {
+        name: [_relative_errors(cell, name, runs[runs["cell"] == index]) for index, cell in enumerate(plan.cells)]
+        for name in dict.fromkeys(frame["parameter"])
+    }
+    named = frame.assign(cell_name=[names[index] for index, cell in enumerate(plan.cells) for _ in cell.parameters])
+    levels = sorted({_level(cell) for cell in plan.cells})
+    return calibration_page(_text(plan, frame), named, names, errors, levels, f"{plan.name}.csv", f"{plan.name}.png")
+
+
+def calibration_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
+    """A row per cell and parameter. Errors are in units of the CRLB: bias, standard deviation, a robust one
+    from the quartiles (`spread`), and the standard deviation over the runs in the right basin; `covered_pct` counts all
+    runs, an open side holding everything."""
+    rows = []
+    for index, cell in enumerate(plan.cells):
+        mine = runs[runs["cell"] == index]
+        results = mine[mine["status"].isin(RESULTS)]
+        shares = basin_shares(results)
+        for facts in cell.parameters:
+            rows.append(
+                {
+                    "parameter": facts.name,
+                    **place_columns(plan, cell),
+                    "crlb_pct": np.nan
+                    if facts.crlb is None or not facts.truth
+                    else 100 * facts.crlb / abs(facts.truth),
+                    **_errors(results, facts),
+                    **_intervals(results, facts, _level(cell)),
+                    **shares,
+                    "ended_short_pct": ended_short_pct(results),
+                    "runs": len(results),
+                    "failed": int((~mine["status"].isin(NOT_FAILED)).sum()),
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def basin_shares(results: pd.DataFrame) -> dict[str, float]:
+    """Per cent of the runs whose nearest maximum of the likelihood is the truth's own; another and lower one; another and
+    higher one, where the noise makes other values more likely."""
+    if "basin_excess" not in results or results["basin_excess"].isna().all():
+        return {"right_basin_pct": np.nan, "wrong_basin_pct": np.nan, "higher_elsewhere_pct": np.nan}
+    excess = results["basin_excess"].dropna()
+    return {
+        "right_basin_pct": 100 * (excess.abs() <= SAME_MAXIMUM).mean(),
+        "wrong_basin_pct": 100 * (excess > SAME_MAXIMUM).mean(),
+        "higher_elsewhere_pct": 100 * (excess < -SAME_MAXIMUM).mean(),
+    }
+
+
+def _errors(results: pd.DataFrame, facts: ParameterFacts) -> dict[str, float]:
+    names = ("bias", "sd", "spread", "sd_right_basin")
+    if facts.crlb is None or facts.name not in results or results.empty:
+        return dict.fromkeys(names, np.nan)
+    errors = (results[facts.name] * facts.si_per_unit - facts.truth) / facts.crlb
+    right = errors[results["basin_excess"].abs() <= SAME_MAXIMUM] if "basin_excess" in results else errors
+    spread = np.subtract(*np.percentile(errors, [75, 25])) / NORMAL_IQR
+    return dict(zip(names, (errors.mean(), errors.std(ddof=0), spread, right.std(ddof=0))))
+
+
+def _sigmas(level: float) -> float:
+    """Half-width of a normal interval of this confidence, in standard deviations."""
+    return float(scipy.stats.norm.ppf((1 + level) / 2))
+
+
+def _level(cell: Cell) -> float:
+    return float((cell.settings.get("study") or {}).get("level", 0.95))
+
+
+def _intervals(results: pd.DataFrame, facts: ParameterFacts, level: float) -> dict[str, float]:
+    """Coverage with its standard error, half-widths against those of the CRLB, and shares by kind."""
+    name = facts.name
+    if f"{name}_interval" not in results or results.empty:
+        return {}
+    covered = results[f"{name}_covered"].dropna().astype(float)
+    kinds = results[f"{name}_interval"].dropna()
+    width = (results[f"{name}_high"] - results[f"{name}_low"]).dropna() * facts.si_per_unit
+    share = covered.mean()
+    return {
+        "covered_pct": 100 * share,
+        "covered_se": 100 * np.sqrt(share * (1 - share) / max(len(covered), 1)),
+        "width": np.nan if facts.crlb is None or width.empty else width.median() / 2 / (_sigmas(level) * facts.crlb),
+        "one_sided_pct": 100 * kinds.isin(["lower limit", "upper limit"]).mean(),
+        "not_identifiable_pct": 100 * (kinds == "not identifiable").mean(),
+    }
+
+
+def _text(plan: Plan, frame: pd.DataFrame) -> str:
+    """The table in the form it is printed in."""
+    axes = telling_axes(plan)
+    columns = {
+        "CRLB %": "crlb_pct",
+        "bias": "bias",
+        "sd": "sd",
+        "spread": "spread",
+        "sd, right basin": "sd_right_basin",
+        "covers %": "covered_pct",
+        "± ": "covered_se",
+        "width": "width",
+        "one-sided %": "one_sided_pct",
+        "open %": "not_identifiable_pct",
+    }
+    columns = {head: column for head, column in columns.items() if column in frame}
+    lines = [
+        [
+            row["parameter"],
+            *(place_text(None if pd.isna(row[axis]) else row[axis]) for axis in axes),
+            *(number(row[column], 3) for column in columns.values()),
+            str(row["runs"]),
+            str(row["failed"]),
+        ]
+        for _, row in frame.iterrows()
+    ]
+    table = aligned(["parameter", *axes, *columns, "runs", "failed"], lines)
+    remark = "bias, sd, spread (from the quartiles) and half-width of the intervals (width) are in units of the CRLB"
+    return "\n".join([table, "", remark, *_basin_lines(plan, frame)])
+
+
+def _basin_lines(plan: Plan, frame: pd.DataFrame) -> list[str]:
+    first = frame.drop_duplicates(list(plan.axes))
+    if first["right_basin_pct"].isna().all():
+        return []
+    names = [_short_name(plan, cell) for cell in plan.cells]
+    return ["", "runs that end in the basin of the likelihood that the truth lies in:"] + [
+        f"  {name}: {row.right_basin_pct:.1f} %; in a less likely one {row.wrong_basin_pct:.1f} %;"
+        f" in a more likely one {row.higher_elsewhere_pct:.1f} %; the search ended short in {row.ended_short_pct:.1f} %"
+        for name, row in zip(names, first.itertuples())
+    ]
+
+
+def calibration_figure(plan: Plan, frame: pd.DataFrame, runs: pd.DataFrame) -> Figure:
+    """Errors in units of the CRLB (boxes: quartiles; whiskers: 2.5 and 97.5 %), a row per parameter; coverage beside."""
+    names = list(dict.fromkeys(frame["parameter"]))
+    figure = Figure(figsize=(11, 1.1 + len(names) * (0.9 + 0.24 * len(plan.cells))), layout="constrained")
+    panels = figure.subplots(len(names), 2, squeeze=False, width_ratios=[2, 1])
+    labels = [_short_name(plan, cell) for cell in plan.cells]
+    positions = np.arange(len(labels))[::-1]
+    for (left, right), name in zip(panels, names):
+        errors = [_relative_errors(cell, name, runs[runs["cell"] == index]) for index, cell in enumerate(plan.cells)]
+        left.boxplot(
+            errors, positions=positions, orientation="horizontal", whis=(2.5, 97.5), showfliers=False, widths=0.6,
+            medianprops={"color": OURS, "linewidth": 2},
+        )  # fmt: skip
+        for at in (-scipy.stats.norm.ppf(0.975), 0, scipy.stats.norm.ppf(0.975)):
+            left.axvline(at, color=REFERENCE, linestyle=":" if at else "-", linewidth=0.8)
+        _scale(left)
+        left.set_yticks(positions, labels, fontsize=8)
+        left.set_ylabel(name, fontsize=10, rotation=0, labelpad=14)
+        rows = frame[frame["parameter"] == name]
+        if "covered_pct" in rows:
+            has = [any(facts.name == name for facts in cell.parameters) for cell in plan.cells]
+            right.errorbar(
+                rows["covered_pct"], positions[has], xerr=2 * rows["covered_se"], fmt="o", color=INTERVAL, markersize=4
+            )
+            for level in {100 * _level(cell) for cell in plan.cells}:
+                right.axvline(level, color=REFERENCE, linestyle=":", linewidth=0.8)
+                right.axvspan(level - 2, level + 2, color=PAPER, alpha=0.08)
+            right.set_xlim(min(88.0, rows["covered_pct"].min() - 2), 100.5)
+        right.set_yticks([])
+        right.set_ylim(left.get_ylim())
+    for panel in panels.ravel():
+        panel.tick_params(axis="x", labelsize=8)
+        panel.grid(axis="x", alpha=0.25)
+    panels[0, 0].set_title("error / CRLB (dotted: 95 %)", fontsize=9)
+    panels[0, 1].set_title("intervals that hold the truth (%)", fontsize=9)
+    figure.suptitle(f"{plan.name}: {int(runs.groupby('cell').size().max())} noise draws", fontsize=11)
+    return figure
+
+
+def _short_name(plan: Plan, cell: Cell) -> str:
+    """A cell's place with the groups of its settings left out."""
+    parts = [(axis.rpartition(".")[2], cell.place.get(axis)) for axis in telling_axes(plan)]
+    told = [(axis, value) for axis, value in parts if value is not None]
+    return ", ".join(str(value) if axis in ("label", "kind") else f"{axis} {place_text(value)}" for axis, value in told)
+
+
+def _scale(panel: Axes) -> None:
+    """Linear where errors are a few times the CRLB, else logarithmic to both sides."""
+    reach = max(map(abs, panel.get_xlim()))
+    if reach < 6:
+        panel.set_xlim(-max(reach, 4.0), max(reach, 4.0))
+        return
+    panel.set_xscale("symlog", linthresh=3)
+    panel.set_xticks([sign * tick for tick in (1, 3, 10, 30, 100, 300) if tick < reach for sign in (-1, 1)] + [0])
+    panel.xaxis.set_major_formatter("{x:g}")
+    panel.minorticks_off()
+
+
+def _relative_errors(cell: Cell, name: str, runs: pd.DataFrame) -> np.ndarray:
+    facts = {parameter.name: parameter for parameter in cell.parameters}.get(name)
+    if facts is None or facts.crlb is None or name not in runs:
+        return np.array([])
+    return ((runs[name].dropna() * facts.si_per_unit - facts.truth) / facts.crlb).to_numpy(float)

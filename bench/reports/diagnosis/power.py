@@ -1,0 +1,152 @@
+"""What a diagnosis sees and what it calls it, counted over draws: detection against size, confusion, and coverage.
+
+A draw counts as detected where the verdict says that the model is wrong. The chance of that follows from the deviance that
+the effect is expected to leave: a noncentral χ² with as many degrees of freedom as the effect has unknowns, against the
+quantile that the level leaves to each candidate.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pandas as pd
+import scipy
+from scipy.optimize import brentq
+
+from bench.jobs.lines import RESULTS
+from bench.plan.naming import place_columns
+from bench.plan.plan import Cell, Plan
+from ksmea.records.diagnosis import DiagnosisRecord
+
+EFFECT, DROP, KIND = "effect", "expected_drop", "kind of data"
+UNSEEN = ("adequate", "not observable")  # verdicts that say nothing against a model
+SIZES = (0.5, 1, 2, 4, 8)  # at the axis of figures, in units of the smallest detectable one
+CERTAIN = 0.9  # chance of detection of the smallest detectable size
+CLEARLY_VISIBLE = 60.0  # deviance that is expected to be left
+
+
+def power_row(record: DiagnosisRecord, _: Cell) -> dict[str, Any]:
+    """What a record tells besides its verdict: unknowns of what is hidden, and candidates that were tried."""
+    return {
+        "unknowns": sum(len(effect.parameters) for effect in record.hidden),
+        "candidates": len(record.ranking),
+        "group": " ".join(record.ambiguity_group),
+    }
+
+
+def with_places(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
+    """Runs that have a result and hide an effect, with that, the kind of data and the deviance that their cell is about, and the chance
+    that it is detected."""
+    told = _with_facts(plan, runs)
+    told = told[told[EFFECT] != ""].copy()
+    if told.empty:
+        return told
+    told["predicted"] = [
+        chance(*row) for row in told[[DROP, "unknowns", "candidates", "level"]].itertuples(index=False)
+    ]
+    told["size"] = [
+        np.sqrt(drop / detectable_drop(*row))
+        for drop, *row in told[[DROP, "unknowns", "candidates", "level"]].itertuples(index=False)
+    ]
+    return told
+
+
+def of_right_models(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
+    """Runs that have a result and hide nothing, with the kind of data that their cell is about."""
+    told = _with_facts(plan, runs)
+    return told[told[EFFECT] == ""]
+
+
+def _with_facts(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
+    """Runs that have a result, with what their cell is about and whether the verdict says that the model is wrong."""
+    facts = pd.DataFrame([_facts(plan, index) for index in range(len(plan.cells))])
+    told = runs[runs["status"].isin(RESULTS)].drop(columns=[KIND, EFFECT, DROP], errors="ignore")
+    told = told.merge(facts, on="cell").copy()
+    if not told.empty:
+        told["detected"] = ~told["verdict"].isin(UNSEEN)
+    return told
+
+
+def _facts(plan: Plan, index: int) -> dict[str, Any]:
+    cell = plan.cells[index]
+    settings, place = cell.settings, place_columns(plan, cell)
+    return {
+        "cell": index,
+        KIND: place.get("label") or settings["measurement"]["kind"],
+        EFFECT: " ".join(settings["measurement"].get("hidden", [])),
+        DROP: settings["measurement"].get("expected_drop") or np.nan,
+        "level": settings["study"]["level"] / 2,
+    }
+
+
+def chance(drop: float, unknowns: int, candidates: int, level: float) -> float:
+    """Of detecting an effect of that many unknowns among candidates, where the deviance it leaves is expected to be `drop`;
+    `level` is that of all candidates together."""
+    critical = scipy.stats.chi2.isf(level / candidates, unknowns)
+    return float(scipy.stats.ncx2.sf(critical, unknowns, drop))
+
+
+def detectable_drop(unknowns: int, candidates: int, level: float) -> float:
+    """The deviance of the smallest detectable size."""
+    return float(brentq(lambda drop: chance(drop, unknowns, candidates, level) - CERTAIN, 1e-3, 1e4))
+
+
+def power_frame(told: pd.DataFrame) -> pd.DataFrame:
+    """A row per kind of data, effect and deviance: draws, how many were detected and how many were expected to be, and of these
+    how many report what is hidden, and hold its sizes."""
+    return pd.DataFrame(
+        [
+            {KIND: kind, EFFECT: effect, DROP: drop, **_counts(mine)}
+            for (kind, effect, drop), mine in told.groupby([KIND, EFFECT, DROP], sort=False)
+        ]
+    )
+
+
+def rates(told: pd.DataFrame, by: str) -> pd.DataFrame:
+    """The same of what is clearly visible, a row per effect or kind of data, and one of all."""
+    visible = told[told[DROP] >= CLEARLY_VISIBLE]
+    rows = [{by: name, **_counts(mine)} for name, mine in visible.groupby(by, sort=False)]
+    return pd.DataFrame([*rows, {by: "all", **_counts(visible)}])
+
+
+def _counts(mine: pd.DataFrame) -> dict[str, Any]:
+    detected = mine[mine["detected"]]
+    return {
+        "draws": len(mine),
+        "detected": len(detected),
+        "expected": float(mine["predicted"].sum()),
+        "in_set": int(detected["in_group"].sum()),
+        "first": int(detected["is_first"].sum()),
+        "surplus": int((detected["surplus"] > 0).sum()),
+        "sizes": int(detected["sizes_compared"].sum()),
+        "sizes_held": int(detected["sizes_held"].sum()),
+        "seconds": mine["seconds"].median(),
+    }
+
+
+def false_alarms(right: pd.DataFrame) -> pd.DataFrame:
+    """Of data that hide nothing, by kind of data and of all: draws, and how many are called wrong."""
+    rows = [(kind, len(mine), int(mine["detected"].sum())) for kind, mine in right.groupby(KIND, sort=False)]
+    rows.append(("all", len(right), sum(alarms for _, _, alarms in rows)))
+    return pd.DataFrame(rows, columns=[KIND, "draws", "false_alarms"])
+
+
+def confusion(told: pd.DataFrame) -> pd.DataFrame:
+    """Share of the draws of each effect (rows) that are clearly visible whose reported set holds each effect (columns); further
+    columns for those that end without a name."""
+    visible = told[told[DROP] >= CLEARLY_VISIBLE]
+    hidden = list(dict.fromkeys(told[EFFECT]))
+    reported = {name for group in visible["group"].fillna("") for name in group.split()}
+    columns = [*hidden, *sorted(reported - set(hidden))]
+    return pd.DataFrame([_shares(visible[visible[EFFECT] == name], columns) for name in hidden], index=hidden)
+
+
+def _shares(mine: pd.DataFrame, columns: list[str]) -> Mapping[str, float]:
+    groups = [group.split() for group in mine["group"].fillna("")]
+    unnamed = [verdict if not group else "" for verdict, group in zip(mine["verdict"], groups)]
+    n = max(len(mine), 1)
+    found = {name: sum(name in group for group in groups) / n for name in columns}
+    seen = {"no name": sum(bool(verdict) and verdict not in UNSEEN for verdict in unnamed) / n}
+    return found | seen | {"not seen": sum(verdict in UNSEEN for verdict in unnamed) / n}

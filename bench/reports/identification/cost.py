@@ -1,0 +1,102 @@
+"""What a method costs as a function of what one FE evaluation costs, and where a surrogate begins to pay.
+
+A run takes N evaluations of the model and an overhead of its own (surrogate, search): total = N · t + overhead, with t
+the cost of one evaluation. Two methods break even at t = (overhead₁ − overhead₂) / (N₂ − N₁).
+"""
+
+from __future__ import annotations
+
+from itertools import cycle
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from bench.jobs.lines import RESULTS
+from bench.plan.naming import cell_name
+from bench.plan.plan import Plan
+from bench.storage.own_files import PAPER
+from ksmea.problem.budget_and_journal import JACOBIAN_AS_EVALUATIONS
+from ksmea.show.figures.style import COLOURS
+from ksmea.show.figures.ticks import plain_ticks
+
+COSTS = np.logspace(-6, np.log10(3600), 200)  # s per evaluation: from a microsecond to an hour
+
+
+def cost_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
+    """A row per method (cell of the plan): medians of evaluations and times, and the break-even with the first method."""
+    rows = []
+    for index, cell in enumerate(plan.cells):
+        done = runs[(runs["cell"] == index) & runs["status"].isin(RESULTS)]
+        if done.empty:
+            continue
+        evaluations = done["model_evaluations"] + JACOBIAN_AS_EVALUATIONS * done["model_jacobians"]
+        rows.append(
+            {
+                "method": cell_name(plan, cell),
+                "model_evaluations": done["model_evaluations"].median(),
+                "model_jacobians": done["model_jacobians"].median(),
+                "evaluations": evaluations.median(),
+                "model_s": done["time_model"].median(),
+                "overhead_s": (done["time"] - done["time_model"]).median(),
+                "total_s": done["time"].median(),
+                "runs": len(done),
+            }
+        )
+    frame = pd.DataFrame(rows)
+    first = frame.iloc[0]
+    fewer = frame["evaluations"] - first["evaluations"]
+    frame["break_even_s"] = np.where(
+        fewer > 0, (first["overhead_s"] - frame["overhead_s"]) / fewer.where(fewer > 0), np.nan
+    )
+    frame["break_even_s"] = frame["break_even_s"].clip(lower=0)
+    return frame
+
+
+def paper_cost() -> tuple[float, pd.DataFrame]:
+    """Seconds per FE evaluation that the paper's own Table 3 implies (slope of its times over samples + updates, by
+    least squares), and its printed times by method."""
+    table3 = pd.read_csv(PAPER / "table3.csv")
+    updates = table3[table3["parameter"] == "updates"].set_index("samples")["identified"]
+    seconds = table3[table3["parameter"] == "time"].set_index("samples")["identified"]
+    slope = np.polyfit(updates.index + updates, seconds, 1)[0]
+    table6 = pd.read_csv(Path(PAPER) / "table6.csv")
+    return float(slope), table6[table6["parameter"] == "time"][["method", "identified"]]
+
+
+def cost_figure(frame: pd.DataFrame) -> Figure:
+    """Total time against the cost of one evaluation, a line per method; diamonds are the paper's times."""
+    figure = Figure(figsize=(8.5, 5.2), layout="constrained")
+    panel = figure.subplots()
+    for colour, row in zip(cycle(COLOURS), frame.itertuples()):
+        panel.loglog(
+            COSTS, row.evaluations * COSTS + row.overhead_s, color=colour,
+            label=f"{row.method}: {row.evaluations:.0f} evaluations + {row.overhead_s:.2g} s",
+        )  # fmt: skip
+        if np.isfinite(row.break_even_s) and row.break_even_s > 0:
+            panel.plot(row.break_even_s, row.evaluations * row.break_even_s + row.overhead_s, "o", color=colour)
+    cost, times = paper_cost()
+    panel.plot([cost] * len(times), times["identified"], "D", color="black", markersize=5, label="paper, Table 6")
+    others = times[times["method"] != "KSMEA"]
+    panel.annotate(
+        ", ".join(others["method"]),
+        (cost, others["identified"].max()),
+        xytext=(-14, 7),
+        textcoords="offset points",
+        fontsize=7,
+    )
+    surrogate = times[times["method"] == "KSMEA"]["identified"].iloc[0]
+    panel.annotate("KSMEA", (cost, surrogate), xytext=(-14, 7), textcoords="offset points", fontsize=7)
+    direct = frame.loc[frame["evaluations"].idxmax()]
+    here = direct["model_s"] / direct["evaluations"]
+    panel.axvline(here, color="grey", linestyle=":")
+    panel.annotate("one evaluation here", (here, 2e3), fontsize=7)
+    plain_ticks(panel.xaxis)
+    plain_ticks(panel.yaxis)
+    panel.set_xlabel("cost of one FE evaluation (s)")
+    panel.set_ylabel("time of one identification (s)")
+    panel.legend(fontsize=8)
+    panel.grid(alpha=0.25, which="both")
+    panel.set_title("Dots: break-even with the first method. The paper's cost is what its Table 3 implies", fontsize=9)
+    return figure

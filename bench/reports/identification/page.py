@@ -1,0 +1,90 @@
+"""Sections on one identification: what was found in words, unknowns with intervals, response, and how the search went."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+
+from bench.plan.page import Block, Page, Plot, Prose, Section, Table
+from bench.reports.plots.interval_plot import Shown, interval_plot
+from bench.reports.plots.response_plots import response_blocks
+from bench.reports.plots.responses import of_fit
+from bench.reports.plots.traces import COLOURS, axis, layout, line
+from ksmea.records.identification import IdentificationRecord
+from ksmea.show.identification import table, text
+from ksmea.show.text import fit_verdict
+
+LEAST_STEPS = 2  # updating steps that make a curve
+
+
+def identification_page(told: Sequence[tuple[str, IdentificationRecord, str]], following: Sequence[Block]) -> Page:
+    """The page of identifications, each with its title and the name of its figure as PNG; `following` is what to do next."""
+    if not told:
+        return Page("nothing was identified")
+    record = told[0][1]
+    sections = [section for each in told for section in _sections(*each, several=len(told) > 1)]
+    sections[1:1] = [Section("What to do next", tuple(following))] if following else []
+    return Page(
+        headline(record) if len(told) == 1 else f"{len(told)} identifications, the first: {headline(record)}",
+        tuple(sections),
+    )
+
+
+def headline(record: IdentificationRecord) -> str:
+    """Whether the model explains the data, in a line; of what was not tested, how many unknowns have an interval."""
+    if record.lack_of_fit is not None:
+        said = fit_verdict(record.lack_of_fit)
+        return f"{said[:1].upper()}{said[1:]}"
+    known = sum(part.low is not None and part.high is not None for part in record.parameters)
+    return f"{known} of {len(record.parameters)} unknowns are known from both sides"
+
+
+def _sections(title: str, record: IdentificationRecord, still: str, several: bool) -> Iterator[Section]:
+    of_which = f": {title}" if several else ""
+    yield Section(f"What was found{of_which}", (Prose(text(record, title)),))
+    yield Section(f"Unknowns{of_which}", tuple(unknowns_blocks(record)))
+    if record.fit is not None:
+        yield Section(f"Response{of_which}", tuple(response_blocks(of_fit(record.fit), still)))
+    if len(record.history) >= LEAST_STEPS:
+        yield Section(f"Search{of_which}", (steps_plot(record),))
+
+
+def unknowns_blocks(record: IdentificationRecord) -> Iterator[Block]:
+    """The table of unknowns, and their intervals as a plot."""
+    yield Table(table(record), "Unknowns with their intervals")
+    beside = {} if record.location is None else {each.name: each.over_sites for each in record.location.coefficients}
+    unknowns: dict[str, dict[str, Shown]] = {}
+    for part in record.parameters:
+        own = {
+            "identified": Shown(part.in_unit(part.value), part.in_unit(part.low), part.in_unit(part.high), part.unit)
+        }
+        other = beside.get(part.name)
+        if other is not None:
+            low, high = (np.nan if end is None else end for end in (other.low, other.high))
+            own["beside what is unknown"] = Shown(other.value, low, high, other.unit)
+        unknowns[part.name] = own
+    truth = {part.name: part.in_unit(part.true) for part in record.parameters}
+    if any(not np.isnan([each.low, each.high]).all() for of in unknowns.values() for each in of.values()):
+        yield interval_plot(
+            unknowns,
+            truth,
+            "The interval of each unknown relative to its value; crosses: true values, of synthetic data.",
+        )
+
+
+def steps_plot(record: IdentificationRecord) -> Plot:
+    """Misfit of the true model at each updating step of the surrogate."""
+    steps = list(range(1, len(record.history) + 1))
+    traces = [
+        line(steps, [update.misfit for update in record.history], "true model", COLOURS[0], mode="lines+markers"),
+        line(steps, [update.predicted_misfit for update in record.history], "surrogate", COLOURS[1], mode="lines+markers"),
+    ]  # fmt: skip
+    made = layout("updating step", "misfit", y_log=True)
+    made["xaxis"] = axis("updating step", dtick=max(1, len(steps) // 10))
+    return Plot(
+        "Updating steps",
+        "Misfit at the surrogate's optimum of each updating step, as the surrogate predicts it and as the true model has it.",
+        {"data": traces, "layout": made},
+        height=320,
+    )

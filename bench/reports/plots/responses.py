@@ -1,0 +1,150 @@
+"""Measured and modelled response over speed, of whatever record, in the form that plots are made of."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from itertools import combinations
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.measurement.channel import cosines
+from ksmea.records.curves import FineCurve, FitCurves, Polar, as_array
+from ksmea.records.diagnosis import DiagnosisRecord
+from ksmea.show.figures.diagnosis_residuals import as_complex
+from ksmea.show.figures.diagnosis_residuals import residuals as residuals_of
+from ksmea.show.figures.fit import residuals
+from ksmea.show.figures.residual_components import COMPONENTS, components
+from ksmea.units import MICROMETRE, RPM
+
+OF_A_PLANE = re.compile(
+    r"(?P<harmonic>.*?)(?P<direction>[xy]|[-+.e0-9]+(?=°))°? at (?P<place>.+)"
+)  # `ksmea.measurement.channel.Channel` in words
+LEAST_ACROSS = (
+    0.1  # sine of the angle between two probes from which their motion is drawn as an orbit: noise grows as 1/sine
+)
+
+
+@dataclass(frozen=True)
+class ModelCurve:
+    """A model's response (n, n_channel) µm at its own speeds (n,) rpm; `breaks` are where those of a further run begin."""
+
+    speed: Array
+    values: ComplexArray
+    breaks: tuple[int, ...] = ()
+
+
+@dataclass(frozen=True)
+class Response:
+    """Data (n_speed, n_channel) µm over speed (n_speed,) rpm; amplitudes alone where `has_phase` is False. By the name of each
+    model: its curve, its response at the measured speeds, and residuals in units of the noise by their part (`fit_figure`).
+    `sd` (µm) is that along the amplitude."""
+
+    speed: Array
+    channels: tuple[str, ...]
+    measured: ComplexArray
+    has_phase: bool
+    sd: Array | None
+    curves: Mapping[str, ModelCurve]
+    at_speeds: Mapping[str, ComplexArray]
+    residuals: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
+
+    def planes(self) -> dict[str, tuple[tuple[int, int], Array]]:
+        """Two columns of each plane where two directions are measured, and the matrix (2, 2) that makes x and y of them."""
+        found: dict[str, dict[str, int]] = {}
+        for column, channel in enumerate(self.channels):
+            if said := OF_A_PLANE.fullmatch(channel):
+                found.setdefault(said["harmonic"] + said["place"], {})[said["direction"]] = column
+        pairs = ((place, of, pair) for place, of in found.items() if (pair := _across(sorted(of))) is not None)
+        return {
+            place: ((of[pair[0]], of[pair[1]]), np.asarray(np.linalg.inv(_read_by(pair)), dtype=float))
+            for place, of, pair in pairs
+        }
+
+
+def _across(directions: Sequence[str]) -> tuple[str, str] | None:
+    """The two that are nearest to a right angle; None where all are parallel."""
+    pairs = list(combinations(directions, 2))
+    best = max(pairs, key=lambda pair: abs(np.linalg.det(_read_by(pair))), default=None)
+    return best if best is not None and abs(np.linalg.det(_read_by(best))) > LEAST_ACROSS else None
+
+
+def _read_by(pair: tuple[str, str]) -> Array:
+    """Of x and y by each of two probes, (2, 2)."""
+    return np.array([cosines(direction) for direction in pair])
+
+
+def of_fit(fit: FitCurves, name: str = "model") -> Response:
+    """The response of an identification."""
+    sd = None if fit.sd is None else as_array(fit.sd) / MICROMETRE / (np.sqrt(2) if fit.has_phase else 1)
+    parts: dict[str, Array] = {}
+    if fit.sd is not None:
+        of_channels = [residuals(fit, column) for column in range(len(fit.channels))]
+        names = COMPONENTS if fit.has_phase else ("amplitude",)
+        parts = {part: np.stack(columns, axis=1) for part, columns in zip(names, zip(*of_channels))}
+    return Response(
+        speed=as_array(fit.speed) / RPM,
+        channels=fit.channels,
+        measured=_complex(fit.measured),
+        has_phase=fit.has_phase,
+        sd=sd,
+        curves={name: _curve(fit.fine)},
+        at_speeds={name: _complex(fit.fitted)},
+        residuals={name: parts} if parts else {},
+    )
+
+
+def of_diagnosis(record: DiagnosisRecord) -> Response | None:
+    """The response of a diagnosis, before and after the extension, with residuals in units of one law of noise
+    (`ksmea.show.figures.diagnosis_residuals`); None of a record without curves. A model's curve is the fine one of the record; of
+    records that have none, that at the measured speeds."""
+    curves = record.curves
+    if curves is None:
+        return None
+    speed = np.array(curves.speed) / RPM
+    measured = as_complex(curves.responses.measured)
+    values = {"model before": curves.responses.before, "model after": curves.responses.after}
+    fine = {"model before": curves.fine_before, "model after": curves.fine_after}
+    at_speeds = {
+        name: _with_phase(as_complex(found)) / MICROMETRE for name, found in values.items() if found is not None
+    }
+    coarse = {name: ModelCurve(speed, found, curves.breaks) for name, found in at_speeds.items()}
+    drawn = {name: _curve(found) for name, found in fine.items() if found is not None}
+    return Response(
+        speed=speed,
+        channels=curves.channels,
+        measured=_with_phase(measured) / MICROMETRE,
+        has_phase=np.iscomplexobj(measured),
+        sd=None,
+        curves=coarse | drawn,
+        at_speeds=at_speeds,
+        residuals={
+            f"model {when}": _parts(found, at_speeds[f"model {when}"]) for when, found in residuals_of(record).items()
+        },
+    )
+
+
+def _curve(fine: FineCurve) -> ModelCurve:
+    return ModelCurve(as_array(fine.speed) / RPM, _complex(fine), fine.breaks)
+
+
+def _complex(polar: Polar | FineCurve) -> ComplexArray:
+    """(n, n_channel) µm."""
+    amplitude = as_array(polar.amplitude) / MICROMETRE
+    phase = np.zeros_like(amplitude) if polar.phase is None else as_array(polar.phase)
+    found: ComplexArray = amplitude * np.exp(1j * phase)
+    return found
+
+
+def _with_phase(values: Array | ComplexArray) -> ComplexArray:
+    """Amplitudes with a phase of 0, complex values as they are."""
+    return np.asarray(values if np.iscomplexobj(values) else np.abs(values), dtype=complex)
+
+
+def _parts(residuals: Array | ComplexArray, fitted: ComplexArray) -> dict[str, Array]:
+    """Residuals in units of the noise, of a complex one its components beside the fitted response."""
+    if np.iscomplexobj(residuals):
+        return dict(zip(COMPONENTS, components(residuals, fitted)))
+    return {"amplitude": residuals.real}

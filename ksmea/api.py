@@ -1,0 +1,370 @@
+"""The Python API: problems and measurements by name or file, and the studies of them. The command line's studies
+call the same functions (`ksmea.studies`); here their settings are arguments and their records come as results.
+
+Problem and measurement are aligned first (`ksmea.problem.alignment`): the problem is seen at the measurement's speeds and
+channels, or the two are refused.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from ksmea.errors import SettingError
+from ksmea.extended_model import extended_yaml, located_yaml
+from ksmea.loaded_problem import YAML, LoadedProblem
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.plugins import registry
+from ksmea.plugins.identification import Streams
+from ksmea.plugins.method import Method
+from ksmea.plugins.optimizer import Optimizer
+from ksmea.plugins.source import MeasurementSource
+from ksmea.plugins.surrogate import Surrogate
+from ksmea.problem.alignment import aligned
+from ksmea.problem.problem import Problem
+from ksmea.records.hidden import HiddenEffect
+from ksmea.results import (
+    BalanceResult,
+    DiagnosisResult,
+    IdentifiabilityResult,
+    IdentificationResult,
+    LocationResult,
+    PlanResult,
+)
+from ksmea.settings.settings import own_fields
+from ksmea.show.diagnosis import about_extension
+from ksmea.show.location import about_extension as about_law
+from ksmea.studies.balance import BalanceOptions
+from ksmea.studies.balance import balance as balancing
+from ksmea.studies.design_point import DesignPoint
+from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
+from ksmea.studies.identifiability import IdentifiabilityOptions, identifiability_study
+from ksmea.studies.identify import identification, location_options
+from ksmea.studies.library import library
+from ksmea.studies.locate import LocationOptions, location
+from ksmea.studies.plan import PlanOptions, planning_study
+from ksmea.units import MICROMETRE
+
+Seed = int | np.random.Generator
+
+
+def read_measurement(path: str | Path, **settings: Any) -> Measurement:
+    """A measured run from a CSV file (`measurements/file.py` has its columns): `incomplete="drop"`, `speed_from=…`; from a
+    file of an instrument with `format="system1"` and what it leaves open (docs/own_data.md); or several runs of one machine from the YAML file that describes them (`measurements/campaign.py`).
+
+    >>> import ksmea
+    >>> measurement = ksmea.read_measurement("docs/examples/run_up.csv")
+    >>> str(measurement.kind), measurement.values.shape
+    ('complex', (90, 2))
+    """
+    kind = "campaign" if Path(path).suffix in YAML else "file"
+    source: MeasurementSource = registry.create("measurement", kind, {"path": str(path), **settings})
+    return source.read()
+
+
+@dataclass(frozen=True)
+class SyntheticData:
+    """A synthetic measurement and, apart from it, what it was made from. A study takes the measurement alone.
+
+    `truth` has the true values in the units of the unknowns, `hidden` the effects that the problem's model lacks.
+    """
+
+    measurement: Measurement
+    truth: Mapping[str, float]
+    hidden: tuple[HiddenEffect, ...]
+
+
+def synthetic_measurement(
+    problem: LoadedProblem,
+    *,
+    relative: float = 0.0,
+    floor: float = 0.0,
+    kind: str = "amplitude",
+    hidden: Sequence[str] = (),
+    rng: Seed = 0,
+    **settings: Any,
+) -> SyntheticData:
+    """A measurement that the problem's own model makes at its published values, with Gaussian noise.
+
+    `relative` is the noise's standard deviation as a part of each value, `floor` its constant part (µm), `kind` is
+    "amplitude" or "complex", `hidden` names effects that are in the data but not in the model. Further settings are those
+    of `measurement=synthetic`: truth, sizes, noise_known, phase_known, mesh, route.
+
+    >>> import ksmea
+    >>> rotor = ksmea.load_problem("three_disk")
+    >>> data = ksmea.synthetic_measurement(rotor, relative=0.05, kind="complex", hidden=["runout"], rng=3)
+    >>> data.measurement.values.shape, [each.effect for each in data.hidden]
+    ((53, 2), ['runout'])
+    """
+    settings = {"relative": relative, "floor": floor, "kind": kind, "hidden": list(hidden), **settings}
+    source: MeasurementSource = registry.create("measurement", "synthetic", settings)
+    noise, of_hidden = _generator(rng).spawn(2)
+    seed = int(of_hidden.integers(2**63))  # what is hidden is drawn for the data, and drawn again to be told
+    truth = source.true_values(problem.settings)
+    measurement = source.measure(problem.settings, truth, noise, np.random.default_rng(seed))
+    found = source.hidden_effects(problem.settings, np.random.default_rng(seed))
+    units = {item.name: item.si_per_unit for item in aligned(problem.problem, measurement).parameters}
+    return SyntheticData(measurement, {name: truth[name] / unit for name, unit in units.items()}, tuple(found))
+
+
+Data = Measurement | SyntheticData
+
+
+def identify(
+    problem: LoadedProblem | Problem,
+    measurement: Data,
+    method: str | Method = "direct",
+    *,
+    surrogate: str | Surrogate = "kriging",
+    optimizer: str | Optimizer | None = None,
+    samples: int = 100,
+    rng: Seed = 0,
+    intervals: str = "profile",
+    level: float = 0.95,
+    unmodelled: str | float = "",
+    **settings: Any,
+) -> IdentificationResult:
+    """The unknowns of a problem from a measurement, each with an interval of confidence `level`.
+
+    `method` is a registered name – "direct" searches the true model, "ksmea" a surrogate of it that is refined – or a
+    method made by hand, which brings its own parts along. `settings` are those of the named method. Without an optimiser,
+    "direct" takes least squares from many starts ("lm"), every other method differential evolution ("de"). `unmodelled`, a
+    position (m) or "auto", adds the unknowns beside a force that the model lacks, which stay true although the model is wrong.
+
+    >>> import ksmea
+    >>> rotor = ksmea.load_problem("three_disk")
+    >>> data = ksmea.synthetic_measurement(rotor, relative=0.05)
+    >>> result = ksmea.identify(rotor, data)
+    >>> result["kxx"].low < 50.0 < result["kxx"].high
+    True
+
+    Raises `SettingError` where problem and measurement do not belong together.
+    """
+    data = _measurement(measurement)
+    seen = aligned(_problem(problem), data)
+    if isinstance(method, str):
+        parts = {
+            "surrogate": _plugin("surrogate", surrogate),
+            "optimizer": _plugin("optimizer", optimizer or ("lm" if method == "direct" else "de")),
+            "samples": samples,
+        }
+        chosen: Method = registry.create("method", method, settings, parts)
+    elif settings:
+        raise SettingError(f"identify: expected the settings inside the method, got {', '.join(settings)} beside it")
+    else:
+        chosen = method
+    chosen.validate(seen)
+    generator = _generator(rng)
+    streams = Streams(*generator.spawn(3))
+    record = identification(
+        seen,
+        data,
+        chosen,
+        streams,
+        intervals=intervals,
+        level=level,
+        details=True,
+        beside=location_options(str(unmodelled), level),
+        rng=generator.spawn(1)[0],
+    )
+    return IdentificationResult(record)
+
+
+def identifiability(
+    problem: LoadedProblem,
+    *,
+    relative: float = 0.0,
+    floor: float = 0.0,
+    kind: str = "amplitude",
+    noise_known: bool = True,
+    values: Mapping[str, float] | None = None,
+    measurement: Data | None = None,
+    rng: Seed = 0,
+    **settings: Any,
+) -> IdentifiabilityResult:
+    """How well data on the problem's speeds and channels with such noise would tell the unknowns, and how other data would.
+
+    `relative` and `floor` (µm) are the noise, `values` where the problem is linearised (by default published values, and the
+    middles of the limits of unknowns that have none, which a note tells). A `measurement` stands in for all of these by its
+    most likely values and noise, and is what further data are added to.
+    `settings` are those of `study=identifiability`: level, variations …
+
+    >>> import ksmea
+    >>> result = ksmea.identifiability(ksmea.load_problem("three_disk"), relative=0.1, variations=[])
+    >>> [f"{item.name} {100 * item.crlb / item.true:.2f} %" for item in result.record.parameters[:2]]
+    ['kxx 0.11 %', 'kyy 0.11 %']
+    """
+    options = IdentifiabilityOptions(**settings)
+    if measurement is None:
+        point = _design_point(problem, values, _noise(relative, floor), kind, noise_known)
+    else:
+        point = _most_likely(problem, measurement, rng)
+    return IdentifiabilityResult(identifiability_study(point, options))
+
+
+def plan(
+    problem: LoadedProblem,
+    target: str | None = None,
+    *,
+    relative: float = 0.0,
+    floor: float = 0.0,
+    kind: str = "amplitude",
+    noise_known: bool = True,
+    values: Mapping[str, float] | None = None,
+    measurement: Data | None = None,
+    rng: Seed = 0,
+    **settings: Any,
+) -> PlanResult:
+    """Which speeds, probes or trial unbalance to add so that `target`, or all unknowns together, become known best.
+
+    The arguments are those of `identifiability`; `settings` are those of `study=plan`: add, sensors, band …
+
+    >>> import ksmea
+    >>> result = ksmea.plan(ksmea.load_problem("three_disk"), "cyy", relative=0.1, add=2, sensors=0, trial_phases=[])
+    >>> [family.family for family in result.record.families]
+    ['speeds']
+    """
+    options = PlanOptions(target=target, **settings)
+    if measurement is None:
+        point = _design_point(problem, values, _noise(relative, floor), kind, noise_known)
+    else:
+        point = _most_likely(problem, measurement, rng)
+    return PlanResult(planning_study(point, options))
+
+
+def diagnose(
+    problem: LoadedProblem,
+    measurement: Data,
+    *,
+    effects: Sequence[str] = (),
+    without: Sequence[str] = (),
+    rng: Seed = 0,
+    workers: int = 1,
+    **settings: Any,
+) -> DiagnosisResult:
+    """What the model gets wrong about a measurement, which effect explains it, and what the extended model is worth.
+
+    `effects` names those that are tried, all that are registered if none is named, and with ["none"] none at all; `without`
+    leaves some out. `settings` are
+    those of `study=diagnose`: level, blocks, starts … A diagnosis takes from a second to a minute, with two `workers`, processes
+    that share it, little more than half of that; what it finds is the same.
+
+    >>> import ksmea
+    >>> rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5, 1.0])
+    >>> data = ksmea.synthetic_measurement(rotor, relative=0.05, floor=0.1, kind="complex", noise_known=False)
+    >>> ksmea.diagnose(rotor, data, effects=["runout", "mass"]).verdict
+    'adequate'
+
+    Raises `SettingError` where problem and measurement do not belong together, or no effect has a location on the problem.
+    """
+    data = _measurement(measurement)
+    seen = aligned(problem.problem, data)
+    options = DiagnosisOptions(**settings)
+    _check_workers(workers)
+    chosen, left_out = library(effects, without, data)
+    record = diagnosis(seen, data, chosen, _generator(rng), options=options, left_out=left_out, workers=workers)
+    return DiagnosisResult(record, extended_yaml(problem.name, _own(problem), record, about_extension(record)))
+
+
+def locate(
+    problem: LoadedProblem | Problem, measurement: Data, *, rng: Seed = 0, workers: int = 1, **settings: Any
+) -> LocationResult:
+    """Where something acts that the model lacks, although nobody knows what: at which sites an unknown force, moment or
+    reading, free at every speed, explains the data, and what it does there. The unknowns beside it stay true although the
+    model is wrong.
+
+    It takes complex data of three channels or more. `settings` are those of `study=locate`: level, positions, kinds … At most
+    `workers` processes share the sites; what is found is the same.
+
+    >>> import ksmea
+    >>> rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5, 1.0], n_speed=27)
+    >>> data = ksmea.synthetic_measurement(rotor, relative=0.05, kind="complex", hidden=["unbalance"], rng=1)
+    >>> found = ksmea.locate(rotor, data, positions=[0.2, 1.0], kinds=["force"])
+    >>> found.record.kind, found.sites
+    ('force', (1.0,))
+
+    Raises `SettingError` where problem and measurement do not belong together, or the data are too few to tell.
+    """
+    data = _measurement(measurement)
+    seen = aligned(_problem(problem), data)
+    _check_workers(workers)
+    record = location(seen, data, _generator(rng), options=LocationOptions(**settings), workers=workers)
+    if not isinstance(problem, LoadedProblem):
+        return LocationResult(record)
+    return LocationResult(record, located_yaml(problem.name, _own(problem), record, about_law(record)))
+
+
+def balance(measurement: Data, *, rng: Seed = 0, **settings: Any) -> BalanceResult:
+    """Influence coefficients, unknown weights and correction weights of a campaign, without a model of the rotor.
+
+    The runs are at the same speeds, with phases; a weight without `g_mm` is unknown. `settings` are those of `study=balance`:
+    drift, leave_out, level …
+
+    >>> import ksmea
+    >>> found = ksmea.balance(ksmea.read_measurement("docs/examples/balancing.yaml"))
+    >>> {position: (round(size, 1), round(angle)) for position, (size, angle) in found.correction.items()}
+    {0.2: (40.1, -104), 0.4: (25.2, 140)}
+
+    Raises `SettingError` for data without phases or weights, and runs that do not tell the planes apart.
+    """
+    record = balancing(_measurement(measurement), _generator(rng), options=BalanceOptions(**settings))
+    return BalanceResult(record)
+
+
+def _check_workers(workers: int) -> None:
+    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
+        raise SettingError(f"workers: expected a whole number of processes from 1 on, got {workers!r}")
+
+
+def _own(problem: LoadedProblem) -> dict[str, Any]:
+    """The settings of a problem by name."""
+    return {field.name: getattr(problem.settings, field.name) for field in own_fields(type(problem.settings))}
+
+
+def _generator(rng: Seed) -> np.random.Generator:
+    return np.random.default_rng(rng)
+
+
+def _noise(relative: float, floor: float) -> Noise:
+    noise = Noise(relative, floor * MICROMETRE)
+    if noise.is_absent:
+        raise SettingError(
+            "noise: expected some, without which every unknown is known exactly, got none; give relative=0.05 or floor=0.1 (µm)"
+        )
+    return noise
+
+
+def _design_point(
+    problem: LoadedProblem, values: Mapping[str, float] | None, noise: Noise, kind: str, noise_known: bool
+) -> DesignPoint:
+    """Planned data at values of the unknowns, those that are assumed told."""
+    taken = problem.middles(values)
+    said = (
+        f"no value is known of {', '.join(taken)}: the middles of the limits are taken, the geometric ones where these lie a decade"
+        f" or more apart; give yours: values={{{next(iter(taken), '')!r}: …}}"
+    )
+    remarks = (said,) if taken else ()
+    x = problem.x({**taken, **(values or {})})
+    return DesignPoint(problem.problem, x, noise, kind, noise_known, remarks=remarks)
+
+
+def _most_likely(problem: LoadedProblem, data: Data, rng: Seed) -> DesignPoint:
+    measurement = _measurement(data)
+    return DesignPoint.of_measurement(aligned(problem.problem, measurement), measurement, _generator(rng))
+
+
+def _measurement(data: Data) -> Measurement:
+    return data.measurement if isinstance(data, SyntheticData) else data
+
+
+def _problem(problem: LoadedProblem | Problem) -> Problem:
+    return problem.problem if isinstance(problem, LoadedProblem) else problem
+
+
+def _plugin(group: str, chosen: str | Surrogate | Optimizer) -> Any:
+    return registry.create(group, chosen, {}) if isinstance(chosen, str) else chosen

@@ -1,0 +1,84 @@
+"""The optimiser on the true model, without a surrogate."""
+
+from __future__ import annotations
+
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.errors import BudgetSpent
+from ksmea.identification.true_model import FINAL_STEP, model_objective, most_likely
+from ksmea.likelihood.misfit import FORMS, Misfit
+from ksmea.measurement.measurement import Measurement
+from ksmea.plugins.identification import Identification, Stage, Streams, at_limit
+from ksmea.plugins.method import Method
+from ksmea.plugins.optimizer import Optimizer
+from ksmea.problem.counted import Model
+from ksmea.problem.problem import Problem
+from ksmea.settings.settings import part, setting
+
+
+@dataclass(frozen=True)
+class Direct(Method):
+    """Minimise the misfit of the true model with the optimiser alone, as Table 6 does with DE, PSO and GA.
+
+    Where the noise's level is not known, the optimiser searches with equal weights in relative terms, and the maximum
+    of the likelihood nearest to its optimum, the noise estimated along, is the end unless `final_step` says otherwise.
+    """
+
+    optimizer: Optimizer = part("what searches the true model")
+    misfit: str = setting("likelihood", "form of the misfit", choices=FORMS)
+    budget: int | None = setting(None, "true-model evaluations at most; null: what the optimiser asks for", at_least=1)
+    jacobian_cost: int = setting(
+        0,
+        "evaluations that one Jacobian counts as in the budget; 0: it is counted apart, and costs nothing",
+        at_least=0,
+    )
+    final_step: bool | None = setting(
+        None,
+        "end at the maximum of the likelihood nearest to the optimiser's optimum; null: where the likelihood is searched for"
+        " and the noise's level is not known",
+    )
+
+    def validate(self, problem: Problem) -> None:
+        self.optimizer.check_dimension(len(problem.parameters))
+
+    def identify(self, problem: Problem, measurement: Measurement, streams: Streams) -> Identification:
+        started = time.perf_counter()
+        model = Model(problem, budget=self.budget, jacobian_cost=self.jacobian_cost)
+        misfit = Misfit(measurement, self.misfit)
+        objective = model_objective(model, misfit, model.left)
+        with suppress(BudgetSpent):
+            self.optimizer.minimize(objective, streams.optimizer)
+        minimum = objective.result()  # not what the optimiser returned: the objective knows
+        if not np.isfinite(minimum.value):
+            raise ArithmeticError(f"none of the {objective.evaluations} points of the optimiser has a finite misfit")
+        u, value = minimum.u, minimum.value - misfit.offset
+        objective.end_stage("search")  # or the optimiser has ended stages of its own
+        stages = [
+            Stage(name, problem.parameters.to_si(end.u), end.evaluations, end.jacobians)
+            for name, end in objective.stages
+        ]
+        if self._ends_in_final_step(measurement) and (found := most_likely(model, measurement, u)) is not None:
+            u, value = found
+            stages.append(Stage(FINAL_STEP, problem.parameters.to_si(u), model.evaluations, model.jacobians))
+        total = time.perf_counter() - started
+        return Identification(
+            x=problem.parameters.to_si(u),
+            at_limit=at_limit(u),
+            misfit=value,
+            stop="budget" if objective.was_refused else "optimizer",
+            updates=0,
+            model_evaluations=model.evaluations,
+            model_jacobians=model.jacobians,
+            surrogate_evaluations=0,
+            seconds={"model": model.seconds, "surrogate": 0.0, "search": total - model.seconds, "total": total},
+            stages=tuple(stages),
+        )
+
+    def _ends_in_final_step(self, measurement: Measurement) -> bool:
+        if self.final_step is None:
+            return self.misfit == "likelihood" and measurement.noise is None
+        return self.final_step

@@ -1,0 +1,302 @@
+"""Trace of a run: each improvement of the best misfit shown by the true model, and its cost, whatever the method is.
+
+The problem that a method is handed records it. A point counts once the true model has evaluated it, also on the way to a
+Jacobian; a point that only a surrogate has evaluated is not an improvement. A method with a surrogate improves at its samples and
+at the points that it adds. Points of one batch count one after the other. The misfit has one form whatever a method minimises
+(`comparable_misfit`), so that traces of methods can be compared.
+
+Predictions of a surrogate are counted here as well, and a method whose budget is spent ends with the best point of its trace.
+"""
+
+from __future__ import annotations
+
+import copy
+import dataclasses
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from types import MethodType
+from typing import Any, TypeVar
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.likelihood.deviance import deviance, reference_variance
+from ksmea.likelihood.misfit import Misfit
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.observable import Kind
+from ksmea.plugins.identification import Identification, Stage, Streams, at_limit
+from ksmea.plugins.method import Method
+from ksmea.plugins.surrogate import Predictor, Surrogate, Unsuited
+from ksmea.problem.budget_and_journal import Budget, BudgetedProblem
+from ksmea.problem.counted import CountedProblem
+from ksmea.problem.problem import Problem
+from ksmea.records.trace import StageRecord, TraceRecord, stage_number
+
+# Improvements kept for each tenfold of evaluations and Jacobians, in each stage, at most: as many as COCO logs (N. Hansen et
+# al., Optim. Methods Softw. 36 (2021) 114–144, doi 10.1080/10556788.2020.1808977).
+STEPS_PER_DECADE = 20
+DIGITS, SECONDS_DIGITS = 10, 4  # that are kept of misfits and values, and of times
+
+
+def comparable_misfit(measurement: Measurement) -> Callable[[ComplexArray], Array]:
+    """What gives the misfit (k,) of responses (k, n_speed, n_channel), m, by which methods are compared.
+
+    It is the deviance (`ksmea.likelihood.deviance`). Where the noise's level is not known, it is taken as relative, at the level that fits the
+    residuals of each response best; of data without noise it is the likelihood misfit (`ksmea.likelihood.misfit`).
+    """
+    noise, values, kind = measurement.noise, measurement.values, measurement.kind
+    if noise is not None and noise.is_absent:
+        misfit = Misfit(measurement, "likelihood")
+        return lambda response: misfit.value(misfit.observed(response))
+    measured = np.abs(values)
+    reference = reference_variance(measured**2 if noise is None else noise.variance(measured), values)
+
+    def deviances(response: ComplexArray) -> Array:
+        amplitude = np.abs(response)
+        seen = amplitude if kind is Kind.AMPLITUDE else response
+        squared = np.abs(seen - values) ** 2
+        variance = _fitting_variance(amplitude, squared) if noise is None else noise.variance(amplitude)
+        return deviance(squared, variance, reference, kind, axis=(1, 2))
+
+    return deviances
+
+
+def _fitting_variance(amplitude: Array, squared: Array) -> Array:
+    """Variances (k, n_speed, n_channel), m², of relative noise at the most likely level of each response."""
+    level = np.mean(squared / amplitude**2, axis=(1, 2), keepdims=True)
+    return np.asarray(np.maximum(level, np.finfo(float).tiny) * amplitude**2)
+
+
+@dataclass(frozen=True)
+class Improvement:
+    """A point x (d,) SI with a lower misfit than all before it, and what all until then took."""
+
+    evaluations: int
+    jacobians: int
+    surrogate_evaluations: int
+    seconds: float
+    misfit: float
+    x: Array
+
+
+class TracedProblem(CountedProblem):
+    """A counted problem that keeps each improvement among the points it is asked for at the measured speeds and channels."""
+
+    def __init__(self, behind: Problem, measurement: Measurement, predictions: PredictionCount) -> None:
+        super().__init__(behind)
+        self.improvements: list[Improvement] = []
+        self._misfit = comparable_misfit(measurement)
+        self._predictions = predictions
+        self._best = np.inf
+        self._started = time.perf_counter()
+
+    def response(self, x: Array) -> ComplexArray:
+        before = self.count.evaluations
+        response = super().response(x)
+        self._keep(x, response, before + 1)
+        return response
+
+    def linearised(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
+        response, sensitivity = super().linearised(x)
+        self._keep(x[None], response[None], self.count.evaluations)
+        return response, sensitivity
+
+    def _keep(self, x: Array, response: ComplexArray, first: int) -> None:
+        """Keep what is better among points (k, d) SI with these responses, the first of which is evaluation `first`."""
+        with np.errstate(all="ignore"):  # a response that is not finite is no improvement
+            misfits = self._misfit(response)
+        for index in np.flatnonzero(misfits < self._best):
+            if misfits[index] < self._best:
+                self._best = float(misfits[index])
+                counts = first + int(index), self.count.jacobians, self._predictions.points
+                seconds = time.perf_counter() - self._started
+                self.improvements.append(Improvement(*counts, seconds, self._best, np.array(x[index])))
+
+
+def thinned(improvements: Sequence[Improvement], stages: Sequence[Stage]) -> TraceRecord:
+    """The record of a trace: of the improvements of a stage within a step of evaluations and Jacobians (`STEPS_PER_DECADE`)
+    the last, at its own count, so that none is dated too early."""
+    ends = tuple(
+        StageRecord(each.name, each.evaluations, each.jacobians, tuple(map(float, each.x)), None, each.on_surrogate)
+        for each in stages
+    )
+    kept = {}
+    for each in improvements:
+        step = int(np.log10(each.evaluations + each.jacobians) * STEPS_PER_DECADE)
+        kept[stage_number(ends, each.evaluations, each.jacobians), step] = each
+    found = list(kept.values())
+    return TraceRecord(
+        evaluations=tuple(each.evaluations for each in found),
+        jacobians=tuple(each.jacobians for each in found),
+        surrogate_evaluations=tuple(each.surrogate_evaluations for each in found),
+        misfit=tuple(_rounded(each.misfit, DIGITS) for each in found),
+        seconds=tuple(_rounded(each.seconds, SECONDS_DIGITS) for each in found),
+        x=tuple(tuple(_rounded(value, DIGITS) for value in each.x) for each in found),
+        stages=ends,
+    )
+
+
+def _rounded(value: float, digits: int) -> float:
+    return float(f"{value:.{digits}g}")
+
+
+AnyMethod = TypeVar("AnyMethod")
+
+
+@dataclass
+class PredictionCount:
+    """Points that surrogates have predicted."""
+
+    points: int = 0
+
+
+def with_counted_surrogate(method: AnyMethod, count: PredictionCount) -> AnyMethod:
+    """The same method, its surrogate counted; as it is where it has none, or one that is the true model."""
+    surrogate = getattr(method, "surrogate", None)
+    if not isinstance(surrogate, Surrogate) or surrogate.is_true_model:
+        return method
+    counted = copy.copy(method)
+    object.__setattr__(counted, "surrogate", CountedSurrogate(surrogate, count))  # settings are frozen
+    return counted
+
+
+class CountedPredictor(Predictor):
+    """A predictor that counts the points it predicts. Whatever else it is asked, the one behind answers."""
+
+    def __init__(self, behind: Predictor, count: PredictionCount) -> None:
+        self.behind = behind
+        self.count = count
+
+    def predict(self, u: Array) -> Array:
+        self.count.points += len(u)
+        return self.behind.predict(u)
+
+    def append(self, u: Array, y: Array) -> Predictor | None:
+        appended = self.behind.append(u, y)
+        return None if appended is None else CountedPredictor(appended, self.count)
+
+    def __getattr__(self, name: str) -> Any:
+        return _behind(self, name)
+
+
+@dataclass(frozen=True)
+class CountedSurrogate(Surrogate):
+    """A surrogate whose predictors count. Whatever else it is asked, the one behind answers."""
+
+    behind: Surrogate
+    count: PredictionCount
+
+    def least_samples(self, d: int) -> int:
+        return self.behind.least_samples(d)
+
+    def fit(self, u: Array, y: Array, rng: np.random.Generator) -> Predictor:
+        return self._counted(lambda: self.behind.fit(u, y, rng))
+
+    def refit(self, previous: Predictor, u: Array, y: Array, rng: np.random.Generator) -> Predictor:
+        bare = previous.behind if isinstance(previous, CountedPredictor) else previous
+        return self._counted(lambda: self.behind.refit(bare, u, y, rng))
+
+    def _counted(self, made: Callable[[], Predictor]) -> CountedPredictor:
+        """A predictor that counts; so does what takes over where the surrogate is not suited."""
+        try:
+            return CountedPredictor(made(), self.count)
+        except Unsuited as unsuited:
+            if unsuited.substitute is not None and not unsuited.substitute.is_true_model:
+                unsuited.substitute = CountedSurrogate(unsuited.substitute, self.count)
+            raise
+
+    def __getattr__(self, name: str) -> Any:
+        return _behind(self, name)
+
+
+def _behind(counted: Any, name: str) -> Any:
+    """An attribute of what is counted, which a copy in the making does not have yet; a surrogate that a method of it returns is
+    counted too."""
+    if name in ("behind", "count") or name.startswith("__"):
+        raise AttributeError(name)
+    member = getattr(counted.behind, name)
+    if not isinstance(member, MethodType):
+        return member
+
+    def call(*arguments: Any, **named: Any) -> Any:
+        answer = member(*arguments, **named)
+        return CountedSurrogate(answer, counted.count) if isinstance(answer, Surrogate) else answer
+
+    return call
+
+
+def _handed_on(name: str) -> property:
+    return property(lambda self: _behind(self, name))
+
+
+# What the contracts have a default for is asked of the one behind too.
+for _counted, _contract in ((CountedPredictor, Predictor), (CountedSurrogate, Surrogate)):
+    for _name in set(vars(_contract)) - set(vars(_counted)):
+        if not _name.startswith("_"):
+            setattr(_counted, _name, _handed_on(_name))
+
+
+def within_budget(
+    method: Method,
+    traced: TracedProblem,
+    measurement: Measurement,
+    streams: Streams,
+    budget: Budget | None,
+    predictions: PredictionCount,
+) -> Identification:
+    """What a method finds. Where it asks for more than the budget holds, that is the best point that the true model has shown
+    (`ksmea.identification.trace.comparable_misfit`), whatever the method returns or raises then."""
+    if budget is None:
+        return method.identify(traced, measurement, streams)
+    started = time.perf_counter()
+    found = None
+    try:
+        found = method.identify(BudgetedProblem(traced, budget), measurement, streams)
+    except Exception:
+        if not budget.was_refused:
+            raise
+    if found is not None and not budget.was_refused:
+        return found
+    if found is None:
+        total, model = time.perf_counter() - started, traced.count.seconds
+        found = _nothing(
+            traced, predictions, {"model": model, "surrogate": 0.0, "search": total - model, "total": total}
+        )
+    return _best_so_far(found, traced)
+
+
+def _nothing(traced: TracedProblem, predictions: PredictionCount, seconds: dict[str, float]) -> Identification:
+    """What a method has found that did not return."""
+    middle = (traced.parameters.lower + traced.parameters.upper) / 2
+    return Identification(
+        x=middle,
+        at_limit=(),
+        misfit=float("inf"),
+        stop="budget",
+        updates=0,
+        model_evaluations=traced.count.evaluations,
+        model_jacobians=traced.count.jacobians,
+        surrogate_evaluations=predictions.points,
+        seconds=seconds,
+    )
+
+
+def _best_so_far(found: Identification, traced: TracedProblem) -> Identification:
+    """The same with the best point of the trace, as its last stage left it."""
+    count = traced.count
+    if not traced.improvements:
+        raise ArithmeticError(f"none of the {count.evaluations} points of the method has a finite misfit")
+    best = traced.improvements[-1]
+    last = (
+        dataclasses.replace(stage, x=best.x, evaluations=count.evaluations, jacobians=count.jacobians)
+        for stage in found.stages[-1:]
+    )
+    return dataclasses.replace(
+        found,
+        x=best.x,
+        at_limit=at_limit(traced.parameters.to_cube(best.x)),
+        misfit=best.misfit,
+        stop="budget",
+        stages=(*found.stages[:-1], *last),
+    )

@@ -1,0 +1,79 @@
+"""True model in place of a surrogate: objective for an optimiser, final step to the nearest maximum."""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+from ksmea.arrays import Array
+from ksmea.errors import BudgetSpent
+from ksmea.inference.maximisation import nearest_maximum
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.likelihood.misfit import Misfit
+from ksmea.measurement.measurement import Measurement
+from ksmea.numerics.least_squares import descend
+from ksmea.numerics.objective import Objective
+from ksmea.plugins.surrogate import Predictor
+from ksmea.plugins.transforms import Transform
+from ksmea.problem.alignment import require_aligned
+from ksmea.problem.counted import Model
+
+
+class TrueModel(Predictor):
+    """A predictor without error: each prediction is a counted evaluation of the model."""
+
+    def __init__(self, model: Model, transform: Transform) -> None:
+        self.model = model
+        self.transform = transform
+
+    def predict(self, u: Array) -> Array:
+        """Points (k, d) → outputs (k, q) as surrogates model them."""
+        return self.transform.encode(self.model.response(u))
+
+
+def model_objective(model: Model, misfit: Misfit, budget: int | None = None) -> Objective:
+    """The misfit of the true model as an objective, with the Jacobian from the sensitivity where the problem has one;
+    `SettingError` where the model's problem is not seen as the misfit's measurement."""
+    require_aligned(model.problem, misfit.measurement)
+
+    def residuals(u: Array) -> Array:
+        return misfit.residuals(misfit.observed(model.response(u)))
+
+    def jacobian(u: Array) -> Array:
+        return misfit.jacobian(*model.linearise(u))
+
+    def screening(u: Array) -> Array:
+        return misfit.screening(misfit.observed(model.response(u)))
+
+    return Objective(
+        len(model.problem.parameters),
+        residuals,
+        jacobian_at=jacobian if model.problem.has_sensitivity else None,
+        screening_at=screening,
+        budget=budget,
+        jacobian_cost=model.jacobian_cost,
+    )
+
+
+FINAL_STEP = "final step"  # the stage's name
+
+
+def most_likely(model: Model, measurement: Measurement, start: Array) -> tuple[Array, float] | None:
+    """The maximum (d,) nearest to a point of the unit cube and its deviance, with the noise estimated along where its
+    level is not known; None where the model's budget does not admit a step.
+
+    Without noise there is no likelihood: least squares then, and their misfit.
+    """
+    misfit = Misfit(measurement, "likelihood")
+    if model.is_spent:
+        return None
+    if measurement.noise is not None and measurement.noise.is_absent:
+        objective = model_objective(model, misfit, model.left)
+        with suppress(BudgetSpent):
+            descend(objective, start, max_iterations=100)
+        found = objective.result()
+        return found.u, found.value
+    try:
+        maximum = nearest_maximum(Likelihood(model, measurement), start)
+    except BudgetSpent:
+        return None
+    return maximum.theta[: len(start)], maximum.deviance

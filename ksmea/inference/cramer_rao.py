@@ -1,0 +1,101 @@
+"""How well data determine the unknowns, before they are measured: the Cramér–Rao lower bound (CRLB), from the Fisher
+information (`ksmea.likelihood.fisher`).
+
+The covariance of an unbiased estimate is no smaller than the inverse of the information (S. M. Kay, Fundamentals of
+Statistical Signal Processing: Estimation Theory, 1993, eq. 3.24).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.likelihood.fisher import UNKNOWABLE, of_unknowns, whitened_sensitivity
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind
+from ksmea.problem.counted import Model
+from ksmea.problem.problem import Problem
+
+
+@dataclass(frozen=True)
+class Identifiability:
+    """What data tell about the unknowns at x (d,), SI, as their whitened sensitivity J (m, d): JᵀJ is the Fisher
+    information. Directions are judged in changes relative to `scale` (d,): the values, or the range of the search for a zero
+    and for an angle."""
+
+    x: Array
+    whitened: Array
+    scale: Array | None = None
+
+    @property
+    def information(self) -> Array:
+        """Fisher information (d, d), 1/SI²."""
+        return self.whitened.T @ self.whitened
+
+    @property
+    def crlb(self) -> Array:
+        """Cramér–Rao lower bound, 1 σ: the smallest standard deviation (d,) of an unbiased estimate, SI; infinite where
+        most of it comes from directions that the data do not tell."""
+        singular, directions = self._spectrum
+        weighted = (directions / self._floored(singular)[:, None]) ** 2
+        told = singular > UNKNOWABLE * singular[0]
+        hidden = np.sum(weighted[~told], axis=0) > np.sum(weighted[told], axis=0)
+        return np.where(hidden, np.inf, np.sqrt(np.sum(weighted, axis=0))) * self._scale
+
+    @property
+    def crlb_pct(self) -> Array:
+        """The CRLB in per cent of the values (d,)."""
+        return np.asarray(100 * self.crlb / np.abs(self.x))
+
+    @property
+    def worst_direction(self) -> Array:
+        """Unit vector (d,) of relative changes that the data tell least."""
+        return np.asarray(self._spectrum[1][-1])
+
+    @property
+    def worst_crlb(self) -> float:
+        """The CRLB of a relative change in that direction."""
+        smallest = self._spectrum[0][-1]
+        return float(1 / smallest) if smallest > 0 else np.inf
+
+    @property
+    def correlation(self) -> Array:
+        """Correlation of the estimates (d, d) at the CRLB: ±1 where two unknowns can hardly be told apart."""
+        singular, directions = self._spectrum
+        weighted = directions / self._floored(singular)[:, None]
+        covariance = weighted.T @ weighted
+        sd = np.sqrt(np.diag(covariance))
+        return np.asarray(covariance / np.outer(sd, sd))
+
+    @property
+    def _scale(self) -> Array:
+        scale = np.abs(self.x) if self.scale is None else self.scale
+        return np.where(scale == 0, 1.0, scale)
+
+    def _floored(self, singular: Array) -> Array:
+        return np.maximum(singular, max(UNKNOWABLE * singular[0], np.finfo(float).tiny))
+
+    @property
+    def _spectrum(self) -> tuple[Array, Array]:
+        """Singular values (d,), falling, and directions (d, d) by rows, of the sensitivity to relative changes."""
+        scaled = self.whitened * self._scale
+        missing = max(0, scaled.shape[1] - len(scaled))  # fewer data than unknowns tell nothing in some directions
+        _, singular, directions = np.linalg.svd(np.pad(scaled, ((0, missing), (0, 0))), full_matrices=False)
+        return singular, directions
+
+
+def identifiability(
+    problem: Problem, x: Array, noise: Noise, kind: str, *, noise_known: bool = True
+) -> Identifiability:
+    """What data of a kind ('amplitude' or 'complex') with this noise would tell about the unknowns at x (d,), SI.
+
+    Where the noise's level is not known, what it takes to estimate its relative part and its floor is taken off.
+    """
+    parameters = problem.parameters
+    response, slope = Model(problem).linearise(parameters.to_cube(x))
+    has_no_size = (x == 0) | np.array([parameter.is_angle for parameter in parameters])
+    scale = np.where(has_no_size, parameters.width, np.abs(x))
+    whitened = whitened_sensitivity(response, slope / parameters.width, noise, Kind(kind), noise_known=noise_known)
+    return Identifiability(x, of_unknowns(whitened, len(parameters)), scale)

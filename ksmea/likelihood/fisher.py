@@ -1,0 +1,120 @@
+"""Fisher information of data with Gaussian noise, as whitened sensitivities J with JᵀJ the information; `LikelihoodPoint`.
+
+For a datum with mean μ(x) and variance s²(|μ|) = (relative · |μ|)² + floor² the information about parameters i, j is
+
+- amplitude, real Gaussian:        ∂ᵢμ ∂ⱼμ / s² + ∂ᵢs² ∂ⱼs² / (2 s⁴);
+- complex, circular Gaussian:  2 Re(∂ᵢμ* ∂ⱼμ) / s² + ∂ᵢs² ∂ⱼs² / s⁴,
+
+summed over the data (S. M. Kay, Fundamentals of Statistical Signal Processing: Estimation Theory, 1993, eqs. 3.31 and
+15.52). The second term is the information in the noise level itself.
+
+Rows of J come in two parts: those for the means, one per real number in the data and in units of their noise, then
+those for the variances, one per datum.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind, amplitude_sensitivity
+
+# Directions of relative change that the data tell less of than this part of the most telling one: rounding of the
+# sensitivities near sharp resonances is of that order.
+UNKNOWABLE = 1e-10
+
+
+def whitened_sensitivity(
+    response: ComplexArray, sensitivity: ComplexArray, noise: Noise, kind: Kind, *, noise_known: bool = True
+) -> Array:
+    """J (m, d) of data with this response (n_speed, n_channel) and sensitivity (n_speed, n_channel, d).
+
+    Where the noise's level is not known, two columns follow, of ln relative and ln floor: (m, d + 2); two for each run where
+    runs have noise of their own.
+    """
+    magnitude = np.abs(response)
+    sd = noise.sd(magnitude)  # a floor may differ from datum to datum
+    of_mean = kind.seen_sensitivity(response, sensitivity) / sd[..., None]
+    of_amplitude = amplitude_sensitivity(response, sensitivity)
+    of_variance = (2 * noise.relative**2 * magnitude)[..., None] * of_amplitude / sd[..., None] ** 2
+    rows = _rows(of_mean, of_variance, kind)
+    if noise_known:
+        return rows
+    return np.concatenate([rows, whitened_noise_sensitivity(magnitude, noise, kind)], axis=1)
+
+
+def whitened_noise_sensitivity(magnitude: Array, noise: Noise, kind: Kind) -> Array:
+    """The columns (m, 2 n_level) that ln relative and ln floor of each level have in J: they show in the variances alone.
+    `magnitude` (n_speed, n_channel), m."""
+    parts = noise_variance_slopes(magnitude, noise) / noise.sd(magnitude)[..., None] ** 2
+    return _rows(np.zeros_like(parts), parts, kind)
+
+
+def noise_variance_slopes(magnitude: Array, noise: Noise) -> Array:
+    """∂s²/∂(ln relative, ln floor) of each level of the noise (n_speed, n_channel, 2 n_level), m²."""
+    columns = []
+    for rows in noise.rows or (slice(None),):
+        for part in ((noise.relative * magnitude) ** 2, np.broadcast_to(np.square(noise.floor), magnitude.shape)):
+            column = np.zeros_like(magnitude)
+            column[rows] = 2 * part[rows]
+            columns.append(column)
+    return np.stack(columns, axis=-1)
+
+
+def whitened_difference(response: ComplexArray, other: ComplexArray, noise: Noise, kind: Kind) -> Array:
+    """Difference of two responses (n_speed, n_channel) in units of the noise at the other one, as the rows of J for the
+    means have it."""
+    difference = kind.seen(response) - kind.seen(other)
+    return kind.real_parts((difference / noise.sd(np.abs(other))).ravel())
+
+
+def projected(whitened: Array, nuisance: Array) -> Array:
+    """What is left of sensitivities (m, d) when others (m, k), of parameters that nobody asks for, are fitted along."""
+    if not nuisance.size:
+        return whitened
+    directions = span(nuisance)
+    return whitened - directions @ (directions.T @ whitened)
+
+
+def of_unknowns(whitened: Array, n_unknown: int) -> Array:
+    """What J (m, k) tells of its first unknowns (m, n_unknown), those behind them, of the noise, being fitted along."""
+    return projected(whitened[:, :n_unknown], whitened[:, n_unknown:])
+
+
+def span(columns: Array, tolerance: float = UNKNOWABLE) -> Array:
+    """Orthonormal directions (m, r) of what columns (m, k) span, but for those that fall below a part of the
+    largest."""
+    directions, singular, _ = np.linalg.svd(columns, full_matrices=False)
+    return np.asarray(directions[:, singular > tolerance * max(singular[0], np.finfo(float).tiny)])
+
+
+def _rows(of_mean: Array | ComplexArray, of_variance: Array, kind: Kind) -> Array:
+    """J (m, d) from derivatives (n_speed, n_channel, d) of the means over s and of the variances over s²."""
+    d = of_mean.shape[-1]
+    means = kind.real_parts(of_mean.reshape(-1, d))
+    return np.concatenate([means, np.sqrt(kind.dimensions / 2) * of_variance.reshape(-1, d)])
+
+
+@dataclass(frozen=True)
+class Point:
+    """The likelihood at θ (p,): unknowns in the unit cube (d,), then ln relative and ln floor where they are
+    estimated."""
+
+    theta: Array
+    deviance: float
+    gradient: Array  # (p,) of the deviance
+    whitened: Array  # (m, p); whitenedᵀ whitened is the Fisher information
+
+    @property
+    def information(self) -> Array:
+        return self.whitened.T @ self.whitened
+
+    @cached_property
+    def triangle(self) -> Array:
+        """R (p, p), upper triangular, with Rᵀ R the Fisher information, to the accuracy of `whitened`; of fewer rows where that has
+        fewer."""
+        return np.asarray(np.linalg.qr(self.whitened, mode="r"))

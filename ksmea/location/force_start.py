@@ -1,0 +1,156 @@
+"""The fit of an effect whose force follows a law at one place: from the force as it is recovered there.
+
+A stop that is touched near resonances only changes the response there altogether: seen from values without it, the likelihood
+says little of where it is large. But a force that is free at every speed fits whatever acts at the
+place, and gives the unknowns beside it (`unknown_force`); the law comes nearest to that force somewhere (`law_start`); from there it is
+fitted together with the unknowns, by 1X alone and then with all harmonics, in the motion that was measured: where several are steady,
+the one next to it. This likelihood has no edges, and the effect itself, in the motion that a slow run comes to, is fitted from where
+that ends. The slow run's likelihood has edges, where a speed changes over from one motion to another: where that end is beyond one, or leaves
+far more than the free force did, fits start from the best of a cloud of points too.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+
+import numpy as np
+import scipy
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.errors import SettingError
+from ksmea.fits.fitting import END, Fit
+from ksmea.inference.maximisation import maximise
+from ksmea.likelihood.difference_likelihood import likelihood_of
+from ksmea.likelihood.fisher import Point
+from ksmea.location.force_law import SMALLEST, TOLERANCE, LawLikelihood, chance_beyond_free_force
+from ksmea.location.law_start import UNSEEN, inside, nearest_start
+from ksmea.location.location import fitted_site, missing_to_locate
+from ksmea.location.unknown_force import SiteFit, Unmodelled
+from ksmea.measurement.measurement import Measurement
+from ksmea.nonlinear.laws import Law
+from ksmea.numerics.screening import log_ratio, mean_log_misfit, sobol
+from ksmea.plugins.effect import ForceLaw
+from ksmea.problem.alignment import at_1x
+from ksmea.problem.counted import Model
+from ksmea.problem.load import FORCE
+from ksmea.problem.problem import Problem
+
+N_START = 16  # of the fit beside a free force
+MAX_ITERATIONS = 50  # of each fit in the measured motion
+SAME = 1.0  # deviance by which two responses differ that have the same motions at all speeds
+RARE = 1e-3  # the chance below which a fit is not taken to leave noise alone
+N_CLOUD = 128  # points around it, a power of two
+N_BATCH = 16  # of these are evaluated at once, and left out where one has no steady motion
+N_KEPT = 3  # of all, those that fits start from
+
+
+def can_recover(problem: Problem, measurement: Measurement, position: float) -> bool:
+    """Whether data of a problem tell a force at a position, m, that is free at every speed, as amplitudes do not, and it takes unit
+    loads."""
+    if measurement.is_by_differences:  # a free force is of what was read
+        return False
+    problem, at_rotation = at_1x(problem, measurement)
+    try:
+        if missing_to_locate(problem, at_rotation.kind):
+            return False
+        middle = problem.parameters.to_si(np.full((1, len(problem.parameters)), 0.5))
+        problem.load_response(middle, Unmodelled(FORCE, position).loads)
+    except SettingError:  # what the problem has already does not go with unit loads
+        return False
+    return True
+
+
+def starts_from_force(
+    extended: Problem,
+    measurement: Measurement,
+    without: Problem,
+    position: float,
+    law: ForceLaw,
+    ceiling: float = np.inf,
+) -> Array:
+    """Points (n, d) of the unit cube from which to fit a problem that an effect has extended: a force by a law at a position, m.
+    There are none where no law is found that has a steady motion, or where a free force leaves a deviance above a ceiling: no law
+    comes lower. The data are such that `can_recover`. `SettingError` for a law that does not come from `ksmea.nonlinear.laws`."""
+    if not isinstance(law, Law):
+        raise SettingError(f"force_at: expected a law of ksmea.nonlinear.laws, got {law!r}; subclass Law")
+    problem, at_rotation = at_1x(without, measurement)
+    site = fitted_site(problem, at_rotation, Unmodelled(FORCE, position), N_START)
+    none = np.empty((0, len(extended.parameters)))
+    if problem is without and likelihood_of(Model(problem), measurement).deviance_of(site.point.mean) > ceiling:
+        return none
+    start = nearest_start(site, law)
+    unit = np.array([size for _, _, size in law.coefficients])
+    parts = np.abs(start.coefficients / unit)
+    if not parts.max() > 0:
+        return none
+    scale = np.maximum(parts, SMALLEST * parts.max()) * unit
+    likelihood = LawLikelihood(site, law, scale, start.motion)
+    limits = extended.parameters
+    likelihood.lower[likelihood.d :] = limits.lower[likelihood.d :] / scale
+    likelihood.upper[likelihood.d :] = limits.upper[likelihood.d :] / scale
+    with suppress(np.linalg.LinAlgError):
+        theta = np.concatenate([start.theta, start.coefficients / scale])
+        best = maximise(likelihood, theta, tolerance=TOLERANCE, max_iterations=MAX_ITERATIONS)
+
+        def in_cube(theta: Array) -> Array:
+            x = [problem.parameters.to_si(theta[:, : likelihood.d]), theta[:, likelihood.d :] * scale]
+            return inside(limits.to_cube(np.hstack(x)), limits.period)
+
+        found = _with_all_harmonics(extended, measurement, start.motion, in_cube(best.theta[None])[0])
+        if found is None or not _is_enough(found, site, likelihood):
+            cloud = in_cube(np.vstack([best.theta, best.theta + _draws(best)]))
+            known = np.empty((0, len(limits))) if found is None else found.u[None]
+            return np.vstack([known, _in_agreement(extended, measurement, cloud)])
+        if _is_of_slow_run(found, extended, measurement):
+            return found.u[None]
+        cloud = inside(found.u + _draws(found.point)[:, : len(limits)], limits.period)
+        return np.vstack([found.u, _in_agreement(extended, measurement, cloud)])
+    return none
+
+
+def _with_all_harmonics(extended: Problem, measurement: Measurement, motion: ComplexArray, u: Array) -> Fit | None:
+    """The effect fitted from a point of the unit cube (d,), in the steady motions next to that of its site (n_speed, 2), m; None where
+    there is none on the way."""
+    problem = extended.next_to(motion)
+    likelihood = likelihood_of(Model(problem), measurement)
+    with suppress(np.linalg.LinAlgError):
+        return Fit(
+            problem, likelihood, maximise(likelihood, likelihood.start(u), tolerance=END, max_iterations=MAX_ITERATIONS)
+        )
+    return None
+
+
+def _is_of_slow_run(fit: Fit, extended: Problem, measurement: Measurement) -> bool:
+    """Whether a slow run comes to the same motions as those that a fit is next to."""
+    with suppress(np.linalg.LinAlgError):
+        return likelihood_of(Model(extended), measurement).deviance(fit.point.theta) < fit.deviance + SAME
+    return False
+
+
+def _is_enough(fit: Fit, site: SiteFit, likelihood: LawLikelihood) -> bool:
+    """Whether a fit leaves no more at 1X beyond what the free force does than noise may."""
+    at_1x = [channel.is_1x for channel in fit.problem.channels]
+    deviance = float(np.sum(likelihood.whitened(fit.response()[None][..., at_1x]) ** 2))
+    return chance_beyond_free_force(site, likelihood, deviance) > RARE
+
+
+def _draws(best: Point) -> Array:
+    """Steps (n, p) from a maximum as likely as its information says; none along what the data do not show."""
+    _, sizes, directions = np.linalg.svd(best.whitened, full_matrices=False)
+    shown = sizes > UNSEEN * sizes.max()
+    drawn = scipy.stats.norm.ppf(sobol(N_CLOUD, int(shown.sum())) + 0.5 / N_CLOUD)
+    return np.asarray((drawn / sizes[shown]) @ directions[shown])
+
+
+def _in_agreement(problem: Problem, measurement: Measurement, points: Array) -> Array:
+    """Those of points (n, d) of the unit cube whose response at 1X comes nearest to the data, by the mean |ln ratio|: one speed that
+    is on the other motion counts no more than its ratio."""
+    is_1x = [channel.is_1x for channel in measurement.channels]
+    seen = measurement.values[:, is_1x]
+    misfits = np.full(len(points), np.inf)
+    for rows in np.split(np.arange(len(points)), range(N_BATCH, len(points), N_BATCH)):
+        with suppress(np.linalg.LinAlgError):
+            response = problem.response(problem.parameters.to_si(points[rows]))
+            misfits[rows] = mean_log_misfit(log_ratio(response[..., is_1x][:, seen != 0], seen[seen != 0]))
+    order = np.argsort(misfits)[:N_KEPT]
+    return np.asarray(points[order[np.isfinite(misfits[order])]])

@@ -1,0 +1,163 @@
+"""Where the fit of a law starts: at the coefficients that come nearest to the force as it was recovered."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.location.recovered_force import RecoveredForce, recovered_force
+from ksmea.location.unknown_force import SiteFit
+from ksmea.nonlinear.laws import Law
+from ksmea.numerics.screening import sobol
+
+N_OTHER = 8  # values of each unknown that the data do not show, a power of two
+N_WEIGHT = 50  # draws that weights are made of
+N_THRESHOLD = 12  # amplitudes that a search for a threshold starts from
+N_UNSEEN = 32  # values of what the data do not show beside a free force that a law is compared at, a power of two
+N_TOGETHER = 3  # of these, those from where it is found together with the law
+UNSEEN = 1e-6  # of the largest singular value: directions of the unknowns that do not show
+
+
+@dataclass(frozen=True)
+class LawStart:
+    """Where the fit of a law at a site starts: unknowns in the unit cube, coefficients SI; `bic` is that of the law as a model of
+    the recovered force."""
+
+    theta: Array
+    coefficients: Array
+    motion: ComplexArray  # of the site as recovered (n_speed, 2), m
+    bic: float
+
+
+def law_starts(site: SiteFit, laws: Iterable[Law]) -> list[list[LawStart]]:
+    """Starts of each law at a site: of the fit there, and of the same with other values of what it does not show."""
+    recovered = [(each, _recovered(each)) for each in (site, *_others(site))]
+    return [[_start(law, *each) for each in recovered] for law in laws]
+
+
+def nearest_start(site: SiteFit, law: Law) -> LawStart:
+    """Where a law comes nearest to the force at a site, found together with what the data do not show beside a free force, such as
+    an unbalance at the very site: that changes the force, and not the motion."""
+    site = _amid_unseen(site)
+    likelihood, recovered, unseen = site.likelihood, _recovered(site), _unseen(site)
+    k = unseen.shape[1]
+    parts = sobol(N_UNSEEN, k) - 0.5 if k else np.zeros((1, 0))
+    size, motion = np.array([each for _, _, each in law.coefficients]), _motion(recovered)
+    spread = np.std(recovered.force[1:], axis=0)
+
+    def at(part: Array) -> Array:
+        return inside(site.point.theta + unseen @ part, likelihood.period)
+
+    def left_over(values: Array) -> Array:
+        acting = law.at_motion((values[: len(size)] * size)[None], likelihood.problem.speed, motion[None])
+        left = (acting - likelihood.at(at(values[len(size) :])).free) / spread
+        return np.asarray(_real_parts(left)[0])
+
+    found = []
+    for part in parts:
+        coefficients, left = _nearest(law, likelihood.problem.speed, likelihood.at(at(part)).free, spread, motion)
+        values = np.concatenate([coefficients / size, part])
+        if np.all(np.isfinite(left_over(values))):
+            found.append((left, values))
+    if not found:
+        raise np.linalg.LinAlgError("no finite force was found at the site")
+    best = sorted(found, key=lambda each: each[0])[:N_TOGETHER]
+    lower = np.concatenate([law.least, np.full(k, -np.inf)])
+    fits = [least_squares(left_over, values, bounds=(lower, np.inf), x_scale="jac") for _, values in best]
+    fit = min(fits, key=lambda each: float(each.cost))
+    bic = 4 * fit.cost + len(size) * np.log(len(fit.fun))  # the cost is half of the sum of squares
+    return LawStart(at(fit.x[len(size) :]), fit.x[: len(size)] * size, motion, float(bic))
+
+
+def _amid_unseen(site: SiteFit) -> SiteFit:
+    """The fit with unknowns that do not show in the middle of their limits: without its size an unbalance has no angle."""
+    theta = np.where(site.point.shown, site.point.theta, 0.5)
+    return SiteFit(site.likelihood, site.likelihood.at(theta))
+
+
+def _unseen(site: SiteFit) -> Array:
+    """Directions (d, k) in the unit cube along which the data do not change beside a free force."""
+    _, sizes, directions = np.linalg.svd(site.point.whitened, full_matrices=False)
+    return np.asarray(directions[sizes < UNSEEN * sizes.max()].T)
+
+
+def inside(theta: Array, period: Array) -> Array:
+    """Points (…, d) within the limits of the unit cube; unknowns with a period as they come back there, about its middle."""
+    turn = np.where(np.isfinite(period), period, 1.0)
+    turned = 0.5 + (theta - 0.5 + turn / 2) % turn - turn / 2
+    return np.clip(np.where(np.isfinite(period), turned, theta), 0.0, 1.0)
+
+
+def _motion(recovered: RecoveredForce) -> ComplexArray:
+    return np.zeros_like(recovered.force[0]) if recovered.motion is None else recovered.motion[0]
+
+
+def _others(site: SiteFit) -> list[SiteFit]:
+    """The fit with other values of unknowns that the data do not show beside a free force, but may beside a law."""
+    hidden = ~site.point.shown
+    if not np.any(hidden):
+        return []
+    found = []
+    for values in sobol(N_OTHER, int(hidden.sum())) + 0.5 / N_OTHER:
+        theta = site.point.theta.copy()
+        theta[hidden] = values
+        found.append(SiteFit(site.likelihood, site.likelihood.at(theta)))
+    return found
+
+
+def _recovered(site: SiteFit) -> RecoveredForce:
+    return recovered_force(site, np.random.default_rng(0), n_draw=N_WEIGHT)
+
+
+def _start(law: Law, site: SiteFit, recovered: RecoveredForce) -> LawStart:
+    """The coefficients that come nearest to the force as it was recovered, each speed weighed as it is known."""
+    motion, speed = _motion(recovered), site.likelihood.problem.speed
+    coefficients, left = _nearest(law, speed, recovered.force[0], np.std(recovered.force[1:], axis=0), motion)
+    n_real = 2 * recovered.force[0].size
+    bic = 2 * left + len(coefficients) * np.log(n_real)  # the spread is that of real and imaginary part together
+    return LawStart(site.point.theta, coefficients, motion, float(bic))
+
+
+def _nearest(law: Law, speed: Array, target: ComplexArray, spread: Array, motion: ComplexArray) -> tuple[Array, float]:
+    """The coefficients that come nearest to a force (n_speed, 2), and the sum of squares that they leave, in units of its spread."""
+
+    def whitened(coefficients: Array) -> Array:
+        """Forces of coefficients (n, n_coefficient), in units of their spread, as real numbers (n, m)."""
+        force = law.at_motion(coefficients, speed, np.broadcast_to(motion, (len(coefficients), *motion.shape)))
+        return _real_parts(force / spread)
+
+    [goal] = _real_parts(target[None] / spread)
+    if law.threshold is None:
+        coefficients = np.linalg.lstsq(whitened(np.eye(len(law.coefficients))).T, goal)[0]
+    else:
+        coefficients = _with_threshold(law, whitened, goal, np.linalg.norm(motion, axis=-1))
+    left = whitened(coefficients[None])[0] - goal
+    return coefficients, float(left @ left)
+
+
+def _with_threshold(law: Law, force: Callable[[Array], Array], goal: Array, amplitude: Array) -> Array:
+    """The coefficients of a law that acts above an amplitude only: its first one is its size, and what is neither that nor the
+    threshold is zero at first. The best of several thresholds is refined with all of them."""
+    tried = np.zeros((N_THRESHOLD, len(law.coefficients)))
+    tried[:, 0] = 1.0
+    tried[:, law.threshold] = np.quantile(amplitude, np.arange(N_THRESHOLD) / N_THRESHOLD)
+    forces = force(tried)
+    tried[:, 0] = forces @ goal / np.maximum(np.sum(forces**2, axis=1), np.finfo(float).tiny)
+    left = np.sum((tried[:, :1] * forces - goal) ** 2, axis=1)
+    best = tried[np.argmin(left)]
+    size = np.array([each for _, _, each in law.coefficients])
+
+    def left_over(values: Array) -> Array:
+        return np.asarray(force((values * size)[None])[0] - goal)
+
+    return np.asarray(size * least_squares(left_over, best / size, bounds=(law.least, np.inf)).x)
+
+
+def _real_parts(force: ComplexArray) -> Array:
+    """Complex forces (n, n_speed, 2) as real numbers (n, m)."""
+    flat = force.reshape(len(force), -1)
+    return np.concatenate([flat.real, flat.imag], axis=1)

@@ -1,0 +1,291 @@
+"""Where something acts that the model lacks: at which sites an unknown force, moment or reading explains the data.
+
+1. At each site the model with something unknown there (`unknown_force`) is fitted from several starts, then twice from
+   the best unknowns that were found at any site: what is wrong moves the unknowns of the plain model by far more than it
+   moves those of the true site.
+2. The noise, where it is not known, is that of the site that needs least of it (`restricted_noise`), and the same for all
+   sites: else a wrong site would be excused by noise of its own making. Each site's weights come from its fitted response:
+   those from the data favour what is measured too small.
+3. Each site is tested on its own (`site_quality`). Sites are not nested in each other, so that differences of their
+   deviances have no χ² distribution.
+
+The plain model and unknown readings are fitted and tested alike.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+from scipy.optimize import least_squares
+
+from ksmea.arrays import Array
+from ksmea.errors import SettingError
+from ksmea.fits.fitting import START_DISTANCE
+from ksmea.fits.starts import screened
+from ksmea.inference.maximisation import best_maxima, is_in_valley
+from ksmea.location.restricted_noise import restricted_noise
+from ksmea.location.sites import SiteQuality, fitted_pairs, site_qualities
+from ksmea.location.unknown_force import LATERAL, READING, ProjectedLikelihood, SiteFit, Unmodelled
+from ksmea.measurement.channel import DIRECTIONS
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind
+from ksmea.numerics.parallel import for_each
+from ksmea.numerics.screening import sobol
+from ksmea.problem.alignment import through
+from ksmea.problem.load import LOADS
+from ksmea.problem.problem import Problem
+
+FIRST_FLOOR = 0.1  # of the median of all values: the noise's floor in the first weights, relative to its relative part
+SHARED = 3  # best sites whose unknowns all sites are fitted from
+SHARINGS = 2
+REWEIGHTINGS = 3  # after which weights from the fitted response stay as they are
+HOPELESS = 50.0  # mean square of what a site leaves, in units of the noise, at which its fit is given up
+FIRST_ITERATIONS, SURVIVORS = 10, 2  # of each fit: after the first iterations only the best starts go on
+N_SCREENED = 2048  # points of the box, a power of two
+SCREENED_STARTS = 12
+
+
+@dataclass(frozen=True)
+class Location:
+    """Sites with their fits and tests; `plain` is the model with nothing unknown. `noise` is that of all fits."""
+
+    sites: tuple[SiteFit, ...]
+    qualities: tuple[SiteQuality, ...]
+    plain: SiteFit
+    plain_quality: SiteQuality
+    noise: Noise
+    level: float
+
+    @property
+    def accepted(self) -> list[int]:
+        """Indices of the sites that are not rejected, the one that leaves least first."""
+        kept = [index for index, quality in enumerate(self.qualities) if quality.p >= self.level]
+        return sorted(kept, key=lambda index: self.sites[index].point.excess)
+
+    @property
+    def ranked(self) -> list[int]:
+        """Indices of all sites: behind those that are accepted the others, the one that leaves least first."""
+        others = set(range(len(self.sites))) - set(self.accepted)
+        return [*self.accepted, *sorted(others, key=lambda index: self.sites[index].point.excess)]
+
+    @property
+    def is_plain_enough(self) -> bool:
+        return self.plain_quality.p >= self.level
+
+
+def locate(
+    problem: Problem,
+    measurement: Measurement,
+    rng: np.random.Generator,
+    *,
+    positions: Sequence[float] = (),
+    kinds: Sequence[str] = (*LOADS, READING),
+    level: float = 0.01,
+    n_start: int = 4,
+    progress: Callable[[], None] = lambda: None,
+    workers: int = 1,
+) -> Location:
+    """What is tried at each position (m; the problem's sites if none are given), or reading plane, for each kind, and
+    which of it is not rejected at `level`. Where nothing is accepted anywhere, force and moment together are tried, and forces
+    at two positions, if the channels are enough. Processes share the sites.
+
+    Raises `SettingError` where the data are too few for anything to be left once it is eliminated.
+    """
+    require_enough(problem, measurement.kind)
+    along = problem.sites if not len(positions) else np.asarray(positions, dtype=float)
+
+    def fitted(tried: Sequence[Unmodelled]) -> list[SiteFit]:
+        return _fits(problem, measurement, tried, rng, n_start, progress, workers)
+
+    fits = fitted([Unmodelled(), *candidates(problem, kinds, along)])
+    found = _tested(fits, measurement, level, rng, workers)
+    if found.accepted or not set(LOADS) <= set(kinds):
+        return found
+    more = fitted(candidates(problem, (LATERAL,), along))
+    if len(along) > 1 and leaves_enough(problem, 2 * len(DIRECTIONS)):
+        more += fitted_pairs(np.sort(along), fitted)
+    return _tested([*fits, *more], measurement, level, rng, workers) if more else found
+
+
+def require_enough(problem: Problem, kind: str) -> None:
+    """Raise `SettingError` where data of a kind, at a problem's speeds and channels, could not tell an unknown force from
+    anything, and say what would be enough."""
+    if not problem.takes_loads:
+        problem.load_response(np.empty((0, len(problem.parameters))), ())
+    if got := missing_to_locate(problem, kind):
+        raise SettingError(
+            "location: expected complex data of at least 3 channels, of which an unknown force takes 2 at each speed, got"
+            f" {got}"
+        )
+
+
+def missing_to_locate(problem: Problem, kind: str) -> str:
+    """What data of a kind, at a problem's speeds and channels, lack to tell an unknown force from anything; empty where
+    nothing."""
+    if not problem.takes_loads:
+        return "a problem that takes no loads"
+    n_channel = len(problem.channels)
+    if kind == Kind.AMPLITUDE:
+        more = ", at another plane or in both directions" if n_channel < 3 else ""
+        return f"amplitudes of {n_channel}; measure phases too, so that the force can be eliminated{more}"
+    if n_channel < 3:
+        return f"{n_channel}; add a probe at another plane, or both directions there"
+    if not leaves_enough(problem, len(DIRECTIONS)):
+        left = 2 * (n_channel - len(DIRECTIONS)) * len(problem.speed)
+        return f"{left} real data beside the force for {len(problem.parameters)} unknowns; measure more speeds"
+    return ""
+
+
+def leaves_enough(problem: Problem, n_free: int) -> bool:
+    """Whether complex data leave more than twice as many real numbers as there are unknowns, once `n_free` complex ones are
+    eliminated at each speed."""
+    return 2 * (len(problem.channels) - n_free) * len(problem.speed) > 2 * len(problem.parameters)
+
+
+def candidates(problem: Problem, kinds: Sequence[str], positions: Array) -> list[Unmodelled]:
+    """What may be unknown: loads at positions, readings at planes, where the channels leave any to test them by."""
+    planes = dict.fromkeys(channel.position for channel in problem.channels)
+    found = [
+        Unmodelled(kind, float(position))
+        for kind in kinds
+        for position in (planes if kind == READING else positions.tolist())
+    ]
+    return [unmodelled for unmodelled in found if len(unmodelled.named_columns(problem)) < len(problem.channels)]
+
+
+def _tested(
+    fits: Sequence[SiteFit], measurement: Measurement, level: float, rng: np.random.Generator, workers: int
+) -> Location:
+    """Fits, the plain one first, with the noise of the one that needs least of it."""
+    for _ in range(REWEIGHTINGS):
+        reference = min(fits, key=lambda fit: fit.point.excess)
+        noise = _noise(measurement, reference)
+        fits = _each_site(partial(_reweighted, noise=noise, reference=reference), fits, workers)
+    fits = _each_site(_settled, fits, workers)
+    qualities = site_qualities([fit.point for fit in fits], measurement, level, rng, workers)
+    return Location(tuple(fits[1:]), tuple(qualities[1:]), fits[0], qualities[0], noise, level)
+
+
+def _each_site(function: Callable[[SiteFit], SiteFit], fits: Sequence[SiteFit], workers: int) -> list[SiteFit]:
+    """What a function makes of each fit; processes share them."""
+    known = [
+        thing for fit in fits for thing in (fit, fit.likelihood, fit.likelihood.problem, fit.likelihood.measurement)
+    ]
+    return for_each(function, fits, workers, known=known)
+
+
+def _fits(
+    problem: Problem,
+    measurement: Measurement,
+    tried: Sequence[Unmodelled],
+    rng: np.random.Generator,
+    n_start: int,
+    progress: Callable[[], None],
+    workers: int,
+) -> list[SiteFit]:
+    """Each fitted with weights from the data, from starts all over the box and from the best that others found."""
+    magnitude = np.abs(measurement.values)
+    sd = np.hypot(magnitude, FIRST_FLOOR * np.median(magnitude))
+    likelihoods = [ProjectedLikelihood(problem, measurement, unmodelled, sd) for unmodelled in tried]
+    starts = [_starts(problem, measurement, unmodelled, rng, n_start) for unmodelled in tried]
+
+    def fitted(index: int) -> SiteFit:
+        return _best(likelihoods[index], starts[index])
+
+    known = [problem, measurement, *likelihoods]
+    fits = for_each(fitted, range(len(tried)), workers, known=known, progress=progress)
+    for _ in range(SHARINGS):
+        shared = [fit.point.theta for fit in sorted(fits, key=lambda fit: fit.point.excess)[:SHARED]]
+        fits = _each_site(partial(_searched_from, starts=shared), fits, workers)
+        progress()
+    return fits
+
+
+def fitted_site(problem: Problem, measurement: Measurement, unmodelled: Unmodelled, n_start: int) -> SiteFit:
+    """One site by itself, with the noise that it needs."""
+    [fit] = _fits(problem, measurement, [unmodelled], np.random.default_rng(0), n_start, lambda: None, 1)
+    return _reweighted(fit, _noise(measurement, fit), fit)
+
+
+def _searched_from(fit: SiteFit, starts: Sequence[Array], ceiling: float = np.inf) -> SiteFit:
+    """The better of a fit and one from those starts that are not taken to lie in its valley."""
+    others = [theta for theta in starts if not is_in_valley(fit.likelihood, fit.point, theta)]
+    fits = [fit, *([_best(fit.likelihood, others, ceiling)] if others else [])]
+    return min(fits, key=lambda found: found.point.deviance)
+
+
+def _starts(
+    problem: Problem, measurement: Measurement, unmodelled: Unmodelled, rng: np.random.Generator, n_start: int
+) -> Array:
+    """Points (n, d) of the unit cube. Beside a free load any will do: it takes the resonances, and with them the narrow
+    basins. Without one, as beside a reading, there are as many as of the plain model: they are screened for."""
+    d = len(problem.parameters)
+    if unmodelled.loads:
+        return sobol(n_start, d, rng)
+    kept = [index for index, channel in enumerate(problem.channels) if not unmodelled.reads(channel)]
+    channels = tuple(problem.channels[index] for index in kept)
+    part = dataclasses.replace(measurement, channels=channels, values=measurement.values[:, kept], noise=None)
+    found = screened(through(problem, channels), part, sobol(N_SCREENED, d, rng))
+    return found.apart(SCREENED_STARTS, START_DISTANCE).points
+
+
+def _best(likelihood: ProjectedLikelihood, starts: Sequence[Array] | Array, ceiling: float = np.inf) -> SiteFit:
+    """The best of the maxima that starts lead to; where all leave more than `ceiling`, the best point on the way."""
+    best, *_ = best_maxima(
+        likelihood, list(starts), first_iterations=FIRST_ITERATIONS, survivors=SURVIVORS, ceiling=ceiling
+    )
+    return SiteFit(likelihood, likelihood.at(best.theta))
+
+
+def _reweighted(fit: SiteFit, noise: Noise, reference: SiteFit) -> SiteFit:
+    """The fit with the noise that its own response has, from where it is and from where the reference is."""
+    return refitted(fit, noise.sd(np.abs(fit.point.mean)), reference.point.theta)
+
+
+def refitted(fit: SiteFit, sd: Array, *starts: Array) -> SiteFit:
+    """The fit with noise (n_speed, n_channel), m, of its data, from where it is and from other starts. What is rejected
+    anyway needs no maximum."""
+    ceiling = HOPELESS * fit.point.n_left
+    return _searched_from(_best(fit.likelihood.with_sd(sd), [fit.point.theta], ceiling), starts, ceiling)
+
+
+def _settled(fit: SiteFit) -> SiteFit:
+    """The fit with unknowns that the data do not show, as an unbalance at the very site, where they leave the least to what
+    is free there: χ² does not depend on them."""
+    likelihood, point = fit.likelihood, fit.point
+    hidden = ~point.shown
+    if not np.any(hidden):
+        return fit
+    adjoint = np.conj(np.swapaxes(point.basis, 1, 2))
+    to_unit = adjoint @ (point.columns / likelihood.sd[..., None])  # what is free, in units of the noise at its columns
+    theta = point.theta.copy()
+
+    def left_to_it(values: Array) -> Array:
+        theta[hidden] = values
+        free = (to_unit @ likelihood.at(theta).free[..., None]).ravel()
+        return np.concatenate([free.real, free.imag])
+
+    theta[hidden] = least_squares(left_to_it, theta[hidden], bounds=(0.0, 1.0)).x
+    return SiteFit(likelihood, likelihood.at(theta))
+
+
+def _noise(measurement: Measurement, fit: SiteFit) -> Noise:
+    """The noise, as it is known, or as what a fit leaves has it."""
+    if measurement.noise is not None:
+        return measurement.noise
+    point = fit.point
+    measured, groups = fit.likelihood.measured, measurement.layout.noise_rows
+    levels: list[tuple[float, float]] = []
+    for rows in groups:
+        residual, n_searched = (
+            measured[rows] - point.response[rows],
+            point.n_searched * (rows.stop - rows.start) / len(measured),
+        )
+        found = restricted_noise(residual, point.columns[rows], point.mean[rows], measured[rows], n_searched)
+        levels += found.levels
+    return Noise(*levels[0]) if len(groups) == 1 else Noise.of_runs(levels, groups)

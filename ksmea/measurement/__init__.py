@@ -1,0 +1,14 @@
+"""Names of the module that stood at `ksmea.measurement` come from `ksmea.measurement.measurement` for one release. Shorter than 40 lines: it only forwards."""
+
+from typing import Any
+
+
+def __getattr__(name: str) -> Any:
+    import ksmea.measurement.measurement as module
+
+    if name.startswith("__") or not hasattr(module, name):
+        raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+    from ksmea.errors import warn_moved
+
+    warn_moved(f"{__name__}.{name}", module.__name__)
+    return getattr(module, name)

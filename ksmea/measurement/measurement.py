@@ -1,0 +1,184 @@
+"""What was measured: amplitudes or complex responses over speed and channels, with their noise model. Never the truth."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.errors import SettingError, unknown
+from ksmea.measurement.campaign import Campaign
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.noise import Noise
+from ksmea.measurement.observable import Kind
+from ksmea.measurement.speeds import SpeedHistory
+
+KINDS = tuple(kind.value for kind in Kind)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """What is measured, without the values: where, of what kind (one of `KINDS`), and whether it is known where phases
+    begin. `locations` says where in its source each channel stands, for messages; empty where that has no meaning.
+    `campaign` has the runs that the speeds belong to; None: one run."""
+
+    speed: Array  # (n_speed,) rad/s
+    channels: tuple[Channel, ...]
+    kind: str
+    source: str
+    phase_known: bool = True
+    locations: tuple[str, ...] = ()
+    campaign: Campaign | None = None
+
+    @property
+    def rows(self) -> tuple[slice, ...]:
+        """Where the speeds of each run lie."""
+        return (slice(0, len(self.speed)),) if self.campaign is None else self.campaign.rows
+
+    @property
+    def noise_rows(self) -> tuple[slice, ...]:
+        """Where noise that is estimated has levels of its own: in each run, or all together."""
+        return self.rows if self.campaign and self.campaign.own_noise else (slice(0, len(self.speed)),)
+
+    @property
+    def breaks(self) -> tuple[int, ...]:
+        """Where the speeds of each further run begin."""
+        return tuple(rows.start for rows in self.rows[1:])
+
+    @property
+    def has_free_phase(self) -> bool:
+        """Whether its values have phases whose origin is not known."""
+        return self.kind == "complex" and not self.phase_known
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """Values (n_speed, n_channel), m 0-peak: real amplitudes or complex responses, at `speed` (rad/s).
+
+    `noise` is None where its level is not known; `phase_known` is false where phases were measured from an origin that
+    nobody knows: the angle of the whole response is one more unknown then. What is measured at other harmonics than 1X has its
+    phase: an amplitude of noise alone is never 0, which a Gaussian likelihood takes for a response (docs/diagnosis.md). Speeds of several runs stand one run after the
+    other, as `campaign` says; without one they are those of one run. `history` says how the speed of that one went; None: not
+    known, or in steady states. `time` (n_speed,) is when each was measured, s from any origin; None where nobody says.
+    """
+
+    speed: Array
+    channels: tuple[Channel, ...]
+    values: Array | ComplexArray
+    noise: Noise | None
+    source: str
+    phase_known: bool = True
+    campaign: Campaign | None = None
+    history: SpeedHistory | None = None
+    time: Array | None = None
+
+    def __post_init__(self) -> None:
+        expected = (len(self.speed), len(self.channels))
+        if self.values.shape != expected:
+            raise SettingError(
+                f"measurement: expected values of shape (n_speed, n_channel) = {expected}, got {self.values.shape}"
+            )
+        if self.rows[-1].stop != len(self.speed):
+            raise SettingError(f"runs: expected {len(self.speed)} speeds in all, got {self.rows[-1].stop}")
+        if self.campaign and self.campaign.reference:
+            names = [run.name for run in self.campaign.runs]
+            if self.campaign.reference not in names:
+                raise unknown("run of the reference:", self.campaign.reference, names)
+            if self.is_amplitude:
+                raise SettingError(
+                    "reference: expected phases for differences between runs, got amplitudes; leave it out"
+                )
+        others = [channel for channel in self.channels if not channel.is_1x]
+        if others and self.is_amplitude:
+            raise SettingError(
+                f"measurement: expected phases with {others[0]}, got amplitudes alone, which are never 0 where there is noise"
+                " alone; use complex data, or 1X alone"
+            )
+        if others and len(others) == len(self.channels):
+            raise SettingError(f"measurement: expected 1X beside {others[0]}, got none; add it")
+        if not np.all(np.isfinite(self.values)):
+            raise SettingError(
+                "measurement: expected finite values, got NaN or infinity; remove those speeds or channels"
+            )
+
+    def by_run(self, noise: Noise) -> tuple[tuple[str, float, float], ...]:
+        """Name, relative part and floor (m) of each run, of noise that has levels of its own for each."""
+        names = [run.name for run in self.campaign.runs] if noise.rows and self.campaign else []
+        return tuple((name, *level) for name, level in zip(names, noise.levels))
+
+    @property
+    def has_noise(self) -> bool:
+        """Whether noise of a known level is in the values."""
+        return self.noise is not None and not self.noise.is_absent
+
+    @property
+    def kind(self) -> Kind:
+        return Kind.COMPLEX if np.iscomplexobj(self.values) else Kind.AMPLITUDE
+
+    @property
+    def is_amplitude(self) -> bool:
+        return self.kind is Kind.AMPLITUDE
+
+    @property
+    def is_by_differences(self) -> bool:
+        """Whether its runs are compared with each other alone (`ksmea.likelihood.difference_likelihood`)."""
+        return self.campaign is not None and bool(self.campaign.reference)
+
+    @property
+    def layout(self) -> Layout:
+        """What was measured, without the values."""
+        return Layout(self.speed, self.channels, self.kind, self.source, self.phase_known, campaign=self.campaign)
+
+    @property
+    def rows(self) -> tuple[slice, ...]:
+        """Where the speeds of each run lie."""
+        return self.layout.rows
+
+    @property
+    def breaks(self) -> tuple[int, ...]:
+        """Where the speeds of each further run begin."""
+        return self.layout.breaks
+
+    def part(self, indices: Indices) -> Measurement:
+        """The measurement at some of its speeds, by rising index."""
+        return dataclasses.replace(
+            self,
+            speed=self.speed[indices],
+            values=self.values[indices],
+            noise=None if self.noise is None else self.noise.part(indices),
+            campaign=None if self.campaign is None else self.campaign.part(indices),
+            time=None if self.time is None else self.time[indices],
+        )
+
+    def through(self, kept: Sequence[int]) -> Measurement:
+        """The measurement by some of its channels, by index."""
+        noise = self.noise
+        if noise is not None and np.ndim(noise.floor) and np.shape(noise.floor)[1] == len(self.channels):
+            noise = dataclasses.replace(noise, floor=np.asarray(noise.floor)[:, kept])
+        channels = tuple(self.channels[index] for index in kept)
+        return dataclasses.replace(self, channels=channels, values=self.values[:, kept], noise=noise)
+
+    @property
+    def dimensions(self) -> int:
+        """Real numbers of a datum."""
+        return self.kind.dimensions
+
+    def seen(self, response: ComplexArray) -> Array | ComplexArray:
+        """What this measurement shows of a complex response, noise aside: all of it, or its amplitude."""
+        return self.kind.seen(response)
+
+
+def observe(response: ComplexArray, kind: str, noise: Noise, rng: np.random.Generator) -> Array | ComplexArray:
+    """Noisy data (n_speed, n_channel) of a kind ('amplitude' or 'complex') of a response, m.
+
+    Amplitude noise that would make an amplitude negative is folded back: no instrument shows one. Both kinds draw
+    the same numbers from `rng`, so that they differ in kind only.
+    """
+    first, second = rng.standard_normal((2, *response.shape))
+    amplitude = np.abs(response)
+    if Kind(kind) is Kind.AMPLITUDE:
+        return np.asarray(np.abs(amplitude + noise.sd(amplitude) * first))
+    return np.asarray(response + noise.sd(amplitude) * (first + 1j * second) / np.sqrt(2))

@@ -1,0 +1,70 @@
+"""Speeds of a measurement: equal ones (repeats, runs measured alike), and their course in time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.arrays import Array, Indices
+
+SAME_SPEED = 1e-4  # relative: beside a resonance of quality 100 a response changes by 2 % over as much
+
+COMMON_SPEED = (
+    1e-3  # relative, of differences: each run is modelled at its own speed, only what cancels has to be the same
+)
+
+
+def equal_speeds(speed: Array, tolerance: float = SAME_SPEED) -> list[Indices]:
+    """Indices of speeds (n_speed,) that are the same within a relative tolerance of the lowest of them, by rising speed.
+
+    >>> equal_speeds(np.array([2.0, 1.0, 2.0]))
+    [array([1]), array([0, 2])]
+    """
+    order = np.argsort(speed, kind="stable")
+    groups: list[list[int]] = []
+    for index in order.tolist():
+        if groups and speed[index] <= speed[groups[-1][0]] * (1 + tolerance):
+            groups[-1].append(index)
+        else:
+            groups.append([index])
+    return [np.array(sorted(group)) for group in groups]
+
+
+def common_speeds(speed: Array, rows: Sequence[slice]) -> Indices:
+    """Indices, rising, of the speeds (n_speed,) that all runs have, each run at its rows, within `COMMON_SPEED`.
+
+    >>> common_speeds(np.array([1.0, 2.0, 2.0, 3.0]), [slice(0, 2), slice(2, 4)])
+    array([1, 2])
+    """
+    run = np.repeat(np.arange(len(rows)), [each.stop - each.start for each in rows])
+    groups = [group for group in equal_speeds(speed, COMMON_SPEED) if len(np.unique(run[group])) == len(rows)]
+    return np.sort(np.concatenate(groups)) if groups else np.empty(0, dtype=int)
+
+
+ACCELERATION = "acceleration"  # the unknown that is the rate of a sweep
+DIRECTIONS = ("run-up", "coast-down")
+CONSTANT = 0.2  # of the mean rate, by which the rates of the two halves of a run may differ
+
+
+@dataclass(frozen=True)
+class SpeedHistory:
+    """`direction` is one of `DIRECTIONS`, or "either" where speeds are in order and nothing says which way. `rates` are those of
+    the first and the second half of the run (rad/s²): from times, or if each row were a turn of the shaft; None: nothing tells."""
+
+    direction: str
+    rates: tuple[float, float] | None = None
+    from_times: bool = False
+
+    @property
+    def rate(self) -> float | None:
+        """The mean rate, rad/s², negative in a coast-down."""
+        return None if self.rates is None else sum(self.rates) / 2
+
+    @property
+    def is_constant(self) -> bool:
+        """Whether the rate is known, and the same in both halves."""
+        if self.rates is None or self.rate is None:
+            return False
+        return abs(self.rates[1] - self.rates[0]) <= CONSTANT * abs(self.rate)

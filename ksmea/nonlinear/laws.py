@@ -1,0 +1,214 @@
+"""Laws that a force on the shaft may follow: from speed alone, or from the motion of its site.
+
+A law has a few real coefficients c: f = Σ c g(Ω), or f = −K q with K = Σ c K(Ω) and q the motion of the site, or another
+function of the orbit (`ksmea.nonlinear.contact`). The force moves its site along:
+
+    q = Q + G f(q),
+
+with Q the motion without it and G that per unit of it. Where it is linear, f = −(1 + K G)⁻¹ K Q.
+
+Sign convention: a real force is Re(f e^{iΩt}); a rotating vector is (1, −i) in (x, y).
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.measurement.channel import DIRECTIONS
+from ksmea.nonlinear.contact import OrbitForce, cubic_spring, rotating_asymmetry, rub, spring_above_an_amplitude
+from ksmea.nonlinear.harmonic_balance import Balance, Harmonics
+from ksmea.nonlinear.steady_motion import SiteForce, SiteMotion, steady_force
+from ksmea.units import GRAM_MILLIMETRE, MICROMETRE
+
+FORWARD = np.array([1, -1j])
+AXES = np.stack([np.diag([1.0, 0.0]), np.diag([0.0, 1.0])])
+CROSS = np.array([[[0.0, 1.0], [-1.0, 0.0]]])
+
+OfSpeed = Callable[[Array], ComplexArray]  # speeds (n_speed,) rad/s → what acts per unit of each coefficient
+
+
+@dataclass(frozen=True)
+class Law(ABC):
+    """A law by its key in settings and its name for people; `coefficients` have a name, a unit and its size in SI."""
+
+    key: str
+    name: str
+    coefficients: tuple[tuple[str, str, float], ...]
+
+    @property
+    def follows_motion(self) -> bool:
+        """Whether what acts depends on the motion of its site."""
+        return True
+
+    @property
+    def threshold(self) -> int | None:
+        """Index of a coefficient that is an amplitude, m, no less than zero, up to which nothing acts."""
+        return None
+
+    @property
+    def least(self) -> Array:
+        """The least values of the coefficients, (n_coefficient,): 0 of an amplitude, else none."""
+        return np.where(np.arange(len(self.coefficients)) == self.threshold, 0.0, -np.inf)
+
+    @abstractmethod
+    def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
+        """What acts, (n, n_speed, 2) N, where the site moves by `motion` (n, n_speed, 2) m."""
+
+    @abstractmethod
+    def steady(self, coefficients: Array, site: SiteMotion) -> ComplexArray:
+        """What acts, (n, n_speed, 2) N, with coefficients (n, n_coefficient) SI, in the steady motion that it is part of. Where
+        there are several, it is the one that `steady_motion` chooses.
+
+        Raises LinAlgError where there is none."""
+
+
+@dataclass(frozen=True)
+class LawOfSpeed(Law):
+    """`terms`: N per unit of each coefficient, (n_coefficient, n_speed, 2); N m where it is a moment."""
+
+    terms: OfSpeed
+
+    @property
+    def follows_motion(self) -> bool:
+        return False
+
+    def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
+        return np.asarray(np.einsum("nc,csk->nsk", coefficients, self.terms(speed)))
+
+    def steady(self, coefficients: Array, site: SiteMotion) -> ComplexArray:
+        return self.at_motion(coefficients, site.speed, site.without_force)
+
+
+@dataclass(frozen=True)
+class LinearLaw(Law):
+    """`terms`: stiffness K, N/m, per unit of each coefficient, (n_coefficient, n_speed, 2, 2)."""
+
+    terms: OfSpeed
+
+    def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
+        return np.asarray(-(self._stiffness(coefficients, speed) @ motion[..., None])[..., 0])
+
+    def steady(self, coefficients: Array, site: SiteMotion) -> ComplexArray:
+        """f = −(1 + K H)⁻¹ K q of the two directions by Cramer's rule, which takes a tenth of what a solver takes that is called
+        for each speed."""
+        (xx, xy), (yx, yy) = np.moveaxis(self._stiffness(coefficients, site.speed), (-2, -1), (0, 1))
+        (h_xx, h_xy), (h_yx, h_yy) = np.moveaxis(site.per_force, (-2, -1), (0, 1))
+        x, y = np.moveaxis(site.without_force, -1, 0)
+        a, b = 1 + xx * h_xx + xy * h_yx, xx * h_xy + xy * h_yy
+        c, d = yx * h_xx + yy * h_yx, 1 + yx * h_xy + yy * h_yy
+        of_x, of_y, determinant = xx * x + xy * y, yx * x + yy * y, a * d - b * c
+        if not determinant.all():
+            raise np.linalg.LinAlgError("a force proportional to the motion leaves no steady motion at a speed")
+        return np.asarray(np.stack([b * of_y - d * of_x, c * of_x - a * of_y], axis=-1) / determinant[..., None])
+
+    def _stiffness(self, coefficients: Array, speed: Array) -> ComplexArray:
+        return np.asarray(np.einsum("nc,c...->n...", coefficients, self.terms(speed)))
+
+
+@dataclass(frozen=True)
+class NonlinearLaw(Law):
+    """Any function of the motion. Where it bends resonance curves, its first coefficient says which way: above zero it stiffens."""
+
+    on_orbit: OrbitForce
+    bends: bool = True
+    turns: bool = False  # depends on the angle of the shaft
+    clearance: int | None = None
+
+    @property
+    def threshold(self) -> int | None:
+        return self.clearance
+
+    @property
+    def has_corners(self) -> bool:
+        return self.clearance is not None
+
+    def stiffens(self, coefficients: Array) -> Array:
+        """1 where it stiffens, −1 where it softens, 0 where it bends nothing, (n,)."""
+        return np.sign(coefficients[:, 0]) * self.bends
+
+    def at_motion(self, coefficients: Array, speed: Array, motion: ComplexArray) -> ComplexArray:
+        n, n_speed, m = motion.shape
+        rotation, moved = Harmonics(), motion.reshape(-1, 1, m)
+        none = np.zeros((n * n_speed, 2 * m))
+        balance = Balance(self.on_orbit, np.repeat(coefficients, n_speed, axis=0), rotation, none, none[..., None])
+        return rotation.motion(balance.acting(rotation.components(moved))[0]).reshape(motion.shape)
+
+    def steady(self, coefficients: Array, site: SiteMotion) -> ComplexArray:
+        force = SiteForce(self.on_orbit, coefficients, self.stiffens(coefficients), has_corners=self.has_corners)
+        return steady_force(force, site).harmonics[:, :, 0]
+
+
+def _rotating(power: int) -> OfSpeed:
+    """A vector fixed in the rotor, with its parts at angle 0 and a quarter turn on, that grows with a power of speed."""
+    return lambda speed: np.array([1, 1j])[:, None, None] * speed[:, None] ** power * FORWARD
+
+
+def _stiffness(matrices: Array, factor: complex, power: int) -> OfSpeed:
+    return lambda speed: matrices[:, None] * (factor * speed**power)[:, None, None]
+
+
+def _pair(name: str, unit: str, size: float) -> tuple[tuple[str, str, float], ...]:
+    return tuple((f"{name}_{axis}", unit, size) for axis in DIRECTIONS)
+
+
+def _together(*parts: OfSpeed) -> OfSpeed:
+    return lambda speed: np.concatenate([part(speed) for part in parts])
+
+
+def _by_key(*laws: Law) -> MappingProxyType[str, Law]:
+    return MappingProxyType({law.key: law for law in laws})
+
+
+SPRING, OF_SPRING = _pair("k", "MN/m", 1e6), _stiffness(AXES, 1, 0)
+DAMPER, OF_DAMPER = _pair("c", "kN s/m", 1e3), _stiffness(AXES, 1j, 1)
+MASS, OF_MASS = (("m", "kg", 1.0),), _stiffness(np.eye(2)[None], -1, 2)
+STOP = (("k", "MN/m", 1e6), ("δ", "µm", MICROMETRE))
+
+LAWS = _by_key(
+    LawOfSpeed("constant", "constant, turning with the shaft", _pair("f", "N", 1.0), _rotating(0)),
+    LawOfSpeed("proportional_to_speed", "∝ Ω, turning with the shaft", _pair("f/Ω", "N s/rad", 1.0), _rotating(1)),
+    LawOfSpeed("unbalance", "unbalance, ∝ Ω²", _pair("u", "g mm", GRAM_MILLIMETRE), _rotating(2)),
+    LinearLaw("spring", "spring", SPRING, OF_SPRING),
+    LinearLaw("spring_proportional_to_speed", "spring ∝ Ω", _pair("k/Ω", "kN s/m", 1e3), _stiffness(AXES, 1, 1)),
+    LinearLaw("damper", "damper", DAMPER, OF_DAMPER),
+    LinearLaw("mass", "mass", MASS, OF_MASS),
+    LinearLaw("cross_coupling", "cross-coupling", (("k_xy", "MN/m", 1e6),), _stiffness(CROSS, 1, 0)),
+    LinearLaw("spring_and_damper", "spring and damper", (*SPRING, *DAMPER), _together(OF_SPRING, OF_DAMPER)),
+    LinearLaw(
+        "spring_damper_and_mass",
+        "spring, damper and mass",
+        (*SPRING, *DAMPER, *MASS),
+        _together(OF_SPRING, OF_DAMPER, OF_MASS),
+    ),
+    NonlinearLaw(
+        "rotating_asymmetry",
+        "asymmetry of the turning shaft",
+        _pair("Δk", "MN/m", 1e6),
+        rotating_asymmetry,
+        bends=False,
+        turns=True,
+    ),
+    NonlinearLaw("cubic_spring", "cubic spring", (("k₃", "MN/mm³", 1e15),), cubic_spring),
+    NonlinearLaw(
+        "spring_above_an_amplitude", "spring above an amplitude", STOP, spring_above_an_amplitude, clearance=1
+    ),
+    NonlinearLaw("rub", "rub", (*STOP, ("μ", "", 1.0)), rub, clearance=1),
+)
+
+# of a moment: what tilts its site is no channel, so that none of them follows the motion
+MOMENT_LAWS = _by_key(
+    LawOfSpeed("constant_moment", "constant moment, turning with the shaft", _pair("M", "N m", 1.0), _rotating(0)),
+    LawOfSpeed(
+        "moment_proportional_to_speed",
+        "moment ∝ Ω, turning with the shaft",
+        _pair("M/Ω", "N m s/rad", 1.0),
+        _rotating(1),
+    ),
+    LawOfSpeed("skew", "skewed disk, moment ∝ Ω²", _pair("M/Ω²", "kg m²", 1.0), _rotating(2)),
+)

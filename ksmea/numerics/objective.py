@@ -1,0 +1,200 @@
+"""Objective of an optimiser: counts points, keeps the best one, ends exactly at the budget."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import NoReturn
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.errors import BudgetSpent
+from ksmea.numerics.differences import cube_differences
+
+
+@dataclass(frozen=True)
+class Minimum:
+    """The best point seen (d,) in the unit cube, its misfit and what finding it took."""
+
+    u: Array
+    value: float
+    evaluations: int
+    jacobians: int
+
+
+class Objective:
+    """A misfit over the unit cube, batched, counted and with a budget.
+
+    `residuals_at` (k, d) → (k, m) gives residuals whose sum of squares is the misfit, `jacobian_at` (d,) → (m, d)
+    their derivatives and `screening_at` (k, d) → (k,) a robust misfit without narrow valleys, for choosing starts.
+    Points are counted wherever they are evaluated, Jacobians apart; in the budget a Jacobian counts as `jacobian_cost`
+    points. The last batch is cut to what the budget leaves; asking for more raises `BudgetSpent` after the cut batch has
+    been evaluated and remembered.
+
+    >>> sphere = Objective(2, lambda u: u - 0.5, budget=3)
+    >>> sphere(np.array([[0.5, 0.5], [0.0, 0.0]]))
+    array([0. , 0.5])
+    >>> sphere.result().value, sphere.result().evaluations
+    (0.0, 2)
+    """
+
+    def __init__(
+        self,
+        dim: int,
+        residuals_at: Callable[[Array], Array],
+        *,
+        jacobian_at: Callable[[Array], Array] | None = None,
+        screening_at: Callable[[Array], Array] | None = None,
+        budget: int | None = None,
+        jacobian_cost: int = 0,
+    ) -> None:
+        self.dim = dim
+        self.budget = budget
+        self.jacobian_cost = jacobian_cost
+        self.evaluations = 0
+        self.jacobians = 0
+        self.stages: list[
+            tuple[str, Minimum]
+        ] = []  # parts of the search that have ended, and the best point until then
+        self.was_refused = False  # whether more was asked for than the budget holds
+        self._residuals_at = residuals_at
+        self._jacobian_at = jacobian_at
+        self._screening_at = screening_at
+        self._best_u = np.full(dim, 0.5)
+        self._best_value = np.inf
+
+    def __call__(self, u: Array) -> Array:
+        """Misfit at points (k, d) → (k,); a point where it cannot be computed is +inf."""
+        u = self._checked(u)
+        return self._within_budget(u, self._values)
+
+    def residuals(self, u: Array) -> Array:
+        """Residuals at one point (d,) → (m,); their sum of squares is the misfit there."""
+        return np.asarray(self.all_residuals(u)[0])
+
+    def all_residuals(self, u: Array) -> Array:
+        """Residuals at points (k, d) → (k, m)."""
+        return self._within_budget(self._checked(u), self._remembered_residuals)
+
+    def jacobian(self, u: Array) -> Array:
+        """Derivatives of the residuals at one point (d,) → (m, d); central differences where none are given."""
+        u = self._checked(u)[0]
+        if self._jacobian_at is not None:
+            if self.budget is not None and self.jacobian_cost > self._left(self.budget):
+                self._refuse()
+            self.jacobians += 1
+            return self._jacobian_at(u)
+        return self._differences(u)
+
+    def screening(self, u: Array) -> Array:
+        """Robust misfit at points (k, d) → (k,), counted like any other point; the misfit itself where there is
+        none."""
+        screening_at = self._screening_at
+        if screening_at is None:
+            return self(u)
+        return self._within_budget(self._checked(u), lambda points: _finite_or_inf(screening_at(points)))
+
+    @property
+    def has_jacobian(self) -> bool:
+        """Whether derivatives are given, and not taken as differences."""
+        return self._jacobian_at is not None
+
+    @property
+    def left(self) -> int | None:
+        """Points that the budget leaves; None without a budget."""
+        return None if self.budget is None else max(self._left(self.budget), 0)
+
+    def result(self) -> Minimum:
+        """The best point evaluated so far."""
+        return Minimum(self._best_u.copy(), float(self._best_value), self.evaluations, self.jacobians)
+
+    def end_stage(self, name: str) -> None:
+        """Keep how a part of the search ended; nothing where nothing was evaluated since the last one did."""
+        minimum = self.result()
+        taken = [(each.evaluations, each.jacobians) for _, each in self.stages] or [(0, 0)]
+        if taken[-1] != (minimum.evaluations, minimum.jacobians):
+            self.stages.append((name, minimum))
+
+    def _checked(self, u: Array) -> Array:
+        u = np.atleast_2d(np.asarray(u, dtype=float))
+        if u.shape[1] != self.dim:
+            raise ValueError(f"objective: expected points of shape (k, {self.dim}), got {u.shape}")
+        return np.clip(u, 0.0, 1.0)  # rounding of a library's own handling of limits
+
+    def _within_budget(self, u: Array, evaluate: Callable[[Array], Array]) -> Array:
+        if len(u) == 0:
+            return np.empty((0,))
+        left = len(u) if self.budget is None else min(len(u), self._left(self.budget))
+        values = np.empty(0)
+        if left > 0:
+            self.evaluations += left
+            values = evaluate(u[:left])
+        if left < len(u):
+            self._refuse()
+        return values
+
+    def _left(self, budget: int) -> int:
+        """Points that a budget leaves."""
+        return budget - self.evaluations - self.jacobian_cost * self.jacobians
+
+    def _refuse(self) -> NoReturn:
+        self.was_refused = True
+        raise BudgetSpent(f"the budget of {self.budget} evaluations is spent")
+
+    def _values(self, u: Array) -> Array:
+        values = _finite_or_inf(np.sum(self._residuals_at(u) ** 2, axis=1))
+        self._remember(u, values)
+        return values
+
+    def _remembered_residuals(self, u: Array) -> Array:
+        residuals = self._residuals_at(u)
+        self._remember(u, _finite_or_inf(np.sum(residuals**2, axis=1)))
+        return residuals
+
+    def _remember(self, u: Array, values: Array) -> None:
+        best = int(np.argmin(values))
+        if values[best] < self._best_value:
+            self._best_u, self._best_value = u[best].copy(), values[best]
+
+    def _differences(self, u: Array) -> Array:
+        differences = cube_differences(u)
+        return differences.derivative(self._within_budget(differences.points, self._remembered_residuals))
+
+
+def _finite_or_inf(values: Array) -> Array:
+    """NaN poisons a population: a point without a value is the worst one."""
+    return np.where(np.isfinite(values), values, np.inf)
+
+
+class SearchPart(Objective):
+    """The points lower + width · v of an objective, for v in the unit cube (d,), with a budget of its own (None: what is left).
+
+    The whole objective counts and remembers every point too.
+
+    >>> import numpy as np
+    >>> whole = Objective(1, lambda u: u - 0.5, budget=10)
+    >>> part = SearchPart(whole, np.array([0.4]), 0.2, budget=2)
+    >>> part(np.array([[0.0], [0.5]])).round(3), whole.result().u, whole.evaluations
+    (array([0.01, 0.  ]), array([0.5]), 2)
+    """
+
+    def __init__(self, whole: Objective, lower: Array, width: float, budget: int | None = None) -> None:
+        def inside(v: Array) -> Array:
+            return lower + width * v
+
+        super().__init__(
+            whole.dim,
+            lambda v: whole.all_residuals(inside(v)),
+            jacobian_at=(lambda v: width * whole.jacobian(inside(v))) if whole.has_jacobian else None,
+            screening_at=lambda v: whole.screening(inside(v)),
+            budget=whole.left if budget is None else budget,
+            jacobian_cost=whole.jacobian_cost,
+        )
+        self._whole = whole
+        self._takes_all = budget is None
+
+    def _refuse(self) -> NoReturn:
+        self.was_refused = True
+        self._whole.was_refused |= self._takes_all
+        raise BudgetSpent(f"the budget of {self.budget} evaluations is spent")

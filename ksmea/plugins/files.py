@@ -1,0 +1,185 @@
+"""Plugins in plain files: which classes of a file are plugins, under which names, and what a file brings along.
+
+A file is imported as the module of its name, and may import what lies beside it. Every public class in it that subclasses a
+contract is a plugin. Its name is that of the class in snake case: `RandomSearch` is `random_search`, `CMAES` is `cmaes`.
+"""
+
+from __future__ import annotations
+
+import ast
+import hashlib
+import importlib
+import re
+import sys
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from types import MappingProxyType, ModuleType
+
+from ksmea.errors import SettingError
+from ksmea.plugins.effect import Effect
+from ksmea.plugins.method import Method
+from ksmea.plugins.optimizer import Optimizer
+from ksmea.plugins.source import MeasurementSource, ProblemSettings
+from ksmea.plugins.surrogate import Surrogate
+from ksmea.settings.settings import Settings
+
+OURS = ("bench", "ksmea", "measurements", "optimizers", "problems", "surrogates")  # packages of this project
+OF_THE_BENCH = ("study", "report")  # these make and read what lies in folders of results: they come from packages alone
+NEXT_WORD = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
+PYTHON_WRITES = (".pyc", ".pyo")
+IMPORTERS = ("import_module", "__import__")
+DIGITS = 12  # of the hash of a file
+
+CONTRACTS: Mapping[str, type[Settings]] = MappingProxyType(
+    {  # what a plugin of each group subclasses; studies and reports have contracts of the bench's own on top
+        "problem": ProblemSettings,
+        "measurement": MeasurementSource,
+        "surrogate": Surrogate,
+        "optimizer": Optimizer,
+        "method": Method,
+        "effect": Effect,
+        "study": Settings,
+        "report": Settings,
+    }
+)
+
+
+@dataclass(frozen=True)
+class FoundPlugin:
+    """A plugin in a file: its group, the name to choose it by, and its class."""
+
+    group: str
+    name: str
+    plugin: type
+
+
+def plugins_of_file(path: Path) -> list[FoundPlugin]:
+    """The plugins of a file, which is executed for that; `SettingError` where it cannot be, or has none."""
+    module = _loaded(path)
+    own = [each for each in vars(module).values() if isinstance(each, type) and each.__module__ == module.__name__]
+    found = [
+        FoundPlugin(group, snake_case(each.__name__), each)
+        for each in own
+        for group, contract in CONTRACTS.items()
+        if group not in OF_THE_BENCH and issubclass(each, contract) and not each.__name__.startswith("_")
+    ]
+    if not found:
+        contracts = ", ".join(CONTRACTS[group].__name__ for group in CONTRACTS if group not in OF_THE_BENCH)
+        raise SettingError(
+            f"plugins: {path}: expected a class that subclasses one of {contracts} of the package ksmea, got none; add one"
+        )
+    return found
+
+
+def snake_case(name: str) -> str:
+    """The name of a class as that of a plugin.
+
+    >>> [snake_case(name) for name in ("RandomSearch", "CMAES", "RK4TwoDisk")]
+    ['random_search', 'cmaes', 'rk4_two_disk']
+    """
+    return NEXT_WORD.sub("_", name).lower()
+
+
+def digests(path: Path) -> dict[str, str]:
+    """Hash by name of a plugin's file and of all that it imports from beside it. Nothing is executed."""
+    return {name: hashlib.sha256(each.read_bytes()).hexdigest()[:DIGITS] for name, each in brought_along(path).items()}
+
+
+def brought_along(path: Path) -> dict[str, Path]:
+    """A plugin's file, and the modules and packages beside it that it imports, packages with all their files, by name;
+    `SettingError` where there is no such file."""
+    if not path.is_file():
+        raise SettingError(f"plugins: expected a Python file, found none at {path}; give its path")
+    found = {path.name: path}
+    pending = [path]
+    while pending:
+        for module in imported(pending.pop()):
+            for each in _beside(path.parent, module):
+                name = each.relative_to(path.parent).as_posix()
+                if name not in found:
+                    found[name] = each
+                    pending += [each] if each.suffix == ".py" else []
+    return dict(sorted(found.items()))
+
+
+def imported(source: Path) -> Iterator[str]:
+    """Modules that a file imports, also by a name that it spells out; none of one that is no Python."""
+    try:
+        tree = ast.parse(source.read_text(encoding="utf-8"))
+    except (SyntaxError, ValueError, RecursionError):
+        return
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and not node.level and node.module:
+            yield node.module
+            yield from (f"{node.module}.{alias.name}" for alias in node.names)
+        elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
+            called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
+            name = node.args[0].value
+            if called in IMPORTERS and isinstance(name, str) and not name.startswith("."):
+                yield name
+
+
+def _beside(folder: Path, module: str) -> list[Path]:
+    """The files of a module or of the whole package that it is in, where that lies in a folder; none where it does not."""
+    top, *_ = parts = module.split(".")
+    if top in OURS or top in sys.stdlib_module_names:
+        return []
+    if (folder / top / "__init__.py").is_file() or (
+        len(parts) > 1 and folder.joinpath(*parts).with_suffix(".py").is_file()
+    ):
+        files = (each for each in (folder / top).rglob("*") if each.is_file())
+        return [each for each in files if each.suffix not in PYTHON_WRITES]
+    return [folder / f"{top}.py"] if (folder / f"{top}.py").is_file() else []
+
+
+def _loaded(path: Path) -> ModuleType:
+    """The module that a file is; its folder comes last on Python's path, so that nothing in it hides what is installed."""
+    if not path.is_file():
+        raise SettingError(f"plugins: expected a Python file, found none at {path}; give its path")
+    if path.suffix != ".py" or not path.stem.isidentifier():
+        raise SettingError(
+            f"plugins: expected a file named as a module is, as my_optimizer.py, got {path.name}; rename it"
+        )
+    folder = str(path.parent)
+    if folder not in sys.path:
+        sys.path.append(folder)
+    importlib.invalidate_caches()
+    for name in dict.fromkeys(Path(each).parts[0].removesuffix(".py") for each in brought_along(path)):
+        _require_own_name(path, name)
+    try:
+        return importlib.import_module(path.stem)
+    except (Exception, SystemExit) as error:
+        raise SettingError(f"plugins: {path} cannot be loaded: {one_line(error)}") from error
+
+
+def _require_own_name(path: Path, name: str) -> None:
+    """Raise `SettingError` where Python finds another module of a name than the one beside a plugin's file."""
+    try:
+        spec = find_spec(name)
+    except ValueError:  # the module that was started
+        spec = None
+    places = [] if spec is None else [spec.origin, *(spec.submodule_search_locations or ())]
+    place = next((Path(each) for each in places if each and Path(each).exists()), None)
+    beside = [path.parent / each for each in (f"{name}.py", f"{name}/__init__.py", name)]
+    if place is None or not any(each.exists() and place.samefile(each) for each in beside):
+        raise SettingError(
+            f"plugins: {path.parent / name}: expected a name that no other module has, but Python takes {name} from"
+            f" {place or 'elsewhere'}; rename it"
+        )
+
+
+def one_line(error: BaseException) -> str:
+    return " ".join(f"{type(error).__name__}: {error}".split())
+
+
+def require_same(path: Path, planned: Mapping[str, str]) -> None:
+    """Raise `SettingError` where a file, or what it imports from beside it, is no longer as planned."""
+    if changed := [name for name, digest in digests(path).items() if planned.get(name) != digest]:
+        raise SettingError(
+            f"plugins: {path}: expected what the experiment was planned with, but {', '.join(changed)} has changed; give"
+            " the experiment's command again"
+        )

@@ -1,0 +1,123 @@
+"""The cabinets that plugins register in, by entry point or from a file, and the only place where a name becomes a class."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from importlib.metadata import EntryPoint
+from pathlib import Path
+from typing import Any
+
+from ksmea.errors import SettingError, unknown
+from ksmea.plugins.files import CONTRACTS, one_line, plugins_of_file, require_same
+from ksmea.plugins.names import (
+    FURTHER,
+    GROUPS,
+    PROJECT,
+    SharedName,
+    add_file,
+    is_added,
+    left_out,
+    origin,
+    origin_of,
+    plugins_in_files,
+    registered,
+)
+from ksmea.settings.settings import own_fields, part_fields
+
+__all__ = [
+    "CONTRACTS",
+    "FURTHER",
+    "GROUPS",
+    "PROJECT",
+    "create",
+    "create_all",
+    "left_out",
+    "origin",
+    "origin_of",
+    "plugin_class",
+    "plugins_in_files",
+    "register_file",
+    "registered",
+]
+
+
+def register_file(path: Path, planned: Mapping[str, str] | None = None) -> None:
+    """Register the plugins of a Python file, which is executed for that, beside the installed ones. A file that has been
+    registered stays as it was. `SettingError` where it cannot be loaded, has no plugin, or one of a name that is taken, and
+    where it and what it imports from beside it do not have the `planned` digests."""
+    if is_added(path):
+        return
+    if planned is not None:
+        require_same(path, planned)
+    found = plugins_of_file(path)
+    for each in found:
+        if each.name in registered(each.group):
+            raise SettingError(
+                f"plugins: {path}: expected names that no other plugin has, but {each.group}={each.name} is there from"
+                f" {origin(each.group, each.name)}; rename its class {each.plugin.__name__}"
+            )
+    groups = GROUPS | FURTHER
+    points = [
+        EntryPoint(each.name, f"{each.plugin.__module__}:{each.plugin.__name__}", groups[each.group]) for each in found
+    ]
+    add_file(path, points)
+
+
+def plugin_class(group: str, name: str) -> type:
+    """The settings class registered under a name; unknown names list the known ones, the nearest first."""
+    points = registered(group)
+    if name not in points:
+        raise unknown(group, name, points)
+    point = points[name]
+    if isinstance(point, SharedName):
+        raise SettingError(f"{group}={name}: {point.refusal}")
+    try:
+        plugin: type = point.load()
+    except (Exception, SystemExit) as error:
+        raise SettingError(f"{group}={name}: {points[name].value} cannot be loaded: {one_line(error)}") from error
+    parameters = vars(plugin).get("__dataclass_params__") if isinstance(plugin, type) else None
+    if parameters is None or not parameters.frozen:
+        raise SettingError(f"{group}={name}: expected a frozen dataclass at {points[name].value}, got {plugin!r}")
+    contract = CONTRACTS[group]
+    if not issubclass(plugin, contract):
+        raise SettingError(
+            f"{group}={name}: expected a subclass of {contract.__module__}.{contract.__name__} at {points[name].value},"
+            f" got {plugin.__name__}; make it one, see {contract.__module__}"
+        )
+    if missing := sorted(plugin.__abstractmethods__):
+        raise SettingError(
+            f"{group}={name}: expected {plugin.__name__} to define {', '.join(missing)}, which {contract.__name__} leaves"
+            " abstract, got nothing; add it"
+        )
+    return plugin
+
+
+def create(group: str, name: str, settings: Mapping[str, Any], parts: Mapping[str, Any] | None = None) -> Any:
+    """A plugin with its settings checked; the error says which plugin and setting it was. A method is made of those of
+    `parts` that it has."""
+    plugin = plugin_class(group, name)
+    known = [field.name for field in own_fields(plugin)]
+    for key in settings:
+        if key not in known:
+            raise unknown(f"setting of {group}={name}:", key, known)
+    chosen = {}
+    for field in part_fields(plugin):
+        chosen[field.name] = (parts or {}).get(field.name)
+        if chosen[field.name] is None:
+            raise SettingError(f"{group}={name}: expected {field.name}, {field.metadata['help']}, got none; choose one")
+    try:
+        return plugin(**chosen, **settings)
+    except SettingError as error:
+        raise SettingError(f"{group}={name}: {error}") from error
+
+
+def create_all(group: str, names: Iterable[str]) -> tuple[dict[str, Any], dict[str, str]]:
+    """Plugins of these names with their default settings, and why there is none of a name that cannot be made: one broken
+    package takes nothing away from the others."""
+    made, left_out = {}, {}
+    for name in names:
+        try:
+            made[name] = create(group, name, {})
+        except SettingError as error:
+            left_out[name] = str(error)
+    return made, left_out

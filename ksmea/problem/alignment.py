@@ -1,0 +1,139 @@
+"""Problem aligned with a measurement: its speeds, runs, channels, harmonics and origin of phases.
+
+A comparison takes the problem from here, because a response at other speeds has the right shape and the wrong values. Of data at
+other multiples of the spin speed than 1X those are kept that the problem has a response for.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.errors import SettingError
+from ksmea.measurement.channel import Channel
+from ksmea.measurement.measurement import Layout, Measurement
+from ksmea.numerics.screening import sobol
+from ksmea.problem.campaign_problem import CampaignProblem, in_runs
+from ksmea.problem.problem import Problem
+
+SAME_SPEED = 1e-9  # relative: rounding on the way through units and files
+TRY = "make the problem with ksmea.problem.alignment.aligned(problem, measurement)"
+
+
+def aligned(problem: Problem, measured: Measurement | Layout) -> Problem:
+    """The problem at the speeds and channels of a measurement and in its runs, its phase origin unknown where that of the
+    data is.
+
+    Raises `SettingError` where the problem cannot be seen so: a channel or a weight off its shaft, or phases that it has no
+    use for.
+    """
+    layout = measured.layout if isinstance(measured, Measurement) else measured
+    has_speeds = np.array_equal(problem.speed, layout.speed) and problem.campaign == layout.campaign
+    if not (has_speeds and tuple(problem.channels) == tuple(layout.channels)):
+        problem = _seen(problem, layout)
+    if not layout.has_free_phase or problem.has_free_phase:
+        return problem
+    if not problem.can_leave_phase_open:
+        raise SettingError(
+            f"{layout.source}: phases were measured from an unknown origin, expected a problem that can leave it open, got"
+            f" {type(problem).__name__}; use the amplitudes alone, or say that the origin is known"
+        )
+    return problem.with_phase_origin()
+
+
+def through(problem: Problem, channels: Sequence[Channel]) -> Problem:
+    """The problem at its speeds, and in its runs, through other channels."""
+    return problem.changed(lambda machine: machine.at(machine.speed, channels))
+
+
+def require_aligned(problem: Problem, measurement: Measurement) -> None:
+    """Raise `SettingError` where a problem is not seen as the measurement: another number of speeds or channels, a speed
+    (beyond rounding) or a channel that differs, other runs, or a phase origin that is unknown in the data alone."""
+    _require_speeds(problem.speed, measurement.speed)
+    if problem.campaign != measurement.campaign:
+        raise SettingError(
+            f"runs: expected {measurement.campaign or 'one run'} as measured, got a problem seen in"
+            f" {problem.campaign or 'one run'}; {TRY}"
+        )
+    if len(problem.channels) != len(measurement.channels):
+        raise SettingError(
+            f"channels: expected the {len(measurement.channels)} of the measurement, got a problem with"
+            f" {len(problem.channels)}; {TRY}"
+        )
+    for number, (own, measured) in enumerate(zip(problem.channels, measurement.channels), start=1):
+        if own != measured:
+            raise SettingError(f"channel {number}: expected {measured} as measured, got a problem seen in {own}; {TRY}")
+    if measurement.layout.has_free_phase and not problem.has_free_phase:
+        raise SettingError(
+            "phases: expected a problem whose phase origin is unknown as that of the measurement is, got one without"
+            f" phase_origin among its unknowns; {TRY}"
+        )
+
+
+def _require_speeds(own: Array, measured: Array) -> None:
+    if len(own) != len(measured):
+        raise SettingError(
+            f"speeds: expected the {len(measured)} of the measurement, got a problem with {len(own)}; {TRY}"
+        )
+    apart = np.flatnonzero(np.abs(own - measured) > SAME_SPEED * np.abs(measured))
+    if len(apart):
+        first = apart[0]
+        raise SettingError(
+            f"speed {first + 1}: expected {measured[first]:.10g} rad/s as measured, got a problem at"
+            f" {own[first]:.10g} rad/s; {TRY}"
+        )
+
+
+def _seen(problem: Problem, layout: Layout) -> Problem:
+    """The problem at other speeds and channels; an error says which channel cannot be, and where it stands."""
+    try:
+        return _in_its_runs(problem, layout)
+    except SettingError as error:
+        for channel, location in zip(layout.channels, layout.locations):
+            try:
+                problem.at(layout.speed, (channel,))
+            except SettingError as own:
+                raise SettingError(f"{location}: {own}") from own
+        raise SettingError(f"{layout.source}: {error}") from error
+
+
+def _in_its_runs(problem: Problem, layout: Layout) -> Problem:
+    if problem.campaign is None and layout.campaign is None:
+        return problem.at(layout.speed, layout.channels)
+    machine = problem.machine.at(layout.speed, layout.channels)
+    if layout.campaign is None:
+        return machine
+    if layout.campaign.weight_names and layout.kind != "complex":
+        raise SettingError(
+            "weights: expected phases, without which the angle of an unknown weight is not known, got amplitudes; give the"
+            " weight's g_mm and angle_deg, or measure phases"
+        )
+    return in_runs(machine, layout.campaign) if problem.campaign is None else CampaignProblem(machine, layout.campaign)
+
+
+def answered(problem: Problem, measurement: Measurement) -> tuple[Problem, Measurement]:
+    """A problem and its measurement through the channels at whose harmonics the problem moves at all: a linear model answers
+    unbalance at 1X alone, and what else was measured tells nothing of it. They are as they are where that is all of them.
+
+    It is asked at one set of values that is nothing special: the third point of a Sobol' sequence.
+    """
+    if all(channel.is_1x for channel in measurement.channels):
+        return problem, measurement
+    x = problem.parameters.to_si(sobol(4, len(problem.parameters))[2:3])
+    moves = np.any(problem.response(x)[0] != 0, axis=0)
+    return _through(problem, measurement, [bool(each) for each in moves])
+
+
+def at_1x(problem: Problem, measurement: Measurement) -> tuple[Problem, Measurement]:
+    """A problem and its measurement at the speed of rotation alone."""
+    return _through(problem, measurement, [channel.is_1x for channel in measurement.channels])
+
+
+def _through(problem: Problem, measurement: Measurement, is_kept: list[bool]) -> tuple[Problem, Measurement]:
+    kept = [index for index, each in enumerate(is_kept) if each or measurement.channels[index].is_1x]
+    if len(kept) == len(measurement.channels):
+        return problem, measurement
+    part = measurement.through(kept)
+    return through(problem, part.channels), part

@@ -1,0 +1,31 @@
+"""One load on the shaft: where it acts (m), in which direction, and whether it is a force or a moment."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ksmea.errors import SettingError
+from ksmea.measurement.channel import DIRECTIONS
+
+FORCE, MOMENT = "force", "moment"
+LOADS = (FORCE, MOMENT)
+
+
+@dataclass(frozen=True)
+class Load:
+    """A unit force (N) along x or y, or a unit moment (N m) about x or y, at a position of the shaft (m). Under
+    Re(f e^{iΩt}) it has the frequency of rotation."""
+
+    position: float
+    direction: str
+    kind: str = FORCE
+
+    def __post_init__(self) -> None:
+        if self.direction not in DIRECTIONS:
+            raise SettingError(f"direction of a load: expected x or y, got {self.direction!r}")
+        if self.kind not in LOADS:
+            raise SettingError(f"kind of a load: expected {' or '.join(LOADS)}, got {self.kind!r}")
+
+    @property
+    def unit(self) -> str:
+        return "N" if self.kind == FORCE else "N m"

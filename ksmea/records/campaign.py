@@ -1,0 +1,49 @@
+"""Records of a campaign: agreement of the joint fit with that of differences (Hausman test), and noise shown by repeats."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ksmea.records.record import Record
+
+
+@dataclass(frozen=True)
+class MovedRecord(Record):
+    """An unknown that differences put elsewhere: their value, in its unit, and the change from the joint one in standard errors."""
+
+    name: str
+    unit: str
+    value: float
+    standard_errors: float
+
+
+@dataclass(frozen=True)
+class BothWaysRecord(Record):
+    """`p` of as large a disagreement under a right model, by χ² with so many degrees of freedom."""
+
+    p: float
+    degrees: int
+    moved: tuple[MovedRecord, ...] = ()
+
+
+@dataclass(frozen=True)
+class SpreadRecord(Record):
+    """Of all runs that are alike, or of one run or channel: mean square beyond repeats, relative to theirs, and its p, that of
+    one of several corrected for their number."""
+
+    what: str
+    ratio: float
+    p: float
+
+
+@dataclass(frozen=True)
+class RepeatsRecord(Record):
+    """Noise s² = (relative · |q|)² + floor² of repeats, a part of which next to nothing shows being 0. `between` is None where
+    no runs are alike, or they themselves are the repeats (`are_runs`)."""
+
+    relative: float
+    floor: float  # m
+    degrees: int  # of freedom
+    are_runs: bool
+    between: SpreadRecord | None = None
+    standing_out: tuple[SpreadRecord, ...] = ()

@@ -1,0 +1,62 @@
+"""What `rotor.draw()` returns: the rotor and how it whirls, as figures, tables and text."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from html import escape
+
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from ksmea.errors import unknown
+from ksmea.rotordynamics.whirl import Rotordynamics
+from ksmea.show import rotordynamics as show
+from ksmea.show.figures.campbell import campbell_figure, stability_figure
+from ksmea.show.figures.mode_shape import deflections_figure, orbits_figure
+from ksmea.show.figures.rotor import rotor_figure
+from ksmea.show.figures.speed_map import speed_map_figure
+
+
+@dataclass(frozen=True, eq=False)
+class RotorDrawing:
+    """A rotor at given values of its unknowns. `record` has all numbers, SI; each figure goes on given axes or its own."""
+
+    record: Rotordynamics
+
+    def plot(self, axes: Axes | None = None) -> Figure:
+        """The rotor to scale."""
+        return rotor_figure(self.record.layout, self.record.title, axes)
+
+    def plot_campbell(self, axes: Axes | None = None) -> Figure:
+        """Natural frequencies over speed, with the critical speeds."""
+        return campbell_figure(self.record, axes)
+
+    def plot_stability(self, axes: Axes | None = None) -> Figure:
+        """Logarithmic decrements over speed."""
+        return stability_figure(self.record, axes)
+
+    def plot_speed_map(self, axes: Axes | None = None) -> Figure:
+        """Undamped critical speeds over the stiffness of the bearings. `SettingError` where they do not hold the rotor."""
+        return speed_map_figure(self.record, axes)
+
+    def plot_orbits(self) -> Figure:
+        """Mode shapes in space."""
+        return orbits_figure(self.record)
+
+    def plot_deflections(self) -> Figure:
+        """Mode shapes as lines of deflection in x and in y."""
+        return deflections_figure(self.record)
+
+    def to_frame(self, name: str = "critical_speeds") -> pd.DataFrame:
+        """The numbers behind a figure: critical_speeds, rotor, campbell, speed_map or mode_shapes."""
+        if name not in show.FRAMES:
+            raise unknown("table of a drawing:", name, show.FRAMES)
+        return show.FRAMES[name](self.record)
+
+    def __str__(self) -> str:
+        return show.text(self.record)
+
+    def _repr_html_(self) -> str:
+        said = escape(" ".join(show.sentences(self.record)))
+        return f"{show.critical_speed_table(self.record).to_html(index=False)}<p>{said}</p>"

@@ -1,0 +1,87 @@
+"""What a rotor is made of and where, as a drawing to scale needs it: SI, positions along the shaft from its left end."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from ksmea.arrays import Array
+from ksmea.measurement.channel import Channel
+
+
+@dataclass(frozen=True)
+class ShaftSection:
+    """A length of shaft of one circular section, from `start` to `end` (m)."""
+
+    start: float
+    end: float
+    outer_radius: float  # m
+    inner_radius: float  # m
+
+
+@dataclass(frozen=True)
+class DiskOutline:
+    """A rigid disk, drawn as the ring on its shaft that has the same mass and inertias, where there is one."""
+
+    position: float  # m
+    mass: float  # kg
+    polar_inertia: float  # kg m²
+    diametral_inertia: float  # kg m²
+    bore_radius: float  # m, the shaft's
+    outer_radius: float | None  # m; None: no ring has its inertias, such as those of a point mass
+    thickness: float  # m; 0: a thin disk
+
+
+@dataclass(frozen=True, eq=False)
+class BearingPlace:
+    """A bearing with its coefficients at the speed that they are shown for, (2, 2) each."""
+
+    position: float  # m
+    stiffness: Array  # N/m
+    damping: Array  # N s/m
+
+
+@dataclass(frozen=True)
+class UnbalanceMark:
+    """An unbalance at a position (m): kg m, rad past +x towards +y."""
+
+    position: float
+    magnitude: float
+    phase: float
+
+
+@dataclass(frozen=True)
+class EffectMark:
+    """An effect beside the rotor itself: its location in words, and positions on the shaft (m) if it sits at any."""
+
+    name: str
+    where: str
+    positions: tuple[float, ...]
+
+
+@dataclass(frozen=True, eq=False)
+class RotorLayout:
+    """A rotor with what sits on it, what carries it and what looks at it."""
+
+    sections: tuple[ShaftSection, ...]
+    disks: tuple[DiskOutline, ...]
+    bearings: tuple[BearingPlace, ...]
+    unbalance: tuple[UnbalanceMark, ...]
+    probes: tuple[Channel, ...]
+    node_positions: Array  # (n_node,) m
+    mass: float  # kg, of shaft and disks
+    support: str = ""  # what carries the bearings, in words; '': rigid ground
+    effects: tuple[EffectMark, ...] = ()
+
+    @property
+    def length(self) -> float:  # m
+        return self.sections[-1].end
+
+    @property
+    def largest_radius(self) -> float:  # m
+        outlines = [section.outer_radius for section in self.sections]
+        return max([*outlines, *(disk.outer_radius for disk in self.disks if disk.outer_radius is not None)])
+
+    def shaft_radius(self, position: float) -> float:
+        """Outer radius (m) of the shaft at a position (m), the larger one where two sections meet."""
+        touching = [each.outer_radius for each in self.sections if each.start <= position <= each.end]
+        return max(touching or [self.sections[-1].outer_radius])

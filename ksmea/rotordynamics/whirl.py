@@ -1,0 +1,147 @@
+"""Free whirling motions of a rotor, as rotordynamics describes them. A free motion is Re(q e^{λt}), λ = σ + iω_d; forward whirl
+turns with the shaft."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.rotordynamics.layout import RotorLayout
+
+FORWARD, BACKWARD, MIXED = "forward", "backward", "mixed"
+STILL = 1e-3  # of the largest amplitude: places that move less do not vote on the direction of whirl
+NO_PEAK = np.sqrt(0.5)  # damping ratio from which on a response has no peak, so that a motion has no critical speed
+PREVAILING = 0.9  # of the squared amplitudes of one direction, less those of the other, from which it is called so
+STRAIGHT = 1e-6  # an orbit's minor axis relative to its major one below which it is a line, not an ellipse
+
+
+@dataclass(frozen=True, eq=False)
+class Motions:
+    """The oscillating free motions at one spin speed (rad/s), by rising frequency. Shapes are deflections in x and y at
+    places along the shaft, the largest of each motion 1."""
+
+    speed: float
+    eigenvalue: ComplexArray  # (n_motion,) rad/s
+    shape: ComplexArray  # (n_motion, n_place, 2)
+
+    def first(self, n: int) -> Motions:
+        """The slowest n of those that can resonate."""
+        kept = np.flatnonzero(damping_ratio(self.eigenvalue) < NO_PEAK)[:n]
+        return Motions(self.speed, self.eigenvalue[kept], self.shape[kept])
+
+
+@dataclass(frozen=True, eq=False)
+class Branches:
+    """Modes followed over spin speed; NaN where a mode does not oscillate there or could not be followed."""
+
+    speed: Array  # (n_speed,) rad/s
+    eigenvalue: ComplexArray  # (n_speed, n_branch) rad/s
+    direction: Array  # (n_speed, n_branch) 1 forward, −1 backward, 0 mixed
+
+    @property
+    def frequency(self) -> Array:  # damped, rad/s
+        return np.asarray(self.eigenvalue.imag)
+
+    @property
+    def log_decrement(self) -> Array:  # (n_speed, n_branch)
+        return log_decrement(self.eigenvalue)
+
+    @property
+    def damping_ratio(self) -> Array:  # (n_speed, n_branch)
+        return damping_ratio(self.eigenvalue)
+
+
+@dataclass(frozen=True)
+class CriticalSpeed:
+    """A speed (rad/s) at which a damped natural frequency is `harmonic` times the speed."""
+
+    speed: float
+    harmonic: float
+    eigenvalue: complex  # rad/s
+    direction: str
+    undamped: float | None = None  # rad/s, the critical speed that it is without any damping
+
+    @property
+    def damping_ratio(self) -> float:
+        return float(damping_ratio(np.array(self.eigenvalue)))
+
+    @property
+    def log_decrement(self) -> float:
+        return float(log_decrement(np.array(self.eigenvalue)))
+
+    @property
+    def amplification_factor(self) -> float | None:
+        """1/(2ζ), what a response to unbalance is multiplied by there; None for a motion that grows or does not decay."""
+        ratio = self.damping_ratio
+        return 1 / (2 * ratio) if ratio > 0 else None
+
+
+@dataclass(frozen=True, eq=False)
+class CriticalSpeedMap:
+    """Undamped critical speeds over the stiffness of bearings that are all alike and equal in x and y."""
+
+    stiffness: Array  # (n,) N/m
+    forward: Array  # (n, n_curve) rad/s, rising; NaN where there are fewer
+    backward: Array  # (n, n_curve) rad/s
+    of_model: tuple[
+        tuple[str, float], ...
+    ]  # name and value (N/m) of the stiffnesses that the rotor's own bearings have
+
+
+@dataclass(frozen=True, eq=False)
+class ModeShapes:
+    """Modes at one spin speed, at places (n_place,) m that lie close enough to be joined by a line."""
+
+    places: Array
+    motions: Motions
+    directions: tuple[str, ...]  # of each mode
+
+
+@dataclass(frozen=True, eq=False)
+class Rotordynamics:
+    """What a rotor at given values of its unknowns looks like and how it whirls."""
+
+    title: str
+    values: tuple[tuple[str, str, float], ...]  # name, unit, value in it
+    layout: RotorLayout
+    highest: float  # rad/s, up to which critical speeds were looked for
+    branches: Branches
+    harmonics: tuple[float, ...]
+    critical_speeds: tuple[CriticalSpeed, ...]
+    threshold: float  # rad/s, lowest speed at which a free motion grows; infinite: none up to the highest
+    speed_map: CriticalSpeedMap | None  # None: the rotor is not stably held without its bearings' own stiffness
+    shapes: ModeShapes
+    remarks: tuple[str, ...] = ()
+
+
+def damping_ratio(eigenvalue: ComplexArray) -> Array:
+    """ζ = −Re λ / |λ|."""
+    return np.asarray(-eigenvalue.real / np.abs(eigenvalue))
+
+
+def log_decrement(eigenvalue: ComplexArray) -> Array:
+    """δ = −2π Re λ / |Im λ|, the logarithm by which an amplitude shrinks in one turn of the motion."""
+    return np.asarray(-2 * np.pi * eigenvalue.real / np.abs(eigenvalue.imag))
+
+
+def direction_of_whirl(x: ComplexArray, y: ComplexArray) -> str:
+    """Direction of the orbits Re(x e^{iωt}), Re(y e^{iωt}) in which almost all of a shape (n_place,) whirls; mixed where places
+    differ or move along lines. Squared amplitudes vote, so that what hardly moves, as next to a node, makes no motion mixed.
+
+    An orbit is a forward circle of radius |x + iy|/2 and a backward one of radius |x − iy|/2; the difference of
+    their squares is Im(x ȳ), which is ±(|x|² + |y|²)/2 for a circle and 0 for a line.
+    """
+    power = np.abs(x) ** 2 + np.abs(y) ** 2
+    round_by = np.nan_to_num(roundness(x, y))
+    votes = np.where(np.abs(round_by) > STRAIGHT, np.sign(round_by), 0.0)
+    share = float(np.sum(power * votes) / np.sum(power))
+    return FORWARD if share > PREVAILING else BACKWARD if share < -PREVAILING else MIXED
+
+
+def roundness(x: ComplexArray, y: ComplexArray) -> Array:
+    """Of the orbit at each place (n_place,): 1 a forward circle, −1 a backward one, 0 a line; NaN where it hardly moves."""
+    power = np.abs(x) ** 2 + np.abs(y) ** 2
+    moving = power > STILL**2 * power.max()
+    return np.where(moving, 2 * np.imag(x * y.conj()) / np.where(moving, power, 1.0), np.nan)

@@ -1,0 +1,132 @@
+"""Settings of plugins: frozen dataclasses whose fields carry their documentation, unit, source and legal range.
+
+A plugin's settings are its dataclass fields. `setting` writes one, `Settings` checks them all when an instance is
+made, so a plugin built by hand is as safe as one that came from a command line.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+import numbers
+import typing
+from abc import ABC
+from collections.abc import Mapping, Sequence
+from contextlib import AbstractContextManager, nullcontext
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+from ksmea.errors import SettingError, described, unknown
+from ksmea.settings.types import in_words, is_of
+
+
+def setting(
+    default: Any,
+    help: str,
+    *,
+    unit: str = "",
+    source: str = "",
+    at_least: float | None = None,
+    above: float | None = None,
+    at_most: float | None = None,
+    choices: tuple[str, ...] = (),
+) -> Any:
+    """A dataclass field with its documentation and legal range; a mutable default is copied per instance.
+
+    `None` is legal where the field's type admits it; ranges then apply to other values only. A range on a list
+    applies to each of its entries.
+    """
+    limits = {"at_least": at_least, "above": above, "at_most": at_most}
+    metadata = {"help": help, "unit": unit, "source": source, "choices": choices, **limits}
+    if isinstance(default, (list, dict)):
+        return dataclasses.field(default_factory=lambda: default.copy(), metadata=metadata)
+    return dataclasses.field(default=default, metadata=metadata)
+
+
+def part(help: str, *, at_least: float | None = None) -> Any:
+    """A dataclass field that holds a part of a method: another plugin, or the number of samples. A run chooses parts
+    beside the settings (`surrogate=kriging samples=40`), so that they are no settings of the method itself."""
+    return dataclasses.field(metadata={"help": help, "is_part": True, "at_least": at_least})
+
+
+def own_fields(settings: type) -> list[dataclasses.Field[Any]]:
+    """The fields of a plugin that are its own settings, its parts left out."""
+    return [field for field in dataclasses.fields(settings) if not field.metadata.get("is_part")]
+
+
+def part_fields(settings: type) -> list[dataclasses.Field[Any]]:
+    """The fields of a plugin that hold its parts."""
+    return [field for field in dataclasses.fields(settings) if field.metadata.get("is_part")]
+
+
+@dataclass(frozen=True)
+class Settings(ABC):  # noqa: B024 – the contracts that derive from it have abstract methods
+    """Base of settings that checks each field's type and range; override `check` for conditions between fields."""
+
+    def __post_init__(self) -> None:
+        for name, hint, metadata in _checked_fields(type(self)):
+            _check_field(name, hint, metadata, getattr(self, name))
+        self.check()
+
+    def check(self) -> None:  # noqa: B027 – may be left out
+        """Raise `SettingError` where the fields do not fit each other."""
+
+    def fingerprint(self) -> str:
+        """Hash of the content of a file that the settings name but do not hold: a changed file is another question.
+        Left out: '', they name none."""
+        return ""
+
+    def seeded(self, seed: int) -> AbstractContextManager[None]:
+        """Seed the generators that a library of its own shares among all (torch, …) for a block, and restore them. Left
+        out: there are none but those of `random` and `numpy.random`, which are always seeded."""
+        return nullcontext()
+
+    @property
+    def parts(self) -> Sequence[Settings]:
+        """Plugins that take part without being chosen by the run itself, such as effects. Left out: none."""
+        return ()
+
+
+@cache
+def _checked_fields(settings: type) -> tuple[tuple[str, Any, Mapping[str, Any]], ...]:
+    """Name, type and metadata of each field; of a class whose types cannot be resolved any type is taken."""
+    try:
+        hints = typing.get_type_hints(settings)
+    except NameError:  # made inside a function, of types that are known there alone
+        hints = {}
+    return tuple((field.name, hints.get(field.name, Any), field.metadata) for field in dataclasses.fields(settings))
+
+
+def expected_range(metadata: Any) -> str:
+    """What a field accepts, in words: 'a number above 0 and at most 2'."""
+    limits = []
+    if metadata.get("above") is not None:
+        limits.append(f"above {metadata['above']:g}")
+    if metadata.get("at_least") is not None:
+        limits.append(f"at least {metadata['at_least']:g}")
+    if metadata.get("at_most") is not None:
+        limits.append(f"at most {metadata['at_most']:g}")
+    return " and ".join(limits)
+
+
+def _check_field(name: str, hint: Any, metadata: Mapping[str, Any], value: Any) -> None:
+    if not is_of(value, hint):
+        raise SettingError(f"{name}: expected {in_words(hint)}, got {described(value)}")
+    choices = metadata.get("choices")
+    if choices and value is not None and value not in choices:
+        raise unknown(f"value for {name}:", str(value), choices)
+    entries = value if isinstance(value, (list, tuple)) else [value]
+    for entry in entries:
+        if isinstance(entry, numbers.Real) and not isinstance(entry, bool) and not _in_range(entry, metadata):
+            raise SettingError(f"{name}: expected a number {expected_range(metadata) or 'that is finite'}, got {entry}")
+
+
+def _in_range(value: numbers.Real, metadata: Any) -> bool:
+    above, at_least, at_most = (metadata.get(key) for key in ("above", "at_least", "at_most"))
+    return (
+        math.isfinite(value)
+        and (above is None or value > above)
+        and (at_least is None or value >= at_least)
+        and (at_most is None or value <= at_most)
+    )

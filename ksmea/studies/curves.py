@@ -1,0 +1,127 @@
+"""Curves over speed for figures: data and fitted response of an identification.
+
+A response is drawn at few speeds where it is smooth, and at many at resonances, whose peaks would otherwise be cut off. Starting
+with the measured speeds and some even ones, each speed at which the logarithm of an amplitude bends is given neighbours half way to
+the next ones, until the curve between any two is straight as far as a figure shows.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.likelihood.difference_likelihood import likelihood_of
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.measurement import Layout, Measurement
+from ksmea.measurement.noise import Noise
+from ksmea.plugins.identification import Identification
+from ksmea.problem.alignment import aligned
+from ksmea.problem.counted import Model
+from ksmea.problem.problem import Problem
+from ksmea.records.curves import FineCurve, FitCurves, Polar, ResponseCurves, matrix, row
+
+
+def fit_curves(problem: Problem, measurement: Measurement, x: Array, noise: Noise | None) -> FitCurves:
+    """Data and fitted response at x (d,) SI over speed, with the noise where it is known or estimated. Where only differences
+    between runs count, what these show alike is added, at the measured speeds alone."""
+    fitted = problem.response(x[None])[0]
+    with_phase = not measurement.is_amplitude
+    if measurement.is_by_differences and noise is not None:
+        likelihood = with_noise(problem, measurement, noise)
+        fitted = fitted + likelihood.alike(problem.parameters.to_cube(x), fitted)
+        fine = _curve(measurement.layout, fitted)
+    else:
+        fine = fine_curve(problem, measurement, x)
+    return FitCurves(
+        speed=row(measurement.speed),
+        channels=tuple(str(channel) for channel in measurement.channels),
+        measured=Polar.of(measurement.values, with_phase=with_phase),
+        fitted=Polar.of(fitted, with_phase=with_phase),
+        sd=None if noise is None or noise.is_absent else matrix(noise.sd(np.abs(fitted))),
+        fine=fine,
+    )
+
+
+def fine_curve(problem: Problem, measurement: Measurement, x: Array) -> FineCurve:
+    """The response at x (d,) SI at as many speeds in the band of each run as a figure needs, with phases where data have any."""
+    layout = fine_layout(problem, measurement, x)
+    return _curve(layout, aligned(problem, layout).response(x[None])[0])
+
+
+def _curve(layout: Layout, response: ComplexArray) -> FineCurve:
+    return FineCurve.of(layout.speed, response, layout.breaks, with_phase=layout.kind == "complex")
+
+
+def response_curves(problem: Problem, measurement: Measurement, found: Identification) -> ResponseCurves:
+    """Amplitudes of measurement, identified model, and surrogate and true model at the surrogate's last optimum."""
+    identified = problem.response(found.x[None])[0]
+    return ResponseCurves(
+        speed=row(measurement.speed),
+        channels=tuple(str(channel) for channel in measurement.channels),
+        measured=matrix(np.abs(measurement.values)),
+        identified=matrix(np.abs(identified)),
+        predicted=None if found.predicted is None else matrix(np.abs(found.predicted)),
+        modelled=None if found.modelled is None else matrix(np.abs(found.modelled)),
+        breaks=measurement.breaks,
+    )
+
+
+def with_noise(problem: Problem, measurement: Measurement, noise: Noise) -> Likelihood:
+    """The likelihood of a measurement whose noise is known by now."""
+    return likelihood_of(Model(problem), dataclasses.replace(measurement, noise=noise))
+
+
+N_EVEN = 100  # speeds of each run to begin with
+MOST = 1000  # of each run
+BENT = 0.06  # of ln|q|: 6 % of an amplitude, the width of a line
+MAX_ROUNDS = 10  # of halving: of 1/100 of a band 1e-5 of it is left
+
+
+def fine_layout(problem: Problem, measurement: Measurement, x: Array) -> Layout:
+    """The layout of a measurement at speeds that suit the response at values x (d,) SI, run by run."""
+    bands = [measurement.speed[rows] for rows in measurement.rows]
+    speeds = [np.union1d(band, np.linspace(np.min(band), np.max(band), N_EVEN)) for band in bands]
+    sizes = _by_run(_sizes(problem, _layout(measurement, speeds), x), speeds)
+    for _ in range(MAX_ROUNDS):
+        added = [_between(*each) if len(each[0]) < MOST else np.empty(0) for each in zip(speeds, sizes)]
+        if not any(len(each) for each in added):
+            break
+        new = [own if len(own) else speed[:1] for own, speed in zip(added, speeds)]  # a run without any is no run
+        found = _by_run(_sizes(problem, _layout(measurement, new), x), new)
+        for index, own in enumerate(added):
+            if len(own):
+                speeds[index], sizes[index] = _merged(speeds[index], sizes[index], own, found[index])
+    return _layout(measurement, speeds)
+
+
+def _layout(measurement: Measurement, speeds: list[Array]) -> Layout:
+    """The same measurement at other speeds of each run."""
+    campaign = measurement.campaign and measurement.campaign.with_counts([len(each) for each in speeds])
+    return dataclasses.replace(measurement.layout, speed=np.concatenate(speeds), campaign=campaign)
+
+
+def _sizes(problem: Problem, layout: Layout, x: Array) -> Array:
+    """ln|q| (n_speed, n_channel)."""
+    response = np.abs(aligned(problem, layout).response(x[None])[0])
+    return np.asarray(np.log(np.maximum(response, np.finfo(float).tiny)))
+
+
+def _by_run(sizes: Array, speeds: list[Array]) -> list[Array]:
+    return np.split(sizes, np.cumsum([len(each) for each in speeds])[:-1])
+
+
+def _between(speed: Array, sizes: Array) -> Array:
+    """Speeds half way to the neighbours of each speed at which a curve bends."""
+    left, right = np.diff(speed)[:-1, None], np.diff(speed)[1:, None]
+    straight = (sizes[:-2] * right + sizes[2:] * left) / (left + right)
+    bends = np.flatnonzero(np.max(np.abs(sizes[1:-1] - straight), axis=1) > BENT)  # of the speed behind each of these
+    intervals = np.union1d(bends, bends + 1)
+    return np.asarray((speed[intervals] + speed[intervals + 1]) / 2)
+
+
+def _merged(speed: Array, sizes: Array, more: Array, more_sizes: Array) -> tuple[Array, Array]:
+    together = np.concatenate([speed, more])
+    order = np.argsort(together)
+    return together[order], np.concatenate([sizes, more_sizes])[order]

@@ -1,0 +1,67 @@
+"""Remarks of a diagnosis: on noise that was stated too small or too large, and on the rate of a sweep.
+
+A rate that a diagnosis finds is compared with the one that times or rows give, which the fit has not used.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from ksmea.diagnosis.diagnosis import Diagnosis
+from ksmea.fits.lack_of_fit import is_stated_too_large
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.speeds import ACCELERATION, SpeedHistory
+from ksmea.units import RPM
+
+
+def believed(found: Diagnosis) -> Measurement:
+    """The measurement with the noise that a diagnosis goes by."""
+    return found.baseline.likelihood.measurement
+
+
+def stated_noise_remarks(found: Diagnosis, measurement: Measurement) -> tuple[str, ...]:
+    """A remark where stated noise is not believed, or is larger than what the data leave room for."""
+    stated, taken = measurement.noise, believed(found).noise
+    if stated is None or taken is None:
+        return ()
+    factor = float(np.nanmax(taken.sd(np.abs(measurement.values)) / stated.sd(np.abs(measurement.values))))
+    if factor > 1:
+        return (
+            (
+                f"the data scatter {factor:.2f} times as much as their stated noise, evenly over speeds and channels: noise"
+                f" is taken {factor:.2f} times as large; if it is not, something is wrong that looks like noise"
+            ),
+        )
+    fit, quality = (found.baseline, found.baseline_quality)
+    if found.best is not None and found.best_quality is not None:
+        fit, quality = found.best, found.best_quality
+    if is_stated_too_large(quality, fit.likelihood.n_residual - fit.likelihood.d, found.level / 2):
+        return (
+            (
+                f"the data scatter {np.sqrt(quality.reduced_chi2):.2f} times as much as their stated noise: intervals are wider, and"
+                " effects must be larger to be seen, than with noise as large as that"
+            ),
+        )
+    return ()
+
+
+def sweep_remarks(found: Diagnosis, history: SpeedHistory | None) -> tuple[str, ...]:
+    """Whether the two rates agree, and whether the speed went at a constant one; nothing where no rate is known."""
+    if history is None or history.rates is None or history.rate is None:
+        return ()
+    given = "the times give" if history.from_times else "the rows, if each is a turn of the shaft, give"
+    said = []
+    if not history.is_constant:
+        first, second = (rate / RPM for rate in history.rates)
+        said.append(
+            f"{given} {first:.3g} rpm/s in the first half of the run and {second:.3g} rpm/s in the second: a sweep at a constant"
+            " rate is an approximation"
+        )
+    if found.best is None or found.best_estimate is None or ACCELERATION not in found.best.problem.parameters.names:
+        return tuple(said)
+    index = found.best.problem.parameters.names.index(ACCELERATION)
+    interval, rate = found.best_estimate.intervals[index], found.best_estimate.x[index]
+    agree = interval.low <= history.rate <= interval.high
+    verdict = "they agree" if agree else "they disagree, as where the model lacks something besides the sweep"
+    fitted = f"{rate / RPM:.3g} [{interval.low / RPM:.3g}, {interval.high / RPM:.3g}]"
+    return (*said, f"{given} {history.rate / RPM:.3g} rpm/s, the fit {fitted} rpm/s: {verdict}")

@@ -1,0 +1,102 @@
+"""Hausman test of a campaign: the joint fit of its runs against the fit of their differences; noise shown by repeats.
+
+If something alike in all runs is not in the model, the two fits disagree. Under a right model both estimates are consistent and the
+joint one is efficient, so that the change Δ between them has the covariance C_d − C_j and Δ* (C_d − C_j)⁻¹ Δ is χ² (J. A. Hausman,
+Econometrica 46 (1978) 1251–1271, doi 10.2307/1913827). With w the directions in which differences have a share λ of the joint
+information I, I_d w = λ I w and w* I w = 1, that is Σ (w* I Δ)² / (1/λ − 1) over those that they determine. Both fits use the noise
+of the differences: that of the joint fit contains its misfit.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+import scipy
+from scipy import linalg
+
+from ksmea.arrays import Array
+from ksmea.fits.repeats import Spread, repeats
+from ksmea.inference.maximisation import nearest_maximum
+from ksmea.likelihood.difference_likelihood import DifferenceLikelihood
+from ksmea.likelihood.likelihood import Likelihood
+from ksmea.measurement.measurement import Measurement
+from ksmea.measurement.speeds import common_speeds
+from ksmea.problem.alignment import aligned
+from ksmea.problem.counted import Model
+from ksmea.problem.problem import Problem
+from ksmea.records.campaign import BothWaysRecord, MovedRecord, RepeatsRecord, SpreadRecord
+
+SHARES = (0.01, 0.98)  # of the information: below, differences tell next to nothing; above, they are all there is
+MOVED = 3.0  # standard errors from which an unknown is named
+DISAGREE = 0.01  # p below which any is
+MOSTLY = 0.5  # of an unknown's variance in directions that differences tell, for it to be compared
+
+
+def both_ways(problem: Problem, measurement: Measurement, x: Array) -> BothWaysRecord | None:
+    """Of a campaign fitted jointly at x (d,) SI; None where differences between its runs tell nothing: of amplitudes, other
+    speeds in each run, the same weights, or no noise."""
+    campaign = measurement.campaign
+    if campaign is None or len(campaign.runs) < 2 or measurement.is_amplitude or campaign.reference:
+        return None
+    if measurement.noise is not None and measurement.noise.is_absent:
+        return None
+    common = common_speeds(measurement.speed, measurement.rows)
+    if not len(common):
+        return None
+    by_reference = dataclasses.replace(campaign.part(common), reference=campaign.runs[0].name)
+    part = dataclasses.replace(measurement.part(common), campaign=by_reference)
+    start, d = np.clip(problem.parameters.to_cube(x), 0.0, 1.0), len(x)
+    try:
+        differing = DifferenceLikelihood(Model(aligned(problem, part)), part)
+        if differing.n_residual <= len(differing.lower):
+            return None
+        by_differences = nearest_maximum(differing, start)
+        known = dataclasses.replace(measurement, noise=differing.noise_of(by_differences.theta, measurement))
+        joint = nearest_maximum(Likelihood(Model(problem), known if measurement.noise is None else measurement), start)
+        shares, directions = linalg.eigh(by_differences.information[:d, :d], joint.information[:d, :d])
+    except (np.linalg.LinAlgError, ArithmeticError):
+        return None
+    told = (shares > SHARES[0]) & (shares < SHARES[1])
+    if not np.any(told):
+        return None
+    variance = 1 / shares[told] - 1
+    along = directions[:, told].T @ joint.information[:d, :d] @ (by_differences.theta[:d] - joint.theta[:d])
+    p = float(scipy.stats.chi2.sf(np.sum(along**2 / variance), np.sum(told)))
+    moved = directions[:, told] @ along / np.sqrt(directions[:, told] ** 2 @ variance)  # in standard errors
+    compared = np.sum(directions[:, told] ** 2, axis=1) > MOSTLY * np.sum(directions**2, axis=1)
+    named = [index for index in np.argsort(-np.abs(moved)) if compared[index] and abs(moved[index]) > MOVED]
+    values = problem.parameters.in_units(problem.parameters.to_si(by_differences.theta[:d]))
+    items = problem.parameters.items
+    return BothWaysRecord(
+        p,
+        int(np.sum(told)),
+        tuple(
+            MovedRecord(items[index].name, items[index].unit, float(values[index]), float(moved[index]))
+            for index in (named if p < DISAGREE else [])
+        ),
+    )
+
+
+SLIGHT = 0.1  # a part of the noise below this part of the other everywhere does not show
+
+
+def repeats_of(measurement: Measurement) -> RepeatsRecord | None:
+    """None of data without repeats, or with too few."""
+    found = repeats(measurement)
+    if found is None:
+        return None
+    [(relative, floor)] = found.noise.levels
+    smallest, largest = found.amplitude
+    return RepeatsRecord(
+        relative=0.0 if relative * largest < SLIGHT * floor else relative,
+        floor=0.0 if floor < SLIGHT * relative * smallest else floor,
+        degrees=found.degrees,
+        are_runs=found.are_runs,
+        between=None if found.between is None else _record(found.between),
+        standing_out=tuple(map(_record, found.standing_out)),
+    )
+
+
+def _record(spread: Spread) -> SpreadRecord:
+    return SpreadRecord(spread.what, spread.ratio, spread.p)

@@ -1,0 +1,194 @@
+"""Response and sensitivity of an extended rotor from one solution of it, whatever its effects change.
+
+The rotor obeys D q = F s, with loads F of sizes s. Where a row c reads the motion, a change of the model is seen as
+
+    c dq = yᵀ (dF s − dD q) + c D⁻¹ F ds,    Dᵀ y = c,
+
+so that motion and adjoint rows at one point are enough for all unknowns. Impedances change D at the ports alone, where the
+receptances have both. An effect that changes the rotor changes D and F anywhere: motion and rows are then solved for over the
+whole shaft, with one factorisation per speed.
+
+What effects themselves do is differenced: impedances, sizes of loads, matrices of the rotor, and what forces by laws and probes
+make of the motion. These are small arrays, and no rotor is solved for them.
+
+Sign convention: real quantities are Re(· e^{iΩt}); a bearing pushes the shaft with −z q.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from typing import Protocol
+
+import numpy as np
+from scipy.linalg import block_diag
+
+from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.measurement.channel import Channel
+from ksmea.numerics.differences import CentralDifferences, central_differences, differenced
+from ksmea.problem.load import Load
+from ksmea.problem.parameters import Parameters
+from problems.rotor.extension.site_law import SiteLaw
+from problems.rotor.finite_elements.assembly import assemble_free, node_dof
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.loads import force_per_unbalance
+from problems.rotor.response.banded import DIAGONAL, dynamic_stiffness_band, solve_both_ways
+from problems.rotor.response.dense import channel_rows
+from problems.rotor.response.receptance import Impedance, Reduction
+
+STEP = 1e-6  # of differences, in parts of each unknown's range: (1e-6)² and rounding of 1e-16 / 1e-6 or 1e-12 / 1e-6
+
+
+class Extended(Protocol):
+    """What is asked of an extended rotor; `problems.rotor.extension.extended.ExtendedProblem` says what each is."""
+
+    @property
+    def parameters(self) -> Parameters: ...
+    @property
+    def speed(self) -> Array: ...
+    @property
+    def channels(self) -> tuple[Channel, ...]: ...
+    @property
+    def seen_channels(self) -> tuple[Channel, ...]: ...
+    @property
+    def costly(self) -> Indices: ...
+    @property
+    def impedances(self) -> tuple[Impedance, ...]: ...
+    @property
+    def site_laws(self) -> tuple[SiteLaw, ...]: ...
+    @property
+    def shows_motion(self) -> bool: ...
+    def impedances_and_sizes(self, x: Array) -> tuple[ComplexArray, ComplexArray]: ...
+    def reduction(self, changing: tuple[float, ...], loads: tuple[Load, ...]) -> Reduction: ...
+    def rotor_with(self, x: Array) -> Rotor: ...
+    def further_forces(self, rotor: Rotor, loads: tuple[Load, ...]) -> ComplexArray | None: ...
+    def shown(self, columns: ComplexArray, x: Array) -> ComplexArray: ...
+    def response_next_to(self, x: Array, points: Array) -> ComplexArray: ...
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """A rotor at one point. Its `columns` are the motion, and what unit forces at the sites of laws move."""
+
+    seen: ComplexArray  # response of the seen channels to each load (n_seen, n_load, n_speed)
+    seen_per_port: ComplexArray  # and to unit forces at the ports (n_seen, n_port, n_speed), m/N
+    columns_at_ports: ComplexArray  # (n_port, n_column, n_speed)
+    by_rotor: Mapping[int, ComplexArray]  # ∂columns/∂x at the seen channels, by unknown (n_seen, n_column, n_speed)
+
+
+def linearised(problem: Extended, x: Array) -> tuple[ComplexArray, ComplexArray]:
+    """Response (n_speed, n_channel) and sensitivity (n_speed, n_channel, d), m per SI unit, at x (d,) SI."""
+    parameters = problem.parameters
+    differences = central_differences(x, STEP * parameters.width, parameters.lower, parameters.upper)
+    points = np.concatenate([x[None], differences.points])
+    impedance, sizes = problem.impedances_and_sizes(points)
+    n_own = sizes.shape[1]
+    n_unit = sum(len(each.loads) for each in problem.site_laws)
+    weights = block_diag(sizes[0][:, None], np.eye(n_unit))  # of the loads in each column
+    solve = _over_shaft if len(problem.costly) else _at_ports
+    solution = solve(problem, x, impedance[:, 0], weights)
+
+    columns = np.einsum("rls,lc->rcs", solution.seen, weights)
+    change = np.zeros((len(x), *columns.shape), dtype=complex)  # (d, n_seen, n_column, n_speed)
+    change[:, :, 0] = np.einsum("rls,lk->krs", solution.seen[:, :n_own], differences.derivative(sizes[1:]))
+    by_impedance = np.moveaxis(differences.derivative(np.moveaxis(impedance[:, 1:], 1, 0)), -1, 0)
+    for index, item in enumerate(problem.impedances):
+        moved = np.flatnonzero(np.any(by_impedance[:, index], axis=1))
+        push = solution.seen_per_port[:, item.row_port, None] * solution.columns_at_ports[item.column_port]
+        change[moved] -= push * by_impedance[moved, index, None, None]
+    for unknown, by_unknown in solution.by_rotor.items():
+        change[unknown] += by_unknown
+    return _shown(problem, points, differences, columns.transpose(2, 0, 1), change.transpose(0, 3, 1, 2))
+
+
+def by_differences(problem: Extended, x: Array) -> tuple[ComplexArray, ComplexArray]:
+    """The same by central differences of the whole response."""
+    parameters = problem.parameters
+    step = STEP * parameters.width
+    return differenced(partial(problem.response_next_to, x), x, step, parameters.lower, parameters.upper)
+
+
+def _shown(
+    problem: Extended,
+    points: Array,
+    differences: CentralDifferences,
+    columns: ComplexArray,
+    change: ComplexArray,
+) -> tuple[ComplexArray, ComplexArray]:
+    """What the probes show, with forces by laws acting, of columns (n_speed, n_seen, n_column) and their change (d, …)."""
+    if problem.shows_motion:
+        n_channel = len(problem.channels)
+        return columns[:, :n_channel, 0], np.moveaxis(change[:, :, :n_channel, 0], 0, -1)
+    steps = np.sum(points[1:] - points[0], axis=1)  # each point differs in one unknown
+    around = columns + steps[:, None, None, None] * np.concatenate([change, change])
+    shown = problem.shown(np.concatenate([columns[None], around]), points)
+    return shown[0], differences.derivative(shown[1:])
+
+
+def _at_ports(problem: Extended, x: Array, impedance: ComplexArray, weights: ComplexArray) -> Solution:
+    """With impedances (n_impedance, n_speed), by the receptances of a rotor that no unknown changes."""
+    reduction = problem.reduction((), ())
+    receptance, n_port = reduction.receptance_on(impedance), reduction.n_port
+    columns_at_ports = np.einsum("pls,lc->pcs", receptance[:n_port, n_port:], weights)
+    return Solution(receptance[n_port:, n_port:], receptance[n_port:, :n_port], columns_at_ports, {})
+
+
+def _over_shaft(problem: Extended, x: Array, impedance: ComplexArray, weights: ComplexArray) -> Solution:
+    """The same where unknowns change the rotor, by the motion of the whole shaft."""
+    rotor = problem.rotor_with(x)
+    forces = _forces(problem, rotor)  # (n_speed, n_dof, n_load)
+    ports = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
+    stiffness = dynamic_stiffness_band(assemble_free(rotor), problem.speed)
+    for item, values in zip(problem.impedances, impedance, strict=True):
+        row, column = ports[item.row_port], ports[item.column_port]
+        stiffness[:, column, DIAGONAL + row - column] += values
+    motion, rows = solve_both_ways(stiffness, forces @ weights, channel_rows(rotor, problem.seen_channels))
+    by_rotor = {}
+    for unknown in problem.costly:
+        changed = _rotor_change(problem, x, unknown, motion, weights)
+        by_rotor[int(unknown)] = (rows @ changed).transpose(1, 2, 0)
+    return Solution(
+        (rows @ forces).transpose(1, 2, 0),
+        rows[:, :, ports].transpose(1, 2, 0),
+        motion[:, ports].transpose(1, 2, 0),
+        by_rotor,
+    )
+
+
+def _rotor_change(
+    problem: Extended, x: Array, unknown: int, motion: ComplexArray, weights: ComplexArray
+) -> ComplexArray:
+    """∂F/∂x s − ∂D/∂x q with one unknown, of the columns (n_speed, n_dof, n_column)."""
+    parameter = problem.parameters.items[unknown]
+    step = STEP * (parameter.upper - parameter.lower)
+    ends = np.clip(x[unknown] + np.array([-step, step]), parameter.lower, parameter.upper)
+    below, above = (problem.rotor_with(np.where(np.arange(len(x)) == unknown, end, x)) for end in ends)
+    width = ends[1] - ends[0]
+    force = (_forces(problem, above) - _forces(problem, below)) @ weights
+    return np.asarray((force - _stiffness_change(below, above, problem.speed, motion)) / width)
+
+
+def _forces(problem: Extended, rotor: Rotor) -> ComplexArray:
+    """Nodal forces of all loads, (n_speed, n_dof, n_load)."""
+    further = problem.further_forces(rotor, ())
+    return np.concatenate([force_per_unbalance(rotor, problem.speed), *([] if further is None else [further])], axis=2)
+
+
+def _stiffness_change(below: Rotor, above: Rotor, speed: Array, motion: ComplexArray) -> ComplexArray:
+    """The difference of two rotors' dynamic stiffness (`dense.dynamic_stiffness`) times a motion (n_speed, n_dof, n_column)."""
+    first, second = assemble_free(below), assemble_free(above)
+    omega = speed[:, None, None]
+    factors = {
+        "stiffness": np.ones_like(omega),
+        "circulatory": omega,
+        "mass": -(omega**2),
+        "damping": 1j * omega,
+        "gyroscopic": 1j * omega**2,
+    }
+    total = np.zeros_like(motion)
+    for name, factor in factors.items():
+        matrix = getattr(second, name) - getattr(first, name)
+        if np.any(matrix):
+            total += factor * (matrix @ motion)
+    return total

@@ -1,0 +1,56 @@
+"""Base of effects whose force depends on the motion otherwise than linearly: as the speed goes, and at which harmonics."""
+
+from __future__ import annotations
+
+import dataclasses
+from dataclasses import dataclass
+from typing import Self
+
+from ksmea.measurement.measurement import Measurement
+from ksmea.nonlinear.laws import Law
+from ksmea.settings.settings import setting
+from problems.rotor.extension.effect import RotorEffect, rotor_mass, unbalance_scale
+from problems.rotor.response.problem import RotorProblem
+
+UP, DOWN = "up", "down"
+OF_HISTORY = {"run-up": UP, "coast-down": DOWN}
+
+
+@dataclass(frozen=True)
+class NonlinearEffect(RotorEffect):
+    """Where a resonance curve folds over, the direction says which of several steady motions is measured."""
+
+    direction: str = setting(UP, "which way the speed goes, slowly, where a run does not say it", choices=(UP, DOWN))
+    harmonics: int = setting(
+        5,
+        "the highest harmonic of the rotation that motions have; of forces alike in opposite directions odd ones. With 5 a contact"
+        " on a nearly flat orbit leaves out harmonics of a tenth of the force at 1X, which hardly move the shaft far above all"
+        " criticals",
+        at_least=1,
+        at_most=15,
+    )
+
+    @property
+    def orders(self) -> tuple[int, ...]:
+        return tuple(range(1, self.harmonics + 1, 2))
+
+    def going(self, direction: str) -> Self:
+        return dataclasses.replace(self, direction=direction) if direction in (UP, DOWN) else self
+
+    def force_at(self) -> tuple[float, Law] | None:
+        site = self.site_law()
+        return None if site is None or site.further else (site.position, site.law)
+
+    def seen_in(self, measurement: Measurement) -> Self | None:
+        """With the direction of the run, where more than one run at 1X was measured: what is not linear shows at other
+        harmonics, with other unbalance, and as the speed goes the other way. In a single run linear effects do the same, and
+        balancing harmonics costs a hundred times as much as they do."""
+        campaign, history = measurement.campaign, measurement.history
+        if all(channel.is_1x for channel in measurement.channels) and (campaign is None or len(campaign.runs) < 2):
+            return None
+        return self.going(OF_HISTORY.get(history.direction, "")) if history else self
+
+
+def eccentricity(problem: RotorProblem) -> float:
+    """How far the largest unbalance would move the mass of the rotor, m: the scale of motions beside resonances."""
+    return unbalance_scale(problem) / rotor_mass(problem)

@@ -1,0 +1,185 @@
+"""What effects make of a rotor, all together: its matrices, the impedances of its bearings, the forces on it, and what its probes
+show.
+
+Values of all unknowns are rows of x (n, d), SI: those of the rotor itself, then those of each effect.
+"""
+
+from __future__ import annotations
+
+import itertools
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.measurement.channel import Channel
+from ksmea.problem.load import Load
+from problems.rotor.extension.hooks import RotorHooks
+from problems.rotor.extension.run_up import Sweep
+from problems.rotor.extension.site_law import Force, SiteLaw, split_by_law, with_linear_forces
+from problems.rotor.finite_elements.data import COEFFICIENTS, STIFFNESSES, Rotor
+from problems.rotor.finite_elements.loads import unit_loads
+from problems.rotor.free_motion.support import Support, in_series_with, ports_on
+from problems.rotor.response.problem import RotorProblem, impedances_of
+from problems.rotor.response.receptance import Impedance, at_harmonic
+from problems.rotor.response.unknowns import inputs_at
+
+
+@dataclass(frozen=True, eq=False)
+class RotorWithEffects:
+    """A rotor and effects, by their hooks (`problems/rotor/extension/hooks.py`)."""
+
+    base: RotorProblem
+    effects: tuple[RotorHooks, ...]
+
+    @cached_property
+    def _columns(self) -> list[Indices]:
+        """Where the unknowns of the rotor itself lie, then those of each effect."""
+        counts = [len(self.base.parameters), *(len(effect.parameters(self.base)) for effect in self.effects)]
+        return np.split(np.arange(sum(counts)), np.cumsum(counts)[:-1])
+
+    def parts(self, x: Array) -> tuple[Array, list[Array]]:
+        """The values (n, …) of the rotor's own unknowns, and those of each effect."""
+        own, *of_effects = (x[:, columns] for columns in self._columns)
+        return own, of_effects
+
+    @cached_property
+    def costly(self) -> Indices:
+        """Indices of the unknowns that change the rotor itself."""
+        changing = [columns for effect, columns in zip(self.effects, self._columns[1:]) if effect.changes_rotor]
+        return np.concatenate(changing) if changing else np.empty(0, dtype=int)
+
+    def rotor_with(self, x: Array) -> Rotor:
+        """The rotor as effects change it at values (d,) SI; its bearings and unbalance are nominal."""
+        return self.changed_rotor(self.base.rotor, x[self.costly])
+
+    def changed_rotor(self, rotor: Rotor, values: Array) -> Rotor:
+        start = 0
+        for effect in self.effects:
+            if effect.changes_rotor:
+                count = len(effect.parameters(self.base))
+                rotor = effect.rotor(rotor, values[start : start + count])
+                start += count
+        return rotor
+
+    @cached_property
+    def impedances(self) -> tuple[Impedance, ...]:
+        """All that the rotor's own unknowns or an effect may set."""
+        needed = set(impedances_of(self.base.rotor, self.base.unknowns))
+        if any(effect.couples_axes for effect in self.effects):
+            bearings = range(len(self.base.rotor.bearings))
+            needed |= {Impedance(bearing, row, column) for bearing in bearings for row in (0, 1) for column in (0, 1)}
+        if self.couples_bearings:
+            pairs = itertools.permutations(range(len(self.base.rotor.bearings)), 2)
+            entries = {(item.row, item.column) for item in needed}
+            needed |= {Impedance(one, *entry, other) for (one, other), entry in itertools.product(pairs, entries)}
+        return tuple(sorted(needed, key=lambda item: (item.row_port, item.column_port)))
+
+    @property
+    def couples_bearings(self) -> bool:
+        return any(effect.couples_bearings for effect in self.effects)
+
+    def impedances_and_sizes(self, x: Array, harmonic: float = 1.0) -> tuple[ComplexArray, ComplexArray]:
+        """For sets (n, d), effects and supports included: the impedances (n_impedance, n, n_speed), N/m, at a harmonic, and how
+        large the unbalance of each plane and each load of effects are, (n, n_plane + n_load)."""
+        own, of_effects = self.parts(x)
+        inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
+        sizes = np.concatenate([inputs.complex_unbalance, *self.sizes(of_effects)], axis=1)
+        if self.couples_bearings:
+            whole = self.port_impedance(inputs.coefficients, self.base.speed, of_effects, harmonic)
+            return np.stack([whole[item.row_port, item.column_port] for item in self.impedances]), sizes
+        seen = self._impedance_seen(inputs.coefficients, self.base.speed, of_effects, harmonic)
+        return np.stack([seen[item.bearing, item.row, item.column] for item in self.impedances]), sizes
+
+    def port_impedance(
+        self, coefficients: Array, speed: Array, of_effects: list[Array], harmonic: float = 1.0
+    ) -> ComplexArray:
+        """Impedances from the motion of any port to the force on any other, (n_port, n_port, n, n_speed) N/m."""
+        bearings = at_harmonic(self.bearing_impedance(coefficients, speed, of_effects), harmonic)
+        return ports_on(self.supports(of_effects), bearings, harmonic * speed)
+
+    def _impedance_seen(
+        self, coefficients: Array, speed: Array, of_effects: list[Array], harmonic: float = 1.0
+    ) -> ComplexArray:
+        """Impedances that the shaft feels at each bearing in a motion at a harmonic, (n_bearing, 2, 2, n, n_speed) N/m, from
+        coefficients (n, n_bearing, 8), effects and supports included but for what all bearings stand on together."""
+        bearings = at_harmonic(self.bearing_impedance(coefficients, speed, of_effects), harmonic)
+        return in_series_with(self.supports(of_effects), bearings, harmonic * speed)
+
+    def bearing_impedance(self, coefficients: Array, speed: Array, of_effects: list[Array]) -> ComplexArray:
+        """The same of the bearings alone, at spin speeds (n_speed,) rad/s."""
+        n, n_bearing = coefficients.shape[:2]
+        split = np.moveaxis(coefficients, 0, -1).reshape(n_bearing, len(COEFFICIENTS) // len(STIFFNESSES), 2, 2, n, 1)
+        impedance = split[:, 0] + 1j * speed * split[:, 1]
+        for effect, values in self._in_stages(of_effects):
+            impedance = effect.impedance(impedance, speed, values)
+        return impedance
+
+    def supports(self, of_effects: list[Array]) -> list[Support]:
+        """What carries the bearings, from the bearing to the ground."""
+        found = (effect.support(values) for effect, values in self._in_stages(of_effects))
+        return [support for support in found if support is not None]
+
+    def loads(self, rotor: Rotor) -> ComplexArray | None:
+        loads = [effect.loads(rotor, self.base.speed) for effect in self.effects if effect.has_loads]
+        return np.concatenate(loads, axis=2) if loads else None
+
+    def sizes(self, of_effects: list[Array]) -> list[ComplexArray]:
+        return [effect.load_sizes(values) for effect, values in zip(self.effects, of_effects) if effect.has_loads]
+
+    def further_forces(self, rotor: Rotor, loads: tuple[Load, ...], harmonic: float = 1.0) -> ComplexArray | None:
+        """Nodal forces (n_speed, n_dof, n) of all loads beside the unbalance planes: those of effects, which are 1X, unit ones
+        at the sites of laws, and the given ones."""
+        forces = [] if (own := self.loads(rotor)) is None else [own * (harmonic == 1)]
+        units = self.unit_loads_with(loads)
+        forces += [unit_loads(rotor, units, len(self.base.speed))] if units else []
+        return np.concatenate(forces, axis=2) if forces else None
+
+    def unit_loads_with(self, loads: tuple[Load, ...]) -> tuple[Load, ...]:
+        return (*(load for each in self.site_laws for load in each.loads), *loads)
+
+    @cached_property
+    def site_laws(self) -> tuple[SiteLaw, ...]:
+        """The laws of forces that effects add at sites, in the order in which they enter."""
+        return tuple(site for forces in self.forces([np.empty(0)] * len(self.effects)) for site, _ in forces)
+
+    def forces(self, of_effects: list[Array]) -> tuple[list[Force], list[Force]]:
+        """These with their coefficients: by laws that are linear in the motion, and by others."""
+        sites = ((effect.site_law(), values) for effect, values in zip(self.effects, of_effects))
+        return split_by_law([(site, values) for site, values in sites if site])
+
+    def sweeps(self, of_effects: list[Array]) -> list[Sweep]:
+        found = (effect.sweep(values) for effect, values in zip(self.effects, of_effects))
+        return [sweep for sweep in found if sweep is not None]
+
+    @cached_property
+    def seen_channels(self) -> tuple[Channel, ...]:
+        """The channels, and behind them those that effects make them of, or whose motion a force may follow."""
+        needed = dict.fromkeys(
+            channel for effect in self.effects for channel in effect.needed_channels(self.base.channels)
+        )
+        needed |= dict.fromkeys(channel for each in self.site_laws for channel in each.channels)
+        return (*self.base.channels, *(channel for channel in needed if channel not in self.base.channels))
+
+    def observed(self, response: ComplexArray, of_effects: list[Array]) -> ComplexArray:
+        """What the probes show of the motion (n, n_speed, n_seen) at the seen channels."""
+        for effect, values in self._in_stages(of_effects):
+            response = effect.observed(response, self.seen_channels, self.base.speed, values)
+        return response[..., : len(self.base.channels)]
+
+    def shown(self, columns: ComplexArray, x: Array) -> ComplexArray:
+        """What the probes show (n, n_speed, n_channel), m, of motion and responses to unit forces at the sites of laws, which are
+        linear, (n, n_speed, n_seen, 1 + n_site_load), with these forces acting, for sets (n, d)."""
+        of_effects = self.parts(x)[1]
+        acting = with_linear_forces(columns, self.forces(of_effects)[0], self.seen_channels, self.base.speed)
+        return self.observed(acting[..., 0], of_effects)
+
+    @property
+    def shows_motion(self) -> bool:
+        """Whether no force follows a law and the probes show the motion as it is."""
+        return not self.site_laws and all(type(each).observed is RotorHooks.observed for each in self.effects)
+
+    def _in_stages(self, of_effects: list[Array]) -> list[tuple[RotorHooks, Array]]:
+        """The effects with their values in the order in which they act."""
+        return sorted(zip(self.effects, of_effects), key=lambda pair: pair[0].stage)

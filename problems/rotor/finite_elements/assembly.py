@@ -1,0 +1,131 @@
+"""Global matrices of a rotor, the rigid disk, and the rows that read the deflection anywhere on the shaft.
+
+M q̈ + (C + Ω G) q̇ + (K + Ω N) q = f, with the degrees of freedom (x, y, φ_x, φ_y) node by node. N is circulatory: it
+comes with damping that turns with the shaft, which sees the velocity q̇ − Ω × q.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import TypeVar
+
+import numpy as np
+
+from ksmea.arrays import Array, Indices
+from problems.rotor.finite_elements import shaft
+from problems.rotor.finite_elements.data import Disk, Rotor
+from problems.rotor.finite_elements.mesh import DOF_PER_NODE, Element, element_at, elements, locate
+
+Of = TypeVar("Of")
+MAX_KEPT = 16  # assembled rotors: many effects leave the rotor as it is, and fits come back to where they were
+
+# −(Ω ẑ ×) per unit of Ω on the degrees of freedom of a node; the shaft turns from x to y.
+AGAINST_SPIN = np.kron(np.eye(2), [[0.0, 1.0], [-1.0, 0.0]])
+
+
+@dataclass(frozen=True, eq=False)
+class Matrices:
+    """Matrices of a rotor, each (n_dof, n_dof); what turns with the shaft and what stands on the ground together."""
+
+    mass: Array
+    damping: Array
+    gyroscopic: Array
+    stiffness: Array
+    circulatory: Array
+
+
+def assemble(rotor: Rotor) -> Matrices:
+    """The matrices of a rotor on its bearings."""
+    free = assemble_free(rotor)
+    stiffness, damping = free.stiffness.copy(), free.damping.copy()
+    for bearing in rotor.bearings:
+        lateral = node_dof(rotor.node_at(bearing.position, "bearing"))[:2]
+        stiffness[np.ix_(lateral, lateral)] += bearing.stiffness
+        damping[np.ix_(lateral, lateral)] += bearing.damping
+    return Matrices(free.mass, damping, free.gyroscopic, stiffness, free.circulatory)
+
+
+@lru_cache(maxsize=MAX_KEPT)
+def assemble_free(rotor: Rotor) -> Matrices:
+    """The matrices of the shaft and its disks alone, without bearings. They are kept, and not to be written to."""
+    matrices = of_elements(rotor, shaft.element_matrices)
+    mass = chained([each.mass for each in matrices])
+    gyroscopic = chained([each.gyroscopic for each in matrices])
+    stiffness = chained([each.stiffness for each in matrices])
+    for disk in rotor.disks:
+        at_node = node_dof(rotor.node_at(disk.position, "disk"))
+        mass[np.ix_(at_node, at_node)] += disk_mass(disk)
+        gyroscopic[np.ix_(at_node, at_node)] += disk_gyroscopic(disk)
+    circulatory, damping = np.zeros_like(stiffness), np.zeros_like(stiffness)
+    if rotor.internal_damping:
+        damping = rotor.internal_damping * stiffness
+        circulatory = damping @ np.kron(np.eye(len(rotor.node_positions)), AGAINST_SPIN)
+    if rotor.external_damping:
+        damping = damping + rotor.external_damping * chained(of_elements(rotor, shaft.drag))
+    if rotor.axial_force:
+        stiffness = stiffness + rotor.axial_force * chained(of_elements(rotor, shaft.geometric_stiffness))
+    for matrix in (mass, damping, gyroscopic, stiffness, circulatory):
+        matrix.flags.writeable = False
+    return Matrices(mass, damping, gyroscopic, stiffness, circulatory)
+
+
+def of_elements(rotor: Rotor, matrices: Callable[[Element], Of]) -> list[Of]:
+    """What is asked of each element, from left to right, whose place does not matter: each kind of element is asked once."""
+    if not rotor.hubs:
+        of_segment = {segment: matrices(Element(segment, 0.0)) for segment in set(rotor.segments)}
+        return [of_segment[segment] for segment in rotor.segments for _ in range(segment.n_element)]
+    of_kind: dict[object, Of] = {}
+    whole = elements(rotor)
+    for element in whole:
+        kind = element.segment, element.hubs
+        if kind not in of_kind:
+            of_kind[kind] = matrices(element)
+    return [of_kind[element.segment, element.hubs] for element in whole]
+
+
+def chained(matrices: Sequence[Array]) -> Array:
+    """Matrices of elements (8, 8), from left to right, as one of the whole shaft."""
+    blocks, n = np.stack(matrices), DOF_PER_NODE
+    left = np.arange(len(blocks))  # the node of each element on this side
+    whole = np.zeros((len(blocks) + 1, n, len(blocks) + 1, n))
+    for row, rows in ((left, slice(None, n)), (left + 1, slice(n, None))):
+        for column, columns in ((left, slice(None, n)), (left + 1, slice(n, None))):
+            whole[row, :, column] += blocks[:, rows, columns]
+    return whole.reshape(n * (len(blocks) + 1), -1)
+
+
+def displacement_row(rotor: Rotor, position: float, direction: str) -> Array:
+    """The row (n_dof,) that reads the deflection in a direction (`ksmea.measurement.channel`) at a position (m), by the element's own shape functions.
+
+    Its transpose spreads a force at that position over the nodes consistently.
+    """
+    index, fraction = locate(rotor, position)
+    row = np.zeros(DOF_PER_NODE * len(rotor.node_positions))
+    row[element_dof(index)] = shaft.displacement_row(element_at(rotor, index), fraction, direction)
+    return row
+
+
+def node_dof(node: int) -> Indices:
+    return DOF_PER_NODE * node + np.arange(DOF_PER_NODE)
+
+
+def element_dof(element: int) -> slice:
+    return slice(DOF_PER_NODE * element, DOF_PER_NODE * (element + 2))
+
+
+def disk_mass(disk: Disk) -> Array:
+    """(4, 4): translation and rotation about a diameter."""
+    return np.diag([disk.mass, disk.mass, disk.diametral_inertia, disk.diametral_inertia])
+
+
+def disk_gyroscopic(disk: Disk) -> Array:
+    """(4, 4), multiplied by Ω in M q̈ + Ω G q̇ + K q = f.
+
+    The disk's angular momentum about its own axis, I_p Ω, turns with the axis (φ_y, −φ_x, 1); its rate of change
+    is I_p Ω (φ̇_y, −φ̇_x).
+    """
+    gyroscopic = np.zeros((4, 4))
+    gyroscopic[2, 3], gyroscopic[3, 2] = disk.polar_inertia, -disk.polar_inertia
+    return gyroscopic

@@ -1,0 +1,91 @@
+"""How a shaft is cut into elements, and where a position lies on the mesh."""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.errors import SettingError
+from problems.rotor.finite_elements.data import Hub, Rotor, ShaftSegment
+
+DOF_PER_NODE = 4  # x, y, rotation about x, rotation about y
+
+
+@dataclass(frozen=True)
+class Element:
+    """A piece of a shaft segment between two neighbouring nodes."""
+
+    segment: ShaftSegment
+    start: float  # m
+    hubs: tuple[tuple[float, float, float], ...] = ()  # from, to as fractions of its length; stiffening
+
+    @property
+    def length(self) -> float:  # m
+        return self.segment.length / self.segment.n_element
+
+
+def elements(rotor: Rotor) -> tuple[Element, ...]:
+    """The elements of a rotor's shaft from left to right; element e lies between nodes e and e + 1."""
+    owners = [segment for segment in rotor.segments for _ in range(segment.n_element)]
+    plain = (Element(owner, start) for owner, start in zip(owners, rotor.node_positions[:-1], strict=True))
+    return tuple(_with_hubs(element, rotor.hubs) for element in plain) if rotor.hubs else tuple(plain)
+
+
+def _with_hubs(element: Element, hubs: Sequence[Hub]) -> Element:
+    """The element with those hubs that reach over it."""
+    reach = [
+        tuple(
+            min(max((hub.position + side * hub.width / 2 - element.start) / element.length, 0.0), 1.0)
+            for side in (-1, 1)
+        )
+        for hub in hubs
+    ]
+    over = tuple((low, high, hub.stiffening) for (low, high), hub in zip(reach, hubs) if high > low)
+    return dataclasses.replace(element, hubs=over) if over else element
+
+
+def element_at(rotor: Rotor, index: int) -> Element:
+    """One of these."""
+    ends = np.cumsum([segment.n_element for segment in rotor.segments])
+    owner = rotor.segments[int(np.searchsorted(ends, index, side="right"))]
+    element = Element(owner, float(rotor.node_positions[index]))
+    return _with_hubs(element, rotor.hubs) if rotor.hubs else element
+
+
+def locate(rotor: Rotor, position: float) -> tuple[int, float]:
+    """The element that holds a position (m), and the location inside it as a fraction of its length."""
+    nodes = rotor.node_positions
+    element = int(np.clip(np.searchsorted(nodes, position, side="right") - 1, 0, len(nodes) - 2))
+    fraction = (position - nodes[element]) / (nodes[element + 1] - nodes[element])
+    return element, float(np.clip(fraction, 0.0, 1.0))
+
+
+def diameter_at(rotor: Rotor, position: float) -> float:
+    """Of the shaft at a position (m), m; at a step that to its right."""
+    return 2 * element_at(rotor, locate(rotor, position)[0]).segment.outer_radius
+
+
+def share_elements(n_element: int, lengths: Sequence[float]) -> tuple[int, ...]:
+    """Elements per segment in proportion to length by largest remainder, at least one each.
+
+    >>> share_elements(13, [0.2, 0.3, 0.5, 0.3]), share_elements(21, [0.2, 0.3, 0.5, 0.3])
+    ((2, 3, 5, 3), (3, 5, 8, 5))
+    """
+    if n_element < len(lengths):
+        raise SettingError(
+            f"mesh: expected at least {len(lengths)} elements, got {n_element};"
+            " disks need a node at the end of each of the shaft's segments"
+        )
+    quotas = [n_element * length / sum(lengths) for length in lengths]
+    counts = [max(1, math.floor(quota + 1e-9)) for quota in quotas]  # 1e-9: a whole quota may round to just below it
+    while sum(counts) < n_element:
+        remainders = [quota - count for quota, count in zip(quotas, counts, strict=True)]
+        counts[remainders.index(max(remainders))] += 1
+    while sum(counts) > n_element:  # where many short segments were raised to one
+        spare = [count - quota if count > 1 else -math.inf for quota, count in zip(quotas, counts, strict=True)]
+        counts[spare.index(max(spare))] -= 1
+    return tuple(counts)

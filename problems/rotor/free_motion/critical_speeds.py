@@ -1,0 +1,138 @@
+"""Critical speeds of a rotor on its bearings: where a damped natural frequency equals the spin speed.
+
+The Campbell diagram is scanned with the rotor's lowest modes, which costs a hundredth of scanning it with all degrees
+of freedom, and each crossing found there is corrected with the whole rotor by Newton's method on its own eigenpair
+(A. Ruhe, Algorithms for the nonlinear eigenvalue problem, SIAM J. Numer. Anal. 10 (1973) 674–689). Where a correction
+does not end near its start, the whole rotor is scanned.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg
+import scipy.optimize
+
+from ksmea.arrays import Array, ComplexArray
+from problems.rotor.finite_elements.assembly import Matrices, assemble
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.free_motion.modes import natural_frequencies, state_matrix
+
+REACH = 4.0  # modes up to this many times the highest speed carry the scan: its errors stay far below its step
+MIN_MODES = 12
+NEAR = 0.02  # relative: a correction that ends further from its start has found another crossing
+TOLERANCE = 1e-11  # relative, of eigenvalues and speeds
+
+
+def critical_speeds(rotor: Rotor, highest: float, n_scan: int = 64) -> Array:
+    """Speeds up to `highest` (rad/s) at which a damped natural frequency equals the spin speed, rising, rad/s.
+
+    The Campbell diagram is scanned at `n_scan` speeds; a frequency that crosses twice between two scanned speeds is
+    missed, so raise `n_scan` where two criticals of one curve lie close.
+    """
+    whole = assemble(rotor)
+    low, basis = _lowest_modes(whole, REACH * highest)
+    scanned = np.linspace(0.0, highest, n_scan + 1)[1:]
+    found = [_corrected(whole, low, basis, start) for start in _crossings(low, scanned)]
+    corrected = np.sort(np.array([speed for speed in found if speed is not None]))
+    if len(corrected) < len(found) or np.any(np.diff(corrected) <= 1e-9 * highest):
+        return _crossings(whole, scanned)
+    return corrected
+
+
+def _crossings(matrices: Matrices, scanned: Array) -> Array:
+    """Where a natural frequency equals the spin speed, rising, rad/s, from all eigenvalues."""
+    table = np.array([_excess(matrices, speed) for speed in scanned])  # (n_scan, n_dof)
+    intervals, curves = np.nonzero(np.sign(table[:-1]) * np.sign(table[1:]) < 0)
+    crossings = []
+    for interval, curve in zip(intervals, curves):
+
+        def excess(speed: float, curve: int = int(curve)) -> float:
+            return float(_excess(matrices, speed)[curve])
+
+        low, high = float(scanned[interval]), float(scanned[interval + 1])
+        crossings.append(scipy.optimize.brentq(excess, low, high, rtol=1e-10))
+    return np.sort(np.array(crossings))
+
+
+def _excess(matrices: Matrices, speed: float) -> Array:
+    """Natural frequencies above the spin speed, (n_dof,) rad/s, rising."""
+    return natural_frequencies(matrices, speed) - speed
+
+
+def _lowest_modes(matrices: Matrices, highest: float) -> tuple[Matrices, Array]:
+    """The rotor in the space of its undamped modes up to a frequency (rad/s) and of its deflections under forces where
+    dampers act; and the basis of that space, (n_dof, n_low)."""
+    symmetric = (matrices.stiffness + matrices.stiffness.T) / 2
+    squared, shapes = scipy.linalg.eigh(symmetric, matrices.mass)
+    n_mode = max(MIN_MODES, int(np.count_nonzero(squared <= highest**2)))
+    basis = shapes[:, :n_mode]
+    damped = np.flatnonzero(np.any(matrices.damping != 0, axis=0))
+    if 0 < len(damped) < len(symmetric) / 2 and squared[0] > 1e-9 * squared[-1]:
+        deflections = np.linalg.solve(symmetric, np.eye(len(symmetric))[:, damped])
+        basis = np.hstack([basis, deflections * np.linalg.norm(basis[:, 0]) / np.linalg.norm(deflections, axis=0)])
+    directions, sizes, _ = np.linalg.svd(basis / np.linalg.norm(basis, axis=0), full_matrices=False)
+    basis = directions[:, sizes > 1e-9 * sizes[0]]
+    parts = (matrices.mass, matrices.damping, matrices.gyroscopic, matrices.stiffness, matrices.circulatory)
+    return Matrices(*(basis.T @ part @ basis for part in parts)), basis
+
+
+def _corrected(whole: Matrices, low: Matrices, basis: Array, start: float) -> float | None:
+    """The crossing of the whole rotor next to that of its lowest modes; None where it is not found nearby."""
+    eigenvalues, vectors = scipy.linalg.eig(state_matrix(low, start))
+    nearest = int(np.argmin(np.abs(eigenvalues.imag - start)))
+    pair = Eigenpair(complex(eigenvalues[nearest]), basis @ vectors[: len(low.mass), nearest])
+    found = _crossing(whole, pair, start)
+    return found if found is not None and abs(found - start) <= NEAR * start else None
+
+
+@dataclass(frozen=True, eq=False)
+class Eigenpair:
+    """λ (rad/s) and its deflections (n_dof,)."""
+
+    value: complex
+    vector: ComplexArray
+
+
+def _crossing(matrices: Matrices, pair: Eigenpair | None, speed: float) -> float | None:
+    """The speed at which Im λ of one eigenpair equals it, by secants; None where they do not converge."""
+    before: tuple[float, float] | None = None  # speed and excess
+    for _ in range(20):
+        pair = _eigenpair(matrices, speed, pair) if pair is not None else None
+        if pair is None:
+            return None
+        excess = pair.value.imag - speed
+        if abs(excess) <= TOLERANCE * speed:
+            return speed
+        slope = -1.0 if before is None or before[0] == speed else (excess - before[1]) / (speed - before[0])
+        before = speed, excess
+        if slope == 0.0:
+            return None
+        speed -= excess / slope
+    return None
+
+
+def _eigenpair(matrices: Matrices, speed: float, start: Eigenpair) -> Eigenpair | None:
+    """The solution of (λ² M + λ D + K) q = 0 nearest to a start, by Newton's method with q scaled to sᴴ q = 1, s the start."""
+    damping = matrices.damping + speed * matrices.gyroscopic
+    stiffness = matrices.stiffness + speed * matrices.circulatory
+    scale = 1 / np.linalg.norm(stiffness, 2)
+    n = len(stiffness)
+    row = start.vector.conj() / np.vdot(start.vector, start.vector)
+    value, vector = start.value, start.vector
+    bordered = np.zeros((n + 1, n + 1), dtype=complex)
+    for _ in range(15):
+        dynamic = scale * (value**2 * matrices.mass + value * damping + stiffness)
+        derivative = scale * (2 * value * matrices.mass + damping) @ vector
+        size = np.linalg.norm(derivative) or 1.0
+        bordered[:n, :n], bordered[:n, n], bordered[n, :n] = dynamic, derivative / size, row
+        try:
+            step = np.linalg.solve(bordered, np.append(-dynamic @ vector, 0.0))
+        except np.linalg.LinAlgError:
+            return None
+        vector = vector + step[:n]
+        value += step[n] / size
+        if abs(step[n] / size) <= TOLERANCE * abs(value):
+            return Eigenpair(value, vector)
+    return None

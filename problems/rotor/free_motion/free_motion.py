@@ -1,0 +1,154 @@
+"""Free motions of a rotor with whatever its bearings and effects do, at many spin speeds.
+
+The rotor is seen in the space of its lowest modes and of its deflections under forces at its ports, as for its stability
+(`problems/rotor/free_motion/stability.py`); with `N_MODE` modes, frequencies up to the highest one asked for are true within 1e-5.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.linalg
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.measurement.channel import DIRECTIONS, Channel
+from ksmea.rotordynamics.free_rotor import FreeRotor
+from ksmea.rotordynamics.layout import EffectMark, RotorLayout
+from ksmea.rotordynamics.whirl import Motions
+from problems.rotor.finite_elements.assembly import Matrices, assemble_free, displacement_row
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.mesh import DOF_PER_NODE
+from problems.rotor.free_motion.layout import layout_of
+from problems.rotor.free_motion.modes import OVERDAMPED, undamped_critical_speeds
+from problems.rotor.free_motion.stability import (
+    LowModes,
+    by_port,
+    finite_eigenvalues,
+    pencil_on_supports,
+    state_matrices,
+)
+from problems.rotor.free_motion.support import Support
+
+N_MODE = 30  # of the rotor on nominal springs, besides its deflections under forces at its ports
+AT_REST = 1e-7  # of the middle one of all frequencies: slower motions are those of a rotor that nothing holds
+DOUBLE = 1e-7  # relative difference of eigenvalues that are one
+
+Pencil = tuple[ComplexArray, Array]  # A and B of A z = λ B z
+Eigenpairs = tuple[ComplexArray, ComplexArray]  # (n,) rad/s, and their coordinates (n_low, n)
+
+
+@dataclass(frozen=True, eq=False)
+class FreeMotion(FreeRotor):
+    """A rotor with all numbers given. Its functions are of spin speeds (n_speed,) rad/s."""
+
+    rotor: Rotor
+    channels: tuple[Channel, ...]
+    low_at: Callable[[Array], LowModes]  # without bearings
+    bearings_at: Callable[[Array], tuple[Array, Array]]  # (n_speed, n_bearing, 2, 2) each, N/m and N s/m
+    supports: tuple[Support, ...] = ()  # what carries the bearings
+    effects: tuple[EffectMark, ...] = ()
+    left_out: tuple[str, ...] = ()
+
+    @property
+    def remarks(self) -> tuple[str, ...]:
+        return self.left_out
+
+    def layout(self, speed: float) -> RotorLayout:
+        stiffness, damping = (part[0] for part in self.bearings_at(np.array([speed])))
+        return layout_of(self.rotor, self.channels, stiffness, damping, self.supports, self.effects)
+
+    def frequencies(self, speed: Array, *, damped: bool = True) -> Array:
+        pencils = self._pencils(speed, damped)
+        if isinstance(pencils, list):
+            scale = self.low_at(speed[:1]).highest
+            found = [
+                finite_eigenvalues(*scipy.linalg.eigvals(*each, homogeneous_eigvals=True)) * scale for each in pencils
+            ]
+        else:
+            found = list(np.linalg.eigvals(pencils).astype(complex))
+        return np.sort(np.stack([np.where(_oscillates(each), each.imag, 0.0) for each in found]), axis=1)
+
+    def motions(self, speed: Array, *, damped: bool = True) -> list[Motions]:
+        basis = self.low_at(speed[:1]).basis
+        rows = basis.reshape(-1, DOF_PER_NODE, basis.shape[1])[:, : len(DIRECTIONS)]
+        pairs = self._eigenpairs(speed, damped)
+        return [_motions(float(spin), *pair, rows) for spin, pair in zip(speed, pairs)]
+
+    def shapes(self, speed: float, places: Sequence[float]) -> Motions:
+        reading = [[displacement_row(self.rotor, place, axis) for axis in DIRECTIONS] for place in places]
+        rows = np.array(reading) @ self.low_at(np.array([speed])).basis
+        [pair] = self._eigenpairs(np.array([speed]), True)
+        return _motions(speed, *pair, rows)
+
+    def undamped_critical_speeds(self, stiffness: float) -> tuple[Array, Array]:
+        return undamped_critical_speeds(self.rotor, stiffness, self._free)
+
+    @cached_property
+    def _free(self) -> Matrices:
+        return assemble_free(self.rotor)
+
+    def _eigenpairs(self, speed: Array, damped: bool) -> list[Eigenpairs]:
+        pencils, low = self._pencils(speed, damped), self.low_at(speed[:1])
+        n_low = low.basis.shape[1]
+        if isinstance(pencils, list):
+            solved = (scipy.linalg.eig(*each, homogeneous_eigvals=True) for each in pencils)
+            return [(finite_eigenvalues(*values) * low.highest, vectors[:n_low]) for values, vectors in solved]
+        values, vectors = np.linalg.eig(pencils)
+        return [(each, shapes[:n_low]) for each, shapes in zip(values.astype(complex), vectors.astype(complex))]
+
+    def _pencils(self, speed: Array, damped: bool) -> Array | list[Pencil]:
+        """State matrices (n_speed, 2 n_low, 2 n_low) of a rotor on rigid ground; on supports two matrices for each speed."""
+        low, (of_bearings, damping_of_bearings) = self.low_at(speed), self.bearings_at(speed)
+        own, supports = low.matrices, self.supports
+        spin = speed[:, None, None]
+        stiffness, damping = own.stiffness + spin * own.circulatory, own.damping + spin * own.gyroscopic
+        if not damped:
+            stiffness, of_bearings = _symmetric(stiffness), _symmetric(of_bearings)
+            damping, damping_of_bearings = spin * own.gyroscopic, np.zeros_like(damping_of_bearings)
+            supports = tuple(dataclasses.replace(each, loss_factor=0.0) for each in supports)
+        springs, dampers = by_port(of_bearings), by_port(damping_of_bearings)
+        if supports:
+            parts = zip(stiffness, damping, springs, dampers)
+            return [pencil_on_supports(low, *each, supports) for each in parts]
+        stiffness = stiffness + low.ports.T @ springs @ low.ports
+        damping = damping + low.ports.T @ dampers @ low.ports
+        return state_matrices(*np.linalg.solve(own.mass, np.stack([stiffness, damping])))
+
+
+def _oscillates(eigenvalue: ComplexArray) -> Array:
+    size = np.abs(eigenvalue)
+    return np.asarray(eigenvalue.imag > np.maximum(OVERDAMPED * size, AT_REST * np.median(size)))
+
+
+def _motions(speed: float, eigenvalue: ComplexArray, coordinates: ComplexArray, rows: Array) -> Motions:
+    """Those that oscillate, read by `rows` (n_place, 2, n_low)."""
+    oscillating = np.flatnonzero(_oscillates(eigenvalue))
+    order = oscillating[np.argsort(eigenvalue[oscillating].imag)]
+    shape = np.moveaxis(rows @ coordinates[:, order], -1, 0)  # (n, n_place, 2)
+    for first in np.flatnonzero(np.abs(np.diff(eigenvalue[order])) <= DOUBLE * np.abs(eigenvalue[order[1:]])).tolist():
+        shape[first : first + 2] = _as_circles(shape[first : first + 2])
+    flat = shape.reshape(len(shape), -1)
+    largest = flat[np.arange(len(flat)), np.argmax(np.abs(flat), axis=1)]
+    return Motions(speed, eigenvalue[order], shape / largest[:, None, None])
+
+
+def _as_circles(pair: ComplexArray) -> ComplexArray:
+    """Two shapes (2, n_place, 2) of one frequency as those two of their sums that whirl forward and backward most: on isotropic
+    bearings every sum of a forward and a backward motion of the same frequency is a motion too."""
+    flat = pair.reshape(2, -1)
+    power = flat.conj() @ flat.T
+    x, y = np.moveaxis(pair, -1, 0)
+    whirl = -1j * (y.conj() @ x.T - x.conj() @ y.T)  # Σ 2 Im(x ȳ) of a sum, as a Hermitian form
+    try:
+        sums = scipy.linalg.eigh(whirl, power)[1]
+    except np.linalg.LinAlgError:  # the same motion twice
+        return pair
+    return np.einsum("ij,ink->jnk", sums, pair)
+
+
+def _symmetric(matrices: Array) -> Array:
+    return np.asarray((matrices + matrices.swapaxes(-1, -2)) / 2)

@@ -1,0 +1,107 @@
+"""Natural frequencies, damping and whirl from the damped eigenproblem; undamped critical speeds.
+
+A natural mode is Re(q e^{λt}), λ = σ + iω_d; the shaft turns from +x to +y, and forward whirl turns with it.
+
+On undamped bearings of one stiffness in x and y critical speeds are a direct eigenproblem in the speed. Shaft and disks are round,
+so that a motion at the spin frequency is a forward or a backward circular whirl: with u the deflections in x and their slopes,
+y = ∓i x and M − i n G taken to them,
+
+    K u = Ω² (M ∓ G′) u,
+
+whose solutions with Ω² > 0 are the critical speeds, all at once. A thin disk can make M − G′ indefinite: it has no forward one then
+(M. I. Friswell, J. E. T. Penny, S. D. Garvey & A. W. Lees, Dynamics of Rotating Machines, 2010, section 6.3).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.linalg
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.rotordynamics.modes import Campbell, Mode
+from ksmea.rotordynamics.whirl import direction_of_whirl
+from problems.rotor.finite_elements.assembly import Matrices, assemble, assemble_free, node_dof
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.mesh import DOF_PER_NODE
+
+OVERDAMPED = (
+    1e-7  # |Im λ|/|λ| below which a root is real: rounding splits a double one into as much as √(1e-16) either side
+)
+
+
+def natural_modes(rotor: Rotor, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
+    """The oscillating modes at a spin speed (rad/s) by rising frequency, the first `n_mode` or all."""
+    matrices = assemble(rotor)
+    eigenvalues, vectors = map(np.asarray, scipy.linalg.eig(state_matrix(matrices, speed)))
+    oscillating = np.flatnonzero(eigenvalues.imag > OVERDAMPED * np.abs(eigenvalues))
+    order = oscillating[np.argsort(eigenvalues[oscillating].imag)][:n_mode]
+    n_dof = len(matrices.mass)
+    return tuple(_mode(eigenvalues[index], vectors[:n_dof, index]) for index in order)
+
+
+def natural_frequencies(matrices: Matrices, speed: float) -> Array:
+    """Damped frequencies at a spin speed, (n_dof,) rad/s, rising; an overdamped pair counts as two at zero speed.
+
+    Each entry is a continuous function of speed, because the pairs never leave the count.
+    """
+    eigenvalues = scipy.linalg.eigvals(state_matrix(matrices, speed))
+    return np.sort(eigenvalues.imag)[len(matrices.mass) :]
+
+
+def campbell_diagram(rotor: Rotor, speed: Array, n_mode: int) -> Campbell:
+    """Natural frequencies and damping ratios of the first `n_mode` modes over spin speeds (n_speed,) rad/s."""
+    matrices = assemble(rotor)
+    frequency, damping_ratio = np.full((2, len(speed), n_mode), np.nan)
+    for index, spin in enumerate(speed):
+        eigenvalues: ComplexArray = np.asarray(scipy.linalg.eigvals(state_matrix(matrices, float(spin))), dtype=complex)
+        oscillating = eigenvalues[eigenvalues.imag > OVERDAMPED * np.abs(eigenvalues)]
+        lowest = oscillating[np.argsort(oscillating.imag)][:n_mode]
+        frequency[index, : len(lowest)] = lowest.imag
+        damping_ratio[index, : len(lowest)] = -lowest.real / np.abs(lowest)
+    return Campbell(np.asarray(speed, dtype=float), frequency, damping_ratio)
+
+
+def state_matrix(matrices: Matrices, speed: float) -> Array:
+    """A of ż = A z with z = (q, q̇), (2 n_dof, 2 n_dof)."""
+    n_dof = len(matrices.mass)
+    damping = matrices.damping + speed * matrices.gyroscopic
+    stiffness = matrices.stiffness + speed * matrices.circulatory
+    accelerations = -scipy.linalg.solve(matrices.mass, np.hstack([stiffness, damping]), assume_a="pos")
+    return np.vstack([np.hstack([np.zeros((n_dof, n_dof)), np.eye(n_dof)]), accelerations])
+
+
+def _mode(eigenvalue: complex, vector: ComplexArray) -> Mode:
+    shape = vector.reshape(-1, DOF_PER_NODE)
+    largest = np.unravel_index(np.argmax(np.abs(shape[:, :2])), (len(shape), 2))
+    return Mode(
+        frequency=float(eigenvalue.imag),
+        damping_ratio=float(-eigenvalue.real / abs(eigenvalue)),
+        whirl=direction_of_whirl(shape[:, 0], shape[:, 1]),
+        shape=shape / shape[largest],
+    )
+
+
+FORWARD = np.array([[1, 0], [-1j, 0], [0, 1j], [0, 1]])  # (x, y, φ_x, φ_y) of the deflection in x and its slope φ_y
+
+
+def undamped_critical_speeds(rotor: Rotor, stiffness: float, free: Matrices | None = None) -> tuple[Array, Array]:
+    """Forward and backward critical speeds (rad/s), each rising, with a stiffness (N/m) at every bearing's place; `free` are the
+    matrices without bearings where they are known."""
+    free = free or assemble_free(rotor)
+    held = (free.stiffness + free.stiffness.T) / 2
+    for bearing in rotor.bearings:
+        dof = node_dof(rotor.node_at(bearing.position, "bearing"))[:2]
+        held[dof, dof] += stiffness
+    n_node = len(rotor.node_positions)
+    forward, backward = (
+        _critical_speeds(held, free, np.kron(np.eye(n_node), circle)) for circle in (FORWARD, FORWARD.conj())
+    )
+    return forward, backward
+
+
+def _critical_speeds(stiffness: Array, free: Matrices, circles: Array) -> Array:
+    """Those of circular whirl, whose motions are the columns of `circles` (n_dof, n)."""
+    inertia = (circles.conj().T @ (free.mass - 1j * free.gyroscopic) @ circles).real
+    own = (circles.conj().T @ stiffness @ circles).real
+    per_squared = scipy.linalg.eigh(inertia, own, eigvals_only=True)  # 1/Ω²
+    return np.sort(1 / np.sqrt(per_squared[per_squared > 0]))

@@ -1,0 +1,54 @@
+"""Static loads of a rotor: the share of its weight on each bearing, and the buckling compression of its shaft.
+
+A shaft that is pinned at its bearings buckles at the compression N at which K φ = N K_g φ has a solution. For a uniform beam on two
+pins it is Euler's load π²EI/L², lowered by shear to 1/(L²/(π²EI) + 1/(κGA)) (F. Engesser; S. P. Timoshenko & J. M. Gere, Theory of
+Elastic Stability, 1961, section 2.17).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from functools import lru_cache
+
+import numpy as np
+import scipy.linalg
+
+from ksmea.arrays import Array
+from problems.rotor.finite_elements import shaft
+from problems.rotor.finite_elements.assembly import assemble_free, chained, node_dof, of_elements
+from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.finite_elements.mesh import DOF_PER_NODE
+from problems.rotor.free_motion.stability import nominal_springs
+
+GRAVITY = 9.80665  # m/s², standard
+
+
+def weight_shares(rotor: Rotor) -> Array:
+    """The static load of each bearing, (n_bearing,) N, upwards positive, of a rotor that lies level on two bearings or more.
+
+    Two bearings share it by levers alone. More share it as the shaft bends on springs as stiff as the bearings, all at one height.
+    """
+    free = assemble_free(rotor)
+    ports = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
+    springs = nominal_springs(rotor)
+    stiffness = free.stiffness.copy()
+    stiffness[ports, ports] += springs
+    down = np.tile([0.0, -1.0, 0.0, 0.0], len(stiffness) // DOF_PER_NODE)
+    deflection = np.linalg.solve(stiffness, GRAVITY * free.mass @ down)
+    return np.asarray(-(springs * deflection[ports])[1::2])
+
+
+def is_held(rotor: Rotor) -> bool:
+    """Whether bearings at two places or more keep the shaft from turning over as a whole."""
+    return len({rotor.node_at(bearing.position, "bearing") for bearing in rotor.bearings}) > 1
+
+
+@lru_cache(maxsize=64)
+def buckling_load(rotor: Rotor) -> float:
+    """The least compression, N, under which a shaft buckles that `is_held`."""
+    stiffness = assemble_free(dataclasses.replace(rotor, axial_force=0.0)).stiffness
+    geometric = chained(of_elements(rotor, shaft.geometric_stiffness))
+    pins = [node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings]
+    free = np.setdiff1d(np.arange(len(stiffness)), np.concatenate(pins))
+    per_load = scipy.linalg.eigh(geometric[np.ix_(free, free)], stiffness[np.ix_(free, free)], eigvals_only=True)
+    return float(1 / per_load[-1])

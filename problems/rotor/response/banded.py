@@ -1,0 +1,66 @@
+"""The dynamic stiffness of a rotor as a banded system, solved at each speed by LAPACK's gbsv.
+
+A shaft is a chain of elements: a node meets its two neighbours and nothing else, so that the work grows with the number
+of nodes and not with its third power. Column j of a matrix A is stored as row j, A[i, j] at DIAGONAL + i − j.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg.lapack import zgbsv, zgbtrf, zgbtrs
+
+from ksmea.arrays import Array, ComplexArray
+from problems.rotor.finite_elements.assembly import Matrices
+from problems.rotor.finite_elements.mesh import DOF_PER_NODE
+
+HALF_BANDWIDTH = 2 * DOF_PER_NODE - 1
+DIAGONAL = 2 * HALF_BANDWIDTH  # behind as many places again, which the pivoting of gbsv fills
+WIDTH = DIAGONAL + HALF_BANDWIDTH + 1
+
+
+def band_of(matrix: Array) -> Array:
+    """Real matrices (…, n_dof, n_dof) as their bands (…, n_dof, WIDTH)."""
+    n = matrix.shape[-1]
+    band = np.zeros((*matrix.shape[:-1], WIDTH))
+    for offset in range(-HALF_BANDWIDTH, HALF_BANDWIDTH + 1):  # row − column
+        columns = slice(max(0, -offset), n - max(0, offset))
+        band[..., columns, DIAGONAL + offset] = np.diagonal(matrix, -offset, -2, -1)
+    return band
+
+
+def dynamic_stiffness_band(matrices: Matrices, speed: Array, harmonic: float = 1.0) -> ComplexArray:
+    """D = K + ΩN + iω(C + ΩG) − ω²M of a motion at ω = hΩ, h the harmonic, at each speed of rotation Ω (rad/s),
+    (n_speed, n_dof, WIDTH) N/m."""
+    spin = np.asarray(speed)
+    omega = harmonic * spin
+    band = np.empty((len(omega), len(matrices.mass), WIDTH), dtype=complex)
+    powers = np.stack([np.ones_like(omega), spin, -(omega**2)], axis=1)
+    in_phase = band_of(np.stack([matrices.stiffness, matrices.circulatory, matrices.mass]))
+    quadrature = band_of(np.stack([matrices.damping, matrices.gyroscopic]))
+    band.real = np.tensordot(powers, in_phase, 1)
+    band.imag = np.tensordot(omega[:, None] * powers[:, :2], quadrature, 1)
+    return band
+
+
+def solve(band: ComplexArray, force: ComplexArray) -> ComplexArray:
+    """D⁻¹ f at each speed, (n_speed, n_dof, n_force); `band` is used up. `LinAlgError` where D is singular."""
+    motion = np.array(np.swapaxes(force, 1, 2), order="C")  # each force in a row, which gbsv overwrites
+    for columns, rows in zip(band, motion, strict=True):
+        *_, info = zgbsv(HALF_BANDWIDTH, HALF_BANDWIDTH, columns.T, rows.T, overwrite_ab=True, overwrite_b=True)
+        if info:
+            raise np.linalg.LinAlgError("dynamic stiffness: expected a regular matrix, got a singular one")
+    return np.swapaxes(motion, 1, 2)
+
+
+def solve_both_ways(band: ComplexArray, force: ComplexArray, rows: Array) -> tuple[ComplexArray, ComplexArray]:
+    """D⁻¹ f at each speed, (n_speed, n_dof, n_force), and rows (n_row, n_dof) times D⁻¹, (n_speed, n_row, n_dof), by one
+    factorisation; `band` is used up. `LinAlgError` where D is singular."""
+    motion = np.array(np.swapaxes(force, 1, 2), dtype=complex, order="C")
+    seen = np.array(np.broadcast_to(rows, (len(band), *rows.shape)), dtype=complex, order="C")
+    for columns, of_force, of_rows in zip(band, motion, seen, strict=True):
+        factors, pivots, info = zgbtrf(columns.T, HALF_BANDWIDTH, HALF_BANDWIDTH, overwrite_ab=True)
+        if info:
+            raise np.linalg.LinAlgError("dynamic stiffness: expected a regular matrix, got a singular one")
+        zgbtrs(factors, HALF_BANDWIDTH, HALF_BANDWIDTH, of_force.T, pivots, overwrite_b=True)
+        zgbtrs(factors, HALF_BANDWIDTH, HALF_BANDWIDTH, of_rows.T, pivots, trans=1, overwrite_b=True)
+    return np.swapaxes(motion, 1, 2), seen

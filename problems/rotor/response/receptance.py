@@ -1,0 +1,231 @@
+"""The receptance reduction: a rotor seen only from its ports, so that a new bearing costs a few small operations.
+
+Bearings touch the rotor at few degrees of freedom, its ports. With the dynamic stiffness factored once per speed
+about nominal bearings, all that a response needs is the receptance H between ports, unbalance planes and channels.
+An impedance z_rc = k_rc + iΩ c_rc that differs from its nominal by Δz changes D by e_r Δz e_cᵀ, and H by the
+rank-one update of Sherman and Morrison (Ann. Math. Stat. 21 (1950) 124–127, doi 10.1214/aoms/1177729893),
+
+    H ← H − H[:, r] Δz / (1 + Δz H[c, r]) H[c, :],
+
+one impedance after the other: exact, and the same few array operations for a whole batch of bearings.
+
+Sign convention: real quantities are Re(· e^{iΩt}); a bearing pushes the shaft with −z q. A motion at a harmonic h is
+Re(· e^{ihΩt}), with impedances at that frequency; unbalance does nothing there.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray
+from ksmea.measurement.channel import Channel
+from problems.rotor.finite_elements.assembly import assemble_free, node_dof
+from problems.rotor.finite_elements.data import Bearing, Rotor
+from problems.rotor.finite_elements.loads import force_per_unbalance
+from problems.rotor.response.banded import DIAGONAL, dynamic_stiffness_band, solve
+from problems.rotor.response.dense import channel_rows
+
+PORTS_PER_BEARING = 2  # x and y
+
+# Phase of the nominal impedances. It makes them dissipate at every speed, so that the nominal rotor has no sharp
+# resonance where the factorisation would lose digits, and so that each update starts from a damped rotor.
+NOMINAL_PHASE = np.exp(0.25j * np.pi)
+
+
+@dataclass(frozen=True)
+class Impedance:
+    """The impedance of a bearing from motion in direction `column` to force in direction `row` (0 is x, 1 is y). `moved` is the
+    bearing that moves where that is another one, by way of what both stand on."""
+
+    bearing: int
+    row: int
+    column: int
+    moved: int | None = None
+
+    @property
+    def row_port(self) -> int:
+        return PORTS_PER_BEARING * self.bearing + self.row
+
+    @property
+    def column_port(self) -> int:
+        return PORTS_PER_BEARING * (self.bearing if self.moved is None else self.moved) + self.column
+
+    @property
+    def is_direct(self) -> bool:
+        """Whether it answers motion with a force in line with it."""
+        return self.row_port == self.column_port
+
+
+@dataclass(frozen=True, eq=False)
+class Reduction:
+    """A rotor about nominal bearings, seen from its ports."""
+
+    speed: Array  # (n_speed,) rad/s
+    impedances: tuple[Impedance, ...]  # those that may differ from nominal, bearing by bearing
+    nominal: ComplexArray  # (n_impedance, n_speed) N/m
+    # (n_port + n_channel, n_port + n_plane + n_load, n_speed): m/N, m per kg m of unbalance, m per unit of a load
+    receptance: ComplexArray
+    harmonic: float = 1.0  # h of the motion
+
+    @property
+    def n_port(self) -> int:
+        return PORTS_PER_BEARING * (1 + max(impedance.bearing for impedance in self.impedances))
+
+    def unit_response(self, stiffness: Array, damping: Array) -> ComplexArray:
+        """Response of each channel to a unit unbalance in each plane, (n_channel, n_plane, n, n_speed) m per kg m,
+        for n sets of coefficients (n_impedance, n) in N/m and N s/m."""
+        return updated_receptance(self.receptance, self.impedances, self._change(stiffness, damping), self.n_port)
+
+    def response_per_load(self, impedance: ComplexArray) -> ComplexArray:
+        """The same for impedances (n_impedance, n, n_speed), N/m, of whatever law over speed; further loads follow the
+        planes, (n_channel, n_plane + n_load, n, n_speed)."""
+        return updated_receptance(self.receptance, self.impedances, impedance - self.nominal[:, None], self.n_port)
+
+    def motion_on(self, impedance: ComplexArray, sizes: ComplexArray) -> ComplexArray:
+        """Motion and responses to further loads (n, n_speed, n_channel, 1 + n_load), m and m per unit, on impedances
+        (n_impedance, n, n_speed) N/m with unbalances and first loads as large as `sizes` (n, n_plane + …)."""
+        return self._motion(impedance - self.nominal[:, None], sizes)
+
+    def motion_with(self, stiffness: Array, damping: Array, sizes: ComplexArray) -> ComplexArray:
+        """The same with coefficients (n_impedance, n) in N/m and N s/m."""
+        return self._motion(self._change(stiffness, damping), sizes)
+
+    def _motion(self, change: ComplexArray, sizes: ComplexArray) -> ComplexArray:
+        """The ports' motion q = (1 + H Δ)⁻¹ H f is solved for, and what the bearings' forces Δ q do to the channels taken off. Where sizes
+        are known this costs a fraction of the rank-one updates, which serve any."""
+        n_port, n_own, (_, n, n_speed) = self.n_port, sizes.shape[1], change.shape
+        pairs = list(zip(self.impedances, change, strict=True))
+        per_own, per_load = np.split(self.receptance[:, n_port:], [n_own], axis=1)
+        free = np.empty((len(self.receptance), 1 + per_load.shape[1], n, n_speed), dtype=complex)  # on nominal bearings
+        np.matmul(sizes, per_own, out=free[:, 0])
+        free[:, 1:] = per_load[:, :, None]
+        system = np.empty((n_port, n_port + free.shape[1], n, n_speed), dtype=complex)
+        system[:, n_port:] = free[:n_port]
+        for port in range(n_port):
+            felt = [(item.row_port, values) for item, values in pairs if item.column_port == port]
+            system[:, port] = sum(self.receptance[:n_port, row, None] * values for row, values in felt)
+            system[port, port] += 1
+        motion, forces = eliminated(system), np.zeros((n_port, *free.shape[1:]), dtype=complex)
+        for item, values in pairs:
+            forces[item.row_port] += values * motion[item.column_port]
+        per_port = self.receptance[n_port:, :n_port].transpose(2, 0, 1)
+        taken_off = per_port @ forces.transpose(3, 0, 1, 2).reshape(n_speed, n_port, -1)
+        taken_off = taken_off.reshape(n_speed, *free[n_port:].shape[:3])  # (n_speed, n_channel, 1 + n_load, n)
+        return np.subtract(free[n_port:].transpose(2, 3, 0, 1), taken_off.transpose(3, 0, 1, 2), order="C")
+
+    def full_receptance(self, stiffness: Array, damping: Array) -> ComplexArray:
+        """`receptance` on the actual bearings instead of the nominal ones, ports included, for one set of
+        coefficients (n_impedance,), (n_port + n_channel, n_port + n_plane, n_speed)."""
+        return self._changed(self._change(stiffness[:, None], damping[:, None]))
+
+    def receptance_on(self, impedance: ComplexArray) -> ComplexArray:
+        """The same for impedances (n_impedance, n_speed), N/m, of whatever law over speed; further loads follow the planes."""
+        return self._changed((impedance - self.nominal)[:, None])
+
+    def _changed(self, change: ComplexArray) -> ComplexArray:
+        ports = np.arange(self.n_port)
+        # The update consumes the ports that it works on, so those to be kept are entered twice.
+        rows, columns = (np.concatenate([ports, np.arange(size)]) for size in self.receptance.shape[:2])
+        return updated_receptance(self.receptance[np.ix_(rows, columns)], self.impedances, change, self.n_port)[:, :, 0]
+
+    def _change(self, stiffness: Array, damping: Array) -> ComplexArray:
+        """Impedances minus nominal, (n_impedance, n, n_speed)."""
+        change = np.empty((*stiffness.shape, len(self.speed)), dtype=complex)
+        np.subtract(stiffness[..., None], self.nominal.real[:, None], out=change.real)
+        frequency = self.harmonic * self.speed
+        np.subtract(damping[..., None] * frequency, self.nominal.imag[:, None], out=change.imag)
+        return change
+
+
+def reduce_rotor(
+    rotor: Rotor,
+    impedances: tuple[Impedance, ...],
+    speed: Array,
+    channels: Sequence[Channel],
+    loads: ComplexArray | None = None,
+    *,
+    rows: Array | None = None,
+    harmonic: float = 1.0,
+) -> Reduction:
+    """The receptances of a rotor about nominal impedances as large as those of its bearings, but well damped.
+
+    `loads` (n_speed, n_dof, n_load) are nodal forces, N per unit, beside those of the unbalance planes; `rows` (n_row, n_dof)
+    read the motion beside the channels. At a `harmonic` only its own channels read anything. The rotor is solved as the
+    chain that it is (`problems.rotor.response.banded`).
+    """
+    nominal = np.stack([_nominal_impedance(rotor.bearings, impedance, harmonic * speed) for impedance in impedances])
+    ports = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
+    free = assemble_free(rotor)
+    stiffness = dynamic_stiffness_band(free, speed, harmonic)
+    for impedance, values in zip(impedances, nominal, strict=True):
+        if impedance.is_direct:
+            stiffness[:, ports[impedance.row_port], DIAGONAL] += values
+    n_dof = len(free.mass)
+    port_rows = np.eye(n_dof)[ports]
+    forces = np.broadcast_to(port_rows.T, (len(speed), n_dof, len(ports)))
+    of_unbalance = (
+        force_per_unbalance(rotor, speed) if harmonic == 1 else np.zeros((len(speed), n_dof, len(rotor.unbalance)))
+    )
+    forces = np.concatenate([forces, of_unbalance, *([] if loads is None else [loads])], axis=2)
+    motion = solve(stiffness, forces)
+    read = [port_rows, channel_rows(rotor, channels, harmonic), *([] if rows is None else [rows])]
+    receptance = np.concatenate(read) @ motion  # (n_speed, row, column)
+    return Reduction(speed, impedances, nominal, np.ascontiguousarray(np.moveaxis(receptance, 0, 2)), harmonic)
+
+
+def at_harmonic(impedance: ComplexArray, harmonic: float) -> ComplexArray:
+    """What a motion at a harmonic h of the spin speed feels of bearings whose impedances are z at h = 1, Re z + i h Im z:
+    their coefficients are functions of the spin speed."""
+    changed = impedance.copy()
+    changed.imag *= harmonic
+    return changed
+
+
+def updated_receptance(
+    receptance: ComplexArray, impedances: Sequence[Impedance], change: ComplexArray, n_port: int
+) -> ComplexArray:
+    """Receptance (row, column, n_speed) after changes (n_impedance, n, n_speed) of the impedances, one by one.
+
+    The first rows and columns are the ports. A port is dropped once no later impedance touches it, so that what
+    remains are the rows and columns beyond the ports, (…, …, n, n_speed).
+    """
+    current = receptance[:, :, None]
+    dropped = 0
+    for index, impedance in enumerate(impedances):
+        row, column = impedance.row_port - dropped, impedance.column_port - dropped
+        still_needed = _first_port(impedances[index + 1 :], n_port) - dropped
+        gain = change[index] / (1 + change[index] * current[column, row])
+        update = current[still_needed:, row, None] * (gain * current[column, still_needed:])
+        current = np.subtract(current[still_needed:, still_needed:], update, out=update)
+        dropped += still_needed
+    return current
+
+
+def eliminated(system: ComplexArray) -> ComplexArray:
+    """X (n_row, m, …) of A X = B from [A B] (n_row, n_row + m, …), which is overwritten: Gauss's elimination of many at once. It
+    does not pivot, like one rank-one update after the other."""
+    n = len(system)
+    for index in range(n - 1):
+        factor = system[index + 1 :, index] / system[index, index]
+        system[index + 1 :, index + 1 :] -= factor[:, None] * system[index, index + 1 :]
+    found = system[:, n:]
+    for index in reversed(range(n)):
+        found[index] /= system[index, index]
+        found[:index] -= system[:index, index, None] * found[index]
+    return found
+
+
+def _first_port(impedances: Sequence[Impedance], n_port: int) -> int:
+    """The lowest port that these impedances touch."""
+    return min((min(impedance.row_port, impedance.column_port) for impedance in impedances), default=n_port)
+
+
+def _nominal_impedance(bearings: Sequence[Bearing], impedance: Impedance, frequency: Array) -> ComplexArray:
+    """(n_speed,): the size of the given impedance at each frequency with the nominal phase; none off the diagonal."""
+    bearing, row, column = bearings[impedance.bearing], impedance.row, impedance.column
+    if not impedance.is_direct:
+        return np.zeros(len(frequency), dtype=complex)
+    return NOMINAL_PHASE * np.abs(bearing.stiffness[row, column] + 1j * frequency * bearing.damping[row, column])

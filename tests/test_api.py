@@ -1,0 +1,255 @@
+"""The Python API: what stands in its stub is there, it aligns or refuses, and its results speak like the command line."""
+
+import dataclasses
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+import ksmea
+from ksmea.errors import SettingError
+from ksmea.records.diagnosis import DiagnosisRecord
+from ksmea.records.identification import IdentificationRecord
+from ksmea.records.location import LocationRecord
+from ksmea.units import RPM
+from measurements.run_up_csv import as_csv
+from optimizers.de import DE
+from optimizers.lm import LM
+
+FAST = {"optimizer": LM(screening=1000, starts=3)}
+NOISE = {"relative": 0.05, "floor": 0.1}
+
+
+@pytest.fixture(scope="module")
+def rotor():
+    return ksmea.load_problem("three_disk", sensors=[0.1, 0.5])
+
+
+@pytest.fixture(scope="module")
+def data(rotor):
+    return ksmea.synthetic_measurement(rotor, kind="complex", noise_known=False, phase_known=False, rng=1, **NOISE)
+
+
+@pytest.fixture(scope="module")
+def found(rotor, data):
+    return ksmea.identify(rotor, data, **FAST)
+
+
+# -- the names --
+
+
+@pytest.mark.parametrize("name", ksmea.__all__)
+def test_every_name_of_the_stub_is_there(name):
+    assert getattr(ksmea, name).__doc__
+
+
+def test_importing_loads_nothing_else():
+    code = (
+        "import sys, ksmea, bench; print([name for name in ('numpy', 'pandas', 'matplotlib') if name in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "[]\n"
+
+
+# -- problems --
+
+
+def test_values_go_by_name_and_unit(rotor):
+    assert rotor.reference == pytest.approx({"kxx": 50, "kyy": 70, "cxx": 0.5, "cyy": 0.7, "u": 200})
+    assert rotor.x({"kxx": 40.0}) == pytest.approx([40e6, 70e6, 500, 700, 2e-4])
+    assert rotor.response({"u": 400.0}) == pytest.approx(2 * rotor.response(), rel=1e-12)
+    there = rotor.response(speed=[100.0, 200.0], channels=[ksmea.Channel(1.0, "x")])
+    assert there.shape == (2, 1)
+    with pytest.raises(SettingError, match="did you mean 'kxx'"):
+        rotor.x({"kx": 40.0})
+
+
+def test_a_value_that_nobody_knows_must_be_given():
+    rk4 = ksmea.load_problem("rk4_two_disk")
+    unknown = set(rk4.parameters.names) - set(rk4.reference)
+    if unknown:
+        with pytest.raises(SettingError, match="expected a value for"):
+            rk4.x()
+
+
+def test_modes_are_those_of_the_rotor(rotor):
+    """Table of Lalanne & Ferraris for this rotor: 55.41 Hz is the first of 25 000 rpm; critical speeds as published."""
+    modes = rotor.modes(25_000 * RPM, n_mode=2)
+    assert [mode.frequency / (2 * np.pi) for mode in modes] == pytest.approx([55.41, 67.20], abs=0.02)
+    assert rotor.critical_speeds() / RPM == pytest.approx([3620.4, 3798.1, 10017.0, 11278.4], abs=0.5)
+    campbell = rotor.campbell(np.array([0.0, 25_000 * RPM]), n_mode=2)
+    assert campbell.frequency[1] == pytest.approx([mode.frequency for mode in modes], rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "name, settings, message",
+    [
+        ("three_disks", {}, "did you mean 'three_disk'"),
+        ("three_disk", {"meshes": 21}, "did you mean 'mesh'"),
+        ("three_disk", {"mesh": "fine"}, "mesh: expected a whole number, got 'fine'"),
+        ("missing.yaml", {}, "missing.yaml"),
+    ],
+)
+def test_what_cannot_be_loaded_is_refused_in_one_line(name, settings, message):
+    with pytest.raises(SettingError, match=message) as caught:
+        ksmea.load_problem(name, **settings)
+    assert "\n" not in str(caught.value)
+
+
+def test_it_shows_itself(rotor):
+    assert str(rotor).splitlines()[1].split()[:2] == ["unknown", "unit"]
+    assert "<td>kxx</td>" in rotor._repr_html_()
+
+
+# -- problem and measurement --
+
+
+def test_a_problem_at_other_speeds_is_aligned(rotor, data, found):
+    """As many speeds, but others: an identification of these would come out far off and confident."""
+    other = ksmea.load_problem("three_disk", sensors=[0.1, 0.5], speed_from=300.0, speed_to=1600.0)
+    again = ksmea.identify(other, data, **FAST)
+    assert [item.identified for item in again.record.parameters] == pytest.approx(
+        [item.identified for item in found.record.parameters], rel=1e-6
+    )
+
+
+def test_what_cannot_be_aligned_is_refused(rotor, data):
+    shifted = dataclasses.replace(data.measurement, channels=tuple(ksmea.Channel(9.0, "x") for _ in range(4)))
+    for study in (ksmea.identify, ksmea.diagnose):
+        with pytest.raises(SettingError, match="9 m: expected a position on the shaft"):
+            study(rotor, shifted)
+
+
+def test_the_truth_stays_beside_the_measurement(rotor):
+    hidden = ksmea.synthetic_measurement(rotor, hidden=["runout"], kind="complex", rng=5, **NOISE)
+    again = ksmea.synthetic_measurement(rotor, hidden=["runout"], kind="complex", rng=5, **NOISE)
+    assert hidden.truth["kxx"] == 50.0
+    [effect] = hidden.hidden
+    assert effect.effect == "runout" and str(effect).startswith("runout (at 0.")
+    assert np.array_equal(hidden.measurement.values, again.measurement.values) and hidden.hidden == again.hidden
+    x = rotor.x()
+    plain = rotor.response()
+    vector = {item.name: item.value for item in effect.parameters}
+    change = np.abs(hidden.measurement.values - plain).mean() * 1e6
+    assert change > 0.1 * np.hypot(*vector.values()) and len(x) == 5
+
+
+# -- results --
+
+
+def test_an_identification_holds_the_truth_in_its_intervals(found):
+    """95 % each; this draw has all six."""
+    truth = {"kxx": 50.0, "kyy": 70.0, "cxx": 0.5, "cyy": 0.7, "u": 200.0}
+    assert all(found[name].low < value < found[name].high for name, value in truth.items())
+    assert str(found["kxx"]).startswith("kxx = ") and found["kxx"].unit == "MN/m"
+    with pytest.raises(SettingError, match="did you mean 'kxx'"):
+        found["kx"]
+
+
+def test_its_text_is_the_command_lines(found, data, shell_identify):
+    """The same file through the command line, whose optimiser draws other numbers, ends in the same maximum."""
+    printed = shell_identify(as_csv(data.measurement))
+    ours = [line for line in str(found).splitlines() if line.startswith("  ")]
+    assert ours and all(line in printed for line in ours)
+
+
+@pytest.fixture
+def shell_identify(tmp_path):
+    def call(text):
+        (tmp_path / "run.csv").write_text(text)
+        words = ["+experiment=identify", "measurement.path=run.csv", "optimizer.screening=1000", "optimizer.starts=3"]
+        command = [sys.executable, "-m", "bench", *words, "workers=1"]
+        done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=100, check=False)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    return call
+
+
+def test_a_result_is_table_figure_and_json(found, tmp_path):
+    frame = found.to_frame()
+    assert list(frame["parameter"]) == ["kxx", "kyy", "cxx", "cyy", "u", "phase_origin"]
+    assert IdentificationRecord.from_data(json.loads(found.to_json(tmp_path / "found.json"))) == found.record
+    assert json.loads((tmp_path / "found.json").read_text())["parameters"][0]["name"] == "kxx"
+    whole = found.plot()
+    assert len(whole.get_axes()) == 12 and whole._repr_png_().startswith(b"\x89PNG")
+    axes = Figure().subplots()
+    assert found.plot(axes) is axes.get_figure() and axes.lines
+    assert "<table" in found._repr_html_()
+
+
+def test_markup_in_names_stays_text(rotor, data):
+    marked = dataclasses.replace(data.measurement, source="<b>run</b>.csv")
+    shown = ksmea.identify(rotor, marked, **FAST)._repr_html_()
+    assert "<b>run" not in shown and "&lt;b&gt;run" in shown
+
+
+def test_methods_are_named_or_made_by_hand(rotor):
+    data = ksmea.synthetic_measurement(rotor, relative=0.02)
+    small = {"optimizer": DE(generations=5, population=10), "samples": 30}
+    named = ksmea.identify(rotor, data, "ksmea", max_updates=2, rng=3, **small)
+    again = ksmea.identify(rotor, data, "ksmea", max_updates=2, rng=np.random.default_rng(3), **small)
+    assert named.record.updates <= 2 and named.record.model_evaluations == 30 + named.record.updates
+    assert [item.identified for item in named.record.parameters] == [
+        item.identified for item in again.record.parameters
+    ]
+    with pytest.raises(SettingError, match="did you mean 'max_updates'"):
+        ksmea.identify(rotor, data, "ksmea", max_update=2, **small)
+
+
+def test_a_diagnosis_extends_the_problem(tmp_path):
+    rotor = ksmea.load_problem("three_disk", sensors=[0.1, 0.5], n_speed=27)  # each speed takes a fit at each site
+    hidden = ksmea.synthetic_measurement(
+        rotor,
+        hidden=["runout"],
+        sizes={"runout_x": 6.0, "runout_y": 0.0},
+        kind="complex",
+        noise_known=False,
+        rng=2,
+        **NOISE,
+    )
+    result = ksmea.diagnose(rotor, hidden, effects=["runout", "mass"], starts=3, screening=512)
+    assert (result.verdict, result.named) == ("named", ("runout",))
+    (tmp_path / "extended.yaml").write_text(result.extended_yaml)
+    extended = ksmea.load_problem(tmp_path / "extended.yaml")
+    assert extended.reference["runout_x"] == pytest.approx(6.0, abs=0.5)
+    assert (
+        str(result).startswith("Data: synthetic, ")
+        and "\nThe model does not fit" in str(result)
+        and "runout" in set(result.to_frame()["effect"])
+    )
+    assert set(result.coefficients()["unknown"]) == {*rotor.parameters.names, "runout_x", "runout_y"}
+    assert DiagnosisRecord.from_data(json.loads(result.to_json())) == result.record
+    assert result.plot().get_axes() and result.plot(Figure().subplots()).get_axes()
+    assert "reading" in {site.kind for site in result.location.record.sites}  # a second opinion
+    with pytest.raises(SettingError, match="did you mean 'runout'"):
+        ksmea.diagnose(rotor, hidden, effects=["run_out"])
+
+
+def test_a_location_says_where_something_acts(rotor):
+    hidden = ksmea.synthetic_measurement(
+        rotor, hidden=["unbalance"], sizes={"unbalance_x": 60.0}, kind="complex", noise_known=False, rng=2, **NOISE
+    )
+    result = ksmea.locate(rotor, hidden, positions=[0.2, 1.0], kinds=["force"])
+    true = float(hidden.hidden[0].location.removeprefix("at ").removesuffix(" m"))
+    assert result.record.kind == "force" and true in result.sites
+    assert "An unknown force that is free at every speed explains the data at" in str(result)
+    assert len(result.to_frame()) == 2
+    assert LocationRecord.from_data(json.loads(result.to_json())) == result.record
+    assert result.plot().get_axes() and result.plot(Figure().subplots()).get_axes()
+    with pytest.raises(SettingError, match="measure phases"):
+        ksmea.locate(rotor, ksmea.synthetic_measurement(rotor, **NOISE))
+
+
+def test_what_could_be_known_and_what_to_add(rotor):
+    told = ksmea.identifiability(rotor, relative=0.1, variations=["kind"])
+    assert told.to_frame()["parameter"].iloc[0] == "kxx" and "you will know" in str(told)
+    planned = ksmea.plan(rotor, "cyy", relative=0.1, add=2, sensors=1, trial_phases=[], n_candidate=20)
+    assert {family.family for family in planned.record.families} == {"speeds", "probes"}
+    for result in (told, planned):
+        assert result.plot().get_axes() and result.plot(Figure().subplots()).get_axes() and result.to_json()
+    with pytest.raises(SettingError, match="expected some"):
+        ksmea.identifiability(rotor)
