@@ -44,7 +44,7 @@ from ksmea.studies.balance import balance as balancing
 from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
 from ksmea.studies.identifiability import IdentifiabilityOptions, identifiability_study
-from ksmea.studies.identify import identification, location_options
+from ksmea.studies.identification_details import detailed_identification, location_options
 from ksmea.studies.library import library
 from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.plan import PlanOptions, planning_study
@@ -161,16 +161,15 @@ def identify(
     chosen.validate(seen)
     generator = _generator(rng)
     streams = Streams(*generator.spawn(3))
-    record = identification(
+    record = detailed_identification(
         seen,
         data,
         chosen,
         streams,
+        generator.spawn(1)[0],
         intervals=intervals,
         level=level,
-        details=True,
         beside=location_options(str(unmodelled), level),
-        rng=generator.spawn(1)[0],
     )
     return IdentificationResult(record)
 

@@ -26,7 +26,7 @@ from bench.plan.provenance import (
     code_digest,
     commit,
     library_versions,
-    modules_of_parts,
+    names_of_parts,
     platform_name,
     plugin_files,
     used_modules,
@@ -37,6 +37,7 @@ from bench.plan.study import Study
 from bench.storage.own_files import PAPER
 from ksmea.errors import SettingError, unknown
 from ksmea.plugins import registry
+from ksmea.records.record import Record
 
 FIGURES = ("updates", "response", "cost", "trace")
 OWN_SEEDS = ("instance", "label")  # what cells that draw numbers of their own differ in
@@ -79,7 +80,7 @@ class Experiment:
         compositions = Compositions(loader, master)
         config = Composer(compositions, _fixed(parse(arguments)), {}).outline
         if not config.includes:
-            return [cls._composed(compositions, arguments)]
+            return [cls.compose(compositions, arguments)]
         output = Path(config.output).absolute()
         own = [
             word for word in arguments if word.partition("=")[0].lstrip("+") not in ("experiment", "output", "share")
@@ -88,18 +89,12 @@ class Experiment:
         for name in config.includes:
             words = [f"+experiment={name}", *own, override("output", str(output / name))]
             share = [*config.share, *(str(experiment.output) for experiment in included), str(output.parent / name)]
-            included.append(cls._composed(compositions, words, share))
+            included.append(cls.compose(compositions, words, share))
         return included
 
     @classmethod
-    def compose(
-        cls, loader: ConfigLoader, master: DictConfig, arguments: list[str], share: Sequence[str] = ()
-    ) -> Experiment:
+    def compose(cls, compositions: Compositions, arguments: list[str], share: Sequence[str] = ()) -> Experiment:
         """One experiment; finished runs of the same key are also taken over from the folders in `share`."""
-        return cls._composed(Compositions(loader, master), arguments, share)
-
-    @classmethod
-    def _composed(cls, compositions: Compositions, arguments: list[str], share: Sequence[str] = ()) -> Experiment:
         words = parse(arguments)
         fleet = fleet_axes(words)
         chosen = [label for choice in words if choice.key == LABEL for label in choice.values]
@@ -233,7 +228,7 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str], fa
         )
     study.validate(setup)
     settings |= {FINGERPRINTS[group]: fingerprint for group, fingerprint in fingerprints(plugins).items()}
-    if parts := modules_of_parts(filter(None, plugins.values())):
+    if parts := names_of_parts(filter(None, plugins.values())):
         settings[PARTS] = parts
     ignored = {*study.ignores, *plugins["method"].ignores}
     for part in ignored:
@@ -265,10 +260,16 @@ def _table(asked: str | None, cells: Sequence[Cell]) -> str:
         raise SettingError(f"study: expected one for the whole experiment, got {', '.join(studies)}; give one")
     study: Any = registry.plugin_class("study", studies[0])
     table: str = asked or study.report
-    if report_named(table).study != studies[0]:
-        fitting = [name for name in registry.registered("report") if report_named(name).study == studies[0]]
+    if not _is_made_of(table, study):
+        fitting = [name for name in registry.registered("report") if _is_made_of(name, study)]
         raise SettingError(f"table: expected one of {', '.join(fitting)} for study={studies[0]}, got {table}")
     return table
+
+
+def _is_made_of(table: str, study: type[Study]) -> bool:
+    """Whether a report is made of the records of a study, or of those of another study that finds the same."""
+    own: Any = registry.plugin_class("study", report_named(table).study)
+    return own is study or (own.record is study.record and own.record is not Record)
 
 
 def _axes(points: list[dict[str, Any]]) -> tuple[str, ...]:

@@ -1,8 +1,11 @@
 """Code from outside the project that a run computes by: the packages or files of its plugins, and what these pull in.
 
-A plugin's distribution counts with the content of all its files, data too, since nobody sees from outside which of them a
-result depends on. Of what it requires, or imports without saying so, name and version count; where a version says nothing – an
-editable install, a folder on the path – the content of the files does, as of a plugin that is a plain file. The numerical libraries stand in every key already.
+Modules of a plugin's distribution count if the plugin imports them (`bench.plan.provenance`), so that an edit of one plugin leaves
+results of the others fresh. Its data files count all, since it is not visible from outside which of them a result depends on; so do
+all modules if one of those imported loads others by names that it does not spell out. Documentation does not count. Of
+requirements, and of packages imported without being required, name and version count; if a version says nothing – an
+editable install, a folder on the path – the content of the files does, as of a plugin that is a plain file. The numerical
+libraries are in every key already.
 """
 
 from __future__ import annotations
@@ -12,6 +15,7 @@ import importlib.util
 import json
 import sys
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from functools import cache
 from importlib.metadata import Distribution, PackageNotFoundError, distribution, entry_points, packages_distributions
 from pathlib import Path, PurePosixPath
@@ -19,21 +23,33 @@ from pathlib import Path, PurePosixPath
 from packaging.requirements import Requirement
 from packaging.utils import canonicalize_name
 
+from bench.plan.sources import DIGITS, read_source
 from ksmea.plugins import registry
-from ksmea.plugins.files import OURS, brought_along, digests, imported
+from ksmea.plugins.files import OURS, brought_along, digests, imported, loads_by_name
 from ksmea.plugins.registry import PROJECT
 
 NUMERICAL = ("numpy", "scipy", "scikit-learn", "pyswarms", "deap")
 IN_EVERY_KEY = frozenset([PROJECT, *NUMERICAL])
 LEFT_OUT = (".pyc", ".pyo", ".pth")  # what Python itself writes, and where an installer says that files lie elsewhere
+DOCUMENTATION = (".md", ".rst")
+ABOUT = ("README", "LICENSE", "LICENCE", "CHANGELOG", "CHANGES", "NOTICE", "AUTHORS")
 DISTRIBUTION, FILE = "distribution ", "file "  # how names of versions and of hashes begin
 
 
-def outside_code(modules: Iterable[str], plugin_files: Iterable[Path] = ()) -> dict[str, str]:
+def outside_code(
+    modules: Iterable[str], plugin_files: Iterable[Path] = (), imported_files: Iterable[Path] = ()
+) -> dict[str, str]:
     """Versions of distributions and hashes of files, by name, that the plugins in these modules and plain files bring along;
-    empty for plugins of the project."""
+    empty for plugins of the project. `imported_files` are those of the modules that they import from their own distributions."""
     packages = frozenset(module.partition(".")[0] for module in modules) - {*OURS}
-    return dict(_outside_code(packages, frozenset(plugin_files)))
+    return dict(_outside_code(packages, frozenset(plugin_files), frozenset(imported_files)))
+
+
+def packages_of_plugin(module: str) -> frozenset[str]:
+    """Top-level packages of the distribution that a plugin's module belongs to; its own one alone if there is none."""
+    package = module.partition(".")[0]
+    owner = None if package in OURS else _owner(package)
+    return frozenset({package} if owner is None else {package, *_packages(owner)})
 
 
 def is_distribution(name: str) -> bool:
@@ -46,32 +62,38 @@ def is_file(name: str) -> bool:
 
 
 @cache
-def _outside_code(packages: frozenset[str], plugin_files: frozenset[Path]) -> dict[str, str]:
+def _outside_code(
+    packages: frozenset[str], plugin_files: frozenset[Path], imported_files: frozenset[Path]
+) -> dict[str, str]:
     found: dict[str, str] = {}
     done: set[str] = set()
-    pending = [(package, True) for package in sorted(packages)]
+    pending = [(package, False) for package in _imported(imported_files)]
     for path in plugin_files:
         found |= {FILE + name: digest for name, digest in digests(path).items()}
         beside = brought_along(path)
         done |= {PurePosixPath(name).parts[0].removesuffix(".py") for name in beside}
         pending += [(package, False) for package in _imported(beside.values())]
+    pending += [(package, True) for package in sorted(packages)]  # taken first: what is a plugin's own is done then
+    all_modules = any(map(loads_by_name, imported_files))
     while pending:
         package, is_plugin = pending.pop()
         if package in done or package in OURS or package in sys.stdlib_module_names:
             continue
-        done.add(package)
+        done |= packages_of_plugin(package) if is_plugin else {package}
         owner = _owner(package)
         if owner is not None and _name(owner) in IN_EVERY_KEY:
             continue
-        files: dict[str, Path] = {}
+        files = _folder(package) if owner is None else _files(owner, package)
+        if is_plugin:
+            files = {name: path for name, path in files.items() if all_modules or path.suffix != ".py"}
+        elif owner is not None and _installed_files(owner):
+            files = {}
         for each in [] if owner is None else [owner, *_required(owner)]:
             found[DISTRIBUTION + _name(each)] = each.version
-            if (is_plugin and each is owner) or not _installed_files(each):
-                files |= _files(each, package if each is owner else None)
-        if owner is None:
-            files = _folder(package)
+            if each is not owner and not _installed_files(each):
+                files |= _files(each)
         for name, path in files.items():
-            found[FILE + name] = hashlib.sha256(path.read_bytes()).hexdigest()[:12]
+            found[FILE + name] = _digest(path)
         pending += [(package, False) for package in _imported(files.values())]
     return dict(sorted(found.items()))
 
@@ -116,14 +138,31 @@ def _required(owner: Distribution) -> list[Distribution]:
     return list(found.values())
 
 
-def _files(owner: Distribution, package: str | None) -> dict[str, Path]:
+def _files(owner: Distribution, package: str | None = None) -> dict[str, Path]:
     """Files of a distribution by name: as its record has them, else those in the folders of its packages."""
     if recorded := _installed_files(owner):
         return recorded
-    packages = (owner.read_text("top_level.txt") or "").split()
-    packages += [point.module.partition(".")[0] for point in owner.entry_points]
-    packages += [package] if package is not None else []
-    return {name: path for each in dict.fromkeys(packages) if each not in OURS for name, path in _folder(each).items()}
+    packages = [*_packages(owner), *([] if package is None else [package])]
+    return {name: path for each in dict.fromkeys(packages) for name, path in _folder(each).items()}
+
+
+def _packages(owner: Distribution) -> list[str]:
+    """Top-level packages of a distribution: as its files have them, else as it lists them or its entry points name them."""
+    names = [
+        PurePosixPath(name).parts[0].removesuffix(".py") for name in _installed_files(owner) if name.endswith(".py")
+    ]
+    names += (owner.read_text("top_level.txt") or "").split()
+    names += [point.module.partition(".")[0] for point in owner.entry_points]
+    return [name for name in dict.fromkeys(names) if name not in OURS]
+
+
+def _digest(path: Path) -> str:
+    """Hash of a file's content; of Python that of its syntax tree, which comments do not change."""
+    content = path.read_bytes()
+    if path.suffix == ".py":
+        with suppress(SyntaxError, ValueError, RecursionError):
+            return read_source(content).digest
+    return hashlib.sha256(content).hexdigest()[:DIGITS]
 
 
 def _installed_files(owner: Distribution) -> dict[str, Path]:
@@ -163,7 +202,8 @@ def _folder(package: str) -> dict[str, Path]:
 
 
 def _is_left_out(path: PurePosixPath) -> bool:
-    return path.suffix in LEFT_OUT or "__pycache__" in path.parts
+    is_documentation = path.suffix in DOCUMENTATION or path.stem.upper() in ABOUT
+    return is_documentation or path.suffix in LEFT_OUT or "__pycache__" in path.parts
 
 
 def _imported(files: Iterable[Path]) -> list[str]:

@@ -16,7 +16,7 @@ from typing import Any
 import scipy.linalg  # noqa: F401 – its own linear algebra is loaded with it, and named too
 from threadpoolctl import threadpool_info
 
-from bench.plan.outside import DISTRIBUTION, NUMERICAL, outside_code
+from bench.plan.outside import DISTRIBUTION, NUMERICAL, outside_code, packages_of_plugin
 from bench.plan.sources import Source, absolute, kept_sources
 from bench.storage.content_cache import KeptByContent
 from bench.storage.own_files import checkout_commit
@@ -28,7 +28,7 @@ SHOWN = "ksmea.show"  # texts, tables and figures of results: nothing in it is c
 ENTRANCE = "bench.jobs.execute"  # where a run begins
 OPTIONAL = ("cma",)  # numerical libraries of an extra: their versions belong to runs that import them
 NO_FILES: Mapping[str, str] = MappingProxyType({})
-PARTS = "parts"  # where a run's settings keep the modules of plugins that its own are made of
+PARTS = "parts"  # key of a run's settings for the plugins that its own are made of, as `group=name`
 
 
 def used_modules(settings: Mapping[str, Any], plugins: Mapping[str, str] = NO_FILES) -> dict[str, str]:
@@ -36,32 +36,29 @@ def used_modules(settings: Mapping[str, Any], plugins: Mapping[str, str] = NO_FI
     run itself import, of this project and of the packages that the plugins come from; with these, what else they bring along
     from outside (`bench.plan.outside`). `plugins` are the plain files of plugins by what chooses them, `optimizer=mine`;
     they are read and not executed."""
-    by_module = {Path(path).stem: Path(path) for path in plugins.values()}
-    chosen = [(group, settings[group]["name"]) for group in registry.GROUPS if settings.get(group) is not None]
-    modules = [
-        Path(plugins[word]).stem
-        if (word := f"{group}={name}") in plugins
-        else registry.plugin_class(group, name).__module__
-        for group, name in chosen
-    ]
-    modules += settings.get(PARTS, ())
-    installed = tuple(module for module in modules if module not in by_module)
-    return dict(_used_modules(installed, frozenset(by_module[module] for module in modules if module in by_module)))
+    chosen = _chosen(settings)
+    installed = dict.fromkeys(registry.module_of(*word.split("=", 1)) for word in chosen if word not in plugins)
+    return dict(_used_modules(tuple(installed), frozenset(Path(plugins[word]) for word in chosen if word in plugins)))
 
 
 def plugin_files(settings: Mapping[str, Any]) -> dict[str, str]:
     """Plain files of the plugins that a run with these settings is made of, by what chooses them."""
-    modules = settings.get(PARTS, ())
-    return {
-        f"{group}={name}": str(path)
-        for path, group, name in registry.plugins_in_files()
-        if path.stem in modules or (settings.get(group) or {}).get("name") == name
-    }
+    chosen = _chosen(settings)
+    in_files = {f"{group}={name}": str(path) for path, group, name in registry.plugins_in_files()}
+    return {word: path for word, path in in_files.items() if word in chosen}
+
+
+def _chosen(settings: Mapping[str, Any]) -> list[str]:
+    """Plugins that a run with these settings is made of, as `group=name`. Settings of earlier versions name parts by modules; they
+    are passed over: what was computed by those versions is stale in any case."""
+    own = [f"{group}={settings[group]['name']}" for group in registry.GROUPS if settings.get(group) is not None]
+    return [*own, *(part for part in settings.get(PARTS, ()) if "=" in part)]
 
 
 @cache
 def _used_modules(plugins: tuple[str, ...], files: frozenset[Path]) -> dict[str, str]:
-    packages = frozenset([*OURS, *(name.partition(".")[0] for name in plugins)])
+    packages = frozenset([*OURS, *(package for name in plugins for package in packages_of_plugin(name))])
+    of_outside: list[Path] = []
     found: dict[str, str] = {}
     in_files = (source for path in files for source in brought_along(path).values() if source.suffix == ".py")
     of_files = (name for source in in_files for name in imported(source) if name.partition(".")[0] in OURS)
@@ -71,18 +68,22 @@ def _used_modules(plugins: tuple[str, ...], files: frozenset[Path]) -> dict[str,
         if name not in found and (said := _said_by(name)) is not None:
             found[name] = said.digest
             found.update((DISTRIBUTION + module, version(module)) for module in said.imports if module in OPTIONAL)
+            imports = said.imports
+            if name.partition(".")[0] not in OURS and (file := _file_of(name)) is not None:
+                of_outside.append(file)
+                imports = (*imports, *imported(file))
             pending.extend(
                 module
-                for module in said.imports
+                for module in imports
                 if module.partition(".")[0] in packages and not (module + ".").startswith(SHOWN + ".")
             )
     _kept_sources().keep()
-    return dict(sorted(found.items())) | outside_code(plugins, files)
+    return dict(sorted(found.items())) | outside_code(plugins, files, of_outside)
 
 
-def modules_of_parts(plugins: Iterable[Settings]) -> list[str]:
-    """Modules of the plugins that plugins are made of: an extended problem's baseline problem, its effects."""
-    return sorted({type(part).__module__ for plugin in plugins for part in plugin.parts})
+def names_of_parts(plugins: Iterable[Settings]) -> list[str]:
+    """Plugins that plugins are made of, as `group=name`: an extended problem's baseline problem, its effects."""
+    return sorted({"=".join(registry.name_of(part)) for plugin in plugins for part in plugin.parts})
 
 
 def code_digest(modules: Mapping[str, str]) -> str:
@@ -92,13 +93,9 @@ def code_digest(modules: Mapping[str, str]) -> str:
 @cache
 def _said_by(module: str) -> Source | None:
     """What the file of a module says, by full names; None for what is no module of Python source."""
-    try:
-        spec = importlib.util.find_spec(module)
-    except (ImportError, AttributeError, ValueError):
+    file = _file_of(module)
+    if file is None:
         return None
-    if spec is None or not spec.origin or not spec.origin.endswith(".py"):
-        return None
-    file = Path(spec.origin)
     try:
         said = _kept_sources().of(file.read_bytes())
     except SyntaxError as error:
@@ -106,6 +103,16 @@ def _said_by(module: str) -> Source | None:
         raise
     imports = (absolute(each, module, file.name == "__init__.py") for each in said.imports)
     return Source(said.digest, tuple(dict.fromkeys(imports)))
+
+
+@cache
+def _file_of(module: str) -> Path | None:
+    """The file of a module; None for what is no module of Python source."""
+    try:
+        spec = importlib.util.find_spec(module)
+    except (ImportError, AttributeError, ValueError):
+        return None
+    return Path(spec.origin) if spec is not None and spec.origin and spec.origin.endswith(".py") else None
 
 
 @cache

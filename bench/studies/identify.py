@@ -1,4 +1,4 @@
-"""Identification as a run of the bench: `ksmea.studies.identify`, and beside what it found what only the bench knows."""
+"""Study of an identification: `ksmea.studies.identify`, and its result compared with the true values."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ from ksmea.identification.trace import comparable_misfit
 from ksmea.inference.maximisation import nearest_maximum
 from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.likelihood.fisher import Point
-from ksmea.location.location import require_enough as require_enough_to_locate
 from ksmea.measurement.measurement import Measurement
+from ksmea.plugins import registry
 from ksmea.plugins.identification import Streams
 from ksmea.problem.alignment import answered
 from ksmea.problem.budget_and_journal import JACOBIAN_AS_EVALUATIONS, Budget, Journal, JournaledProblem
@@ -29,10 +29,11 @@ from ksmea.problem.problem import Problem
 from ksmea.records.identification import IdentificationRecord
 from ksmea.records.record import Record, finite
 from ksmea.records.trace import TraceRecord
-from ksmea.settings.settings import setting
+from ksmea.settings.settings import Settings, own_fields, setting
 from ksmea.studies.enough_data import require_enough
-from ksmea.studies.identify import AUTO, INTERVALS, identification, location_options
-from ksmea.studies.locate import LocationOptions
+from ksmea.studies.identify import INTERVALS, identification
+
+IN_DETAIL = "identify_in_detail"  # name of the study with details
 
 
 @dataclass(frozen=True)
@@ -60,7 +61,7 @@ class Identify(Study):
     )
     unmodelled: str = setting(
         "",
-        f"give the unknowns also beside a force that the model lacks, free at every speed, at this position (m), or {AUTO}: at"
+        "give the unknowns also beside a force that the model lacks, free at every speed, at this position (m), or auto: at"
         " all places and of all kinds that explain the data (docs/location.md)",
     )
 
@@ -80,9 +81,16 @@ class Identify(Study):
     report: ClassVar[str] = "summary"
 
     @property
-    def beside(self) -> LocationOptions | None:
-        """What `unmodelled` asks for."""
-        return location_options(self.unmodelled, self.level)
+    def parts(self) -> tuple[Settings, ...]:
+        """The study with its details, if these are asked for: it is another plugin (`bench.studies.identify_in_detail`), so that a
+        plain identification neither loads nor depends on the code of details."""
+        if not (self.details or self.unmodelled):
+            return ()
+        return (
+            registry.create(
+                "study", IN_DETAIL, {field.name: getattr(self, field.name) for field in own_fields(type(self))}
+            ),
+        )
 
     def validate(self, setup: Setup) -> None:
         if self.basin and not setup.truth:
@@ -91,28 +99,16 @@ class Identify(Study):
             )
         with_noise = self.intervals != "none" and not setup.source.noise_known
         require_enough(setup.source.layout(setup.settings), len(setup.problem.parameters), with_noise=with_noise)
-        if self.beside is not None:
-            require_enough_to_locate(setup.problem, setup.source.kind)
         setup.method.validate(setup.problem)
+        for part in self.parts:
+            if isinstance(part, Identify):
+                part.validate(setup)
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
+        detailed = next((part for part in self.parts if isinstance(part, Identify)), self)
         problem = setup.problem if draw.journal is None else JournaledProblem(setup.problem, Journal(draw.journal))
         measurement = setup.measure(draw)
-        record = identification(
-            problem,
-            measurement,
-            setup.method,
-            Streams(*(generator(draw.seeds[component]) for component in ("design", "surrogate", "optimizer"))),
-            intervals=self.intervals,
-            level=self.level,
-            crlb=self.details or not setup.truth,
-            details=self.details,
-            curves=draw.with_curves,
-            beside=self.beside,
-            remarks=setup.source.remarks,
-            rng=generator(draw.seeds["diagnosis"]),
-            budget=None if self.budget is None else Budget(self.budget, self.jacobian_cost),
-        )
+        record = detailed.identified(problem, measurement, setup, draw)
         seen, used = answered(problem, measurement)  # what the record is of
         response = setup.true_response(draw) if draw.with_curves else None
         if response is not None:
@@ -125,6 +121,30 @@ class Identify(Study):
             if record.trace is not None:
                 record = dataclasses.replace(record, trace=_judged(record.trace, setup, near, seen, used))
         return dataclasses.replace(record, hidden=setup.hidden(draw)).to_data()
+
+    def identified(self, problem: Problem, measurement: Measurement, setup: Setup, draw: Draw) -> IdentificationRecord:
+        """The record of one identification, without a comparison with true values."""
+        return identification(
+            problem,
+            measurement,
+            setup.method,
+            streams_of(draw),
+            intervals=self.intervals,
+            level=self.level,
+            crlb=not setup.truth,
+            curves=draw.with_curves,
+            rng=generator(draw.seeds["diagnosis"]),
+            budget=self.method_budget,
+        )
+
+    @property
+    def method_budget(self) -> Budget | None:
+        return None if self.budget is None else Budget(self.budget, self.jacobian_cost)
+
+
+def streams_of(draw: Draw) -> Streams:
+    """Generators of a method's components in one run."""
+    return Streams(*(generator(draw.seeds[component]) for component in ("design", "surrogate", "optimizer")))
 
 
 def _maximum_near(x: Array, problem: Problem, measurement: Measurement) -> Point | None:

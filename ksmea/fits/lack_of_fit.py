@@ -25,7 +25,9 @@ from ksmea.fits.fitting import BaselineFits, Fit, refitted
 from ksmea.likelihood.fisher import span
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement
+from ksmea.records.identification import LackOfFit
 
+LACK_OF_FIT_LEVEL = 0.01  # chance of rejecting a right model, in records of a fit
 LAGS = 3  # of the autocorrelation, in speeds
 MAX_VALUES = 2**22  # numbers simulated at once, which bounds the memory
 N_BAND = 6  # equal numbers of speeds, shared among the runs
@@ -94,6 +96,12 @@ def fit_quality(fit: Fit, rng: np.random.Generator, *, n_simulated: int = 4000) 
         worst_channel=channel,
         worst_excess=excess,
     )
+
+
+def lack_of_fit(fit: Fit, rng: np.random.Generator) -> LackOfFit:
+    """The test of a fit as a record, rejected at `LACK_OF_FIT_LEVEL`."""
+    tested = fit_quality(fit, rng)
+    return LackOfFit(float(tested.p), tested.worst_statistic, bool(tested.p < LACK_OF_FIT_LEVEL))
 
 
 def as_complex(noise: Array, shape: tuple[int, ...]) -> ComplexArray:

@@ -7,7 +7,7 @@ fit, and is computed for batches of points all over the box, and around the best
 close in on them.
 
 Where small amplitudes are not the model's, such as those of a runout, that misfit is small far from the resonances of the data.
-`screened_by_shape` ranks points by the modal assurance criterion instead, in which large amplitudes weigh most: the part of the
+`screened_both_ways` ranks points by the modal assurance criterion as well, in which large amplitudes weigh most: the part of the
 data, as a vector, that lies across the response's own (R. J. Allemang, Sound and Vibration 37 (8), 2003, 14–21).
 """
 
@@ -42,14 +42,8 @@ def screened(problem: Problem, measurement: Measurement, points: Array) -> Scree
     return found
 
 
-def screened_by_shape(problem: Problem, measurement: Measurement, points: Array) -> Screened:
-    """The same by how much of the data at 1X is no multiple of the response."""
-    [found] = _ranked_by([_by_shape], problem, measurement, points)
-    return found
-
-
 def screened_both_ways(problem: Problem, measurement: Measurement, points: Array) -> tuple[Screened, Screened]:
-    """Both, `screened` first, from the same responses."""
+    """Points as `screened` has them, and by the part of the data at 1X that is not a multiple of the response."""
     by_ratio, by_shape = _ranked_by([_by_ratio, _by_shape], problem, measurement, points)
     return by_ratio, by_shape
 

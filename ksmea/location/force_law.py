@@ -240,14 +240,10 @@ def smooth_fits(sites: Sequence[SiteFit], noise: Noise) -> list[LawFit]:
     return sorted(found, key=lambda fit: fit.bic)
 
 
-def fitted_law(site: SiteFit, law: Law, noise: Noise) -> LawFit | None:
-    """A law at a site, from where it comes nearest to the free force; None where no fit has a steady motion."""
-    [trial] = _trials(site, [law])
-    return _fitted(trial, noise)
-
-
 def _fitted(trial: LawTrial, noise: Noise) -> LawFit | None:
-    """The weights come from its own response, for the free force that it is compared with too: a free force takes noise along,
+    """A law at a site, from where it comes nearest to the free force; None if no fit has a steady motion.
+
+    The weights come from its own response, for the free force that it is compared with too: a free force takes noise along,
     and with it weights that favour small values."""
     site, law, starts = trial.site, trial.law, trial.starts
     unit = np.array([size for _, _, size in law.coefficients])

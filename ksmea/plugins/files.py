@@ -116,11 +116,29 @@ def imported(source: Path) -> Iterator[str]:
         elif isinstance(node, ast.ImportFrom) and not node.level and node.module:
             yield node.module
             yield from (f"{node.module}.{alias.name}" for alias in node.names)
-        elif isinstance(node, ast.Call) and node.args and isinstance(node.args[0], ast.Constant):
-            called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-            name = node.args[0].value
-            if called in IMPORTERS and isinstance(name, str) and not name.startswith("."):
-                yield name
+        elif isinstance(node, ast.Call) and _called(node) in IMPORTERS and (name := _spelt_out(node)):
+            yield name
+
+
+def loads_by_name(source: Path) -> bool:
+    """Whether a file imports modules by names that it does not spell out, so that what it uses cannot be read from it."""
+    try:
+        tree = ast.parse(source.read_text(encoding="utf-8"))
+    except (SyntaxError, ValueError, RecursionError):
+        return True
+    return any(
+        _called(node) in IMPORTERS and not _spelt_out(node) for node in ast.walk(tree) if isinstance(node, ast.Call)
+    )
+
+
+def _called(call: ast.Call) -> str:
+    return call.func.attr if isinstance(call.func, ast.Attribute) else getattr(call.func, "id", "")
+
+
+def _spelt_out(call: ast.Call) -> str:
+    """The absolute name that a call of an importer has as its first argument; '' if it has another one."""
+    name = call.args[0].value if call.args and isinstance(call.args[0], ast.Constant) else ""
+    return name if isinstance(name, str) and not name.startswith(".") else ""
 
 
 def _beside(folder: Path, module: str) -> list[Path]:

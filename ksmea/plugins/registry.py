@@ -22,7 +22,7 @@ from ksmea.plugins.names import (
     plugins_in_files,
     registered,
 )
-from ksmea.settings.settings import own_fields, part_fields
+from ksmea.settings.settings import Settings, own_fields, part_fields
 
 __all__ = [
     "CONTRACTS",
@@ -32,6 +32,8 @@ __all__ = [
     "create",
     "create_all",
     "left_out",
+    "module_of",
+    "name_of",
     "origin",
     "origin_of",
     "plugin_class",
@@ -90,6 +92,28 @@ def plugin_class(group: str, name: str) -> type:
             " abstract, got nothing; add it"
         )
     return plugin
+
+
+def name_of(plugin: Settings) -> tuple[str, str]:
+    """Group and name that a plugin is chosen by; `SettingError` if its class is not registered."""
+    own = f"{type(plugin).__module__}:{type(plugin).__qualname__}"
+    points = [(group, name, point) for group in GROUPS | FURTHER for name, point in registered(group).items()]
+    for group, name, point in points:
+        if point.value == own:
+            return group, name
+    package = type(plugin).__module__.partition(".")[0]
+    for group, name, point in points:  # an entry point may name the class by another module that imports it
+        if point.module.partition(".")[0] == package and plugin_class(group, name) is type(plugin):
+            return group, name
+    raise SettingError(f"{own}: expected a registered plugin, got a class without an entry point; register it")
+
+
+def module_of(group: str, name: str) -> str:
+    """The module of a plugin's class. One of this project stands where its entry point says and is not imported for that."""
+    point = registered(group).get(name)
+    if point is not None and point.dist is not None and point.dist.name == PROJECT:
+        return point.module
+    return plugin_class(group, name).__module__
 
 
 def create(group: str, name: str, settings: Mapping[str, Any], parts: Mapping[str, Any] | None = None) -> Any:

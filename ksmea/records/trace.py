@@ -62,14 +62,6 @@ class TraceRecord:
         """How much higher the misfit (n,) is than at the maximum nearest to the truth; None where nobody knows that."""
         return None if self.least is None else np.array(self.misfit) - self.least
 
-    @property
-    def stage_names(self) -> tuple[str, ...]:
-        """The stage of each improvement, '' where the method tells none."""
-        if not self.stages:
-            return ("",) * len(self.misfit)
-        counts = zip(self.evaluations, self.jacobians)
-        return tuple(self.stages[stage_number(self.stages, *count)].name for count in counts)
-
     def judged(self, parameters: Parameters, true: Array, crlb: Sequence[float | None], least: float | None) -> Self:
         """This trace against true values (d,) SI and their CRLB. Unknowns that the data do not tell have no part in errors."""
         told = np.array([np.nan if bound is None else bound for bound in crlb])

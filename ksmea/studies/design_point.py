@@ -8,14 +8,13 @@ import numpy as np
 from scipy.optimize import nnls
 
 from ksmea.arrays import Array
-from ksmea.fits.fitting import Effort, Fit, fit_baseline
-from ksmea.fits.lack_of_fit import fit_quality
+from ksmea.fits.fitting import Effort, fit_baseline
+from ksmea.fits.lack_of_fit import lack_of_fit
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.problem.problem import Problem
 from ksmea.records.identification import LackOfFit
 from ksmea.studies.enough_data import can_be_tested, require_enough
-from ksmea.studies.identify import LACK_OF_FIT_LEVEL
 from ksmea.units import MICROMETRE
 
 NEGLIGIBLE = 1e-6  # of s² at every datum: what rounding leaves of a part of the noise that is not there
@@ -57,7 +56,7 @@ class DesignPoint:
             noise,
             measurement.kind,
             not with_noise,
-            _lack_of_fit(fit, rng) if is_testable else None,
+            lack_of_fit(fit, rng) if is_testable else None,
             remarks,
         )
 
@@ -93,8 +92,3 @@ def _said(noise: Noise, *, with_noise: bool) -> str:
     parts = [f"{100 * noise.relative:.2g} % of each value"] if noise.relative else []
     parts += [f"{noise.floor / MICROMETRE:.2g} µm"] if noise.floor else []
     return f"the noise {where}: here it is {' and '.join(parts)} everywhere, which describes it best"
-
-
-def _lack_of_fit(fit: Fit, rng: np.random.Generator) -> LackOfFit:
-    tested = fit_quality(fit, rng)
-    return LackOfFit(float(tested.p), tested.worst_statistic, bool(tested.p < LACK_OF_FIT_LEVEL))

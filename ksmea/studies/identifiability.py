@@ -99,7 +99,7 @@ def identifiability_study(point: DesignPoint, options: IdentifiabilityOptions | 
         ),
         correlation=tuple(tuple(finite(entry) for entry in row) for row in present.correlation),
         stability=stability_of(
-            problem, x, point.noise, point.kind, noise_known=point.noise_known, level=options.level, told=present
+            problem, x, point.noise, point.kind, noise_known=point.noise_known, level=options.level, information=present
         ),
         worst_direction=Direction(tuple(present.worst_direction.tolist()), finite(present.worst_crlb)),
         variations=tuple(

@@ -1,8 +1,9 @@
 """Identification: the values that a method finds from one measurement, with an interval beside each.
 
-Intervals, noise and most likely values belong to one maximum of the true model's likelihood: the one nearest to what the
-method found, or with details and where data are few the highest that a search of the whole box meets. The record says where the method ended
-besides. All that takes evaluations and Jacobians of the true model, which are counted apart from the method's.
+Intervals, noise and most likely values belong to one maximum of the true model's likelihood: the one nearest to the method's
+result, or the highest of the whole box if that is asked for or data are few. The record also has the method's own result. All that
+takes evaluations and Jacobians of the true model, which are counted apart from the method's. What a report on one identification
+adds is in `ksmea.studies.identification_details`, so that a change there leaves finished identifications fresh.
 """
 
 from __future__ import annotations
@@ -11,13 +12,13 @@ import dataclasses
 import time
 from collections.abc import Sequence
 from contextlib import suppress
+from dataclasses import dataclass
 
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.errors import LONGEST_NAME, BudgetSpent, SettingError, shortened
+from ksmea.errors import BudgetSpent, SettingError
 from ksmea.fits.fitting import Fit, likely_maxima
-from ksmea.fits.lack_of_fit import fit_quality
 from ksmea.identification.trace import PredictionCount, TracedProblem, thinned, with_counted_surrogate, within_budget
 from ksmea.inference.cramer_rao import Identifiability, identifiability
 from ksmea.inference.intervals import Estimate, Interval, estimate
@@ -35,14 +36,11 @@ from ksmea.problem.alignment import answered
 from ksmea.problem.budget_and_journal import Budget, BudgetedProblem
 from ksmea.problem.counted import Count, CountedProblem, Model
 from ksmea.problem.differences_problem import as_searched
-from ksmea.problem.load import FORCE
 from ksmea.problem.parameters import Parameter, Parameters
 from ksmea.problem.problem import Problem
 from ksmea.records.identification import (
-    DataDescription,
     IdentificationRecord,
     IntervalEffort,
-    LackOfFit,
     NoiseLevel,
     ParameterRecord,
     SearchStageRecord,
@@ -51,21 +49,27 @@ from ksmea.records.identification import (
 )
 from ksmea.records.record import finite
 from ksmea.records.trace import TraceRecord
-from ksmea.studies.curves import fit_curves, response_curves, with_noise
+from ksmea.studies.curves import response_curves, with_noise
 from ksmea.studies.enough_data import can_be_tested, require_enough
-from ksmea.studies.hausman import both_ways, repeats_of
-from ksmea.studies.locate import LocationOptions, location
-from ksmea.studies.misreadings import misreadings, slips
-from ksmea.studies.remarks import campaign_remarks
-from ksmea.studies.stability import stability_of
-from ksmea.studies.weights import weights_found
 from ksmea.units import TURN
 
-AUTO = "auto"
 OF_DIFFERENCES = "likelihood of differences"  # the name of a stage
 INTERVALS = ("profile", "information", "none")
 FEW_DATA = 10  # for each unknown and noise level: with fewer, intervals hold what is likely all over the box
-LACK_OF_FIT_LEVEL = 0.01  # chance of rejecting a right model
+
+
+@dataclass(frozen=True)
+class Identified:
+    """An identification with what its details are made of: `problem` and `measurement` as compared (`answered`), `noise` known or
+    estimated, `fit` the maximum that intervals belong to, `information` at the reported values; None without them."""
+
+    record: IdentificationRecord
+    problem: Problem
+    measurement: Measurement
+    noise: Noise | None
+    fit: Fit | None
+    information: Identifiability | None
+    can_be_tested: bool  # whether data exceed unknowns by enough for a test of the fit
 
 
 def identification(
@@ -77,40 +81,82 @@ def identification(
     intervals: str = "profile",
     level: float = 0.95,
     crlb: bool = True,
-    details: bool = False,
     curves: bool = False,
-    beside: LocationOptions | None = None,
-    remarks: Sequence[str] = (),
     rng: np.random.Generator | None = None,
     budget: Budget | None = None,
 ) -> IdentificationRecord:
-    """The record of what a method identifies from a measurement; true values have no part in it.
+    """The record of `identified`, without details."""
+    return identified(
+        problem,
+        measurement,
+        method,
+        streams,
+        intervals=intervals,
+        level=level,
+        crlb=crlb,
+        curves=curves,
+        rng=rng,
+        budget=budget,
+    ).record
 
-    `intervals`: 'profile' (from the information, checked and where needed replaced by the profile likelihood: some ten
-    Jacobians an unknown), 'information' (unchecked: a few in all) or 'none'; `level` is their confidence. Where they
-    cannot be computed the record says why. `crlb` adds Cramér–Rao bounds and correlations at the reported values.
-    `details` adds what a report on one identification shows: the data in words with `remarks`, data and fit over speed,
-    and a test of the fit by simulations. With it, and where data are few (`FEW_DATA`), intervals reach over all likely maxima
-    of the whole box; where they are few, simulations tell how far the deviance rises within them (`ksmea.inference.simulated_rise`), if
-    there is a generator. All that draws from `rng`. `curves` adds the amplitudes that figures compare. `beside`
-    (`location_options`) adds the unknowns beside a force that the model lacks (`ksmea.studies.locate`): they stay true although
-    the model is wrong. `budget` is what the method may take of the true model; intervals are made beyond it.
 
-    Raises `SettingError` for settings that cannot be and for fewer data than unknowns, `ArithmeticError` where what was identified is not finite.
+def identified(
+    problem: Problem,
+    measurement: Measurement,
+    method: Method,
+    streams: Streams,
+    *,
+    intervals: str,
+    level: float,
+    crlb: bool,
+    curves: bool,
+    rng: np.random.Generator | None,
+    budget: Budget | None,
+    whole_box: bool = False,
+) -> Identified:
+    """Identify the unknowns of a problem from a measurement by a method; true values have no part in it.
+
+    Args:
+        intervals: 'profile' (from the information, checked and where needed replaced by the profile likelihood: some ten
+            Jacobians an unknown), 'information' (unchecked: a few in all) or 'none'. If they cannot be computed, the record has
+            the reason.
+        level: confidence of the intervals.
+        crlb: add Cramér–Rao bounds and correlations at the reported values.
+        curves: add the amplitudes that figures compare.
+        rng: for the simulations of intervals from few data (`ksmea.inference.simulated_rise`) and the search of the whole box.
+        budget: evaluations of the true model for the method; intervals are computed beyond it.
+        whole_box: let intervals reach over all likely maxima of the box, as they do with few data (`FEW_DATA`).
+
+    Raises:
+        SettingError: settings that are not allowed, or fewer data than unknowns.
+        ArithmeticError: an identified value is not finite.
     """
     if intervals not in INTERVALS:
         raise SettingError(f"intervals: expected {' | '.join(INTERVALS)}, got {intervals!r}")
-    if (details or beside) and rng is None:
-        raise SettingError(
-            f"{'details' if details else 'unmodelled'}: expected a generator for the simulations of its tests, got none; give rng"
-        )
-    measured = measurement.channels
     problem, measurement = answered(problem, measurement)
-    if left_out := [str(channel) for channel in measured if channel not in measurement.channels]:
-        remarks = (*remarks, f"left out, since the model has no response there: {', '.join(left_out)}")
-    n_unknown, with_noise = len(problem.parameters), measurement.noise is None and intervals != "none"
+    with_noise = measurement.noise is None and intervals != "none"
+    n_unknown = len(problem.parameters)
     require_enough(measurement.layout, n_unknown, with_noise=with_noise)
+    record, found = _found(problem, measurement, method, streams, budget)
+    noise, fit = measurement.noise, None
+    if intervals != "none" and (noise is None or measurement.has_noise):
+        check = intervals == "profile"
+        record, noise, fit = _with_intervals(
+            record, problem, measurement, level, check=check, rng=rng, whole_box=whole_box
+        )
+    information = _information(problem, measurement, record.values, noise) if crlb else None
+    if information is not None:
+        record = _with_crlb(record, information)
+    if curves:
+        record = dataclasses.replace(record, curves=response_curves(problem, measurement, found))
     testable = can_be_tested(measurement.layout, n_unknown, with_noise=with_noise)
+    return Identified(record, problem, measurement, noise, fit, information, testable)
+
+
+def _found(
+    problem: Problem, measurement: Measurement, method: Method, streams: Streams, budget: Budget | None
+) -> tuple[IdentificationRecord, Identification]:
+    """The method's own result, its record and trace; of differences between runs, the nearest maximum of their likelihood."""
     predictions = PredictionCount()
     searched, data = as_searched(problem, measurement)
     traced = TracedProblem(searched, data, predictions)
@@ -122,57 +168,7 @@ def identification(
             found = _at_nearest(found, within, traced.count, measurement)
     trace = thinned(traced.improvements, found.stages)
     found = _within_a_turn(problem.parameters, found)
-    record = _method_record(searched, data, found, traced.count, trace)
-    noise = measurement.noise
-    if intervals != "none" and (noise is None or measurement.has_noise):
-        record, noise = _with_intervals(
-            record,
-            problem,
-            measurement,
-            level,
-            check=intervals == "profile",
-            rng=rng,
-            details=details,
-            test=testable,
-        )
-    told = _told(problem, measurement, record.values, noise) if crlb else None
-    if told is not None:
-        record = _with_crlb(record, told)
-    if details:
-        x = record.values
-        rejected = record.lack_of_fit is not None and record.lack_of_fit.rejected
-        misread = misreadings(problem, measurement, x, noise, rejected=rejected)
-        remarks = (*remarks, *(misread or slips(problem, x, measurement)))
-        known, told_noise = measurement.noise is not None, None if measurement.is_by_differences else noise
-        record = dataclasses.replace(
-            record,
-            both_ways=both_ways(problem, measurement, x),
-            data=_description(problem, measurement, remarks, testable=testable),
-            repeats=repeats_of(measurement),
-            fit=fit_curves(problem, measurement, x, noise),
-            stability=stability_of(problem, x, told_noise, measurement.kind, noise_known=known, level=level, told=told),
-        )
-    if beside is not None and rng is not None:
-        record = dataclasses.replace(record, location=location(problem, measurement, rng, options=beside))
-    if curves:
-        record = dataclasses.replace(record, curves=response_curves(problem, measurement, found))
-    return record
-
-
-def location_options(unmodelled: str, level: float) -> LocationOptions | None:
-    """What is tried where for the unknowns beside an unmodelled force: at a position (m), anything anywhere for `AUTO`,
-    nothing where it is empty. `level` is that of intervals."""
-    if not unmodelled:
-        return None
-    if unmodelled == AUTO:
-        return LocationOptions(interval_level=level)
-    try:
-        position = float(unmodelled)
-    except ValueError:
-        raise SettingError(
-            f"unmodelled: expected {AUTO} or the position of a site in m, got {shortened(unmodelled, LONGEST_NAME)!r}"
-        ) from None
-    return LocationOptions(interval_level=level, positions=[position], kinds=[FORCE])
+    return _method_record(searched, data, found, traced.count, trace), found
 
 
 def _at_nearest(found: Identification, problem: Problem, count: Count, measurement: Measurement) -> Identification:
@@ -248,26 +244,24 @@ def _with_intervals(
     *,
     check: bool,
     rng: np.random.Generator | None,
-    details: bool,
-    test: bool,
-) -> tuple[IdentificationRecord, Noise | None]:
-    """The record with intervals, noise level and what they took, and the noise, estimated where it was not known; what
-    cannot be computed costs no identification. With `details`, and where data are few, all likely maxima of the box are looked
-    for, and with details and `test` the fit is tested."""
+    whole_box: bool,
+) -> tuple[IdentificationRecord, Noise | None, Fit | None]:
+    """The record with intervals, noise level and their cost; the noise, estimated if it was not known; the fit they belong to. If
+    they cannot be computed, the record has the reason. All likely maxima of the box are searched for if `whole_box` or data are few."""
     started = time.perf_counter()
     counted = CountedProblem(problem)
     likelihood = likelihood_of(Model(counted), measurement)
     try:
         maxima, rises = [nearest_maximum(likelihood, problem.parameters.to_cube(record.x))], None
         are_few = check and _has_few_data(likelihood)
-        if details or are_few:
+        if whole_box or are_few:
             maxima = likely_maxima(likelihood, maxima[0], rng)
         if are_few and (rises := _simulated(likelihood, level, maxima, rng)) is not None:
             maxima = maxima[: len(rises)]
         estimated = estimate(likelihood, maxima[0], others=maxima[1:], level=level, check=check, rises=rises)
         fit = Fit(problem, likelihood, estimated.point)
     except np.linalg.LinAlgError as error:
-        return dataclasses.replace(record, interval_error=str(error)), measurement.noise
+        return dataclasses.replace(record, interval_error=str(error)), measurement.noise, None
     effort = IntervalEffort(
         level=level,
         noise=_noise_level(estimated.noise, measurement),
@@ -275,15 +269,14 @@ def _with_intervals(
         model_jacobians=counted.count.jacobians,
         seconds=time.perf_counter() - started,
     )
-    return dataclasses.replace(
+    record = dataclasses.replace(
         record,
         parameters=_with_ends(record.parameters, problem.parameters, estimated),
         intervals=effort,
         deviance=finite(fit.deviance),
         search_excess=finite(_excess(fit, record.x)),
-        lack_of_fit=_lack_of_fit(fit, rng) if details and rng is not None and test else None,
-        weights=weights_found(fit, level) if details else None,
-    ), estimated.noise
+    )
+    return record, estimated.noise, fit
 
 
 def _simulated(
@@ -344,13 +337,8 @@ def _noise_level(noise: Noise, measurement: Measurement) -> NoiseLevel:
     return NoiseLevel(relative, floor, measurement.noise is None, measurement.by_run(noise))
 
 
-def _lack_of_fit(fit: Fit, rng: np.random.Generator) -> LackOfFit:
-    tested = fit_quality(fit, rng)
-    return LackOfFit(float(tested.p), tested.worst_statistic, bool(tested.p < LACK_OF_FIT_LEVEL))
-
-
-def _told(problem: Problem, measurement: Measurement, x: Array, noise: Noise | None) -> Identifiability | None:
-    """What data with this noise tell about the unknowns at x (d,) SI; None without noise, or where they have no response."""
+def _information(problem: Problem, measurement: Measurement, x: Array, noise: Noise | None) -> Identifiability | None:
+    """Information of data with this noise on the unknowns at x (d,) SI; None without noise, or if there is no response."""
     if noise is None or noise.is_absent:
         return None
     try:
@@ -359,37 +347,21 @@ def _told(problem: Problem, measurement: Measurement, x: Array, noise: Noise | N
         return None
 
 
-def _with_crlb(record: IdentificationRecord, told: Identifiability) -> IdentificationRecord:
+def _with_crlb(record: IdentificationRecord, information: Identifiability) -> IdentificationRecord:
     """The record with Cramér–Rao bounds and correlations at the reported values; None where they are infinite."""
     return dataclasses.replace(
         record,
         parameters=tuple(
-            dataclasses.replace(part, crlb=finite(crlb)) for part, crlb in zip(record.parameters, told.crlb)
+            dataclasses.replace(part, crlb=finite(crlb)) for part, crlb in zip(record.parameters, information.crlb)
         ),
-        correlation=tuple(tuple(finite(value) for value in line) for line in told.correlation),
+        correlation=tuple(tuple(finite(value) for value in line) for line in information.correlation),
     )
 
 
 def _identifiability(problem: Problem, measurement: Measurement, x: Array, noise: Noise) -> Identifiability:
-    """What the data tell at x (d,) SI; of differences between runs, what these do."""
+    """Information of the data at x (d,) SI; of differences between runs, that of the differences."""
     if not measurement.is_by_differences:
         return identifiability(problem, x, noise, measurement.kind, noise_known=measurement.noise is not None)
     parameters = problem.parameters
     whitened = with_noise(problem, measurement, noise).at(parameters.to_cube(x)).whitened / parameters.width
     return Identifiability(x, whitened, np.where(x == 0, parameters.width, np.abs(x)))
-
-
-def _description(
-    problem: Problem, measurement: Measurement, remarks: Sequence[str], *, testable: bool
-) -> DataDescription:
-    return DataDescription(
-        source=measurement.source,
-        kind=measurement.kind,
-        n_speed=len(measurement.speed),
-        speed_from=float(np.min(measurement.speed)),
-        speed_to=float(np.max(measurement.speed)),
-        channels=tuple(str(channel) for channel in measurement.channels),
-        remarks=(*campaign_remarks(problem, measurement), *remarks),
-        reference=measurement.campaign.reference if measurement.campaign else "",
-        too_few_to_test=not testable,
-    )

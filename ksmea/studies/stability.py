@@ -33,10 +33,10 @@ def stability_of(
     *,
     noise_known: bool = True,
     level: float = 0.95,
-    told: Identifiability | None = None,
+    information: Identifiability | None = None,
 ) -> StabilityRecord | None:
     """The stability threshold at values x (d,) SI that data of a kind with this noise were fitted by; an interval only where
-    there is noise. None where the problem cannot tell. `told` is what such data tell about x, where it is known already."""
+    there is noise. None where the problem cannot tell. `information` of such data at x is computed if it is not given."""
     if not problem.knows_stability:
         return None
     measured = float(np.max(problem.speed))
@@ -44,8 +44,8 @@ def stability_of(
     if noise is not None and not noise.is_absent:
         speed = scanned_speeds(SEARCHED * measured)
         rate = problem.growth_rate(x, speed)
-        information = _information(problem, x, noise, kind, noise_known) if told is None else told.information
-        reach = NormalDist().inv_cdf((1 + level) / 2) * _standard_deviation(problem, x, speed, information)
+        fisher = _information(problem, x, noise, kind, noise_known) if information is None else information.information
+        reach = NormalDist().inv_cdf((1 + level) / 2) * _standard_deviation(problem, x, speed, fisher)
         low, high = min(threshold, _onset(speed, rate + reach)), max(threshold, _onset(speed, rate - reach))
     return StabilityRecord(finite(threshold), finite(low), finite(high), level, measured, SEARCHED * measured)
 

@@ -244,7 +244,7 @@ def test_a_setup_measures_and_tells_what_it_hid():
 
 def test_code_of_effects_belongs_to_what_a_result_is_computed_by():
     settings = CHOSEN | {"measurement": {"name": "synthetic"}}
-    plain, hiding = used_modules(settings), used_modules(settings | {"parts": ["problems.effects.mass"]})
+    plain, hiding = used_modules(settings), used_modules(settings | {"parts": ["effect=mass"]})
     assert "problems.effects.mass" not in plain and {
         "problems.effects.mass",
         "problems.rotor.extension.extended",
@@ -264,7 +264,7 @@ def test_a_run_records_what_its_data_hide(enter):
     assert first[0]["parameters"] != second[0]["parameters"]
     assert first[1]["parameters"][0]["value"] == pytest.approx(2.0)
     [cell] = ended.cells()
-    assert cell["settings"]["parts"] == ["problems.effects.mass", "problems.effects.runout"]
+    assert cell["settings"]["parts"] == ["effect=mass", "effect=runout"]
     assert [facts["name"] for facts in cell["parameters"]][-1] == "phase_origin"
 
 
@@ -277,7 +277,7 @@ def test_an_extended_problem_is_identified_from_any_directory(enter, tmp_path):
     assert ended.code == 0, ended.err
     [cell] = ended.cells()
     assert {facts["name"]: facts["truth"] for facts in cell["parameters"]}["runout_x"] == pytest.approx(8e-6)
-    assert cell["settings"]["fingerprint"] and "problems.three_disk" in cell["settings"]["parts"]
+    assert cell["settings"]["fingerprint"] and "problem=three_disk" in cell["settings"]["parts"]
     assert all(facts["crlb"] > 0 for facts in cell["parameters"])
 
 

@@ -1,5 +1,9 @@
 """Code from outside the project is part of a run's key: an edit, a data file or another version makes results stale."""
 
+import os
+import subprocess
+import sys
+
 import pytest
 
 from bench.plan.outside import outside_code
@@ -92,6 +96,65 @@ def test_what_a_package_from_outside_brings_along_makes_results_stale(call, site
     again = call(*WORDS)
     assert again.runs()["key"][0] != key and again.runs()["model_evaluations"][0] == 9
     assert call("status", "run").code == 0
+
+
+TWO = {
+    "two_searches/__init__.py": "",
+    "two_searches/shared.py": "COUNT = 3\n",
+    "two_searches/one.py": "from two_searches.shared import COUNT\n"
+    + SEARCH.partition("@dataclass")[0].replace("importlib", "math")
+    + "@dataclass(frozen=True)\nclass One(Optimizer):\n    def minimize(self, objective, rng):\n"
+    "        objective(rng.random((COUNT, objective.dim)))\n        return objective.result()\n",
+    "two_searches/README.md": "Two searches.\n",
+    "two_searches_core.py": "COUNT = 1\n",
+}
+TWO["two_searches/other.py"] = (
+    TWO["two_searches/one.py"].replace("One", "Other").replace("COUNT\n", "COUNT\nimport two_searches_core\n", 1)
+)
+
+
+@pytest.fixture(params=[True, False], ids=["installed", "source tree"])
+def two(request, tmp_path):
+    """A package with two optimisers, which share one module; the other one has a further module, of another top level."""
+    folder = tmp_path / "site"
+    folder.mkdir()
+    entry = "[ksmea.optimizers]\none = two_searches.one:One\nother = two_searches.other:Other\n"
+    information = installed(folder, "two-searches", "1.0", TWO, "", entry, with_record=request.param)
+    (information / "top_level.txt").write_text("two_searches\ntwo_searches_core\n")
+    return folder
+
+
+@pytest.mark.parametrize(
+    ("file", "text", "stale"),
+    [
+        ("two_searches/other.py", "\nWIDTH = 2\n", ["other"]),
+        ("two_searches_core.py", "\nWIDTH = 2\n", ["other"]),
+        ("two_searches/shared.py", "\nWIDTH = 2\n", ["one", "other"]),
+        ("two_searches/one.py", "\n# a remark\n", []),
+        ("two_searches/README.md", "More words.\n", []),
+        ("two_searches/data.csv", "1\n", ["one", "other"]),
+    ],
+)
+def test_an_edit_makes_results_of_the_plugins_that_use_it_stale(two, file, text, stale):
+    if file.endswith(".csv"):
+        (two / file).write_text("0\n")
+        if (record := next(two.glob("*.dist-info/RECORD"), None)) is not None:
+            record.write_text(record.read_text() + f"{file},,\n")
+    before = digests_in(two)
+    (two / file).write_text((two / file).read_text() + text)
+    after = digests_in(two)
+    assert [name for name in before if before[name] != after[name]] == stale
+
+
+def digests_in(site):
+    """Digest of what runs with each of the two optimisers use, in a process that finds the package."""
+    program = (
+        "from bench.plan.provenance import code_digest, used_modules\n"
+        "for name in ('one', 'other'): print(name, code_digest(used_modules({'optimizer': {'name': name}})))"
+    )
+    environment = {**os.environ, "PYTHONPATH": str(site)}
+    done = subprocess.run([sys.executable, "-c", program], env=environment, capture_output=True, text=True, check=True)
+    return dict(line.split() for line in done.stdout.splitlines())
 
 
 def test_plugins_of_the_project_bring_nothing_along():

@@ -12,6 +12,7 @@ from omegaconf import OmegaConf
 
 from bench.command_line.config import register_schemas
 from bench.command_line.overrides import override
+from bench.plan.composer import Compositions
 from bench.plan.experiment import Experiment
 from bench.plan.plan import all_runs, component_seeds, generator, read_plan, write_plan
 from bench.plan.setup import Setup
@@ -75,7 +76,7 @@ def loader():
 def compose(loader):
     """The plan that a command line means."""
     master = loader.load_configuration("config", overrides=[], run_mode=RunMode.MULTIRUN)
-    return lambda *words: Experiment.compose(loader, master, list(words)).plan
+    return lambda *words: Experiment.compose(Compositions(loader, master), list(words)).plan
 
 
 def another(group, field):

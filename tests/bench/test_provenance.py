@@ -21,6 +21,9 @@ CHOSEN = dict.fromkeys(GROUPS) | {
 }
 
 
+DETAILED = {"parts": ["study=identify_in_detail"]}
+
+
 def test_a_run_uses_its_plugins_and_all_that_they_import():
     used = used_modules(CHOSEN)
     chosen = {
@@ -52,6 +55,27 @@ def test_a_run_does_not_use_other_plugins_nor_what_prints_results():
         }
         & used.keys()
     )
+
+
+FAR_FROM_A_FIT = ("diagnosis", "location", "nonlinear", "show", "balancing")  # folders of ksmea
+
+
+@pytest.mark.parametrize(
+    "study",
+    [{"study": {"name": "identify"}}, {"study": {"name": "identifiability"}, "optimizer": None, "surrogate": None}],
+    ids=["identification", "CRLB"],
+)
+def test_a_plain_run_uses_no_more_than_it_needs(study):
+    """So that a constant changed in the diagnosis leaves finished identifications and CRLB studies fresh."""
+    used = used_modules(CHOSEN | study)
+    assert not [name for name in used if name.split(".")[:2] in [["ksmea", folder] for folder in FAR_FROM_A_FIT]]
+    assert len(used) <= 120
+
+
+def test_details_of_an_identification_use_what_they_show():
+    plain, detailed = (used_modules(CHOSEN | {"study": {"name": "identify"}} | parts) for parts in ({}, DETAILED))
+    assert plain.items() <= detailed.items()
+    assert {"ksmea.studies.misreadings", "ksmea.location.location"} <= detailed.keys() - plain.keys()
 
 
 def test_what_a_method_ignores_is_not_used():
@@ -86,11 +110,12 @@ def digest_in(place):
         ("surrogates/theta_search.py", "VARIANCE_FLOOR = 1e-20", "VARIANCE_FLOOR = 1e-19", True),
         ("problems/rotor/finite_elements/shaft.py", "import numpy as np", "import numpy as np\n\nDENSITY = 1.0", True),
         ("optimizers/ga.py", "import copy", "import copy\nimport math", False),
+        ("ksmea/location/force_law.py", "N_FIRST = ", "N_SECOND = 1\nN_FIRST = ", False),
         ("bench/reports/identification/figures.py", "OURS, PAPER", "NEW, OURS, PAPER", False),
         ("ksmea/identification/ksmea.py", "import time", "# a remark\nimport   time", False),
         ("ksmea/identification/ksmea.py", '"""KSMEA: ', '"""KSMEA, in other words: ', False),
     ],
-    ids=["constant", "physics", "other plugin", "presentation", "comment", "docstring"],
+    ids=["constant", "physics", "other plugin", "far from it", "presentation", "comment", "docstring"],
 )
 def test_an_edit_makes_stale_what_is_computed_by_it(copy, file, old, new, is_stale):
     before = digest_in(copy)

@@ -5,7 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from ksmea.location.force_law import LawLikelihood, fitted_law, fitted_laws
+from ksmea.location.force_law import LawLikelihood, _fitted, _trials, fitted_laws
 from ksmea.location.law_start import law_starts
 from ksmea.location.location import locate
 from ksmea.measurement.measurement import Measurement, observe
@@ -128,6 +128,12 @@ def test_laws_are_sought_along_the_shaft_from_where_one_is_best(monkeypatch):
     best = fitted_laws(found.sites, found.noise)[0]
     assert (best.law.name, best.site.unmodelled.position) == ("mass", position)
     assert sorted(prepared) == positions
+
+
+def fitted_law(site, law, noise):
+    """One law at a site, without a comparison with others."""
+    [trial] = _trials(site, [law])
+    return _fitted(trial, noise)
 
 
 @pytest.mark.parametrize("name, wrong", [("unbalance, ∝ Ω²", "constant, turning with the shaft"), ("mass", "spring")])

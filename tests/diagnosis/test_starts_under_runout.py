@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from ksmea.fits.fitting import Effort, fit_baseline, likely_maxima
-from ksmea.fits.starts import screened_by_shape
+from ksmea.fits.starts import screened_both_ways
 from ksmea.inference.maximisation import nearest_maximum
 from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.measurement.measurement import Measurement, observe
@@ -50,6 +50,6 @@ def test_a_multiple_of_the_response_fits_by_shape_whatever_its_size_and_phase(ki
     other[names.index("u")] *= 1.5
     if kind == "complex":
         other[names.index("phase_origin")] += 1.0
-    found = screened_by_shape(problem, measurement, problem.parameters.to_cube(np.array([other])))
+    _, found = screened_both_ways(problem, measurement, problem.parameters.to_cube(np.array([other])))
     assert found.misfits[0] == pytest.approx(0.0, abs=1e-12)
     assert problem.parameters.to_si(found.points[0]) == pytest.approx(truth, rel=1e-9)

@@ -24,6 +24,7 @@ from ksmea.records.curves import as_array
 from ksmea.records.identification import IdentificationRecord, Seconds
 from ksmea.studies import identify
 from ksmea.studies.diagnose import diagnosis
+from ksmea.studies.identification_details import detailed_identification
 from ksmea.studies.identify import identification
 from optimizers.de import DE
 from optimizers.lm import LM
@@ -135,7 +136,7 @@ def test_intervals_and_crlb_belong_to_the_data(rotor):
 def test_details_describe_the_data_and_test_the_fit(rotor):
     measurement = measured(rotor, None)
     rng = np.random.default_rng(3)
-    record = identification(rotor, measurement, Finds(TRUTH), STREAMS, details=True, remarks=("a note",), rng=rng)
+    record = detailed_identification(rotor, measurement, Finds(TRUTH), STREAMS, rng, remarks=("a note",))
     assert record.data.n_speed == len(rotor.speed) and record.data.remarks == ("a note",)
     assert record.intervals.noise.estimated and record.intervals.noise.relative == pytest.approx(0.05, rel=0.2)
     assert 0 < record.lack_of_fit.p <= 1 and not record.lack_of_fit.rejected
@@ -150,7 +151,7 @@ def test_details_describe_the_data_and_test_the_fit(rotor):
 @pytest.mark.parametrize("end", [1.02 * TRUTH, np.array([25e6, 90e6, 900.0, 100.0, 4e-4])])
 def test_value_interval_and_noise_belong_to_one_maximum_wherever_the_method_ended(rotor, end):
     measurement = measured(rotor, None)
-    record = identification(rotor, measurement, Finds(end), STREAMS, details=True, rng=np.random.default_rng(3))
+    record = detailed_identification(rotor, measurement, Finds(end), STREAMS, np.random.default_rng(3))
     likelihood = Likelihood(Model(rotor), measurement)
     best = nearest_maximum(likelihood, rotor.parameters.to_cube(TRUTH))  # the data are good: it is the truth's
     # Searches end where the deviance falls by less than 1e-7: to 3e-4 of a standard deviation.
@@ -178,7 +179,7 @@ def test_where_data_are_few_all_of_the_box_is_searched(monkeypatch, few, searche
 def test_identification_and_diagnosis_tell_the_same_of_the_same_data(rotor):
     measurement = measured(rotor, None)
     rng = np.random.default_rng
-    found = identification(rotor, measurement, Finds(1.02 * TRUTH), STREAMS, details=True, rng=rng(3))
+    found = detailed_identification(rotor, measurement, Finds(1.02 * TRUTH), STREAMS, rng(3))
     effects = {name: registry.create("effect", name, {}) for name in ("runout", "probe_rotation")}
     told = diagnosis(rotor, measurement, effects, rng(4))
     for part, other in zip(found.parameters, told.coefficients):
@@ -237,18 +238,11 @@ def test_angles_are_told_within_a_turn_and_the_truth_beside_them():
     assert found.parameters[0].in_unit(found.parameters[0].true) == pytest.approx(-190.0)
 
 
-@pytest.mark.parametrize(
-    ("settings", "message"),
-    [
-        ({"intervals": "bayes"}, "intervals: expected profile | information | none, got 'bayes'"),
-        ({"details": True}, "details: expected a generator"),
-    ],
-)
-def test_settings_that_cannot_be_are_refused_before_anything_is_computed(rotor, settings, message):
+def test_settings_that_cannot_be_are_refused_before_anything_is_computed(rotor):
     method = Finds(TRUTH)
     with pytest.raises(SettingError) as caught:
-        identification(rotor, measured(rotor), method, STREAMS, **settings)
-    assert message in str(caught.value) and method.seen == ()
+        identification(rotor, measured(rotor), method, STREAMS, intervals="bayes")
+    assert "intervals: expected profile | information | none, got 'bayes'" in str(caught.value) and method.seen == ()
 
 
 def test_values_that_are_not_finite_are_an_error(rotor):

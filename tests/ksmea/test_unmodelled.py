@@ -5,7 +5,7 @@ import pytest
 
 import ksmea
 from ksmea.errors import SettingError
-from ksmea.studies.identify import AUTO, location_options
+from ksmea.studies.identification_details import AUTO, location_options
 from optimizers.lm import LM
 
 FAST = {"optimizer": LM(screening=1000, starts=3), "rng": 0}

@@ -11,7 +11,7 @@ import numpy as np
 from ksmea.arrays import Array
 
 # Each is seen on a white and on a dark ground (3 : 1 or more, WCAG 2.2 for graphics; tests/bench/test_pages.py).
-BLUE, ORANGE, GREEN, PURPLE, OCHRE, GREY, PINK, TEAL = COLOURS = (
+BLUE, ORANGE, GREEN, PURPLE, OCHRE, GREY, _, TEAL = COLOURS = (
     "#2b7ab8", "#d1581f", "#3a8f4d", "#9a68ba", "#a88300", "#7a7a7a", "#cf5f9d", "#17889a",
 )  # fmt: skip
 LONG_NAME = 16  # characters, from which on the name of a row is broken
@@ -21,7 +21,6 @@ LOG_TICKS = 5  # of a logarithmic axis at most: over 1.5 decades and more they s
 FADED = "rgba(122,122,122,0.14)"
 PALE = "rgba(122,122,122,0.45)"  # of a wide line below others
 DASHES = ("solid", "dash", "dot", "dashdot")
-NARROW_LEGEND = {"orientation": "h", "y": -0.2, "x": 0, "xanchor": "left"}
 
 Trace = dict[str, Any]
 Layout = dict[str, Any]

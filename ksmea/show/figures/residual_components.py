@@ -7,7 +7,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 
-IN_PHASE, IN_QUADRATURE = COMPONENTS = ("in phase", "in quadrature")  # with the fitted response
+COMPONENTS = ("in phase", "in quadrature")  # with the fitted response
 
 
 def components(residual: Array | ComplexArray, fitted: Array | ComplexArray) -> tuple[Array, Array]:

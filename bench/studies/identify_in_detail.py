@@ -1,0 +1,51 @@
+"""Study of an identification with details: data and fit over speed, tests of the fit, an unmodelled force."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from bench.plan.plan import generator
+from bench.plan.setup import Draw, Setup
+from bench.studies.identify import Identify, streams_of
+from ksmea.location.location import require_enough as require_enough_to_locate
+from ksmea.measurement.measurement import Measurement
+from ksmea.problem.problem import Problem
+from ksmea.records.identification import IdentificationRecord
+from ksmea.settings.settings import setting
+from ksmea.studies.identification_details import detailed_identification, location_options
+
+
+@dataclass(frozen=True)
+class IdentifyInDetail(Identify):
+    """Identification with all that `details` and `unmodelled` add; `study=identify study.details=true` is run by it."""
+
+    details: bool = setting(
+        True, "keep data and fit over speed, a test of the fit, CRLBs and correlations at the identified values"
+    )
+
+    @property
+    def parts(self) -> tuple[()]:
+        return ()
+
+    def validate(self, setup: Setup) -> None:
+        super().validate(setup)
+        if self.unmodelled:
+            location_options(self.unmodelled, self.level)
+            require_enough_to_locate(setup.problem, setup.source.kind)
+
+    def identified(self, problem: Problem, measurement: Measurement, setup: Setup, draw: Draw) -> IdentificationRecord:
+        return detailed_identification(
+            problem,
+            measurement,
+            setup.method,
+            streams_of(draw),
+            generator(draw.seeds["diagnosis"]),
+            intervals=self.intervals,
+            level=self.level,
+            crlb=self.details or not setup.truth,
+            details=self.details,
+            curves=draw.with_curves,
+            beside=location_options(self.unmodelled, self.level),
+            remarks=setup.source.remarks,
+            budget=self.method_budget,
+        )
