@@ -125,7 +125,7 @@ def _help_text(words: list[str]) -> str:
 
 
 def _version_text() -> str:
-    from bench.help.version import version_text
+    from bench.help.help import version_text
 
     return version_text()
 

@@ -37,8 +37,8 @@ from ksmea.results import (
     PlanResult,
 )
 from ksmea.settings.settings import own_fields
-from ksmea.show.diagnosis import about_extension
-from ksmea.show.location import about_extension as about_law
+from ksmea.show.diagnosis_text import about_extension
+from ksmea.show.location_text import about_extension as about_law
 from ksmea.studies.balance import BalanceOptions
 from ksmea.studies.balance import balance as balancing
 from ksmea.studies.design_point import DesignPoint

@@ -1,4 +1,5 @@
 """The kinds of arrays that numbers and indices travel in."""
+# Shorter than 40 lines: types that every module uses.
 
 from __future__ import annotations
 

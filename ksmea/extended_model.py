@@ -19,7 +19,7 @@ def extended_yaml(name: str, settings: Mapping[str, Any], record: DiagnosisRecor
     """The file of the extended model, its estimates as reference values; empty where the verdict names no effect.
 
     `name` and `settings` are those of the problem that was diagnosed, `remarks` what the file says of itself in its first
-    lines (`ksmea.show.diagnosis.about_extension`).
+    lines (`ksmea.show.diagnosis_text.about_extension`).
     """
     if record.verdict == "located" and record.location is not None:
         return located_yaml(name, settings, record.location, remarks)
@@ -30,7 +30,7 @@ def extended_yaml(name: str, settings: Mapping[str, Any], record: DiagnosisRecor
 
 
 def located_yaml(name: str, settings: Mapping[str, Any], record: LocationRecord, remarks: Sequence[str]) -> str:
-    """The same of a location, with the law that holds at its site (`ksmea.show.location.about_extension`); empty where none
+    """The same of a location, with the law that holds at its site (`ksmea.show.location_text.about_extension`); empty where none
     does."""
     extension = record.extension
     return "" if extension is None else _document(name, settings, [extension.effect], extension.values, remarks)

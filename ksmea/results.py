@@ -18,14 +18,22 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ksmea.errors import unknown
-from ksmea.records.balance import BalanceRecord
+from ksmea.records.balancing import BalanceRecord
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.identifiability import IdentifiabilityRecord
 from ksmea.records.identification import IdentificationRecord
 from ksmea.records.location import LocationRecord
-from ksmea.records.plan import PlanRecord
+from ksmea.records.planning import PlanRecord
 from ksmea.records.record import Record
-from ksmea.show import balance, diagnosis, identifiability, identification, location, plan, weights
+from ksmea.show import (
+    balance_text,
+    diagnosis_text,
+    identifiability_text,
+    identification_text,
+    location_text,
+    plan_text,
+    weights_text,
+)
 from ksmea.show.json_units import with_units
 
 AnyRecord = TypeVar("AnyRecord", bound=Record)
@@ -87,17 +95,17 @@ class IdentificationResult(Result[IdentificationRecord]):
         raise unknown("unknown of the identification:", name, [item.name for item in self.record.parameters])
 
     def __str__(self) -> str:
-        return identification.text(self.record, self.record.data.source if self.record.data else "")
+        return identification_text.text(self.record, self.record.data.source if self.record.data else "")
 
     def to_frame(self) -> pd.DataFrame:
-        return identification.frame(self.record)
+        return identification_text.frame(self.record)
 
     def influence(self) -> pd.DataFrame | None:
         """Influence coefficients of the planes of a campaign with weights; None of other data."""
-        return None if self.record.weights is None else weights.influence_frame(self.record.weights)
+        return None if self.record.weights is None else weights_text.influence_frame(self.record.weights)
 
     def plot(self, axes: Axes | None = None) -> Figure:
-        return identification.plot(self.record, axes)
+        return identification_text.plot(self.record, axes)
 
 
 @dataclass(frozen=True)
@@ -105,13 +113,13 @@ class IdentifiabilityResult(Result[IdentifiabilityRecord]):
     """How well the unknowns can be known from such data, by the Cramér–Rao lower bound."""
 
     def __str__(self) -> str:
-        return identifiability.text(self.record)
+        return identifiability_text.text(self.record)
 
     def to_frame(self) -> pd.DataFrame:
-        return identifiability.frame(self.record)
+        return identifiability_text.frame(self.record)
 
     def plot(self, axes: Axes | None = None) -> Figure:
-        return identifiability.plot(self.record, axes)
+        return identifiability_text.plot(self.record, axes)
 
 
 @dataclass(frozen=True)
@@ -119,13 +127,13 @@ class PlanResult(Result[PlanRecord]):
     """Which speeds, probes or trial unbalance to add, and what each is worth."""
 
     def __str__(self) -> str:
-        return plan.text(self.record)
+        return plan_text.text(self.record)
 
     def to_frame(self) -> pd.DataFrame:
-        return plan.frame(self.record)
+        return plan_text.frame(self.record)
 
     def plot(self, axes: Axes | None = None) -> Figure:
-        return plan.plot(self.record, axes)
+        return plan_text.plot(self.record, axes)
 
 
 @dataclass(frozen=True)
@@ -148,11 +156,11 @@ class DiagnosisResult(Result[DiagnosisRecord]):
         return tuple(self.record.named)
 
     def __str__(self) -> str:
-        return diagnosis.text(self.record)
+        return diagnosis_text.text(self.record)
 
     def to_frame(self) -> pd.DataFrame:
         """The effects by how well they explain the data."""
-        return diagnosis.frame(self.record)
+        return diagnosis_text.frame(self.record)
 
     @property
     def location(self) -> LocationResult | None:
@@ -162,10 +170,10 @@ class DiagnosisResult(Result[DiagnosisRecord]):
 
     def coefficients(self) -> pd.DataFrame:
         """Every unknown before and after the extension, with intervals."""
-        return diagnosis.coefficients_frame(self.record)
+        return diagnosis_text.coefficients_frame(self.record)
 
     def plot(self, axes: Axes | None = None) -> Figure:
-        return diagnosis.plot(self.record, axes)
+        return diagnosis_text.plot(self.record, axes)
 
 
 @dataclass(frozen=True)
@@ -183,13 +191,13 @@ class LocationResult(Result[LocationRecord]):
         return tuple(position for site in self.record.sites for position in site.positions)
 
     def __str__(self) -> str:
-        return location.text(self.record)
+        return location_text.text(self.record)
 
     def to_frame(self) -> pd.DataFrame:
-        return location.frame(self.record)
+        return location_text.frame(self.record)
 
     def plot(self, axes: Axes | None = None) -> Figure:
-        return location.plot(self.record, axes)
+        return location_text.plot(self.record, axes)
 
 
 @dataclass(frozen=True)
@@ -203,10 +211,10 @@ class BalanceResult(Result[BalanceRecord]):
         return {position: (each.size, each.angle) for position, each in zip(found.position, found.weight)}
 
     def __str__(self) -> str:
-        return balance.text(self.record)
+        return balance_text.text(self.record)
 
     def to_frame(self) -> pd.DataFrame:
-        return balance.frame(self.record)
+        return balance_text.frame(self.record)
 
     def plot(self, axes: Axes | None = None) -> Figure:
-        return balance.plot(self.record, axes)
+        return balance_text.plot(self.record, axes)

@@ -11,11 +11,11 @@ from matplotlib.figure import Figure
 
 from ksmea.errors import unknown
 from ksmea.rotordynamics.whirl import Rotordynamics
-from ksmea.show import rotordynamics as show
-from ksmea.show.figures.campbell import campbell_figure, stability_figure
-from ksmea.show.figures.mode_shape import deflections_figure, orbits_figure
-from ksmea.show.figures.rotor import rotor_figure
-from ksmea.show.figures.speed_map import speed_map_figure
+from ksmea.show import rotordynamics_text
+from ksmea.show.figures.campbell_figure import campbell_figure, stability_figure
+from ksmea.show.figures.mode_shape_figure import deflections_figure, orbits_figure
+from ksmea.show.figures.rotor_figure import rotor_figure
+from ksmea.show.figures.speed_map_figure import speed_map_figure
 
 
 @dataclass(frozen=True, eq=False)
@@ -50,13 +50,13 @@ class RotorDrawing:
 
     def to_frame(self, name: str = "critical_speeds") -> pd.DataFrame:
         """The numbers behind a figure: critical_speeds, rotor, campbell, speed_map or mode_shapes."""
-        if name not in show.FRAMES:
-            raise unknown("table of a drawing:", name, show.FRAMES)
-        return show.FRAMES[name](self.record)
+        if name not in rotordynamics_text.FRAMES:
+            raise unknown("table of a drawing:", name, rotordynamics_text.FRAMES)
+        return rotordynamics_text.FRAMES[name](self.record)
 
     def __str__(self) -> str:
-        return show.text(self.record)
+        return rotordynamics_text.text(self.record)
 
     def _repr_html_(self) -> str:
-        said = escape(" ".join(show.sentences(self.record)))
-        return f"{show.critical_speed_table(self.record).to_html(index=False)}<p>{said}</p>"
+        said = escape(" ".join(rotordynamics_text.sentences(self.record)))
+        return f"{rotordynamics_text.critical_speed_table(self.record).to_html(index=False)}<p>{said}</p>"

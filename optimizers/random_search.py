@@ -2,6 +2,7 @@
 
 S. H. Brooks, A discussion of random methods for seeking maxima, Oper. Res. 6 (1958) 244–251, doi 10.1287/opre.6.2.244.
 """
+# Shorter than 40 lines: one plugin a file.
 
 from __future__ import annotations
 

@@ -30,7 +30,7 @@ from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
 from ksmea.units import DEGREE, GIGAPASCAL, GRAM_MILLIMETRE, KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE
 from problems.rotor.finite_elements.data import Bearing, Disk, Material, Rotor, UnbalancePlane
-from problems.rotor.finite_elements.shapes import uniform_shaft
+from problems.rotor.finite_elements.mesh import uniform_shaft
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, Target, UnbalanceTarget, Unknown
 from problems.rotor_settings import channels_of

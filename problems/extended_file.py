@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import dataclasses
 import hashlib
+import typing
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
@@ -30,8 +31,7 @@ from ksmea.problem.problem import Problem
 from ksmea.settings.document import Block, inside
 from ksmea.settings.settings import Settings, setting
 from ksmea.settings.strict_yaml import parse, read_bytes
-from ksmea.settings.types import TRUTHS
-from problems.plugin_block import NAME, plugin_of
+from ksmea.settings.types import TRUTHS, read_as
 
 NESTED = "extended"  # the name that this problem is registered under
 
@@ -198,3 +198,22 @@ def _plain(value: Any) -> Any:
     if isinstance(value, (list, tuple)):
         return [_plain(entry) for entry in value]
     return value.item() if isinstance(value, np.generic) else value
+
+
+NAME = "name"
+
+
+def plugin_of(block: Block, group: str) -> Any:
+    """The plugin that a block names, with its settings checked for their types as well."""
+    name = block.choice(NAME, group, registry.registered(group))
+    plugin = inside(block, "", lambda: registry.plugin_class(group, name))
+    hints = typing.get_type_hints(plugin)
+    known = [field.name for field in dataclasses.fields(plugin)]
+    settings = {}
+    for key, value in block.values.items():
+        if key == NAME:
+            continue
+        if key not in known:
+            raise block.error("", unknown(f"setting of {group}={name}:", str(key), known))
+        settings[key] = inside(block, key, partial(read_as, value, hints[key]))
+    return inside(block, "", lambda: registry.create(group, name, settings))

@@ -34,7 +34,7 @@ from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE, RPM
 from problems.rotor.finite_elements.data import Bearing, Material, Rotor, UnbalancePlane
-from problems.rotor.finite_elements.shapes import uniform_shaft, weighed_ring
+from problems.rotor.finite_elements.mesh import uniform_shaft, weighed_ring
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, Target, UnbalanceTarget, Unknown
 from problems.rotor_settings import band, channels_of, check_band, check_probes, check_size, limited_parameters

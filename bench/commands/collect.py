@@ -1,4 +1,5 @@
 """`collect NAME|DIR`: tables and figures from plan and records."""
+# Shorter than 40 lines: one command a file.
 
 from __future__ import annotations
 

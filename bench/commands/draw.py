@@ -27,7 +27,7 @@ from ksmea.loaded_problem import load_problem
 from ksmea.rotor_drawing import RotorDrawing
 from ksmea.settings.settings import own_fields
 from ksmea.show.figures.style import png
-from ksmea.show.rotordynamics import FRAMES
+from ksmea.show.rotordynamics_text import FRAMES
 from ksmea.studies.rotordynamics import RotordynamicsOptions
 from ksmea.units import RPM
 

@@ -13,9 +13,8 @@ from bench.commands.folders import one_folder, with_option
 from bench.jobs.records import damage_notes, damaged_lines
 from bench.plan.plan import read_plan
 from bench.reports.exports.coco import write_coco
-from bench.reports.exports.courses import read_courses
+from bench.reports.exports.courses import read_courses, write_table
 from bench.reports.exports.ioh import write_ioh
-from bench.reports.exports.table import write_table
 from bench.reports.tables import csv_text
 from bench.storage.files import new_folder
 from ksmea.errors import SettingError, unknown, visible

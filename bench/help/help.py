@@ -1,10 +1,13 @@
-"""Help: the first page, and which page answers the words that are asked for."""
+"""Help: the first page, the choice of the page that answers the arguments, and the version."""
 
 from __future__ import annotations
 
+import platform
 import textwrap
+from importlib.metadata import version
 
 from bench.command_line.config_dirs import experiment_files, folders, without_folders
+from bench.storage.own_files import checkout_commit
 from ksmea.errors import SettingError
 from ksmea.plugins.names import FURTHER, GROUPS, PROJECT, left_out, origin, origin_of, registered
 
@@ -109,3 +112,9 @@ def _whether_it_loads(group: str, name: str) -> str:
     except SettingError as error:
         return f"cannot be chosen: {str(error).removeprefix(f'{group}={name}: ')}"
     return "loads"
+
+
+def version_text() -> str:
+    """For example 'ksmea-bench 0.1.0 (commit 1a2b3c4d5e6f, Python 3.11.2)'; a '+' behind a commit: files differ from it."""
+    commit = checkout_commit()
+    return f"{PROJECT} {version(PROJECT)} ({f'commit {commit}, ' if commit else ''}Python {platform.python_version()})"

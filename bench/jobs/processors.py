@@ -1,5 +1,6 @@
 """The kinds of processors that the results of an experiment were computed on: their last digits depend on it, their keys
 do not, so that a sweep can be spread over or resumed on others."""
+# Shorter than 40 lines: one remark, which tables and `status` share.
 
 from __future__ import annotations
 

@@ -1,4 +1,5 @@
 """The contract of a study: one question, answered run by run as plain data."""
+# Shorter than 40 lines: one contract a file.
 
 from __future__ import annotations
 

@@ -9,8 +9,8 @@ import numpy as np
 
 from bench.plan.page import Block, Control, Folded, Page, Plot, Prose, Section, Table
 from bench.reports.plots.traces import BLUE, COLOURS, GREEN, ORANGE, axis, layout, level, line, points
-from ksmea.records.balance import BalanceRecord, EntryRecord, PolarRecord
-from ksmea.show.balance import frame, left_out_frame, text
+from ksmea.records.balancing import BalanceRecord, EntryRecord, PolarRecord
+from ksmea.show.balance_text import frame, left_out_frame, text
 from ksmea.show.figures.response_lines import AMPLITUDE
 from ksmea.units import DEGREE, RPM
 

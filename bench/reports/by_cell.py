@@ -1,4 +1,4 @@
-"""Records of studies in which nothing is random: the first result of a cell says it all."""
+"""Records of studies without random numbers, one result per cell; effects hidden in synthetic data."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ import pandas as pd
 
 from bench.jobs.lines import RunLine, ending
 from bench.jobs.records import read_records
-from bench.plan.naming import run_columns
+from bench.plan.naming import cell_name, run_columns
 from bench.plan.plan import Cell, Plan, Run
 from ksmea.records.record import Record
+from ksmea.show.text import HIDDEN_COLUMN, hidden_text
 
 AnyRecord = TypeVar("AnyRecord", bound=Record)
 Said = TypeVar("Said", bound=Hashable)
@@ -66,3 +67,18 @@ def said_once(by_cell: Mapping[int, Iterable[Said]]) -> dict[int, list[Said]]:
         for each in said:
             first.setdefault(each, cell)
     return {cell: [each for each, at in first.items() if at == cell] for cell in by_cell}
+
+
+def hidden_by_cell(runs: pd.DataFrame) -> dict[int, str]:
+    """By cell, names, locations and values, of cells with one run: of several, each draws its own."""
+    told = runs[runs[HIDDEN_COLUMN].notna()] if HIDDEN_COLUMN in runs else runs[:0]
+    return {int(str(cell)): str(mine[HIDDEN_COLUMN].item()) for cell, mine in told.groupby("cell") if len(mine) == 1}
+
+
+def hidden_paragraph(plan: Plan, runs: pd.DataFrame, study: str) -> str:
+    """The same as text below a table, and where to find what each of several runs drew; empty where nothing is hidden."""
+    told = hidden_by_cell(runs)
+    if not told and HIDDEN_COLUMN in runs and runs[HIDDEN_COLUMN].notna().any():
+        return hidden_text([f"drawn by each run: {HIDDEN_COLUMN} in runs.csv"], study)
+    names = {cell: f"{cell_name(plan, plan.cells[cell])}: " if len(plan.cells) > 1 else "" for cell in told}
+    return hidden_text([names[cell] + text for cell, text in told.items()], study)

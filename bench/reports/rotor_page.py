@@ -23,9 +23,9 @@ from bench.reports.plots.traces import (
 )
 from ksmea.arrays import Array
 from ksmea.rotordynamics.whirl import Rotordynamics
-from ksmea.show.figures.mode_shape import stations
-from ksmea.show.figures.speed_map import stiffnesses_of_model
-from ksmea.show.rotordynamics import (
+from ksmea.show.figures.mode_shape_figure import stations
+from ksmea.show.figures.speed_map_figure import stiffnesses_of_model
+from ksmea.show.rotordynamics_text import (
     DIRECTIONS,
     bearing_table,
     critical_speed_table,

@@ -1,4 +1,5 @@
 """Where the studies that look ahead linearise: at true values, or at the most likely ones of what was measured."""
+# Shorter than 40 lines: two studies share it.
 
 from __future__ import annotations
 

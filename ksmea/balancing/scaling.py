@@ -2,6 +2,7 @@
 
 Weights explain as many complex numbers of a run as there are unknown ones; what they leave of the others shows the spread.
 """
+# Shorter than 40 lines: one estimate a file.
 
 from __future__ import annotations
 

@@ -3,6 +3,7 @@
 A plugin is one file: a frozen dataclass whose fields are its settings, which subclasses a contract, and one entry point.
 `ksmea.plugins.registry` rejects a class that does not. Members that are not abstract have a default, which their docstring states.
 """
+# Shorter than 40 lines: one contract a file.
 
 from __future__ import annotations
 

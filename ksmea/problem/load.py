@@ -1,4 +1,5 @@
 """One load on the shaft: where it acts (m), in which direction, and whether it is a force or a moment."""
+# Shorter than 40 lines: one datum, which floors above and below share.
 
 from __future__ import annotations
 

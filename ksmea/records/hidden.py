@@ -1,4 +1,5 @@
 """What synthetic data hide: effects that are in the data and not in the model that is fitted to them."""
+# Shorter than 40 lines: one record a file.
 
 from __future__ import annotations
 

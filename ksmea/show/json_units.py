@@ -13,7 +13,17 @@ from dataclasses import dataclass, is_dataclass
 from typing import Any
 
 from ksmea.problem.load import FORCE
-from ksmea.records import balance, curves, diagnosis, estimate, identifiability, identification, location, plan, trace
+from ksmea.records import (
+    balancing,
+    curves,
+    diagnosis,
+    estimate,
+    identifiability,
+    identification,
+    location,
+    planning,
+    trace,
+)
 from ksmea.records.campaign import RepeatsRecord
 from ksmea.records.estimate import StabilityRecord
 from ksmea.records.extension import BandRecord, PredictiveGainRecord
@@ -170,20 +180,20 @@ UNITS: Mapping[type, Mapping[str, Told]] = {
     },
     identifiability.Direction: {"crlb": PART},
     identifiability.Variation: {"value": _of_variation, "crlb": OF_UNKNOWNS},
-    plan.Candidates: {**ADDED, "crlb": OF_TARGET},
-    plan.Step: {**ADDED, **_each("crlb unplanned_crlb", OF_UNKNOWNS)},
-    plan.PlanRecord: {**_each("speed_from speed_to", SPEED), "crlb": OF_UNKNOWNS},
+    planning.Candidates: {**ADDED, "crlb": OF_TARGET},
+    planning.Step: {**ADDED, **_each("crlb unplanned_crlb", OF_UNKNOWNS)},
+    planning.PlanRecord: {**_each("speed_from speed_to", SPEED), "crlb": OF_UNKNOWNS},
     # balancing
-    balance.PolarRecord: _each("angle angle_low angle_high", DEGREES),  # sizes: beside it
-    balance.EntryRecord: {"speed": SPEED},
-    balance.PlaneRecord: {"position": LENGTH, "coefficients": Quantity("µm/(g mm)")},
-    balance.WeightRecord: {"position": LENGTH, **_each("weight known", GRAM_MILLIMETRES)},
-    balance.EntryMisfitRecord: _each("measured expected", MICROMETRES),
-    balance.SpreadRecord: _each("spread drift repeats", MICROMETRES),
-    balance.DriftRecord: _each("real imaginary", MICROMETRES),
-    balance.CorrectionRecord: {"position": LENGTH, "weight": GRAM_MILLIMETRES, **_each("bare left", MICROMETRES)},
-    balance.LeftOutRecord: {**_each("rms_size mean_size least_of_angle", GRAM_MILLIMETRES), "mean_angle": DEGREES},
-    balance.BalanceRecord: {
+    balancing.PolarRecord: _each("angle angle_low angle_high", DEGREES),  # sizes: beside it
+    balancing.EntryRecord: {"speed": SPEED},
+    balancing.PlaneRecord: {"position": LENGTH, "coefficients": Quantity("µm/(g mm)")},
+    balancing.WeightRecord: {"position": LENGTH, **_each("weight known", GRAM_MILLIMETRES)},
+    balancing.EntryMisfitRecord: _each("measured expected", MICROMETRES),
+    balancing.SpreadRecord: _each("spread drift repeats", MICROMETRES),
+    balancing.DriftRecord: _each("real imaginary", MICROMETRES),
+    balancing.CorrectionRecord: {"position": LENGTH, "weight": GRAM_MILLIMETRES, **_each("bare left", MICROMETRES)},
+    balancing.LeftOutRecord: {**_each("rms_size mean_size least_of_angle", GRAM_MILLIMETRES), "mean_angle": DEGREES},
+    balancing.BalanceRecord: {
         "bare": MICROMETRES,
         "growth_scale": GRAM_MILLIMETRES,
         **_each("time_constant run_time", _of_run_time),
@@ -194,7 +204,7 @@ UNITS: Mapping[type, Mapping[str, Told]] = {
 IN_UNIT: Mapping[type, tuple[str, ...]] = {
     identification.ParameterRecord: ("value", "low", "high", "identified", "most_likely", "crlb", "true"),
     identifiability.Unknown: ("true", "lower", "upper", "crlb"),
-    plan.Unknown: ("true", "range_sd"),
+    planning.Unknown: ("true", "range_sd"),
 }
 
 

@@ -24,7 +24,7 @@ from ksmea.balancing.readings import Readings, readings
 from ksmea.balancing.scaling import scaled_by_unknown_runs
 from ksmea.errors import SettingError
 from ksmea.measurement.measurement import Measurement
-from ksmea.records.balance import (
+from ksmea.records.balancing import (
     BalanceRecord,
     CorrectionRecord,
     DriftRecord,

@@ -19,7 +19,7 @@ from ksmea.measurement.channel import Channel, further_directions
 from ksmea.problem.parameters import Parameters
 from ksmea.problem.problem import Problem
 from ksmea.problem.trial_weights import equal_unbalance, weight_positions
-from ksmea.records.plan import Candidates, Family, PlanRecord, Step, Unknown
+from ksmea.records.planning import Candidates, Family, PlanRecord, Step, Unknown
 from ksmea.records.record import finite
 from ksmea.settings.settings import Settings, setting
 from ksmea.studies.design_point import DesignPoint

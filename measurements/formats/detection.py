@@ -7,11 +7,11 @@ from typing import NamedTuple
 
 from ksmea.errors import SettingError
 from measurements.formats.adre import is_adre
-from measurements.formats.delimited import MOST_LINES
+from measurements.formats.column_guess import guessed_waveforms
+from measurements.formats.sheet import MOST_LINES
 from measurements.formats.system1 import is_system1
 from measurements.formats.texts import SEPARATORS, beginning_of
 from measurements.formats.user_answers import OWN
-from measurements.formats.waveform_guess import guessed_waveforms
 from measurements.run_up_rows import REQUIRED
 
 ENDINGS = {".csv": "csv", ".txt": "csv", ".xlsx": "excel", ".mat": "mat", ".uff": "uff", ".unv": "uff"}

@@ -12,9 +12,8 @@ from typing import Any
 
 from ksmea.errors import SettingError, shortened, unknown
 from measurements.formats.column_guess import Guess, columns_question, guessed_columns
-from measurements.formats.delimited import MOST_LINES
 from measurements.formats.questions import OpenQuestion
-from measurements.formats.sheet import Cell, Sheet, SheetRows, require_distinct
+from measurements.formats.sheet import MOST_LINES, Cell, Sheet, SheetRows, require_distinct
 from measurements.run_up_rows import MAX_BYTES, MAX_ROWS, REQUIRED, quoted
 
 MAX_COLUMNS = 1000

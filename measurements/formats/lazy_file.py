@@ -1,4 +1,5 @@
 """A file that is read with one answer after the other: what the answers do not change is read once."""
+# Shorter than 40 lines: readers of all formats share it.
 
 from __future__ import annotations
 

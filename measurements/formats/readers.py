@@ -1,4 +1,4 @@
-"""The reader of each format, and the one way from a file's content to rows."""
+"""Readers of formats, and the one way from a file's content to rows."""
 
 from __future__ import annotations
 
@@ -6,11 +6,10 @@ from collections.abc import Callable
 
 from measurements.formats.adre import read_adre
 from measurements.formats.curve import Curve
-from measurements.formats.delimited import read_delimited
 from measurements.formats.excel import read_excel
 from measurements.formats.lazy_file import Opened
 from measurements.formats.mat import read_mat
-from measurements.formats.sheet import Sheet
+from measurements.formats.sheet import Sheet, read_delimited
 from measurements.formats.system1 import read_system1
 from measurements.formats.table import read_table, roles_of
 from measurements.formats.to_rows import decided

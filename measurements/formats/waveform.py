@@ -16,20 +16,18 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.errors import SettingError, shortened, unknown
 from ksmea.units import RPM
-from measurements.formats.column_guess import columns_question
+from measurements.formats.column_guess import columns_question, guessed_waveforms
 from measurements.formats.curve import Curve
-from measurements.formats.delimited import first_cells, read_delimited
 from measurements.formats.excel import ZIP, first_rows, read_excel
 from measurements.formats.lazy_file import Opened
 from measurements.formats.mat import HDF5, read_mat
 from measurements.formats.order_tracking import Tracked, pulse_times, tracked
 from measurements.formats.questions import OpenQuestion
-from measurements.formats.sheet import Sheet
+from measurements.formats.sheet import Sheet, first_cells, read_delimited
 from measurements.formats.texts import beginning_of
 from measurements.formats.uff import waveforms_of_uff
 from measurements.formats.unit_texts import seconds_per
 from measurements.formats.user_answers import Answers
-from measurements.formats.waveform_guess import guessed_waveforms
 
 TIME, KEYPHASOR, SIGNAL = "time", "keyphasor", "signal"
 MOST_BYTES = 256 * 2**20  # of a file: five million samples of four channels in text

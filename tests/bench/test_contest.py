@@ -12,15 +12,15 @@ from bench.jobs.records import finished_keys, record_file
 from bench.plan.plan import all_runs
 from bench.reports.collect import collect
 from bench.reports.contest.comparisons import all_pairs_frame, friedman_frame
-from bench.reports.contest.curves import anytime_frame, ecdf_frame, profiles_frame
 from bench.reports.contest.drawing import panels_of
+from bench.reports.contest.ecdf_curves import anytime_frame, ecdf_frame, profiles_frame
 from bench.reports.contest.entrants import entrants_frame
 from bench.reports.contest.leaderboard import leaderboard, running_time_frame
 from bench.reports.contest.ranks import resamples
 from bench.reports.contest.report import ContestReport
 from bench.reports.contest.runs import contest
 from bench.reports.contest.words import sentences
-from bench.reports.identification.trace import read_traces
+from bench.reports.identification.trace_table import read_traces
 from bench.reports.runs import runs_frame
 from contests import FAILED, contest_plan, record, write_contest
 from ksmea.errors import SettingError

@@ -12,10 +12,10 @@ from ksmea import load_problem
 from ksmea.errors import SettingError
 from ksmea.rotordynamics.layout import EffectMark
 from ksmea.rotordynamics.whirl import CriticalSpeedMap
-from ksmea.show.figures.campbell import WHIRL
-from ksmea.show.figures.mode_shape import in_plane, nodes
-from ksmea.show.figures.rotor import rotor_figure
-from ksmea.show.figures.speed_map import stiffnesses_of_model
+from ksmea.show.figures.campbell_figure import WHIRL
+from ksmea.show.figures.mode_shape_figure import in_plane, nodes
+from ksmea.show.figures.rotor_figure import rotor_figure
+from ksmea.show.figures.speed_map_figure import stiffnesses_of_model
 from ksmea.studies.rotordynamics import _crossings
 
 ROOT = Path(__file__).resolve().parents[2]

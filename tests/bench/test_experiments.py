@@ -17,7 +17,7 @@ from bench.plan.experiment import Experiment
 from bench.plan.plan import write_plan
 from bench.reports.collect import collect
 from bench.reports.runs import runs_frame
-from bench.reports.settings import settings_frame
+from bench.reports.settings_report import settings_frame
 from bench.reports.tables import PAPER, csv_text, slips, summary_frame
 from bench.storage.own_files import CONF
 from ksmea.identification.direct import Direct

@@ -21,7 +21,7 @@ from bench.plan.plan import Cell, ParameterFacts, all_runs, read_plan, write_pla
 from bench.reports.exports.coco import PRECISION, write_coco
 from bench.reports.exports.courses import NOTHING, courses
 from bench.reports.exports.ioh import HEADER, write_ioh
-from bench.reports.identification.trace import Traced, read_traces
+from bench.reports.identification.trace_table import Traced, read_traces
 from ksmea.records.trace import TraceRecord
 
 READER = Path(__file__).parents[1] / "helpers" / "read_exports.py"

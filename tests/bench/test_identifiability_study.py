@@ -9,15 +9,15 @@ import pytest
 from matplotlib.figure import Figure
 
 from bench.plan.setup import Setup
-from bench.reports.design import identifiability as reporting
+from bench.reports.design import identifiability_report as reporting
 from bench.reports.design.page import identifiability_page
 from ksmea.inference.cramer_rao import identifiability
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.noise import Noise
 from ksmea.problem.problem import Problem
 from ksmea.records.identifiability import IdentifiabilityRecord, Unknown
-from ksmea.show.figures.identifiability import CARET, half_widths, label
-from ksmea.show.identifiability import COLUMNS, frame, plot, sentences, text
+from ksmea.show.figures.identifiability_figure import CARET, half_widths, label
+from ksmea.show.identifiability_text import COLUMNS, frame, plot, sentences, text
 from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.identifiability import (
     Data,

@@ -13,11 +13,10 @@ from bench import main
 from instrument_files import TABLES, sampled, written
 from ksmea.errors import SettingError
 from measurements.file import File
-from measurements.formats.column_guess import guessed_columns
-from measurements.formats.delimited import read_delimited
+from measurements.formats.column_guess import guessed_columns, guessed_waveforms
 from measurements.formats.questions import OpenQuestion, open_questions
 from measurements.formats.readers import foreign_rows
-from measurements.formats.waveform_guess import guessed_waveforms
+from measurements.formats.sheet import read_delimited
 from measurements.run_up_rows import read_bytes
 
 OPTIONS = {"probe": "probes", "column": "columns", "speed-unit": "speed_unit"}

@@ -23,7 +23,7 @@ from bench.reports.plots.responses import ModelCurve, Response, of_diagnosis
 from ksmea.records.curves import FineCurve
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, NoiseRecord, ResidualsRecord, ResponsesRecord
 from ksmea.records.estimate import NoiseLevelRecord
-from ksmea.show.diagnosis import text
+from ksmea.show.diagnosis_text import text
 from ksmea.show.figures.diagnosis_residuals import residuals
 
 RECORD = DiagnosisRecord.from_data(

@@ -10,14 +10,14 @@ import pytest
 from matplotlib.figure import Figure
 
 from bench.plan.setup import Setup
-from bench.reports.design.planning import plan_figure
+from bench.reports.design.planning_report import plan_figure
 from ksmea.errors import SettingError
 from ksmea.inference.cramer_rao import identifiability
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.problem.problem import Problem
-from ksmea.records.plan import PlanRecord
-from ksmea.show.plan import frame, plot, text
+from ksmea.records.planning import PlanRecord
+from ksmea.show.plan_text import frame, plot, text
 from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.plan import PlanOptions, planning_study
 from problems.three_disk import ThreeDisk
@@ -34,9 +34,9 @@ def plan(enter, monkeypatch):
     """`+experiment=plan` with a coarser choice of speeds; its figure is drawn and not written."""
     drawn = []
     monkeypatch.setattr(
-        "bench.reports.design.planning.plan_figure", lambda *arguments: drawn.append(plan_figure(*arguments))
+        "bench.reports.design.planning_report.plan_figure", lambda *arguments: drawn.append(plan_figure(*arguments))
     )
-    monkeypatch.setattr("bench.reports.design.planning.png", lambda figure: b"")
+    monkeypatch.setattr("bench.reports.design.planning_report.png", lambda figure: b"")
 
     def call(*words):
         ended = enter(*PLAN, *words, output=OUTPUT)

@@ -8,8 +8,15 @@ import numpy as np
 import pytest
 
 from bench.plan.plan import read_plan
-from bench.reports.identification.trace import Traced, _grid, jacobian_price, read_traces, stages_frame, trace_frame
 from bench.reports.identification.trace_figure import LEAST_EXCESS, trace_figure
+from bench.reports.identification.trace_table import (
+    Traced,
+    _grid,
+    jacobian_price,
+    read_traces,
+    stages_frame,
+    trace_frame,
+)
 from ksmea.records.identification import IdentificationRecord
 from ksmea.records.trace import StageRecord, TraceRecord
 

@@ -10,7 +10,7 @@ from ksmea.diagnosis.model_averaging import akaike_weights, mixture_interval
 from ksmea.inference.intervals import estimate
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
-from ksmea.show.diagnosis import text
+from ksmea.show.diagnosis_text import text
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
 from problems.three_disk import ThreeDisk
 from tests.diagnosis.conftest import LESS, TRUTH, registered_effects

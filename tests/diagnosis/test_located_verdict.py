@@ -10,7 +10,7 @@ from bench.plan.page import Plot
 from bench.reports.diagnosis.page import diagnosis_page
 from ksmea.errors import SettingError
 from ksmea.records.diagnosis import DiagnosisRecord
-from ksmea.show.diagnosis import about_extension, text, why_without
+from ksmea.show.diagnosis_text import about_extension, text, why_without
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis, disagreements
 from ksmea.studies.library import library
 from tests.diagnosis.conftest import TRUTH, registered_effects

@@ -17,8 +17,8 @@ from ksmea.errors import SettingError
 from ksmea.extended_model import extended_yaml
 from ksmea.records.diagnosis import DiagnosisRecord, SplitRecord
 from ksmea.records.extension import AveragedRecord, BandRecord, ExplanationRecord
-from ksmea.show.diagnosis import about_extension, coefficients_frame, frame, plot, text
-from ksmea.show.figures.diagnosis import RANKING_COLOURS, ranking_figure
+from ksmea.show.diagnosis_text import about_extension, coefficients_frame, frame, plot, text
+from ksmea.show.figures.diagnosis_figure import RANKING_COLOURS, ranking_figure
 from ksmea.show.figures.effect_ranking import AS_WELL, NAMED, OTHER, best_trials
 from ksmea.show.verdict import headline, verdict_line
 

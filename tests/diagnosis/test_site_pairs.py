@@ -10,7 +10,7 @@ from ksmea.location.sites import N_KEPT, fitted_pairs
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.records.location import PAIR, LocationRecord
-from ksmea.show.location import frame, plot, text
+from ksmea.show.location_text import frame, plot, text
 from ksmea.studies.locate import LocationOptions, location
 from problems.rotor.finite_elements.data import UnbalancePlane
 from problems.rotor.response import dense

@@ -10,7 +10,7 @@ from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Layout, Measurement, observe
 from ksmea.measurement.noise import Noise
-from ksmea.show.identification import text
+from ksmea.show.identification_text import text
 from ksmea.studies.enough_data import can_be_tested, n_real, require_enough
 from ksmea.studies.misreadings import slips
 from ksmea.units import RPM

@@ -6,7 +6,7 @@ import pytest
 from ksmea import diagnose, load_problem, read_measurement, synthetic_measurement
 from ksmea.problem.alignment import aligned
 from ksmea.records.diagnosis import DiagnosisRecord
-from ksmea.show.figures.diagnosis import residual_figure
+from ksmea.show.figures.diagnosis_figure import residual_figure
 from ksmea.studies.curves import MOST, fine_curve, fine_layout
 
 ROTOR = load_problem("three_disk")

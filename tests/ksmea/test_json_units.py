@@ -11,16 +11,16 @@ import pytest
 
 import ksmea
 from bench.reports.diagnosis.report import public
-from ksmea.records import location, plan
-from ksmea.records.balance import BalanceRecord
+from ksmea.records import location, planning
+from ksmea.records.balancing import BalanceRecord
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.estimate import NoiseLevelRecord
 from ksmea.records.identifiability import IdentifiabilityRecord
 from ksmea.records.identification import IdentificationRecord, NoiseLevel
 from ksmea.records.location import LocationRecord
-from ksmea.records.plan import PlanRecord
+from ksmea.records.planning import PlanRecord
 from ksmea.records.record import Record
-from ksmea.show.diagnosis import text
+from ksmea.show.diagnosis_text import text
 from ksmea.show.json_units import BESIDE_UNIT, IN_SI, IN_UNIT, UNITS, with_units
 from ksmea.show.text import noise_level
 
@@ -75,9 +75,9 @@ def test_the_table_of_units_names_fields_that_there_are():
 @pytest.mark.parametrize(
     ("record", "field", "unit"),
     [  # what the fields' own comments say
-        (plan.Candidates, "crlb", "SI, of the target"),
-        (plan.Candidates, "magnitude", "kg m"),
-        (plan.PlanRecord, "crlb", "SI"),
+        (planning.Candidates, "crlb", "SI, of the target"),
+        (planning.Candidates, "magnitude", "kg m"),
+        (planning.PlanRecord, "crlb", "SI"),
         (location.SiteRecord, "position", "m"),
         (location.StiffnessRecord, "real", "N/m"),
         (NoiseLevelRecord, "relative", "1"),

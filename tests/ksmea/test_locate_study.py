@@ -13,7 +13,7 @@ from ksmea.measurement.noise import Noise
 from ksmea.problem.load import Load
 from ksmea.records.location import LocationRecord
 from ksmea.show.json_units import with_units
-from ksmea.show.location import frame, plot, text
+from ksmea.show.location_text import frame, plot, text
 from ksmea.show.location_words import headline, landmark
 from ksmea.studies.locate import LocationOptions, location
 from problems.three_disk import ThreeDisk

@@ -18,8 +18,8 @@ from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
 from ksmea.problem.alignment import aligned
 from ksmea.problem.counted import Model
-from ksmea.show.diagnosis import text as diagnosis_text
-from ksmea.show.identification import text
+from ksmea.show.diagnosis_text import text as diagnosis_text
+from ksmea.show.identification_text import text
 from ksmea.studies import misreadings as module
 from ksmea.studies.misreadings import misreadings
 from optimizers.lm import LM

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from ksmea.errors import SettingError
 from ksmea.records.identification import IdentificationRecord, ParameterRecord
-from ksmea.show.identification import COLUMNS, frame, plot, text
+from ksmea.show.identification_text import COLUMNS, frame, plot, text
 from ksmea.units import MICROMETRE, RPM
 
 OLDER = Path(__file__).resolve().parents[1] / "data" / "identifications_schema_2.jsonl"

@@ -15,8 +15,8 @@ from ksmea.measurement.measurement import Layout, Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
 from ksmea.problem.alignment import aligned, through
-from ksmea.show.figures.plan import plot
-from ksmea.show.plan import text
+from ksmea.show.figures.plan_figure import plot
+from ksmea.show.plan_text import text
 from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.misreadings import readings
 from ksmea.studies.plan import PlanOptions, planning_study

@@ -24,7 +24,7 @@ from ksmea.problem.counted import CountedProblem, Model
 from ksmea.problem.problem import Problem
 from ksmea.problem.response_structure import UnknownImpedance
 from ksmea.records.identification import IdentificationRecord
-from ksmea.show.identification import text
+from ksmea.show.identification_text import text
 from ksmea.studies.identify import identification
 from optimizers.lm import LM
 from problems.rk4_two_disk import RK4TwoDisk

@@ -16,13 +16,13 @@ from bench.plan.plan import Plan
 from bench.plan.report import Drawing, Made, Report
 from bench.reports.contest import figures
 from bench.reports.contest.comparisons import all_pairs_frame, friedman_frame, instances_frame
-from bench.reports.contest.curves import anytime_frame, ecdf_frame, profiles_frame
+from bench.reports.contest.ecdf_curves import anytime_frame, ecdf_frame, profiles_frame
 from bench.reports.contest.leaderboard import leaderboard, running_time_frame
 from bench.reports.contest.page import contest_page
 from bench.reports.contest.ranks import resamples
 from bench.reports.contest.runs import cells_frame, contest
 from bench.reports.contest.words import sentences, text
-from bench.reports.identification.trace import read_traces
+from bench.reports.identification.trace_table import read_traces
 from bench.reports.pages.experiment import PAGE
 from bench.reports.runs import runs_frame
 from bench.reports.tables import csv_text

@@ -18,7 +18,7 @@ from bench.jobs.records import UNFINISHED
 from bench.plan.plan import Plan
 from bench.reports.contest.cells import budget, family, identity, is_held_back, method_name, telling_words
 from bench.reports.contest.targets import MEASURES, Measure, reached
-from bench.reports.identification.trace import Traced, jacobian_price
+from bench.reports.identification.trace_table import Traced, jacobian_price
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
 

@@ -12,9 +12,9 @@ from bench.plan.page import Block, Folded, Page, Plot, Prose, Section, Table
 from bench.reports.plots.traces import ORANGE, axis, layout, line, points, styles
 from ksmea.measurement.channel import named
 from ksmea.records.identifiability import IdentifiabilityRecord, Variation
-from ksmea.records.plan import Family, PlanRecord
-from ksmea.show import identifiability, plan
-from ksmea.show.figures.identifiability import half_widths, label
+from ksmea.records.planning import Family, PlanRecord
+from ksmea.show import identifiability_text, plan_text
+from ksmea.show.figures.identifiability_figure import half_widths, label
 from ksmea.units import DEGREE, RPM
 
 VARIED = {
@@ -39,7 +39,7 @@ def identifiability_page(
     for number, (title, record) in enumerate(found.items()):
         still = stills[number] if number < len(stills) else ""
         plots = tuple(_variation_plots(record, still))
-        sections.append(Section(title or "Result", (Prose(identifiability.text(record)), *plots)))
+        sections.append(Section(title or "Result", (Prose(identifiability_text.text(record)), *plots)))
     sections.append(Section("Table", (Folded("All rows", (Table(table, file=file),)),)))
     sections[1:1] = [Section("What to do next", tuple(following))] if following else []
     first = next(iter(found.values()), None)
@@ -55,7 +55,7 @@ def _warned(record: IdentifiabilityRecord | PlanRecord, said: str) -> str:
 
 def _in_short(record: IdentifiabilityRecord) -> str:
     """The sentences that say which unknowns would be known."""
-    return "; ".join([*identifiability.sentences(record)][1:3])
+    return "; ".join([*identifiability_text.sentences(record)][1:3])
 
 
 def _variation_plots(record: IdentifiabilityRecord, still: str) -> Iterator[Plot]:
@@ -108,7 +108,7 @@ def plan_page(
 
 def _first_addition(record: PlanRecord) -> str:
     """The plan's first recommendation in words."""
-    lines = plan.text(record).splitlines()
+    lines = plan_text.text(record).splitlines()
     return next((said.removeprefix("- ") for said in lines if said.startswith("- ")), lines[0])
 
 

@@ -10,7 +10,6 @@ import numpy as np
 
 from bench.plan.page import Block, Folded, Page, Plot, Prose, Section, Table
 from bench.reports.plots.interval_plot import Shown, interval_plot
-from bench.reports.plots.symlog import SymlogAxis
 from bench.reports.plots.traces import (  # fmt: skip
     BLUE,
     COLOURS,
@@ -19,6 +18,7 @@ from bench.reports.plots.traces import (  # fmt: skip
     ORANGE,
     PURPLE,
     TEAL,
+    SymlogAxis,
     axis,
     band,
     broken,
@@ -30,8 +30,8 @@ from bench.reports.plots.traces import (  # fmt: skip
 from ksmea.arrays import Array
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.location import PAIR, ForceRecord, LocationRecord, SeriesRecord
-from ksmea.show.figures.location import LINEAR
-from ksmea.show.location import sites_table, text
+from ksmea.show.figures.location_figure import LINEAR
+from ksmea.show.location_text import sites_table, text
 from ksmea.show.location_words import headline
 from ksmea.show.text import LEAST_OF_A_DOUBLE, chance, number
 from ksmea.units import MICROMETRE, RPM

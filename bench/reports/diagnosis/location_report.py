@@ -22,7 +22,7 @@ from ksmea.extended_model import located_yaml
 from ksmea.records.location import NONE, NOTHING, LocationRecord
 from ksmea.show.figures.style import png
 from ksmea.show.json_units import with_units
-from ksmea.show.location import about_extension, frame, plot, text
+from ksmea.show.location_text import about_extension, frame, plot, text
 from ksmea.show.text import aligned, number
 
 NO_RESULT = "no run has a result"

@@ -14,8 +14,8 @@ from bench.reports.plots.response_plots import response_blocks
 from bench.reports.plots.responses import of_diagnosis
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.estimate import EstimateRecord
-from ksmea.show.diagnosis import text, why_without
 from ksmea.show.diagnosis_tables import trials_table, unknowns_table
+from ksmea.show.diagnosis_text import text, why_without
 from ksmea.show.verdict import headline
 
 RESIDUALS, EFFECTS, LOCATION = "residuals.png", "effects.png", "location.png"

@@ -20,10 +20,9 @@ from bench.plan.fleet import is_of_fleet
 from bench.plan.naming import cell_name, place_columns
 from bench.plan.plan import Cell, Plan
 from bench.plan.report import Made, Report
-from bench.reports.by_cell import result_runs
+from bench.reports.by_cell import hidden_by_cell, hidden_paragraph, result_runs
 from bench.reports.design.next_measurement import CAMPAIGN_FILE, Next, from_here, next_measurement
 from bench.reports.design.next_steps import after_diagnosis
-from bench.reports.diagnosis.hidden import hidden_by_cell, hidden_paragraph
 from bench.reports.diagnosis.page import diagnosis_page
 from bench.reports.diagnosis.power_page import diagnoses_page
 from bench.reports.fleet.report import fleet_report
@@ -35,11 +34,11 @@ from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.extension import ExplanationRecord
 from ksmea.records.hidden import HiddenEffect
-from ksmea.show.diagnosis import about_extension, text
-from ksmea.show.figures.diagnosis import ranking_figure, residual_figure
+from ksmea.show.diagnosis_text import about_extension, text
+from ksmea.show.figures.diagnosis_figure import ranking_figure, residual_figure
 from ksmea.show.figures.style import png
 from ksmea.show.json_units import with_units
-from ksmea.show.location import plot
+from ksmea.show.location_text import plot
 from ksmea.show.location_words import in_short
 from ksmea.show.text import HIDDEN_COLUMN, aligned, hidden_in_one_line, number
 

@@ -17,8 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from bench.reports.exports.courses import Course, Courses, grouped
-from bench.reports.exports.names import file_names
+from bench.reports.exports.courses import Course, Courses, file_names, grouped
 
 # The last target of cocopp, which takes no value of 0 or less: a lower excess is as good.
 PRECISION = 1e-8

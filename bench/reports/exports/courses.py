@@ -1,14 +1,16 @@
-"""The course of each run as other programs take it: numbers for functions and instances, one axis of cost, one value at each.
+"""Course of each run for other programs: numbers for functions and instances, one axis of cost, one value at each.
 
-A *function* is a family of instances, an *algorithm* a method, as a contest has them (`bench.reports.contest.cells`). The
-cost is the evaluations of the true model and its Jacobians at their price, as in `bench.reports.identification.trace`.
+A *function* is a family of instances, an *algorithm* a method, as in a contest (`bench.reports.contest.cells`). The
+cost is the evaluations of the true model and its Jacobians at their price, as in `bench.reports.identification.trace_table`.
 
-Readers tell runs apart by a first row at cost 1, and want a last one at the cost of the whole run. So a run that had no finite
-value there has `NOTHING` at cost 1, and a failed one nothing else, at the cost of its budget.
+Readers distinguish runs by a first row at cost 1, and need a last one at the cost of the whole run. So a run that had no finite
+value there has `NOTHING` at cost 1, and a failed one nothing else, at the cost of its budget. `write_table` writes all courses as one
+long table: a row for each improvement and end of a run.
 """
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -22,7 +24,8 @@ from bench.jobs.records import ended_statuses, record_kinds
 from bench.plan.naming import place_columns, place_text
 from bench.plan.plan import Plan
 from bench.reports.contest.cells import OF_INSTANCE, budget, family, identity, method_name
-from bench.reports.identification.trace import Traced, jacobian_price, read_traces
+from bench.reports.identification.trace_table import Traced, jacobian_price, read_traces
+from bench.reports.tables import csv_text
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.records.identification import IdentificationRecord
@@ -185,3 +188,42 @@ def _algorithms(plan: Plan) -> list[str]:
         ", ".join([name, *(f"{axis} {place[axis]}" for axis in axes if (name, axis) in told)])
         for name, place in zip(named, own)
     ]
+
+
+def file_name(text: str) -> str:
+    """The letters and digits of a text.
+
+    >>> file_name("Kriging + DE"), file_name("../CMA-ES")
+    ('Kriging_DE', 'CMA-ES')
+    """
+    return re.sub(r"[^A-Za-z0-9-]+", "_", text).strip("_") or "unnamed"
+
+
+def file_names(texts: Iterable[str]) -> dict[str, str]:
+    """The same for several, with a number where two would be alike.
+
+    >>> file_names(["Kriging + DE", "Kriging, DE"])
+    {'Kriging + DE': 'Kriging_DE', 'Kriging, DE': 'Kriging_DE_2'}
+    """
+    found: dict[str, str] = {}
+    for text in texts:
+        name, number = file_name(text), 1
+        while name in found.values():
+            number += 1
+            name = f"{file_name(text)}_{number}"
+        found[text] = name
+    return found
+
+
+OF_PLACE = ("algorithm", "family", "unknowns", "instance")
+OF_RUN = ("seed", "repetition", "jacobian_price")
+
+
+def write_table(found: Courses, output: Path) -> None:
+    """Write `courses.csv`."""
+    lengths = [len(course.values) for course in found.courses]
+    columns = {name: [getattr(course.place, name) for course in found.courses] for name in OF_PLACE}
+    columns |= {name: [getattr(course, name) for course in found.courses] for name in OF_RUN}
+    frame = pd.DataFrame({name: np.repeat(np.array(values), lengths) for name, values in columns.items()})
+    frame[[*COLUMNS]] = np.concatenate([course.values for course in found.courses])
+    (output / "courses.csv").write_text(csv_text(frame), encoding="utf-8")

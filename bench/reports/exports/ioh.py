@@ -11,8 +11,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-from bench.reports.exports.courses import COLUMNS, Course, Courses, grouped
-from bench.reports.exports.names import file_name, file_names
+from bench.reports.exports.courses import COLUMNS, Course, Courses, file_name, file_names, grouped
 
 VERSION = "0.3.22"  # of IOHexperimenter, whose format it is
 NAMES = {"cost": "evaluations", "excess": "raw_y", "evaluations": "model_evaluations"}  # that readers ask for

@@ -1,4 +1,5 @@
 """The unknowns of a fleet: an interval for each machine, one below the other for each unknown."""
+# Shorter than 40 lines: one figure a file.
 
 from __future__ import annotations
 

@@ -11,7 +11,7 @@ import numpy as np
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.identification import IdentificationRecord, ParameterRecord
-from ksmea.show import diagnosis, identification
+from ksmea.show import diagnosis_text, identification_text
 from ksmea.show.location_words import in_short
 from ksmea.show.text import noise_parts, number, with_ends
 from ksmea.units import MICROMETRE
@@ -79,7 +79,7 @@ class MachineRow:
 
 def diagnosed(record: DiagnosisRecord) -> MachineRow:
     """Verdict, cause with its location and sizes, and the unknowns under the model that is believed."""
-    noise = diagnosis.believed_noise(record)
+    noise = diagnosis_text.believed_noise(record)
     added = [each.after for each in record.coefficients if each.before is None and each.after is not None]
     sizes = [f"{each.name} {_estimate(each)} {each.unit}" for each in added] if record.is_explained else []
     facts: dict[str, str | float | None] = {
@@ -91,7 +91,7 @@ def diagnosed(record: DiagnosisRecord) -> MachineRow:
     }
     values = tuple(map(_estimate, _believed(record)))
     level = (noise.relative, noise.floor)
-    return MachineRow(record.verdict, facts, values, level, record.remarks, diagnosis.text(record))
+    return MachineRow(record.verdict, facts, values, level, record.remarks, diagnosis_text.text(record))
 
 
 def identified(record: IdentificationRecord) -> MachineRow:
@@ -102,7 +102,7 @@ def identified(record: IdentificationRecord) -> MachineRow:
     noise = None if effort is None else (effort.noise.relative, effort.noise.floor)
     remarks = () if data is None else data.remarks
     values = tuple(map(_parameter, record.parameters))
-    return MachineRow(fit, facts, values, noise, remarks, identification.text(record))
+    return MachineRow(fit, facts, values, noise, remarks, identification_text.text(record))
 
 
 def _cause(record: DiagnosisRecord) -> str:

@@ -12,7 +12,7 @@ from bench.reports.plots.response_plots import response_blocks
 from bench.reports.plots.responses import of_fit
 from bench.reports.plots.traces import COLOURS, axis, layout, line
 from ksmea.records.identification import IdentificationRecord
-from ksmea.show.identification import table, text
+from ksmea.show.identification_text import table, text
 from ksmea.show.text import fit_verdict
 
 LEAST_STEPS = 2  # updating steps that make a curve

@@ -25,9 +25,9 @@ from bench.reports.runs import of_identifications
 from bench.reports.tables import csv_text
 from ksmea.records.identification import IdentificationRecord
 from ksmea.show.figures.style import png
-from ksmea.show.identification import COLUMNS, frame, plot, text
+from ksmea.show.identification_text import COLUMNS, frame, plot, text
 from ksmea.show.text import HIDDEN_COLUMN, hidden_in_one_line
-from ksmea.show.weights import influence_frame
+from ksmea.show.weights_text import influence_frame
 
 MAX_BLOCKS = 4  # runs with sentences and a figure; the tables have all
 
@@ -70,7 +70,7 @@ def _record(line: RunLine) -> IdentificationRecord | None:
 
 
 def identification_frame(plan: Plan, found: Mapping[Run, IdentificationRecord]) -> pd.DataFrame:
-    """The table of each run (`ksmea.show.identification.frame`), one below the other, and where the run stands."""
+    """The table of each run (`ksmea.show.identification_text.frame`), one below the other, and where the run stands."""
     frames = []
     for run, record in found.items():
         place = {"cell": run.cell, "repetition": run.repetition, **place_columns(plan, plan.cells[run.cell])}

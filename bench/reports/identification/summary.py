@@ -11,7 +11,7 @@ import pandas as pd
 from bench.plan.page import Page
 from bench.plan.plan import Plan
 from bench.plan.report import Drawing, Made, Report
-from bench.reports.diagnosis.hidden import hidden_paragraph
+from bench.reports.by_cell import hidden_paragraph
 from bench.reports.runs import runs_frame
 from bench.reports.tables import as_text, csv_text, slips, slips_text, summary_frame
 

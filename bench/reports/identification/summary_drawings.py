@@ -21,8 +21,8 @@ from bench.reports.identification.cost import cost_figure, cost_frame
 from bench.reports.identification.figures import summary_figure
 from bench.reports.identification.history_figures import MAX_LINES, response_figure, updates_figure
 from bench.reports.identification.summary_page import summary_page
-from bench.reports.identification.trace import read_traces, stages_frame, trace_frame
 from bench.reports.identification.trace_figure import trace_figure
+from bench.reports.identification.trace_table import read_traces, stages_frame, trace_frame
 from bench.reports.tables import csv_text
 from ksmea.records.curves import ResponseCurves
 from ksmea.records.identification import IdentificationRecord, UpdateRecord

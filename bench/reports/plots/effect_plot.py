@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from bench.plan.page import Plot
-from bench.reports.plots.symlog import SymlogAxis
-from bench.reports.plots.traces import BLUE, GREY, TEAL, axis, layout
+from bench.reports.plots.traces import BLUE, GREY, TEAL, SymlogAxis, axis, layout
 from ksmea.records.diagnosis import DiagnosisRecord, TrialRecord
 from ksmea.show.diagnosis_tables import sized
 from ksmea.show.figures.effect_ranking import AS_WELL, LINEAR, NAMED, OTHER, best_trials, standing

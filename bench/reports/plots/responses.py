@@ -15,7 +15,7 @@ from ksmea.records.curves import FineCurve, FitCurves, Polar, as_array
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.show.figures.diagnosis_residuals import as_complex
 from ksmea.show.figures.diagnosis_residuals import residuals as residuals_of
-from ksmea.show.figures.fit import residuals
+from ksmea.show.figures.fit_figure import residuals
 from ksmea.show.figures.residual_components import COMPONENTS, components
 from ksmea.units import MICROMETRE, RPM
 

@@ -1,14 +1,18 @@
-"""Traces and layouts of plots as plotly takes them, alike on all pages."""
+"""Traces and layouts of plots for plotly, alike on all pages; an axis that is linear about 0 and logarithmic beyond."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 from itertools import cycle, islice
 from typing import Any
 
 import numpy as np
+from matplotlib.scale import SymmetricalLogTransform
 
 from ksmea.arrays import Array
+from ksmea.show.figures.ticks import MOST_POWERS, symlog_ticks
 
 # Each is seen on a white and on a dark ground (3 : 1 or more, WCAG 2.2 for graphics; tests/bench/test_pages.py).
 BLUE, ORANGE, GREEN, PURPLE, OCHRE, GREY, _, TEAL = COLOURS = (
@@ -111,3 +115,27 @@ def styles(names: Sequence[str]) -> Mapping[str, tuple[str, str]]:
 def broken(x: Array, breaks: Sequence[int]) -> Array:
     """Values (n,) to be drawn as a line for each run."""
     return np.insert(np.asarray(x, dtype=float), list(breaks), np.nan)
+
+
+@dataclass(frozen=True)
+class SymlogAxis:
+    """Positions of values on an axis that is linear up to `linear` to both sides."""
+
+    linear: float
+
+    def positions(self, values: Array | list[float]) -> Array:
+        """Where values (n,) stand."""
+        found: Array = self._transform(np.asarray(values, dtype=float))
+        return found
+
+    def ticks(self, low: float, high: float, most: int = MOST_POWERS) -> Layout:
+        """What an axis shows between two values: plain numbers at 0 and, to each side, at `most` powers of ten."""
+        at = symlog_ticks(low, high, self.linear, most)
+        return {"tickvals": self.positions(at), "ticktext": [f"{each:.12g}".replace("-", "−") for each in at]}
+
+    @cached_property
+    def _transform(self) -> Callable[[Array], Array]:
+        transform: Callable[[Array], Array] = SymmetricalLogTransform(
+            base=10, linthresh=self.linear, linscale=1
+        ).transform
+        return transform

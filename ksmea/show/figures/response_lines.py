@@ -1,4 +1,5 @@
 """Responses of a model as lines over speed: rpm, µm and degrees, broken where a further run begins or a phase jumps by a turn."""
+# Shorter than 40 lines: two figures share it.
 
 from __future__ import annotations
 

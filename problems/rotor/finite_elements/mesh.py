@@ -1,16 +1,16 @@
-"""How a shaft is cut into elements, and where a position lies on the mesh."""
+"""Mesh of a shaft: elements, nodes at given positions, location on the mesh; disks as rings of known mass and size."""
 
 from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from ksmea.errors import SettingError
-from problems.rotor.finite_elements.data import Hub, Rotor, ShaftSegment
+from problems.rotor.finite_elements.data import Disk, Hub, Material, Rotor, ShaftSegment
 
 DOF_PER_NODE = 4  # x, y, rotation about x, rotation about y
 
@@ -89,3 +89,26 @@ def share_elements(n_element: int, lengths: Sequence[float]) -> tuple[int, ...]:
         spare = [count - quota if count > 1 else -math.inf for quota, count in zip(quotas, counts, strict=True)]
         counts[spare.index(max(spare))] -= 1
     return tuple(counts)
+
+
+def uniform_shaft(
+    length: float, marks: Iterable[float], n_element: int, *, radius: float, material: Material
+) -> tuple[ShaftSegment, ...]:
+    """Segments of a shaft (m) that end at each mark, so that the mesh has a node there; elements shared by length."""
+    ends = sorted({0.0, length, *marks})
+    lengths = [float(piece) for piece in np.diff(ends)]
+    counts = share_elements(n_element, lengths)
+    return tuple(ShaftSegment(piece, radius, material, count) for piece, count in zip(lengths, counts, strict=True))
+
+
+def weighed_ring(position: float, *, mass: float, outer_radius: float, inner_radius: float, thickness: float) -> Disk:
+    """A ring of given mass (kg) and size (m): the inertias are those of its mean density.
+
+    >>> disk = weighed_ring(0.2, mass=2.0, outer_radius=0.1, inner_radius=0.0, thickness=0.01)
+    >>> round(disk.mass, 12), round(disk.polar_inertia, 12)
+    (2.0, 0.01)
+    """
+    volume = math.pi * (outer_radius**2 - inner_radius**2) * thickness
+    return Disk.from_geometry(
+        position, outer_radius=outer_radius, inner_radius=inner_radius, thickness=thickness, density=mass / volume
+    )

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from ksmea.arrays import Array
 from ksmea.measurement.channel import named
-from ksmea.records.plan import Family, PlanRecord, Unknown, infinite_where_none
+from ksmea.records.planning import Family, PlanRecord, Unknown, infinite_where_none
 from ksmea.show.figures.style import OURS, PAPER, REFERENCE, ShownFigure, figure_of
 from ksmea.show.figures.ticks import plain_ticks
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, RPM, SI_PER_UNIT

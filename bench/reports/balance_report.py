@@ -17,8 +17,8 @@ from bench.plan.report import Made, Report
 from bench.reports.balance_page import balance_page
 from bench.reports.by_cell import result_runs
 from bench.reports.tables import csv_text
-from ksmea.records.balance import BalanceRecord
-from ksmea.show.balance import frame, left_out_frame, plot, text
+from ksmea.records.balancing import BalanceRecord
+from ksmea.show.balance_text import frame, left_out_frame, plot, text
 from ksmea.show.figures.style import png
 from ksmea.show.json_units import with_units
 

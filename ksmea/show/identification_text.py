@@ -13,8 +13,8 @@ from ksmea.errors import SettingError
 from ksmea.records.curves import FitCurves, as_array
 from ksmea.records.identification import DataDescription, IdentificationRecord, ParameterRecord
 from ksmea.records.location import LocationRecord
-from ksmea.show import location, weights
-from ksmea.show.figures.fit import draw_amplitude, fit_figure
+from ksmea.show import location_text, weights_text
+from ksmea.show.figures.fit_figure import draw_amplitude, fit_figure
 from ksmea.show.text import (
     ALIKE,
     alike_text,
@@ -40,12 +40,12 @@ def text(record: IdentificationRecord, title: str = "") -> str:
     """Values with intervals, what the data do not determine, the noise, and how well the fit explains the data; a line each,
     below a title and the data. What synthetic data were made to hide follows apart from it."""
     found = "\n".join(_lines(record, title))
-    beside = [] if record.location is None else [location.text(record.location), *_why_without(record.location)]
+    beside = [] if record.location is None else [location_text.text(record.location), *_why_without(record.location)]
     return "\n\n".join(filter(None, [found, *beside, hidden_text(record.hidden, "identification")]))
 
 
 def _why_without(found: LocationRecord) -> list[str]:
-    return [] if found.force is None else [location.why_without("those identified")]
+    return [] if found.force is None else [location_text.why_without("those identified")]
 
 
 def frame(record: IdentificationRecord) -> pd.DataFrame:
@@ -62,7 +62,7 @@ def frame(record: IdentificationRecord) -> pd.DataFrame:
     ]
     table = pd.DataFrame(rows, columns=list(COLUMNS))
     if record.weights is not None:
-        table = pd.concat([table, weights.frame(record.weights).assign(at_limit=False)], ignore_index=True)
+        table = pd.concat([table, weights_text.frame(record.weights).assign(at_limit=False)], ignore_index=True)
     if record.location is None:
         return table
     beside = [each.over_sites for each in record.location.coefficients]
@@ -136,7 +136,7 @@ def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:
     for parameter in record.parameters:
         yield f"  {_value_text(record, parameter)}"
     if record.weights is not None:
-        yield from weights.lines(record.weights)
+        yield from weights_text.lines(record.weights)
     if record.ended_short:
         yield _search_text(record)
     if record.interval_error is not None:

@@ -21,10 +21,10 @@ from bench.reports.design.next_measurement import Next, next_measurement
 from bench.reports.design.next_steps import after_plan, as_text, before_looking_ahead
 from bench.reports.design.page import plan_page
 from bench.reports.tables import csv_text
-from ksmea.records.plan import PlanRecord
-from ksmea.show.figures.plan import FAMILIES, draw_row, plot
+from ksmea.records.planning import PlanRecord
+from ksmea.show.figures.plan_figure import FAMILIES, draw_row, plot
 from ksmea.show.figures.style import png
-from ksmea.show.plan import frame, text
+from ksmea.show.plan_text import frame, text
 
 MAX_ROWS = 6  # cells in one figure; more would be a poster
 

@@ -13,9 +13,9 @@ from matplotlib.figure import Figure
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, FitQualityRecord, TrialRecord
 from ksmea.records.estimate import NoiseLevelRecord
 from ksmea.records.location import NOTHING
-from ksmea.show import location
+from ksmea.show import location_text
 from ksmea.show.diagnosis_tables import averaged_values, ranking_table, unknowns_table
-from ksmea.show.figures.diagnosis import draw_ranking, residual_figure
+from ksmea.show.figures.diagnosis_figure import draw_ranking, residual_figure
 from ksmea.show.location_words import in_short
 from ksmea.show.text import (
     aligned,
@@ -68,7 +68,7 @@ def about_extension(record: DiagnosisRecord) -> list[str]:
     """What the file of the extended model says of itself: whether it is one of several that explain the data about as well
     and what would tell them apart, of which data it is, and its effects with their sizes."""
     if record.verdict == "located" and record.location is not None:
-        return location.about_extension(record.location)
+        return location_text.about_extension(record.location)
     lines = []
     if record.verdict == "ambiguous":
         lines += ["One of several models: the diagnosis is ambiguous.", *_split(record)]
@@ -257,7 +257,7 @@ def _location(record: DiagnosisRecord) -> str:
     if found is None:
         return ""
     if not record.is_explained:
-        return "Without the library:\n" + "\n\n".join([*location.findings(found), *why_without(record)])
+        return "Without the library:\n" + "\n\n".join([*location_text.findings(found), *why_without(record)])
     if found.kind == NOTHING:
         said = "nothing is missing in the model"
     elif found.is_local:
@@ -268,7 +268,7 @@ def _location(record: DiagnosisRecord) -> str:
             if found.sites
             else "nothing at one place explains the data"
         )
-    return "\n".join([f"Without the library: {said}.", *location.coefficients(found), *why_without(record)])
+    return "\n".join([f"Without the library: {said}.", *location_text.coefficients(found), *why_without(record)])
 
 
 def why_without(record: DiagnosisRecord) -> list[str]:
@@ -277,8 +277,8 @@ def why_without(record: DiagnosisRecord) -> list[str]:
     if record.location is None or record.location.force is None:
         return []
     if record.is_explained:
-        return [location.why_without(BEFORE, AVERAGED if averaged_values(record) else AFTER)]
-    return [location.why_without(BEFORE)]
+        return [location_text.why_without(BEFORE, AVERAGED if averaged_values(record) else AFTER)]
+    return [location_text.why_without(BEFORE)]
 
 
 def _listed(record: DiagnosisRecord) -> list[TrialRecord]:

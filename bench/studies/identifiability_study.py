@@ -1,4 +1,5 @@
 """The study `identifiability`: how well these data would determine the unknowns, and how well other data would."""
+# Shorter than 40 lines: one plugin a file.
 
 from __future__ import annotations
 

@@ -20,7 +20,7 @@ from bench.reports.design.page import identifiability_page
 from bench.reports.tables import csv_text
 from ksmea.records.identifiability import IdentifiabilityRecord
 from ksmea.show.figures.style import png
-from ksmea.show.identifiability import COLUMNS, frame, plot, text
+from ksmea.show.identifiability_text import COLUMNS, frame, plot, text
 
 MAX_CELLS = 4  # with a figure and a table of variations each; the file has all
 

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import pandas as pd
 
-from ksmea.records.balance import BalanceRecord, EntryRecord, LeftOutRecord, PolarRecord, WeightRecord
-from ksmea.show.figures.balance import plot
+from ksmea.records.balancing import BalanceRecord, EntryRecord, LeftOutRecord, PolarRecord, WeightRecord
+from ksmea.show.figures.balance_figure import plot
 from ksmea.show.text import aligned, number
 from ksmea.units import RPM
 

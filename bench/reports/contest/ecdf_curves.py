@@ -16,7 +16,7 @@ from bench.reports.contest.running_time import (
 )
 from bench.reports.contest.runs import Contest
 from bench.reports.contest.targets import Measure
-from bench.reports.identification.trace import QUARTILES, STEPS_PER_DECADE
+from bench.reports.identification.trace_table import QUARTILES, STEPS_PER_DECADE
 from ksmea.arrays import Array
 
 REACH = 10.0  # by which costs of data profiles go beyond the largest of a run: expected running times may

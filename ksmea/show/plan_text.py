@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from ksmea.measurement.channel import named
-from ksmea.records.plan import Family, PlanRecord, Step, Unknown, infinite_where_none
-from ksmea.show.figures.plan import is_without_size, plot
+from ksmea.records.planning import Family, PlanRecord, Step, Unknown, infinite_where_none
+from ksmea.show.figures.plan_figure import is_without_size, plot
 from ksmea.show.text import aligned, fit_warning, stability_text
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, RPM
 

@@ -6,7 +6,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from ksmea.records.balance import BalanceRecord
+from ksmea.records.balancing import BalanceRecord
 from ksmea.show.figures.style import COLOURS, INTERVAL, OURS, PAPER, REFERENCE, ShownFigure, figure_of
 from ksmea.show.figures.ticks import plain_ticks
 from ksmea.units import RPM

@@ -9,7 +9,7 @@ import pandas as pd
 
 from ksmea.arrays import Array
 from ksmea.records.identifiability import DataDescription, IdentifiabilityRecord, Unknown, Value, percent
-from ksmea.show.figures.identifiability import plot
+from ksmea.show.figures.identifiability_figure import plot
 from ksmea.show.text import ALIKE, aligned, alike_text, fit_warning, noise_parts, stability_text, two_digits
 from ksmea.units import RPM
 

@@ -12,7 +12,7 @@ from bench.plan.progress import progress_of
 from bench.plan.setup import Draw, Setup
 from bench.plan.study import Study
 from ksmea.balancing.readings import readings
-from ksmea.records.balance import BalanceRecord
+from ksmea.records.balancing import BalanceRecord
 from ksmea.records.record import Record
 from ksmea.studies.balance import BalanceOptions, balance
 

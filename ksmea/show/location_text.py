@@ -20,7 +20,7 @@ from ksmea.records.location import (
     SiteRecord,
     StiffnessRecord,
 )
-from ksmea.show.figures.location import plot
+from ksmea.show.figures.location_figure import plot
 from ksmea.show.location_words import landmarks, law_words, place, spread
 from ksmea.show.text import aligned, gain_lines, in_columns, noise_level, number, of_chances, value_and_ends
 from ksmea.units import MICROMETRE, RPM
