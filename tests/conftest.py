@@ -1,6 +1,7 @@
 """One BLAS thread per process, set before numpy loads: the cores belong to the processes that the tests run in."""
 
 import os
+import signal
 from pathlib import Path
 
 import pytest
@@ -13,6 +14,15 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 os.environ.setdefault("BENCH_CACHE", str(Path(__file__).parents[1] / ".pytest_cache"))
 
 collect_ignore = ["helpers/run_ups_by_ross.py"]  # needs the extra `peers`, as tests/test_peer_data.py says
+
+
+@pytest.fixture
+def heeds_sigint():
+    """SIGINT interrupts this process and those that it starts, also if a shell started the tests in its background, where it is
+    ignored and would be by all of them."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
 
 
 @pytest.hookimpl(tryfirst=True)  # before xdist reads the groups

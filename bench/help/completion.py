@@ -14,7 +14,7 @@ from bench.command_line.config_dirs import EXPERIMENT, experiment_files, folders
 from bench.command_line.output_level import OPTIONS
 from bench.command_line.source_settings import source_settings
 from bench.command_line.word_shapes import HYDRA_OPTIONS
-from bench.help.topics import command_names
+from bench.help.commands import command_names
 from bench.storage.own_files import REFERENCE
 from ksmea.errors import SettingError, unknown
 from ksmea.plugins.names import FURTHER, GROUPS, registered

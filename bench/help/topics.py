@@ -1,12 +1,7 @@
-"""Help on whatever has a name: a command, an experiment, a group of plugins, a plugin, a setting, a term.
-
-Help on a command is its line of the first page and the docstring of its module, which is not imported for that.
-"""
+"""Help on whatever has a name: a command, an experiment, a group of plugins, a plugin, a setting, a term."""
 
 from __future__ import annotations
 
-import ast
-import re
 from collections.abc import Mapping, Sequence
 from difflib import get_close_matches
 from pathlib import Path
@@ -17,37 +12,13 @@ import yaml
 from bench.command_line.bench_settings import bench_settings, remarks
 from bench.command_line.config_dirs import EXPERIMENT
 from bench.command_line.source_settings import source_settings
+from bench.help.commands import command_names, command_text
 from bench.help.experiments import experiment_text
 from bench.help.glossary import explained, mentioned, terms
 from bench.help.plugins import Problem, group_text, plugin_text, setting_text
-from bench.storage.own_files import PACKAGE
 from ksmea.errors import SettingError, nearest, shortened
 from ksmea.plugins.names import FURTHER, GROUPS, registered
 from ksmea.settings.types import in_words
-
-LINE = re.compile(r"^python -m bench ([a-z]+)\b.*$", re.MULTILINE)
-WITHOUT_MODULE = {  # commands that have no module of their own
-    "help": "Whatever has a name: help status, help table3, help optimizer, help de, help samples, help optimizer.population."
-    " Limits of an effect on a problem: help effect runout problem=rk4. With plugins=[my_optimizer.py] on plugins of plain files"
-    " too, with --config-dir DIR on experiments there.",
-    "completion": 'In ~/.bashrc: eval "$(ksmea-bench completion bash)". In ~/.zshrc, behind compinit: eval "$(ksmea-bench completion'
-    ' zsh)". Completed are commands, experiments, groups, plugins, settings, choices, and folders of results.',
-}
-MODULES = {"import": "import_file"}  # of commands whose name is a word of Python
-
-
-def command_names(usage: str) -> list[str]:
-    """The commands that the first page has a line for."""
-    return LINE.findall(usage)
-
-
-def command_text(name: str, usage: str) -> str:
-    """The line of a command, and what it does."""
-    lines = [found[0] for found in LINE.finditer(usage) if found[1] == name]
-    path = PACKAGE / "commands" / f"{MODULES.get(name, name)}.py"
-    said = WITHOUT_MODULE.get(name) or ast.get_docstring(ast.parse(path.read_text(encoding="utf-8"))) or ""
-    return "\n".join([*lines, "", said, "", "-q shows only errors, -v tracebacks too."])
-
 
 ALL = (*GROUPS, *FURTHER)
 MOST_NEAR = 4  # names that an unknown one might have meant

@@ -12,8 +12,8 @@ from bench.command_line.bench_settings import remarks
 from bench.command_line.config_dirs import experiment_files
 from bench.command_line.output_level import has_colours, tell_error
 from bench.commands.dispatch import COMMANDS
+from bench.help.commands import command_names
 from bench.help.help import USAGE
-from bench.help.topics import command_names
 from bench.storage.own_files import ROOT
 from ksmea.plugins import registry
 

@@ -36,7 +36,7 @@ RUN = ["+experiment=table3", "repetitions=1", "samples=0"]
         ("bench.commands.status", ["status", "x"]),
     ],
 )
-def test_one_line_and_130(module, words, tmp_path):
+def test_one_line_and_130(module, words, tmp_path, heeds_sigint):
     source = AT.format(module=module, words=words)
     done = subprocess.run(
         [sys.executable, "-c", source], capture_output=True, text=True, cwd=tmp_path, timeout=60, check=False

@@ -14,7 +14,7 @@ ATTEMPTS = 5
 
 
 @pytest.fixture
-def interrupted(tmp_path, quick, start):
+def interrupted(tmp_path, quick, start, heeds_sigint):
     """Start the experiment that `table3` did undisturbed, in a session of its own; signal all of it once a run is done."""
 
     def call(number):

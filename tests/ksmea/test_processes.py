@@ -115,7 +115,7 @@ def test_after_an_error_nothing_further_is_begun(tmp_path):
 
 
 @needs_fork
-def test_ctrl_c_right_after_a_fork_ends_no_fork_and_lets_none_run_on(monkeypatch):
+def test_ctrl_c_right_after_a_fork_ends_no_fork_and_lets_none_run_on(monkeypatch, heeds_sigint):
     own, fork = os.getpid(), parallel._fork
 
     def interrupted():
