@@ -47,7 +47,7 @@ from ksmea.studies.identifiability import IdentifiabilityOptions, identifiabilit
 from ksmea.studies.identification_details import detailed_identification, location_options
 from ksmea.studies.library import library
 from ksmea.studies.locate import LocationOptions, location
-from ksmea.studies.plan import PlanOptions, planning_study
+from ksmea.studies.planning import PlanningOptions, planning_study
 from ksmea.units import MICROMETRE
 
 Seed = int | np.random.Generator
@@ -228,7 +228,7 @@ def plan(
     >>> [family.family for family in result.record.families]
     ['speeds']
     """
-    options = PlanOptions(target=target, **settings)
+    options = PlanningOptions(target=target, **settings)
     if measurement is None:
         point = _design_point(problem, values, _noise(relative, floor), kind, noise_known)
     else:

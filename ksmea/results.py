@@ -23,7 +23,7 @@ from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.identifiability import IdentifiabilityRecord
 from ksmea.records.identification import IdentificationRecord
 from ksmea.records.location import LocationRecord
-from ksmea.records.planning import PlanRecord
+from ksmea.records.planning import PlanningRecord
 from ksmea.records.record import Record
 from ksmea.show import (
     balance_text,
@@ -31,7 +31,7 @@ from ksmea.show import (
     identifiability_text,
     identification_text,
     location_text,
-    plan_text,
+    planning_text,
     weights_text,
 )
 from ksmea.show.json_units import with_units
@@ -123,17 +123,17 @@ class IdentifiabilityResult(Result[IdentifiabilityRecord]):
 
 
 @dataclass(frozen=True)
-class PlanResult(Result[PlanRecord]):
+class PlanResult(Result[PlanningRecord]):
     """Which speeds, probes or trial unbalance to add, and what each is worth."""
 
     def __str__(self) -> str:
-        return plan_text.text(self.record)
+        return planning_text.text(self.record)
 
     def to_frame(self) -> pd.DataFrame:
-        return plan_text.frame(self.record)
+        return planning_text.frame(self.record)
 
     def plot(self, axes: Axes | None = None) -> Figure:
-        return plan_text.plot(self.record, axes)
+        return planning_text.plot(self.record, axes)
 
 
 @dataclass(frozen=True)

@@ -9,17 +9,17 @@ from typing import Any, ClassVar
 from bench.plan.setup import Draw, Setup
 from bench.plan.study import Study
 from bench.studies.design_point import design_point, require_design_point
-from ksmea.records.planning import PlanRecord
+from ksmea.records.planning import PlanningRecord
 from ksmea.records.record import Record
-from ksmea.studies.plan import PlanOptions, planning_study
+from ksmea.studies.planning import PlanningOptions, planning_study
 
 
 @dataclass(frozen=True)
-class Planning(PlanOptions, Study):
+class Planning(PlanningOptions, Study):
     """Speeds, probes or a trial unbalance to add, chosen so that one unknown (c-optimal) or all of them (D-optimal) become
     known best; beside it what the same amount of data gives without a plan."""
 
-    record: ClassVar[type[Record]] = PlanRecord
+    record: ClassVar[type[Record]] = PlanningRecord
     report: ClassVar[str] = "plan"
     takes_middles: ClassVar[bool] = True
     ignores: ClassVar[tuple[str, ...]] = ("samples", "surrogate", "optimizer", "method")

@@ -85,7 +85,7 @@ class Family:
 
 
 @dataclass(frozen=True)
-class PlanRecord(Record):
+class PlanningRecord(Record):
     """What to add to the present data so that the target becomes known best, family by family."""
 
     target: str | None  # the unknown that is to become known best; None: all of them

@@ -182,7 +182,7 @@ UNITS: Mapping[type, Mapping[str, Told]] = {
     identifiability.Variation: {"value": _of_variation, "crlb": OF_UNKNOWNS},
     planning.Candidates: {**ADDED, "crlb": OF_TARGET},
     planning.Step: {**ADDED, **_each("crlb unplanned_crlb", OF_UNKNOWNS)},
-    planning.PlanRecord: {**_each("speed_from speed_to", SPEED), "crlb": OF_UNKNOWNS},
+    planning.PlanningRecord: {**_each("speed_from speed_to", SPEED), "crlb": OF_UNKNOWNS},
     # balancing
     balancing.PolarRecord: _each("angle angle_low angle_high", DEGREES),  # sizes: beside it
     balancing.EntryRecord: {"speed": SPEED},

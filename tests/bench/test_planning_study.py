@@ -10,16 +10,16 @@ import pytest
 from matplotlib.figure import Figure
 
 from bench.plan.setup import Setup
-from bench.reports.design.planning_report import plan_figure
+from bench.reports.design.planning_report import planning_figure
 from ksmea.errors import SettingError
 from ksmea.inference.cramer_rao import identifiability
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.problem.problem import Problem
-from ksmea.records.planning import PlanRecord
-from ksmea.show.plan_text import frame, plot, text
+from ksmea.records.planning import PlanningRecord
+from ksmea.show.planning_text import frame, plot, text
 from ksmea.studies.design_point import DesignPoint
-from ksmea.studies.plan import PlanOptions, planning_study
+from ksmea.studies.planning import PlanningOptions, planning_study
 from problems.three_disk import ThreeDisk
 
 DATA = Path(__file__).parents[1] / "data"
@@ -34,7 +34,8 @@ def plan(enter, monkeypatch):
     """`+experiment=plan` with a coarser choice of speeds; its figure is drawn and not written."""
     drawn = []
     monkeypatch.setattr(
-        "bench.reports.design.planning_report.plan_figure", lambda *arguments: drawn.append(plan_figure(*arguments))
+        "bench.reports.design.planning_report.planning_figure",
+        lambda *arguments: drawn.append(planning_figure(*arguments)),
     )
     monkeypatch.setattr("bench.reports.design.planning_report.png", lambda figure: b"")
 
@@ -219,12 +220,12 @@ def test_bad_input_is_one_line(enter, words, said):
 @pytest.fixture(scope="module")
 def small():
     setup = Setup.of(SETTINGS)
-    options = PlanOptions(target="cyy", n_candidate=20, add=2, sensors=1, trial_phases=[0.0])
+    options = PlanningOptions(target="cyy", n_candidate=20, add=2, sensors=1, trial_phases=[0.0])
     return planning_study(point_of(setup, setup.plugins["measurement"].noise), options)
 
 
 def test_the_study_is_a_function_of_a_problem_and_its_noise(small):
-    assert PlanRecord.from_data(json.loads(json.dumps(small.to_data(), allow_nan=False))) == small
+    assert PlanningRecord.from_data(json.loads(json.dumps(small.to_data(), allow_nan=False))) == small
     assert small.target_unknown.name == "cyy" and small.target_index == 3
     assert [len(family.steps) for family in small.families] == [2, 1, 1]
     assert small.families[0].candidates.position is None and len(small.families[0].candidates.speed) == 20
@@ -244,7 +245,7 @@ def test_an_angle_has_no_per_cent(small):
 def test_options_that_do_not_fit_are_refused_in_python():
     setup = Setup.of(SETTINGS)
     with pytest.raises(SettingError, match=r"unknown parameter in study\.target: 'czz'"):
-        planning_study(point_of(setup, Noise(0.1, 0.0)), PlanOptions(target="czz"))
+        planning_study(point_of(setup, Noise(0.1, 0.0)), PlanningOptions(target="czz"))
 
 
 def test_the_figure_has_a_panel_per_family_and_given_axes_the_first(small):
@@ -260,14 +261,14 @@ def test_the_figure_has_a_panel_per_family_and_given_axes_the_first(small):
 
 def test_a_record_that_says_bound_and_gain_is_read():
     """It was written before CRLBs and their reductions had their names."""
-    found = PlanRecord.from_data(json.loads((DATA / "plan_bound.json").read_text()))
+    found = PlanningRecord.from_data(json.loads((DATA / "plan_bound.json").read_text()))
     assert found.target == "cyy" and found.crlb[3] == pytest.approx(75, abs=1) and found.n_speed == 53
     assert [family.family for family in found.families] == ["speeds", "probes", "trial run"]
     speeds = found.families[0]
     assert speeds.chosen == (1,) and speeds.candidates.speed[1] == speeds.steps[0].speed
     assert speeds.steps[0].reduction_pct == pytest.approx(speeds.candidates.reduction_pct[1])
     assert "To know cyy better, its CRLB being 11 % now:" in text(found)
-    assert PlanRecord.from_data(found.to_data()) == found
+    assert PlanningRecord.from_data(found.to_data()) == found
 
 
 def test_a_plan_from_fewer_measured_data_than_unknowns_is_refused():

@@ -18,7 +18,7 @@ from ksmea.records.estimate import NoiseLevelRecord
 from ksmea.records.identifiability import IdentifiabilityRecord
 from ksmea.records.identification import IdentificationRecord, NoiseLevel
 from ksmea.records.location import LocationRecord
-from ksmea.records.planning import PlanRecord
+from ksmea.records.planning import PlanningRecord
 from ksmea.records.record import Record
 from ksmea.show.diagnosis_text import text
 from ksmea.show.json_units import BESIDE_UNIT, IN_SI, IN_UNIT, UNITS, with_units
@@ -26,7 +26,7 @@ from ksmea.show.text import noise_level
 
 DATA = Path(__file__).parents[1] / "data"
 DIAGNOSIS = DiagnosisRecord.from_data(json.loads((DATA / "diagnosis_of_schema_2.json").read_text()))
-WRITTEN = (BalanceRecord, DiagnosisRecord, IdentifiabilityRecord, IdentificationRecord, LocationRecord, PlanRecord)
+WRITTEN = (BalanceRecord, DiagnosisRecord, IdentifiabilityRecord, IdentificationRecord, LocationRecord, PlanningRecord)
 
 # Numbers without a unit: chances, counts, parts, ratios, and what is in units of the noise.
 PLAIN = re.compile(
@@ -77,7 +77,7 @@ def test_the_table_of_units_names_fields_that_there_are():
     [  # what the fields' own comments say
         (planning.Candidates, "crlb", "SI, of the target"),
         (planning.Candidates, "magnitude", "kg m"),
-        (planning.PlanRecord, "crlb", "SI"),
+        (planning.PlanningRecord, "crlb", "SI"),
         (location.SiteRecord, "position", "m"),
         (location.StiffnessRecord, "real", "N/m"),
         (NoiseLevelRecord, "relative", "1"),

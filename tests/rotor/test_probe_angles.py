@@ -15,11 +15,11 @@ from ksmea.measurement.measurement import Layout, Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
 from ksmea.problem.alignment import aligned, through
-from ksmea.show.figures.plan_figure import plot
-from ksmea.show.plan_text import text
+from ksmea.show.figures.planning_figure import plot
+from ksmea.show.planning_text import text
 from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.misreadings import readings
-from ksmea.studies.plan import PlanOptions, planning_study
+from ksmea.studies.planning import PlanningOptions, planning_study
 from problems.three_disk import ThreeDisk
 
 AT = 0.1
@@ -142,7 +142,7 @@ def test_further_probes_are_proposed_as_those_that_there_are(problem):
     """Where two at right angles look, others add no direction, whatever they are called."""
     seen_skew = seen(problem, (Channel(AT, "45"), Channel(AT, "-45")))
     point = DesignPoint(seen_skew, REFERENCE, Noise(0.05, 0.0), "complex", noise_known=True)
-    record = planning_study(point, PlanOptions(add=0, sensors=1, trial_phases=[]))
+    record = planning_study(point, PlanningOptions(add=0, sensors=1, trial_phases=[]))
     [probes] = record.families
     assert set(probes.candidates.direction) == {"45", "-45"} and AT not in np.round(probes.candidates.position, 9)
     assert "45° at" in text(record, "")

@@ -12,8 +12,8 @@ from bench.plan.page import Block, Folded, Page, Plot, Prose, Section, Table
 from bench.reports.plots.traces import ORANGE, axis, layout, line, points, styles
 from ksmea.measurement.channel import named
 from ksmea.records.identifiability import IdentifiabilityRecord, Variation
-from ksmea.records.planning import Family, PlanRecord
-from ksmea.show import identifiability_text, plan_text
+from ksmea.records.planning import Family, PlanningRecord
+from ksmea.show import identifiability_text, planning_text
 from ksmea.show.figures.identifiability_figure import half_widths, label
 from ksmea.units import DEGREE, RPM
 
@@ -46,7 +46,7 @@ def identifiability_page(
     return Page("no run has a result" if first is None else _warned(first, _in_short(first)), tuple(sections))
 
 
-def _warned(record: IdentifiabilityRecord | PlanRecord, said: str) -> str:
+def _warned(record: IdentifiabilityRecord | PlanningRecord, said: str) -> str:
     """A headline, with the lack of fit of the model that it holds for."""
     is_rejected = record.lack_of_fit is not None and record.lack_of_fit.rejected
     start = "The model does not explain the data: diagnose it before you rely on this. With the model as it is: "
@@ -90,7 +90,11 @@ def _abscissa(entry: Variation) -> float | str:
 
 
 def plan_page(
-    found: Sequence[tuple[str, str, PlanRecord]], following: Sequence[Block], table: pd.DataFrame, file: str, still: str
+    found: Sequence[tuple[str, str, PlanningRecord]],
+    following: Sequence[Block],
+    table: pd.DataFrame,
+    file: str,
+    still: str,
 ) -> Page:
     """Sections of each plan, by its title and text."""
     sections = []
@@ -106,13 +110,13 @@ def plan_page(
     return Page("no run has a result" if first is None else _warned(first, _first_addition(first)), tuple(sections))
 
 
-def _first_addition(record: PlanRecord) -> str:
+def _first_addition(record: PlanningRecord) -> str:
     """The plan's first recommendation in words."""
-    lines = plan_text.text(record).splitlines()
+    lines = planning_text.text(record).splitlines()
     return next((said.removeprefix("- ") for said in lines if said.startswith("- ")), lines[0])
 
 
-def _family_plot(record: PlanRecord, family: Family, still: str) -> Plot:
+def _family_plot(record: PlanningRecord, family: Family, still: str) -> Plot:
     """What each candidate gives by itself."""
     candidates = family.candidates
     reduction = np.array(candidates.criterion_reduction_pct, dtype=float)

@@ -21,10 +21,10 @@ from bench.reports.design.next_measurement import Next, next_measurement
 from bench.reports.design.next_steps import after_plan, as_text, before_looking_ahead
 from bench.reports.design.page import plan_page
 from bench.reports.tables import csv_text
-from ksmea.records.planning import PlanRecord
-from ksmea.show.figures.plan_figure import FAMILIES, draw_row, plot
+from ksmea.records.planning import PlanningRecord
+from ksmea.show.figures.planning_figure import FAMILIES, draw_row, plot
 from ksmea.show.figures.style import png
-from ksmea.show.plan_text import frame, text
+from ksmea.show.planning_text import frame, text
 
 MAX_ROWS = 6  # cells in one figure; more would be a poster
 
@@ -36,7 +36,7 @@ class PlanReport(Report):
     def make(self, plan: Plan, output: Path) -> Made:
         lines = run_lines(plan, output)
         runs = pd.DataFrame([_run_row(plan, run, lines.get(run.key)) for run in plan.runs])
-        found = first_results(plan, lines, PlanRecord)
+        found = first_results(plan, lines, PlanningRecord)
         following = {cell: next_measurement(plan, plan.cells[cell], found[cell].trial_run, output) for cell in found}
         if len(found) > 1:  # files of one name for all of them
             following = {cell: each for cell, each in following.items() if each and not each.files}
@@ -52,7 +52,7 @@ class PlanReport(Report):
             "\n\n".join(sections),
             files,
             runs,
-            lambda: {f"{plan.name}.png": png(plan_figure(plan, found))} if found else {},
+            lambda: {f"{plan.name}.png": png(planning_figure(plan, found))} if found else {},
             page=lambda: plan_page(
                 [(_title(plan, cell), _said(record, notes[cell]), record) for cell, record in found.items()],
                 [
@@ -71,16 +71,16 @@ def _section(said: str, first: Sequence[Command], following: Next | None) -> str
     return "\n\n".join([said, *as_text(first), *([following.text] if following else [])])
 
 
-def _said(record: PlanRecord, notes: Sequence[str], title: str = "") -> str:
+def _said(record: PlanningRecord, notes: Sequence[str], title: str = "") -> str:
     """The text of a plan, and which values were assumed for it."""
     return "\n".join([text(record, title), *notes])
 
 
-def _first(plan: Plan, cell: int, record: PlanRecord) -> Iterator[Command]:
+def _first(plan: Plan, cell: int, record: PlanningRecord) -> Iterator[Command]:
     yield from before_looking_ahead(plan, plan.cells[cell], record.lack_of_fit)
 
 
-def plan_figure(plan: Plan, found: Mapping[int, PlanRecord]) -> Figure:
+def planning_figure(plan: Plan, found: Mapping[int, PlanningRecord]) -> Figure:
     """What each candidate gives if it alone is added, a row per cell."""
     cells = list(found)[:MAX_ROWS]
     if len(found) == 1:  # one below the other is easier to read
@@ -94,7 +94,7 @@ def plan_figure(plan: Plan, found: Mapping[int, PlanRecord]) -> Figure:
     return figure
 
 
-def _frame(plan: Plan, found: Mapping[int, PlanRecord]) -> pd.DataFrame:
+def _frame(plan: Plan, found: Mapping[int, PlanningRecord]) -> pd.DataFrame:
     """The rows of all cells, and where each cell stands."""
     return pd.DataFrame(
         [

@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from ksmea.arrays import Array
 from ksmea.measurement.channel import named
-from ksmea.records.planning import Family, PlanRecord, Unknown, infinite_where_none
+from ksmea.records.planning import Family, PlanningRecord, Unknown, infinite_where_none
 from ksmea.show.figures.style import OURS, PAPER, REFERENCE, ShownFigure, figure_of
 from ksmea.show.figures.ticks import plain_ticks
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, RPM, SI_PER_UNIT
@@ -21,7 +21,7 @@ MAX_PHASES = 8  # lines in one panel
 DIRECTION_STYLES = ((OURS, "-"), ("#6a9a3b", "--"))  # of the two in which probes are considered
 
 
-def plot(record: PlanRecord, axes: Axes | None = None, *, title: str = "") -> Figure:
+def plot(record: PlanningRecord, axes: Axes | None = None, *, title: str = "") -> Figure:
     """How far each candidate alone reduces the CRLB: speeds, probes over position, trial unbalances over position; the
     chosen ones are marked. Of a target that is not known yet, the CRLB with that candidate.
 
@@ -44,7 +44,7 @@ def plot(record: PlanRecord, axes: Axes | None = None, *, title: str = "") -> Fi
     return figure
 
 
-def draw_row(panels: Sequence[Axes], record: PlanRecord, title: str = "") -> None:
+def draw_row(panels: Sequence[Axes], record: PlanningRecord, title: str = "") -> None:
     """A panel for each of `FAMILIES`; the title stands above the name of what is drawn."""
     families = {family.family: family for family in record.families}
     for panel, name in zip(panels, FAMILIES):
@@ -63,17 +63,17 @@ def is_without_size(parameter: Unknown) -> bool:
     return parameter.unit in ANGLES or not parameter.true
 
 
-def _is_unknown(record: PlanRecord) -> bool:
+def _is_unknown(record: PlanningRecord) -> bool:
     """Whether the target is not known yet, so that there is no reduction to show."""
     return record.target is not None and record.target in record.unknown_with(record.crlb)
 
 
-def _counts_prior(record: PlanRecord) -> bool:
+def _counts_prior(record: PlanningRecord) -> bool:
     """Whether reductions have to count the choice's weak prior, as some of the unknowns are not known at all."""
     return record.target is None and None in record.crlb
 
 
-def _quantity(record: PlanRecord) -> str:
+def _quantity(record: PlanningRecord) -> str:
     target = record.target_unknown
     if target is None:
         return f"reduction of the mean half axis{', with prior' if _counts_prior(record) else ''} (%)"
@@ -82,7 +82,7 @@ def _quantity(record: PlanRecord) -> str:
     return f"CRLB of {target.name} with one ({target.unit if is_without_size(target) else '%'})"
 
 
-def _shown(record: PlanRecord, family: Family) -> Array:
+def _shown(record: PlanningRecord, family: Family) -> Array:
     """What is drawn for each candidate, nan where there is no number."""
     candidates, target = family.candidates, record.target_unknown
     if target is None and _counts_prior(record):
@@ -94,7 +94,7 @@ def _shown(record: PlanRecord, family: Family) -> Array:
     return np.where(np.isinf(crlb), np.nan, crlb / size)
 
 
-def _draw_speeds(panel: Axes, family: Family, record: PlanRecord) -> None:
+def _draw_speeds(panel: Axes, family: Family, record: PlanningRecord) -> None:
     speed, shown = np.array(family.candidates.speed) / RPM, _shown(record, family)
     band = record.speed_from / RPM, record.speed_to / RPM
     panel.axvspan(*band, color=REFERENCE, alpha=0.08, linewidth=0, label="present band")
@@ -103,7 +103,7 @@ def _draw_speeds(panel: Axes, family: Family, record: PlanRecord) -> None:
     panel.set_xlabel("added speed (rpm)")
 
 
-def _draw_probes(panel: Axes, family: Family, record: PlanRecord) -> None:
+def _draw_probes(panel: Axes, family: Family, record: PlanningRecord) -> None:
     position, shown = np.array(family.candidates.position), _shown(record, family)
     direction = np.array(family.candidates.direction)
     for name, (colour, style) in zip(dict.fromkeys(family.candidates.direction or ()), DIRECTION_STYLES):
@@ -122,7 +122,7 @@ def _draw_probes(panel: Axes, family: Family, record: PlanRecord) -> None:
     panel.set_xlabel("position of an added probe (m)")
 
 
-def _draw_trial_runs(panel: Axes, family: Family, record: PlanRecord) -> None:
+def _draw_trial_runs(panel: Axes, family: Family, record: PlanningRecord) -> None:
     candidates, shown = family.candidates, _shown(record, family)
     position, phase = np.array(candidates.position), np.array(candidates.phase)
     phases = list(dict.fromkeys(candidates.phase or ()))[:MAX_PHASES]
@@ -143,7 +143,7 @@ def _draw_trial_runs(panel: Axes, family: Family, record: PlanRecord) -> None:
     panel.set_xlabel(f"position of a trial unbalance of {magnitude:.4g} g mm (m)")
 
 
-_DRAW: dict[str, Callable[[Axes, Family, PlanRecord], None]] = {
+_DRAW: dict[str, Callable[[Axes, Family, PlanningRecord], None]] = {
     "speeds": _draw_speeds,
     "probes": _draw_probes,
     "trial run": _draw_trial_runs,
@@ -166,13 +166,13 @@ def _mark(panel: Axes, abscissa: Array, shown: Array, family: Family) -> None:
     )
 
 
-def _draw_unplanned(panel: Axes, family: Family, record: PlanRecord, label: str) -> None:
+def _draw_unplanned(panel: Axes, family: Family, record: PlanningRecord, label: str) -> None:
     reduction = family.steps[0].unplanned_reduction_pct
     if reduction is not None and not _is_unknown(record) and not _counts_prior(record):
         panel.axhline(reduction, color=REFERENCE, linestyle=":", label=label)
 
 
-def _finish(panel: Axes, record: PlanRecord) -> None:
+def _finish(panel: Axes, record: PlanningRecord) -> None:
     if _is_unknown(record):
         if not any(np.any(np.isfinite(np.asarray(line.get_ydata(), dtype=float))) for line in panel.get_lines()):
             panel.text(0.5, 0.5, "still unknown", ha="center", fontsize=9, transform=panel.transAxes)

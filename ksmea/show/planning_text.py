@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from ksmea.measurement.channel import named
-from ksmea.records.planning import Family, PlanRecord, Step, Unknown, infinite_where_none
-from ksmea.show.figures.plan_figure import is_without_size, plot
+from ksmea.records.planning import Family, PlanningRecord, Step, Unknown, infinite_where_none
+from ksmea.show.figures.planning_figure import is_without_size, plot
 from ksmea.show.text import aligned, fit_warning, stability_text
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, RPM
 
@@ -24,7 +24,7 @@ UNPLANNED = {
 MAX_RANGES = 100  # a CRLB this many times what the search limits say is no number worth reading
 
 
-def text(record: PlanRecord, title: str = "") -> str:
+def text(record: PlanningRecord, title: str = "") -> str:
     """What to add and what it gives, in sentences; below them the CRLB of each unknown."""
     lines = [title] if title else []
     lines += fit_warning(record.lack_of_fit, "the CRLBs and what is chosen by them")
@@ -36,14 +36,14 @@ def text(record: PlanRecord, title: str = "") -> str:
     return "\n".join(lines)
 
 
-def frame(record: PlanRecord) -> pd.DataFrame:
+def frame(record: PlanningRecord) -> pd.DataFrame:
     """A row per addition and unknown, and one for all unknowns together where they all are the target; CRLBs `before`,
     `after` and `unplanned` in the unknown's unit after this and all earlier additions of the family, infinite where
     nothing is known; per cent are of its value, empty of an angle and of a value of 0."""
     return pd.DataFrame(list(_rows(record)))
 
 
-def _rows(record: PlanRecord) -> Iterator[dict[str, Any]]:
+def _rows(record: PlanningRecord) -> Iterator[dict[str, Any]]:
     for family in record.families:
         for order, step in enumerate(family.steps, start=1):
             start = {
@@ -82,7 +82,7 @@ def _rows(record: PlanRecord) -> Iterator[dict[str, Any]]:
                 yield {**start, "parameter": "all", **reductions}
 
 
-def _opening(record: PlanRecord) -> str:
+def _opening(record: PlanningRecord) -> str:
     unknown, target = record.unknown_with(record.crlb), record.target_unknown
     if target is None:
         untold = f"; the present data do not determine {', '.join(unknown)}" if unknown else ""
@@ -92,7 +92,7 @@ def _opening(record: PlanRecord) -> str:
     return f"To know {target.name} better, its CRLB being {_of_target(record, record.crlb)} now:"
 
 
-def _sentence(record: PlanRecord, family: Family) -> str:
+def _sentence(record: PlanningRecord, family: Family) -> str:
     """For example 'add these 2 speeds: 900, 3610 rpm: its CRLB falls from 21 % to 9.8 % (−54 %); as many …: −9 %'."""
     last, count = family.steps[-1], len(family.steps)
     if record.target in record.unknown_with(last.crlb):
@@ -105,7 +105,7 @@ def _sentence(record: PlanRecord, family: Family) -> str:
     return f"{_what(family.steps)}: {planned}; {UNPLANNED[family.family]}: {unplanned}"
 
 
-def _effect(record: PlanRecord, crlb: Sequence[float | None], reduction: float | None, brief: bool = False) -> str:
+def _effect(record: PlanningRecord, crlb: Sequence[float | None], reduction: float | None, brief: bool = False) -> str:
     """What becomes of the target."""
     before, after = _of_target(record, record.crlb), _of_target(record, crlb)
     if record.target in record.unknown_with(crlb):
@@ -116,7 +116,7 @@ def _effect(record: PlanRecord, crlb: Sequence[float | None], reduction: float |
 
 
 def _joint_effect(
-    record: PlanRecord, crlb: Sequence[float | None], reduction: float | None, brief: bool = False
+    record: PlanningRecord, crlb: Sequence[float | None], reduction: float | None, brief: bool = False
 ) -> str:
     """What becomes of all unknowns together."""
     still = record.unknown_with(crlb)
@@ -148,7 +148,7 @@ def _rpm(speed: float) -> str:
     return f"{speed / RPM:.{0 if speed > 100 * RPM else 2}f}"
 
 
-def _table(record: PlanRecord) -> str:
+def _table(record: PlanningRecord) -> str:
     """A line per unknown: its CRLB now, with each family's choice, and with as many data without a plan."""
     head = ["unknown", "value", "CRLB now"]
     for family in record.families:
@@ -165,7 +165,7 @@ def _table(record: PlanRecord) -> str:
     return aligned(head, lines)
 
 
-def _outside(record: PlanRecord) -> list[str]:
+def _outside(record: PlanningRecord) -> list[str]:
     """A warning where speeds are to be added beyond the present band."""
     speeds = [step.speed for family in record.families for step in family.steps if step.speed is not None]
     if all(record.speed_from <= speed <= record.speed_to for speed in speeds):
@@ -174,7 +174,7 @@ def _outside(record: PlanRecord) -> list[str]:
     return [f"some of these speeds lie outside the present {band}; study.band=[1,1] stays inside"]
 
 
-def _of_target(record: PlanRecord, crlb: Sequence[float | None]) -> str:
+def _of_target(record: PlanningRecord, crlb: Sequence[float | None]) -> str:
     """The CRLB of the target among those of all unknowns (d,), SI."""
     index = record.target_index
     return "" if index is None else _sized(crlb[index], record.parameters[index])

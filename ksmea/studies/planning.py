@@ -19,7 +19,7 @@ from ksmea.measurement.channel import Channel, further_directions
 from ksmea.problem.parameters import Parameters
 from ksmea.problem.problem import Problem
 from ksmea.problem.trial_weights import equal_unbalance, weight_positions
-from ksmea.records.planning import Candidates, Family, PlanRecord, Step, Unknown
+from ksmea.records.planning import Candidates, Family, PlanningRecord, Step, Unknown
 from ksmea.records.record import finite
 from ksmea.settings.settings import Settings, setting
 from ksmea.studies.design_point import DesignPoint
@@ -28,7 +28,7 @@ from ksmea.units import DEGREE, GRAM_MILLIMETRE
 
 
 @dataclass(frozen=True)
-class PlanOptions(Settings):
+class PlanningOptions(Settings):
     """What may be added, and what it is to make known."""
 
     target: str | None = setting(
@@ -110,10 +110,10 @@ class Addition:
     phase: float | None = None
 
 
-def planning_study(point: DesignPoint, options: PlanOptions | None = None) -> PlanRecord:
+def planning_study(point: DesignPoint, options: PlanningOptions | None = None) -> PlanningRecord:
     """What to add to data on the problem's speeds and channels, so that one unknown (c-optimal) or all of them (D-optimal)
     become known best near a point."""
-    options = options or PlanOptions()
+    options = options or PlanningOptions()
     problem, x, noise = point.problem, point.x, point.noise
     options.check_problem(problem)
     parameters = problem.parameters
@@ -130,7 +130,7 @@ def planning_study(point: DesignPoint, options: PlanOptions | None = None) -> Pl
             "the noise is proportional to each value: positions and speeds of hardly any motion count like all others;"
             " measurement.floor says what the probes resolve"
         )
-    return PlanRecord(
+    return PlanningRecord(
         target=options.target,
         parameters=tuple(
             Unknown(
@@ -192,7 +192,7 @@ class _Present:
         return 0.0 if np.isinf(before) else float(100 * (1 - after / before))
 
 
-def _speeds(present: _Present, options: PlanOptions) -> Family | str:
+def _speeds(present: _Present, options: PlanningOptions) -> Family | str:
     """Speeds to add for all present channels; without a plan, as many in the middle of equal parts of the band."""
     if not options.add:
         return "no speeds are considered: study.add is 0"
@@ -210,7 +210,7 @@ def _speeds(present: _Present, options: PlanOptions) -> Family | str:
     return _family(present, "speeds", additions, blocks, options.add, spread, options.repeats)
 
 
-def _probes(present: _Present, options: PlanOptions) -> Family | str:
+def _probes(present: _Present, options: PlanningOptions) -> Family | str:
     """Probes to add for all present speeds; without a plan, the whole run again, as much of it as the probes' data."""
     problem = present.problem
     sites = problem.sites
@@ -234,7 +234,7 @@ def _probes(present: _Present, options: PlanOptions) -> Family | str:
     return _family(present, "probes", additions, blocks, options.sensors, again)
 
 
-def _trial_run(present: _Present, options: PlanOptions) -> Family | str:
+def _trial_run(present: _Present, options: PlanningOptions) -> Family | str:
     """A second run with a known unbalance at a site; without a plan, the same run again."""
     problem = present.problem
     if not problem.takes_unbalance:
