@@ -1,6 +1,7 @@
 """Rules of the project's files: sizes of files and folders, names, no import by string, no import circle."""
 
 import ast
+import re
 import textwrap
 from collections import defaultdict
 from pathlib import Path
@@ -16,6 +17,7 @@ MAX_FILES = 20  # of a folder
 MANY_FILES = {"problems/effects"}
 SHARED_NAMES = {"page", "report", "figure", "__init__", "__main__"}  # of modules in folders that say the rest
 MAX_SHARED = 2  # modules of ksmea and the bench with one base name
+MADE = {"tests/test_uniform_search.py", "bench/glossary/glossary.md"}  # by a reader of docs/plugins.md, and in a wheel
 IMPORTERS = {"import_module", "__import__", "resolve_name"}
 BY_STRING = {"ksmea/plugins/registry.py", "ksmea/plugins/files.py"}  # where names become plugins
 
@@ -118,6 +120,20 @@ def test_nothing_is_imported_by_a_string_but_plugins():
     ]
     assert not found, f"import by a statement, which tests and readers see: {', '.join(found)}"
     assert imports_by_string("f = importlib.import_module('a.b')\ng = __import__('c')") == [1, 2]
+
+
+def test_source_files_that_texts_name_are_there():
+    """In pages, docstrings and comments, so that whoever follows them after a move finds what they mean."""
+    own = "|".join((*FOLDERS, "docs"))
+    named = re.compile(rf"(?<![\w./-])(?:{own})/[\w/]*\w\.(?:py|md)\b")
+    texts = [*ROOT.glob("*.md"), *(ROOT / "docs").rglob("*.md"), *python_files(ROOT, FOLDERS)]
+    lost = {
+        f"{path.relative_to(ROOT)}: {name}"
+        for path in texts
+        for name in named.findall(path.read_text(encoding="utf-8"))
+        if not (ROOT / name).exists() and name not in MADE
+    }
+    assert not lost, "\n".join(sorted(lost))
 
 
 def test_packages_of_ksmea_import_nothing_when_they_are_imported():
