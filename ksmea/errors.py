@@ -102,3 +102,8 @@ def visible_lines(text: str) -> str:
 def warn_moved(old: str, new: str) -> None:
     """Warn an importer of an old module path, which works for one more release, of the new one."""
     warnings.warn(f"{old} has moved to {new}; import it from there", DeprecationWarning, stacklevel=3)
+
+
+def warn_renamed(old: str, new: str) -> None:
+    """Warn the author of a plugin's class of the new name of a member that it overrides; the old one works for one more release."""
+    warnings.warn(f"{old} has been renamed {new}; override that", DeprecationWarning, stacklevel=4)  # below ABCMeta

@@ -135,5 +135,5 @@ def averaged(rows: Rows) -> tuple[Rows, str | None]:
             if sigma is not None:
                 sigma[indices[0]] = np.sqrt(np.sum(sigma[indices] ** 2)) / len(indices)
     most = max(map(len, together.values()))
-    told = f"repeats: {len(rows.line)} rows averaged to {len(together)} (complex mean, at most {most} of one speed)"
-    return rows_at(with_vectors(rows, values, sigma), [indices[0] for indices in together.values()]), told
+    remark = f"repeats: {len(rows.line)} rows averaged to {len(together)} (complex mean, at most {most} of one speed)"
+    return rows_at(with_vectors(rows, values, sigma), [indices[0] for indices in together.values()]), remark

@@ -175,8 +175,8 @@ class File(Answers, MeasurementSource):
     @cached_property
     def _prepared(self) -> tuple[Rows, tuple[str, ...]]:
         """The rows after what the settings ask for, one after the other, and the remarks on all that."""
-        rows, told, is_compensated = self._read_rows
-        remarks: list[str | None] = [*told]
+        rows, read_remarks, is_compensated = self._read_rows
+        remarks: list[str | None] = [*read_remarks]
         if self.sweep not in (None, ANY):
             rows, remark = rows_of_sweep(rows, str(self.sweep), self.path)
             remarks.append(remark)

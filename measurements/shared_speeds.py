@@ -109,13 +109,13 @@ def at_shared_speeds(rows: Rows, path: str) -> tuple[Rows, str | None]:
             " incomplete=drop, or measure them together"
         )
     worst = max(float(np.max(each.error[kept] / np.abs(each.values[kept]))) for each in moved.values())
-    told = (
+    remark = (
         f"channels interpolated to {np.count_nonzero(kept)} common speeds, those of {grid}; estimated error at most"
         f" {100 * worst:.2g} % of a vector{', part of sigma_um' if sigma is not None else ''}"
     )
     if left_out := len(common) - np.count_nonzero(kept):
-        told += f"; {left_out} speeds left out"
-    return _combined(rows, ordered, moved, at, np.flatnonzero(kept)), told
+        remark += f"; {left_out} speeds left out"
+    return _combined(rows, ordered, moved, at, np.flatnonzero(kept)), remark
 
 
 def _rising(speed: Array, indices: Indices, channel: Channel, path: str) -> Indices:

@@ -27,7 +27,7 @@ def without_slow_roll(rows: Rows, highest: float, path: str) -> tuple[Rows, str]
         )
     values, speed = vectors(rows), np.array(rows.speed)
     sigma = None if rows.sigma is None else np.array(rows.sigma)
-    told, kept = [], []
+    runouts, kept = [], []
     for channel, indices in by_channel(rows).items():
         slow, fast = indices[speed[indices] <= highest], indices[speed[indices] > highest]
         if not len(slow) or not len(fast):
@@ -40,11 +40,13 @@ def without_slow_roll(rows: Rows, highest: float, path: str) -> tuple[Rows, str]
         if sigma is not None:
             sigma[fast] = np.hypot(sigma[fast], np.sqrt(np.sum(sigma[slow] ** 2)) / len(slow))
         kept += fast.tolist()
-        told.append(
+        runouts.append(
             f"{channel} {abs(runout):.4g} µm at {np.angle(runout, deg=True):.4g}° lead of {len(slow)} row{'s' * (len(slow) > 1)}"
         )
     changed = with_vectors(rows, values, sigma)
-    return rows_at(changed, sorted(kept)), f"{SUBTRACTED}, the mean vector up to {highest:g} rpm of {'; '.join(told)}"
+    return rows_at(
+        changed, sorted(kept)
+    ), f"{SUBTRACTED}, the mean vector up to {highest:g} rpm of {'; '.join(runouts)}"
 
 
 def vectors(rows: Rows) -> Array | ComplexArray:

@@ -71,8 +71,8 @@ def rows_of_sweep(rows: Rows, sweep: str, path: str) -> tuple[Rows, str]:
         start, stop = parts[0]
         kept += indices[start:stop].tolist()
     left_out = len(rows.line) - len(kept)
-    told = f"sweep: {sweep}" + (f", {left_out} of {len(rows.line)} rows left out" if left_out else "")
-    return rows_at(rows, sorted(kept)), told
+    remark = f"sweep: {sweep}" + (f", {left_out} of {len(rows.line)} rows left out" if left_out else "")
+    return rows_at(rows, sorted(kept)), remark
 
 
 def require_one_way(rows: Rows, path: str) -> None:

@@ -188,9 +188,9 @@ class Synthetic(MeasurementSource):
         layout = self._layout(self._source(settings).build())
         response = self.response(settings, truth, hidden)
         values = np.concatenate([observe(response[rows], self.kind, self.noise, noise) for rows in layout.rows])
-        told = self.noise.scaled(self.stated) if self.noise_known else None
+        stated_noise = self.noise.scaled(self.stated) if self.noise_known else None
         return Measurement(
-            layout.speed, layout.channels, values, told, layout.source, layout.phase_known, layout.campaign
+            layout.speed, layout.channels, values, stated_noise, layout.source, layout.phase_known, layout.campaign
         )
 
     @property

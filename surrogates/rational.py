@@ -35,8 +35,8 @@ LEAST_RELATIVE = 1e-3  # of the typical response: errors of smaller ones are tak
 
 @dataclass(frozen=True)
 class Rational(Surrogate):
-    """Settings of the rational surrogate of a linear rotor, exact from few samples (`docs/rational.md`). It has to be told of the
-    problem's impedances (`told_of`); of samples alone, without a problem, its substitute makes what it can.
+    """Settings of the rational surrogate of a linear rotor, exact from few samples (`docs/rational.md`). It needs the
+    problem's impedances (`with_structure`); samples alone, without a problem, are fitted by its substitute.
 
     Its outputs are complex responses, whatever is measured.
     """
@@ -59,28 +59,30 @@ class Rational(Surrogate):
     def substitute(self) -> Surrogate | None:
         return None if self.fallback == STOP else SUBSTITUTES[self.fallback]()
 
-    def told_of(self, structure: ResponseStructure) -> Surrogate:
+    def with_structure(self, structure: ResponseStructure) -> Surrogate:
         if not structure.impedances:
             raise SettingError(
                 "surrogate=rational: expected a problem that names its `unknown_impedances` and has no effects or"
                 " runs, got none; take surrogate=kriging"
             )
-        return ToldRational(self, structure)
+        return StructuredRational(self, structure)
 
     def least_samples(self, d: int) -> int:
-        return self._untold().least_samples(d)
+        return self._required_substitute().least_samples(d)
 
     def fit(self, u: Array, y: Array, rng: np.random.Generator) -> Predictor:
-        return self._untold().fit(u, y, rng)
+        return self._required_substitute().fit(u, y, rng)
 
-    def _untold(self) -> Surrogate:
+    def _required_substitute(self) -> Surrogate:
         if (substitute := self.substitute) is None:
-            raise SettingError("surrogate=rational: expected to be told of impedances (`told_of`), got samples alone")
+            raise SettingError(
+                "surrogate=rational: expected to be told of impedances (`with_structure`), got samples alone"
+            )
         return substitute
 
 
 @dataclass(frozen=True)
-class ToldRational(Surrogate):
+class StructuredRational(Surrogate):
     """The rational surrogate of one problem's response."""
 
     transform = "complex"

@@ -17,7 +17,7 @@ from bench.command_line.plugin_words import PLUGINS, register_plugins
 from bench.plan.page import Command, Section
 from bench.plan.plan import PLAN_FILE
 from bench.reports.pages.document import document
-from bench.reports.pages.index import PAGE, told, write_index_above
+from bench.reports.pages.index import PAGE, page_facts, write_index_above
 from bench.reports.pages.made_by import command_line
 from bench.reports.rotor_page import rotor_sections
 from bench.reports.tables import csv_text
@@ -79,7 +79,7 @@ def draw(words: list[str]) -> int:
 
 def _require_own_page(page: Path) -> None:
     """Raise `SettingError` where a page stands that is none of a drawing, which would be lost."""
-    if page.exists() and told(page.parent).get("study") != STUDY:
+    if page.exists() and page_facts(page.parent).get("study") != STUDY:
         raise SettingError(f"{page}: expected a drawing's page or none, found another page; choose another output=DIR")
 
 

@@ -115,8 +115,8 @@ def _code_differences(before: Mapping[str, str], after: Mapping[str, str], used:
     changed = []
     for name in dict.fromkeys([*used, *gone]):
         if before.get(name) != after.get(name):
-            told = f" {before.get(name)} → {after.get(name)}" if is_distribution(name) else ""
-            changed.append(name + told)
+            versions = f" {before.get(name)} → {after.get(name)}" if is_distribution(name) else ""
+            changed.append(name + versions)
     return changed
 
 

@@ -42,9 +42,9 @@ def export(words: list[str]) -> int:
         FORMATS[asked](found, partial)
         (partial / "instances.csv").write_text(csv_text(found.instances), encoding="utf-8")
     n_algorithm = len({course.place.algorithm for course in found.courses})
-    told = f"{len(found.courses)} runs (algorithms: {n_algorithm}, instances: {len(found.instances)})"
+    counts = f"{len(found.courses)} runs (algorithms: {n_algorithm}, instances: {len(found.instances)})"
     left_out = f"; left out: {found.n_left_out} not done or without a known maximum" if found.n_left_out else ""
-    print(visible(f"{plan.name}: {told} in {output}{left_out}"))
+    print(visible(f"{plan.name}: {counts} in {output}{left_out}"))
     for note in (*plan.notes, *damage_notes(damaged_lines(folder))):
         print(visible(f"note: {note}"))
     return 0

@@ -37,7 +37,7 @@ def merge(words: list[str]) -> int:
     n_done = sum(run.key in finished for run in plan.runs)
     print(visible(f"{plan.name}: {len(plan.cells)} cells, {len(plan.runs)} runs, {n_done} with a result, in {output}"))
     for number, part in enumerate(parts):
-        print(visible(f"  {_told(part, parts[:number])}"))
+        print(visible(f"  {_part_line(part, parts[:number])}"))
     for note in (*plan.notes, *(note for part in parts for note in damage_notes(damaged_lines(part.folder)))):
         print(visible(f"note: {note}"))
     print(visible(f"tables and figures: python -m bench collect {output}"))
@@ -52,18 +52,18 @@ def _part(name: str) -> Part:
     return Part(folder, plan, {run.key for run in plan.runs} & finished_keys(folder, plan))
 
 
-def _told(part: Part, before: Sequence[Part]) -> str:
+def _part_line(part: Part, before: Sequence[Part]) -> str:
     """What a part has, what of it the parts before have too, and whether they say the same."""
-    told = (
+    line = (
         f"{part.folder}: {len(part.finished)} of {len(part.plan.runs)} runs with a result (commit {part.plan.commit})"
     )
     twice = done_twice(before, part)
     if twice.n_run:
-        told += f", {twice.n_run} of them in an earlier folder too, whose results are kept"
+        line += f", {twice.n_run} of them in an earlier folder too, whose results are kept"
     if twice.differing:
         there, here = twice.processors
-        told += (
+        line += (
             f"; {len(twice.differing)} of these differ by more than times, as {twice.differing[0]}: there on {there}, here on"
             f" {here}"
         )
-    return told
+    return line

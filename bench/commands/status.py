@@ -22,8 +22,8 @@ WHY = {"stale": "answered by other code or libraries", INTERRUPTED: "the same co
 WIDTH = len(INTERRUPTED)  # of labels
 
 
-class _Told(NamedTuple):
-    """What records tell of a run."""
+class _RunFacts(NamedTuple):
+    """State, question and processor of a run, from its record."""
 
     state: str
     question: str
@@ -38,11 +38,11 @@ def status(words: list[str]) -> int:
 def _status(output: Path) -> int:
     plan = read_plan(output)
 
-    def told(line: RunLine) -> _Told:
-        return _Told(line.status, line.question, processor(line))
+    def facts(line: RunLine) -> _RunFacts:
+        return _RunFacts(line.status, line.question, processor(line))
 
     damaged: Counter[Path] = Counter()
-    records = read_records(output, told, plan, damaged)
+    records = read_records(output, facts, plan, damaged)
     answered = {each.question for each in records.values() if each.state in RESULTS}
     answering = _answering(plan)
     counts = Counter(_state(run, answering, records, answered) for run in plan.runs)
@@ -80,7 +80,7 @@ def _answering(plan: Plan) -> dict[int, str]:
     return found
 
 
-def _state(run: Run, answering: Mapping[int, str], records: Mapping[str, _Told], answered: set[str]) -> str:
+def _state(run: Run, answering: Mapping[int, str], records: Mapping[str, _RunFacts], answered: set[str]) -> str:
     """A result is stale once its run has another key, by what was planned or by what is installed."""
     state = records[run.key].state if run.key in records else None
     if state in RESULTS:

@@ -107,8 +107,8 @@ def _parameters_on(effect: AnyEffect, problem: Problem) -> Sequence[Parameter]:
     except Exception as error:  # whatever an effect for other problems does with it
         if not problem.was_asked:
             return ()
-        told = str(error) if isinstance(error, SettingError) else f"{type(error).__name__}: {error}"
-        raise SettingError(f"{problem}: expected a problem that the effect fits, but {told}") from error
+        reason = str(error) if isinstance(error, SettingError) else f"{type(error).__name__}: {error}"
+        raise SettingError(f"{problem}: expected a problem that the effect fits, but {reason}") from error
 
 
 def _default(field: dataclasses.Field) -> str:

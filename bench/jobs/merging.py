@@ -76,10 +76,10 @@ def _results(part: Part, keys: AbstractSet[str]) -> dict[str, tuple[str, str]]:
     if not keys:
         return {}
 
-    def told(line: RunLine) -> tuple[str, str] | None:
+    def digest_and_processor(line: RunLine) -> tuple[str, str] | None:
         return (_digest(line), processor(line)) if line.key in keys and line.has_result else None
 
-    found = read_records(part.folder, told, part.plan)
+    found = read_records(part.folder, digest_and_processor, part.plan)
     return {key: each for key, each in found.items() if each is not None}
 
 

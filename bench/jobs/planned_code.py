@@ -14,8 +14,8 @@ def require_planned_code(plan: Plan) -> None:
     """`SettingError` where this process would compute by other modules or libraries than planned."""
     here = library_versions()
     if others := [name for name in sorted({*plan.versions, *here}) if plan.versions.get(name) != here.get(name)]:
-        told = ", ".join(f"{name} {plan.versions.get(name)}, here {here.get(name)}" for name in others)
-        raise _other(plan, told)
+        differences = ", ".join(f"{name} {plan.versions.get(name)}, here {here.get(name)}" for name in others)
+        raise _other(plan, differences)
     for cell in plan.cells:
         modules = used_modules(cell.settings, plan.plugins)
         if code_digest(modules) != cell.code:

@@ -60,9 +60,9 @@ def job_states(output: Path) -> dict[str, str]:
     said = {path.name: text for path in paths if (text := _said(path)) != ENDED}
     if not said:
         return {}
-    told = slurm_states(said)
-    at_work = clusters_jobs_at_work(output) if told is None else set()
-    return {job: _state(job, text, told, at_work) for job, text in said.items()}
+    queue_states = slurm_states(said)
+    at_work = clusters_jobs_at_work(output) if queue_states is None else set()
+    return {job: _state(job, text, queue_states, at_work) for job, text in said.items()}
 
 
 def forget_lost(output: Path) -> None:
@@ -72,10 +72,10 @@ def forget_lost(output: Path) -> None:
             (output / CLAIMS / FOLDER / job).unlink(missing_ok=True)
 
 
-def _state(job: str, text: str, told: dict[str, str] | None, at_work: set[str]) -> str:
-    if told is None:
+def _state(job: str, text: str, queue_states: dict[str, str] | None, at_work: set[str]) -> str:
+    if queue_states is None:
         return text or ("running" if job in at_work else NO_SIGN)
-    state = told.get(job, "gone from the queue")
+    state = queue_states.get(job, "gone from the queue")
     if state in QUEUED:
         return "queued"
     if state in RUNNING:

@@ -62,8 +62,8 @@ def work(job: Job) -> None:
             RecordWriter(job.output, presence.number, plan) as writer,
             experiment_log(job.output, plan.name, presence.number) as log,
         ):
-            told = len(claims.todo), n_worker, plan.commit, platform_name()
-            log.info("%d runs to do with %d workers, commit %s, on %s", *told)
+            details = len(claims.todo), n_worker, plan.commit, platform_name()
+            log.info("%d runs to do with %d workers, commit %s, on %s", *details)
             queue = _Queue(plan, job, claims, presence, n_worker, n_core // n_worker)
             with progress_bar(plan.name, len(claims.todo)) as bar, queue:
                 preload = own_modules(plan)

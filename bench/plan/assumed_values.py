@@ -40,7 +40,7 @@ def assumed_note(cell: Cell) -> str:
 
 
 @contextmanager
-def assumed_values_told(settings: Mapping[str, Any]) -> Iterator[None]:
+def assumed_values_in_errors(settings: Mapping[str, Any]) -> Iterator[None]:
     """An error of true values says which of them were assumed: nobody gave those."""
     try:
         yield

@@ -15,7 +15,7 @@ from bench.command_line.bench_settings import BenchConfig
 from bench.command_line.grid import LABEL, grid_points
 from bench.command_line.overrides import Choice, as_given, override, parse
 from bench.command_line.plugin_words import require_registered
-from bench.plan.assumed_values import assumed_values_told, with_assumed_values
+from bench.plan.assumed_values import assumed_values_in_errors, with_assumed_values
 from bench.plan.composer import Composer, Compositions
 from bench.plan.fleet import MEASURED, ROTOR, fleet_axes, with_rotors
 from bench.plan.folder import require_own_folder
@@ -217,7 +217,7 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str], fa
             raise SettingError(f"{key}: expected at least {least}, got {config[key]}")
     settings: dict[str, Any] = {group: OmegaConf.to_container(config[group], resolve=True) for group in registry.GROUPS}
     settings = with_assumed_values(settings | {"samples": config.samples})
-    with assumed_values_told(settings):
+    with assumed_values_in_errors(settings):
         setup = Setup.of(settings)
     plugins = setup.plugins
     study = plugins["study"]

@@ -86,8 +86,8 @@ def _names(plan: Plan) -> list[str]:
     )
 
 
-def _each(plan: Plan, told: Callable[[Cell], str]) -> list[str]:
-    return [each for each in dict.fromkeys(map(told, plan.cells)) if each]
+def _each(plan: Plan, name_of: Callable[[Cell], str]) -> list[str]:
+    return [each for each in dict.fromkeys(map(name_of, plan.cells)) if each]
 
 
 def _described(plan: Plan) -> str:

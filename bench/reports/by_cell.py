@@ -71,14 +71,16 @@ def said_once(by_cell: Mapping[int, Iterable[Said]]) -> dict[int, list[Said]]:
 
 def hidden_by_cell(runs: pd.DataFrame) -> dict[int, str]:
     """By cell, names, locations and values, of cells with one run: of several, each draws its own."""
-    told = runs[runs[HIDDEN_COLUMN].notna()] if HIDDEN_COLUMN in runs else runs[:0]
-    return {int(str(cell)): str(mine[HIDDEN_COLUMN].item()) for cell, mine in told.groupby("cell") if len(mine) == 1}
+    with_hidden = runs[runs[HIDDEN_COLUMN].notna()] if HIDDEN_COLUMN in runs else runs[:0]
+    return {
+        int(str(cell)): str(mine[HIDDEN_COLUMN].item()) for cell, mine in with_hidden.groupby("cell") if len(mine) == 1
+    }
 
 
 def hidden_paragraph(plan: Plan, runs: pd.DataFrame, study: str) -> str:
     """The same as text below a table, and where to find what each of several runs drew; empty where nothing is hidden."""
-    told = hidden_by_cell(runs)
-    if not told and HIDDEN_COLUMN in runs and runs[HIDDEN_COLUMN].notna().any():
+    hidden = hidden_by_cell(runs)
+    if not hidden and HIDDEN_COLUMN in runs and runs[HIDDEN_COLUMN].notna().any():
         return hidden_text([f"drawn by each run: {HIDDEN_COLUMN} in runs.csv"], study)
-    names = {cell: f"{cell_name(plan, plan.cells[cell])}: " if len(plan.cells) > 1 else "" for cell in told}
-    return hidden_text([names[cell] + text for cell, text in told.items()], study)
+    names = {cell: f"{cell_name(plan, plan.cells[cell])}: " if len(plan.cells) > 1 else "" for cell in hidden}
+    return hidden_text([names[cell] + text for cell, text in hidden.items()], study)

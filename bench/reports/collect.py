@@ -46,8 +46,10 @@ def collect(output: Path, redraw: bool = True) -> int:
     except Exception as error:  # whatever a report of other people raises
         if os.environ.get("BENCH_TRACEBACK"):
             traceback.print_exc()
-        told = f"{type(report).__name__} of {output} cannot be made ({_reason(error)}); records and earlier tables stay"
-        print(visible(told), file=sys.stderr)
+        message = (
+            f"{type(report).__name__} of {output} cannot be made ({_reason(error)}); records and earlier tables stay"
+        )
+        print(visible(message), file=sys.stderr)
         return 1
     for name in made.outdated:
         (output / name).unlink(missing_ok=True)
@@ -170,6 +172,6 @@ def _count_line(plan: Plan, runs: pd.DataFrame) -> str:
     )
     shown = "; ".join(f"{count} × {shortened(reason, LONGEST_REASON)}" for reason, count in reasons.most_common(3))
     counts = without["status"].value_counts()
-    told = [f"{reasons.total()} of {len(runs)} failed ({shown})"] if reasons else []
-    told += [f"{counts[state]} of {len(runs)} {state}" for state in UNFINISHED if state in counts]
-    return "; ".join(told) + ("; the same command does the rest" if unfinished.any() and RUNNING not in counts else "")
+    parts = [f"{reasons.total()} of {len(runs)} failed ({shown})"] if reasons else []
+    parts += [f"{counts[state]} of {len(runs)} {state}" for state in UNFINISHED if state in counts]
+    return "; ".join(parts) + ("; the same command does the rest" if unfinished.any() and RUNNING not in counts else "")

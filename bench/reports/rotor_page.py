@@ -82,7 +82,7 @@ def _campbell(found: Rotordynamics) -> Plot:
         style = {"color": GREY, "width": 1.2, "dash": "dash"}
         lines.append(line(ends / RPM, harmonic * ends / HERTZ, f"{harmonic:g}X", GREY, line=style, hoverinfo="skip"))
     critical = found.critical_speeds
-    told = [
+    labels = [
         f"{each.harmonic:g}X: {each.speed / RPM:.1f} rpm, {each.direction}<br>damping ratio {100 * each.damping_ratio:.3g} %"
         for each in critical
     ]
@@ -92,7 +92,7 @@ def _campbell(found: Rotordynamics) -> Plot:
         "critical speed",
         GREY,
         marker={"size": 10, "symbol": "circle-open", "line": {"width": 2}},
-        text=told,
+        text=labels,
         hovertemplate="%{text}<extra></extra>",
     )
     return Plot(
@@ -126,7 +126,7 @@ def _stability(found: Rotordynamics) -> Plot:
     )
 
 
-def _by_whirl(found: Rotordynamics, values: Array, told: str) -> Iterator[Trace]:
+def _by_whirl(found: Rotordynamics, values: Array, value_template: str) -> Iterator[Trace]:
     """A line for each mode (n_speed, n_branch) and direction that it whirls in; it goes on where the direction changes."""
     named: set[str] = set()
     for number, (column, direction) in enumerate(zip(values.T, found.branches.direction.T), start=1):
@@ -143,7 +143,7 @@ def _by_whirl(found: Rotordynamics, values: Array, told: str) -> Iterator[Trace]
                 legendgroup=whirl,
                 showlegend=whirl not in named,
                 meta={"whirl": whirl},
-                hovertemplate=f"mode {number}, {whirl}: {told} at %{{x:.0f}} rpm<extra></extra>",
+                hovertemplate=f"mode {number}, {whirl}: {value_template} at %{{x:.0f}} rpm<extra></extra>",
             )
             named.add(whirl)
 

@@ -175,10 +175,12 @@ def as_text(plan: Plan, summary: pd.DataFrame) -> str:
 
 def _search_lines(plan: Plan, summary: pd.DataFrame) -> list[str]:
     """In how many runs of each cell the method stopped elsewhere than at the maximum that the intervals belong to."""
-    told = summary.dropna(subset="ended_short_pct").drop_duplicates(list(plan.axes) or None)
-    if not (told["ended_short_pct"] > 0).any():
+    known = summary.dropna(subset="ended_short_pct").drop_duplicates(list(plan.axes) or None)
+    if not (known["ended_short_pct"] > 0).any():
         return []
-    shares = "; ".join(f"{row['ended_short_pct']:.0f} % of the runs{_of_cell(plan, row)}" for _, row in told.iterrows())
+    shares = "; ".join(
+        f"{row['ended_short_pct']:.0f} % of the runs{_of_cell(plan, row)}" for _, row in known.iterrows()
+    )
     return [f"search ended short of the maximum that most likely values and intervals belong to: {shares}"]
 
 

@@ -32,11 +32,11 @@ def folded(fit: Fit, runs: Indices, n_fold: int, progress: Callable[[], None]) -
 
 
 def squared_errors(found: dict[int, tuple[Fit, WeightEstimate]]) -> Array:
-    """|told - known|² / variance (n_run, n_plane) of weights told by other runs."""
+    """|estimate - known|² / variance (n_run, n_plane) of weights estimated from the other runs."""
     return np.array(
         [
-            np.abs(told.weights - fit.readings.weights[run]) ** 2 / np.diag(told.covariance).real
-            for run, (fit, told) in found.items()
+            np.abs(estimate.weights - fit.readings.weights[run]) ** 2 / np.diag(estimate.covariance).real
+            for run, (fit, estimate) in found.items()
         ]
     )
 

@@ -67,8 +67,8 @@ class Split:
     weight: Weight | None = None
 
     @property
-    def told(self) -> tuple[Pair, ...]:
-        """Those that it tells apart."""
+    def distinguished(self) -> tuple[Pair, ...]:
+        """Pairs of explanations that it distinguishes."""
         return tuple(pair for pair in self.pairs if pair.then >= ENOUGH)
 
     @property
@@ -103,11 +103,11 @@ def best_split(
             break
     if best is None or np.all(best_then < ENOUGH):
         return None
-    told = (
+    named_pairs = (
         Pair(names[one], names[other], float(before), float(after))
         for (one, other), before, after in zip(pairs, now, best_then)
     )
-    return Split(best.words, best.layout, tuple(told), best.weight)
+    return Split(best.words, best.layout, tuple(named_pairs), best.weight)
 
 
 def _with_other_signs(fit: Fit, d: int) -> tuple[Fit, ...]:
@@ -123,12 +123,12 @@ def _with_other_signs(fit: Fit, d: int) -> tuple[Fit, ...]:
 
 
 def _merit(separations: Array) -> tuple[int, float]:
-    """How many pairs are told apart, then how far all are, each up to where it is enough; of those that tell all apart, the
-    least separation."""
-    is_told = separations >= ENOUGH
-    if np.all(is_told):
+    """Number of pairs distinguished, then the sum of the separations, each cut at `ENOUGH`; if all pairs are distinguished, their
+    number and the least separation."""
+    is_enough = separations >= ENOUGH
+    if np.all(is_enough):
         return len(separations), float(np.min(separations))
-    return int(np.sum(is_told)), float(np.sum(np.minimum(separations, ENOUGH)))
+    return int(np.sum(is_enough)), float(np.sum(np.minimum(separations, ENOUGH)))
 
 
 @dataclass(frozen=True)
@@ -255,7 +255,7 @@ class _Seen:
         """Deviance of an explanation that is fitted to what another predicts, above that of the other; as far as it was fitted where
         it would not come below the `least`."""
         layout = self.layout
-        told = Measurement(
+        predicted = Measurement(
             layout.speed,
             layout.channels,
             self.kind.seen(made.response),
@@ -264,8 +264,8 @@ class _Seen:
             layout.phase_known,
             layout.campaign,
         )
-        own = Likelihood(Model(made.problem), told).deviance(made.u)
-        likelihood = Likelihood(Model(fitted.problem), told)
+        own = Likelihood(Model(made.problem), predicted).deviance(made.u)
+        likelihood = Likelihood(Model(fitted.problem), predicted)
         best = maximise(
             likelihood, fitted.u, max_iterations=MAX_ITERATIONS, tolerance=EXPECTED_GAIN, ceiling=own + least
         )

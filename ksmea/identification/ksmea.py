@@ -110,7 +110,7 @@ class KSMEA(Method):
     def validate(self, problem: Problem) -> None:
         d = len(problem.parameters)
         self.optimizer.check_dimension(d)
-        least = self.surrogate.told_of(structure_of(problem)).least_samples(d)
+        least = self.surrogate.with_structure(structure_of(problem)).least_samples(d)
         if self.samples < least:
             raise SettingError(
                 f"samples: expected at least {least} for this surrogate with {d} unknowns, got {self.samples};"
@@ -133,7 +133,7 @@ class KSMEA(Method):
 
     def identify(self, problem: Problem, measurement: Measurement, streams: Streams) -> Identification:
         require_aligned(problem, measurement)
-        surrogate = self.surrogate.told_of(structure_of(problem))
+        surrogate = self.surrogate.with_structure(structure_of(problem))
         transform = _transform(surrogate, measurement)
         model = Model(problem, self.budget, self.jacobian_cost)
         clock = _Clock(model)

@@ -40,8 +40,8 @@ class Identifiability:
         most of it comes from directions that the data do not tell."""
         singular, directions = self._spectrum
         weighted = (directions / self._floored(singular)[:, None]) ** 2
-        told = singular > UNKNOWABLE * singular[0]
-        hidden = np.sum(weighted[~told], axis=0) > np.sum(weighted[told], axis=0)
+        known = singular > UNKNOWABLE * singular[0]
+        hidden = np.sum(weighted[~known], axis=0) > np.sum(weighted[known], axis=0)
         return np.where(hidden, np.inf, np.sqrt(np.sum(weighted, axis=0))) * self._scale
 
     @property

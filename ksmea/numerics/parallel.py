@@ -220,8 +220,8 @@ def _sent(answer: _Answer, known: Sequence[object]) -> tuple[bool, bytes]:
         why: Exception = TypeError("an error that is another one when it is read back")
     except Exception as error:
         why = error
-    told = RuntimeError(f"{type(answer.error or why).__name__}: {answer.error or why}")
-    return True, _written(_Answer(error=told, lines=answer.lines or str(why)), known)
+    substitute = RuntimeError(f"{type(answer.error or why).__name__}: {answer.error or why}")
+    return True, _written(_Answer(error=substitute, lines=answer.lines or str(why)), known)
 
 
 def _written(answer: _Answer, known: Sequence[object]) -> bytes:

@@ -10,11 +10,12 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
 from ksmea.arrays import Array
+from ksmea.errors import warn_renamed
 from ksmea.problem.response_structure import ResponseStructure
 from ksmea.settings.settings import Settings
 
@@ -27,8 +28,17 @@ class Surrogate(Settings):
     transform = "auto"
     is_true_model: ClassVar[bool] = False  # whether a method evaluates the true model in its place and fits nothing
 
+    def __init_subclass__(cls, **more: Any) -> None:
+        super().__init_subclass__(**more)
+        if "told_of" in vars(cls):
+            warn_renamed(f"{cls.__name__}.told_of", "with_structure")
+
+    def with_structure(self, structure: ResponseStructure) -> Surrogate:
+        """This surrogate for a problem whose response has a known structure. Default: the surrogate itself, which does not use it."""
+        return self.told_of(structure)
+
     def told_of(self, structure: ResponseStructure) -> Surrogate:
-        """This surrogate for one problem, of which it is told what is known beside samples. Left out: it makes no use of it."""
+        """Earlier name of `with_structure`, which plugins may override for one more release. Default: the surrogate itself."""
         return self
 
     @abstractmethod

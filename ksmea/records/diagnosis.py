@@ -190,9 +190,9 @@ class DiagnosisRecord(Record):
             gain = PredictiveGainRecord.of(elpd, gain["rmse_before"], gain["rmse_after"]).to_data()
         return {**data, "predictive_gain": gain}
 
-    def told(self) -> dict[str, Any]:
+    def shown_data(self) -> dict[str, Any]:
         data = self.to_data()
-        return data if self.location is None else data | {"location": self.location.told()}
+        return data if self.location is None else data | {"location": self.location.shown_data()}
 
     @property
     def is_explained(self) -> bool:

@@ -164,7 +164,7 @@ class LocationRecord(Record):
     n_channel: int | None = None  # of the measurement; older records do not have it
     breaks: tuple[int, ...] = ()  # where the speeds of a further run begin
 
-    def told(self) -> dict[str, Any]:
+    def shown_data(self) -> dict[str, Any]:
         """Kind, accepted sites, law and work first; then all that was tried."""
         data = self.to_data()
         first = {

@@ -45,7 +45,7 @@ class Record:
         data: dict[str, Any] = msgspec.to_builtins(self, enc_hook=_builtin)
         return data
 
-    def told(self) -> dict[str, Any]:
+    def shown_data(self) -> dict[str, Any]:
         """What files show: `to_data`, in the order and with what people ask for first. Left out: `to_data`."""
         return self.to_data()
 

@@ -64,13 +64,13 @@ class TraceRecord:
 
     def judged(self, parameters: Parameters, true: Array, crlb: Sequence[float | None], least: float | None) -> Self:
         """This trace against true values (d,) SI and their CRLB. Unknowns that the data do not tell have no part in errors."""
-        told = np.array([np.nan if bound is None else bound for bound in crlb])
+        bounds = np.array([np.nan if bound is None else bound for bound in crlb])
 
         def error(x: Sequence[float]) -> float:
             deviations = np.array([parameter.turned(value) for parameter, value in zip(parameters, x - true)])
-            return float(f"{np.sqrt(np.nanmean((deviations / told) ** 2)):.{ERROR_DIGITS}g}")
+            return float(f"{np.sqrt(np.nanmean((deviations / bounds) ** 2)):.{ERROR_DIGITS}g}")
 
-        if np.all(np.isnan(told)):
+        if np.all(np.isnan(bounds)):
             return dataclasses.replace(self, least=least)
         return dataclasses.replace(
             self,

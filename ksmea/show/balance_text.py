@@ -165,14 +165,14 @@ def _changes(record: BalanceRecord) -> str:
 def _misfits(record: BalanceRecord) -> str:
     said = []
     for each in record.run_misfits:
-        told = "; ".join(
+        weights = "; ".join(
             f"{weight.position:g} m: marked {_shown(weight.known)}, told {_shown(weight.weight)}"
             for weight in each.weights
         )
         rest = each.weights[0].p
         also = " No weights explain it." if rest < record.level / record.n_run else ""
         said.append(
-            f"Run {each.run} does not fit its weights (p = {each.p:.1g}) and was left out. {told} (g mm).{also}"
+            f"Run {each.run} does not fit its weights (p = {each.p:.1g}) and was left out. {weights} (g mm).{also}"
         )
     for entry in record.entry_misfits:
         said.append(

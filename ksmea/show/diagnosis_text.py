@@ -220,11 +220,11 @@ def _split(record: DiagnosisRecord) -> list[str]:
         return said
     if split is None:
         return [*said, "None of the measurements that were considered would tell them apart."]
-    not_told = (
+    not_separated = (
         f", but not {' nor '.join(f'{one} from {other}' for one, other in split.together)}" if split.together else ""
     )
     expected = f"(expected Δχ² at least {split.then:.3g}, now {split.now:.3g})"
-    return [*said, f"{split.measurement} would tell them apart {expected}{not_told}."]
+    return [*said, f"{split.measurement} would tell them apart {expected}{not_separated}."]
 
 
 def _not_in_library(record: DiagnosisRecord, names: str) -> list[str]:

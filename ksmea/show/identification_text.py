@@ -25,8 +25,8 @@ from ksmea.show.text import (
     noise_parts,
     number,
     repeat_lines,
+    rounded_alike,
     stability_text,
-    told,
     two_digits,
     value_and_ends,
 )
@@ -77,14 +77,14 @@ def frame(record: IdentificationRecord) -> pd.DataFrame:
 
 
 def table(record: IdentificationRecord) -> pd.DataFrame:
-    """The same for readers: every number as its interval lets it be told, '–' where there is none."""
+    """Table of the estimates for readers: each number rounded to what its interval warrants; '–' if it does not exist."""
     found = frame(record)
     shown = pd.DataFrame({"unknown": found["parameter"], **_in_columns(found, ""), "unit": found["unit"]})
     if "value_beside" in found:
         beside = _in_columns(found, "_beside")
         shown = shown.assign(**{"beside what is unknown": beside["value"], "its interval": beside["interval"]})
     rows = found.to_dict("records")
-    ends = [told(row["search_end"], row["low"], row["high"])[0] for row in rows]
+    ends = [rounded_alike(row["search_end"], row["low"], row["high"])[0] for row in rows]
     at_limit = ["yes" if row["at_limit"] else "no" for row in rows]
     bounds = [number(row["crlb"], 2) for row in rows]
     return shown.assign(
@@ -160,7 +160,7 @@ def _value_text(record: IdentificationRecord, parameter: ParameterRecord) -> str
     """For example 'kxx = 50.03 MN/m, 95 % interval [49.92, 50.14]'."""
     name, unit = parameter.name, parameter.unit
     value, low, high = (parameter.in_unit(end) for end in (parameter.value, parameter.low, parameter.high))
-    at, least, most = told(value, low, high)
+    at, least, most = rounded_alike(value, low, high)
     level = f"{100 * (0.95 if record.intervals is None else record.intervals.level):g} %"
     best = f"{at} {unit}"
     if parameter.kind is None:
@@ -182,7 +182,7 @@ def _value_text(record: IdentificationRecord, parameter: ParameterRecord) -> str
 def _search_text(record: IdentificationRecord) -> str:
     """Where the method stopped, for the unknowns of which that is not the value above."""
     ends = ", ".join(
-        f"{part.name} = {told(*(part.in_unit(value) for value in (part.identified, part.low, part.high)))[0]} {part.unit}"
+        f"{part.name} = {rounded_alike(*(part.in_unit(value) for value in (part.identified, part.low, part.high)))[0]} {part.unit}"
         for part in record.parameters
         if part.ended_short
     )

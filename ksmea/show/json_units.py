@@ -39,16 +39,16 @@ PAIR = 2  # numbers up to which a list is told in the units of texts too; curves
 
 
 def with_units(record: Record) -> dict[str, Any]:
-    """What `record.told()` has, the units, and first how they are given; a record of which no unit is known as it is.
+    """Data of `record.shown_data()` with units, preceded by how they are given; unchanged if no unit is known.
 
     >>> from ksmea.records.estimate import NoiseLevelRecord
     >>> with_units(NoiseLevelRecord(0.05, 2e-8))["floor_um"]
     0.02
     """
-    told: dict[str, Any] = record.told()
-    labelled = _labelled(record, told)
+    data: dict[str, Any] = record.shown_data()
+    labelled = _labelled(record, data)
     is_si = any(type(each) in IN_UNIT for each in getattr(record, "parameters", ()))
-    return told if labelled == told else {"units": IN_SI if is_si else BESIDE_UNIT, **labelled}
+    return data if labelled == data else {"units": IN_SI if is_si else BESIDE_UNIT, **labelled}
 
 
 def _labelled(value: Any, data: Any) -> Any:
@@ -74,8 +74,8 @@ def _labelled(value: Any, data: Any) -> Any:
 
 
 def _quantity(record: Any, name: str) -> Quantity | None:
-    told = UNITS.get(type(record), {}).get(name)
-    return told if told is None or isinstance(told, Quantity) else told(record)
+    rule = UNITS.get(type(record), {}).get(name)
+    return rule if rule is None or isinstance(rule, Quantity) else rule(record)
 
 
 def _in_unit(value: Any, size: float) -> Any:
@@ -106,7 +106,7 @@ OF_UNKNOWNS = Quantity("SI")  # a number for each unknown: divided by its `si_pe
 OF_TARGET = Quantity("SI, of the target")  # a number for each candidate
 MICROMETRES, GRAM_MILLIMETRES, DEGREES = Quantity("µm"), Quantity("g mm"), Quantity("deg")
 
-Told = Quantity | Callable[[Any], Quantity | None]
+QuantityRule = Quantity | Callable[[Any], Quantity | None]
 
 
 def _of_variation(record: Any) -> Quantity | None:
@@ -117,8 +117,8 @@ def _of_law(record: Any) -> Quantity:
     return Quantity("N" if record.kind == FORCE else "N m")
 
 
-def _each(names: str, told: Told) -> dict[str, Told]:
-    return dict.fromkeys(names.split(), told)
+def _each(names: str, rule: QuantityRule) -> dict[str, QuantityRule]:
+    return dict.fromkeys(names.split(), rule)
 
 
 def _of_run_time(record: Any) -> Quantity | None:
@@ -130,7 +130,7 @@ def _of_run_time(record: Any) -> Quantity | None:
 NOISE = {"relative": PART, "floor": VIBRATION, "by_run": Quantity("name, part, m")}
 ADDED = {"speed": SPEED, "position": LENGTH, "magnitude": UNBALANCE, "phase": ANGLE}
 
-UNITS: Mapping[type, Mapping[str, Told]] = {
+UNITS: Mapping[type, Mapping[str, QuantityRule]] = {
     # estimates, noise, curves
     estimate.NoiseLevelRecord: NOISE,
     identification.NoiseLevel: NOISE,

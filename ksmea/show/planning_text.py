@@ -85,8 +85,8 @@ def _rows(record: PlanningRecord) -> Iterator[dict[str, Any]]:
 def _opening(record: PlanningRecord) -> str:
     unknown, target = record.unknown_with(record.crlb), record.target_unknown
     if target is None:
-        untold = f"; the present data do not determine {', '.join(unknown)}" if unknown else ""
-        return f"To know all unknowns better together{untold}:"
+        undetermined = f"; the present data do not determine {', '.join(unknown)}" if unknown else ""
+        return f"To know all unknowns better together{undetermined}:"
     if target.name in unknown:
         return f"To know {target.name}, which the present data do not determine:"
     return f"To know {target.name} better, its CRLB being {_of_target(record, record.crlb)} now:"
@@ -120,10 +120,10 @@ def _joint_effect(
 ) -> str:
     """What becomes of all unknowns together."""
     still = record.unknown_with(crlb)
-    told = [name for name in record.unknown_with(record.crlb) if name not in still]
+    determined = [name for name in record.unknown_with(record.crlb) if name not in still]
     of_what = "" if brief else "mean half axis of their confidence region "
     axis = [] if reduction is None else [f"{of_what}{_change(reduction)}"]
-    known = [f"{', '.join(told)} become{'s' * (len(told) == 1)} known"] if told else []
+    known = [f"{', '.join(determined)} become{'s' * (len(determined) == 1)} known"] if determined else []
     return ", ".join([*known, *axis]) or "CRLBs fall, but not far enough"
 
 

@@ -55,7 +55,7 @@ def number(value: Any, digits: int = 4, sign: str = "") -> str:
 
 
 def with_ends(value: float, low: float | None, high: float | None) -> str:
-    """A value with the ends of its interval, as `told` has them.
+    """A value with the ends of its interval, rounded by `rounded_alike`.
 
     >>> with_ends(2006.4, 1990.6, 2022.1), with_ends(0.50662, 0.47401, None), with_ends(500, 500, None)
     ('2006 [1991, 2022]', '0.507 [0.474, –]', '500.0 [500.0, –]')
@@ -65,11 +65,11 @@ def with_ends(value: float, low: float | None, high: float | None) -> str:
 
 def value_and_ends(value: float, low: float | None, high: float | None) -> tuple[str, str]:
     """The same in two columns."""
-    at, *ends = told(value, low, high)
+    at, *ends = rounded_alike(value, low, high)
     return at, f"[{', '.join(ends)}]"
 
 
-def told(*values: float | None) -> list[str]:
+def rounded_alike(*values: float | None) -> list[str]:
     """A value and the ends of its interval, all of them with the same decimals; what is not finite or none is '–'.
 
     - Both ends: as many decimals as show half the width to two digits.
@@ -78,10 +78,14 @@ def told(*values: float | None) -> list[str]:
     - Where one of them would be left with less than two digits by that, each is written by itself, to as many digits as the
       largest would have, three or more.
 
-    >>> told(1.0, 0.9999858, None), told(500.0, 499.9, None), told(50.0, 12.34, None), told(50.0, None, None)
-    (['1.000', '1.000', '–'], ['500.0', '499.9', '–'], ['50', '12', '–'], ['50.00', '–', '–'])
-    >>> told(0.04, 0.0004, 12), told(1000, 5, 1e6), told(1e-10, 9e-11, 1.1e-10), told(15041000, 14998000, 15084000)
-    (['0.04', '0.0004', '12'], ['1000', '5', '1000000'], ['1e-10', '9e-11', '1.1e-10'], ['15041000', '14998000', '15084000'])
+    >>> rounded_alike(1.0, 0.9999858, None), rounded_alike(500.0, 499.9, None)
+    (['1.000', '1.000', '–'], ['500.0', '499.9', '–'])
+    >>> rounded_alike(50.0, 12.34, None), rounded_alike(50.0, None, None)
+    (['50', '12', '–'], ['50.00', '–', '–'])
+    >>> rounded_alike(0.04, 0.0004, 12), rounded_alike(1000, 5, 1e6)
+    (['0.04', '0.0004', '12'], ['1000', '5', '1000000'])
+    >>> rounded_alike(1e-10, 9e-11, 1.1e-10), rounded_alike(15041000, 14998000, 15084000)
+    (['1e-10', '9e-11', '1.1e-10'], ['15041000', '14998000', '15084000'])
     """
     finite = [value for value in values if value is not None and np.isfinite(value)]
     sizes = [abs(value) for value in finite if value] or [1.0]

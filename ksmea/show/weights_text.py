@@ -9,7 +9,7 @@ import pandas as pd
 
 from ksmea.records.curves import as_array
 from ksmea.records.weights import VectorRecord, WeightsRecord
-from ksmea.show.text import fixed, number, told
+from ksmea.show.text import fixed, number, rounded_alike
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, MICROMETRE, RPM, TURN
 
 NO_WIDTH = 1e-6  # g mm or degrees: an interval of less is that of exact data, and is left out
@@ -44,7 +44,7 @@ def _vector(vector: VectorRecord) -> str:
 def _with_ends(value: float, low: float, high: float) -> tuple[str, str]:
     if high - low <= NO_WIDTH:
         return fixed(value, 1), ""
-    at, least, most = told(value, low, high)
+    at, least, most = rounded_alike(value, low, high)
     return at, f" [{least}, {most}]"
 
 

@@ -42,7 +42,7 @@ from ksmea.settings.settings import Settings, setting
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, MICROMETRE
 
 CHOICES = (AUTO, YES, NO)
-Told = dict[int, tuple[Fit, WeightEstimate]]  # of runs by their index, by all others
+EstimatesByOthers = dict[int, tuple[Fit, WeightEstimate]]  # of runs by their index, by all others
 
 
 @dataclass(frozen=True)
@@ -98,26 +98,26 @@ def balance(
             f" {len(data.is_known)}; leave it out"
         )
     has_unknown = len(data.is_known) < len(data.names)
-    told = (
+    by_others = (
         folded(fit, data.is_known, options.folds, progress)
         if fit.is_free and (options.leave_out or has_unknown)
         else {}
     )
-    left_out = _left_out(told, fit, options.interval_level) if options.leave_out else None
-    return _record(fit, out, correction(fit, rng), told, left_out, options)
+    left_out = _left_out(by_others, fit, options.interval_level) if options.leave_out else None
+    return _record(fit, out, correction(fit, rng), by_others, left_out, options)
 
 
 def _record(
     fit: Fit,
     out: dict[int, float],
     corrected: Correction,
-    told: Told,
+    by_others: EstimatesByOthers,
     left_out: LeftOutRecord | None,
     options: BalanceOptions,
 ) -> BalanceRecord:
     data = fit.readings
     level = options.interval_level
-    radius2 = conformal_radius2(squared_errors(told), level) if told else _radius2(fit, level)
+    radius2 = conformal_radius2(squared_errors(by_others), level) if by_others else _radius2(fit, level)
     every = np.arange(len(data.names))
     order = every if data.time is None else np.argsort(data.time, kind="stable")
     p = np.full(len(every), np.nan)
@@ -295,7 +295,7 @@ def _entry_misfit(data: Readings, entries: Sequence[EntryRecord], beside: str, f
     )
 
 
-def _left_out(found: Told, fit: Fit, level: float) -> LeftOutRecord:
+def _left_out(found: EstimatesByOthers, fit: Fit, level: float) -> LeftOutRecord:
     """The table of weights from all other runs, and its figures of merit; regions are as wide as those others ask for."""
     squared, runs = squared_errors(found), list(found)
     radius2 = [conformal_radius2(np.delete(squared, index, axis=0), level) for index in range(len(runs))]
@@ -305,11 +305,11 @@ def _left_out(found: Told, fit: Fit, level: float) -> LeftOutRecord:
         for each in _weight_records(own, run, estimate, radius)
     ]
     known = fit.readings.weights[runs] / GRAM_MILLIMETRE
-    told = np.array([estimate.weights for _, estimate in found.values()]) / GRAM_MILLIMETRE
-    error = np.abs(told) - np.abs(known)
+    estimates = np.array([estimate.weights for _, estimate in found.values()]) / GRAM_MILLIMETRE
+    error = np.abs(estimates) - np.abs(known)
     least = float(np.median(np.abs(known[np.abs(known) > 0])))
     is_large = np.abs(known) > least * (1 - 1e-6)
-    angle = np.abs(np.angle(told[is_large] / known[is_large])) / DEGREE
+    angle = np.abs(np.angle(estimates[is_large] / known[is_large])) / DEGREE
     return LeftOutRecord(
         tuple(records),
         float(np.sqrt(np.mean(error**2))),

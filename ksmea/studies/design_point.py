@@ -74,8 +74,8 @@ def common_noise(noise: Noise, amplitude: Array) -> Noise:
     (0.1, 0.3)
     """
     variance = np.broadcast_to(noise.variance(amplitude), amplitude.shape)
-    is_told = np.isfinite(amplitude) & np.isfinite(variance) & (variance > 0)
-    squared, variance = amplitude[is_told] ** 2, variance[is_told]
+    is_known = np.isfinite(amplitude) & np.isfinite(variance) & (variance > 0)
+    squared, variance = amplitude[is_known] ** 2, variance[is_known]
     is_read = squared > 0
     scale = (
         np.median(squared[is_read]) if is_read.any() else 1.0,

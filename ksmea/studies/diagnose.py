@@ -274,8 +274,8 @@ def _stability(found: Diagnosis, measurement: Measurement, level: float) -> Stab
 def _split(split: Split) -> SplitRecord:
     return SplitRecord(
         split.measurement,
-        now=min(pair.now for pair in split.told),
-        then=min(pair.then for pair in split.told),
+        now=min(pair.now for pair in split.distinguished),
+        then=min(pair.then for pair in split.distinguished),
         together=tuple((pair.one, pair.other) for pair in split.together),
         run="" if split.weight is None else notation([split.weight]),
     )

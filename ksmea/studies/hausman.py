@@ -57,20 +57,20 @@ def both_ways(problem: Problem, measurement: Measurement, x: Array) -> BothWaysR
         shares, directions = linalg.eigh(by_differences.information[:d, :d], joint.information[:d, :d])
     except (np.linalg.LinAlgError, ArithmeticError):
         return None
-    told = (shares > SHARES[0]) & (shares < SHARES[1])
-    if not np.any(told):
+    testable = (shares > SHARES[0]) & (shares < SHARES[1])
+    if not np.any(testable):
         return None
-    variance = 1 / shares[told] - 1
-    along = directions[:, told].T @ joint.information[:d, :d] @ (by_differences.theta[:d] - joint.theta[:d])
-    p = float(scipy.stats.chi2.sf(np.sum(along**2 / variance), np.sum(told)))
-    moved = directions[:, told] @ along / np.sqrt(directions[:, told] ** 2 @ variance)  # in standard errors
-    compared = np.sum(directions[:, told] ** 2, axis=1) > MOSTLY * np.sum(directions**2, axis=1)
+    variance = 1 / shares[testable] - 1
+    along = directions[:, testable].T @ joint.information[:d, :d] @ (by_differences.theta[:d] - joint.theta[:d])
+    p = float(scipy.stats.chi2.sf(np.sum(along**2 / variance), np.sum(testable)))
+    moved = directions[:, testable] @ along / np.sqrt(directions[:, testable] ** 2 @ variance)  # in standard errors
+    compared = np.sum(directions[:, testable] ** 2, axis=1) > MOSTLY * np.sum(directions**2, axis=1)
     named = [index for index in np.argsort(-np.abs(moved)) if compared[index] and abs(moved[index]) > MOVED]
     values = problem.parameters.in_units(problem.parameters.to_si(by_differences.theta[:d]))
     items = problem.parameters.items
     return BothWaysRecord(
         p,
-        int(np.sum(told)),
+        int(np.sum(testable)),
         tuple(
             MovedRecord(items[index].name, items[index].unit, float(values[index]), float(moved[index]))
             for index in (named if p < DISAGREE else [])

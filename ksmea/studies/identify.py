@@ -312,15 +312,15 @@ def _with_ends(
 def _with_end(
     part: ParameterRecord, parameter: Parameter, interval: Interval, most_likely: float, at: bool
 ) -> ParameterRecord:
-    """An unknown with its interval and most likely value. An angle that is free to turn is told in (−180°, 180°], the
-    method's value on the turn nearest to it; an interval as wide as a turn holds any value."""
+    """An unknown with its interval and most likely value. An angle that is free to turn is given in (−180°, 180°],
+    the method's value on the turn nearest to it; an interval as wide as a turn holds any value."""
     if parameter.is_full_turn and not interval.high - interval.low < TURN:
         interval = Interval(-np.inf, np.inf, "not identifiable")
-    told = parameter.turned(float(most_likely))
-    by = told - float(most_likely)
+    turned = parameter.turned(float(most_likely))
+    by = turned - float(most_likely)
     found = part.identified
     if parameter.is_full_turn:
-        found += TURN * round((told - found) / TURN)
+        found += TURN * round((turned - found) / TURN)
     return dataclasses.replace(
         part,
         identified=found,
@@ -328,7 +328,7 @@ def _with_end(
         low=finite(interval.low + by),
         high=finite(interval.high + by),
         kind=interval.kind,
-        most_likely=told,
+        most_likely=turned,
     )
 
 

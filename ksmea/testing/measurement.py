@@ -62,7 +62,7 @@ def measures_what_it_says(case: MeasurementCase) -> None:
     """Kind, speeds, channels and phases are those that `kind` and `layout` tell before."""
     found, layout = case.measurement, case.plugin.layout(case.of)
     require(case.plugin.kind in KINDS, f"a kind of {', '.join(KINDS)}", repr(case.plugin.kind), "take one of them")
-    told = f"{case.plugin.kind} of {len(layout.speed)} speeds and {len(layout.channels)} channels"
+    stated = f"{case.plugin.kind} of {len(layout.speed)} speeds and {len(layout.channels)} channels"
     same = (
         found.kind == layout.kind == case.plugin.kind
         and np.array_equal(found.speed, layout.speed)
@@ -70,7 +70,7 @@ def measures_what_it_says(case: MeasurementCase) -> None:
         and (found.phase_known, found.campaign) == (layout.phase_known, layout.campaign)
     )
     got = f"{found.kind} of {len(found.speed)} and {len(found.channels)}, or others"
-    require(same, f"{told}, as told", got, "leave layout out, or make both of the same data")
+    require(same, f"{stated}, as told", got, "leave layout out, or make both of the same data")
 
 
 def speeds_and_values_are_si(case: MeasurementCase) -> None:

@@ -13,7 +13,7 @@ PHASE = re.compile(r"phase|phas\b|(?<!probe )\b(?:angle|winkel)\b|\bph\b|\bdeg|�
 AMPLITUDE = re.compile(r"ampl|amp\b|\bmag|displ|\b(um|mil)\b|µm", re.IGNORECASE)
 Guess = Callable[[Sequence[str]], tuple[str, ...]]  # `columns` of headings, empty where these do not tell
 
-UNTOLD = ("speed=HEADING", "amplitude.NAME=HEADING", "phase.NAME=HEADING")
+PLACEHOLDERS = ("speed=HEADING", "amplitude.NAME=HEADING", "phase.NAME=HEADING")
 WORD = re.compile(r"[^\W_]+")
 HARMONIC = re.compile(r"[0-9]*[0-9½]x", re.IGNORECASE)
 
@@ -61,17 +61,20 @@ def _is_of_kind(word: str) -> bool:
 
 
 def columns_question(
-    said: str, lines: Iterable[Sequence[str]], guess: Guess = guessed_columns, untold: tuple[str, ...] = UNTOLD
+    said: str,
+    lines: Iterable[Sequence[str]],
+    guess: Guess = guessed_columns,
+    placeholders: tuple[str, ...] = PLACEHOLDERS,
 ) -> OpenQuestion:
     """The question what columns hold, with what the headings suggest: those of the first of some lines that suggest anything, or
-    else what is `untold`."""
+    else the `placeholders`."""
     guessed = next(filter(None, map(guess, lines)), ())
     suggested = (
         "; the headings suggest those below, check them"
         if guessed
         else "; what else is open is seen once they are known"
     )
-    return OpenQuestion(f"{said}{suggested}", "columns", guessed or untold, list(guessed) or None)
+    return OpenQuestion(f"{said}{suggested}", "columns", guessed or placeholders, list(guessed) or None)
 
 
 KEYPHASOR = re.compile(r"key.?phas|\bkph|\bkp\b|tach|trigger|\bpulse|1/rev|once.per", re.IGNORECASE)

@@ -273,8 +273,8 @@ def _cells(channel: Channel) -> tuple[float, str, float]:
 
 def _reasons(curve: Curve) -> str:
     parts: Mapping[str, int] = curve.left_out
-    told = ", ".join(f"{count} {reason}" for reason, count in parts.items() if count)
-    return f"; rows left out: {told}" if told else ""
+    reasons = ", ".join(f"{count} {reason}" for reason, count in parts.items() if count)
+    return f"; rows left out: {reasons}" if reasons else ""
 
 
 def _harmonics(curves: Iterable[Curve]) -> str:

@@ -93,9 +93,9 @@ def datasets(content: bytes, path: str) -> list[tuple[int, Dataset]]:
         except (
             Exception
         ) as error:  # pyuff raises plain exceptions with the file's name in them, which is not the user's
-            told = str(error).replace(name, path)
+            reason = str(error).replace(name, path)
             raise SettingError(
-                f"{path}: expected a universal file that can be read, got {quoted(told)}; export it again"
+                f"{path}: expected a universal file that can be read, got {quoted(reason)}; export it again"
             ) from error
     if not found:
         others = ", ".join(map(str, sorted(set(kinds)))) or "none"

@@ -33,7 +33,7 @@ TIME, KEYPHASOR, SIGNAL = "time", "keyphasor", "signal"
 MOST_BYTES = 256 * 2**20  # of a file: five million samples of four channels in text
 MAX_SAMPLES = 5_000_000  # rows of a text or an Excel sheet
 ANY_RATE = 1000.0  # Hz, with which the rest of a file can be looked at
-UNTOLD = ("time=HEADING", "keyphasor=HEADING", "signal.NAME=HEADING")
+PLACEHOLDERS = ("time=HEADING", "keyphasor=HEADING", "signal.NAME=HEADING")
 UNEVEN = 0.3  # of a step, by which rounded times may lie beside even ones: a missing sample is half a step or more
 UNIVERSAL = re.compile(rb"^ *-1 *\r?\n", re.MULTILINE)
 
@@ -86,7 +86,7 @@ def _which_columns(content: bytes, answers: Answers) -> OpenQuestion:
         lines = [list(waveforms_of_uff(content, path).columns)]
     else:
         lines = first_cells(beginning_of(content, path), path)
-    return columns_question(said, lines, guessed_waveforms, UNTOLD)
+    return columns_question(said, lines, guessed_waveforms, PLACEHOLDERS)
 
 
 def _columns(texts: Sequence[str]) -> dict[str, str]:

@@ -80,8 +80,8 @@ def hub_width(rotor: Rotor, position: float) -> float:
     """Width of the hub of the disk at a position, m."""
     diameter = diameter_at(rotor, position)
     here = [disk for disk in rotor.disks if abs(disk.position - position) <= SAME_PLACE * rotor.length]
-    told = map(thickness, here)
-    return next((width for width in told if width > THINNEST * diameter), diameter)
+    widths = map(thickness, here)
+    return next((width for width in widths if width > THINNEST * diameter), diameter)
 
 
 def thickness(disk: Disk) -> float:

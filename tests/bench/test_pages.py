@@ -15,7 +15,7 @@ from bench.plan.page import Page, Prose, Section, Table
 from bench.reports.comparison.comparison import difference
 from bench.reports.pages.bundle import asset
 from bench.reports.pages.document import document, facts_of
-from bench.reports.pages.index import index_page, told, write_index
+from bench.reports.pages.index import index_page, page_facts, write_index
 from bench.reports.pages.prose import columns_of
 from bench.reports.plots.interval_plot import Shown
 from bench.reports.plots.response_plots import orbits
@@ -139,7 +139,7 @@ def test_an_index_names_the_command_that_finds_a_nested_folder(tmp_path, monkeyp
     folder.mkdir(parents=True)
     (folder / "plan.jsonl").write_text('{"name": "x"}\n')
     monkeypatch.chdir(tmp_path)
-    command = str(told(folder)["headline"]).partition(": ")[2]
+    command = str(page_facts(folder)["headline"]).partition(": ")[2]
     assert folders(shlex.split(command)[4:], "collect") == [folder.relative_to(tmp_path)]
 
 

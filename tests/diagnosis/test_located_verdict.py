@@ -43,7 +43,7 @@ def test_beside_the_unknown_force_the_stiffnesses_stay_true(unnamed):
 
 def test_what_files_show_begins_with_kind_sites_and_law(unnamed):
     record, _, _ = unnamed
-    told = record.told()["location"]
+    told = record.shown_data()["location"]
     assert list(told)[:5] == ["kind", "sites", "law", "work", "force"]
     assert told["kind"] == "force" and told["sites"][0].keys() >= {"position", "p"}
     assert len(told["work"]["value"]) == len(told["speed"])

@@ -75,7 +75,7 @@ def test_the_split_keeps_what_it_promises(rotor):
     fits = fitted(rotor, first, TURNED)
     assert abs(fits["probe_rotation"].deviance - fits["cross_coupling_symmetric"].deviance) < 6
     split = best_split(fits, D)
-    [pair] = split.told
+    [pair] = split.distinguished
     assert not split.together and split.weight is None and "probes in x and y" in split.measurement
     assert pair.now < 1 and pair.then > ENOUGH
     achieved = []
@@ -95,7 +95,7 @@ def test_only_a_known_weight_has_a_scale_of_its_own(rotor):
     differs by the scale of both, 4 %."""
     first = measured(with_effect(rotor, "mass"), layout_of(rotor), np.random.default_rng(4), mass_change=0.04)
     split = best_split(fitted(rotor, first, scaled(0.04)), D)
-    [pair] = split.told
+    [pair] = split.distinguished
     assert pair.now < 1 and " g mm at " in split.measurement
     assert any(np.isclose(split.weight.position, disk) for disk in (0.2, 0.5, 1.0))
     assert [run.weights for run in split.layout.campaign.runs] == [(), (split.weight,)]

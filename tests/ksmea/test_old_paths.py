@@ -7,6 +7,9 @@ import sys
 import pytest
 
 import ksmea
+from ksmea.problem.response_structure import ResponseStructure
+from surrogates.kriging import Kriging
+from surrogates.rsm import ResponseSurface
 
 PLUGIN = """
 from dataclasses import dataclass
@@ -78,3 +81,19 @@ def test_the_project_itself_imports_from_none_of_them():
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=120, check=False)
     moved = [line for line in done.stderr.splitlines() if "has moved to" in line]
     assert not moved, done.stderr
+
+
+def test_a_surrogate_that_overrides_told_of_still_works_and_warns():
+    """`told_of` is the earlier name of `with_structure`."""
+    with pytest.warns(
+        DeprecationWarning, match=r"^Old\.told_of has been renamed with_structure; override that$"
+    ) as caught:
+
+        class Old(ResponseSurface):
+            def told_of(self, structure):
+                return Kriging()
+
+    assert [each.filename for each in caught] == [__file__]
+    plain, structure = ResponseSurface(), ResponseStructure.__new__(ResponseStructure)
+    assert Old().with_structure(structure) == Kriging()
+    assert plain.with_structure(structure) is plain and plain.told_of(structure) is plain

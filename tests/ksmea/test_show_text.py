@@ -2,7 +2,7 @@
 
 import pytest
 
-from ksmea.show.text import told
+from ksmea.show.text import rounded_alike
 
 
 @pytest.mark.parametrize(
@@ -21,4 +21,4 @@ from ksmea.show.text import told
     ],
 )
 def test_one_end_is_told_as_both_are_but_to_four_digits_at_most(values, expected):
-    assert told(*values) == expected
+    assert rounded_alike(*values) == expected

@@ -62,8 +62,8 @@ PROBLEMS = {  # with the samples needed: (terms (loads · channels + 1) − 1) /
 }
 
 
-def told(problem, **settings):
-    return Rational(**settings).told_of(structure_of(problem))
+def structured(problem, **settings):
+    return Rational(**settings).with_structure(structure_of(problem))
 
 
 def outputs_of(problem):
@@ -76,7 +76,7 @@ def sampled(problem, n, seed=0):
 
 
 def fitted(problem, n, seed=0, **settings):
-    return told(problem, **settings).fit(*sampled(problem, n, seed), np.random.default_rng(0))
+    return structured(problem, **settings).fit(*sampled(problem, n, seed), np.random.default_rng(0))
 
 
 def errors(problem, predictor):
@@ -89,7 +89,7 @@ def errors(problem, predictor):
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_as_many_samples_as_coefficients_make_it_the_response_itself(name):
     problem, least = PROBLEMS[name]
-    assert told(problem, fallback="stop").least_samples(len(problem.parameters)) == least
+    assert structured(problem, fallback="stop").least_samples(len(problem.parameters)) == least
     assert np.max(errors(problem, fitted(problem, least))) < ROUNDING
 
 
@@ -114,7 +114,7 @@ def test_without_samples_to_leave_out_it_claims_no_error():
     assert predictor.leave_one_out() is None and not predictor.notes
 
 
-def test_a_told_surrogate_and_its_predictor_can_be_sent_to_another_process():
+def test_a_surrogate_with_a_structure_and_its_predictor_can_be_sent_to_another_process():
     predictor = fitted(PLAIN, 13)
     again = pickle.loads(pickle.dumps(predictor))
     u = np.random.default_rng(1).random((3, 5))
@@ -159,7 +159,7 @@ def test_noise_in_the_samples_is_told():
     u, y = sampled(PLAIN, 16)
     noisy = y * (1 + 1e-3 * np.random.default_rng(0).standard_normal(y.shape))
     with pytest.raises(Unsuited, match="expected a response that is a rational function"):
-        told(PLAIN).fit(u, noisy, np.random.default_rng(0))
+        structured(PLAIN).fit(u, noisy, np.random.default_rng(0))
 
 
 def identified(problem, measurement, samples, seed=0, **settings):

@@ -23,8 +23,8 @@ def audit_page(text: str, frame: pd.DataFrame, file: str, still: str) -> Page:
     )
     sections += [Section("Printed errors against the CRLB", plots)] if plots else []
     counts = frame["verdict"].value_counts()
-    told = ", ".join(f"{count} {name}" for name, count in counts.items())
-    return Page(f"printed values under all readings: {told}" if told else text, tuple(sections))
+    verdicts = ", ".join(f"{count} {name}" for name, count in counts.items())
+    return Page(f"printed values under all readings: {verdicts}" if verdicts else text, tuple(sections))
 
 
 def _plot(table: str, rows: pd.DataFrame, still: str) -> Plot:
@@ -35,12 +35,12 @@ def _plot(table: str, rows: pd.DataFrame, still: str) -> Plot:
         one = of.drop_duplicates("parameter")
         offset = OFFSETS * ((number + 0.5) / len(readings) - 0.5)
         at = [names.index(name) + offset for name in one["parameter"]]
-        told = f"speeds in {reading}, damping {damping if damping == 'assumed' else f'in {damping}'}, {kind}"
+        label = f"speeds in {reading}, damping {damping if damping == 'assumed' else f'in {damping}'}, {kind}"
         crlb = np.clip(one["crlb_pct"].to_numpy(float), LOWEST, HIGHEST)
         style = {"symbol": "line-ew-open", "size": 18, "line": {"width": 3}}
         text = [f"{name}: CRLB {value:.3g} %" for name, value in zip(one["parameter"], one["crlb_pct"])]
         traces.append(
-            points(at, crlb, told, COLOURS[number % len(COLOURS)], marker=style, text=text, hovertemplate="%{text}")
+            points(at, crlb, label, COLOURS[number % len(COLOURS)], marker=style, text=text, hovertemplate="%{text}")
         )
     printed = rows.drop_duplicates(["parameter", "column"])
     error = printed["error_pct_printed"].to_numpy(float)

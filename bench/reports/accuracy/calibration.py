@@ -222,8 +222,10 @@ def calibration_figure(plan: Plan, frame: pd.DataFrame, runs: pd.DataFrame) -> F
 def _short_name(plan: Plan, cell: Cell) -> str:
     """A cell's place with the groups of its settings left out."""
     parts = [(axis.rpartition(".")[2], cell.place.get(axis)) for axis in telling_axes(plan)]
-    told = [(axis, value) for axis, value in parts if value is not None]
-    return ", ".join(str(value) if axis in ("label", "kind") else f"{axis} {place_text(value)}" for axis, value in told)
+    given = [(axis, value) for axis, value in parts if value is not None]
+    return ", ".join(
+        str(value) if axis in ("label", "kind") else f"{axis} {place_text(value)}" for axis, value in given
+    )
 
 
 def _scale(panel: Axes) -> None:

@@ -24,8 +24,8 @@ from ksmea.errors import shortened
 from ksmea.show.text import aligned, in_columns, number, of_chances, with_ends
 
 AGREE = 2.0  # combined standard deviations up to which two values are said to agree
-YES, NO = TOLD = "yes", "no"
-NOT_TOLD = "not known"  # of an unknown that one side leaves open towards the other
+YES, NO = ANSWERS = "yes", "no"
+NOT_KNOWN = "not known"  # of an unknown that one side leaves open towards the other
 ONLY = "only in {}"  # of an unknown that the other side's model has not
 OF_CHANCE = "lack-of-fit p"  # how facts begin that are chances
 ABSENT = "–"  # in the place of a setting that one side has not
@@ -75,18 +75,14 @@ class Comparison:
 
     @property
     def _of_unknowns(self) -> str:
-        told = self.unknowns[self.unknowns["agrees"].isin(TOLD)]
-        apart = told[told["agrees"] == NO]
-        if told.empty:
+        comparable = self.unknowns[self.unknowns["agrees"].isin(ANSWERS)]
+        apart = comparable[comparable["agrees"] == NO]
+        if comparable.empty:
             return "no unknown has an interval in both: whether they agree is not known"
         if apart.empty:
-            return (
-                f"all {len(told)} unknowns with intervals in both agree within {AGREE:g} combined standard deviations"
-            )
+            return f"all {len(comparable)} unknowns with intervals in both agree within {AGREE:g} combined standard deviations"
         names = ", ".join(f"{row.unknown} ({row.difference_sigma:+.3g})" for row in apart.itertuples())
-        return (
-            f"{len(apart)} of {len(told)} unknowns differ by more than {AGREE:g} combined standard deviations: {names}"
-        )
+        return f"{len(apart)} of {len(comparable)} unknowns differ by more than {AGREE:g} combined standard deviations: {names}"
 
 
 def compared(first: Side, second: Side) -> Comparison:
@@ -133,7 +129,7 @@ def _unknowns(first: Side, second: Side) -> pd.DataFrame:
 def _agrees(one: Shown | None, other: Shown | None, apart: float) -> str:
     if one is None or other is None:
         return ONLY.format("b" if one is None else "a")
-    return NOT_TOLD if np.isnan(apart) else YES if abs(apart) <= AGREE else NO
+    return NOT_KNOWN if np.isnan(apart) else YES if abs(apart) <= AGREE else NO
 
 
 def _columns(side: str, shown: Shown | None) -> dict[str, float]:
@@ -191,14 +187,14 @@ def _settings_text(comparison: Comparison) -> list[str]:
     table = comparison.settings
     is_of_both = (table["a"] != ABSENT) & (table["b"] != ABSENT)
     rows = [[shortened(cell, LONGEST) for cell in row] for row in table[is_of_both].to_numpy()]
-    told = (
+    lines = (
         ["Settings that differ:\n" + aligned([*table.columns], rows)]
         if rows
         else ["No setting that both have differs."]
     )
     left = len(table) - len(rows)
-    told += [f"{left} settings more are of one alone: see the page"] if left else []
-    return told + ([SAME_DATA] if comparison.is_of_same_data else [])
+    lines += [f"{left} settings more are of one alone: see the page"] if left else []
+    return lines + ([SAME_DATA] if comparison.is_of_same_data else [])
 
 
 def _interval(row: Mapping[Hashable, Any], side: str) -> str:

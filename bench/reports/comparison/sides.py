@@ -55,8 +55,8 @@ def read_side(folder: Path) -> Side:
     if study not in KINDS:
         raise SettingError(f"compare: expected results of identify or diagnose, got {folder} with study={study}")
     settings = dict(flattened(cell.settings)) | {"seed": str(cell.seed), "repetition": str(run.repetition)}
-    told = _told_diagnosis if study == "diagnose" else _told_identification
-    verdict, finding, facts, unknowns = told(line)
+    findings_of = _diagnosis_findings if study == "diagnose" else _identification_findings
+    verdict, finding, facts, unknowns = findings_of(line)
     setting = "interval_level" if study == "diagnose" else "level"
     level = float((cell.settings.get("study") or {}).get(setting, USUAL_LEVEL))
     return Side(str(folder), plan, study, settings, verdict, finding, facts, unknowns, level)
@@ -78,10 +78,10 @@ def _first(plan: Plan, folder: Path) -> tuple[Run, RunLine]:
     )
 
 
-Told = tuple[str, str, Mapping[str, str | float], Mapping[str, Shown]]
+Findings = tuple[str, str, Mapping[str, str | float], Mapping[str, Shown]]
 
 
-def _told_identification(line: RunLine) -> Told:
+def _identification_findings(line: RunLine) -> Findings:
     record = line.record(IdentificationRecord)
     unknowns = {
         part.name: Shown(part.in_unit(part.value), part.in_unit(part.low), part.in_unit(part.high), part.unit)
@@ -112,7 +112,7 @@ def _noise(relative: float, floor: float) -> Iterator[tuple[str, float]]:
     )
 
 
-def _told_diagnosis(line: RunLine) -> Told:
+def _diagnosis_findings(line: RunLine) -> Findings:
     record = line.record(DiagnosisRecord)
     row = diagnosed(record)
     before = record.lack_of_fit.before

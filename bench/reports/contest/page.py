@@ -25,8 +25,8 @@ PROFILES = {
 ROW = 30  # px for each method
 
 
-def contest_page(plan: Plan, contest: Contest, tables: Mapping[str, pd.DataFrame], told: Sequence[str]) -> Page:
-    """The leaderboard; `tables` are the contest's by the ends of their files' names, `told` is what was found."""
+def contest_page(plan: Plan, contest: Contest, tables: Mapping[str, pd.DataFrame], findings: Sequence[str]) -> Page:
+    """The leaderboard; `tables` are the contest's, by the ends of their files' names; `findings` are sentences on the result."""
     board = tables[""]
     methods = board["method"].unique().tolist()
     every, *families = (
@@ -41,7 +41,7 @@ def contest_page(plan: Plan, contest: Contest, tables: Mapping[str, pd.DataFrame
         for measure in contest.measures
     )
     about = what_is_compared(contest)
-    found = "\n".join([about, _seeds(plan), *(f"- {each}" for each in told)])
+    found = "\n".join([about, _seeds(plan), *(f"- {each}" for each in findings)])
     sections = [
         Section("Result", (Prose(found), every)),
         Section("Ranks and curves", tuple(_plots(plan, contest, tables, methods))),
@@ -52,15 +52,15 @@ def contest_page(plan: Plan, contest: Contest, tables: Mapping[str, pd.DataFrame
             "Instances", (Table(contest.instances.fillna("not said").astype(str), file=f"{plan.name}_instances.csv"),)
         ),
     ]
-    return Page(told[0] if told else about, tuple(sections))
+    return Page(findings[0] if findings else about, tuple(sections))
 
 
 def _seeds(plan: Plan) -> str:
     """For example 'experiment contest, commit c0de, seed 0, repetitions 0 to 14'."""
     seeds = sorted({cell.seed for cell in plan.cells})
-    told = f"{len(seeds)} seeds" if len(seeds) > 1 else f"seed {seeds[0]}"
+    seed_text = f"{len(seeds)} seeds" if len(seeds) > 1 else f"seed {seeds[0]}"
     last = max((run.repetition for run in plan.runs), default=0)
-    return f"experiment {plan.name}, commit {plan.commit}, {told}, repetitions 0 to {last}"
+    return f"experiment {plan.name}, commit {plan.commit}, {seed_text}, repetitions 0 to {last}"
 
 
 def _times(times: pd.DataFrame, measure: str, methods: Sequence[str]) -> pd.DataFrame:

@@ -51,7 +51,7 @@ class ContestReport(Report):
         board, pairs, tests = leaderboard(found, weights), all_pairs_frame(found), friedman_frame(found, weights)
         times, ecdf = running_time_frame(found, weights), ecdf_frame(found, weights)
         anytime, profiles = anytime_frame(found), profiles_frame(found)
-        told = sentences(found, board, pairs, tests)
+        findings = sentences(found, board, pairs, tests)
         tables = {
             "": board,
             "_ert": times,
@@ -76,10 +76,12 @@ class ContestReport(Report):
             return {f"{plan.name}{name}.png": partial(_drawn, figure) for name, figure in made.items()}
 
         def page() -> Page:
-            return contest_page(plan, found, tables, [*told, *plan.notes])
+            return contest_page(plan, found, tables, [*findings, *plan.notes])
 
         files = {f"{plan.name}{name}.csv": csv_text(frame).encode() for name, frame in tables.items()}
-        return Made(f"{text(found, board, told)}\n\nleaderboard: {PAGE}", {**files, **of_runs}, runs, drawn, page=page)
+        return Made(
+            f"{text(found, board, findings)}\n\nleaderboard: {PAGE}", {**files, **of_runs}, runs, drawn, page=page
+        )
 
 
 def _drawn(figure: Callable[[], Figure]) -> bytes:

@@ -155,10 +155,10 @@ def _notes(
     draws, kept = (len(each[["identity", "draw"]].drop_duplicates()) for each in (ended, compared))
     if (n_kept, kept) != (n_all, draws):
         lacking = {name: draws - int((ended["label"] == name).sum()) for name in methods}
-        told = ", ".join(f"{name} {lacks}" for name, lacks in lacking.items() if lacks)
+        unfinished = ", ".join(f"{name} {lacks}" for name, lacks in lacking.items() if lacks)
         notes.append(
             f"compared on the {n_kept} of {n_all} instances and {kept} of {draws} draws that all methods have ended"
-            + (f"; not ended: {told}" if told else "")
+            + (f"; not ended: {unfinished}" if unfinished else "")
         )
     if (compared.groupby("identity")["budget"].nunique(dropna=False) > 1).any():
         notes.append("budgets differ between methods: results at the end are not at equal cost")

@@ -65,19 +65,21 @@ def _plural(count: int | str, noun: str) -> str:
 def sentences(contest: Contest, board: pd.DataFrame, pairs: pd.DataFrame, tests: pd.DataFrame) -> list[str]:
     """Who is first by each criterion, over all instances; whether both halves of the seeds agree; what is left out."""
     n_instance = len(contest.instances)
-    told = [_of_criterion(name, board, pairs, tests, n_instance) for name in _criteria(board)]
+    findings = [_of_criterion(name, board, pairs, tests, n_instance) for name in _criteria(board)]
     if n_instance < LEAST_INSTANCES:
-        told.append(f"intervals of {_plural(n_instance, 'instance')} say too little; take {LEAST_INSTANCES} or more")
+        findings.append(
+            f"intervals of {_plural(n_instance, 'instance')} say too little; take {LEAST_INSTANCES} or more"
+        )
     if len(contest.methods) == 1:
-        told = [
+        findings = [
             f"one method alone, {contest.methods[0]}: nothing to rank; merge its folder with that of others (docs/export.md)"
         ]
-    return [*told, *_fastest(contest, board), *_of_set(contest), *_of_failures(contest), *contest.notes]
+    return [*findings, *_fastest(contest, board), *_of_set(contest), *_of_failures(contest), *contest.notes]
 
 
 def _of_criterion(name: str, board: pd.DataFrame, pairs: pd.DataFrame, tests: pd.DataFrame, n_instance: int) -> str:
     rows = board[board["family"] == "all"].sort_values(f"{name}_rank", kind="stable")
-    told = [
+    mean_ranks = [
         f"{method} {mean:.2f} ({low:.2f}–{high:.2f})"
         for method, mean, low, high in rows[
             ["method", *(f"{name}_rank{end}" for end in ("", "_low", "_high"))]
@@ -85,7 +87,7 @@ def _of_criterion(name: str, board: pd.DataFrame, pairs: pd.DataFrame, tests: pd
     ]
     best, first = rows[["method", f"{name}_first"]].iloc[0]
     mine = pairs[(pairs["family"] == "all") & (pairs["criterion"] == name)]
-    leaders = " and ".join(told[:LEADERS])
+    leaders = " and ".join(mean_ranks[:LEADERS])
     ranks = f"lowest mean ranks {leaders}; {best} is first in {100 * first:.0f} % of resamples of the instances"
     return f"{WORDS[name]}: {ranks}; {_apart(best, mine)}; {_agreement(name, tests, n_instance)}"
 
@@ -100,10 +102,10 @@ def _apart(best: str, pairs: pd.DataFrame) -> str:
     instances = int(mine[["better", "worse", "alike"]].iloc[0].sum())
     if not others:
         return f"all others are told apart from it (Wilcoxon's test with Holm's correction, {100 * LEVEL:g} %)"
-    told = f"not told apart from it (Wilcoxon, Holm, {100 * LEVEL:g} %): {_listed(others)}"
+    sentence = f"not told apart from it (Wilcoxon, Holm, {100 * LEVEL:g} %): {_listed(others)}"
     if least := _too_few(instances, len(pairs)):
-        told += f"; {instances} instances tell no pair of {len(pairs)} apart, {least} could"
-    return told
+        sentence += f"; {instances} instances tell no pair of {len(pairs)} apart, {least} could"
+    return sentence
 
 
 def _too_few(instances: int, n_pair: int) -> int:
@@ -135,20 +137,20 @@ def _fastest(contest: Contest, board: pd.DataFrame) -> list[str]:
         return [f"no run reaches {target}"]
     best = rows.loc[rows[f"{measure.name}_ert"].idxmin()]
     low, high = (_count(best[f"{measure.name}_ert_{end}"]) for end in ("low", "high"))
-    told = f"{best['method']} is the fastest to {target}: expected {_count(best[f'{measure.name}_ert'])} ({low}–{high}) evaluations"
+    fastest = f"{best['method']} is the fastest to {target}: expected {_count(best[f'{measure.name}_ert'])} ({low}–{high}) evaluations"
     paying = rows.dropna(subset="break_even_s").sort_values("break_even_s")
     prices = [
         f"{method} {f'above {price:.2g} s' if price else 'at any price'}"
         for method, price in paying[["method", "break_even_s"]].to_numpy()
     ]
     pays = f"at these prices of an evaluation a surrogate is faster than all methods without one: {_listed(prices)}"
-    return [told, pays] if prices else [told]
+    return [fastest, pays] if prices else [fastest]
 
 
 def _of_set(contest: Contest) -> list[str]:
     """Of which set of instances this is, where instances say so."""
-    told = contest.instances["held_back"].map({True: "held back", False: "open"}).dropna()
-    counts = told.value_counts()
+    sets = contest.instances["held_back"].map({True: "held back", False: "open"}).dropna()
+    counts = sets.value_counts()
     if counts.empty:
         return []
     if counts.get("open", 0):
@@ -161,14 +163,14 @@ def _of_failures(contest: Contest) -> list[str]:
     failed = contest.runs[contest.runs["failed"]].groupby("method").size()
     if failed.empty:
         return []
-    told = ", ".join(f"{contest.methods[at]} {count}" for at, count in failed.items())
-    return [f"failed, counted as never reaching a target: {told}"]
+    counts = ", ".join(f"{contest.methods[at]} {count}" for at, count in failed.items())
+    return [f"failed, counted as never reaching a target: {counts}"]
 
 
-def text(contest: Contest, board: pd.DataFrame, told: Sequence[str]) -> str:
+def text(contest: Contest, board: pd.DataFrame, findings: Sequence[str]) -> str:
     """What the terminal shows."""
     table = shown(board, contest)
-    lines = "\n".join(f"- {each}" for each in told)
+    lines = "\n".join(f"- {each}" for each in findings)
     first = contest.measures[0]
     remark = (
         "rank: mean over the instances with its 95 % interval; ERT: expected evaluations to"

@@ -94,8 +94,8 @@ def _row(record: LocationRecord, _: Cell) -> dict[str, Any]:
 def kinds_line(runs: pd.DataFrame) -> str:
     """For example 'located: 2 unexplained, 1 force, 1 with nothing missing'."""
     counts = runs["kind"].value_counts() if "kind" in runs else {}
-    told = ", ".join(f"{count} {WITHOUT_SITE.get(kind, kind)}" for kind, count in counts.items())
-    return f"located: {told}" if told else NO_RESULT
+    counted = ", ".join(f"{count} {WITHOUT_SITE.get(kind, kind)}" for kind, count in counts.items())
+    return f"located: {counted}" if counted else NO_RESULT
 
 
 def _summary(runs: pd.DataFrame) -> str:

@@ -39,34 +39,34 @@ def power_row(record: DiagnosisRecord, _: Cell) -> dict[str, Any]:
 def with_places(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     """Runs that have a result and hide an effect, with that, the kind of data and the deviance that their cell is about, and the chance
     that it is detected."""
-    told = _with_facts(plan, runs)
-    told = told[told[EFFECT] != ""].copy()
-    if told.empty:
-        return told
-    told["predicted"] = [
-        chance(*row) for row in told[[DROP, "unknowns", "candidates", "level"]].itertuples(index=False)
+    finished = _with_facts(plan, runs)
+    with_effect = finished[finished[EFFECT] != ""].copy()
+    if with_effect.empty:
+        return with_effect
+    with_effect["predicted"] = [
+        chance(*row) for row in with_effect[[DROP, "unknowns", "candidates", "level"]].itertuples(index=False)
     ]
-    told["size"] = [
+    with_effect["size"] = [
         np.sqrt(drop / detectable_drop(*row))
-        for drop, *row in told[[DROP, "unknowns", "candidates", "level"]].itertuples(index=False)
+        for drop, *row in with_effect[[DROP, "unknowns", "candidates", "level"]].itertuples(index=False)
     ]
-    return told
+    return with_effect
 
 
 def of_right_models(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     """Runs that have a result and hide nothing, with the kind of data that their cell is about."""
-    told = _with_facts(plan, runs)
-    return told[told[EFFECT] == ""]
+    finished = _with_facts(plan, runs)
+    return finished[finished[EFFECT] == ""]
 
 
 def _with_facts(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     """Runs that have a result, with what their cell is about and whether the verdict says that the model is wrong."""
     facts = pd.DataFrame([_facts(plan, index) for index in range(len(plan.cells))])
-    told = runs[runs["status"].isin(RESULTS)].drop(columns=[KIND, EFFECT, DROP], errors="ignore")
-    told = told.merge(facts, on="cell").copy()
-    if not told.empty:
-        told["detected"] = ~told["verdict"].isin(UNSEEN)
-    return told
+    finished = runs[runs["status"].isin(RESULTS)].drop(columns=[KIND, EFFECT, DROP], errors="ignore")
+    finished = finished.merge(facts, on="cell").copy()
+    if not finished.empty:
+        finished["detected"] = ~finished["verdict"].isin(UNSEEN)
+    return finished
 
 
 def _facts(plan: Plan, index: int) -> dict[str, Any]:
@@ -93,20 +93,20 @@ def detectable_drop(unknowns: int, candidates: int, level: float) -> float:
     return float(brentq(lambda drop: chance(drop, unknowns, candidates, level) - CERTAIN, 1e-3, 1e4))
 
 
-def power_frame(told: pd.DataFrame) -> pd.DataFrame:
+def power_frame(with_effect: pd.DataFrame) -> pd.DataFrame:
     """A row per kind of data, effect and deviance: draws, how many were detected and how many were expected to be, and of these
     how many report what is hidden, and hold its sizes."""
     return pd.DataFrame(
         [
             {KIND: kind, EFFECT: effect, DROP: drop, **_counts(mine)}
-            for (kind, effect, drop), mine in told.groupby([KIND, EFFECT, DROP], sort=False)
+            for (kind, effect, drop), mine in with_effect.groupby([KIND, EFFECT, DROP], sort=False)
         ]
     )
 
 
-def rates(told: pd.DataFrame, by: str) -> pd.DataFrame:
+def rates(with_effect: pd.DataFrame, by: str) -> pd.DataFrame:
     """The same of what is clearly visible, a row per effect or kind of data, and one of all."""
-    visible = told[told[DROP] >= CLEARLY_VISIBLE]
+    visible = with_effect[with_effect[DROP] >= CLEARLY_VISIBLE]
     rows = [{by: name, **_counts(mine)} for name, mine in visible.groupby(by, sort=False)]
     return pd.DataFrame([*rows, {by: "all", **_counts(visible)}])
 
@@ -133,11 +133,11 @@ def false_alarms(right: pd.DataFrame) -> pd.DataFrame:
     return pd.DataFrame(rows, columns=[KIND, "draws", "false_alarms"])
 
 
-def confusion(told: pd.DataFrame) -> pd.DataFrame:
+def confusion(with_effect: pd.DataFrame) -> pd.DataFrame:
     """Share of the draws of each effect (rows) that are clearly visible whose reported set holds each effect (columns); further
     columns for those that end without a name."""
-    visible = told[told[DROP] >= CLEARLY_VISIBLE]
-    hidden = list(dict.fromkeys(told[EFFECT]))
+    visible = with_effect[with_effect[DROP] >= CLEARLY_VISIBLE]
+    hidden = list(dict.fromkeys(with_effect[EFFECT]))
     reported = {name for group in visible["group"].fillna("") for name in group.split()}
     columns = [*hidden, *sorted(reported - set(hidden))]
     return pd.DataFrame([_shares(visible[visible[EFFECT] == name], columns) for name in hidden], index=hidden)

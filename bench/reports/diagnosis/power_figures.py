@@ -15,17 +15,17 @@ from ksmea.show.figures.style import OURS, REFERENCE
 COLUMNS = 5  # of small axes
 
 
-def detection_figure(told: pd.DataFrame) -> Figure:
+def detection_figure(with_effect: pd.DataFrame) -> Figure:
     """The share of draws that are detected against size, per effect: 1 is the smallest detectable size, which nine of ten draws
     are expected to show. Bars are 95 % intervals, the line is what is expected."""
-    effects = list(dict.fromkeys(told[EFFECT]))
+    effects = list(dict.fromkeys(with_effect[EFFECT]))
     columns = min(COLUMNS, len(effects))
     rows = math.ceil(len(effects) / columns)
     made = Figure(figsize=(2.5 * columns + 0.6, 1.9 * rows + 0.6), layout="constrained")
     grid = made.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
-    sizes = np.geomspace(min(0.5, told["size"].min()), max(2.0, told["size"].max()))
+    sizes = np.geomspace(min(0.5, with_effect["size"].min()), max(2.0, with_effect["size"].max()))
     for axes, effect in zip(grid.flat, effects):
-        mine = told[told[EFFECT] == effect]
+        mine = with_effect[with_effect[EFFECT] == effect]
         unknowns, candidates, level = (mine[name].iloc[0] for name in ("unknowns", "candidates", "level"))
         needed = detectable_drop(unknowns, candidates, level)
         expected = [chance(size**2 * needed, unknowns, candidates, level) for size in sizes]

@@ -25,11 +25,11 @@ def diagnoses_page(plan: Plan, text: str, frame: pd.DataFrame, runs: pd.DataFram
     counts = (
         runs.loc[runs["status"].isin(RESULTS), "verdict"].value_counts() if "verdict" in runs else pd.Series(dtype=int)
     )
-    told = ", ".join(f"{count} {verdict}" for verdict, count in counts.items()) or "no run has a result"
+    verdicts = ", ".join(f"{count} {verdict}" for verdict, count in counts.items()) or "no run has a result"
     table = Section("Table", (Prose(text), Folded("All columns", (Table(frame, file=f"{plan.name}.csv"),))))
     names = [cell_name(plan, cell) for cell in plan.cells]
     labels = [name or f"cell {number}" for number, name in enumerate(names)]
-    return Page(told, (table, Section("Verdicts", (_verdict_plot(labels, frame),))))
+    return Page(verdicts, (table, Section("Verdicts", (_verdict_plot(labels, frame),))))
 
 
 def _verdict_plot(names: list[str], frame: pd.DataFrame) -> Plot:
@@ -58,14 +58,15 @@ def _verdict_plot(names: list[str], frame: pd.DataFrame) -> Plot:
 
 
 def power_page(
-    seen: str, about: str, tables: dict[str, pd.DataFrame], told: pd.DataFrame, shares: pd.DataFrame
+    seen: str, about: str, tables: dict[str, pd.DataFrame], with_effect: pd.DataFrame, shares: pd.DataFrame
 ) -> Page:
     """Rates by effect and by kind of data, detection against size, and what each effect is called; `seen` is that in a line."""
-    effects = list(dict.fromkeys(told[EFFECT]))
+    effects = list(dict.fromkeys(with_effect[EFFECT]))
     sections = (
         Section("Rates", (Prose(about), *(Table(table, title) for title, table in tables.items()))),
         Section(
-            "Detection", (Grid(tuple(_detection_plot(effect, told[told[EFFECT] == effect]) for effect in effects)),)
+            "Detection",
+            (Grid(tuple(_detection_plot(effect, with_effect[with_effect[EFFECT] == effect]) for effect in effects)),),
         ),
         Section("Confusion", (_confusion_plot(shares),)),
     )

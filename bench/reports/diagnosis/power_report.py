@@ -43,32 +43,34 @@ class DiagnosisPowerReport(Report):
         lines = read_records(output, plan=plan)
         runs = diagnosis_runs(plan, lines)
         facts = result_runs(plan, lines, DiagnosisRecord, power_row)
-        told = with_places(plan, runs.merge(facts[["key", *facts.columns.difference(runs.columns)]], on="key"))
-        if told.empty:
+        with_effect = with_places(plan, runs.merge(facts[["key", *facts.columns.difference(runs.columns)]], on="key"))
+        if with_effect.empty:
             return Made(f"{plan.name}: no result yet", {"runs.csv": csv_text(runs).encode()}, runs)
         right = of_right_models(plan, runs)
-        by_effect, by_kind = (in_words(rates(told, by)) for by in (EFFECT, KIND))
-        shares = confusion(told)
+        by_effect, by_kind = (in_words(rates(with_effect, by)) for by in (EFFECT, KIND))
+        shares = confusion(with_effect)
         files = {
-            f"{plan.name}.csv": csv_text(power_frame(told)).encode(),
+            f"{plan.name}.csv": csv_text(power_frame(with_effect)).encode(),
             "confusion.csv": csv_text(shares.rename_axis(EFFECT).reset_index()).encode(),
             "false_alarms.csv": csv_text(false_alarms(right)).encode(),
             "runs.csv": csv_text(runs).encode(),
         }
 
         def drawn() -> dict[str, bytes]:
-            return {"detection.png": png(detection_figure(told)), "confusion.png": png(confusion_figure(shares))}
+            return {"detection.png": png(detection_figure(with_effect)), "confusion.png": png(confusion_figure(shares))}
 
         tables = {f"By {EFFECT}": by_effect, f"By {KIND}": by_kind, "Right models": alarms_in_words(right)}
         tables = {title: table for title, table in tables.items() if not table.empty}
-        said = about(told, right, runs)
+        said = about(with_effect, right, runs)
         text = "\n\n".join([said, *map(_as_text, tables.values())])
-        return Made(text, files, runs, drawn, page=lambda: power_page(seen(told), said, tables, told, shares))
+        return Made(
+            text, files, runs, drawn, page=lambda: power_page(seen(with_effect), said, tables, with_effect, shares)
+        )
 
 
-def about(told: pd.DataFrame, right: pd.DataFrame, runs: pd.DataFrame) -> str:
+def about(with_effect: pd.DataFrame, right: pd.DataFrame, runs: pd.DataFrame) -> str:
     """What the tables count, in a sentence or two."""
-    seconds = pd.concat([told["seconds"], right["seconds"]])
+    seconds = pd.concat([with_effect["seconds"], right["seconds"]])
     return (
         f"{len(seconds)} of {len(runs)} runs have a result, {len(right)} of them of right models; tables by effect and kind count draws that"
         f" are expected to leave a deviance of {CLEARLY_VISIBLE:g} or more, rates are with their 95 % intervals. Where a limit or the loss of"
@@ -77,9 +79,9 @@ def about(told: pd.DataFrame, right: pd.DataFrame, runs: pd.DataFrame) -> str:
     )
 
 
-def seen(told: pd.DataFrame) -> str:
+def seen(with_effect: pd.DataFrame) -> str:
     """How many draws were detected and how many of these report what is hidden, in a line."""
-    every = rates(told, EFFECT).iloc[-1]
+    every = rates(with_effect, EFFECT).iloc[-1]
     return (
         f"{every['detected']} of {every['draws']} clearly visible effects are detected ({every['expected']:.0f} expected);"
         f" {every['in_set']} of these are in the reported set"

@@ -146,8 +146,8 @@ def _budgets(plan: Plan, traces: Mapping[str, Traced]) -> list[float]:
         if (traced := traces.get(run.key)) is not None:
             instance, cost = instances[run.cell], traced.cost(jacobian_price(plan.cells[run.cell]))
             most[instance] = max(most.get(instance, 1.0), cost)
-    told = [budget(cell) for cell in plan.cells]
-    return [most.get(instance, 1.0) if own is None else float(own) for own, instance in zip(told, instances)]
+    budgets = [budget(cell) for cell in plan.cells]
+    return [most.get(instance, 1.0) if own is None else float(own) for own, instance in zip(budgets, instances)]
 
 
 def _places(plan: Plan) -> tuple[list[Place], pd.DataFrame]:
@@ -178,14 +178,14 @@ def _algorithms(plan: Plan) -> list[str]:
         place = {axis: place_text(value) for axis, value in place_columns(plan, cell).items() if axis in axes}
         met.setdefault((name, identity(cell)), []).append(place)
         own.append(place)
-    told = {
+    distinguishing = {
         (name, axis)
         for (name, _), alike in met.items()
         for axis in axes
         if axis != "seed" and len({place[axis] for place in alike}) > 1
     }
     return [
-        ", ".join([name, *(f"{axis} {place[axis]}" for axis in axes if (name, axis) in told)])
+        ", ".join([name, *(f"{axis} {place[axis]}" for axis in axes if (name, axis) in distinguishing)])
         for name, place in zip(named, own)
     ]
 

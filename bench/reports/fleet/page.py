@@ -34,14 +34,14 @@ def _plot(values: pd.DataFrame, name: str, unit: str, still: str) -> Plot:
     """The interval of one unknown for each machine; an end that is open reaches to the farthest value."""
     mine = values[(values["name"] == name) & (values["unit"] == unit)]
     value, low, high = (mine[column].to_numpy(float) for column in ("value", "low", "high"))
-    told = [with_ends(*each) for each in zip(value, low, high)]
+    texts = [with_ends(*each) for each in zip(value, low, high)]
     ends = np.concatenate([value, low, high])
     low, high = np.where(np.isnan(low), np.nanmin(ends), low), np.where(np.isnan(high), np.nanmax(ends), high)
     machines = mine["file"].astype(str).tolist()
     trace = {
         "type": "scatter", "mode": "markers", "x": machines, "y": value, "name": name, "marker": {"color": BLUE, "size": 7},
         "error_y": {"type": "data", "symmetric": False, "array": high - value, "arrayminus": value - low, "thickness": 1.5},
-        "text": told, "hovertemplate": "%{x}: %{text}<extra></extra>",
+        "text": texts, "hovertemplate": "%{x}: %{text}<extra></extra>",
     }  # fmt: skip
     made = layout("", f"{name} ({unit})", showlegend=False)
     made["xaxis"] = axis(

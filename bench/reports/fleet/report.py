@@ -62,8 +62,8 @@ def fleet_report(
         return fleet_page(about, shown, values, details, f"{plan.name}.csv", f"{plan.name}.png")
 
     unknowns = [] if values_in_text else [name for row in found.values() for name in row.shown_values()]
-    told = shown.drop(columns=["remarks", *dict.fromkeys(unknowns)]).head(MOST_ROWS)
-    blocks = [about, aligned(list(told.columns), told.to_numpy().tolist())]
+    printed = shown.drop(columns=["remarks", *dict.fromkeys(unknowns)]).head(MOST_ROWS)
+    blocks = [about, aligned(list(printed.columns), printed.to_numpy().tolist())]
     blocks += [f"and {len(shown) - MOST_ROWS} more in {plan.name}.csv"] if len(shown) > MOST_ROWS else []
     remarks = shown[shown["remarks"] != ""].head(MOST_ROWS)
     blocks += [

@@ -32,8 +32,8 @@ class Value:
     high: float
 
     def __str__(self) -> str:
-        is_told = not np.isnan([self.low, self.high]).all()
-        return with_ends(self.value, self.low, self.high) if is_told else number(self.value)
+        has_interval = not np.isnan([self.low, self.high]).all()
+        return with_ends(self.value, self.low, self.high) if has_interval else number(self.value)
 
 
 @dataclass(frozen=True)

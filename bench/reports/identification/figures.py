@@ -96,8 +96,8 @@ def _panel(panel: Axes, plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame, cell
 def _draw_intervals(panel: Axes, positions: np.ndarray, rows: pd.DataFrame, results: pd.DataFrame) -> None:
     """The median interval of each cell beside its box; an arrow where the side is open."""
     values = np.concatenate([results[rows["parameter"].iloc[0]], rows["reference"], rows["paper"]]).astype(float)
-    told = ~lacks_interval(rows).to_numpy(bool)
-    positions, rows = positions[told], rows[told]
+    has_interval = ~lacks_interval(rows).to_numpy(bool)
+    positions, rows = positions[has_interval], rows[has_interval]
     low, high = drawn_ends(rows["low"].to_numpy(float), rows["high"].to_numpy(float), values)
     panel.vlines(positions + 0.4, low, high, color=INTERVAL, linewidth=2, label="median interval (arrow: open side)")
     for ends, marker, is_open in ((low, "v", rows["low"].isna()), (high, "^", rows["high"].isna())):

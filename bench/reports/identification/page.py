@@ -18,15 +18,19 @@ from ksmea.show.text import fit_verdict
 LEAST_STEPS = 2  # updating steps that make a curve
 
 
-def identification_page(told: Sequence[tuple[str, IdentificationRecord, str]], following: Sequence[Block]) -> Page:
+def identification_page(
+    identifications: Sequence[tuple[str, IdentificationRecord, str]], following: Sequence[Block]
+) -> Page:
     """The page of identifications, each with its title and the name of its figure as PNG; `following` is what to do next."""
-    if not told:
+    if not identifications:
         return Page("nothing was identified")
-    record = told[0][1]
-    sections = [section for each in told for section in _sections(*each, several=len(told) > 1)]
+    record = identifications[0][1]
+    sections = [section for each in identifications for section in _sections(*each, several=len(identifications) > 1)]
     sections[1:1] = [Section("What to do next", tuple(following))] if following else []
     return Page(
-        headline(record) if len(told) == 1 else f"{len(told)} identifications, the first: {headline(record)}",
+        headline(record)
+        if len(identifications) == 1
+        else f"{len(identifications)} identifications, the first: {headline(record)}",
         tuple(sections),
     )
 

@@ -63,8 +63,10 @@ def summary_page(
 
 def headline(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> str:
     """The range of the median absolute errors over all cells, parameter by parameter."""
-    told = summary.dropna(subset="error_pct_median")
-    ranges = [f"{name} {_range(rows['error_pct_median'])} %" for name, rows in told.groupby("parameter", sort=False)]
+    with_error = summary.dropna(subset="error_pct_median")
+    ranges = [
+        f"{name} {_range(rows['error_pct_median'])} %" for name, rows in with_error.groupby("parameter", sort=False)
+    ]
     done = int(runs["status"].isin(RESULTS).sum())
     errors = f"; median absolute errors: {', '.join(ranges)}" if ranges else ""
     return f"{done} of {len(runs)} runs have a result{errors}"

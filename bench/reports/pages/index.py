@@ -48,7 +48,7 @@ def write_index(folder: Path) -> Path:
 
 def index_page(folder: Path) -> bytes:
     """The index of all experiments whose results lie in a folder, the latest first."""
-    found = {place: told(folder / place) for place in _experiments(folder)}
+    found = {place: page_facts(folder / place) for place in _experiments(folder)}
     ordered = sorted(found.items(), key=lambda item: (str(item[1].get("when", "")), str(item[0])), reverse=True)
     rows = "".join(_row(place, each) for place, each in ordered)
     head = "".join(
@@ -77,7 +77,7 @@ def index_page(folder: Path) -> bytes:
 INDEX = json.dumps({"index": True})  # the facts of an index itself
 
 
-def told(folder: Path) -> Mapping[str, Any]:
+def page_facts(folder: Path) -> Mapping[str, Any]:
     """What the page of an experiment says it is about; where there is none, what the plan's first line says."""
     page = folder / PAGE
     found = facts_of(_beginning(page)) if page.is_file() else None

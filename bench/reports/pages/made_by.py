@@ -35,9 +35,9 @@ def _quoted(word: str) -> str:
 def runs_section(runs: pd.DataFrame) -> Section:
     """How many runs ended how, and why those failed that did."""
     counts = Counter(runs["status"])
-    told = ", ".join(f"{count} {status}" for status, count in counts.most_common()) or "none planned"
+    counted = ", ".join(f"{count} {status}" for status, count in counts.most_common()) or "none planned"
     failed = runs[~runs["status"].isin(RESULTS)]
-    blocks: list[Block] = [Prose(f"{len(runs)} run{'s' * (len(runs) > 1)}: {told}.")]
+    blocks: list[Block] = [Prose(f"{len(runs)} run{'s' * (len(runs) > 1)}: {counted}.")]
     if len(failed):
         columns = [name for name in failed if name in _FAILED or (name not in _NOT_PLACE and _is_place(failed[name]))]
         shown = failed[[*dict.fromkeys([*columns, "status", "error"])]].head(MOST_FAILED)

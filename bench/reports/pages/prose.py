@@ -49,8 +49,8 @@ def is_numeric(cells: Sequence[str]) -> bool:
     >>> is_numeric(["1.5", "–", "3e-4"]), is_numeric(["1", "x"]), is_numeric([""])
     (True, False, False)
     """
-    told = [cell for cell in cells if cell.strip()]
-    return bool(told) and all(NUMBER.fullmatch(cell.strip()) for cell in told)
+    filled = [cell for cell in cells if cell.strip()]
+    return bool(filled) and all(NUMBER.fullmatch(cell.strip()) for cell in filled)
 
 
 def safe(text: object) -> str:

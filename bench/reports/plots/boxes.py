@@ -21,9 +21,9 @@ Intervals = Sequence[tuple[float, float] | None]
 
 def box_trace(position: Any, values: Sequence[float], name: str, colour: str = BLUE, **more: Any) -> dict[str, Any]:
     """Median, quartiles and extremes of values, and the values themselves where they are few."""
-    told = np.asarray(values, dtype=float)
-    told = told[np.isfinite(told)]
-    low, first, median, third, high = np.percentile(told, [0, 25, 50, 75, 100]) if len(told) else [np.nan] * 5
+    finite = np.asarray(values, dtype=float)
+    finite = finite[np.isfinite(finite)]
+    low, first, median, third, high = np.percentile(finite, [0, 25, 50, 75, 100]) if len(finite) else [np.nan] * 5
     box = {  # plotly's own quartiles are others than those of tables
         "type": "box",
         "name": name,
@@ -38,8 +38,8 @@ def box_trace(position: Any, values: Sequence[float], name: str, colour: str = B
         "whiskerwidth": 0.4,
         **more,
     }
-    points = {"y": [told], "boxpoints": "all", "jitter": 0.6, "pointpos": 0}
-    return {**box, **points} if 0 < len(told) <= MOST_POINTS else box
+    points = {"y": [finite], "boxpoints": "all", "jitter": 0.6, "pointpos": 0}
+    return {**box, **points} if 0 < len(finite) <= MOST_POINTS else box
 
 
 def box_plot(
@@ -88,15 +88,15 @@ MARKS = {
 
 
 def _alternative(title: str, marks: Mapping[str, Sequence[float]], intervals: Intervals | None) -> str:
-    told = [
+    legend = [
         f"{MARKED[kind]}: {kind}"
         for kind in marks
         if kind in MARKED and np.isfinite(np.asarray(marks[kind], dtype=float)).any()
     ]
     if intervals is not None:
         is_open = any(np.isnan(each).any() for each in intervals if each is not None)
-        told.append("green lines: median interval" + is_open * ", with an arrow where it is open")
-    return f"{title}: median, quartiles and all values of each cell" + (f"; {', '.join(told)}." if told else ".")
+        legend.append("green lines: median interval" + is_open * ", with an arrow where it is open")
+    return f"{title}: median, quartiles and all values of each cell" + (f"; {', '.join(legend)}." if legend else ".")
 
 
 MARKED = {"paper": "diamonds", "reference": "bars", "most likely": "crosses"}
@@ -107,12 +107,12 @@ def _intervals(
 ) -> list[dict[str, Any]]:
     """The interval of each cell beside its box; an end that is open lies beyond all values, and is an arrow."""
     every = np.concatenate([np.asarray(of, dtype=float) for of in values] or [np.array([])])
-    told = [(position, ends) for position, ends in zip(at, intervals) if ends is not None]
-    if not len(every) or not np.isfinite([ends for _, ends in told]).any():
+    with_interval = [(position, ends) for position, ends in zip(at, intervals) if ends is not None]
+    if not len(every) or not np.isfinite([ends for _, ends in with_interval]).any():
         return []
-    low, high = np.array([ends for _, ends in told], dtype=float).T
+    low, high = np.array([ends for _, ends in with_interval], dtype=float).T
     xs, ys, sizes = [], [], []
-    for (position, ends), *drawn in zip(told, *drawn_ends(low, high, every, is_log=is_log)):
+    for (position, ends), *drawn in zip(with_interval, *drawn_ends(low, high, every, is_log=is_log)):
         xs += [position + 0.42, position + 0.42, None]
         ys += [*map(float, drawn), None]
         sizes += [*(ARROW if np.isnan(end) else 0 for end in ends), 0]
@@ -124,7 +124,7 @@ def _intervals(
             "x": xs,
             "y": ys,
             "marker": {
-                "symbol": ["triangle-down", "triangle-up", "circle"] * len(told),
+                "symbol": ["triangle-down", "triangle-up", "circle"] * len(with_interval),
                 "size": sizes,
                 "color": GREEN,
                 "opacity": 1,

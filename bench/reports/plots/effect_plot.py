@@ -27,7 +27,7 @@ def effect_plot(record: DiagnosisRecord, still: str = "") -> Plot:
                 {
                     "type": "bar", "orientation": "h", "name": kind, "marker": {"color": colour},
                     "y": [name for name, _ in mine], "x": AXIS.positions([trial.delta_bic for _, trial in mine]),
-                    "customdata": [_told(trial) for _, trial in mine],
+                    "customdata": [_hover_text(trial) for _, trial in mine],
                     "hovertemplate": "%{y}: %{customdata}<extra></extra>",
                 }
             )  # fmt: skip
@@ -47,6 +47,6 @@ def effect_plot(record: DiagnosisRecord, still: str = "") -> Plot:
     )
 
 
-def _told(trial: TrialRecord) -> str:
+def _hover_text(trial: TrialRecord) -> str:
     said = f"{trial.location}, ΔBIC = {trial.delta_bic:.1f}, {chance(trial.p, LEAST_OF_A_DOUBLE)}"
     return "<br>".join([said, *map(sized, trial.parameters)])

@@ -10,7 +10,7 @@ import numpy as np
 
 from bench.plan.page import Plot
 from bench.reports.plots.traces import COLOURS, axis, layout, level
-from ksmea.show.text import told, with_ends
+from ksmea.show.text import rounded_alike, with_ends
 
 OPEN_REACH = 1.15  # times the farthest end that is drawn: where the axis, and an interval that is open, end
 FAR = 10.0  # times the reach of the intervals that are believed, beyond which arrows are drawn; tables have the values
@@ -127,8 +127,8 @@ def _said(name: str, each: Shown) -> str:
 
 
 def _with_digits_of(value: float, shown: Shown) -> str:
-    """A value as precise as an interval lets another one be told."""
-    return told(value, shown.low, shown.high)[0]
+    """A value, rounded to the digits that an interval of another one warrants."""
+    return rounded_alike(value, shown.low, shown.high)[0]
 
 
 def _scale(shown: Shown) -> float:

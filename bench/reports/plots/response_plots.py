@@ -164,12 +164,12 @@ def _of_channel(response: Response, column: int, axes: dict[str, str]) -> Iterat
 def _marks(response: Response) -> str:
     """Which mark is which part of which model's residuals, where there are several."""
     several = len(response.residuals) > 1
-    told = [
+    legend = [
         f"{MARKS[symbol]} {part}{f', {name}' if several else ''}"
         for name, parts in response.residuals.items()
         for part, symbol in zip(parts, SYMBOLS.get(name, OWN_SYMBOLS))
     ]
-    return f" ({'; '.join(told)})" if len(told) > 1 else ""
+    return f" ({'; '.join(legend)})" if len(legend) > 1 else ""
 
 
 def _unbroken(phase: Array) -> Array:

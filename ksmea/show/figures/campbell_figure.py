@@ -47,10 +47,10 @@ def campbell_figure(found: Rotordynamics, axes: Axes | None = None) -> Figure:
                   markerfacecolor="white", markersize=6, zorder=5)  # fmt: skip
     for each, offset in zip(at_1x, _offsets([each.speed for each in at_1x], NEAR * found.highest)):
         factor = each.amplification_factor
-        told = "unstable" if factor is None else f"AF {factor:.3g}" if factor < 100 else f"AF {factor:.0f}"
+        factor_text = "unstable" if factor is None else f"AF {factor:.3g}" if factor < 100 else f"AF {factor:.0f}"
         is_at_edge = each.speed > AT_EDGE * found.highest
         place, side = ((-12.0, abs(offset[1])), "right") if is_at_edge else (offset, "left")
-        axes.annotate(f"{each.speed / RPM:.0f} rpm, {told}", (each.speed / RPM, each.speed / HERTZ), place,
+        axes.annotate(f"{each.speed / RPM:.0f} rpm, {factor_text}", (each.speed / RPM, each.speed / HERTZ), place,
                       textcoords="offset points", ha=side, fontsize=8, zorder=6, arrowprops={"arrowstyle": "-", "linewidth": 0.6},
                       bbox={"boxstyle": "round,pad=0.15", "facecolor": "white", "alpha": 0.85, "linewidth": 0})  # fmt: skip
     axes.set(xlim=(0, right), ylim=(0, top))
@@ -81,8 +81,8 @@ def stability_figure(found: Rotordynamics, axes: Axes | None = None) -> Figure:
     axes.text(0.01, 0.01, "unstable", transform=axes.transAxes, fontsize=9, color="#a04000", va="bottom")
     if np.isfinite(found.threshold):
         axes.axvline(found.threshold / RPM, color="black", linestyle=":", linewidth=1.4)
-        told = f"threshold {found.threshold / RPM:.0f} rpm" if found.threshold else "unstable from rest"
-        axes.annotate(told, (found.threshold / RPM, 0.97), (4, 0),
+        label = f"threshold {found.threshold / RPM:.0f} rpm" if found.threshold else "unstable from rest"
+        axes.annotate(label, (found.threshold / RPM, 0.97), (4, 0),
                       xycoords=("data", "axes fraction"), textcoords="offset points", va="top", fontsize=9)  # fmt: skip
     axes.set_xlim(0, found.highest / RPM)
     axes.set_ylabel("logarithmic decrement", fontsize=10)
