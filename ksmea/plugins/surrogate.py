@@ -38,8 +38,9 @@ class Surrogate(Settings):
         return self.told_of(structure)
 
     def told_of(self, structure: ResponseStructure) -> Surrogate:
-        """Earlier name of `with_structure`, which plugins may override for one more release. Default: the surrogate itself."""
-        return self
+        """Earlier name of `with_structure`, which plugins may override or call for one more release."""
+        is_overridden = type(self).with_structure is not Surrogate.with_structure
+        return self.with_structure(structure) if is_overridden else self
 
     @abstractmethod
     def least_samples(self, d: int) -> int:

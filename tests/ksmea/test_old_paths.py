@@ -94,6 +94,12 @@ def test_a_surrogate_that_overrides_told_of_still_works_and_warns():
                 return Kriging()
 
     assert [each.filename for each in caught] == [__file__]
+
+    class New(ResponseSurface):
+        def with_structure(self, structure):
+            return Kriging()
+
     plain, structure = ResponseSurface(), ResponseStructure.__new__(ResponseStructure)
+    assert New().told_of(structure) == New().with_structure(structure) == Kriging()
     assert Old().with_structure(structure) == Kriging()
     assert plain.with_structure(structure) is plain and plain.told_of(structure) is plain
