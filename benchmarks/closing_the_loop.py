@@ -32,7 +32,7 @@ from ksmea.diagnosis.trials import best_by_name
 from ksmea.fits.fitting import Effort
 from ksmea.measurement.measurement import Layout, Measurement, observe
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.plugins import registry
 from ksmea.problem.alignment import aligned
 from ksmea.problem.problem import Problem
@@ -68,7 +68,11 @@ class Machine:
         x = np.array([REFERENCE.get(name, 0.0) for name in plain.parameters.names])
         locations = list(registry.create("effect", cause, {}).locations(plain))
         effect = locations[rng.integers(len(locations))]
-        size = effect.draw(plain, rng) if cause in WHOLE_SHAFT else drawn_size(effect, plain, x, Kind(layout.kind), rng)
+        size = (
+            effect.draw(plain, rng)
+            if cause in WHOLE_SHAFT
+            else drawn_size(effect, plain, x, Observable(layout.kind), rng)
+        )
         return cls(effect.added_to(plain), np.append(x, size), noise)
 
     def measured(self, layout: Layout, rng: np.random.Generator) -> Measurement:

@@ -251,28 +251,28 @@ def try_records(content: bytes, folder: Path) -> None:
 
 
 @dataclass(frozen=True)
-class Kind:
-    """A kind of file: the healthy one in a folder, how it is damaged, and what is done with it."""
+class Target:
+    """A file to damage: the healthy one in a folder, how it is damaged, and what is done with it."""
 
     file: str
     mutate: Callable[[bytes, random.Random], bytes]
     attempt: Callable[[bytes, Path], None]
 
 
-KINDS = {
-    "rotor": Kind("rotor.yaml", mutated_text, try_rotor),
-    "extended": Kind("extended.yaml", mutated_text, try_extended),
-    "run_up": Kind("run_up.csv", mutated_text, try_run_up),
-    "campaign": Kind(CAMPAIGN, mutated_text, try_campaign),
-    "campaign_runs": Kind(RUNS, mutated_text, try_campaign_runs),
-    "plan": Kind("plan.jsonl", mutated_lines, try_plan),
-    "records": Kind("records/batch-0000.jsonl", mutated_lines, try_records),
+TARGETS = {
+    "rotor": Target("rotor.yaml", mutated_text, try_rotor),
+    "extended": Target("extended.yaml", mutated_text, try_extended),
+    "run_up": Target("run_up.csv", mutated_text, try_run_up),
+    "campaign": Target(CAMPAIGN, mutated_text, try_campaign),
+    "campaign_runs": Target(RUNS, mutated_text, try_campaign_runs),
+    "plan": Target("plan.jsonl", mutated_lines, try_plan),
+    "records": Target("records/batch-0000.jsonl", mutated_lines, try_records),
 }
 
 
-def healthy(kind: str, folder: Path) -> bytes:
+def healthy(target: str, folder: Path) -> bytes:
     """The healthy file; `folder` holds a small experiment (`SMALL`)."""
-    file = Path(KINDS[kind].file)
+    file = Path(TARGETS[target].file)
     example = EXAMPLES / file
     content = (example if example.is_file() else folder / file).read_bytes()
     if file.name == CAMPAIGN:  # what is optional stands in remarks
@@ -282,12 +282,12 @@ def healthy(kind: str, folder: Path) -> bytes:
     return content
 
 
-def outcome_of(kind: str, content: bytes, folder: Path) -> Outcome:
+def outcome_of(target: str, content: bytes, folder: Path) -> Outcome:
     """What a file does in this process, in a folder that may be changed."""
     printed = io.StringIO()
     try:
         with contextlib.redirect_stdout(printed), contextlib.redirect_stderr(printed):
-            KINDS[kind].attempt(content, folder)
+            TARGETS[target].attempt(content, folder)
         refusal = ""
     except SettingError as error:
         refusal = str(error)
@@ -303,29 +303,29 @@ def outcome_of(kind: str, content: bytes, folder: Path) -> Outcome:
     return Outcome("refused", refusal) if refusal else Outcome("fine")
 
 
-def trial(kind: str, content: bytes, folder: Path) -> Outcome:
+def trial(target: str, content: bytes, folder: Path) -> Outcome:
     """The same in a process of its own within the limits."""
-    return isolated(lambda: outcome_of(kind, content, folder), SECONDS, BYTES)
+    return isolated(lambda: outcome_of(target, content, folder), SECONDS, BYTES)
 
 
-def fuzz(kind: str, seeds: range, origin: Path, place: Path) -> dict[int, Outcome]:
+def fuzz(target: str, seeds: range, origin: Path, place: Path) -> dict[int, Outcome]:
     """The outcome of each seed's mutation."""
-    content = healthy(kind, origin)
+    content = healthy(target, origin)
     found = {}
     for seed in seeds:
-        folder = place / f"{kind}-{seed}"
+        folder = place / f"{target}-{seed}"
         shutil.copytree(origin, folder)
-        found[seed] = trial(kind, KINDS[kind].mutate(content, random.Random(f"{kind} {seed}")), folder)
+        found[seed] = trial(target, TARGETS[target].mutate(content, random.Random(f"{target} {seed}")), folder)
         shutil.rmtree(folder)
     return found
 
 
-def report(kind: str, found: dict[int, Outcome], seconds: float) -> None:
-    counts = Counter(outcome.kind for outcome in found.values())
+def report(target: str, found: dict[int, Outcome], seconds: float) -> None:
+    counts = Counter(outcome.ending for outcome in found.values())
     told = ", ".join(f"{counts[name]} {name}" for name in ("fine", "refused", *FAULTS) if counts[name])
-    print(f"{kind:13} {len(found):5d} files: {told} ({seconds:.0f} s)", flush=True)
+    print(f"{target:13} {len(found):5d} files: {told} ({seconds:.0f} s)", flush=True)
     for fault in FAULTS:
-        first = next(((seed, outcome) for seed, outcome in found.items() if outcome.kind == fault), None)
+        first = next(((seed, outcome) for seed, outcome in found.items() if outcome.ending == fault), None)
         if first is not None:
             last_words = first[1].detail.strip().splitlines()[-6:]
             print(f"  first {fault}, --only {first[0]}:", *(f"    {line[:200]!r}" for line in last_words), sep="\n")
@@ -333,7 +333,7 @@ def report(kind: str, found: dict[int, Outcome], seconds: float) -> None:
 
 def main() -> int:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("kinds", nargs="*", help=f"of {', '.join(KINDS)}; left out: all")
+    parser.add_argument("kinds", nargs="*", help=f"of {', '.join(TARGETS)}; left out: all")
     parser.add_argument("--trials", type=int, default=500)
     parser.add_argument("--seed", type=int, default=0, help="of the first trial; the others follow")
     parser.add_argument("--only", type=int, help="one trial of this seed")
@@ -345,11 +345,11 @@ def main() -> int:
         origin = place / "healthy"
         words = [*SMALL.split(), "repetitions=2", f"output={origin}"]
         subprocess.run([sys.executable, "-m", "bench", *words], check=True, stdout=subprocess.DEVNULL)
-        for kind in arguments.kinds or KINDS:
+        for target in arguments.kinds or TARGETS:
             started = time.monotonic()
-            found = fuzz(kind, range(first, first + number), origin, place)
-            report(kind, found, time.monotonic() - started)
-            n_fault += sum(outcome.kind in FAULTS for outcome in found.values())
+            found = fuzz(target, range(first, first + number), origin, place)
+            report(target, found, time.monotonic() - started)
+            n_fault += sum(outcome.ending in FAULTS for outcome in found.values())
     return 1 if n_fault else 0
 
 

@@ -216,7 +216,7 @@ def fuzz(name: str, seeds: range, folder: Path, *, apart: bool = True) -> dict[i
     for seed in seeds:
         content = mutated(example.content, random.Random(f"{name} {seed}"), binary=name in BINARY)
         outcome = run(name, content, example, healthy, folder)
-        if outcome.kind == "silently wrong" and is_relabelled(content, example.content):
+        if outcome.ending == "silently wrong" and is_relabelled(content, example.content):
             outcome = Outcome("relabelled", outcome.detail)
         found[seed] = outcome
     return found
@@ -224,11 +224,11 @@ def fuzz(name: str, seeds: range, folder: Path, *, apart: bool = True) -> dict[i
 
 def report(name: str, found: dict[int, Outcome], seconds: float) -> int:
     """Print the counts, and the first of each fault; how many faults there are."""
-    counts = Counter(outcome.kind for outcome in found.values())
-    told = ", ".join(f"{counts[kind]} {kind}" for kind in (*GOOD, *FAULTS) if counts[kind])
+    counts = Counter(outcome.ending for outcome in found.values())
+    told = ", ".join(f"{counts[ending]} {ending}" for ending in (*GOOD, *FAULTS) if counts[ending])
     print(f"{name:9} {len(found):5d} files: {told} ({seconds:.0f} s)", flush=True)
     for fault in FAULTS:
-        first = next(((seed, outcome) for seed, outcome in found.items() if outcome.kind == fault), None)
+        first = next(((seed, outcome) for seed, outcome in found.items() if outcome.ending == fault), None)
         if first is not None:
             print(f"  first {fault}, seed {first[0]}: {first[1].detail.strip().splitlines()[-1:]}")
     return sum(counts[fault] for fault in FAULTS)

@@ -17,7 +17,7 @@ LONGEST_DETAIL = 3000  # characters that are kept, from the end
 class Outcome:
     """What a file did: `fine`, `refused` and the like, or a fault; `detail` is its last words."""
 
-    kind: str
+    ending: str
     detail: str = ""
 
 
@@ -31,7 +31,7 @@ def isolated(trial: Callable[[], Outcome], seconds: int, n_byte: int) -> Outcome
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
         outcome = trial()
         with open(writing, "w") as pipe:
-            json.dump([outcome.kind, outcome.detail[-LONGEST_DETAIL:]], pipe)
+            json.dump([outcome.ending, outcome.detail[-LONGEST_DETAIL:]], pipe)
         os._exit(0)
     os.close(writing)
     with open(reading) as pipe:

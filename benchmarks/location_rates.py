@@ -29,7 +29,7 @@ from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.plugins import registry
 from ksmea.problem.load import Load
 from ksmea.records.diagnosis import DiagnosisRecord
@@ -56,11 +56,11 @@ LARGEST_MOTION = 15e-6  # m, 0-peak
 
 @dataclass(frozen=True)
 class Hidden:
-    """What a response (n_speed, n_channel) m hides; `kind` and `position` of what acts at one place, and keys of the laws that
+    """What a response (n_speed, n_channel) m hides; `quantity` and `position` of what acts at one place, and keys of the laws that
     say so. `keeps` are the indices of the speeds that a machine would show, all where it is None."""
 
     response: ComplexArray
-    kind: str = ""
+    quantity: str = ""
     position: float = np.nan
     laws: tuple[str, ...] = ()
     keeps: Indices | None = None
@@ -70,18 +70,18 @@ def acting(
     position: float,
     laws: tuple[str, ...],
     *,
-    kind: str = "force",
+    quantity: str = "force",
     load: Array | ComplexArray | int = 0,
     impedance: Array | ComplexArray | int = 0,
 ) -> Hidden:
     """A load (n_speed, 2) at a place, N or N m, and an impedance (n_speed, 2, 2) to the motion there, N/m."""
     load = np.zeros((N_SPEED, 2)) + load
     impedance = np.zeros((N_SPEED, 2, 2)) + impedance
-    at_site = unit_loads(ROTOR, [Load(position, axis, kind) for axis in "xy"], N_SPEED)
+    at_site = unit_loads(ROTOR, [Load(position, axis, quantity) for axis in "xy"], N_SPEED)
     stiffness = dense.dynamic_stiffness(assemble(ROTOR), SPEED) + at_site @ impedance @ np.swapaxes(at_site, 1, 2)
     force = force_per_unbalance(ROTOR, SPEED) @ complex_unbalance(ROTOR) + (at_site @ load[..., None])[..., 0]
     motion = np.linalg.solve(stiffness, force[..., None])[..., 0]
-    return Hidden(motion @ dense.channel_rows(ROTOR, FINE.channels).T, kind, float(position), laws)
+    return Hidden(motion @ dense.channel_rows(ROTOR, FINE.channels).T, quantity, float(position), laws)
 
 
 def turning(rng: np.random.Generator, least: float, most: float) -> ComplexArray:
@@ -128,7 +128,7 @@ def stiffness(rng: np.random.Generator) -> Hidden:
 
 def skewed_disk(rng: np.random.Generator) -> Hidden:
     """A moment that turns with the shaft and grows with Ω²."""
-    return acting(rng.choice(DISKS), ("skew",), kind="moment", load=turning(rng, 0.05, 0.3))
+    return acting(rng.choice(DISKS), ("skew",), quantity="moment", load=turning(rng, 0.05, 0.3))
 
 
 def stop(rng: np.random.Generator) -> Hidden:
@@ -169,7 +169,7 @@ def of_library(name: str) -> Callable[[np.random.Generator], Hidden]:
     def hidden(rng: np.random.Generator) -> Hidden:
         effects = list(registry.create("effect", name, {}).locations(FINE))
         effect = effects[rng.integers(len(effects))]
-        size = drawn_size(effect, FINE, TRUTH, Kind.COMPLEX, rng)
+        size = drawn_size(effect, FINE, TRUTH, Observable.COMPLEX, rng)
         is_read = name in ("channel_gain", "probe_rotation")
         response = effect.added_to(FINE).dense_response(np.append(TRUTH, size)[None])[0]
         return Hidden(response, "reading" if is_read else "", effect.position if is_read else np.nan)
@@ -200,7 +200,7 @@ def row(cause: str, seed: int) -> dict[str, Any]:
 def _found(record: DiagnosisRecord, hidden: Hidden) -> dict[str, Any]:
     """The location beside what was hidden; nothing where the plain model was enough."""
     truth = dict(zip(PROBLEM.parameters.names, PROBLEM.parameters.in_units(TRUTH)))
-    row: dict[str, Any] = {"kind": hidden.kind, "position": hidden.position}
+    row: dict[str, Any] = {"kind": hidden.quantity, "position": hidden.position}
     for each in record.coefficients:
         if each.before is not None:
             row[f"{each.name}_plain"] = each.before.value / truth[each.name] - 1
@@ -211,12 +211,12 @@ def _found(record: DiagnosisRecord, hidden: Hidden) -> dict[str, Any]:
         if (over := coefficient.over_sites) is not None:
             row[coefficient.name] = over.value / truth[coefficient.name] - 1
             row[f"{coefficient.name}_holds"] = over.holds(truth[coefficient.name])
-    of_kind = [site for site in where.candidates if site.kind == hidden.kind]
+    of_quantity = [site for site in where.candidates if site.kind == hidden.quantity]
     return row | {
         "chi2_drop": where.plain.chi2 - where.plain.n_left,
-        "site": any(site.accepted and np.isclose(site.position, hidden.position) for site in of_kind),
+        "site": any(site.accepted and np.isclose(site.position, hidden.position) for site in of_quantity),
         "share": np.mean([site.accepted for site in where.candidates]),
-        "share_of_kind": np.mean([site.accepted for site in of_kind]) if of_kind else np.nan,
+        "share_of_kind": np.mean([site.accepted for site in of_quantity]) if of_quantity else np.nan,
         "found_kind": where.kind,
         "found_sites": "; ".join(map(str, where.sites)),
         "one_site": len(where.sites) == 1,

@@ -19,7 +19,7 @@ from ksmea.identification.ksmea import KSMEA
 from ksmea.inference.cramer_rao import identifiability
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.plugins.identification import Streams
 from ksmea.problem.counted import CountedProblem
 from optimizers.lm import LM
@@ -32,10 +32,10 @@ PROBLEM = ThreeDisk().build()
 REFERENCE = np.array(list(ThreeDisk().reference().values()))
 
 
-def identified(x: Array, kind: Kind, noise: Noise, optimizer: LM, rng: np.random.Generator) -> Array:
+def identified(x: Array, observable: Observable, noise: Noise, optimizer: LM, rng: np.random.Generator) -> Array:
     """What is found (d,) SI from data of x (d,) SI."""
     drawn, *streams = rng.spawn(4)
-    values = observe(PROBLEM.response(x[None])[0], kind, noise, drawn)
+    values = observe(PROBLEM.response(x[None])[0], observable, noise, drawn)
     measurement = Measurement(PROBLEM.speed, PROBLEM.channels, values, noise, "drawn")
     counted = CountedProblem(PROBLEM)
     method = KSMEA(Rational(), optimizer, SAMPLES, misfit="likelihood", max_updates=0)
@@ -49,7 +49,7 @@ def exact(n: int) -> None:
     for truth in range(n):
         rng = np.random.default_rng([SEED, truth])
         x = PROBLEM.parameters.to_si(rng.random(len(REFERENCE)))
-        errors.append(np.abs(identified(x, Kind.AMPLITUDE, Noise(0.0, 0.0), LM(starts=30), rng) / x - 1))
+        errors.append(np.abs(identified(x, Observable.AMPLITUDE, Noise(0.0, 0.0), LM(starts=30), rng) / x - 1))
     print(f"{n} truths, {SAMPLES} evaluations each")
     for name, median, largest in zip(PROBLEM.parameters.names, np.median(errors, axis=0), np.max(errors, axis=0)):
         print(f"{name:4} relative error: median {median:.0e}, largest {largest:.0e}")
@@ -58,14 +58,16 @@ def exact(n: int) -> None:
 
 def noise(n: int) -> None:
     level, optimizer = Noise(0.1, 0.0), LM(screening=4000, starts=5)
-    for kind in Kind:
-        crlb = identifiability(PROBLEM, REFERENCE, level, kind, noise_known=True).crlb
+    for observable in Observable:
+        crlb = identifiability(PROBLEM, REFERENCE, level, observable, noise_known=True).crlb
         rngs = (np.random.default_rng([SEED, draw]) for draw in range(n))
-        deviations = np.array([identified(REFERENCE, kind, level, optimizer, rng) - REFERENCE for rng in rngs]) / crlb
+        deviations = (
+            np.array([identified(REFERENCE, observable, level, optimizer, rng) - REFERENCE for rng in rngs]) / crlb
+        )
         quartiles = np.quantile(deviations, [0.25, 0.75], axis=0)
         robust = (quartiles[1] - quartiles[0]) / 1.349  # interquartile range of a normal distribution
         print(
-            f"{n} draws of {kind}, {SAMPLES} evaluations each: standard deviation / CRLB (from the quartiles), bias / CRLB"
+            f"{n} draws of {observable}, {SAMPLES} evaluations each: standard deviation / CRLB (from the quartiles), bias / CRLB"
         )
         for name, *row in zip(PROBLEM.parameters.names, deviations.std(axis=0), robust, deviations.mean(axis=0)):
             print(f"{name:4} {row[0]:.2f} ({row[1]:.2f}) {row[2]:+.2f}", flush=True)

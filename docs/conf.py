@@ -30,7 +30,10 @@ nitpick_ignore_regex = [
     (r"py:.*", r"(np|numpy|pd|pandas|matplotlib|pathlib|collections|contextlib|typing|dataclasses|abc)(\..*)?"),
     (r"py:.*", r"(Axes|Figure|Path|Any|Mapping|Sequence|Callable|ClassVar|Generic|Self|Iterable|Iterator)"),
     (r"py:.*", r"(ksmea|bench)\.[a-z_]+(\..*)?"),
-    (r"py:.*", r".*(Array|Record|Indices|Seen|Data|Seed|Streams|Kind|Layout|Load|Parameters?|Mode|Campbell|Campaign)"),
+    (
+        r"py:.*",
+        r".*(Array|Record|Indices|Seen|Data|Seed|Streams|Observable|Layout|Load|Parameters?|Mode|Campbell|Campaign)",
+    ),
     (r"py:.*", r"(optional|ndarray|array|dtype.*|float64|complex128|AbstractContextManager|ABC)"),
 ]
 

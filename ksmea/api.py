@@ -62,8 +62,8 @@ def read_measurement(path: str | Path, **settings: Any) -> Measurement:
     >>> str(measurement.kind), measurement.values.shape
     ('complex', (90, 2))
     """
-    kind = "campaign" if Path(path).suffix in YAML else "file"
-    source: MeasurementSource = registry.create("measurement", kind, {"path": str(path), **settings})
+    plugin = "campaign" if Path(path).suffix in YAML else "file"
+    source: MeasurementSource = registry.create("measurement", plugin, {"path": str(path), **settings})
     return source.read()
 
 

@@ -31,7 +31,7 @@ class BudgetSpent(Exception):
     """
 
 
-def unknown(kind: str, name: str, known: Iterable[str]) -> SettingError:
+def unknown(noun: str, name: str, known: Iterable[str]) -> SettingError:
     """The error for a name that nobody knows, with the nearest known one and then all of them.
 
     >>> str(unknown("optimizer", "dee", ["de", "pso"]))
@@ -43,7 +43,7 @@ def unknown(kind: str, name: str, known: Iterable[str]) -> SettingError:
     hint = f"did you mean '{shortened(close)}'? " if close is not None else ""
     listed = [shortened(each, LONGEST_NAME) for each in names[:MOST_NAMES]]
     more = [f"{len(names) - len(listed)} more"] if len(names) > len(listed) else []
-    return SettingError(f"unknown {kind} '{name}'; {hint}known: {', '.join([*listed, *more]) or 'none'}")
+    return SettingError(f"unknown {noun} '{name}'; {hint}known: {', '.join([*listed, *more]) or 'none'}")
 
 
 def nearest(name: str, known: Iterable[str], cutoff: float = 0.4) -> str | None:
@@ -68,8 +68,8 @@ def described(value: Any) -> str:
     if value is None:
         return "nothing"
     if isinstance(value, (dict, list)):
-        kind = "mapping" if isinstance(value, dict) else "list"
-        return f"a {kind}" if value else f"an empty {kind}"
+        collection = "mapping" if isinstance(value, dict) else "list"
+        return f"a {collection}" if value else f"an empty {collection}"
     return shortened(repr(value))
 
 

@@ -48,7 +48,7 @@ def load_problem(name: str | Path, **settings: Any) -> LoadedProblem:
     """
     if Path(name).suffix in YAML:
         settings = {"file": str(name), **settings}
-        name = _kind_of_file(Path(name))
+        name = _problem_of_file(Path(name))
     made = registry.create("problem", str(name), settings)
     return LoadedProblem(str(name), made, made.build())
 
@@ -205,7 +205,7 @@ def _middles_in_words(taken: Mapping[str, float]) -> tuple[str, ...]:
     )
 
 
-def _kind_of_file(path: Path) -> str:
+def _problem_of_file(path: Path) -> str:
     """Whether a YAML file describes a rotor or an extended model, by the keys that it begins its lines with."""
     try:
         text = path.expanduser().read_text(encoding="utf-8")

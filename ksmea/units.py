@@ -21,7 +21,7 @@ KILONEWTON_SECOND_PER_METRE = 1e3  # N s/m
 MICROMETRE_PER_KILONEWTON = 1e-9  # m/N
 GIGAPASCAL = 1e9  # Pa
 
-# Units that a file may use, by the kind of quantity, with their size in SI.
+# Units that a file may use, by the quantity, with their size in SI.
 SI_PER_UNIT = {
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": INCH},
     "modulus": {"Pa": 1.0, "MPa": 1e6, "GPa": GIGAPASCAL},

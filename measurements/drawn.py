@@ -15,7 +15,7 @@ import numpy as np
 
 from ksmea.arrays import ComplexArray
 from ksmea.errors import SettingError
-from ksmea.measurement.measurement import KINDS, Layout, Measurement
+from ksmea.measurement.measurement import OBSERVABLES, Layout, Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.plugins.source import MeasurementSource, ProblemSettings
 from ksmea.settings.settings import setting
@@ -38,7 +38,7 @@ class Drawn(MeasurementSource):
         entropy = [*b"noise", *self.family.encode(), int(self.held_back), self.instance]
         rng = np.random.default_rng(np.random.SeedSequence(entropy))
         relative = round(math.exp(rng.uniform(*np.log(RELATIVE))), 4)  # the same on machines that round differently
-        return Synthetic(kind=KINDS[rng.integers(len(KINDS))], relative=relative)
+        return Synthetic(kind=OBSERVABLES[rng.integers(len(OBSERVABLES))], relative=relative)
 
     @property
     def kind(self) -> str:

@@ -20,7 +20,7 @@ from ksmea.inference.maximisation import maximise
 from ksmea.likelihood.likelihood import Likelihood
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.plugins.effect import AnyEffect
 from ksmea.problem.counted import Model
 from ksmea.problem.parameters import Parameter
@@ -36,7 +36,9 @@ N_SIZE = 33  # sizes that are looked at, each a third larger than the one before
 N_BISECTION = 6  # of a third: the size is found within 1 %
 
 
-def drawn_size(effect: AnyEffect, problem: Problem, x: Array, kind: Kind, rng: np.random.Generator) -> Array:
+def drawn_size(
+    effect: AnyEffect, problem: Problem, x: Array, observable: Observable, rng: np.random.Generator
+) -> Array:
     """Values (e,) SI of an effect's unknowns on a problem at values x (d,) SI of its own."""
     theta = np.array(effect.draw(problem, rng), dtype=float)
     part, offset = rng.random(2)
@@ -51,7 +53,7 @@ def drawn_size(effect: AnyEffect, problem: Problem, x: Array, kind: Kind, rng: n
     rising = largest * SMALLEST ** (1 - (np.arange(N_SIZE) + offset) / N_SIZE)
     factor = np.append(rising, 1.0)
     sets = np.hstack([np.tile(x, (len(factor), 1)), factor[:, None] * theta])
-    *changes, drawn = relative_change(problem, extended, x, sets, kind)
+    *changes, drawn = relative_change(problem, extended, x, sets, observable)
     change = np.maximum.accumulate(changes)
     most = min(NOTICED[1], change[-1])
     least = min(NOTICED[0], most / 2)
@@ -66,7 +68,13 @@ def drawn_size(effect: AnyEffect, problem: Problem, x: Array, kind: Kind, rng: n
 
 
 def size_of_drop(
-    effect: AnyEffect, problem: Problem, x: Array, drop: float, noise: Noise, kind: Kind, rng: np.random.Generator
+    effect: AnyEffect,
+    problem: Problem,
+    x: Array,
+    drop: float,
+    noise: Noise,
+    observable: Observable,
+    rng: np.random.Generator,
 ) -> Array:
     """Values (e,) SI with which the nearest fit without the effect leaves a deviance of `drop` in data without noise: a draw,
     scaled by one factor, as far as its limits and the stability of the rotor admit."""
@@ -77,35 +85,35 @@ def size_of_drop(
     u = problem.parameters.to_cube(x)
     below, above = 0.0, largest
     for size in largest * SMALLEST ** (1 - np.arange(1, N_SIZE + 1) / N_SIZE):
-        left, fitted = _left_by_fit(problem, extended, np.append(x, size * theta), noise, kind, u)
+        left, fitted = _left_by_fit(problem, extended, np.append(x, size * theta), noise, observable, u)
         if left >= drop:
             above = size
             break
         below, u = size, fitted
     for _ in range(N_BISECTION):
         size = (below + above) / 2
-        left, fitted = _left_by_fit(problem, extended, np.append(x, size * theta), noise, kind, u)
+        left, fitted = _left_by_fit(problem, extended, np.append(x, size * theta), noise, observable, u)
         below, above, u = (below, size, u) if left >= drop else (size, above, fitted)
     return below * theta
 
 
 def _left_by_fit(
-    problem: Problem, extended: Problem, x: Array, noise: Noise, kind: Kind, start: Array
+    problem: Problem, extended: Problem, x: Array, noise: Noise, observable: Observable, start: Array
 ) -> tuple[float, Array]:
     """The deviance that a fit from a start (d,) in the unit cube leaves in the noise-free data of an extended problem at
     values (d + e,) SI, and where it ends."""
-    data = Measurement(problem.speed, problem.channels, kind.seen(extended.response(x[None])[0]), noise, "made")
+    data = Measurement(problem.speed, problem.channels, observable.seen(extended.response(x[None])[0]), noise, "made")
     likelihood = Likelihood(Model(problem), data)
     fitted = maximise(likelihood, start).theta
     left = likelihood.left(fitted, problem.response(problem.parameters.to_si(fitted)[None])[0])
-    return float(kind.dimensions * np.sum(np.abs(left) ** 2)), fitted
+    return float(observable.dimensions * np.sum(np.abs(left) ** 2)), fitted
 
 
-def relative_change(problem: Problem, extended: Problem, x: Array, sets: Array, kind: Kind) -> Array:
+def relative_change(problem: Problem, extended: Problem, x: Array, sets: Array, observable: Observable) -> Array:
     """The rms of what an effect changes relative to that of the response without it, (n,), for values (n, d + e) SI of an
     extended problem and x (d,) of the problem without it."""
-    without = kind.seen(problem.response(x[None])[0])
-    changed = kind.seen(extended.response(sets)) - without
+    without = observable.seen(problem.response(x[None])[0])
+    changed = observable.seen(extended.response(sets)) - without
     return np.asarray(np.sqrt(np.mean(np.abs(changed) ** 2, axis=(1, 2)) / np.mean(np.abs(without) ** 2)))
 
 

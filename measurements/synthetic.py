@@ -24,9 +24,9 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError, unknown
 from ksmea.measurement.campaign import RUN_DIRECTIONS, Campaign, Run, weights_of
-from ksmea.measurement.measurement import KINDS, Layout, Measurement, observe
+from ksmea.measurement.measurement import OBSERVABLES, Layout, Measurement, observe
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.numerics.differences import recent
 from ksmea.plugins import registry
 from ksmea.plugins.effect import AnyEffect
@@ -61,7 +61,7 @@ class Synthetic(MeasurementSource):
     """
 
     kind: str = setting(
-        "amplitude", "what is measured: amplitudes, or complex responses with their phase", choices=KINDS
+        "amplitude", "what is measured: amplitudes, or complex responses with their phase", choices=OBSERVABLES
     )
     relative: float = setting(0.0, "standard deviation of the noise relative to each value", at_least=0)
     floor: float = setting(
@@ -136,7 +136,7 @@ class Synthetic(MeasurementSource):
                 f"directions: expected one for each of runs, which are {len(self.runs)}, got {len(self.directions)}; give as many, such as"
                 " runs=[bare,bare] and directions=[up,down]"
             )
-        if self.harmonics and (Kind(self.kind) is not Kind.COMPLEX or not self.floor):
+        if self.harmonics and (Observable(self.kind) is not Observable.COMPLEX or not self.floor):
             raise SettingError(
                 f"harmonics: expected kind=complex and a floor above 0, got kind={self.kind} and {self.floor:g} µm; amplitudes and"
                 " noise relative to a response say nothing where there is none"
@@ -290,8 +290,8 @@ class Synthetic(MeasurementSource):
     def _size(self, effect: AnyEffect, problem: Problem, x: Array, rng: np.random.Generator) -> Array:
         """Values (e,) SI of an effect's unknowns, drawn."""
         if self.expected_drop is None:
-            return drawn_size(effect, problem, x, Kind(self.kind), rng)
-        return size_of_drop(effect, problem, x, self.expected_drop, self.noise, Kind(self.kind), rng)
+            return drawn_size(effect, problem, x, Observable(self.kind), rng)
+        return size_of_drop(effect, problem, x, self.expected_drop, self.noise, Observable(self.kind), rng)
 
     def _machine(self, settings: ProblemSettings) -> Problem:
         """The model that makes the data, as far as the problem knows it, in one run without weights."""
@@ -301,7 +301,7 @@ class Synthetic(MeasurementSource):
     def _seen(self, settings: ProblemSettings) -> Measurement:
         """What is measured, all values 0: runs and channels, by which effects say how they act."""
         layout = self._layout(self._source(settings).build())
-        values = Kind(self.kind).seen(np.zeros((len(layout.speed), len(layout.channels)), dtype=complex))
+        values = Observable(self.kind).seen(np.zeros((len(layout.speed), len(layout.channels)), dtype=complex))
         return Measurement(layout.speed, layout.channels, values, None, layout.source, campaign=layout.campaign)
 
     def _as_measured(self, problem: Problem) -> Problem:

@@ -24,7 +24,7 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.likelihood.fisher import UNKNOWABLE, whitened_sensitivity
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.plugins.source import ProblemSettings
 from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
@@ -110,7 +110,12 @@ UNITS = {
     "unbalance": ("g mm", GRAM_MILLIMETRE),
     "angle": ("deg", DEGREE),
 }
-KINDS = {"k": "stiffness", "c": "damping", "u": "unbalance", "p": "angle"}  # by the first letter of an unknown
+QUANTITY_BY_LETTER = {
+    "k": "stiffness",
+    "c": "damping",
+    "u": "unbalance",
+    "p": "angle",
+}  # by the first letter of an unknown
 
 
 def _both(*coefficients: str) -> tuple[Target, ...]:
@@ -199,7 +204,7 @@ def is_sound(instance: Instance) -> bool:
         return False
     response, sensitivity = problem.linearised(x)
     scale = [1.0 if item.is_full_turn else abs(value) for item, value in zip(problem.parameters, x)]
-    whitened = whitened_sensitivity(response, sensitivity * scale, Noise(SOUND_NOISE, 0.0), Kind.AMPLITUDE)
+    whitened = whitened_sensitivity(response, sensitivity * scale, Noise(SOUND_NOISE, 0.0), Observable.AMPLITUDE)
     _, singular, directions = np.linalg.svd(whitened, full_matrices=False)
     if singular[-1] <= UNKNOWABLE * singular[0]:
         return False
@@ -269,16 +274,16 @@ def _parameter(
     name: str, true: Mapping[str, float], before: Mapping[str, Parameter], rng: np.random.Generator
 ) -> Parameter:
     """An unknown with its limits; those before it have theirs."""
-    kind = KINDS[name[0]]
-    if kind == "angle":
+    quantity = QUANTITY_BY_LETTER[name[0]]
+    if quantity == "angle":
         lower, upper = FULL_TURN
     elif name == "kxy":
         largest = math.sqrt(before["kxx"].upper * before["kyy"].upper)
         lower, upper = (sign * _rounded(rng.uniform(*CROSS_LIMITS) * largest) for sign in (-1, 1))
     else:
-        ratio, place = _log(LIMIT_RATIOS[kind], rng), rng.uniform(*LIMIT_PLACE)
+        ratio, place = _log(LIMIT_RATIOS[quantity], rng), rng.uniform(*LIMIT_PLACE)
         lower, upper = _rounded(true[name] / ratio**place), _rounded(true[name] * ratio ** (1 - place))
-    return Parameter(name, *UNITS[kind], lower, upper)
+    return Parameter(name, *UNITS[quantity], lower, upper)
 
 
 def _log(ends: Range, rng: np.random.Generator) -> float:

@@ -39,7 +39,7 @@ LONGEST_SHAFT = 50.0  # m; more, and moduli beyond those of soft plastics and of
 LEAST_MODULUS, LARGEST_MODULUS = 1 * GIGAPASCAL, 1500 * GIGAPASCAL
 CROSS_COEFFICIENTS = ("kxy", "kyx", "cxy", "cyx")  # optional: none unless given
 PARTS = {"bearing": COEFFICIENTS, "unbalance": UNBALANCE_PARTS}  # what a target may set of which thing
-KIND_OF_PART = {
+QUANTITY_OF_PART = {
     **{name: "stiffness" if name in STIFFNESSES else "damping" for name in COEFFICIENTS},
     "magnitude": "unbalance",
     "phase": "angle",
@@ -186,7 +186,7 @@ def _bearing(block: Block, units: Units, shaft: Rotor, index: int, owners: Mappi
     block.check_keys(["position", *required], CROSS_COEFFICIENTS)
     position = _position(block, units, shaft, "bearing", needs_node=True)
     given = [name for name in COEFFICIENTS if name in block.values]
-    return Bearing(position, **{name: units.quantity(block, name, KIND_OF_PART[name]) for name in given})
+    return Bearing(position, **{name: units.quantity(block, name, QUANTITY_OF_PART[name]) for name in given})
 
 
 def _plane(block: Block, units: Units, shaft: Rotor, index: int, owners: Mapping[Target, str]) -> UnbalancePlane:
@@ -196,7 +196,7 @@ def _plane(block: Block, units: Units, shaft: Rotor, index: int, owners: Mapping
     limits = {"magnitude": {"at_least": 0}, "phase": {}}
     given = [part for part in UNBALANCE_PARTS if part in block.values]
     return UnbalancePlane(
-        position, **{part: units.quantity(block, part, KIND_OF_PART[part], **limits[part]) for part in given}
+        position, **{part: units.quantity(block, part, QUANTITY_OF_PART[part], **limits[part]) for part in given}
     )
 
 
@@ -276,25 +276,25 @@ def _unknowns(
             raise block.error("name", f"expected letters, digits and _ after a letter, got {described(name)}")
         if name in (item.parameter.name for item in unknowns):
             raise block.error("name", f"expected each name once, got '{name}' again")
-        targets, kind = _targets(block, things, owners)
+        targets, quantity = _targets(block, things, owners)
         owners |= dict.fromkeys(targets, name)
-        unit = units.unit(kind)
-        lower = block.number("lower", unit.name, **({"at_least": 0} if kind == "unbalance" else {}))
+        unit = units.unit(quantity)
+        lower = block.number("lower", unit.name, **({"at_least": 0} if quantity == "unbalance" else {}))
         upper = block.number("upper", unit.name, above=lower)
         for key, limit in (("lower", lower), ("upper", upper)):
-            units.check_plausible(block, key, kind, limit)
+            units.check_plausible(block, key, quantity, limit)
         unknowns.append(Unknown(Parameter(name, unit.name, unit.si, lower * unit.si, upper * unit.si), targets))
         if "reference" in block.values:
-            reference[name] = units.quantity(block, "reference", kind, at_least=lower, at_most=upper)
+            reference[name] = units.quantity(block, "reference", quantity, at_least=lower, at_most=upper)
     return tuple(unknowns), reference
 
 
 def _targets(
     block: Block, things: Mapping[str, Sequence[Block]], owners: Mapping[Target, str]
 ) -> tuple[tuple[Target, ...], str]:
-    """What an unknown sets, and the kind of quantity that all of it is."""
+    """What an unknown sets, and the quantity that all of it is."""
     targets: list[Target] = []
-    kinds: list[str] = []
+    quantities: list[str] = []
     for number, entry in enumerate(block.entries("sets"), start=1):
         key = f"sets[{number}]"
         target, part = _target(block, key, entry, things)
@@ -302,10 +302,10 @@ def _targets(
             owner = owners.get(target, block.values["name"])
             raise block.error(key, f"expected each number to be set once, got {described(entry)}, which {owner} sets")
         targets.append(target)
-        kinds.append(KIND_OF_PART[part])
-        if kinds[-1] != kinds[0]:
-            raise block.error(key, f"expected a {kinds[0]} as in the first entry, got {described(entry)}")
-    return tuple(targets), kinds[0]
+        quantities.append(QUANTITY_OF_PART[part])
+        if quantities[-1] != quantities[0]:
+            raise block.error(key, f"expected a {quantities[0]} as in the first entry, got {described(entry)}")
+    return tuple(targets), quantities[0]
 
 
 def _target(block: Block, key: str, entry: object, things: Mapping[str, Sequence[Block]]) -> tuple[Target, str]:

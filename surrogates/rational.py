@@ -18,7 +18,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.plugins.surrogate import Predictor, Surrogate, Unsuited
 from ksmea.plugins.transforms import Transform
 from ksmea.problem.response_structure import ResponseStructure
@@ -110,7 +110,7 @@ class StructuredRational(Surrogate):
         if len(u) < self._least:
             raise SettingError(f"surrogate=rational: expected {self._least} samples or more, got {len(u)}; take more")
         structure, terms = self.structure, self._terms
-        outputs = Transform("complex", Kind.COMPLEX, len(structure.speed), structure.n_channel)
+        outputs = Transform("complex", Observable.COMPLEX, len(structure.speed), structure.n_channel)
         response = np.asarray(outputs.decode(y), dtype=complex)
         x = structure.parameters.to_si(u)
         at_samples, loads = terms.at(structure.impedance(x)), structure.loads(x)

@@ -50,8 +50,10 @@ def test_it_runs_and_finds_what_is_hidden(executed):
 
 
 def test_figures_and_tables_are_shown(executed):
-    kinds = {kind for cell in code(executed) for output in cell.outputs for kind in output.get("data", {})}
-    assert {"image/png", "text/html"} <= kinds
+    output_types = {
+        output_type for cell in code(executed) for output in cell.outputs for output_type in output.get("data", {})
+    }
+    assert {"image/png", "text/html"} <= output_types
 
 
 def test_what_it_shows_in_the_repository_is_what_it_does(notebook, executed):

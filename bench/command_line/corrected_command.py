@@ -10,13 +10,13 @@ from pathlib import Path
 
 from bench.command_line.word_shapes import WrongShape
 
-NEAREST = re.compile(r"unknown (?P<kind>[^']*)'(?P<wrong>[^']*)'; did you mean '(?P<near>[^']*)'")
+NEAREST = re.compile(r"unknown (?P<noun>[^']*)'(?P<wrong>[^']*)'; did you mean '(?P<near>[^']*)'")
 ONE_PLUGIN = re.compile(r"unknown setting '[\w.]+'; (?P<choice>\w+=\w+) has it, ")
 NO_LIST = re.compile(r"(?P<key>[\w.]+): expected a list \[.*got (?P<got>one value|one block|other brackets)")
 A_LIST = re.compile(r"(?P<key>[\w.]+): expected .*, got a list; several values are written without brackets")
 SEVERAL = re.compile(r"(?P<key>output|name): expected one value for the whole experiment, got several")
 COMMA = re.compile(r"(?P<key>[\w.]+): expected a decimal point, .*; write (?P<value>\S+)$")
-NO_PLUGIN = re.compile(r"unknown (problem|measurement) '(?P<file>[^']+\.(?P<kind>ya?ml|csv|xlsx|uff|unv))'")
+NO_PLUGIN = re.compile(r"unknown (problem|measurement) '(?P<file>[^']+\.(?P<suffix>ya?ml|csv|xlsx|uff|unv))'")
 FILES = {  # what a file is read by
     ("problem", "yaml"): ("problem=rotor", "problem.file"),
     ("measurement", "yaml"): ("measurement=campaign", "measurement.path"),
@@ -44,7 +44,7 @@ def corrected(error: Exception, words: list[str]) -> list[str] | None:
         return error.meant
     line = str(error)
     if found := NO_PLUGIN.search(line):
-        return _with_file(words, found[1], found["file"], found["kind"])
+        return _with_file(words, found[1], found["file"], found["suffix"])
     if found := COMMA.search(line):
         return _with_value(words, found["key"], found["value"])
     if found := NO_LIST.search(line):
@@ -59,7 +59,7 @@ def corrected(error: Exception, words: list[str]) -> list[str] | None:
         choice = f"{group}={chosen},{plugin}" if "," in chosen else found["choice"]
         return [*[word for word in words if _key(word) != group], choice]
     if found := NEAREST.search(line):
-        is_key = found["kind"].startswith(("setting ", "option "))
+        is_key = found["noun"].startswith(("setting ", "option "))
         return _replaced(words, is_key, found["wrong"], found["near"])
     return None
 
@@ -89,8 +89,8 @@ def _without_brackets(words: list[str], key: str) -> list[str] | None:
     return _with_value(words, key, given[1:-1]) if given.startswith("[") and len(given) > 2 else None
 
 
-def _with_file(words: list[str], group: str, file: str, kind: str) -> list[str] | None:
-    chosen = FILES.get((group, kind.replace("yml", "yaml")))
+def _with_file(words: list[str], group: str, file: str, suffix: str) -> list[str] | None:
+    chosen = FILES.get((group, suffix.replace("yml", "yaml")))
     if chosen is None:
         return None
     plugin, key = chosen

@@ -81,42 +81,42 @@ def _type_name(hint: Any) -> str:
 
 def _require_value(key: str, value: str, type_name: str) -> None:
     """Whether a plain value is of a setting's type."""
-    kind, *_ = type_name.split(" | ")
+    base_type, *_ = type_name.split(" | ")
     if not value:
         if key in GROUPS or key == EXPERIMENT:
             known = registered(key) if key in GROUPS else sorted(experiment_files())
             raise SettingError(f"{key}: expected one of {', '.join(known)}, got nothing")
-        if key in bench_settings() or kind in ("int", "float", "bool"):
+        if key in bench_settings() or base_type in ("int", "float", "bool"):
             raise SettingError(
-                f"{key}: expected {EXPECTED.get(key, IN_WORDS.get(kind, 'a list [a,b,...]'))}, got nothing"
+                f"{key}: expected {EXPECTED.get(key, IN_WORDS.get(base_type, 'a list [a,b,...]'))}, got nothing"
             )
         return
-    if kind in ("int", "float") and DECIMAL_COMMA.fullmatch(value):
+    if base_type in ("int", "float") and DECIMAL_COMMA.fullmatch(value):
         raise SettingError(
             f"{key}: expected a decimal point, or several values with commas, got '{value}'; write {value.replace(',', '.', 1)}"
         )
     values = plain(value)
-    if kind.startswith("list[") and value not in WORDS:
-        _require_list(key, value, kind, values)
-    if kind.startswith("dict[") and (values or value.startswith("[")) and value not in WORDS:
+    if base_type.startswith("list[") and value not in WORDS:
+        _require_list(key, value, base_type, values)
+    if base_type.startswith("dict[") and (values or value.startswith("[")) and value not in WORDS:
         raise SettingError(
             f"{key}: expected {{name: value, ...}}, got {'a list' if value.startswith('[') else 'one value'}"
         )
-    if kind not in IN_WORDS:
+    if base_type not in IN_WORDS:
         return
     if value.startswith(("[", "{")):
         raise SettingError(
-            f"{key}: expected {EXPECTED.get(key, IN_WORDS[kind])}, got a list; several values are written without brackets"
+            f"{key}: expected {EXPECTED.get(key, IN_WORDS[base_type])}, got a list; several values are written without brackets"
         )
     if key == LABEL and value == "null":
         raise SettingError(f"{key}: expected a label, got null; leave it out, for all of them")
     for each in values:
-        if each.casefold() not in WORDS and not _is_of(each, kind):
-            raise SettingError(f"{key}: expected {IN_WORDS[kind]}, got '{each}'")
+        if each.casefold() not in WORDS and not _is_of(each, base_type):
+            raise SettingError(f"{key}: expected {IN_WORDS[base_type]}, got '{each}'")
 
 
-def _require_list(key: str, value: str, kind: str, values: tuple[str, ...]) -> None:
-    is_blocks = kind.startswith("list[dict")
+def _require_list(key: str, value: str, base_type: str, values: tuple[str, ...]) -> None:
+    is_blocks = base_type.startswith("list[dict")
     if values:
         raise SettingError(f"{key}: expected a list [a,b,...], got one value")
     if value.startswith(("{", "(")):
@@ -127,11 +127,11 @@ def _require_list(key: str, value: str, kind: str, values: tuple[str, ...]) -> N
         raise SettingError(f"{key}: expected a list {BLOCKS}, got a list of something else")
 
 
-def _is_of(text: str, kind: str) -> bool:
-    if kind == "bool":
+def _is_of(text: str, base_type: str) -> bool:
+    if base_type == "bool":
         return text.casefold() in TRUTHS
     try:
-        {"int": int, "float": float}.get(kind, str)(text)
+        {"int": int, "float": float}.get(base_type, str)(text)
     except ValueError:
         return False
     return True

@@ -66,8 +66,8 @@ def draw(words: list[str]) -> int:
     files[PAGE] = _page(drawing, title, words, files)
     folder.mkdir(parents=True, exist_ok=True)
     for each in left_out:  # of an earlier drawing
-        for kind in ("png", "csv"):
-            (folder / f"{each}.{kind}").unlink(missing_ok=True)
+        for suffix in ("png", "csv"):
+            (folder / f"{each}.{suffix}").unlink(missing_ok=True)
     for file, content in files.items():
         replace_file(folder / file, content)
     write_index_above(folder)

@@ -31,15 +31,15 @@ def new(words: list[str]) -> int:
         raise SettingError(
             f"new: expected a kind of plugin and a name, as new optimizer my_search, got {len(asked)} words"
         )
-    kind, name = asked
-    if kind not in FIRST_RUN:
-        raise unknown("kind of plugin:", kind, FIRST_RUN)
-    _require_usable(kind, name)
-    [test] = (EXAMPLES / kind).glob("test_*.py")
+    group, name = asked
+    if group not in FIRST_RUN:
+        raise unknown("kind of plugin:", group, FIRST_RUN)
+    _require_usable(group, name)
+    [test] = (EXAMPLES / group).glob("test_*.py")
     example = test.stem.removeprefix("test_")
     sources = [f"{example}.py"] if FILE in words else ["pyproject.toml", f"{example}.py", test.name]
     folder = Path() if FILE in words else Path(name)
-    written = {folder / source.replace(example, name): EXAMPLES / kind / source for source in sources}
+    written = {folder / source.replace(example, name): EXAMPLES / group / source for source in sources}
     for path in written:
         if path.exists():
             raise SettingError(f"new: expected no {path} yet, found one; choose another name, or remove it")
@@ -47,19 +47,19 @@ def new(words: list[str]) -> int:
         path.parent.mkdir(exist_ok=True)
         path.write_text(_renamed(source.read_text(encoding="utf-8"), example, name), encoding="utf-8")
         print(f"written: {path}")
-    print(f"try it:  python -m bench plugins=[{folder / name}.py] {FIRST_RUN[kind].replace('NAME', name)}")
+    print(f"try it:  python -m bench plugins=[{folder / name}.py] {FIRST_RUN[group].replace('NAME', name)}")
     if FILE not in words:
-        print(f"or:      pip install -e {name}; python -m pytest {name}; python -m bench help {kind} {name}")
+        print(f"or:      pip install -e {name}; python -m pytest {name}; python -m bench help {group} {name}")
     return 0
 
 
-def _require_usable(kind: str, name: str) -> None:
+def _require_usable(group: str, name: str) -> None:
     """Raise `SettingError` where a plugin, its class and its module cannot have a name."""
     if not NAME.fullmatch(name) or snake_case(_of_class(name)) != name:
         raise SettingError(f"new: expected a name in snake case, as my_search, got {name}; choose another one")
-    if name in registry.registered(kind):
+    if name in registry.registered(group):
         raise SettingError(
-            f"new: {kind}={name} is there already, from {registry.origin(kind, name)}; choose another name"
+            f"new: {group}={name} is there already, from {registry.origin(group, name)}; choose another name"
         )
     if find_spec(name) is not None:
         raise SettingError(f"new: there is a Python module {name} already; choose another name")

@@ -21,7 +21,7 @@ from ksmea.plugins.names import FURTHER, GROUPS, registered
 
 SHELLS = ("bash", "zsh")
 ANSWERS = ("--help", "--version")
-KINDS = ("effect", "method", "optimizer", "problem", "surrogate")  # which `new` makes
+TEMPLATES = ("effect", "method", "optimizer", "problem", "surrogate")  # which `new` makes
 FORMATS = ("coco", "csv", "ioh")  # which `export` writes
 FIGURES = ("cost", "response", "trace", "updates")
 OWN_SEEDS = ("instance", "label")
@@ -79,7 +79,7 @@ def _of_command(command: str, given: Sequence[str]) -> Iterable[str]:
         if given and given[-1] in (*GROUPS, *FURTHER):
             return registered(given[-1])
         return [*_commands(), *experiment_files(), *GROUPS, *FURTHER, *plugins, *bench_settings()]
-    first = {"completion": SHELLS, "new": KINDS, "export": FORMATS, "verify": _references()}
+    first = {"completion": SHELLS, "new": TEMPLATES, "export": FORMATS, "verify": _references()}
     if command in first:
         if not given:
             return first[command]
@@ -134,10 +134,10 @@ def _values(key: str, before: Sequence[str]) -> Iterable[str]:
         return listed[key]
     if key in ("output", "share", "plugins"):
         return [FILES]
-    kind, choices = _of_setting(key, before)
+    type_name, choices = _of_setting(key, before)
     if choices:
         return choices
-    if kind.startswith("bool"):
+    if type_name.startswith("bool"):
         return ("true", "false")
     return [FILES] if key.rpartition(".")[2] in ("path", "file") else []
 

@@ -58,20 +58,20 @@ class RunLine(msgspec.Struct, frozen=True, kw_only=True, tag_field="event"):
     def has_result(self) -> bool:
         return self.status in RESULTS
 
-    def record(self, kind: type[AnyRecord]) -> AnyRecord:
+    def record(self, record_type: type[AnyRecord]) -> AnyRecord:
         """The record of the run's study; `SettingError` where the line holds another one."""
-        if type(self.body) is kind:
+        if type(self.body) is record_type:
             return self.body
         try:
             data = _loaded(self.raw)
         except (ValueError, RecursionError) as error:
-            raise SettingError(f"{kind.__name__}: expected JSON, could not read it: {error}") from error
-        return kind.from_data(data)
+            raise SettingError(f"{record_type.__name__}: expected JSON, could not read it: {error}") from error
+        return record_type.from_data(data)
 
-    def checked(self, kind: type[Record]) -> RunLine:
+    def checked(self, record_type: type[Record]) -> RunLine:
         """This line with its record read, or as one without a result where the record cannot be."""
         try:
-            return msgspec.structs.replace(self, body=self.record(kind))
+            return msgspec.structs.replace(self, body=self.record(record_type))
         except SettingError as error:
             return msgspec.structs.replace(self, status=UNREADABLE, error=str(error))
 

@@ -134,8 +134,8 @@ def finished_keys(output: Path, plan: Plan | None = None) -> set[str]:
     return {key for key, has_result in found.items() if has_result}
 
 
-def record_kinds(plan: Plan) -> dict[str, type[Record]]:
-    """What kind of record the study of each planned run finds, by the run's key."""
+def record_types(plan: Plan) -> dict[str, type[Record]]:
+    """The type of record that the study of each planned run finds, by the run's key."""
     of_cell = []
     for cell in plan.cells:
         named = cell.settings.get("study") is not None  # plans older than studies name none
@@ -185,7 +185,7 @@ def read_records(
     needed while the file is read: a hundred thousand whole records would fill the memory. `damaged` counts, by file, lines that
     are no records.
     """
-    kinds = {} if plan is None else record_kinds(plan)
+    type_of_run = {} if plan is None else record_types(plan)
     with_result: set[str] = set()
     platforms: dict[str, str] = {}
     running = running_sessions(output)  # before the lines are read: what ends meanwhile has its end among them
@@ -196,7 +196,7 @@ def read_records(
             continue
         if line.key in with_result:
             continue
-        known = line.checked(kinds[line.key]) if line.has_result and line.key in kinds else line
+        known = line.checked(type_of_run[line.key]) if line.has_result and line.key in type_of_run else line
         known = known.computed_on(platforms.get(line.session, ""))
         if isinstance(known, Started):
             known = _unfinished(known, is_running=line.session in running)

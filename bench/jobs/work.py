@@ -98,8 +98,8 @@ class _Queue:
     def __enter__(self) -> None:
         pass
 
-    def __exit__(self, kind: type[BaseException] | None, *exception: object) -> None:
-        if kind is None or not issubclass(kind, TakenForDead):
+    def __exit__(self, exception_type: type[BaseException] | None, *exception: object) -> None:
+        if exception_type is None or not issubclass(exception_type, TakenForDead):
             self._claims.release([*self._waiting])
 
     def tasks(self) -> Iterator[tuple[Run, tuple[Any, ...]] | None]:

@@ -197,10 +197,10 @@ def read_plan(output: Path) -> Plan:
 def plan_from_lines(lines: Iterable[dict[str, Any]]) -> Plan:
     """The plan that `plan_lines` has written, with as many of its runs as there are lines of. `ValueError` where a field is
     missing, has another type, or does not fit the others."""
-    kinds: dict[str, list[dict[str, Any]]] = {"plan": [], "cell": [], "run": []}
+    lines_by_type: dict[str, list[dict[str, Any]]] = {"plan": [], "cell": [], "run": []}
     for line in lines:
-        kinds[line.pop("line")].append(line)
-    (head,), cells, runs = kinds["plan"], kinds["cell"], kinds["run"]
+        lines_by_type[line.pop("line")].append(line)
+    (head,), cells, runs = lines_by_type["plan"], lines_by_type["cell"], lines_by_type["run"]
     if head.pop("schema") != SCHEMA:
         raise ValueError("the schema is another")
     cells = [{**cell, "parameters": [_facts(facts) for facts in cell["parameters"]]} for cell in cells]

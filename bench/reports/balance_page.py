@@ -47,13 +47,13 @@ def _response_plot(record: BalanceRecord) -> Plot:
     traces = [
         {
             "type": "bar",
-            "name": kind,
+            "name": state,
             "x": names,
             "y": [each.size for each in values],
             "marker": {"color": colour},
             "error_y": _bars(values),
         }
-        for kind, values, colour in (("bare", found.bare, ORANGE), ("with the correction", found.left, BLUE))
+        for state, values, colour in (("bare", found.bare, ORANGE), ("with the correction", found.left, BLUE))
     ]
     made = layout("", AMPLITUDE, barmode="group")
     said = (

@@ -31,13 +31,13 @@ def plain_runs(plan: Plan, lines: Lines) -> pd.DataFrame:
 
 
 def result_runs(
-    plan: Plan, lines: Lines, kind: type[AnyRecord], row: Callable[[AnyRecord, Cell], dict[str, Any]]
+    plan: Plan, lines: Lines, record_type: type[AnyRecord], row: Callable[[AnyRecord, Cell], dict[str, Any]]
 ) -> pd.DataFrame:
     """The same, and a `row` of what the record of each run that has a result says, told of its cell."""
     rows = []
     for run in plan.runs:
         line, cell = lines.get(run.key), plan.cells[run.cell]
-        found = row(line.record(kind), cell) if line is not None and line.has_result else {}
+        found = row(line.record(record_type), cell) if line is not None and line.has_result else {}
         rows.append(_place(plan, run, lines) | found)
     return pd.DataFrame(rows)
 
@@ -46,13 +46,13 @@ def _place(plan: Plan, run: Run, lines: Lines) -> dict[str, Any]:
     return run_columns(plan, run, *ending(lines.get(run.key)))
 
 
-def first_results(plan: Plan, lines: Lines, kind: type[AnyRecord]) -> dict[int, AnyRecord]:
+def first_results(plan: Plan, lines: Lines, record_type: type[AnyRecord]) -> dict[int, AnyRecord]:
     """The record of each cell that has a result, in the order of the cells."""
     found: dict[int, AnyRecord] = {}
     for run in plan.runs:
         line = lines.get(run.key)
         if run.cell not in found and line is not None and line.has_result:
-            found[run.cell] = line.record(kind)
+            found[run.cell] = line.record(record_type)
     return dict(sorted(found.items()))
 
 

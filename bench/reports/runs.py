@@ -101,15 +101,15 @@ def _result_row(record: IdentificationRecord, exact: float | None) -> dict[str, 
     return row
 
 
-def _interval_columns(parameter: ParameterRecord, kind: str) -> dict[str, Any]:
-    """The most likely value and the ends of the interval around it in the parameter's unit, empty where open, its kind, and
+def _interval_columns(parameter: ParameterRecord, basis: str) -> dict[str, Any]:
+    """The most likely value and the ends of the interval around it in the parameter's unit, empty where open, its basis, and
     whether it holds the true value, empty where nobody knows that."""
     name = parameter.name
     return {
         sys.intern(f"{name}_most_likely"): parameter.in_unit(parameter.most_likely),
         sys.intern(f"{name}_low"): parameter.in_unit(parameter.low),
         sys.intern(f"{name}_high"): parameter.in_unit(parameter.high),
-        sys.intern(f"{name}_interval"): sys.intern(kind),
+        sys.intern(f"{name}_interval"): sys.intern(basis),
         sys.intern(f"{name}_covered"): parameter.is_covered,
     }
 

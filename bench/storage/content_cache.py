@@ -31,11 +31,11 @@ class KeptByContent(Generic[Value]):
     """Values of a type that `msgspec` can write, made by a pure function of bytes and kept in a file of this name. The name must
     change with the function."""
 
-    def __init__(self, name: str, kind: type[Value], make: Callable[[bytes], Value]) -> None:
+    def __init__(self, name: str, value_type: type[Value], make: Callable[[bytes], Value]) -> None:
         folder = cache_folder()
         self._file = None if folder is None else folder / name
         self._make = make
-        self._kept = {} if self._file is None else _read(self._file, kind)
+        self._kept = {} if self._file is None else _read(self._file, value_type)
         self._asked: dict[str, Value] = {}
 
     def of(self, content: bytes) -> Value:
@@ -71,10 +71,10 @@ def cache_folder() -> Path | None:
     return home / OWN if home.is_absolute() else None  # the standard ignores a relative one
 
 
-def _read(file: Path, kind: type[Value]) -> dict[str, Value]:
+def _read(file: Path, value_type: type[Value]) -> dict[str, Value]:
     """What a file keeps; nothing where there is none, or none that can be read."""
     try:
         with open_regular(file) as opened:
-            return msgspec.convert(msgspec.json.decode(opened.read()), GenericAlias(dict, (str, kind)))
+            return msgspec.convert(msgspec.json.decode(opened.read()), GenericAlias(dict, (str, value_type)))
     except (OSError, SettingError, ValueError, RecursionError):  # a ValueError of msgspec too, and for bytes of no text
         return {}

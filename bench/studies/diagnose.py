@@ -45,9 +45,12 @@ class Diagnose(DiagnosisOptions, Study):
         effects, _ = library(self.effects, self.without)
         found, left_out = candidates_and_left_out(setup.problem, effects)
         if not found and left_out:
-            kind, reasons = type(setup.problem).__name__, "; ".join(f"{name} {why}" for name, why in left_out.items())
+            problem_class, reasons = (
+                type(setup.problem).__name__,
+                "; ".join(f"{name} {why}" for name, why in left_out.items()),
+            )
             raise SettingError(
-                f"study=diagnose: expected a problem that effects can be added to, got {kind}: {reasons}; take one that is"
+                f"study=diagnose: expected a problem that effects can be added to, got {problem_class}: {reasons}; take one that is"
                 " made of a rotor, or other effects"
             )
         if effects and not found:

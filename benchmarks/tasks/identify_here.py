@@ -10,7 +10,7 @@ from benchmarks.harness.task import Task
 from benchmarks.tasks.run_ups import NOISE, read
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.plugins import registry
 from ksmea.plugins.identification import Streams
 from ksmea.problem.counted import CountedProblem
@@ -48,7 +48,7 @@ def noiseless(name: str, samples: int) -> Task:
     """Least squares on a surrogate of so many samples, from data without noise."""
     problem = ThreeDisk().build()
     truth = np.array(list(ThreeDisk().reference().values()))
-    values = observe(problem.response(truth[None])[0], Kind.AMPLITUDE, Noise(0.0, 0.0), np.random.default_rng(0))
+    values = observe(problem.response(truth[None])[0], Observable.AMPLITUDE, Noise(0.0, 0.0), np.random.default_rng(0))
     measurement = Measurement(problem.speed, problem.channels, values, Noise(0.0, 0.0), "exact")
     chosen = _method("ksmea", {"max_updates": 0, "misfit": "likelihood"}, "lm", name, samples)
     return Task(

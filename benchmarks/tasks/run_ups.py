@@ -33,13 +33,13 @@ def write(path: Path) -> None:
     from ksmea.inference.cramer_rao import identifiability
     from ksmea.measurement.measurement import observe
     from ksmea.measurement.noise import Noise
-    from ksmea.measurement.observable import Kind
+    from ksmea.measurement.observable import Observable
     from problems.three_disk import ThreeDisk
 
     problem, noise = ThreeDisk().build(), Noise(NOISE, 0.0)
     response = problem.response(TRUTH[None])[0]
-    values = [observe(response, Kind.AMPLITUDE, noise, np.random.default_rng(seed)) for seed in range(N_SEED)]
-    crlb = identifiability(problem, TRUTH, noise, Kind.AMPLITUDE).crlb
+    values = [observe(response, Observable.AMPLITUDE, noise, np.random.default_rng(seed)) for seed in range(N_SEED)]
+    crlb = identifiability(problem, TRUTH, noise, Observable.AMPLITUDE).crlb
     np.savez(path, values=np.array(values), truth=TRUTH, crlb=crlb)
 
 

@@ -26,7 +26,7 @@ from ksmea.measurement.campaign import Campaign, Run, Weight, shared_name
 from ksmea.measurement.channel import Channel, further_directions, named
 from ksmea.measurement.measurement import Layout, Measurement
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.numerics.parallel import for_each
 from ksmea.problem.alignment import aligned
 from ksmea.problem.counted import Model
@@ -88,9 +88,9 @@ def best_split(
     pairs = list(itertools.combinations(range(len(fits)), 2))
     now = _Seen.of(fits, first.likelihood.measurement.layout).separations(pairs)
     best, best_then = None, now
-    for kind in (_with_weights, _through_other_planes, _at_higher_speeds):
+    for propose in (_with_weights, _through_other_planes, _at_higher_speeds):
         candidates = []
-        for further in kind(first):
+        for further in propose(first):
             candidates.append((further, _Seen.of(fits, further.layout)))
             progress()
         candidates.sort(key=lambda candidate: _merit(candidate[1].linear_separations(pairs)), reverse=True)
@@ -212,15 +212,15 @@ class _Seen:
         return cls(explanations, layout, noise, first.likelihood.noise_is_estimated)
 
     @property
-    def kind(self) -> Kind:
-        return Kind(self.layout.kind)
+    def observable(self) -> Observable:
+        return Observable(self.layout.kind)
 
     def separations(self, pairs: Sequence[tuple[int, int]]) -> Array:
         """Deviances by which the two of each pair are told apart, whichever of them makes the data."""
         found = np.array([self._least_fitted(pair) for pair in pairs])
         if not self.noise_is_estimated:
             return found
-        n = self.explanations[0][0].response.size * self.kind.dimensions
+        n = self.explanations[0][0].response.size * self.observable.dimensions
         return np.asarray(n * np.log1p(found / n))  # what is not explained counts as noise
 
     def linear_separations(self, pairs: Sequence[tuple[int, int]]) -> Array:
@@ -245,8 +245,8 @@ class _Seen:
 
     def _linear(self, made: _Explanation, fitted: _Explanation) -> float:
         """Squared distance of what one explanation predicts from the tangent of another."""
-        distance = whitened_difference(made.response, fitted.response, self.noise, self.kind)
-        tangent = whitened_sensitivity(fitted.response, fitted.slope, self.noise, self.kind)[: len(distance)]
+        distance = whitened_difference(made.response, fitted.response, self.noise, self.observable)
+        tangent = whitened_sensitivity(fitted.response, fitted.slope, self.noise, self.observable)[: len(distance)]
         length = np.linalg.norm(tangent, axis=0)
         scaled = tangent[:, length > 0] / length[length > 0]
         return float(np.sum(projected(distance[:, None], scaled) ** 2))
@@ -258,7 +258,7 @@ class _Seen:
         predicted = Measurement(
             layout.speed,
             layout.channels,
-            self.kind.seen(made.response),
+            self.observable.seen(made.response),
             self.noise,
             layout.source,
             layout.phase_known,

@@ -96,8 +96,8 @@ def _whitened(problem: Problem, u: Array, fit: Fit) -> tuple[Array, Array]:
     """Sensitivities to the unknowns (m, d), and to the noise level (m, 2) or (m, 0) where that is known."""
     response, sensitivity = Model(problem).linearise(u)
     noise_known = not fit.likelihood.noise_is_estimated
-    kind = fit.likelihood.measurement.kind
-    whitened = whitened_sensitivity(response, sensitivity, fit.noise, kind, noise_known=noise_known)
+    observable = fit.likelihood.measurement.kind
+    whitened = whitened_sensitivity(response, sensitivity, fit.noise, observable, noise_known=noise_known)
     return whitened[:, : len(u)], whitened[:, len(u) :]
 
 

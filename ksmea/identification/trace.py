@@ -24,7 +24,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.likelihood.deviance import deviance, reference_variance
 from ksmea.likelihood.misfit import Misfit
 from ksmea.measurement.measurement import Measurement
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.plugins.identification import Identification, Stage, Streams, at_limit
 from ksmea.plugins.method import Method
 from ksmea.plugins.surrogate import Predictor, Surrogate, Unsuited
@@ -45,7 +45,7 @@ def comparable_misfit(measurement: Measurement) -> Callable[[ComplexArray], Arra
     It is the deviance (`ksmea.likelihood.deviance`). Where the noise's level is not known, it is taken as relative, at the level that fits the
     residuals of each response best; of data without noise it is the likelihood misfit (`ksmea.likelihood.misfit`).
     """
-    noise, values, kind = measurement.noise, measurement.values, measurement.kind
+    noise, values, observable = measurement.noise, measurement.values, measurement.kind
     if noise is not None and noise.is_absent:
         misfit = Misfit(measurement, "likelihood")
         return lambda response: misfit.value(misfit.observed(response))
@@ -54,10 +54,10 @@ def comparable_misfit(measurement: Measurement) -> Callable[[ComplexArray], Arra
 
     def deviances(response: ComplexArray) -> Array:
         amplitude = np.abs(response)
-        seen = amplitude if kind is Kind.AMPLITUDE else response
+        seen = amplitude if observable is Observable.AMPLITUDE else response
         squared = np.abs(seen - values) ** 2
         variance = _fitting_variance(amplitude, squared) if noise is None else noise.variance(amplitude)
-        return deviance(squared, variance, reference, kind, axis=(1, 2))
+        return deviance(squared, variance, reference, observable, axis=(1, 2))
 
     return deviances
 

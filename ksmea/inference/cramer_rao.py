@@ -14,7 +14,7 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.likelihood.fisher import UNKNOWABLE, of_unknowns, whitened_sensitivity
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.problem.counted import Model
 from ksmea.problem.problem import Problem
 
@@ -97,5 +97,7 @@ def identifiability(
     response, slope = Model(problem).linearise(parameters.to_cube(x))
     has_no_size = (x == 0) | np.array([parameter.is_angle for parameter in parameters])
     scale = np.where(has_no_size, parameters.width, np.abs(x))
-    whitened = whitened_sensitivity(response, slope / parameters.width, noise, Kind(kind), noise_known=noise_known)
+    whitened = whitened_sensitivity(
+        response, slope / parameters.width, noise, Observable(kind), noise_known=noise_known
+    )
     return Identifiability(x, of_unknowns(whitened, len(parameters)), scale)

@@ -46,13 +46,13 @@ MOST_EVALUATIONS, MOST_MOVES = 120, 2
 class Interval:
     """The values of one unknown that the measurement is compatible with, SI.
 
-    `kind` is one of: gauss-newton (a parabola, checked), profile (both ends on the profile likelihood), hull (the
+    `basis` is one of: gauss-newton (a parabola, checked), profile (both ends on the profile likelihood), hull (the
     same around several maxima, not all values between are compatible), lower limit and upper limit (the other side is open), not identifiable (both are), information (a parabola that was not checked).
     """
 
     low: float  # -inf where open
     high: float  # inf where open
-    kind: str
+    basis: str
 
 
 @dataclass(frozen=True)
@@ -282,10 +282,10 @@ def _joined(likelihood: Maximised, maxima: Sequence[Point], rises: Array, index:
     reached = np.maximum.accumulate([part.high for part in parts])
     low, high = parts[0].low, float(reached[-1])
     has_gap = any(part.low > before for part, before in zip(parts[1:], reached))
-    kind = _kind(low, high)
-    if kind == "profile" and any(part.kind == "information" for part in parts):
-        kind = "information"
-    return Interval(low, high, "hull" if has_gap and kind == "profile" else kind)
+    basis = _basis(low, high)
+    if basis == "profile" and any(part.basis == "information" for part in parts):
+        basis = "information"
+    return Interval(low, high, "hull" if has_gap and basis == "profile" else basis)
 
 
 def _checked(likelihood: _Limited, maximum: Point, index: int, rise: float, lowest: float) -> Interval:
@@ -310,10 +310,10 @@ def _on_profile(profile: _Profile, maximum: Point, rise: float, lowest: float) -
     ):
         return Interval(float(ends[0]), float(ends[1]), "gauss-newton")
     low, high = (_end(profile, wanted, sign) for sign in (-1, 1))
-    return Interval(low, high, _kind(low, high))
+    return Interval(low, high, _basis(low, high))
 
 
-def _kind(low: float, high: float) -> str:
+def _basis(low: float, high: float) -> str:
     if np.isinf(low):
         return "not identifiable" if np.isinf(high) else "upper limit"
     return "lower limit" if np.isinf(high) else "profile"
@@ -365,14 +365,14 @@ def information_interval(likelihood: Maximised, maximum: Point, index: int, rise
     sd, _ = _tangent(likelihood, maximum, index)
     low, high = maximum.theta[index] + np.array([-1.0, 1.0]) * np.sqrt(rise) * sd
     low, high = (low if low > 0 else -np.inf), (high if high < 1 else np.inf)
-    kind = _kind(low, high)
-    return Interval(low, high, "information" if kind == "profile" else kind)
+    basis = _basis(low, high)
+    return Interval(low, high, "information" if basis == "profile" else basis)
 
 
 def in_si(interval: Interval, lower: float, upper: float) -> Interval:
     """An interval in the unit cube as one between the limits of its unknown."""
     width = upper - lower
-    return Interval(lower + float(interval.low) * width, lower + float(interval.high) * width, interval.kind)
+    return Interval(lower + float(interval.low) * width, lower + float(interval.high) * width, interval.basis)
 
 
 def _unbiased(likelihood: Likelihood, maximum: Point) -> Noise:

@@ -31,7 +31,7 @@ from ksmea.arrays import Array
 from ksmea.inference.cramer_rao import Identifiability
 from ksmea.likelihood.fisher import UNKNOWABLE, of_unknowns, whitened_sensitivity
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.problem.counted import Model
 from ksmea.problem.problem import Problem
 
@@ -76,7 +76,7 @@ def data_rows(problem: Problem, x: Array, noise: Noise, kind: str, *, noise_know
     its relative part and its floor.
     """
     response, sensitivity = Model(problem).linearise(problem.parameters.to_cube(x))
-    rows = whitened_sensitivity(response, sensitivity, noise, Kind(kind), noise_known=noise_known)
+    rows = whitened_sensitivity(response, sensitivity, noise, Observable(kind), noise_known=noise_known)
     return rows.reshape(-1, *response.shape, rows.shape[-1])
 
 

@@ -25,7 +25,7 @@ class BatchedLikelihood:
     def __init__(self, likelihood: Likelihood, values: Array | ComplexArray) -> None:
         self.lower, self.upper, self.longest_step = likelihood.lower, likelihood.upper, likelihood.longest_step
         self._likelihood = likelihood
-        self._kind = likelihood.measurement.kind
+        self._observable = likelihood.measurement.kind
         self._values = values
         self.n_set = len(values)
         rows = likelihood.measurement.layout.noise_rows
@@ -36,16 +36,16 @@ class BatchedLikelihood:
     def deviance(self, theta: Array, sets: Indices) -> Array:
         """−2 ln L (k,) up to a constant of each data set."""
         response = self._likelihood.model.response(theta[:, : self._likelihood.d])
-        squared = np.abs(self._kind.seen(response) - self._values[sets]) ** 2
-        return deviance(squared, self._noise(theta).variance(np.abs(response)), 1.0, self._kind, axis=(1, 2))
+        squared = np.abs(self._observable.seen(response) - self._values[sets]) ** 2
+        return deviance(squared, self._noise(theta).variance(np.abs(response)), 1.0, self._observable, axis=(1, 2))
 
     def scoring(self, theta: Array, sets: Indices) -> tuple[Array, Array]:
         """The gradient of the deviance (k, p) and the Fisher information (k, p, p)."""
         noise, (response, slope) = self._noise(theta), self._linearised(theta)
         magnitude = np.abs(response)
         variance = noise.variance(magnitude)
-        residual = (self._kind.seen(response) - self._values[sets]) / np.sqrt(variance)
-        of_mean = self._kind.seen_sensitivity(response, slope) / np.sqrt(variance)[..., None]
+        residual = (self._observable.seen(response) - self._values[sets]) / np.sqrt(variance)
+        of_mean = self._observable.seen_sensitivity(response, slope) / np.sqrt(variance)[..., None]
         of_variance = (2 * noise.relative**2 * magnitude)[..., None] * amplitude_sensitivity(response, slope)
         if self._likelihood.noise_is_estimated:
             of_noise = self._noise_slopes(magnitude, noise)
@@ -58,7 +58,7 @@ class BatchedLikelihood:
         adjoint = np.conj(of_mean).transpose(0, 2, 1)
         gradient = (excess @ of_variance)[:, 0] + 2 * (adjoint @ residual.reshape(len(theta), -1, 1))[..., 0].real
         information = (adjoint @ of_mean).real + of_variance.transpose(0, 2, 1) @ of_variance / 2
-        return self._kind.dimensions * gradient, self._kind.dimensions * information
+        return self._observable.dimensions * gradient, self._observable.dimensions * information
 
     def _linearised(self, theta: Array) -> tuple[ComplexArray, ComplexArray]:
         """Responses (k, n_speed, n_channel) and their derivatives (…, d) in the unit cube, inside it."""

@@ -13,25 +13,31 @@ from __future__ import annotations
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 
 
 def deviance(
-    squared: Array, variance: Array, reference: Array | float, kind: Kind, axis: int | tuple[int, ...] | None = None
+    squared: Array,
+    variance: Array,
+    reference: Array | float,
+    observable: Observable,
+    axis: int | tuple[int, ...] | None = None,
 ) -> Array:
     """D = Σ n ln(s² / s₀²) + n |r|² / s², summed over `axis` (all of them if not given).
 
     `squared` is |r|², `variance` s² and `reference` s₀², all in m² and in shapes that go together.
 
-    >>> float(deviance(np.array([4.0]), np.array([2.0]), 2.0, Kind.AMPLITUDE))
+    >>> float(deviance(np.array([4.0]), np.array([2.0]), 2.0, Observable.AMPLITUDE))
     2.0
     """
-    return np.asarray(np.sum(log_term(variance, reference, kind) + kind.dimensions * squared / variance, axis=axis))
+    return np.asarray(
+        np.sum(log_term(variance, reference, observable) + observable.dimensions * squared / variance, axis=axis)
+    )
 
 
-def log_term(variance: Array, reference: Array | float, kind: Kind) -> Array:
+def log_term(variance: Array, reference: Array | float, observable: Observable) -> Array:
     """n ln(s² / s₀²), datum by datum: what of the deviance has no residual."""
-    return np.asarray(kind.dimensions * np.log(variance / reference))
+    return np.asarray(observable.dimensions * np.log(variance / reference))
 
 
 def reference_variance(variance: Array, values: Array | ComplexArray) -> Array:

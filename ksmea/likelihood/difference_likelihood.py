@@ -34,8 +34,8 @@ Number = TypeVar("Number", np.float64, np.complex128)
 
 def likelihood_of(model: Model, measurement: Measurement, *, stable_only: bool = False) -> Likelihood:
     """The likelihood of a measurement, or of how its runs differ where the campaign asks for that."""
-    kind = DifferenceLikelihood if measurement.is_by_differences else Likelihood
-    return kind(model, measurement, stable_only=stable_only)
+    likelihood_class = DifferenceLikelihood if measurement.is_by_differences else Likelihood
+    return likelihood_class(model, measurement, stable_only=stable_only)
 
 
 class DifferenceLikelihood(Likelihood):
@@ -48,7 +48,7 @@ class DifferenceLikelihood(Likelihood):
 
     def at(self, theta: Array) -> Point:
         response, slope = self.model.linearise(theta[: self.d])
-        noise, kind = self.noise(theta), self.measurement.kind
+        noise, observable = self.noise(theta), self.measurement.kind
         residual, variance = self._residual(response), self._variance(theta, response)
         left, slope = self._left(residual, variance), self._left(slope, variance[..., None])
         of_mean = 2 * (np.conj(left)[..., None] * slope).real / variance[..., None]
@@ -56,8 +56,8 @@ class DifferenceLikelihood(Likelihood):
         of_noise = noise_variance_slopes(self._amplitude, noise)[..., :n_noise]
         total = self._spread(self._sum(1 / variance))
         excess = (1 - 1 / (variance * total) - np.abs(left) ** 2 / variance) / variance
-        gradient = kind.dimensions * np.concatenate([of_mean, excess[..., None] * of_noise], axis=-1)
-        means = kind.real_parts((slope / np.sqrt(variance)[..., None]).reshape(-1, self.d))
+        gradient = observable.dimensions * np.concatenate([of_mean, excess[..., None] * of_noise], axis=-1)
+        means = observable.real_parts((slope / np.sqrt(variance)[..., None]).reshape(-1, self.d))
         variances = self._whitened_noise(variance, of_noise)
         whitened = np.zeros((len(means) + len(variances), len(theta)))
         whitened[: len(means), : self.d], whitened[len(means) :, self.d :] = means, variances

@@ -21,7 +21,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind, amplitude_sensitivity
+from ksmea.measurement.observable import Observable, amplitude_sensitivity
 
 # Directions of relative change that the data tell less of than this part of the most telling one: rounding of the
 # sensitivities near sharp resonances is of that order.
@@ -29,7 +29,7 @@ UNKNOWABLE = 1e-10
 
 
 def whitened_sensitivity(
-    response: ComplexArray, sensitivity: ComplexArray, noise: Noise, kind: Kind, *, noise_known: bool = True
+    response: ComplexArray, sensitivity: ComplexArray, noise: Noise, observable: Observable, *, noise_known: bool = True
 ) -> Array:
     """J (m, d) of data with this response (n_speed, n_channel) and sensitivity (n_speed, n_channel, d).
 
@@ -38,20 +38,20 @@ def whitened_sensitivity(
     """
     magnitude = np.abs(response)
     sd = noise.sd(magnitude)  # a floor may differ from datum to datum
-    of_mean = kind.seen_sensitivity(response, sensitivity) / sd[..., None]
+    of_mean = observable.seen_sensitivity(response, sensitivity) / sd[..., None]
     of_amplitude = amplitude_sensitivity(response, sensitivity)
     of_variance = (2 * noise.relative**2 * magnitude)[..., None] * of_amplitude / sd[..., None] ** 2
-    rows = _rows(of_mean, of_variance, kind)
+    rows = _rows(of_mean, of_variance, observable)
     if noise_known:
         return rows
-    return np.concatenate([rows, whitened_noise_sensitivity(magnitude, noise, kind)], axis=1)
+    return np.concatenate([rows, whitened_noise_sensitivity(magnitude, noise, observable)], axis=1)
 
 
-def whitened_noise_sensitivity(magnitude: Array, noise: Noise, kind: Kind) -> Array:
+def whitened_noise_sensitivity(magnitude: Array, noise: Noise, observable: Observable) -> Array:
     """The columns (m, 2 n_level) that ln relative and ln floor of each level have in J: they show in the variances alone.
     `magnitude` (n_speed, n_channel), m."""
     parts = noise_variance_slopes(magnitude, noise) / noise.sd(magnitude)[..., None] ** 2
-    return _rows(np.zeros_like(parts), parts, kind)
+    return _rows(np.zeros_like(parts), parts, observable)
 
 
 def noise_variance_slopes(magnitude: Array, noise: Noise) -> Array:
@@ -65,11 +65,11 @@ def noise_variance_slopes(magnitude: Array, noise: Noise) -> Array:
     return np.stack(columns, axis=-1)
 
 
-def whitened_difference(response: ComplexArray, other: ComplexArray, noise: Noise, kind: Kind) -> Array:
+def whitened_difference(response: ComplexArray, other: ComplexArray, noise: Noise, observable: Observable) -> Array:
     """Difference of two responses (n_speed, n_channel) in units of the noise at the other one, as the rows of J for the
     means have it."""
-    difference = kind.seen(response) - kind.seen(other)
-    return kind.real_parts((difference / noise.sd(np.abs(other))).ravel())
+    difference = observable.seen(response) - observable.seen(other)
+    return observable.real_parts((difference / noise.sd(np.abs(other))).ravel())
 
 
 def projected(whitened: Array, nuisance: Array) -> Array:
@@ -92,11 +92,11 @@ def span(columns: Array, tolerance: float = UNKNOWABLE) -> Array:
     return np.asarray(directions[:, singular > tolerance * max(singular[0], np.finfo(float).tiny)])
 
 
-def _rows(of_mean: Array | ComplexArray, of_variance: Array, kind: Kind) -> Array:
+def _rows(of_mean: Array | ComplexArray, of_variance: Array, observable: Observable) -> Array:
     """J (m, d) from derivatives (n_speed, n_channel, d) of the means over s and of the variances over s²."""
     d = of_mean.shape[-1]
-    means = kind.real_parts(of_mean.reshape(-1, d))
-    return np.concatenate([means, np.sqrt(kind.dimensions / 2) * of_variance.reshape(-1, d)])
+    means = observable.real_parts(of_mean.reshape(-1, d))
+    return np.concatenate([means, np.sqrt(observable.dimensions / 2) * of_variance.reshape(-1, d)])
 
 
 @dataclass(frozen=True)

@@ -150,20 +150,20 @@ class Likelihood:
     def at(self, theta: Array) -> Point:
         """Deviance, gradient and information at θ: one Jacobian of the model."""
         response, slope = self.model.linearise(theta[: self.d])  # (n_speed, n_channel) and (…, d)
-        noise, kind = self.noise(theta), self.measurement.kind
+        noise, observable = self.noise(theta), self.measurement.kind
         residual, magnitude = self._residual(response), np.abs(response)
         variance = noise.variance(magnitude)
-        d_mean = kind.seen_sensitivity(response, slope)
+        d_mean = observable.seen_sensitivity(response, slope)
         d_variance = (2 * noise.relative**2 * magnitude)[..., None] * amplitude_sensitivity(response, slope)
         if self.noise_is_estimated:
             of_noise = noise_variance_slopes(magnitude, noise)
             d_variance = np.concatenate([d_variance, of_noise], axis=-1)
             d_mean = np.concatenate([d_mean, np.zeros_like(of_noise)], axis=-1)
         excess = (1 - np.abs(residual) ** 2 / variance) / variance  # what a change of the variance costs
-        gradient = kind.dimensions * (
+        gradient = observable.dimensions * (
             excess[..., None] * d_variance + 2 * (np.conj(residual)[..., None] * d_mean).real / variance[..., None]
         )
-        whitened = whitened_sensitivity(response, slope, noise, kind, noise_known=not self.noise_is_estimated)
+        whitened = whitened_sensitivity(response, slope, noise, observable, noise_known=not self.noise_is_estimated)
         return Point(theta, self._deviance(residual, variance), gradient.sum(axis=(0, 1)), whitened)
 
     def deviance(self, theta: Array) -> float:

@@ -68,8 +68,8 @@ class Misfit:
     def jacobian(self, response: ComplexArray, sensitivity: ComplexArray) -> Array:
         """Derivatives (m, d) of the residuals at one complex response (n_speed, n_channel), from its sensitivity
         (n_speed, n_channel, d)."""
-        y, kind = self.measurement.values, self.measurement.kind
-        data, d_data = kind.seen(response), kind.seen_sensitivity(response, sensitivity)
+        y, observable = self.measurement.values, self.measurement.kind
+        data, d_data = observable.seen(response), observable.seen_sensitivity(response, sensitivity)
         if self.form == "plain":
             return self._flat_jacobian(d_data / self._plain_scale)
         if self.form == "log":
@@ -85,7 +85,7 @@ class Misfit:
         d_deviation = self._flat_jacobian(d_data / sd[..., None] - ((data - y) / sd)[..., None] * d_log_sd)
         if not self._has_log_term:
             return d_deviation
-        d_root = kind.dimensions * d_log_sd / self._root_of_log_term(variance)[..., None]
+        d_root = observable.dimensions * d_log_sd / self._root_of_log_term(variance)[..., None]
         return np.concatenate([d_deviation, d_root.reshape(-1, sensitivity.shape[-1])])
 
     def residual_sd(self, predicted: Array | ComplexArray, sd: Array) -> Array:

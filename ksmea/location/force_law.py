@@ -160,9 +160,13 @@ class LawLikelihood(SumOfSquares):
 
 def fitted_laws(sites: Sequence[SiteFit], noise: Noise, progress: Callable[[], None] = lambda: None) -> list[LawFit]:
     """Every law of its kind at sites of an unknown force or moment, those that leave least first, the lowest BIC first; `noise`
-    is that of the location. The first sites of each kind are tried, then neighbours of the best fit until none is better: where
+    is that of the location. The first sites of each quantity are tried, then neighbours of the best fit until none is better: where
     many sites are accepted, the one of a law may leave no less than others. `progress` is called at each fit."""
-    first = [site for kind in LOADS for site in [each for each in sites if each.unmodelled.kind == kind][:N_FIRST]]
+    first = [
+        site
+        for quantity in LOADS
+        for site in [each for each in sites if each.unmodelled.quantity == quantity][:N_FIRST]
+    ]
     trials = {site.unmodelled: _all_trials(site) for site in first}
     fits = _all_fitted(_first_trials(trials.values()), noise, progress)
     seen: set[Unmodelled] = set()
@@ -183,7 +187,7 @@ def fitted_laws(sites: Sequence[SiteFit], noise: Noise, progress: Callable[[], N
 
 
 def _all_trials(site: SiteFit) -> list[LawTrial]:
-    return _trials(site, LAWS_OF[str(site.unmodelled.kind)])
+    return _trials(site, LAWS_OF[str(site.unmodelled.quantity)])
 
 
 def _trials(site: SiteFit, laws: Sequence[Law]) -> list[LawTrial]:
@@ -212,9 +216,9 @@ def _promising(trials: Sequence[LawTrial], *, all_nonlinear: bool = False) -> li
 
 
 def _beside(place: Unmodelled, sites: Sequence[SiteFit]) -> list[SiteFit]:
-    """The site at a place and those next to it, of the same kind."""
-    of_kind = [site for site in sites if site.unmodelled.kind == place.kind]
-    along = sorted(of_kind, key=lambda site: site.unmodelled.position)
+    """The site at a place and those next to it, of the same quantity."""
+    of_quantity = [site for site in sites if site.unmodelled.quantity == place.quantity]
+    along = sorted(of_quantity, key=lambda site: site.unmodelled.position)
     index = [site.unmodelled for site in along].index(place)
     return along[max(index - 1, 0) : index + 2]
 
@@ -232,7 +236,7 @@ def smooth_fits(sites: Sequence[SiteFit], noise: Noise) -> list[LawFit]:
     """A smooth function of speed at the first sites of an unknown force, each with as many knots as have the lowest BIC; the
     lowest BIC first. There are at most half as many knots as speeds."""
     found = []
-    for site in [site for site in sites if site.unmodelled.kind == FORCE][:N_SMOOTH]:
+    for site in [site for site in sites if site.unmodelled.quantity == FORCE][:N_SMOOTH]:
         speed = site.likelihood.problem.speed
         counts = [n for n in N_KNOTS if 2 * n <= len(speed)]
         laws = [smooth(np.quantile(speed, np.linspace(0, 1, n))) for n in counts]

@@ -33,7 +33,7 @@ from ksmea.location.unknown_force import LATERAL, READING, ProjectedLikelihood, 
 from ksmea.measurement.channel import DIRECTIONS
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.numerics.parallel import for_each
 from ksmea.numerics.screening import sobol
 from ksmea.problem.alignment import through
@@ -84,13 +84,13 @@ def locate(
     rng: np.random.Generator,
     *,
     positions: Sequence[float] = (),
-    kinds: Sequence[str] = (*LOADS, READING),
+    quantities: Sequence[str] = (*LOADS, READING),
     level: float = 0.01,
     n_start: int = 4,
     progress: Callable[[], None] = lambda: None,
     workers: int = 1,
 ) -> Location:
-    """What is tried at each position (m; the problem's sites if none are given), or reading plane, for each kind, and
+    """What is tried at each position (m; the problem's sites if none are given), or reading plane, for each quantity, and
     which of it is not rejected at `level`. Where nothing is accepted anywhere, force and moment together are tried, and forces
     at two positions, if the channels are enough. Processes share the sites.
 
@@ -102,9 +102,9 @@ def locate(
     def fitted(tried: Sequence[Unmodelled]) -> list[SiteFit]:
         return _fits(problem, measurement, tried, rng, n_start, progress, workers)
 
-    fits = fitted([Unmodelled(), *candidates(problem, kinds, along)])
+    fits = fitted([Unmodelled(), *candidates(problem, quantities, along)])
     found = _tested(fits, measurement, level, rng, workers)
-    if found.accepted or not set(LOADS) <= set(kinds):
+    if found.accepted or not set(LOADS) <= set(quantities):
         return found
     more = fitted(candidates(problem, (LATERAL,), along))
     if len(along) > 1 and leaves_enough(problem, 2 * len(DIRECTIONS)):
@@ -130,7 +130,7 @@ def missing_to_locate(problem: Problem, kind: str) -> str:
     if not problem.takes_loads:
         return "a problem that takes no loads"
     n_channel = len(problem.channels)
-    if kind == Kind.AMPLITUDE:
+    if kind == Observable.AMPLITUDE:
         more = ", at another plane or in both directions" if n_channel < 3 else ""
         return f"amplitudes of {n_channel}; measure phases too, so that the force can be eliminated{more}"
     if n_channel < 3:
@@ -147,13 +147,13 @@ def leaves_enough(problem: Problem, n_free: int) -> bool:
     return 2 * (len(problem.channels) - n_free) * len(problem.speed) > 2 * len(problem.parameters)
 
 
-def candidates(problem: Problem, kinds: Sequence[str], positions: Array) -> list[Unmodelled]:
+def candidates(problem: Problem, quantities: Sequence[str], positions: Array) -> list[Unmodelled]:
     """What may be unknown: loads at positions, readings at planes, where the channels leave any to test them by."""
     planes = dict.fromkeys(channel.position for channel in problem.channels)
     found = [
-        Unmodelled(kind, float(position))
-        for kind in kinds
-        for position in (planes if kind == READING else positions.tolist())
+        Unmodelled(quantity, float(position))
+        for quantity in quantities
+        for position in (planes if quantity == READING else positions.tolist())
     ]
     return [unmodelled for unmodelled in found if len(unmodelled.named_columns(problem)) < len(problem.channels)]
 

@@ -138,7 +138,7 @@ def _followed(speed: Array, force: ComplexArray, motion: ComplexArray, spread: A
 def _motion(fit: SiteFit, moved: Array, free: ComplexArray) -> ComplexArray | None:
     """The motion of a force's site in x and y as fitted, with the unknowns moved by (n, d) and the force by (n, n_speed, k)."""
     unmodelled, problem, theta = fit.unmodelled, fit.likelihood.problem, fit.point.theta
-    if unmodelled.kind != FORCE:
+    if unmodelled.quantity != FORCE:
         return None
     seen = through(problem, [Channel(unmodelled.position, axis) for axis in DIRECTIONS])
     differences = cube_differences(theta)

@@ -35,7 +35,7 @@ from ksmea.records.location import PAIR
 
 LATERAL = "force and moment"
 READING = "reading"
-KINDS = (*LOADS, LATERAL, READING)
+QUANTITIES = (*LOADS, LATERAL, READING)
 
 # Part of its effect on the data that an unknown must keep beside f. Where derivatives are differences of the response they have
 # errors of 1e-9, and an unbalance at the very site keeps none.
@@ -44,16 +44,16 @@ LEAST_KEPT = 1e-6
 
 @dataclass(frozen=True)
 class Unmodelled:
-    """What the model lacks, of a kind (one of `KINDS`) at a position (m); without a kind it lacks nothing. A pair of forces is at
+    """What the model lacks, a quantity (one of `QUANTITIES`) at a position (m); without one it lacks nothing. A pair of forces is at
     a second position too."""
 
-    kind: str | None = None
+    quantity: str | None = None
     position: float = 0.0
     second: float | None = None
 
     def __str__(self) -> str:
         places = " and ".join(f"{position:g} m" for position in self.positions)
-        return "nothing" if self.kind is None else f"{self.kind} at {places}"
+        return "nothing" if self.quantity is None else f"{self.quantity} at {places}"
 
     @property
     def positions(self) -> tuple[float, ...]:
@@ -62,20 +62,20 @@ class Unmodelled:
     @property
     def loads(self) -> tuple[Load, ...]:
         """The loads on the shaft that it consists of, in the order of f."""
-        kinds = LOADS if self.kind == LATERAL else (FORCE,) if self.kind == PAIR else (self.kind,)
+        quantities = LOADS if self.quantity == LATERAL else (FORCE,) if self.quantity == PAIR else (self.quantity,)
         return tuple(
-            Load(position, axis, kind)
+            Load(position, axis, quantity)
             for position in self.positions
-            for kind in kinds
-            if kind in LOADS
+            for quantity in quantities
+            if quantity in LOADS
             for axis in DIRECTIONS
         )
 
     def named_columns(self, problem: Problem) -> tuple[tuple[str, str], ...]:
         """Direction and unit of each part of f."""
-        if self.kind == LATERAL:
-            return tuple((f"{load.kind} {load.direction}", load.unit) for load in self.loads)
-        if self.kind == PAIR:
+        if self.quantity == LATERAL:
+            return tuple((f"{load.quantity} {load.direction}", load.unit) for load in self.loads)
+        if self.quantity == PAIR:
             return tuple((f"{load.direction} at {load.position:g} m", load.unit) for load in self.loads)
         if self.loads:
             return tuple((load.direction, load.unit) for load in self.loads)
@@ -83,7 +83,7 @@ class Unmodelled:
 
     def reads(self, channel: Channel) -> bool:
         """Whether what is unknown is the reading of this probe."""
-        return self.kind == READING and channel.position == self.position
+        return self.quantity == READING and channel.position == self.position
 
     def columns(self, problem: Problem, x: Array) -> ComplexArray:
         """A at sets x (n, d), (n, n_speed, n_channel, k)."""

@@ -13,15 +13,16 @@ from ksmea.errors import SettingError, unknown
 from ksmea.measurement.campaign import Campaign
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.measurement.speeds import SpeedHistory
 
-KINDS = tuple(kind.value for kind in Kind)
+OBSERVABLES = tuple(observable.value for observable in Observable)
+KINDS = OBSERVABLES  # name in plugins, for one release
 
 
 @dataclass(frozen=True)
 class Layout:
-    """What is measured, without the values: where, of what kind (one of `KINDS`), and whether it is known where phases
+    """What is measured, without the values: where, of what kind (one of `OBSERVABLES`), and whether it is known where phases
     begin. `locations` says where in its source each channel stands, for messages; empty where that has no meaning.
     `campaign` has the runs that the speeds belong to; None: one run."""
 
@@ -115,12 +116,12 @@ class Measurement:
         return self.noise is not None and not self.noise.is_absent
 
     @property
-    def kind(self) -> Kind:
-        return Kind.COMPLEX if np.iscomplexobj(self.values) else Kind.AMPLITUDE
+    def kind(self) -> Observable:
+        return Observable.COMPLEX if np.iscomplexobj(self.values) else Observable.AMPLITUDE
 
     @property
     def is_amplitude(self) -> bool:
-        return self.kind is Kind.AMPLITUDE
+        return self.kind is Observable.AMPLITUDE
 
     @property
     def is_by_differences(self) -> bool:
@@ -179,6 +180,6 @@ def observe(response: ComplexArray, kind: str, noise: Noise, rng: np.random.Gene
     """
     first, second = rng.standard_normal((2, *response.shape))
     amplitude = np.abs(response)
-    if Kind(kind) is Kind.AMPLITUDE:
+    if Observable(kind) is Observable.AMPLITUDE:
         return np.asarray(np.abs(amplitude + noise.sd(amplitude) * first))
     return np.asarray(response + noise.sd(amplitude) * (first + 1j * second) / np.sqrt(2))

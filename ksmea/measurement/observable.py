@@ -1,6 +1,6 @@
-"""The two kinds of data, and what they show of a complex response: all of it, or its amplitude alone.
+"""The two observables, and what they show of a complex response: all of it, or its amplitude alone.
 
-Everything that depends on the kind is asked of it here, so that misfit, likelihood and Fisher information have one
+Everything that depends on the observable is here, so that misfit, likelihood and Fisher information have one
 formula each.
 """
 
@@ -15,8 +15,8 @@ from ksmea.arrays import Array, ComplexArray
 LARGEST_LOG = 230.0  # ln of 1e100: logarithms of amplitudes are cut there
 
 
-class Kind(StrEnum):
-    """Kind of data: `Kind("complex")` is made from a setting, and is equal to its name."""
+class Observable(StrEnum):
+    """Observable of a measurement: `Observable("complex")` is made from a setting, and is equal to its name."""
 
     AMPLITUDE = "amplitude"
     COMPLEX = "complex"
@@ -24,28 +24,28 @@ class Kind(StrEnum):
     @property
     def dimensions(self) -> int:
         """Real numbers of a datum."""
-        return 1 if self is Kind.AMPLITUDE else 2
+        return 1 if self is Observable.AMPLITUDE else 2
 
     def seen(self, response: ComplexArray) -> Array | ComplexArray:
-        """What data of this kind show of a complex response, noise aside, in its shape.
+        """What data of this observable show of a complex response, noise aside, in its shape.
 
-        >>> Kind.AMPLITUDE.seen(np.array([3 + 4j]))
+        >>> Observable.AMPLITUDE.seen(np.array([3 + 4j]))
         array([5.])
         """
-        return np.abs(response) if self is Kind.AMPLITUDE else response
+        return np.abs(response) if self is Observable.AMPLITUDE else response
 
     def seen_sensitivity(self, response: ComplexArray, sensitivity: ComplexArray) -> Array | ComplexArray:
         """Derivatives (…, d) of what is seen of a response (…), from those of the response itself (…, d)."""
-        return amplitude_sensitivity(response, sensitivity) if self is Kind.AMPLITUDE else sensitivity
+        return amplitude_sensitivity(response, sensitivity) if self is Observable.AMPLITUDE else sensitivity
 
     def real_parts(self, deviation: Array | ComplexArray, axis: int = 0) -> Array:
         """Deviations in units of the noise as real numbers of unit variance, `dimensions` times as many along an axis:
         a complex deviation of unit variance has half of it in each part.
 
-        >>> Kind.COMPLEX.real_parts(np.array([3 + 4j])) / np.sqrt(2)
+        >>> Observable.COMPLEX.real_parts(np.array([3 + 4j])) / np.sqrt(2)
         array([3., 4.])
         """
-        if self is Kind.AMPLITUDE:
+        if self is Observable.AMPLITUDE:
             return np.real(deviation)
         return np.asarray(np.sqrt(2) * np.concatenate([deviation.real, deviation.imag], axis=axis))
 

@@ -44,7 +44,7 @@ class MeasurementSource(Settings):
     @property
     @abstractmethod
     def kind(self) -> str:
-        """One of `ksmea.measurement.measurement.KINDS`."""
+        """One of `ksmea.measurement.measurement.OBSERVABLES`."""
 
     def read(self) -> Measurement:
         """The measurement, of a source that holds one whatever the problem is: a file. Left out: it makes its own."""

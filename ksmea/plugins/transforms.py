@@ -11,7 +11,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import unknown
-from ksmea.measurement.observable import LARGEST_LOG, Kind
+from ksmea.measurement.observable import LARGEST_LOG, Observable
 
 TRANSFORMS = ("auto", "none", "complex", "log", "log_phase")
 
@@ -27,9 +27,14 @@ class Transform:
     """
 
     name: str
-    kind: Kind
+    observable: Observable
     n_speed: int
     n_channel: int
+
+    @property
+    def kind(self) -> Observable:
+        """Name of `observable` in plugins, for one release."""
+        return self.observable
 
     def encode(self, response: ComplexArray) -> Array:
         parts: list[Array]
@@ -53,9 +58,9 @@ class Transform:
             return _amplitude(parts[0])
         if self.name == "complex":
             response = parts[0] + 1j * parts[1]
-            return self.kind.seen(response)
+            return self.observable.seen(response)
         amplitude = _amplitude(parts[0])
-        if self.kind is Kind.AMPLITUDE:
+        if self.observable is Observable.AMPLITUDE:
             return amplitude
         return np.asarray(amplitude * np.exp(1j * np.arctan2(parts[2], parts[1])))
 
@@ -67,7 +72,7 @@ class Transform:
         if self.name == "complex":
             return np.broadcast_to(np.hypot(parts[0], parts[1]), predicted.shape)
         relative = parts[0]
-        if self.name == "log_phase" and self.kind is Kind.COMPLEX:
+        if self.name == "log_phase" and self.observable is Observable.COMPLEX:
             relative = np.sqrt(parts[0] ** 2 + parts[1] ** 2 + parts[2] ** 2)
         return np.asarray(relative * np.abs(predicted))
 
@@ -81,15 +86,15 @@ def _amplitude(logarithm: Array) -> Array:
     return np.exp(np.clip(logarithm, -LARGEST_LOG, LARGEST_LOG))
 
 
-def make_transform(name: str, kind: Kind, *, n_speed: int, n_channel: int) -> Transform:
+def make_transform(name: str, observable: Observable, *, n_speed: int, n_channel: int) -> Transform:
     """The transform that a setting names: 'auto' takes the logarithm (with the phase where the data are complex),
     'none' the raw amplitudes, or real and imaginary parts; 'log' of complex data keeps the phase as well, which
     it could not be identified without."""
     if name not in TRANSFORMS:
         raise unknown("transform", name, TRANSFORMS)
     concrete = {
-        "auto": "log" if kind is Kind.AMPLITUDE else "log_phase",
-        "none": "amplitude" if kind is Kind.AMPLITUDE else "complex",
-        "log": "log" if kind is Kind.AMPLITUDE else "log_phase",
+        "auto": "log" if observable is Observable.AMPLITUDE else "log_phase",
+        "none": "amplitude" if observable is Observable.AMPLITUDE else "complex",
+        "log": "log" if observable is Observable.AMPLITUDE else "log_phase",
     }.get(name, name)
-    return Transform(concrete, kind, n_speed, n_channel)
+    return Transform(concrete, observable, n_speed, n_channel)

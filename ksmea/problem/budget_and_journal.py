@@ -39,20 +39,20 @@ class Journal:
         self._file: BinaryIO = open_regular(path, "w+b")
         self._end = 0
 
-    def answer(self, kind: str, question: Array) -> ComplexArray | None:
+    def answer(self, member: str, question: Array) -> ComplexArray | None:
         """The flat answer to the next question, if that is what was asked before; None: it must be computed."""
         if self._replayed < len(self._past):
             asked, answer = self._past[self._replayed]
-            if asked == _asked(kind, question):
+            if asked == _asked(member, question):
                 self._replayed += 1
                 self._end += HEADER.size + len(asked) + len(answer)
                 return np.frombuffer(answer, dtype=complex)
             self._past = self._past[: self._replayed]  # another path from here on: what followed is of no use
         return None
 
-    def write(self, kind: str, question: Array, answer: ComplexArray) -> None:
+    def write(self, member: str, question: Array, answer: ComplexArray) -> None:
         """Keep an answer, behind all that has been replayed."""
-        asked, answered = _asked(kind, question), np.ascontiguousarray(answer).tobytes()
+        asked, answered = _asked(member, question), np.ascontiguousarray(answer).tobytes()
         self._file.seek(self._end)
         self._file.truncate()
         self._file.write(HEADER.pack(len(asked), len(answered), zlib.crc32(asked + answered)) + asked + answered)
@@ -64,8 +64,8 @@ class Journal:
         self._file.close()
 
 
-def _asked(kind: str, question: Array) -> bytes:
-    return kind.encode() + np.ascontiguousarray(question).tobytes()
+def _asked(member: str, question: Array) -> bytes:
+    return member.encode() + np.ascontiguousarray(question).tobytes()
 
 
 def _entries(path: Path) -> list[tuple[bytes, bytes]]:

@@ -19,14 +19,19 @@ class Load:
 
     position: float
     direction: str
-    kind: str = FORCE
+    quantity: str = FORCE
 
     def __post_init__(self) -> None:
         if self.direction not in DIRECTIONS:
             raise SettingError(f"direction of a load: expected x or y, got {self.direction!r}")
-        if self.kind not in LOADS:
-            raise SettingError(f"kind of a load: expected {' or '.join(LOADS)}, got {self.kind!r}")
+        if self.quantity not in LOADS:
+            raise SettingError(f"kind of a load: expected {' or '.join(LOADS)}, got {self.quantity!r}")
+
+    @property
+    def kind(self) -> str:
+        """Name of `quantity` in plugins, for one release."""
+        return self.quantity
 
     @property
     def unit(self) -> str:
-        return "N" if self.kind == FORCE else "N m"
+        return "N" if self.quantity == FORCE else "N m"

@@ -42,8 +42,8 @@ class Given:
     def __set_name__(self, base: type, name: str) -> None:
         self._base = base
 
-    def __get__(self, instance: object, kind: type) -> bool:
-        return getattr(kind, self._member) is not getattr(self._base, self._member)
+    def __get__(self, instance: object, owner: type) -> bool:
+        return getattr(owner, self._member) is not getattr(self._base, self._member)
 
 
 class Problem(ABC):

@@ -16,7 +16,7 @@ class EstimateRecord(Record):
     value: float
     low: float | None  # None: open on this side
     high: float | None
-    interval: str  # kind, see ksmea.inference.intervals.Interval
+    interval: str  # basis, see ksmea.inference.intervals.Interval
     at_limit: bool  # the value lies on a search limit, which is what is physical for the unknowns of an effect
 
     def holds(self, value: float) -> bool:

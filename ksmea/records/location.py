@@ -16,7 +16,7 @@ from ksmea.records.extension import ExtensionRecord, PredictiveGainRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.record import Record
 
-UNSEEN = "unseen"  # kind of interval of an unknown that the data do not show beside what is unknown
+UNSEEN = "unseen"  # basis of the interval of an unknown that the data do not show beside what is unknown
 PAIR = "pair of forces"  # at two positions
 Series = tuple[float, ...]  # (n_speed,)
 NOTHING, NONE = "nothing", "none"  # kinds of a location: nothing is missing; none of what was tried explains the data

@@ -14,7 +14,7 @@ from ksmea.errors import SettingError, described, shortened, unknown
 from ksmea.settings.settings import expected_range
 from ksmea.units import SI_PER_UNIT, Unit
 
-# What a quantity of each kind may be, SI: no rotor comes near these sizes, and formulas neither overflow nor lose them.
+# Range of each quantity, SI: no rotor comes near these sizes, and formulas neither overflow nor lose them.
 # Smaller than the first is 0 or a slip, larger than the second a slip or another unit.
 PLAUSIBLE = {
     "length": (1e-9, 1e4),  # m
@@ -96,11 +96,11 @@ class Block:
             raise self.error(key, f"expected a text, got {described(value)}")
         return value
 
-    def choice(self, key: str, kind: str, known: Iterable[str]) -> str:
+    def choice(self, key: str, noun: str, known: Iterable[str]) -> str:
         text = self.text(key)
         known = list(known)
         if text not in known:
-            raise self.error(key, unknown(kind, shortened(text), known))
+            raise self.error(key, unknown(noun, shortened(text), known))
         return text
 
     def block(self, key: str) -> Block:
@@ -127,39 +127,41 @@ class Block:
 
 @dataclass(frozen=True)
 class Units:
-    """The header of a file that says once which unit each kind of quantity has; asked for only where it is needed."""
+    """The header of a file that says once which unit each quantity has; asked for only where it is needed."""
 
     header: Block
 
     @classmethod
     def of(cls, header: Block) -> Units:
         header.check_keys((), SI_PER_UNIT)
-        for kind in header.values:
-            header.choice(kind, f"unit of {kind}", SI_PER_UNIT[kind])
+        for quantity in header.values:
+            header.choice(quantity, f"unit of {quantity}", SI_PER_UNIT[quantity])
         return cls(header)
 
-    def unit(self, kind: str) -> Unit:
-        if kind not in self.header.values:
-            known = ", ".join(SI_PER_UNIT[kind])
-            raise self.header.error(kind, f"expected the unit of every {kind} in the file, got nothing; known: {known}")
-        name = self.header.values[kind]
-        return Unit(name, SI_PER_UNIT[kind][name])
+    def unit(self, quantity: str) -> Unit:
+        if quantity not in self.header.values:
+            known = ", ".join(SI_PER_UNIT[quantity])
+            raise self.header.error(
+                quantity, f"expected the unit of every {quantity} in the file, got nothing; known: {known}"
+            )
+        name = self.header.values[quantity]
+        return Unit(name, SI_PER_UNIT[quantity][name])
 
-    def quantity(self, block: Block, key: str, kind: str, **limits: float) -> float:
+    def quantity(self, block: Block, key: str, quantity: str, **limits: float) -> float:
         """A number of the file in SI; the limits are in the file's unit."""
-        unit = self.unit(kind)
+        unit = self.unit(quantity)
         value = block.number(key, unit.name, **limits)
-        self.check_plausible(block, key, kind, value)
+        self.check_plausible(block, key, quantity, value)
         return value * unit.si
 
-    def check_plausible(self, block: Block, key: str, kind: str, value: float) -> None:
+    def check_plausible(self, block: Block, key: str, quantity: str, value: float) -> None:
         """Raise `SettingError` where a value in the file's unit is of no rotor's size."""
-        unit = self.unit(kind)
-        smallest, largest = (limit / unit.si for limit in PLAUSIBLE[kind])
+        unit = self.unit(quantity)
+        smallest, largest = (limit / unit.si for limit in PLAUSIBLE[quantity])
         if value and not smallest <= abs(value) <= largest:
             raise block.error(
                 key,
-                f"expected a {kind} between {smallest:.3g} and {largest:.3g} {unit.name} in size, got {value:g};"
+                f"expected a {quantity} between {smallest:.3g} and {largest:.3g} {unit.name} in size, got {value:g};"
                 " check it and its unit",
             )
 

@@ -21,7 +21,7 @@ FLAGS = {
     "w+b": os.O_RDWR | os.O_CREAT,
     "xb": os.O_WRONLY | os.O_CREAT | os.O_EXCL,
 }
-KINDS = {stat.S_IFIFO: "a pipe", stat.S_IFDIR: "a directory", stat.S_IFSOCK: "a socket", stat.S_IFLNK: "a link"}
+FILE_TYPES = {stat.S_IFIFO: "a pipe", stat.S_IFDIR: "a directory", stat.S_IFSOCK: "a socket", stat.S_IFLNK: "a link"}
 
 
 def open_regular(path: Path, mode: str = "rb") -> BinaryIO:
@@ -48,5 +48,5 @@ def descriptor_of_regular(path: Path, flags: int) -> int:
 
 
 def _no_regular_file(path: Path) -> SettingError:
-    kind = KINDS.get(stat.S_IFMT(os.lstat(path).st_mode), "a device")
-    return SettingError(f"{path}: expected a regular file, got {kind}; remove it, or put a copy of the file there")
+    file_type = FILE_TYPES.get(stat.S_IFMT(os.lstat(path).st_mode), "a device")
+    return SettingError(f"{path}: expected a regular file, got {file_type}; remove it, or put a copy of the file there")

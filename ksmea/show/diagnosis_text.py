@@ -156,9 +156,9 @@ def _what_is_wrong(record: DiagnosisRecord) -> str:
     lines = [f"The model does not fit: what it leaves is no noise ({said}), strongest {_where(before)}."]
     for position, (forward, backward) in before.whirl.items():
         if max(forward, backward) > 2 * min(forward, backward):
-            kind = "forward" if forward > backward else "backward"
+            direction = "forward" if forward > backward else "backward"
             ratio = np.sqrt(max(forward, backward) / max(min(forward, backward), 1e-12))
-            lines.append(f"At {position} m it is {kind} whirl, {ratio:.2g} times as large as the other.")
+            lines.append(f"At {position} m it is {direction} whirl, {ratio:.2g} times as large as the other.")
     return "\n".join([*lines, _noise(record)])
 
 

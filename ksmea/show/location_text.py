@@ -102,11 +102,12 @@ def where(record: LocationRecord) -> str:
         said = f"Nothing that was tried explains the data ({tried}): the cause is spread, or there are several."
         more = _more_channels(record)
         return f"{said}{more} The nearest:\n\n{_table(record, record.candidates)}"
-    kinds = dict.fromkeys(site.kind for site in record.sites)
+    quantities = dict.fromkeys(site.kind for site in record.sites)
     lines = [
-        f"{_capital(_a(kind))} that is free at every speed explains the data {spread(record, kind)}." for kind in kinds
+        f"{_capital(_a(quantity))} that is free at every speed explains the data {spread(record, quantity)}."
+        for quantity in quantities
     ]
-    if len(kinds) > 1:
+    if len(quantities) > 1:
         lines.append("These data do not tell which of them it is.")
     if record.is_spread:
         law = "; if it is at one, the law below tells which" if record.law is not None else ""
@@ -277,8 +278,8 @@ def _interval(estimate: EstimateRecord | None) -> list[str]:
     return [*value_and_ends(estimate.value, estimate.low, estimate.high)]
 
 
-def _a(kind: str) -> str:
-    return f"an unknown {kind}"
+def _a(quantity: str) -> str:
+    return f"an unknown {quantity}"
 
 
 def _capital(words: str) -> str:

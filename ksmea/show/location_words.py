@@ -27,13 +27,13 @@ def headline(record: LocationRecord) -> str:
 
 
 def in_short(record: LocationRecord) -> str:
-    """The places of the law that holds, or the accepted sites of each kind, in a line: 'force at 0.5 m (disk 2), which acts
+    """The places of the law that holds, or the accepted sites of each quantity, in a line: 'force at 0.5 m (disk 2), which acts
     as a spring', 'force at 0.5 m (disk 2) or moment at 0.2 m (disk 1)'."""
     if (law := record.law) is not None:
         places = dict.fromkeys(each.position for each in record.law_class if each.key == law.key)
         return f"{law.kind} at {' or '.join(place(record, each) for each in places)}, which acts as {law.law}"
-    kinds = dict.fromkeys(site.kind for site in record.sites)
-    return " or ".join(f"{kind} {spread(record, kind)}" for kind in kinds)
+    quantities = dict.fromkeys(site.kind for site in record.sites)
+    return " or ".join(f"{quantity} {spread(record, quantity)}" for quantity in quantities)
 
 
 def place(record: LocationRecord, *positions: float) -> str:
@@ -52,13 +52,13 @@ def landmarks(record: LocationRecord, site: SiteRecord) -> str:
     return " and ".join(name for position in site.positions if (name := landmark(record, position)))
 
 
-def spread(record: LocationRecord, kind: str) -> str:
-    """Where sites of a kind are accepted, and how much of what was tried that is."""
-    accepted = sorted(site.positions for site in record.sites if site.kind == kind)
+def spread(record: LocationRecord, quantity: str) -> str:
+    """Where sites of a quantity are accepted, and how much of what was tried that is."""
+    accepted = sorted(site.positions for site in record.sites if site.kind == quantity)
     if len(accepted) == 1:
         return f"at {place(record, *accepted[0])}"
-    tried = sorted(site.positions for site in record.candidates if site.kind == kind)
-    if kind == PAIR:
+    tried = sorted(site.positions for site in record.candidates if site.kind == quantity)
+    if quantity == PAIR:
         shown = "; ".join(place(record, *each) for each in accepted[:MAX_PAIRS])
         more = "; …" if len(accepted) > MAX_PAIRS else ""
         return f"at {shown}{more} ({len(accepted)} of the {len(tried)} pairs that leave least)"

@@ -56,9 +56,9 @@ def _with_unit(parts: tuple[str, str], unit: str) -> str:
 def frame(record: WeightsRecord) -> pd.DataFrame:
     """Size and angle of each weight that was found and of each that cancels unbalance, as rows of the table of unknowns."""
     rows = []
-    for kind, vectors in (("weight", record.weights), ("correction", record.corrections)):
+    for role, vectors in (("weight", record.weights), ("correction", record.corrections)):
         for vector in vectors:
-            name = f"{kind} at {vector.position:g} m" + (f"@{vector.run}" if vector.run else "")
+            name = f"{role} at {vector.position:g} m" + (f"@{vector.run}" if vector.run else "")
             size = (vector.size, vector.size_low, vector.size_high)
             angle = (vector.angle, vector.angle_low, vector.angle_high)
             for what, unit, si, values in (("size", "g mm", GRAM_MILLIMETRE, size), ("angle", "deg", DEGREE, angle)):

@@ -8,7 +8,7 @@ from ksmea.errors import SettingError
 from ksmea.inference.intervals import Interval
 from ksmea.measurement.measurement import Layout, Measurement
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.measurement.speeds import COMMON_SPEED, equal_speeds
 from ksmea.problem.parameters import Parameter
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
@@ -23,7 +23,7 @@ def n_real(layout: Layout) -> int:
     those of one run less."""
     is_by_differences = layout.campaign is not None and layout.campaign.reference
     n_cancelled = len(equal_speeds(layout.speed, COMMON_SPEED)) if is_by_differences else 0
-    return (len(layout.speed) - n_cancelled) * len(layout.channels) * Kind(layout.kind).dimensions
+    return (len(layout.speed) - n_cancelled) * len(layout.channels) * Observable(layout.kind).dimensions
 
 
 def n_noise(layout: Layout, *, with_noise: bool) -> int:
@@ -38,7 +38,7 @@ def require_enough(layout: Layout, n_unknown: int, *, with_noise: bool) -> None:
         return
     n_speed, n_channel = len(layout.speed), len(layout.channels)
     said = f"{n_speed} speed{_s(n_speed)} × {n_channel} channel{_s(n_channel)}"
-    said += " × amplitude and phase" if Kind(layout.kind) is Kind.COMPLEX else ""
+    said += " × amplitude and phase" if Observable(layout.kind) is Observable.COMPLEX else ""
     noise = f" and {needed - n_unknown} of the noise" if with_noise else ""
     remedy = ", or state the noise (sigma_um)" if with_noise else ""
     raise SettingError(
@@ -74,6 +74,6 @@ def estimate_record(parameter: Parameter, value: float, interval: Interval) -> E
         value=(value - turn) / parameter.si_per_unit,
         low=finite((interval.low - turn) / parameter.si_per_unit),
         high=finite((interval.high - turn) / parameter.si_per_unit),
-        interval=interval.kind,
+        interval=interval.basis,
         at_limit=bool(min(value - parameter.lower, parameter.upper - value) <= near),
     )

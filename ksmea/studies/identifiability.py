@@ -16,7 +16,7 @@ from ksmea.arrays import Array
 from ksmea.errors import unknown
 from ksmea.inference.cramer_rao import Identifiability, identifiability
 from ksmea.measurement.channel import Channel
-from ksmea.measurement.measurement import KINDS
+from ksmea.measurement.measurement import OBSERVABLES
 from ksmea.measurement.noise import Noise
 from ksmea.problem.problem import Problem
 from ksmea.records.identifiability import (
@@ -171,7 +171,7 @@ def _noise(data: Data, factors: Sequence[float]) -> Iterator[tuple[Value, Data]]
 
 
 def _kind(data: Data) -> Iterator[tuple[Value, Data]]:
-    for kind in KINDS:
+    for kind in OBSERVABLES:
         yield kind, dataclasses.replace(data, kind=kind)
 
 

@@ -327,7 +327,7 @@ def _with_end(
         at_limit=at,
         low=finite(interval.low + by),
         high=finite(interval.high + by),
-        kind=interval.kind,
+        kind=interval.basis,
         most_likely=turned,
     )
 

@@ -18,7 +18,7 @@ from ksmea.fits.fitting import Fit, fit_from_values
 from ksmea.location.force_law import LawFit, fitted_laws, located_fit, smooth_fits
 from ksmea.location.location import Location, locate
 from ksmea.location.recovered_force import RecoveredForce, recovered_force, site_intervals
-from ksmea.location.unknown_force import KINDS, LATERAL, READING, SiteFit
+from ksmea.location.unknown_force import LATERAL, QUANTITIES, READING, SiteFit
 from ksmea.measurement.measurement import Measurement
 from ksmea.nonlinear.smooth_law import SmoothForce
 from ksmea.numerics.parallel import for_each
@@ -70,9 +70,9 @@ class LocationOptions(Settings):
     starts: int = setting(4, "starts of the fit at each site, before sites share the best unknowns", at_least=1)
 
     def check(self) -> None:
-        for kind in self.kinds:
-            if kind not in KINDS:
-                raise unknown("kind", kind, KINDS)
+        for quantity in self.kinds:
+            if quantity not in QUANTITIES:
+                raise unknown("kind", quantity, QUANTITIES)
 
 
 def location(
@@ -104,7 +104,7 @@ def location(
         measurement,
         rng,
         positions=options.positions,
-        kinds=options.kinds,
+        quantities=options.kinds,
         level=options.level,
         n_start=options.starts,
         progress=progress,
@@ -134,7 +134,7 @@ def location_record(
     extension, gain = (None, None) if law is None else _extended(law, found.plain, baseline, options.blocks)
     along = [*problem.sites, *problem.landmarks.values(), *(channel.position for channel in measurement.channels)]
     return LocationRecord(
-        kind=NOTHING if found.is_plain_enough else (believed[0].unmodelled.kind or NONE) if believed else NONE,
+        kind=NOTHING if found.is_plain_enough else (believed[0].unmodelled.quantity or NONE) if believed else NONE,
         candidates=tuple(_site(found, index) for index in found.ranked),
         plain=PlainRecord(found.plain_quality.p, found.plain.point.deviance, found.plain.point.n_left),
         noise=noise_record(found.noise, measurement),
@@ -158,7 +158,7 @@ def location_record(
 def _site(found: Location, index: int) -> SiteRecord:
     fit, quality = found.sites[index], found.qualities[index]
     return SiteRecord(
-        kind=str(fit.unmodelled.kind),
+        kind=str(fit.unmodelled.quantity),
         position=fit.unmodelled.position,
         p=quality.p,
         p_by_statistic=quality.p_by_statistic,
@@ -209,7 +209,7 @@ def _estimates(fit: SiteFit, level: float) -> list[EstimateRecord]:
 def _force(fit: SiteFit, recovered: RecoveredForce, level: float) -> ForceRecord:
     stiffness, coherence = recovered.dynamic_stiffness, recovered.coherence
     return ForceRecord(
-        kind=str(fit.unmodelled.kind),
+        kind=str(fit.unmodelled.quantity),
         position=fit.unmodelled.position,
         parts=tuple(
             PartRecord(
@@ -234,7 +234,7 @@ def _force(fit: SiteFit, recovered: RecoveredForce, level: float) -> ForceRecord
 
 def _laws(believed: Sequence[SiteFit], found: Location, progress: Callable[[], None]) -> list[LawFit]:
     """The laws at sites that are believed, the lowest BIC first; behind them a smooth function of speed where none holds."""
-    sites = [fit for fit in believed if fit.unmodelled.kind in LOADS]
+    sites = [fit for fit in believed if fit.unmodelled.quantity in LOADS]
     simple = fitted_laws(sites, found.noise, progress)
     return simple if any(fit.p >= found.level for fit in simple) else [*simple, *smooth_fits(sites, found.noise)]
 
@@ -243,7 +243,7 @@ def _law(fit: LawFit, level: float) -> LawRecord:
     return LawRecord(
         law=fit.law.name,
         key=fit.law.key,
-        kind=str(fit.site.unmodelled.kind),
+        kind=str(fit.site.unmodelled.quantity),
         position=fit.site.unmodelled.position,
         p=fit.p,
         bic=fit.bic,

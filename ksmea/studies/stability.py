@@ -15,7 +15,6 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.inference.cramer_rao import Identifiability, identifiability
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
 from ksmea.problem.problem import Problem
 from ksmea.records.estimate import StabilityRecord
 from ksmea.records.record import finite
@@ -29,7 +28,7 @@ def stability_of(
     problem: Problem,
     x: Array,
     noise: Noise | None,
-    kind: Kind | str,
+    kind: str,
     *,
     noise_known: bool = True,
     level: float = 0.95,
@@ -50,10 +49,10 @@ def stability_of(
     return StabilityRecord(finite(threshold), finite(low), finite(high), level, measured, SEARCHED * measured)
 
 
-def _information(problem: Problem, x: Array, noise: Noise, kind: Kind | str, noise_known: bool) -> Array:
+def _information(problem: Problem, x: Array, noise: Noise, kind: str, noise_known: bool) -> Array:
     """Fisher information (d, d), 1/SI²; none where the response has no sensitivity."""
     try:
-        return identifiability(problem, x, noise, str(kind), noise_known=noise_known).information
+        return identifiability(problem, x, noise, kind, noise_known=noise_known).information
     except np.linalg.LinAlgError:
         return np.zeros((len(x), len(x)))
 

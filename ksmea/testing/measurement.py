@@ -12,7 +12,7 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
-from ksmea.measurement.measurement import KINDS, Measurement
+from ksmea.measurement.measurement import OBSERVABLES, Measurement
 from ksmea.plugins.source import MeasurementSource, ProblemSettings
 from ksmea.problem.alignment import aligned, require_aligned
 from ksmea.testing.exam import Exam, ExamFailed, require
@@ -61,7 +61,12 @@ def _streams(seed: int) -> tuple[np.random.Generator, np.random.Generator]:
 def measures_what_it_says(case: MeasurementCase) -> None:
     """Kind, speeds, channels and phases are those that `kind` and `layout` tell before."""
     found, layout = case.measurement, case.plugin.layout(case.of)
-    require(case.plugin.kind in KINDS, f"a kind of {', '.join(KINDS)}", repr(case.plugin.kind), "take one of them")
+    require(
+        case.plugin.kind in OBSERVABLES,
+        f"a kind of {', '.join(OBSERVABLES)}",
+        repr(case.plugin.kind),
+        "take one of them",
+    )
     stated = f"{case.plugin.kind} of {len(layout.speed)} speeds and {len(layout.channels)} channels"
     same = (
         found.kind == layout.kind == case.plugin.kind

@@ -13,7 +13,7 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.numerics.screening import latin_hypercube
 from ksmea.plugins.surrogate import Predictor, Surrogate
 from ksmea.plugins.transforms import Transform, make_transform
@@ -45,7 +45,7 @@ class SurrogateCase(Drawn):
     @property
     def transform(self) -> Transform:
         return make_transform(
-            self.plugin.transform, Kind.COMPLEX, n_speed=len(ROTOR.speed), n_channel=len(ROTOR.channels)
+            self.plugin.transform, Observable.COMPLEX, n_speed=len(ROTOR.speed), n_channel=len(ROTOR.channels)
         )
 
     @cached_property

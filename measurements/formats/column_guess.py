@@ -49,13 +49,15 @@ def _by_probe(headings: Sequence[str]) -> dict[str, str]:
     """Headings of one kind by the words that only some of them have; empty where these are no names of probes, or stand twice."""
     words = [WORD.findall(heading) for heading in headings]
     count = Counter(word for each in words for word in set(each))
-    names = [" ".join(word for word in each if count[word] < len(headings) and not _is_of_kind(word)) for each in words]
+    names = [
+        " ".join(word for word in each if count[word] < len(headings) and not _tells_content(word)) for each in words
+    ]
     if len(set(names)) < len(names) or not all(names) or all(map(HARMONIC.fullmatch, names)):
         return {}
     return dict(zip(names, headings))
 
 
-def _is_of_kind(word: str) -> bool:
+def _tells_content(word: str) -> bool:
     """Whether a word says what a column holds, not which probe it is of."""
     return bool(AMPLITUDE.search(word) or PHASE.search(word))
 

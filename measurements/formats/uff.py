@@ -82,11 +82,11 @@ def datasets(content: bytes, path: str) -> list[tuple[int, Dataset]]:
         try:
             with contextlib.redirect_stdout(io.StringIO()):
                 file: Any = pyuff.UFF(name)
-                kinds = [int(each) for each in file.get_set_types()]
-                if len(kinds) > MAX_SETS:
-                    raise SettingError(f"{path}: expected at most {MAX_SETS} datasets, got {len(kinds)}")
-                for number, kind in enumerate(kinds):
-                    if kind == DATASET:
+                set_types = [int(each) for each in file.get_set_types()]
+                if len(set_types) > MAX_SETS:
+                    raise SettingError(f"{path}: expected at most {MAX_SETS} datasets, got {len(set_types)}")
+                for number, set_type in enumerate(set_types):
+                    if set_type == DATASET:
                         found.append((number + 1, _checked(file.read_sets(number), number + 1, path)))
         except SettingError:
             raise
@@ -98,7 +98,7 @@ def datasets(content: bytes, path: str) -> list[tuple[int, Dataset]]:
                 f"{path}: expected a universal file that can be read, got {quoted(reason)}; export it again"
             ) from error
     if not found:
-        others = ", ".join(map(str, sorted(set(kinds)))) or "none"
+        others = ", ".join(map(str, sorted(set(set_types)))) or "none"
         raise SettingError(f"{path}: expected a dataset 58, got {others}; export functions")
     return found
 
@@ -131,12 +131,12 @@ def _checked(each: dict[str, Any], number: int, path: str) -> dict[str, Any]:
 
 def _curve(each: dict[str, Any], number: int, answers: Answers) -> Curve:
     where = f"{answers.path} dataset {number}"
-    kind, abscissa = int(each["func_type"]), int(each["abscissa_spec_data_type"])
-    if kind == TIME_RESPONSE or abscissa == OF_TIME:
+    function_type, abscissa = int(each["func_type"]), int(each["abscissa_spec_data_type"])
+    if function_type == TIME_RESPONSE or abscissa == OF_TIME:
         raise SettingError(f"{where}: expected a function over the speed, got a time history; give format=waveform")
-    if kind in OTHERS:
+    if function_type in OTHERS:
         raise SettingError(
-            f"{where}: expected vectors of vibration over the speed, got {OTHERS[kind]}; export order tracks"
+            f"{where}: expected vectors of vibration over the speed, got {OTHERS[function_type]}; export order tracks"
         )
     if abscissa == OF_FREQUENCY and answers.speed_unit != "Hz":
         raise SettingError(

@@ -71,7 +71,9 @@ class CouplingMisalignment(PlacedEffect):
         """A force and a moment at each end, twice per turn too where that is measured."""
         twice = self.twice or any(channel.harmonic == TWICE for channel in problem.channels)
         ends = (0.0, float(problem.rotor.node_positions[-1]))
-        return [dataclasses.replace(self, position=end, kind=kind, twice=twice) for kind in LOADS for end in ends]
+        return [
+            dataclasses.replace(self, position=end, kind=quantity, twice=twice) for quantity in LOADS for end in ends
+        ]
 
     def placed_on(self, problem: RotorProblem) -> CouplingMisalignment:
         require_on_shaft(problem, self.position, "coupling")

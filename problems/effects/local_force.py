@@ -94,7 +94,7 @@ class LocalForce(RotorEffect):
 
     def placed_on(self, problem: RotorProblem) -> LocalForce:
         site = self.site_law()
-        require_on_shaft(problem, self.position, site.kind)
+        require_on_shaft(problem, self.position, site.quantity)
         site.rows(problem.rotor)
         return self
 

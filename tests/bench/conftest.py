@@ -35,8 +35,8 @@ class Ended:
     def records(self):
         return (self.output / "records" / "batch-0000.jsonl").read_text()
 
-    def events(self, kind="result"):
-        return [line for line in map(json.loads, self.records().splitlines()) if line["event"] == kind]
+    def events(self, event="result"):
+        return [line for line in map(json.loads, self.records().splitlines()) if line["event"] == event]
 
     def cells(self):
         lines = map(json.loads, (self.output / "plan.jsonl").read_text().splitlines())

@@ -28,10 +28,10 @@ def plan(plan):
     return replace(plan, name="coverage", cells=cells, runs=all_runs(cells, 400, plan.versions), report=report)
 
 
-def record(value, low, high, kind="gauss-newton", excess=0.0, status="done"):
+def record(value, low, high, basis="gauss-newton", excess=0.0, status="done"):
     parameter = {
         "name": "kxx", "unit": "MN/m", "si_per_unit": 1e6, "true": 50e6, "identified": value, "at_limit": False,
-        "low": low, "high": high, "kind": kind, "most_likely": value,
+        "low": low, "high": high, "kind": basis, "most_likely": value,
     }  # fmt: skip
     effort = {
         "level": 0.95, "noise": {"relative": 0.1, "floor": 0.0, "estimated": False}, "model_evaluations": 3,

@@ -36,10 +36,10 @@ def folder(table3, tmp_path):
     return Path(shutil.copytree(table3.output, tmp_path / "table3"))
 
 
-def change_plan(folder, kind, change):
-    """Change the first line of a kind in the plan."""
+def change_plan(folder, line_type, change):
+    """Change the first line of a type in the plan."""
     lines = [json.loads(line) for line in (folder / "plan.jsonl").read_text().splitlines()]
-    change(next(line for line in lines if line["line"] == kind))
+    change(next(line for line in lines if line["line"] == line_type))
     (folder / "plan.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
 
 
@@ -53,18 +53,20 @@ def change_record(folder, change):
     return line["key"]
 
 
-@pytest.mark.parametrize("kind", ["rotor", "extended", "run_up", "campaign", "campaign_runs", "plan", "records"])
-def test_damaged_files_are_read_or_refused_in_one_visible_line(kind, fuzzer, folder, monkeypatch):
+@pytest.mark.parametrize("target", ["rotor", "extended", "run_up", "campaign", "campaign_runs", "plan", "records"])
+def test_damaged_files_are_read_or_refused_in_one_visible_line(target, fuzzer, folder, monkeypatch):
     monkeypatch.setattr("bench.reports.identification.summary_drawings.summary_figure", lambda *arguments: b"")
     monkeypatch.setattr("bench.reports.identification.summary._drawings", lambda *arguments: {})
-    content = fuzzer.healthy(kind, folder)
+    content = fuzzer.healthy(target, folder)
     for seed in range(N_MUTATION):
-        found = fuzzer.outcome_of(kind, fuzzer.KINDS[kind].mutate(content, random.Random(f"{kind} {seed}")), folder)
-        assert found.kind not in fuzzer.FAULTS, f"seed {seed}: {found.detail}"
+        found = fuzzer.outcome_of(
+            target, fuzzer.TARGETS[target].mutate(content, random.Random(f"{target} {seed}")), folder
+        )
+        assert found.ending not in fuzzer.FAULTS, f"seed {seed}: {found.detail}"
 
 
 @pytest.mark.parametrize(
-    ("kind", "field", "value"),
+    ("line_type", "field", "value"),
     [
         ("plan", "versions", 1.5),
         ("plan", "name", "../../up"),
@@ -83,8 +85,8 @@ def test_damaged_files_are_read_or_refused_in_one_visible_line(kind, fuzzer, fol
     ],
 )
 @pytest.mark.parametrize("command", ["collect", "status", "explain"])
-def test_a_plan_with_a_field_of_another_type_is_refused_in_one_line(command, kind, field, value, folder, enter):
-    change_plan(folder, kind, lambda line: line.update({field: value}))
+def test_a_plan_with_a_field_of_another_type_is_refused_in_one_line(command, line_type, field, value, folder, enter):
+    change_plan(folder, line_type, lambda line: line.update({field: value}))
     ended = enter(command, *(["0"] if command == "explain" else []), str(folder))
     assert ended.code == 2 and ended.err.count("\n") == 1 and "expected a plan of schema 2" in ended.err
 
@@ -128,16 +130,16 @@ def test_no_control_characters_reach_the_terminal(folder, enter):
 
 
 @pytest.mark.parametrize("name", ["plan.jsonl", "records/batch-0000.jsonl", "records/batch-0000.lock", ".drawn"])
-@pytest.mark.parametrize("kind", ["pipe", "link"])
-def test_pipes_and_links_are_refused(kind, name, folder, tmp_path):
+@pytest.mark.parametrize("file_type", ["pipe", "link"])
+def test_pipes_and_links_are_refused(file_type, name, folder, tmp_path):
     path = folder / name
     path.unlink(missing_ok=True)
     target = tmp_path / "target"
     target.write_text("mine")
-    os.mkfifo(path) if kind == "pipe" else path.symlink_to(target)
+    os.mkfifo(path) if file_type == "pipe" else path.symlink_to(target)
     modes = ("rb", "ab", "w+b")
     for mode in modes:
-        with pytest.raises(SettingError, match=f"expected a regular file, got a {kind}; remove it"):
+        with pytest.raises(SettingError, match=f"expected a regular file, got a {file_type}; remove it"):
             open_regular(path, mode)
     if name.endswith(".lock"):
         with pytest.raises(SettingError, match="regular file"):

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 import scipy
 
-from bench.reports.diagnosis.power import DROP, EFFECT, KIND, chance, confusion, detectable_drop, false_alarms, rates
+from bench.reports.diagnosis.power import DATA, DROP, EFFECT, chance, confusion, detectable_drop, false_alarms, rates
 from bench.reports.diagnosis.power_figures import confusion_figure
 
 FEW = "study.effects=[runout,channel_gain,mass]"
@@ -27,7 +27,7 @@ def test_nine_of_ten_see_the_smallest_detectable_size_and_more_candidates_need_m
 @pytest.fixture
 def told():
     """Draws of two effects: one always found, one taken for the other in half of its draws and unseen in one of four."""
-    common = {KIND: "complex", "predicted": 1.0, "surplus": 0, "sizes_compared": 1, "sizes_held": 1, "seconds": 2.0}
+    common = {DATA: "complex", "predicted": 1.0, "surplus": 0, "sizes_compared": 1, "sizes_held": 1, "seconds": 2.0}
     right = {EFFECT: "mass", DROP: 80.0, "group": "mass", "verdict": "named", "in_group": True, "is_first": True}
     taken = {EFFECT: "bow", DROP: 80.0, "group": "mass", "verdict": "named", "in_group": False, "is_first": False}
     unseen = {EFFECT: "bow", DROP: 80.0, "group": "", "verdict": "adequate", "in_group": False, "is_first": False}
@@ -44,7 +44,7 @@ def test_rates_count_what_is_clearly_visible_alone(told):
 
 
 def test_false_alarms_are_counted_by_kind_and_in_all():
-    right = pd.DataFrame({KIND: ["complex", "complex", "amplitudes"], "detected": [True, False, False]})
+    right = pd.DataFrame({DATA: ["complex", "complex", "amplitudes"], "detected": [True, False, False]})
     assert false_alarms(right).to_numpy().tolist() == [["complex", 2, 1], ["amplitudes", 1, 0], ["all", 3, 1]]
 
 

@@ -16,7 +16,7 @@ from ksmea.plugins.files import plugins_of_file
 from outside_package import plain_files
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
-KINDS = sorted(path.name for path in EXAMPLES.iterdir() if (path / "pyproject.toml").is_file())
+EXAMPLE_GROUPS = sorted(path.name for path in EXAMPLES.iterdir() if (path / "pyproject.toml").is_file())
 CHEAP = ["repetitions=1", "study.intervals=none", "workers=1"]
 
 
@@ -34,29 +34,29 @@ def run_tests(*folders):
 
 
 def test_the_tests_of_all_examples_pass():
-    done = run_tests(*(EXAMPLES / kind for kind in KINDS))
+    done = run_tests(*(EXAMPLES / group for group in EXAMPLE_GROUPS))
     assert done.returncode == 0, done.stdout
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_an_entry_point_names_the_plugin_as_its_file_does(kind):
-    project = tomllib.loads((EXAMPLES / kind / "pyproject.toml").read_text())
+@pytest.mark.parametrize("group", EXAMPLE_GROUPS)
+def test_an_entry_point_names_the_plugin_as_its_file_does(group):
+    project = tomllib.loads((EXAMPLES / group / "pyproject.toml").read_text())
     groups = project["project"]["entry-points"]
-    [(name, value)] = groups[(registry.GROUPS | registry.FURTHER)[kind]].items()
+    [(name, value)] = groups[(registry.GROUPS | registry.FURTHER)[group]].items()
     module, _, plugin = value.partition(":")
     with plain_files(EXAMPLES):
-        [found] = plugins_of_file(EXAMPLES / kind / f"{module}.py")
-        assert (found.group, found.name, found.plugin.__name__) == (kind, name, plugin)
+        [found] = plugins_of_file(EXAMPLES / group / f"{module}.py")
+        assert (found.group, found.name, found.plugin.__name__) == (group, name, plugin)
     assert project["tool"]["hatch"]["build"]["targets"]["wheel"]["only-include"] == [f"{module}.py"]
 
 
 def test_there_is_one_of_every_kind_that_can_be_made():
-    assert KINDS == sorted(FIRST_RUN)
+    assert EXAMPLE_GROUPS == sorted(FIRST_RUN)
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_a_new_file_runs_by_the_command_that_is_printed(kind, tmp_path, enter):
-    new = enter("new", kind, "my_own", "--file")
+@pytest.mark.parametrize("group", EXAMPLE_GROUPS)
+def test_a_new_file_runs_by_the_command_that_is_printed(group, tmp_path, enter):
+    new = enter("new", group, "my_own", "--file")
     assert new.code == 0
     written, command = new.out.splitlines()
     assert written == "written: my_own.py" and [path.name for path in tmp_path.iterdir()] == ["my_own.py"]

@@ -24,9 +24,9 @@ def fuzz_importers():
 @pytest.mark.parametrize("name", TABLES)
 def test_damaged_files_are_refused_or_read_right(fuzz_importers, name, tmp_path):
     found = fuzz_importers.fuzz(name, range(40), tmp_path, apart=False)
-    faults = {seed: outcome for seed, outcome in found.items() if outcome.kind in fuzz_importers.FAULTS}
+    faults = {seed: outcome for seed, outcome in found.items() if outcome.ending in fuzz_importers.FAULTS}
     assert not faults
-    assert any(outcome.kind == "refused" for outcome in found.values())
+    assert any(outcome.ending == "refused" for outcome in found.values())
 
 
 def test_what_is_silently_wrong_is_seen(fuzz_importers, tmp_path):
@@ -41,5 +41,5 @@ def test_what_is_silently_wrong_is_seen(fuzz_importers, tmp_path):
         (healthy.values, healthy.speed * np.linspace(1, 2, len(healthy.speed))),
     ):
         wrong = dataclasses.replace(healthy, values=values, speed=speed)
-        assert fuzz_importers.judged(wrong, healthy, fuzz_importers.SAME).kind == "silently wrong"
-    assert fuzz_importers.judged(healthy, healthy, fuzz_importers.SAME).kind == "fine"
+        assert fuzz_importers.judged(wrong, healthy, fuzz_importers.SAME).ending == "silently wrong"
+    assert fuzz_importers.judged(healthy, healthy, fuzz_importers.SAME).ending == "fine"

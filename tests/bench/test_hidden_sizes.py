@@ -11,7 +11,7 @@ from ksmea.likelihood.fisher import projected, whitened_sensitivity
 from ksmea.likelihood.likelihood import Likelihood
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.plugins import registry
 from ksmea.problem.counted import Model
 from measurements.hidden_size import NOTICED, drawn_size, relative_change, size_of_drop
@@ -23,7 +23,7 @@ PROBLEM = ThreeDisk(sensors=[0.1, 0.2, 0.5], n_speed=27)
 PLAIN = PROBLEM.build()
 TRUTH = PROBLEM.reference()
 X = np.array([TRUTH[name] for name in PLAIN.parameters.names])
-COMPLEX = Kind.COMPLEX
+COMPLEX = Observable.COMPLEX
 # What these change stays small up to their physical limits or to where the rotor becomes unstable: one channel of six
 # that reads 30 % too much is a tenth of the whole.
 LIMITED = (
@@ -83,7 +83,7 @@ def test_what_the_data_cannot_see_keeps_its_size():
         def observed(self, response, channels, speed, theta):
             return response * np.exp(1j * theta[:, :1, None] / 1e-4)
 
-    theta = drawn_size(Unseen(), PLAIN, X, Kind.AMPLITUDE, np.random.default_rng(0))
+    theta = drawn_size(Unseen(), PLAIN, X, Observable.AMPLITUDE, np.random.default_rng(0))
     assert theta[0] == Unseen().draw(PLAIN, None)[0]
 
 

@@ -204,26 +204,26 @@ def test_sheets_without_a_run_are_asked_for_by_name(folder, capsys):
 
 
 @pytest.mark.parametrize("with_time", [True, False])
-@pytest.mark.parametrize("kind", ["text", "excel"])
-def test_waveforms_are_asked_for_at_once(folder, capsys, kind, with_time):
+@pytest.mark.parametrize("file_type", ["text", "excel"])
+def test_waveforms_are_asked_for_at_once(folder, capsys, file_type, with_time):
     time, keyphasor, signals, _ = sampled(turns=20, samples=4000)
     columns = {"KPH": keyphasor, "A (um)": signals[:, 0], "B (um)": signals[:, 1]}
     columns = ({"t (s)": time} if with_time else {}) | columns
     rows = [list(columns), *np.stack(list(columns.values()), axis=1).tolist()]
-    name = {"text": "a.csv", "excel": "a.xlsx"}[kind]
-    if kind == "text":
+    name = {"text": "a.csv", "excel": "a.xlsx"}[file_type]
+    if file_type == "text":
         Path(name).write_text("\n".join(",".join(map(str, row)) for row in rows), encoding="utf-8")
     else:
         book(name, ("Scope", rows), ("Notes", [["two probes"]]))
-    said = questions(capsys, name, *(() if kind == "text" else ("--format", "waveform")))
+    said = questions(capsys, name, *(() if file_type == "text" else ("--format", "waveform")))
     found = re.findall(r"^  --([\w-]+): ", said, re.MULTILINE)
-    first, rate = {"text": ["format"], "excel": ["sheet"]}[kind], [] if with_time else ["sampling"]
+    first, rate = {"text": ["format"], "excel": ["sheet"]}[file_type], [] if with_time else ["sampling"]
     assert [each for each in found if each != "repeats"] == [*first, "column", *rate, "probe", "out"]
     rate = 1 / (time[1] - time[0])
     words = answered(said.splitlines()[-1], {"probes": ["A@0.1@x", "B@0.1@y"], "sampling": rate, "repeats": "average"})
     assert main.run(words) == 0, capsys.readouterr().err
     given = ["keyphasor=KPH", "signal.A=A (um)", "signal.B=B (um)", *(["time=t (s)"] if with_time else [])]
-    direct = File(path=name, format="waveform", columns=given, sheet="Scope" if kind == "excel" else "",
+    direct = File(path=name, format="waveform", columns=given, sheet="Scope" if file_type == "excel" else "",
                   probes=["A@0.1@x", "B@0.1@y"], sampling=None if with_time else rate, repeats="average")  # fmt: skip
     assert ksmea.read_measurement("run.csv").values == pytest.approx(direct.read().values, rel=1e-12)
 

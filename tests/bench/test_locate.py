@@ -5,7 +5,7 @@ import json
 import pandas as pd
 import pytest
 
-from bench.reports.diagnosis.location_report import kinds_line
+from bench.reports.diagnosis.location_report import counts_line
 
 DATA = [
     "measurement.kind=complex",
@@ -104,5 +104,5 @@ def test_what_cannot_be_located_is_refused_in_one_line(enter, words, what):
 
 def test_kinds_without_a_site_are_told_in_words():
     runs = pd.DataFrame({"kind": ["none", "force", "none", "nothing"]})
-    assert kinds_line(runs) == "located: 2 unexplained, 1 force, 1 with nothing missing"
-    assert kinds_line(pd.DataFrame({"status": ["error"]})) == "no run has a result"
+    assert counts_line(runs) == "located: 2 unexplained, 1 force, 1 with nothing missing"
+    assert counts_line(pd.DataFrame({"status": ["error"]})) == "no run has a result"

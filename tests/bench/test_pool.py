@@ -53,9 +53,9 @@ def importable(monkeypatch):
     monkeypatch.setenv("PYTHONPATH", os.path.dirname(__file__))
 
 
-def outcomes(kinds, workers=2, limits=NONE, started=None):
+def outcomes(ways, workers=2, limits=NONE, started=None):
     on_start = (started if started is not None else []).append
-    tasks = ((index, (kind,)) for index, kind in enumerate(kinds))
+    tasks = ((index, (way,)) for index, way in enumerate(ways))
     return dict(run_tasks(behave, tasks, workers, limits, on_start))
 
 
@@ -88,9 +88,9 @@ class TestPool:
         assert done[1]["status"] == "done"
 
     def test_what_a_forked_child_says_is_no_result(self):
-        kinds = ["fork", "slow", "fork", "slow", "a", "b"]
-        done = outcomes(kinds, workers=1)
-        assert [done[index]["how"] for index in range(6)] == kinds
+        ways = ["fork", "slow", "fork", "slow", "a", "b"]
+        done = outcomes(ways, workers=1)
+        assert [done[index]["how"] for index in range(6)] == ways
         assert len({record["pid"] for record in done.values()}) == 1
 
     def test_a_message_of_another_task_or_process_is_passed_over(self):

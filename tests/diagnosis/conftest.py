@@ -7,7 +7,7 @@ from ksmea.fits.fitting import Effort
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.plugins import registry
 from ksmea.studies.library import library
 from measurements.hidden_size import drawn_size
@@ -57,7 +57,7 @@ def hide():
         if name is not None:
             locations = list(registry.create("effect", name, {}).locations(fine))
             located = locations[rng.integers(len(locations))]
-            size = drawn_size(located, fine, truth, Kind(kind), rng)
+            size = drawn_size(located, fine, truth, Observable(kind), rng)
             problem = located.added_to(fine)
         response = problem.dense_response(np.append(truth, size)[None])[0]
         values = observe(response, kind, NOISE, rng)

@@ -56,7 +56,7 @@ HIDDEN = {  # law, where, the rotor that hides it, and the sizes of its coeffici
 
 
 FOLLOWS_SPEED = 4e3 * FINE.speed  # N/m
-BY_MATRICES = {  # law, kind, load (n_speed, 2) of its own, impedance (n_speed, 2, 2) to the motion of its site, sizes
+BY_MATRICES = {  # law, quantity, load (n_speed, 2) of its own, impedance (n_speed, 2, 2) to the motion of its site, sizes
     "spring_proportional_to_speed": ("force", 0, FOLLOWS_SPEED[:, None, None] * np.diag([1.0, 1.5]), [4e3, 6e3]),
     "proportional_to_speed": ("force", (0.03 + 0.02j) * FINE.speed[:, None] * [1, -1j], 0, [0.03, 0.02]),
     "skew": ("moment", (2e-5 - 1e-5j) * FINE.speed[:, None] ** 2 * [1, -1j], 0, [2e-5, -1e-5]),
@@ -66,8 +66,8 @@ BY_MATRICES = {  # law, kind, load (n_speed, 2) of its own, impedance (n_speed, 
 
 @pytest.mark.parametrize("key", BY_MATRICES)
 def test_a_law_put_into_the_matrices_is_found_with_its_size(key):
-    kind, load, impedance, sizes = BY_MATRICES[key]
-    at_site = unit_loads(ROTOR, [Load(1.0, axis, kind) for axis in "xy"], len(FINE.speed))
+    quantity, load, impedance, sizes = BY_MATRICES[key]
+    at_site = unit_loads(ROTOR, [Load(1.0, axis, quantity) for axis in "xy"], len(FINE.speed))
     stiffness = dense.dynamic_stiffness(assemble(ROTOR), FINE.speed)
     stiffness = stiffness + at_site @ (impedance + np.zeros((2, 2))) @ np.swapaxes(at_site, 1, 2)
     force = force_per_unbalance(ROTOR, FINE.speed) @ complex_unbalance(ROTOR)
@@ -75,7 +75,7 @@ def test_a_law_put_into_the_matrices_is_found_with_its_size(key):
     response = np.linalg.solve(stiffness, force[..., None])[..., 0] @ dense.channel_rows(ROTOR, FINE.channels).T
     values = observe(response, "complex", Noise(0.05, 1e-7), np.random.default_rng(len(key)))
     data = Measurement(PROBLEM.speed, PROBLEM.channels, values, None, "test")
-    found = locate(PROBLEM, data, np.random.default_rng(0), positions=[1.0], kinds=[kind])
+    found = locate(PROBLEM, data, np.random.default_rng(0), positions=[1.0], quantities=[quantity])
     best = fitted_laws(found.sites, found.noise)[0]
     assert best.law.key == key
     assert best.p > 0.001  # one draw each
@@ -94,7 +94,7 @@ def site_of():
             response = dense.dense_response(rotor, FINE.speed, FINE.channels)
             values = observe(response, "complex", Noise(0.05, 1e-7), np.random.default_rng(len(name)))
             data = Measurement(PROBLEM.speed, PROBLEM.channels, values, None, "test")
-            found[name] = locate(PROBLEM, data, np.random.default_rng(0), positions=[position], kinds=["force"])
+            found[name] = locate(PROBLEM, data, np.random.default_rng(0), positions=[position], quantities=["force"])
         return found[name].sites[0], found[name].noise
 
     return call
@@ -116,7 +116,7 @@ def test_laws_are_sought_along_the_shaft_from_where_one_is_best(monkeypatch):
     values = observe(response, "complex", Noise(0.05, 1e-7), np.random.default_rng(4))
     data = Measurement(PROBLEM.speed, PROBLEM.channels, values, None, "test")
     positions = [0.8, 0.9, position]
-    found = locate(PROBLEM, data, np.random.default_rng(0), positions=positions, kinds=["force"])
+    found = locate(PROBLEM, data, np.random.default_rng(0), positions=positions, quantities=["force"])
     prepared = []
 
     def law_starts_of(site, laws):

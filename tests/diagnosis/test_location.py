@@ -91,7 +91,7 @@ def test_what_follows_the_motion_is_a_dynamic_stiffness_that_takes_no_energy():
     rotor = rotor_at(FINE.rotor, FINE.unknowns, TRUTH)
     heavier = dataclasses.replace(rotor, disks=(*rotor.disks, Disk(1.0, mass, 1e-6, 1e-6)))
     data = measured(dense.dense_response(heavier, FINE.speed, FINE.channels), 3)
-    found = locate(PROBLEM, data, np.random.default_rng(0), positions=[1.0], kinds=["force"])
+    found = locate(PROBLEM, data, np.random.default_rng(0), positions=[1.0], quantities=["force"])
     assert accepted(found) == {"force at 1 m"}
     recovered = recovered_force(found.sites[0], np.random.default_rng(2))
     assert np.all(recovered.coherence[:2] > FOLLOWS)
@@ -109,7 +109,7 @@ def test_a_damper_takes_energy():
     first, last = rotor.bearings
     damped = dataclasses.replace(first, cxx=first.cxx + 5000.0, cyy=first.cyy + 5000.0)
     values = dense.dense_response(dataclasses.replace(rotor, bearings=(damped, last)), FINE.speed, FINE.channels)
-    found = locate(PROBLEM, measured(values, 4), np.random.default_rng(0), positions=[0.0], kinds=["force"])
+    found = locate(PROBLEM, measured(values, 4), np.random.default_rng(0), positions=[0.0], quantities=["force"])
     work = recovered_force(found.sites[0], np.random.default_rng(1)).work
     low, high = np.quantile(work[1:], [0.025, 0.975], axis=0)
     assert np.mean(high < 0) > 0.5
@@ -124,7 +124,7 @@ def test_a_skewed_disk_is_a_moment_at_its_disk():
     stiffness = dense.dynamic_stiffness(assemble(rotor), FINE.speed)
     added = (dense.channel_rows(rotor, FINE.channels) @ np.linalg.solve(stiffness, moment))[..., 0]
     data = measured(response() + added, 5)
-    found = locate(PROBLEM, data, np.random.default_rng(0), positions=[0.0, 0.5, 1.0], kinds=["force", "moment"])
+    found = locate(PROBLEM, data, np.random.default_rng(0), positions=[0.0, 0.5, 1.0], quantities=["force", "moment"])
     assert accepted(found) == {"moment at 1 m"}
 
 
@@ -132,7 +132,7 @@ def test_a_gain_is_a_reading_at_its_plane_and_no_force():
     values = response()
     values[:, 4] *= 1.3  # x at 1 m
     data = measured(values, 6)
-    found = locate(PROBLEM, data, np.random.default_rng(0), positions=[0.0, 0.5, 1.0], kinds=["force", "reading"])
+    found = locate(PROBLEM, data, np.random.default_rng(0), positions=[0.0, 0.5, 1.0], quantities=["force", "reading"])
     assert accepted(found) == {"reading at 1 m"}
 
 
@@ -143,13 +143,13 @@ def test_the_true_site_is_rejected_no_more_often_than_the_level_says(told):
     small = 0
     for seed in range(8):
         data = measured(response() + 30.0 * np.exp(1j * seed) * column, [7, seed], told)
-        found = locate(PROBLEM, data, np.random.default_rng(seed), positions=[1.0], kinds=["force"], n_start=2)
+        found = locate(PROBLEM, data, np.random.default_rng(seed), positions=[1.0], quantities=["force"], n_start=2)
         small += found.qualities[0].p < 0.1
     assert small < 4
 
 
 def test_a_right_model_is_left_alone():
-    found = locate(PROBLEM, measured(response(), 8), np.random.default_rng(0), positions=[1.0], kinds=["force"])
+    found = locate(PROBLEM, measured(response(), 8), np.random.default_rng(0), positions=[1.0], quantities=["force"])
     assert found.is_plain_enough
     assert accepted(found) == {"force at 1 m"}  # a force that is next to nothing
 
@@ -167,7 +167,7 @@ def test_force_and_moment_are_tried_together_where_neither_is_enough():
 def test_the_same_generator_gives_the_same_location():
     data = measured(response("unbalance", UNBALANCE, position=1.0), 1)
     first, second = (
-        locate(PROBLEM, data, np.random.default_rng(3), positions=[0.9, 1.0], kinds=["force"]) for _ in range(2)
+        locate(PROBLEM, data, np.random.default_rng(3), positions=[0.9, 1.0], quantities=["force"]) for _ in range(2)
     )
     assert [quality.p for quality in first.qualities] == [quality.p for quality in second.qualities]
     assert [fit.point.deviance for fit in first.sites] == [fit.point.deviance for fit in second.sites]
@@ -178,18 +178,18 @@ def test_an_unbalance_at_the_very_site_is_set_to_where_the_force_is_least():
     the unbalance is the true one, and the rest the force."""
     column = FINE.load_response(TRUTH[None], [Load(0.5, "x")])[0, :, :, 0]
     data = measured(response() + 20j * column, 10)
-    found = locate(PROBLEM, data, np.random.default_rng(0), positions=[0.5], kinds=["force"])
+    found = locate(PROBLEM, data, np.random.default_rng(0), positions=[0.5], quantities=["force"])
     [site] = found.sites
     u = PROBLEM.parameters.to_si(site.point.theta)[4]
     assert u == pytest.approx(TRUTH[4], rel=0.05)  # weighed by 40 speeds with forces of 8 to 450 N
-    assert site_intervals(site, 0.95)[4].kind == UNSEEN
+    assert site_intervals(site, 0.95)[4].basis == UNSEEN
     assert np.median(np.abs(site.point.free[:, 0])) == pytest.approx(20.0, rel=0.3)
 
 
 def test_what_leaves_no_channel_to_test_by_is_not_tried():
     two_planes = PROBLEM.at(PROBLEM.speed, PROBLEM.channels[:4])
-    kinds = {each.kind for each in candidates(two_planes, ["force", LATERAL, READING], np.array([0.0]))}
-    assert kinds == {"force", READING}
+    quantities = {each.quantity for each in candidates(two_planes, ["force", LATERAL, READING], np.array([0.0]))}
+    assert quantities == {"force", READING}
 
 
 @pytest.mark.parametrize(

@@ -179,22 +179,22 @@ def test_the_coefficients_frame_compares_both_models():
     assert pd.isna(table.loc["runout_x", "before"]) and table.loc["runout_x", "after_low"] < 4.46
 
 
-def kinds(axes):
+def ranks(axes):
     """What each bar is by its colour, the best effect first."""
     names = [label.get_text().split(" ")[0] for label in axes.get_yticklabels()][::-1]
     by_place = {bar.get_y(): to_hex(bar.get_facecolor()) for bar in axes.patches}
-    kind_of = {colour: kind for kind, colour in RANKING_COLOURS.items()}
-    return {name: kind_of[by_place[place]] for name, place in zip(names, sorted(by_place, reverse=True))}
+    rank_of = {colour: rank for rank, colour in RANKING_COLOURS.items()}
+    return {name: rank_of[by_place[place]] for name, place in zip(names, sorted(by_place, reverse=True))}
 
 
 def test_only_what_is_named_or_in_its_ambiguity_group_is_coloured():
     """Both effects are significant here: with a misfit as large as this nearly all are."""
     assert all(trial.p < 1e-9 for trial in RECORD.ranking)
-    assert kinds(ranking_figure(RECORD).axes[0]) == {"runout": NAMED, "mass": OTHER}
+    assert ranks(ranking_figure(RECORD).axes[0]) == {"runout": NAMED, "mass": OTHER}
     group = changed(verdict="ambiguous", ambiguity_group=("runout", "mass"))
-    assert kinds(ranking_figure(group).axes[0]) == {"runout": NAMED, "mass": AS_WELL}
+    assert ranks(ranking_figure(group).axes[0]) == {"runout": NAMED, "mass": AS_WELL}
     unknown = changed(verdict="unknown", named=(), ambiguity_group=())
-    assert set(kinds(ranking_figure(unknown).axes[0]).values()) == {OTHER}
+    assert set(ranks(ranking_figure(unknown).axes[0]).values()) == {OTHER}
 
 
 def test_the_page_and_the_figure_draw_the_same_bars():
@@ -216,7 +216,7 @@ def test_plot_draws_residuals_or_the_ranking_on_given_axes():
     assert len(measured) == len(RECORD.curves.speed) and np.all(measured > 0)
     figure = Figure()
     axes = figure.subplots()
-    assert plot(RECORD, axes) is figure and set(kinds(axes)) == {"runout", "mass"}
+    assert plot(RECORD, axes) is figure and set(ranks(axes)) == {"runout", "mass"}
 
 
 def test_residuals_need_curves():

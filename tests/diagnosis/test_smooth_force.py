@@ -32,7 +32,7 @@ def site():
     )
     values = observe(response, "complex", Noise(0.05, 1e-7), np.random.default_rng(3))
     data = Measurement(PROBLEM.speed, PROBLEM.channels, values, None, "test")
-    return locate(PROBLEM, data, np.random.default_rng(0), positions=[1.0], kinds=["force"])
+    return locate(PROBLEM, data, np.random.default_rng(0), positions=[1.0], quantities=["force"])
 
 
 def test_no_simple_law_holds_and_a_smooth_one_does(site):

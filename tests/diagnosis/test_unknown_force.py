@@ -5,7 +5,7 @@ import pytest
 
 from ksmea.inference.maximisation import maximise
 from ksmea.location.restricted_noise import restricted_noise
-from ksmea.location.unknown_force import KINDS, LATERAL, READING, ProjectedLikelihood, Unmodelled
+from ksmea.location.unknown_force import LATERAL, QUANTITIES, READING, ProjectedLikelihood, Unmodelled
 from ksmea.measurement.campaign import Campaign, Run, Weight
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
@@ -34,9 +34,9 @@ def acting(unmodelled, rng):
     return free, (columns @ free[..., None])[..., 0]
 
 
-@pytest.mark.parametrize("kind", KINDS)
-def test_whatever_acts_is_found_and_leaves_nothing(kind):
-    unmodelled = Unmodelled(kind, 0.5)
+@pytest.mark.parametrize("quantity", QUANTITIES)
+def test_whatever_acts_is_found_and_leaves_nothing(quantity):
+    unmodelled = Unmodelled(quantity, 0.5)
     free, added = acting(unmodelled, np.random.default_rng(1))
     point = likelihood_of(unmodelled, RESPONSE + added).at(U)
     # without noise all is exact but for rounding, which grows with the ratio of what acts to the noise, below 1e5
@@ -113,9 +113,9 @@ def test_a_reading_that_is_free_is_a_plane_left_out():
     np.testing.assert_allclose(free.gradient, left.gradient, rtol=1e-9, atol=1e-9 * np.abs(left.gradient).max())
 
 
-@pytest.mark.parametrize("kind, n_free", [("force", 2), ("moment", 2), (LATERAL, 4), (READING, 2)])
-def test_real_data_are_counted_that_nothing_takes(kind, n_free):
-    point = likelihood_of(Unmodelled(kind, 0.1), RESPONSE).at(U)
+@pytest.mark.parametrize("quantity, n_free", [("force", 2), ("moment", 2), (LATERAL, 4), (READING, 2)])
+def test_real_data_are_counted_that_nothing_takes(quantity, n_free):
+    point = likelihood_of(Unmodelled(quantity, 0.1), RESPONSE).at(U)
     assert point.n_left == 2 * 30 * (6 - n_free) - 5
 
 

@@ -10,8 +10,8 @@ from measurements.synthetic import Synthetic
 from optimizers.lm import LM
 
 
-def shipped(kind=Direct):
-    return kind(LM(screening=200, starts=2))
+def shipped(method_class=Direct):
+    return method_class(LM(screening=200, starts=2))
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,7 @@ import pytest
 from ksmea.inference.cramer_rao import Identifiability, identifiability
 from ksmea.likelihood.fisher import whitened_sensitivity
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from problems.three_disk import ThreeDisk
 
 TEN_PER_CENT = Noise(0.1, 0.0)
@@ -74,7 +74,7 @@ def test_the_same_by_differences_of_the_dense_solver(kind):
     ]
     slope = np.moveaxis((shifts[0] - 8 * shifts[1] + 8 * shifts[2] - shifts[3]) / 12, 0, -1) / step
     response = problem.dense_response(x[None])[0]
-    by_differences = information(response, slope, noise, Kind(kind))
+    by_differences = information(response, slope, noise, Observable(kind))
     scale = np.outer(x, x)
     found = identifiability(problem, x, noise, kind).information * scale
     # fourth-order differences of a dense solution that is good to 1e-9 at these steps of 1e-4
@@ -84,16 +84,16 @@ def test_the_same_by_differences_of_the_dense_solver(kind):
 def test_a_mean_measured_n_times_is_known_to_sigma_over_root_n():
     response = np.full((25, 1), 3.0 + 0j)
     slope = np.ones((25, 1, 1), dtype=complex)
-    amplitude = information(response, slope, Noise(0.0, 0.5), Kind.AMPLITUDE)
+    amplitude = information(response, slope, Noise(0.0, 0.5), Observable.AMPLITUDE)
     assert amplitude[0, 0] == pytest.approx(25 / 0.5**2)
     # a complex datum has half the variance in the direction of the change
-    assert information(response, slope, Noise(0.0, 0.5), Kind.COMPLEX)[0, 0] == pytest.approx(2 * 25 / 0.5**2)
+    assert information(response, slope, Noise(0.0, 0.5), Observable.COMPLEX)[0, 0] == pytest.approx(2 * 25 / 0.5**2)
 
 
-@pytest.mark.parametrize("kind", list(Kind))
-def test_the_information_is_the_variance_of_the_score(kind):
+@pytest.mark.parametrize("observable", list(Observable))
+def test_the_information_is_the_variance_of_the_score(observable):
     """By simulation: E[score²] over draws of ln p(y | x), its derivative taken by differences of the density."""
-    rng, amplitude = np.random.default_rng(4), kind is Kind.AMPLITUDE
+    rng, amplitude = np.random.default_rng(4), observable is Observable.AMPLITUDE
     noise, mean, slope = Noise(0.3, 0.1), 2.0 + 1.0j, 0.7 - 0.4j
 
     def log_density(y, theta):
@@ -108,7 +108,7 @@ def test_the_information_is_the_variance_of_the_score(kind):
     draws = rng.standard_normal((2, 200_000)) * sd
     y = np.abs(mean) + draws[0] if amplitude else mean + (draws[0] + 1j * draws[1]) / np.sqrt(2)
     score = (log_density(y, 1e-5) - log_density(y, -1e-5)) / 2e-5
-    found = information(np.array([[mean]]), np.array([[[slope]]]), noise, kind)[0, 0]
+    found = information(np.array([[mean]]), np.array([[[slope]]]), noise, observable)[0, 0]
     assert np.mean(score**2) == pytest.approx(found, rel=0.02)  # sampling error of a variance: √(2…4/200 000) ≈ 0.5 %
 
 
@@ -116,6 +116,6 @@ def test_unknowns_that_cannot_be_told_apart_have_no_crlb():
     response = np.array([[1.0 + 0j], [2.0 + 0j]])
     slope = np.stack([response, response, response**2], axis=-1)  # the first two act alike
 
-    found = Identifiability(np.ones(3), whitened_sensitivity(response, slope, Noise(0.0, 0.1), Kind.AMPLITUDE))
+    found = Identifiability(np.ones(3), whitened_sensitivity(response, slope, Noise(0.0, 0.1), Observable.AMPLITUDE))
     assert np.isinf(found.crlb[:2]).all() and np.isfinite(found.crlb[2])
     assert np.abs(found.worst_direction) == pytest.approx([np.sqrt(0.5), np.sqrt(0.5), 0], abs=1e-6)

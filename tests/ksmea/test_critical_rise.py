@@ -75,6 +75,6 @@ def test_a_second_maximum_within_the_quantile_widens_the_interval():
     assert (alone.low, alone.high) == pytest.approx((-1.96, 1.96), abs=0.03)
     both = estimate(likelihood, first, others=[second]).intervals[0]
     rise = critical_rise(likelihood, 0.95, [first, second])
-    assert both.kind == "hull"
+    assert both.basis == "hull"
     # around the second what is left of the rise
     assert (both.low, both.high) == pytest.approx((-np.sqrt(rise), 6 + np.sqrt(rise - 0.2)), abs=0.05)

@@ -13,10 +13,10 @@ from ksmea.likelihood.fisher import (
     whitened_sensitivity,
 )
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 
 NOISE = Noise(0.2, 0.3)
-KINDS = pytest.mark.parametrize("kind", list(Kind))
+EACH_OBSERVABLE = pytest.mark.parametrize("observable", list(Observable))
 
 
 def random_response(seed, *shape):
@@ -24,45 +24,45 @@ def random_response(seed, *shape):
     return real + 1j * imaginary
 
 
-@KINDS
-def test_rows_of_the_means_are_the_differences_of_responses_to_first_order(kind):
+@EACH_OBSERVABLE
+def test_rows_of_the_means_are_the_differences_of_responses_to_first_order(observable):
     response, sensitivity = random_response(0, 6, 2), random_response(1, 6, 2, 3)
     step = 1e-7 * np.array([1.0, -2.0, 0.5])
-    whitened = whitened_sensitivity(response, sensitivity, NOISE, kind)
-    difference = whitened_difference(response + sensitivity @ step, response, NOISE, kind)
-    assert len(difference) == 12 * kind.dimensions and len(whitened) == 12 * (kind.dimensions + 1)
+    whitened = whitened_sensitivity(response, sensitivity, NOISE, observable)
+    difference = whitened_difference(response + sensitivity @ step, response, NOISE, observable)
+    assert len(difference) == 12 * observable.dimensions and len(whitened) == 12 * (observable.dimensions + 1)
     assert difference / 1e-7 == pytest.approx(whitened[: len(difference)] @ step / 1e-7, abs=1e-5)
 
 
-@KINDS
-def test_the_noise_has_the_information_of_the_variance_of_its_score(kind):
+@EACH_OBSERVABLE
+def test_the_noise_has_the_information_of_the_variance_of_its_score(observable):
     """By simulation: d ln p / d ln relative and d ln floor are n (|r|²/s² − 1) ∂s²/(2 s²), ∂s² = 2 (relative |μ|)² and
     2 floor²."""
     magnitude = np.array([[1.5]])
     rng = np.random.default_rng(5)
     first, second = rng.standard_normal((2, 200_000))
-    squared = first**2 if kind is Kind.AMPLITUDE else (first**2 + second**2) / 2  # |r|²/s²
+    squared = first**2 if observable is Observable.AMPLITUDE else (first**2 + second**2) / 2  # |r|²/s²
     parts = 2 * np.array([(0.2 * 1.5) ** 2, 0.3**2]) / (2 * NOISE.sd(1.5) ** 2)
-    score = kind.dimensions * (squared - 1)[:, None] * parts
-    found = whitened_noise_sensitivity(magnitude, NOISE, kind)
+    score = observable.dimensions * (squared - 1)[:, None] * parts
+    found = whitened_noise_sensitivity(magnitude, NOISE, observable)
     # a fourth moment: standard error √(96/200 000) = 2 % at most
     assert found.T @ found == pytest.approx(score.T @ score / len(score), rel=0.05)
 
 
-@KINDS
-def test_unknown_noise_adds_its_two_columns(kind):
+@EACH_OBSERVABLE
+def test_unknown_noise_adds_its_two_columns(observable):
     response, sensitivity = random_response(2, 5, 2), random_response(3, 5, 2, 4)
-    known = whitened_sensitivity(response, sensitivity, NOISE, kind)
-    unknown = whitened_sensitivity(response, sensitivity, NOISE, kind, noise_known=False)
+    known = whitened_sensitivity(response, sensitivity, NOISE, observable)
+    unknown = whitened_sensitivity(response, sensitivity, NOISE, observable, noise_known=False)
     assert np.array_equal(unknown[:, :4], known)
-    assert np.array_equal(unknown[:, 4:], whitened_noise_sensitivity(np.abs(response), NOISE, kind))
+    assert np.array_equal(unknown[:, 4:], whitened_noise_sensitivity(np.abs(response), NOISE, observable))
     assert of_unknowns(unknown, 4) == pytest.approx(projected(known, unknown[:, 4:]))
 
 
 def test_a_floor_of_each_datum_is_its_own():
     floor = np.array([[0.1, 0.2], [0.3, 0.4]])
     response = random_response(4, 2, 2)
-    found = whitened_noise_sensitivity(np.abs(response), Noise(0.0, floor), Kind.AMPLITUDE)
+    found = whitened_noise_sensitivity(np.abs(response), Noise(0.0, floor), Observable.AMPLITUDE)
     # without a relative part s is the floor itself: d ln s² / d ln floor = 2, over √2
     assert (
         found[:4] == pytest.approx(0) and found[4:, 0] == pytest.approx(0) and found[4:, 1] == pytest.approx(np.sqrt(2))

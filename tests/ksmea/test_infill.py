@@ -11,7 +11,7 @@ from ksmea.identification.updating import improvement_residual, log_expected_imp
 from ksmea.likelihood.misfit import Misfit
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.plugins.transforms import make_transform
 from ksmea.problem.parameters import Parameter, Parameters
 from ksmea.problem.problem import Problem
@@ -81,7 +81,7 @@ def test_spreads_of_residuals_are_those_of_drawn_responses(form, kind):
     rng = np.random.default_rng(0)
     response = rng.normal(size=(1, 3, 2)) + 1j * rng.normal(size=(1, 3, 2)) + 3
     speed, channels = np.array([1.0, 2.0, 3.0]), (Channel(0.0, "x"), Channel(0.0, "y"))
-    transform = make_transform("none", Kind(kind), n_speed=3, n_channel=2)
+    transform = make_transform("none", Observable(kind), n_speed=3, n_channel=2)
     outputs = transform.encode(response)
     sd = 0.01 * (1 + rng.random(outputs.shape))
     if kind == "complex":  # equal in both parts, as the total of a complex datum is all that is kept of them

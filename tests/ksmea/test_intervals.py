@@ -58,7 +58,7 @@ def test_a_mean_with_known_noise(level):
     found, _ = estimated(constant(25, 0, 10), y, Noise(0.0, 0.5), [4.0], level=level)
     half = stats.norm.ppf((1 + level) / 2) * 0.5 / 5
     interval = found.intervals[0]
-    assert interval.kind == "gauss-newton"
+    assert interval.basis == "gauss-newton"
     assert (interval.low, interval.high) == pytest.approx((y.mean() - half, y.mean() + half), rel=1e-6)
     assert found.x == pytest.approx([y.mean()], rel=1e-6)
 
@@ -94,7 +94,7 @@ def test_a_curved_profile_is_followed():
         return np.sum((y - np.exp(x)) ** 2 - (y - y.mean()) ** 2) / 9 - rise
 
     interval = found.intervals[0]
-    assert interval.kind == "profile"
+    assert interval.basis == "profile"
     half = (brentq(above, best, 3) - best, best - brentq(above, -3, best))
     assert (interval.high - best, best - interval.low) == pytest.approx(half, rel=0.01)
     assert half[1] > 1.1 * half[0]  # or there was nothing to follow
@@ -132,14 +132,14 @@ def test_correlated_unknowns_have_the_intervals_of_linear_regression():
 
 @pytest.mark.parametrize("check", [True, False])
 @pytest.mark.parametrize(
-    ("limits", "kind"), [((4.9, 10), "upper limit"), ((0, 5.1), "lower limit"), ((4.9, 5.1), "not identifiable")]
+    ("limits", "basis"), [((4.9, 10), "upper limit"), ((0, 5.1), "lower limit"), ((4.9, 5.1), "not identifiable")]
 )
-def test_a_side_that_reaches_the_bound_of_the_search_is_open(limits, kind, check):
+def test_a_side_that_reaches_the_bound_of_the_search_is_open(limits, basis, check):
     y = 5 + draws(25, 0.5)
     y += 5 - y.mean()
     found, _ = estimated(constant(25, *limits), y, Noise(0.0, 0.5), [5.0], check=check)
     interval = found.intervals[0]
-    assert interval.kind == kind
+    assert interval.basis == basis
     assert np.isinf(interval.low) == (limits[0] > 0) and np.isinf(interval.high) == (limits[1] < 10)
     half = 1.96 * 0.1
     for end, expected in ((interval.low, 5 - half), (interval.high, 5 + half)):
@@ -150,7 +150,7 @@ def test_an_unknown_that_does_nothing_is_not_identifiable():
     problem = Curve(25, lambda x, speed: x[:, :1] + 0 * x[:, 1:] * speed, (0, 10), (0, 1))
     found, _ = estimated(problem, 5 + draws(25, 0.5), Noise(0.0, 0.5), [4.0, 0.3])
     assert found.intervals[1] == Interval(-np.inf, np.inf, "not identifiable")
-    assert found.intervals[0].kind == "gauss-newton"
+    assert found.intervals[0].basis == "gauss-newton"
 
 
 def test_two_unknowns_that_only_show_together_have_one_sided_or_no_intervals():
@@ -158,7 +158,7 @@ def test_two_unknowns_that_only_show_together_have_one_sided_or_no_intervals():
     problem = Curve(25, lambda x, speed: x.sum(axis=1)[:, None] + 0 * speed, (0, 100), (0, 100))
     found, _ = estimated(problem, 5 + draws(25, 0.5), Noise(0.0, 0.5), [2.0, 3.0])
     for interval in found.intervals:
-        assert interval.kind == "upper limit" and interval.high == pytest.approx(5.2, abs=0.3)
+        assert interval.basis == "upper limit" and interval.high == pytest.approx(5.2, abs=0.3)
 
 
 def test_a_maximum_on_a_bound_has_a_one_sided_interval():
@@ -169,7 +169,7 @@ def test_a_maximum_on_a_bound_has_a_one_sided_interval():
     interval = found.intervals[0]
     # where the deviance has risen by 3.84 from that at the bound, not from that at 4.8
     end = 4.8 + np.sqrt(3.8415 * 0.01 + 0.2**2)
-    assert interval.kind == "upper limit" and interval.high == pytest.approx(end, abs=0.002)
+    assert interval.basis == "upper limit" and interval.high == pytest.approx(end, abs=0.002)
 
 
 def test_a_maximum_on_the_upper_bound_has_a_lower_limit():
@@ -178,7 +178,7 @@ def test_a_maximum_on_the_upper_bound_has_a_lower_limit():
     found, _ = estimated(constant(25, 0, 5), y, Noise(0.0, 0.5), [4.0])
     interval = found.intervals[0]
     end = 5.2 - np.sqrt(3.8415 * 0.01 + 0.2**2)
-    assert interval.kind == "lower limit" and interval.low == pytest.approx(end, abs=0.002)
+    assert interval.basis == "lower limit" and interval.low == pytest.approx(end, abs=0.002)
     assert interval.high == np.inf
 
 
@@ -216,7 +216,7 @@ def test_without_a_check_the_model_is_not_evaluated():
     before = likelihood.model.evaluations
     unchecked = estimate(likelihood, maximum, check=False)
     assert likelihood.model.evaluations == before
-    assert unchecked.intervals[0].kind == "information"
+    assert unchecked.intervals[0].basis == "information"
     checked = estimate(likelihood, maximum)
     assert dataclasses.astuple(unchecked.intervals[0])[:2] == pytest.approx(
         dataclasses.astuple(checked.intervals[0])[:2]
@@ -302,7 +302,7 @@ def test_a_profile_over_edges_is_left_for_the_information_where_the_response_jum
         _, [interval] = checked_intervals(stairs, [stairs.at(np.array([0.5, 0.5]))], np.array([[3.84]]))
         found.append(interval)
         asked.append(stairs.n_asked)
-    assert found[0].kind == "information" and found[1].kind == "profile"
+    assert found[0].basis == "information" and found[1].basis == "profile"
     for interval in found:
         assert [interval.low, interval.high] == pytest.approx([0.5 - 1.96 * 0.04, 0.5 + 1.96 * 0.04], abs=1e-3)
     assert 10 * asked[0] < asked[1]
@@ -315,7 +315,7 @@ def test_the_maxima_of_an_unknown_share_the_evaluations_and_an_interval_that_non
     before = stairs.n_asked
     _, [interval] = checked_intervals(stairs, maxima, np.full((2, 1), 3.84))
     assert stairs.n_asked - before <= MOST_EVALUATIONS
-    assert interval.kind == "information" and interval.high > 0.59
+    assert interval.basis == "information" and interval.high > 0.59
 
 
 class Slope(Stairs):

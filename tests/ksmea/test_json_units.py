@@ -37,13 +37,13 @@ PLAIN = re.compile(
 )
 
 
-def classes(kind, seen):
+def classes(record_type, seen):
     """Every dataclass that fields of a record lead to."""
-    if dataclasses.is_dataclass(kind) and kind not in seen:
-        seen[kind] = typing.get_type_hints(kind)
-        for hint in seen[kind].values():
+    if dataclasses.is_dataclass(record_type) and record_type not in seen:
+        seen[record_type] = typing.get_type_hints(record_type)
+        for hint in seen[record_type].values():
             classes(hint, seen)
-    for part in typing.get_args(kind):
+    for part in typing.get_args(record_type):
         classes(part, seen)
     return seen
 
@@ -52,24 +52,26 @@ def is_numeric(hint):
     return hint in (float, int) or any(map(is_numeric, typing.get_args(hint)))
 
 
-REACHED = {kind: hints for record in WRITTEN for kind, hints in classes(record, {}).items()}
+REACHED = {record_type: hints for record in WRITTEN for record_type, hints in classes(record, {}).items()}
 
 
 def test_every_number_of_every_record_has_its_unit():
     """In the table of units, in a field `unit` of its record or of the one that holds it, or in its name."""
     of_parent = {"SeriesRecord", "PolarRecord"}  # sizes whose unit stands beside the field that holds them
-    for kind, hints in REACHED.items():
-        if "unit" in hints or "units" in hints or kind.__name__ in of_parent:
+    for record_type, hints in REACHED.items():
+        if "unit" in hints or "units" in hints or record_type.__name__ in of_parent:
             continue
         for name, hint in hints.items():
-            told = name in UNITS.get(kind, {}) or PLAIN.fullmatch(name)
-            assert told or not is_numeric(hint), f"{kind.__name__}.{name} has no unit"
+            told = name in UNITS.get(record_type, {}) or PLAIN.fullmatch(name)
+            assert told or not is_numeric(hint), f"{record_type.__name__}.{name} has no unit"
 
 
 def test_the_table_of_units_names_fields_that_there_are():
-    for kind, fields in {**UNITS, **IN_UNIT}.items():
-        assert kind in REACHED, kind
-        assert all(hasattr(kind, name) or name in REACHED[kind] or name == "work" for name in fields), kind
+    for record_type, fields in {**UNITS, **IN_UNIT}.items():
+        assert record_type in REACHED, record_type
+        assert all(hasattr(record_type, name) or name in REACHED[record_type] or name == "work" for name in fields), (
+            record_type
+        )
 
 
 @pytest.mark.parametrize(

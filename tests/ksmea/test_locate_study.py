@@ -28,9 +28,9 @@ def located(force, options=OPTIONS):
     return located_beside(np.array([force, 0.0]), "force", options)
 
 
-def located_beside(acting, kind, options):
+def located_beside(acting, quantity, options):
     """The record of data with a load (2,) or (n_speed, 2), N or N m, at 1 m."""
-    columns = PROBLEM.load_response(TRUTH[None], [Load(1.0, axis, kind) for axis in "xy"])[0]
+    columns = PROBLEM.load_response(TRUTH[None], [Load(1.0, axis, quantity) for axis in "xy"])[0]
     response = PROBLEM.response(TRUTH[None])[0] + (columns @ acting[..., None])[..., 0]
     values = observe(response, "complex", Noise(0.05, 1e-7), np.random.default_rng(1))
     data = Measurement(PROBLEM.speed, PROBLEM.channels, values, None, "test")

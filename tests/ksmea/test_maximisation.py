@@ -179,7 +179,7 @@ def test_maxima_are_the_same_where_the_data_see_no_difference():
     # neither angle is known: of two maxima with two angles each, half a turn to either side, for a Jacobian (5) and trials
     before = likelihood.model.evaluations
     told = estimate(likelihood, maxima[0], others=maxima[3:])
-    assert [interval.kind for interval in told.intervals] == 2 * ["not identifiable"]
+    assert [interval.basis for interval in told.intervals] == 2 * ["not identifiable"]
     assert likelihood.model.evaluations - before < 80
 
 

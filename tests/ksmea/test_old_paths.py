@@ -7,6 +7,7 @@ import sys
 import pytest
 
 import ksmea
+from ksmea.measurement.measurement import OBSERVABLES
 from ksmea.problem.response_structure import ResponseStructure
 from surrogates.kriging import Kriging
 from surrogates.rsm import ResponseSurface
@@ -39,6 +40,7 @@ OLD = {
     "ksmea.channel.Channel": ksmea.Channel,
     "ksmea.contracts.Effect": ksmea.Effect,
     "ksmea.contracts.Problem": ksmea.Problem,
+    "ksmea.measurement.KINDS": OBSERVABLES,
     "ksmea.measurement.Measurement": ksmea.Measurement,
     "ksmea.measurement.Noise": ksmea.Noise,
     "ksmea.objective.Objective": ksmea.Objective,

@@ -4,15 +4,15 @@ import numpy as np
 import pytest
 
 from ksmea.errors import SettingError
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.plugins.transforms import TRANSFORMS, make_transform
 
 N_SPEED, N_CHANNEL = 4, 3
-DATA = pytest.mark.parametrize("kind", list(Kind))
+DATA = pytest.mark.parametrize("observable", list(Observable))
 
 
-def transform_of(name, kind):
-    return make_transform(name, kind, n_speed=N_SPEED, n_channel=N_CHANNEL)
+def transform_of(name, observable):
+    return make_transform(name, observable, n_speed=N_SPEED, n_channel=N_CHANNEL)
 
 
 def response(n=6, seed=0):
@@ -24,33 +24,37 @@ def response(n=6, seed=0):
 
 @DATA
 @pytest.mark.parametrize("name", TRANSFORMS)
-def test_outputs_turn_back_into_what_the_measurement_holds(name, kind):
-    transform = transform_of(name, kind)
+def test_outputs_turn_back_into_what_the_measurement_holds(name, observable):
+    transform = transform_of(name, observable)
     y = response()
     decoded = transform.decode(transform.encode(y))
-    expected = kind.seen(y)
-    assert np.isrealobj(decoded) == (kind is Kind.AMPLITUDE)
+    expected = observable.seen(y)
+    assert np.isrealobj(decoded) == (observable is Observable.AMPLITUDE)
     # rounding: ln and exp lose the digits of ln|y| < 21 before the point, that is 21 eps
     assert np.all(np.abs(decoded - expected) <= 1e-14 * np.abs(expected))
 
 
 @pytest.mark.parametrize(
-    "name, kind, parts",
+    "name, observable, parts",
     [
-        ("none", Kind.AMPLITUDE, [np.abs]),
-        ("none", Kind.COMPLEX, [np.real, np.imag]),
-        ("complex", Kind.AMPLITUDE, [np.real, np.imag]),
-        ("complex", Kind.COMPLEX, [np.real, np.imag]),
-        ("log", Kind.AMPLITUDE, [lambda y: np.log(abs(y))]),
-        ("auto", Kind.AMPLITUDE, [lambda y: np.log(abs(y))]),
-        ("log", Kind.COMPLEX, [lambda y: np.log(abs(y)), lambda y: y.real / abs(y), lambda y: y.imag / abs(y)]),
-        ("auto", Kind.COMPLEX, [lambda y: np.log(abs(y)), lambda y: y.real / abs(y), lambda y: y.imag / abs(y)]),
-        ("log_phase", Kind.AMPLITUDE, [lambda y: np.log(abs(y)), lambda y: y.real / abs(y), lambda y: y.imag / abs(y)]),
+        ("none", Observable.AMPLITUDE, [np.abs]),
+        ("none", Observable.COMPLEX, [np.real, np.imag]),
+        ("complex", Observable.AMPLITUDE, [np.real, np.imag]),
+        ("complex", Observable.COMPLEX, [np.real, np.imag]),
+        ("log", Observable.AMPLITUDE, [lambda y: np.log(abs(y))]),
+        ("auto", Observable.AMPLITUDE, [lambda y: np.log(abs(y))]),
+        ("log", Observable.COMPLEX, [lambda y: np.log(abs(y)), lambda y: y.real / abs(y), lambda y: y.imag / abs(y)]),
+        ("auto", Observable.COMPLEX, [lambda y: np.log(abs(y)), lambda y: y.real / abs(y), lambda y: y.imag / abs(y)]),
+        (
+            "log_phase",
+            Observable.AMPLITUDE,
+            [lambda y: np.log(abs(y)), lambda y: y.real / abs(y), lambda y: y.imag / abs(y)],
+        ),
     ],
 )
-def test_outputs_lie_part_by_part_each_speed_by_speed(name, kind, parts):
+def test_outputs_lie_part_by_part_each_speed_by_speed(name, observable, parts):
     y = response(n=2)
-    outputs = transform_of(name, kind).encode(y)
+    outputs = transform_of(name, observable).encode(y)
     expected = [
         [part(y[n, i, j]) for part in parts for i in range(N_SPEED) for j in range(N_CHANNEL)] for n in range(2)
     ]
@@ -60,8 +64,8 @@ def test_outputs_lie_part_by_part_each_speed_by_speed(name, kind, parts):
 
 @pytest.mark.parametrize("name", ["log", "log_phase"])
 @DATA
-def test_the_log_of_any_prediction_is_a_finite_amplitude_whose_square_is_finite(name, kind):
-    transform = transform_of(name, kind)
+def test_the_log_of_any_prediction_is_a_finite_amplitude_whose_square_is_finite(name, observable):
+    transform = transform_of(name, observable)
     outputs = transform.encode(response(n=2))
     outputs[:, : N_SPEED * N_CHANNEL] = [[1e6], [-1e6]]
     amplitude = np.abs(transform.decode(outputs))
@@ -70,7 +74,7 @@ def test_the_log_of_any_prediction_is_a_finite_amplitude_whose_square_is_finite(
 
 
 def test_the_phase_is_that_of_cosine_and_sine_whatever_their_length():
-    transform = transform_of("log_phase", Kind.COMPLEX)
+    transform = transform_of("log_phase", Observable.COMPLEX)
     y = response()
     outputs = transform.encode(y)
     outputs[:, N_SPEED * N_CHANNEL :] *= 0.3
@@ -89,11 +93,16 @@ def first_order(transform, outputs, outputs_sd):
 
 
 @pytest.mark.parametrize(
-    "name, kind",
-    [("none", Kind.AMPLITUDE), ("none", Kind.COMPLEX), ("log", Kind.AMPLITUDE), ("log_phase", Kind.AMPLITUDE)],
+    "name, observable",
+    [
+        ("none", Observable.AMPLITUDE),
+        ("none", Observable.COMPLEX),
+        ("log", Observable.AMPLITUDE),
+        ("log_phase", Observable.AMPLITUDE),
+    ],
 )
-def test_spread_is_first_order_propagation(name, kind):
-    transform = transform_of(name, kind)
+def test_spread_is_first_order_propagation(name, observable):
+    transform = transform_of(name, observable)
     outputs = transform.encode(response(n=1))
     outputs_sd = np.random.default_rng(3).uniform(0.01, 0.1, outputs.shape[1])
     found = transform.spread(outputs_sd, transform.decode(outputs))
@@ -102,11 +111,11 @@ def test_spread_is_first_order_propagation(name, kind):
     assert np.allclose(found, first_order(transform, outputs, outputs_sd), rtol=1e-7, atol=0)
 
 
-@pytest.mark.parametrize("name, kind", [("complex", Kind.AMPLITUDE), ("log_phase", Kind.COMPLEX)])
-def test_spread_is_never_too_small_and_at_most_root_two_too_large(name, kind):
+@pytest.mark.parametrize("name, observable", [("complex", Observable.AMPLITUDE), ("log_phase", Observable.COMPLEX)])
+def test_spread_is_never_too_small_and_at_most_root_two_too_large(name, observable):
     """One of the two parts may be harmless where the phase decides which: Re or Im for an amplitude, cos or sin for
     the phase. Both are counted in full, which for equal errors is √2 of first-order propagation at most."""
-    transform = transform_of(name, kind)
+    transform = transform_of(name, observable)
     outputs = transform.encode(response(n=1))
     parts = outputs.shape[1] // (N_SPEED * N_CHANNEL)
     equal_in_both = np.tile(np.random.default_rng(3).uniform(0.01, 0.1, N_SPEED * N_CHANNEL), parts)
@@ -120,7 +129,7 @@ def test_spread_of_phase_errors_by_monte_carlo():
     ln|y|, cos and sin give the rms error of the response."""
     rng = np.random.default_rng(4)
     n = 20_000
-    transform = make_transform("auto", Kind.COMPLEX, n_speed=1, n_channel=1)
+    transform = make_transform("auto", Observable.COMPLEX, n_speed=1, n_channel=1)
     y = 1e-5 * np.exp(1j * rng.uniform(-np.pi, np.pi, (n, 1, 1)))
     wrong = y * np.exp(0.03 * rng.standard_normal(y.shape) + 0.02j * rng.standard_normal(y.shape))
     outputs_sd = np.sqrt(np.mean((transform.encode(wrong) - transform.encode(y)) ** 2, axis=0))
@@ -131,7 +140,7 @@ def test_spread_of_phase_errors_by_monte_carlo():
 
 
 def test_spread_takes_one_row_of_deviations_per_prediction_too():
-    transform = transform_of("log", Kind.AMPLITUDE)
+    transform = transform_of("log", Observable.AMPLITUDE)
     predicted = np.abs(response(n=2))
     outputs_sd = np.array([[0.1], [0.2]]) * np.ones((2, N_SPEED * N_CHANNEL))
     assert np.allclose(transform.spread(outputs_sd, predicted), np.array([0.1, 0.2])[:, None, None] * predicted)
@@ -139,4 +148,4 @@ def test_spread_takes_one_row_of_deviations_per_prediction_too():
 
 def test_an_unknown_transform_is_refused_with_the_known_ones():
     with pytest.raises(SettingError, match="unknown transform 'logphase'; did you mean 'log_phase'"):
-        transform_of("logphase", Kind.COMPLEX)
+        transform_of("logphase", Observable.COMPLEX)

@@ -18,11 +18,11 @@ EXAMPLES = Path(__file__).resolve().parents[2] / "docs" / "examples"
 ROTOR = (EXAMPLES / "rotor.yaml").read_text()
 
 
-def refused(tmp_path, text, kind=RotorFile):
+def refused(tmp_path, text, settings_class=RotorFile):
     (tmp_path / "my.yaml").write_text(text)
     started = time.monotonic()
     with pytest.raises(SettingError) as caught:
-        kind(file=str(tmp_path / "my.yaml"))
+        settings_class(file=str(tmp_path / "my.yaml"))
     assert time.monotonic() - started < 5 and str(caught.value).isprintable()
     return str(caught.value).removeprefix(f"{tmp_path}/my.yaml")
 

@@ -67,7 +67,7 @@ def test_every_instance_is_sound_and_within_its_ranges(family, number):
 
 @pytest.mark.parametrize("family, number", EVERY)
 def test_limits_lie_about_the_truth_as_stated(family, number):
-    kinds = {"k": "stiffness", "c": "damping", "u": "unbalance"}
+    quantities = {"k": "stiffness", "c": "damping", "u": "unbalance"}
     limits = limits_and_values(family, number)
     for name, (lower, true, upper) in limits.items():
         if name.startswith("phase"):
@@ -78,7 +78,7 @@ def test_limits_lie_about_the_truth_as_stated(family, number):
             told = np.sqrt(limits["kxx"][2] * limits["kyy"][2])  # by other limits already: these tell nothing more
             assert within(-lower / told, CROSS_LIMITS) and within(upper / told, CROSS_LIMITS)
         else:
-            assert within(upper / lower, LIMIT_RATIOS[kinds[name[0]]])
+            assert within(upper / lower, LIMIT_RATIOS[quantities[name[0]]])
             assert within(np.log(true / lower) / np.log(upper / lower), LIMIT_PLACE)
 
 

@@ -34,7 +34,7 @@ def oscillator():
     return u, two_masses(u)
 
 
-EVERY_KIND = [
+EVERY_SETTINGS = [
     {"correlation": correlation, "theta_sharing": sharing, "trend": trend}
     for correlation in CORRELATIONS
     for sharing in ("shared", "groups", "per_output")
@@ -90,10 +90,10 @@ def test_prediction_and_variance_are_those_of_the_paper(samples, correlation, sh
     np.testing.assert_allclose(predictor.variance(u_new) / scale**2, variance / scale**2, rtol=1e-6, atol=1e-10)
 
 
-@pytest.mark.parametrize("kind", EVERY_KIND)
-def test_interpolates_its_samples(samples, kind):
+@pytest.mark.parametrize("chosen", EVERY_SETTINGS)
+def test_interpolates_its_samples(samples, chosen):
     u, y = samples
-    predictor = fit(Kriging(**kind), u, y)
+    predictor = fit(Kriging(**chosen), u, y)
     # ŷ(u_i) = y_i − nugget γ_i with γᵀRγ = nσ², so that |γ|² ≤ nσ²/nugget; 1 % for rounding.
     bound = 1.01 * np.sqrt(predictor.notes["nugget"] * len(u) * predictor.process_variance)
     assert np.all(np.abs(predictor.predict(u) - y) <= bound)
@@ -136,12 +136,12 @@ def test_reproduces_polynomials_of_the_trend(trend, correlation):
     np.testing.assert_allclose(predictor.leave_one_out(), 0, atol=1e-3)  # of 1e6
 
 
-@pytest.mark.parametrize("kind", EVERY_KIND)
-def test_append_equals_rebuilding_at_the_same_theta(samples, kind):
+@pytest.mark.parametrize("chosen", EVERY_SETTINGS)
+def test_append_equals_rebuilding_at_the_same_theta(samples, chosen):
     u, y = samples
-    previous = fit(Kriging(**kind, theta=[6.0, 9.0]), u[:-1], y[:-1])
+    previous = fit(Kriging(**chosen, theta=[6.0, 9.0]), u[:-1], y[:-1])
     appended = previous.append(u[-1], y[-1])
-    rebuilt = fit(Kriging(**kind, theta=[6.0, 9.0]), u, y)
+    rebuilt = fit(Kriging(**chosen, theta=[6.0, 9.0]), u, y)
     u_new, scale = latin_hypercube(20, 2, seed=8), y.std(axis=0)
     np.testing.assert_array_equal(appended.theta, rebuilt.theta)
     # cond(R) of up to 1e8 times eps.
@@ -167,10 +167,10 @@ def test_appending_next_to_a_sample_without_nugget_grows_one(samples):
     np.testing.assert_allclose(appended.predict(u) / y.std(axis=0), y / y.std(axis=0), atol=1e-4)
 
 
-@pytest.mark.parametrize("kind", EVERY_KIND)
-def test_leave_one_out_equals_leaving_out(samples, kind):
+@pytest.mark.parametrize("chosen", EVERY_SETTINGS)
+def test_leave_one_out_equals_leaving_out(samples, chosen):
     u, y = samples
-    settings = Kriging(**kind, theta=[6.0, 9.0], nugget=1e-8)
+    settings = Kriging(**chosen, theta=[6.0, 9.0], nugget=1e-8)
     keep = ~np.eye(len(u), dtype=bool)
     errors = [y[i] - fit(settings, u[keep[i]], y[keep[i]]).predict(u[i : i + 1])[0] for i in range(len(u))]
     expected = np.sqrt(np.mean(np.square(errors), axis=0))

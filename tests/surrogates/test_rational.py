@@ -14,7 +14,7 @@ from ksmea.identification.true_model import model_objective
 from ksmea.inference.cramer_rao import identifiability
 from ksmea.likelihood.misfit import Misfit
 from ksmea.measurement.noise import Noise
-from ksmea.measurement.observable import Kind
+from ksmea.measurement.observable import Observable
 from ksmea.numerics.least_squares import descend
 from ksmea.numerics.screening import latin_hypercube
 from ksmea.plugins.registry import create
@@ -67,7 +67,7 @@ def structured(problem, **settings):
 
 
 def outputs_of(problem):
-    return Transform("complex", Kind.COMPLEX, len(problem.speed), len(problem.channels))
+    return Transform("complex", Observable.COMPLEX, len(problem.speed), len(problem.channels))
 
 
 def sampled(problem, n, seed=0):
@@ -220,7 +220,7 @@ def test_with_noise_it_ends_at_the_maximum_of_the_true_models_likelihood(seed):
     found = identified(PLAIN, measurement, 13, seed, max_updates=0)
     objective = model_objective(Model(PLAIN), Misfit(measurement, "likelihood"))
     descend(objective, PLAIN.parameters.to_cube(found.x), max_iterations=50)
-    crlb = identifiability(PLAIN, REFERENCE, noise, Kind.AMPLITUDE, noise_known=True).crlb
+    crlb = identifiability(PLAIN, REFERENCE, noise, Observable.AMPLITUDE, noise_known=True).crlb
     assert np.all(np.abs(found.x - PLAIN.parameters.to_si(objective.result().u)) < 0.01 * crlb)
 
 

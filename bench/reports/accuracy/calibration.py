@@ -120,20 +120,20 @@ def _level(cell: Cell) -> float:
 
 
 def _intervals(results: pd.DataFrame, facts: ParameterFacts, level: float) -> dict[str, float]:
-    """Coverage with its standard error, half-widths against those of the CRLB, and shares by kind."""
+    """Coverage with its standard error, half-widths against those of the CRLB, and shares by basis."""
     name = facts.name
     if f"{name}_interval" not in results or results.empty:
         return {}
     covered = results[f"{name}_covered"].dropna().astype(float)
-    kinds = results[f"{name}_interval"].dropna()
+    bases = results[f"{name}_interval"].dropna()
     width = (results[f"{name}_high"] - results[f"{name}_low"]).dropna() * facts.si_per_unit
     share = covered.mean()
     return {
         "covered_pct": 100 * share,
         "covered_se": 100 * np.sqrt(share * (1 - share) / max(len(covered), 1)),
         "width": np.nan if facts.crlb is None or width.empty else width.median() / 2 / (_sigmas(level) * facts.crlb),
-        "one_sided_pct": 100 * kinds.isin(["lower limit", "upper limit"]).mean(),
-        "not_identifiable_pct": 100 * (kinds == "not identifiable").mean(),
+        "one_sided_pct": 100 * bases.isin(["lower limit", "upper limit"]).mean(),
+        "not_identifiable_pct": 100 * (bases == "not identifiable").mean(),
     }
 
 

@@ -96,7 +96,7 @@ def _coverage_plot(frame: pd.DataFrame, names: Sequence[str], levels: Sequence[f
 
 def _basin_plot(frame: pd.DataFrame, names: Sequence[str]) -> Plot:
     rows = frame.drop_duplicates("cell_name")
-    kinds = {"right_basin_pct": ("the truth's", GREEN), "wrong_basin_pct": ("another, less likely", ORANGE), "higher_elsewhere_pct": ("another, more likely", BLUE)}  # fmt: skip
+    basins = {"right_basin_pct": ("the truth's", GREEN), "wrong_basin_pct": ("another, less likely", ORANGE), "higher_elsewhere_pct": ("another, more likely", BLUE)}  # fmt: skip
     traces = [
         {
             "type": "bar",
@@ -106,7 +106,7 @@ def _basin_plot(frame: pd.DataFrame, names: Sequence[str]) -> Plot:
             "y": [*map(folded, rows["cell_name"])],
             "marker": {"color": colour},
         }
-        for column, (said, colour) in kinds.items()
+        for column, (said, colour) in basins.items()
     ]
     made = layout("runs (%)", barmode="stack")
     made["yaxis"] = axis(autorange="reversed", categoryorder="array", categoryarray=[*map(folded, names)])

@@ -24,7 +24,7 @@ from ksmea.show.verdict import verdict_line
 from ksmea.units import MICROMETRE
 
 USUAL_LEVEL = 0.95  # of intervals in plans that say none
-KINDS: Mapping[str, type[IdentificationRecord | DiagnosisRecord]] = {
+RECORD_TYPES: Mapping[str, type[IdentificationRecord | DiagnosisRecord]] = {
     "identify": IdentificationRecord,
     "diagnose": DiagnosisRecord,
 }
@@ -52,7 +52,7 @@ def read_side(folder: Path) -> Side:
     run, line = _first(plan, folder)
     cell = plan.cells[run.cell]
     study = str((cell.settings.get("study") or {}).get("name", "identify"))
-    if study not in KINDS:
+    if study not in RECORD_TYPES:
         raise SettingError(f"compare: expected results of identify or diagnose, got {folder} with study={study}")
     settings = dict(flattened(cell.settings)) | {"seed": str(cell.seed), "repetition": str(run.repetition)}
     findings_of = _diagnosis_findings if study == "diagnose" else _identification_findings

@@ -84,24 +84,24 @@ def _by_cost(contest: Contest, measure: Measure, grid: Array) -> Array:
 
 
 def profiles_frame(contest: Contest) -> pd.DataFrame:
-    """A row per group of instances, method, kind of profile and point of it: the share of instances whose expected running time
+    """A row per group of instances, method, profile and point of it: the share of instances whose expected running time
     to the first measure's main target is within it."""
     measure = contest.measures[0]
     hits = contest.hits[measure.name][:, [measure.main_index]]
     costs = contest.summed(spent(hits, contest.runs["cost"].to_numpy()))[..., 0].T
     times = expected_running_time(costs, contest.summed(np.isfinite(hits))[..., 0].T)
     gradients = simplex_gradients(times, contest.instances["unknowns"].to_numpy())
-    kinds = {
+    profiles = {
         "performance": (performance_ratios(times), FACTORS),
         "data": (gradients, np.geomspace(1, REACH * contest.most, len(FACTORS))),
     }
     rows = []
     for group, mask in contest.groups().items():
-        for kind, (values, grid) in kinds.items():
+        for name, (values, grid) in profiles.items():
             found = profile(values[mask], grid)
             rows += [
                 pd.DataFrame(
-                    {"family": group, "method": method, "profile": kind, "at": grid, "share": found[:, number]}
+                    {"family": group, "method": method, "profile": name, "at": grid, "share": found[:, number]}
                 )
                 for number, method in enumerate(contest.methods)
             ]

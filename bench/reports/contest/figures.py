@@ -20,7 +20,7 @@ COST = "evaluations / unknowns"
 LEAST = 1e-3  # of a measure, below which the data see no difference: drawn as this
 BANDED = 7  # methods, beyond which bands of quartiles would hide the lines
 PRICES = np.logspace(-6, np.log10(3600), 200)  # s per evaluation: from a microsecond to an hour
-KINDS = {
+PROFILES = {
     "performance": "expected running time / that of the fastest (performance profile)",
     "data": "expected running time in simplex gradients of d + 1 evaluations (data profile)",
 }
@@ -79,14 +79,14 @@ def anytime_figure(frame: pd.DataFrame, measure: Measure, methods: Sequence[str]
 
 def profiles_figure(frame: pd.DataFrame, measure: Measure, methods: Sequence[str]) -> Figure:
     """Performance and data profile over all instances."""
-    figure, panels = panels_of(list(KINDS), methods)
-    for kind, axes in panels.items():
+    figure, panels = panels_of(list(PROFILES), methods)
+    for profile, axes in panels.items():
         for number, (method, style) in enumerate(styles(methods).items()):
-            rows = frame[(frame["family"] == "all") & (frame["method"] == method) & (frame["profile"] == kind)]
+            rows = frame[(frame["family"] == "all") & (frame["method"] == method) & (frame["profile"] == profile)]
             draw_line(axes, rows["at"].to_numpy(), rows["share"].to_numpy(), style, number)
         axes.set(xscale="log", ylim=(-0.02, 1.02))
         plain_ticks(axes.xaxis)
-        axes.set_xlabel(KINDS[kind], fontsize=8)
+        axes.set_xlabel(PROFILES[profile], fontsize=8)
         axes.grid(alpha=0.25)
     figure.supylabel(f"share of instances, {measure.name} ≤ {measure.main:g}", fontsize=10)
     return figure

@@ -78,9 +78,9 @@ def _plots(plan: Plan, contest: Contest, tables: Mapping[str, pd.DataFrame], met
     for measure in contest.measures:
         yield _ecdf_plot(tables["_ecdf"], measure, methods, f"{plan.name}_ecdf_{measure.name}.png")
     yield _anytime_plot(tables["_anytime"], contest.measures[0], methods, f"{plan.name}_anytime.png")
-    for kind in PROFILES:
-        still = f"{plan.name}_profiles.png" if kind == "performance" else ""
-        yield _profile_plot(tables["_profiles"], kind, contest.measures[0], methods, still)
+    for profile in PROFILES:
+        still = f"{plan.name}_profiles.png" if profile == "performance" else ""
+        yield _profile_plot(tables["_profiles"], profile, contest.measures[0], methods, still)
     said = "Expected time to the main target against the price of one evaluation."
     yield Picture(f"{plan.name}_price.png", said, "Time")
 
@@ -157,10 +157,10 @@ def _anytime_plot(frame: pd.DataFrame, measure: Measure, methods: Sequence[str],
     return Plot("At any time", said, {"data": traces, "layout": made}, still, _controls(families, methods), 460)
 
 
-def _profile_plot(frame: pd.DataFrame, kind: str, measure: Measure, methods: Sequence[str], still: str) -> Plot:
+def _profile_plot(frame: pd.DataFrame, profile: str, measure: Measure, methods: Sequence[str], still: str) -> Plot:
     traces = []
     for method, (colour, dash) in styles(methods).items():
-        rows = frame[(frame["family"] == "all") & (frame["method"] == method) & (frame["profile"] == kind)]
+        rows = frame[(frame["family"] == "all") & (frame["method"] == method) & (frame["profile"] == profile)]
         style = {"color": colour, "dash": dash, "width": 1.9, "shape": "hv"}
         traces.append(
             line(
@@ -172,9 +172,11 @@ def _profile_plot(frame: pd.DataFrame, kind: str, measure: Measure, methods: Seq
                 meta={"method": method},
             )
         )
-    made = layout(PROFILES[kind], "instances (%)", x_log=True)
-    said = f"Share of instances with {measure.name} ≤ {measure.main:g} within this cost: the {kind} profile."
-    return Plot(f"{kind.capitalize()} profile", said, {"data": traces, "layout": made}, still, _controls([], methods))
+    made = layout(PROFILES[profile], "instances (%)", x_log=True)
+    said = f"Share of instances with {measure.name} ≤ {measure.main:g} within this cost: the {profile} profile."
+    return Plot(
+        f"{profile.capitalize()} profile", said, {"data": traces, "layout": made}, still, _controls([], methods)
+    )
 
 
 def _controls(families: Sequence[str], methods: Sequence[str]) -> tuple[Control, ...]:

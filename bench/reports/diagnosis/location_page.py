@@ -36,7 +36,7 @@ from ksmea.show.location_words import headline
 from ksmea.show.text import LEAST_OF_A_DOUBLE, chance, number
 from ksmea.units import MICROMETRE, RPM
 
-KINDS = {"force": BLUE, "moment": ORANGE, "reading": GREEN, "force and moment": PURPLE, PAIR: GREY}
+COLOUR_OF_QUANTITY = {"force": BLUE, "moment": ORANGE, "reading": GREEN, "force and moment": PURPLE, PAIR: GREY}
 MEGA = 1e6
 LEAST_P = 1e-300  # of a site, drawn on a logarithmic axis
 MOST_TICKS = 5  # of that axis
@@ -84,7 +84,7 @@ def _shown(estimate: EstimateRecord) -> Shown:
 
 def shaft_plot(record: LocationRecord, still: str = "") -> Plot:
     """p of each site over its position, above the shaft with what sits on it."""
-    traces = [trace for kind in KINDS for trace in _sites(record, kind)]
+    traces = [trace for quantity in COLOUR_OF_QUANTITY for trace in _sites(record, quantity)]
     probes = [*dict.fromkeys(record.planes)]
     landmarks = list(record.landmarks.items())
     shaft: dict[str, Any] = {"yaxis": "y2", "showlegend": False}
@@ -133,15 +133,15 @@ def _short(name: str) -> str:
     return f"{word[:1]}{number}" if number.isdigit() else name
 
 
-def _sites(record: LocationRecord, kind: str) -> Iterator[dict[str, Any]]:
-    sites = sorted((site for site in record.candidates if site.kind == kind), key=lambda site: site.position)
+def _sites(record: LocationRecord, quantity: str) -> Iterator[dict[str, Any]]:
+    sites = sorted((site for site in record.candidates if site.kind == quantity), key=lambda site: site.position)
     for is_accepted in (False, True):
         places = [(at, site) for site in sites if site.accepted == is_accepted for at in site.positions]
         if not places:
             continue
         yield points(
             [at for at, _ in places], [max(site.p, LEAST_P) for _, site in places],
-            f"{kind}, {'accepted' if is_accepted else 'rejected'}", KINDS[kind],
+            f"{quantity}, {'accepted' if is_accepted else 'rejected'}", COLOUR_OF_QUANTITY[quantity],
             marker={"symbol": "circle" if is_accepted else "circle-open", "size": 10 if is_accepted else 7},
             text=[f"{site}: {chance(site.p, LEAST_OF_A_DOUBLE)}, χ² = {number(site.chi2)}" for _, site in places],
             hovertemplate="%{text}<extra></extra>",

@@ -42,7 +42,7 @@ class LocationReport(Report):
         done = [run for run in plan.runs if run.key in lines and lines[run.key].has_result]
         if len(plan.runs) != 1 or not done:
             text_of_all = _summary(runs)
-            page = Page(kinds_line(runs), (Section("Result", (Prose(text_of_all),)),))
+            page = Page(counts_line(runs), (Section("Result", (Prose(text_of_all),)),))
             return Made(text_of_all, files, runs, outdated=OF_ONE_RUN, page=lambda: page)
         cell, record = plan.cells[done[0].cell], lines[done[0].key].record(LocationRecord)
         public = {name: value for name, value in with_units(record).items() if name not in OF_THE_BENCH}
@@ -91,10 +91,10 @@ def _row(record: LocationRecord, _: Cell) -> dict[str, Any]:
     }
 
 
-def kinds_line(runs: pd.DataFrame) -> str:
+def counts_line(runs: pd.DataFrame) -> str:
     """For example 'located: 2 unexplained, 1 force, 1 with nothing missing'."""
     counts = runs["kind"].value_counts() if "kind" in runs else {}
-    counted = ", ".join(f"{count} {WITHOUT_SITE.get(kind, kind)}" for kind, count in counts.items())
+    counted = ", ".join(f"{count} {WITHOUT_SITE.get(outcome, outcome)}" for outcome, count in counts.items())
     return f"located: {counted}" if counted else NO_RESULT
 
 
@@ -102,9 +102,9 @@ def _summary(runs: pd.DataFrame) -> str:
     """How many runs ended with each kind, and how many sites they accepted."""
     if "kind" not in runs:
         return NO_RESULT
-    kinds = runs.groupby("kind")
+    groups = runs.groupby("kind")
     lines = [
-        [str(kind), str(len(mine)), number(mine["n_accepted"].median()), number(mine["seconds"].median(), 3)]
-        for kind, mine in kinds
+        [str(outcome), str(len(mine)), number(mine["n_accepted"].median()), number(mine["seconds"].median(), 3)]
+        for outcome, mine in groups
     ]
     return aligned(["kind", "runs", "accepted (median)", "s of a core (median)"], lines)

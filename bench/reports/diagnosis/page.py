@@ -46,13 +46,14 @@ def _unknowns(record: DiagnosisRecord) -> Iterator[Block]:
     yield Table(unknowns_table(record), title)
     averaged = {} if record.averaged is None else {each.name: each for each in record.averaged.coefficients}
     own = [row for row in record.coefficients if row.before is not None]
-    kinds = {
+    by_series = {
         "before": {row.name: row.before for row in own},
         "after": {row.name: row.after for row in own},
         "averaged": {row.name: averaged.get(row.name) for row in own},
     }
     unknowns = {
-        row.name: {kind: shown(of[row.name]) for kind, of in kinds.items() if of[row.name] is not None} for row in own
+        row.name: {series: shown(of[row.name]) for series, of in by_series.items() if of[row.name] is not None}
+        for row in own
     }
     if unknowns:
         without = ", with and without what explains the data" if has_after else ""

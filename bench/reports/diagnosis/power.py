@@ -20,7 +20,7 @@ from bench.plan.naming import place_columns
 from bench.plan.plan import Cell, Plan
 from ksmea.records.diagnosis import DiagnosisRecord
 
-EFFECT, DROP, KIND = "effect", "expected_drop", "kind of data"
+EFFECT, DROP, DATA = "effect", "expected_drop", "kind of data"
 UNSEEN = ("adequate", "not observable")  # verdicts that say nothing against a model
 SIZES = (0.5, 1, 2, 4, 8)  # at the axis of figures, in units of the smallest detectable one
 CERTAIN = 0.9  # chance of detection of the smallest detectable size
@@ -62,7 +62,7 @@ def of_right_models(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
 def _with_facts(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
     """Runs that have a result, with what their cell is about and whether the verdict says that the model is wrong."""
     facts = pd.DataFrame([_facts(plan, index) for index in range(len(plan.cells))])
-    finished = runs[runs["status"].isin(RESULTS)].drop(columns=[KIND, EFFECT, DROP], errors="ignore")
+    finished = runs[runs["status"].isin(RESULTS)].drop(columns=[DATA, EFFECT, DROP], errors="ignore")
     finished = finished.merge(facts, on="cell").copy()
     if not finished.empty:
         finished["detected"] = ~finished["verdict"].isin(UNSEEN)
@@ -74,7 +74,7 @@ def _facts(plan: Plan, index: int) -> dict[str, Any]:
     settings, place = cell.settings, place_columns(plan, cell)
     return {
         "cell": index,
-        KIND: place.get("label") or settings["measurement"]["kind"],
+        DATA: place.get("label") or settings["measurement"]["kind"],
         EFFECT: " ".join(settings["measurement"].get("hidden", [])),
         DROP: settings["measurement"].get("expected_drop") or np.nan,
         "level": settings["study"]["level"] / 2,
@@ -98,8 +98,8 @@ def power_frame(with_effect: pd.DataFrame) -> pd.DataFrame:
     how many report what is hidden, and hold its sizes."""
     return pd.DataFrame(
         [
-            {KIND: kind, EFFECT: effect, DROP: drop, **_counts(mine)}
-            for (kind, effect, drop), mine in with_effect.groupby([KIND, EFFECT, DROP], sort=False)
+            {DATA: data, EFFECT: effect, DROP: drop, **_counts(mine)}
+            for (data, effect, drop), mine in with_effect.groupby([DATA, EFFECT, DROP], sort=False)
         ]
     )
 
@@ -128,9 +128,9 @@ def _counts(mine: pd.DataFrame) -> dict[str, Any]:
 
 def false_alarms(right: pd.DataFrame) -> pd.DataFrame:
     """Of data that hide nothing, by kind of data and of all: draws, and how many are called wrong."""
-    rows = [(kind, len(mine), int(mine["detected"].sum())) for kind, mine in right.groupby(KIND, sort=False)]
+    rows = [(data, len(mine), int(mine["detected"].sum())) for data, mine in right.groupby(DATA, sort=False)]
     rows.append(("all", len(right), sum(alarms for _, _, alarms in rows)))
-    return pd.DataFrame(rows, columns=[KIND, "draws", "false_alarms"])
+    return pd.DataFrame(rows, columns=[DATA, "draws", "false_alarms"])
 
 
 def confusion(with_effect: pd.DataFrame) -> pd.DataFrame:

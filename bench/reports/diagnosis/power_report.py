@@ -14,8 +14,8 @@ from bench.plan.report import Made, Report
 from bench.reports.by_cell import result_runs
 from bench.reports.diagnosis.power import (
     CLEARLY_VISIBLE,
+    DATA,
     EFFECT,
-    KIND,
     confusion,
     false_alarms,
     of_right_models,
@@ -47,7 +47,7 @@ class DiagnosisPowerReport(Report):
         if with_effect.empty:
             return Made(f"{plan.name}: no result yet", {"runs.csv": csv_text(runs).encode()}, runs)
         right = of_right_models(plan, runs)
-        by_effect, by_kind = (in_words(rates(with_effect, by)) for by in (EFFECT, KIND))
+        by_effect, by_data = (in_words(rates(with_effect, by)) for by in (EFFECT, DATA))
         shares = confusion(with_effect)
         files = {
             f"{plan.name}.csv": csv_text(power_frame(with_effect)).encode(),
@@ -59,7 +59,7 @@ class DiagnosisPowerReport(Report):
         def drawn() -> dict[str, bytes]:
             return {"detection.png": png(detection_figure(with_effect)), "confusion.png": png(confusion_figure(shares))}
 
-        tables = {f"By {EFFECT}": by_effect, f"By {KIND}": by_kind, "Right models": alarms_in_words(right)}
+        tables = {f"By {EFFECT}": by_effect, f"By {DATA}": by_data, "Right models": alarms_in_words(right)}
         tables = {title: table for title, table in tables.items() if not table.empty}
         said = about(with_effect, right, runs)
         text = "\n\n".join([said, *map(_as_text, tables.values())])
@@ -115,7 +115,7 @@ def alarms_in_words(right: pd.DataFrame) -> pd.DataFrame:
         return pd.DataFrame()
     found = false_alarms(right)
     words = [rate(int(alarms), int(n)) for _, n, alarms in found.itertuples(index=False)]
-    return pd.DataFrame({KIND: found[KIND], "draws": found["draws"].astype(str), "called wrong": words})
+    return pd.DataFrame({DATA: found[DATA], "draws": found["draws"].astype(str), "called wrong": words})
 
 
 def _as_text(table: pd.DataFrame) -> str:

@@ -20,7 +20,7 @@ import numpy as np
 import pandas as pd
 
 from bench.jobs.lines import RESULTS
-from bench.jobs.records import ended_statuses, record_kinds
+from bench.jobs.records import ended_statuses, record_types
 from bench.plan.naming import place_columns, place_text
 from bench.plan.plan import Plan
 from bench.reports.contest.cells import OF_INSTANCE, budget, family, identity, method_name
@@ -86,7 +86,7 @@ def grouped(courses: Iterable[Course], *names: str) -> list[tuple[tuple[Any, ...
 
 def read_courses(plan: Plan, output: Path) -> Courses:
     """The courses of the runs of a plan; `SettingError` where it is of another study, or has none."""
-    if {*record_kinds(plan).values()} - {IdentificationRecord}:
+    if {*record_types(plan).values()} - {IdentificationRecord}:
         raise SettingError(
             f"{output}: expected identifications, got records of another study; export has no traces of those"
         )
@@ -157,14 +157,14 @@ def _places(plan: Plan) -> tuple[list[Place], pd.DataFrame]:
     places, rows = [], []
     names = _algorithms(plan)
     for cell, name in zip(plan.cells, names):
-        kind, settings = family(cell), identity(cell)
-        function = functions.setdefault(kind, len(functions) + 1)
-        numbers = instances.setdefault(kind, {})
+        family_name, settings = family(cell), identity(cell)
+        function = functions.setdefault(family_name, len(functions) + 1)
+        numbers = instances.setdefault(family_name, {})
         known = len(numbers)
         instance = numbers.setdefault(settings, known + 1)
-        places.append(Place(name, kind, function, instance, len(cell.parameters)))
+        places.append(Place(name, family_name, function, instance, len(cell.parameters)))
         if len(numbers) > known:
-            rows.append((function, kind, instance, len(cell.parameters), settings))
+            rows.append((function, family_name, instance, len(cell.parameters), settings))
     return places, pd.DataFrame(rows, columns=["function", "family", "instance", "unknowns", "settings"])
 
 

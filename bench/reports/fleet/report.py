@@ -35,7 +35,7 @@ def fleet_report(
     plan: Plan,
     runs: pd.DataFrame,
     lines: Lines,
-    kind: type[AnyRecord],
+    record_type: type[AnyRecord],
     row: Callable[[AnyRecord], MachineRow],
     values_in_text: bool = True,
     outdated: tuple[str, ...] = (),
@@ -43,7 +43,7 @@ def fleet_report(
     """The report of a plan over measured files, of a `row` of each run's record; `runs` goes to runs.csv. Without
     `values_in_text` the unknowns are in the files and on the page alone."""
     ended = {run.key: lines[run.key] for run in plan.runs if run.key in lines}
-    found = {key: row(line.record(kind)) for key, line in ended.items() if line.has_result}
+    found = {key: row(line.record(record_type)) for key, line in ended.items() if line.has_result}
     table = pd.DataFrame([_columns(plan, run, lines, found.get(run.key)) for run in plan.runs])
     shown = pd.DataFrame([_shown(plan, run, lines, found.get(run.key)) for run in plan.runs]).fillna("")
     values = values_frame(plan, found)

@@ -88,7 +88,7 @@ def box_plots(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> list[Plo
         values = [
             results.loc[results["cell"] == cell, name].dropna().tolist() if name in results else [] for cell in cells
         ]
-        marks = {kind: rows[column].tolist() for kind, column in (("reference", "reference"), ("paper", "paper"))}
+        marks = {mark: rows[column].tolist() for mark, column in (("reference", "reference"), ("paper", "paper"))}
         ends = (
             [
                 None if lacks else (low, high)
@@ -157,14 +157,14 @@ def response_plot(plan: Plan, curves: Mapping[int, ResponseCurves], still: str) 
             channels[channel] = None
             meta = {"cell": names[cell], "channel": channel}
             speed = as_array(of.speed) / RPM
-            for kind, (colour, drawn) in _kinds(of).items():
+            for curve, (colour, drawn) in _drawn_curves(of).items():
                 values = drawn[:, column] / MICROMETRE
-                name = IN_WORDS[kind]
-                if kind == "measured":
+                name = IN_WORDS[curve]
+                if curve == "measured":
                     traces.append(points(speed, values, name, colour, meta=meta, marker={"size": 5}))
                 else:
                     x, y = broken(speed, of.breaks), broken(values, of.breaks)
-                    style = {"color": colour, "width": WIDTHS[kind], "dash": DASHES[kind]}
+                    style = {"color": colour, "width": WIDTHS[curve], "dash": DASHES[curve]}
                     traces.append(line(x, y, name, colour, meta=meta, line=style))
     chosen_among = {"cell": tuple(dict.fromkeys(names.values())), "channel": tuple(channels)}
     controls = tuple(
@@ -193,7 +193,7 @@ IN_WORDS = {
 }  # fmt: skip
 
 
-def _kinds(of: ResponseCurves) -> dict[str, tuple[str, np.ndarray]]:
+def _drawn_curves(of: ResponseCurves) -> dict[str, tuple[str, np.ndarray]]:
     """Colour and values of each curve that there is, in the order in which they are drawn."""
     drawn = {name: getattr(of, name) for name in CURVE_COLOURS}
     return {name: (colour, as_array(drawn[name])) for name, colour in CURVE_COLOURS.items() if drawn[name] is not None}

@@ -68,16 +68,16 @@ class Blocks:
             ' <output aria-live="polite"></output>'
         )
         spec = {"speed": orbits.speed, "planes": orbits.planes}
-        return self._figure(orbits.title, orbits.alternative, spec, slider, 380, "", kind="orbits")
+        return self._figure(orbits.title, orbits.alternative, spec, slider, 380, "", plot_type="orbits")
 
     def _figure(
-        self, title: str, alternative: str, spec: Any, controls: str, height: int, still: str, kind: str = "plot"
+        self, title: str, alternative: str, spec: Any, controls: str, height: int, still: str, plot_type: str = "plot"
     ) -> str:
         self.has_plots = True
-        name = f"{kind}-{next(self._number)}"
+        name = f"{plot_type}-{next(self._number)}"
         instead = self._image(still, alternative) if still in self._drawings else ""
         return (
-            f'<figure class="plot" id="{name}" data-kind="{kind}"><h3>{safe(title)}</h3>'
+            f'<figure class="plot" id="{name}" data-kind="{plot_type}"><h3>{safe(title)}</h3>'
             f'<div class="controls" hidden>{controls}</div>'
             f'<div class="canvas" role="img" aria-label="{safe(alternative)}" style="height:{height}px" hidden></div>'
             f'<div class="still">{instead or "<p>This plot needs JavaScript; its numbers are in the files below.</p>"}</div>'

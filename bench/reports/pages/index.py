@@ -52,8 +52,8 @@ def index_page(folder: Path) -> bytes:
     ordered = sorted(found.items(), key=lambda item: (str(item[1].get("when", "")), str(item[0])), reverse=True)
     rows = "".join(_row(place, each) for place, each in ordered)
     head = "".join(
-        f'<th scope="col"{kind}>{name}</th>'
-        for name, kind in (
+        f'<th scope="col"{attribute}>{name}</th>'
+        for name, attribute in (
             ("results", ""), ("found", ""), ("runs", ' class="number"'), ("failed", ' class="number"'),
             ("unfinished", ' class="number"'), ("when", ""), ("study", ""),
         )

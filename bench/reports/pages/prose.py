@@ -28,10 +28,10 @@ def prose_html(text: str) -> str:
 def table_html(head: Sequence[str], rows: Sequence[Sequence[str]], label: str = "") -> str:
     """A table in a box of its own, which scrolls where it is wider than the page; numbers to the right, texts to the left."""
     right = [is_numeric([row[column] for row in rows]) for column in range(len(head))]
-    kinds = [' class="number"' if each else "" for each in right]
-    top = "".join(f'<th scope="col"{kind}>{safe(name)}</th>' for name, kind in zip(head, kinds))
+    attributes = [' class="number"' if each else "" for each in right]
+    top = "".join(f'<th scope="col"{attribute}>{safe(name)}</th>' for name, attribute in zip(head, attributes))
     body = "".join(
-        f"<tr>{''.join(f'<td{kind or _wrapping(cell)}>{safe(cell)}</td>' for cell, kind in zip(row, kinds))}</tr>"
+        f"<tr>{''.join(f'<td{attribute or _wrapping(cell)}>{safe(cell)}</td>' for cell, attribute in zip(row, attributes))}</tr>"
         for row in rows
     )
     named = f' role="region" aria-label="{safe(label or "table")}"'

@@ -53,14 +53,14 @@ def box_plot(
     x: str = "",
     y_log: bool = False,
 ) -> Plot:
-    """A box for the values of each cell; `marks` are further values of each cell by their kind, 'paper' and 'reference' for
+    """A box for the values of each cell; `marks` are further values of each cell by name, 'paper' and 'reference' for
     example, `intervals` the ends of one, not a number where open, and None where a cell has none."""
     at = list(range(len(cells)))
     traces = [box_trace(number, of, name, showlegend=False) for number, name, of in zip(at, cells, values)]
-    for kind, of in marks.items():
-        style = MARKS.get(kind, {"symbol": "circle", "size": 8, "color": GREY})
+    for mark, of in marks.items():
+        style = MARKS.get(mark, {"symbol": "circle", "size": 8, "color": GREY})
         if np.isfinite(np.asarray(of, dtype=float)).any():
-            traces.append({"type": "scatter", "mode": "markers", "name": kind, "x": at, "y": of, "marker": style})
+            traces.append({"type": "scatter", "mode": "markers", "name": mark, "x": at, "y": of, "marker": style})
     if intervals is not None:
         traces += _intervals(at, intervals, [*values, *marks.values()], y_log)
     made = layout(x, unit, y_log=y_log)
@@ -89,9 +89,9 @@ MARKS = {
 
 def _alternative(title: str, marks: Mapping[str, Sequence[float]], intervals: Intervals | None) -> str:
     legend = [
-        f"{MARKED[kind]}: {kind}"
-        for kind in marks
-        if kind in MARKED and np.isfinite(np.asarray(marks[kind], dtype=float)).any()
+        f"{MARKED[mark]}: {mark}"
+        for mark in marks
+        if mark in MARKED and np.isfinite(np.asarray(marks[mark], dtype=float)).any()
     ]
     if intervals is not None:
         is_open = any(np.isnan(each).any() for each in intervals if each is not None)

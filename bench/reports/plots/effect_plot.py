@@ -20,12 +20,12 @@ def effect_plot(record: DiagnosisRecord, still: str = "") -> Plot:
     trials = best_trials(record)[::-1]
     names = [f"{trial.effect} " for trial in trials]
     traces = []
-    for kind, colour in COLOURS.items():
-        mine = [(name, trial) for name, trial in zip(names, trials) if standing(record, trial.effect) == kind]
+    for rank, colour in COLOURS.items():
+        mine = [(name, trial) for name, trial in zip(names, trials) if standing(record, trial.effect) == rank]
         if mine:
             traces.append(
                 {
-                    "type": "bar", "orientation": "h", "name": kind, "marker": {"color": colour},
+                    "type": "bar", "orientation": "h", "name": rank, "marker": {"color": colour},
                     "y": [name for name, _ in mine], "x": AXIS.positions([trial.delta_bic for _, trial in mine]),
                     "customdata": [_hover_text(trial) for _, trial in mine],
                     "hovertemplate": "%{y}: %{customdata}<extra></extra>",

@@ -43,13 +43,15 @@ def interval_plot(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[st
     edge = OPEN_REACH * (min(max(every, default=0.0), FAR * own if own else np.inf) or 1.0)
     traces: list[dict[str, Any]] = []
     arrows: list[dict[str, Any]] = []
-    for number, kind in enumerate(series):
+    for number, series_name in enumerate(series):
         offset = 0.5 * ((number + 0.5) / len(series) - 0.5)
-        mine = [(at, name, unknowns[name][kind]) for at, name in enumerate(names) if kind in unknowns[name]]
+        mine = [
+            (at, name, unknowns[name][series_name]) for at, name in enumerate(names) if series_name in unknowns[name]
+        ]
         beyond = [each for each in mine if abs(_pct(each[2].value, zero[each[1]], scale[each[1]])) > edge]
         inside = [each for each in mine if each not in beyond]
-        traces.append(_trace(kind, inside, zero, scale, edge, offset, number))
-        arrows += [_arrow(kind, each, zero, edge, offset, number) for each in beyond]
+        traces.append(_trace(series_name, inside, zero, scale, edge, offset, number))
+        arrows += [_arrow(series_name, each, zero, edge, offset, number) for each in beyond]
     traces += arrows
     if known := [(at, name) for at, name in enumerate(names) if np.isfinite(truth.get(name, np.nan))]:
         traces.append(
@@ -71,7 +73,7 @@ def interval_plot(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[st
 
 
 def _trace(
-    kind: str, mine: Sequence[tuple[int, str, Shown]], zero: Mapping[str, float], scale: Mapping[str, float], edge: float, offset: float, number: int
+    series_name: str, mine: Sequence[tuple[int, str, Shown]], zero: Mapping[str, float], scale: Mapping[str, float], edge: float, offset: float, number: int
 ) -> dict[str, Any]:  # fmt: skip
     at = [_pct(each.value, zero[name], scale[name]) for _, name, each in mine]
     low, high = (
@@ -82,7 +84,7 @@ def _trace(
     return {
         "type": "scatter",
         "mode": "markers",
-        "name": kind,
+        "name": series_name,
         "x": at,
         "y": [row + offset for row, _, _ in mine],
         "marker": {"color": colour, "size": 9, "symbol": SYMBOLS[number % len(SYMBOLS)]},
@@ -95,12 +97,12 @@ def _trace(
             "width": 4,
         },
         "text": [_said(name, each) for _, name, each in mine],
-        "hovertemplate": "%{text}<extra>" + kind + "</extra>",
+        "hovertemplate": "%{text}<extra>" + series_name + "</extra>",
     }
 
 
 def _arrow(
-    kind: str, one: tuple[int, str, Shown], zero: Mapping[str, float], edge: float, offset: float, number: int
+    series_name: str, one: tuple[int, str, Shown], zero: Mapping[str, float], edge: float, offset: float, number: int
 ) -> dict[str, Any]:
     """In place of a value that is not drawn."""
     row, name, each = one
@@ -108,7 +110,7 @@ def _arrow(
     return {
         "type": "scatter",
         "mode": "markers",
-        "name": kind,
+        "name": series_name,
         "showlegend": False,
         "x": [AT_EDGE * (edge if is_right else -edge)],
         "y": [row + offset],
@@ -118,7 +120,7 @@ def _arrow(
             "symbol": "triangle-right" if is_right else "triangle-left",
         },
         "text": [_said(name, each)],
-        "hovertemplate": "%{text}<extra>" + kind + "</extra>",
+        "hovertemplate": "%{text}<extra>" + series_name + "</extra>",
     }
 
 

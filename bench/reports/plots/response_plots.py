@@ -109,13 +109,13 @@ HOVER_PLANE = "%{customdata:.0f} rpm: %{x:.3g} %{y:+.3g}i µm"
 
 def orbits(response: Response) -> Orbits:
     """The orbits of all planes with probes in two directions, measured and by the last model."""
-    kinds = {"measured": response.measured, "model": list(response.at_speeds.values())[-1]}
+    curves = {"measured": response.measured, "model": list(response.at_speeds.values())[-1]}
     return Orbits(
         "Orbits",
         "The path of the shaft in each plane at a speed, measured (dotted) and by the model; dots: where it is at phase 0.",
         tuple(response.speed.tolist()),
         {
-            place: {kind: _phasors(values[:, columns] @ to_xy.T) for kind, values in kinds.items()}
+            place: {curve: _phasors(values[:, columns] @ to_xy.T) for curve, values in curves.items()}
             for place, (columns, to_xy) in response.planes().items()
         },
     )

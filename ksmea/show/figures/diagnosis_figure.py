@@ -158,10 +158,10 @@ def draw_ranking(record: DiagnosisRecord, axes: Axes) -> None:
     trials = best_trials(record)[::-1]
     axes.set_xscale("symlog", linthresh=LINEAR)  # before the bars, whose margins it sets
     plain_ticks(axes.xaxis)
-    for kind, colour in RANKING_COLOURS.items():
-        mine = [(at, trial.delta_bic) for at, trial in enumerate(trials) if standing(record, trial.effect) == kind]
+    for rank, colour in RANKING_COLOURS.items():
+        mine = [(at, trial.delta_bic) for at, trial in enumerate(trials) if standing(record, trial.effect) == rank]
         if mine:
-            axes.barh(*zip(*mine), color=colour, label=kind)
+            axes.barh(*zip(*mine), color=colour, label=rank)
     axes.set_yticks(range(len(trials)), [f"{trial.effect} ({trial.location})" for trial in trials], fontsize=8)
     axes.axvline(0, color=REFERENCE, linewidth=0.8)
     axes.set_ylim(-0.7, len(trials) - 0.3)

@@ -62,15 +62,15 @@ def _title(record: LocationRecord) -> str:
 def _draw_shaft(panel: Axes, record: LocationRecord) -> None:
     """p of each site over its position, above a drawing of the shaft; hollow: rejected."""
     smallest = min([site.p for site in record.candidates], default=1e-3)
-    for kind, colour in COLOURS.items():
-        sites = sorted((site for site in record.candidates if site.kind == kind), key=lambda site: site.position)
+    for quantity, colour in COLOURS.items():
+        sites = sorted((site for site in record.candidates if site.kind == quantity), key=lambda site: site.position)
         if not sites:
             continue
         places = [(position, site.p) for site in sites for position in site.positions]
-        lines = [list(zip(*places))] if kind != PAIR else [(site.positions, (site.p, site.p)) for site in sites]
+        lines = [list(zip(*places))] if quantity != PAIR else [(site.positions, (site.p, site.p)) for site in sites]
         for x, p in lines:  # of a pair from one of its places to the other
             panel.semilogy(x, p, "-", color=colour, linewidth=0.6, alpha=0.5)
-        panel.semilogy(*zip(*places), "o", color=colour, markersize=5, markerfacecolor="none", label=kind)
+        panel.semilogy(*zip(*places), "o", color=colour, markersize=5, markerfacecolor="none", label=quantity)
         kept = [(position, site.p) for site in sites if site.accepted for position in site.positions]
         panel.semilogy(*zip(*kept) if kept else ([], []), "o", color=colour, markersize=7)
     plain_ticks(panel.yaxis)

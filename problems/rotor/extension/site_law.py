@@ -36,7 +36,7 @@ class SiteLaw:
 
     position: float
     law: Law
-    kind: str = FORCE
+    quantity: str = FORCE
     further: tuple[float, ...] = ()
     orders: tuple[int, ...] = ORDERS
     goes_up: bool = True
@@ -53,7 +53,7 @@ class SiteLaw:
     @property
     def loads(self) -> tuple[Load, ...]:
         """Unit forces at the sites, or moments."""
-        return tuple(Load(position, axis, self.kind) for position in self.positions for axis in DIRECTIONS)
+        return tuple(Load(position, axis, self.quantity) for position in self.positions for axis in DIRECTIONS)
 
     @property
     def is_linear(self) -> bool:

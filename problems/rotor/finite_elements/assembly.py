@@ -72,17 +72,17 @@ def assemble_free(rotor: Rotor) -> Matrices:
 
 
 def of_elements(rotor: Rotor, matrices: Callable[[Element], Of]) -> list[Of]:
-    """What is asked of each element, from left to right, whose place does not matter: each kind of element is asked once."""
+    """What is asked of each element, from left to right, whose place does not matter: each form of element is asked once."""
     if not rotor.hubs:
         of_segment = {segment: matrices(Element(segment, 0.0)) for segment in set(rotor.segments)}
         return [of_segment[segment] for segment in rotor.segments for _ in range(segment.n_element)]
-    of_kind: dict[object, Of] = {}
+    of_form: dict[object, Of] = {}
     whole = elements(rotor)
     for element in whole:
-        kind = element.segment, element.hubs
-        if kind not in of_kind:
-            of_kind[kind] = matrices(element)
-    return [of_kind[element.segment, element.hubs] for element in whole]
+        form = element.segment, element.hubs
+        if form not in of_form:
+            of_form[form] = matrices(element)
+    return [of_form[element.segment, element.hubs] for element in whole]
 
 
 def chained(matrices: Sequence[Array]) -> Array:

@@ -24,17 +24,17 @@ def unit_loads(rotor: Rotor, loads: Sequence[Load], n_speed: int) -> ComplexArra
     return np.broadcast_to(columns.astype(complex), (n_speed, *columns.shape))
 
 
-def forward_load(rotor: Rotor, position: float, kind: str, n_speed: int) -> ComplexArray:
+def forward_load(rotor: Rotor, position: float, quantity: str, n_speed: int) -> ComplexArray:
     """The nodal forces of a unit force or moment that turns forward with the shaft, (1, −i) in or about (x, y), at a position (m);
     the same at each speed, (n_speed, n_dof, 1)."""
-    units = unit_loads(rotor, [Load(position, axis, kind) for axis in DIRECTIONS], n_speed)
+    units = unit_loads(rotor, [Load(position, axis, quantity) for axis in DIRECTIONS], n_speed)
     return units @ np.array([[1], [-1j]])
 
 
 def _nodal_load(rotor: Rotor, load: Load) -> Array:
-    rotor.require_on_shaft(load.position, load.kind)
+    rotor.require_on_shaft(load.position, load.quantity)
     row = displacement_row(rotor, load.position, load.direction)
-    if load.kind == "force":
+    if load.quantity == "force":
         return row
     turned = np.zeros_like(row)
     turned[node_dof(rotor.node_at(load.position, "moment"))[2 + DIRECTIONS.index(load.direction)]] = 1.0

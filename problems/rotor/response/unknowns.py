@@ -138,11 +138,11 @@ def _check_target(rotor: Rotor, name: str, target: Target) -> None:
     if isinstance(target, OriginTarget):
         return
     if isinstance(target, BearingTarget):
-        kind, index, count = "bearing", target.bearing, len(rotor.bearings)
+        thing, index, count = "bearing", target.bearing, len(rotor.bearings)
     else:
-        kind, index, count = "unbalance plane", target.plane, len(rotor.unbalance)
+        thing, index, count = "unbalance plane", target.plane, len(rotor.unbalance)
     if not 0 <= index < count:
-        raise SettingError(f"unknown {name}: expected a {kind} from 0 to {count - 1}, got {index}")
+        raise SettingError(f"unknown {name}: expected a {thing} from 0 to {count - 1}, got {index}")
 
 
 def unknown_impedances(unknowns: Sequence[Unknown]) -> tuple[UnknownImpedance, ...]:
