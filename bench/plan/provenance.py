@@ -59,6 +59,7 @@ def _chosen(settings: Mapping[str, Any]) -> list[str]:
 def _used_modules(plugins: tuple[str, ...], files: frozenset[Path]) -> dict[str, str]:
     packages = frozenset([*OURS, *(package for name in plugins for package in packages_of_plugin(name))])
     of_outside: list[Path] = []
+    parents: dict[str, str] = {}
     found: dict[str, str] = {}
     in_files = (source for path in files for source in brought_along(path).values() if source.suffix == ".py")
     of_files = (name for source in in_files for name in imported(source) if name.partition(".")[0] in OURS)
@@ -72,13 +73,22 @@ def _used_modules(plugins: tuple[str, ...], files: frozenset[Path]) -> dict[str,
             if name.partition(".")[0] not in OURS and (file := _file_of(name)) is not None:
                 of_outside.append(file)
                 imports = (*imports, *imported(file))
+                parents.update(_parents(name))
             pending.extend(
                 module
                 for module in imports
                 if module.partition(".")[0] in packages and not (module + ".").startswith(SHOWN + ".")
             )
     _kept_sources().keep()
-    return dict(sorted(found.items())) | outside_code(plugins, files, of_outside)
+    return dict(sorted((parents | found).items())) | outside_code(plugins, files, of_outside)
+
+
+def _parents(module: str) -> dict[str, str]:
+    """Digests of the packages that a module lies in, which Python executes before it. They are not followed: what they import for
+    others alone is not what the module uses."""
+    parts = module.split(".")
+    names = [".".join(parts[:length]) for length in range(1, len(parts))]
+    return {name: said.digest for name in names if (said := _said_by(name)) is not None}
 
 
 def names_of_parts(plugins: Iterable[Settings]) -> list[str]:

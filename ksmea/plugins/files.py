@@ -30,6 +30,10 @@ OF_THE_BENCH = ("study", "report")  # these make and read what lies in folders o
 NEXT_WORD = re.compile(r"(?<=[a-z0-9])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 PYTHON_WRITES = (".pyc", ".pyo")
 IMPORTERS = ("import_module", "__import__")
+RUNNERS = ("exec", "eval")
+LOADERS = frozenset(
+    ["runpy", "pkgutil", "importlib.machinery", "importlib.metadata", "importlib.resources", "importlib.util"]
+)
 DIGITS = 12  # of the hash of a file
 
 CONTRACTS: Mapping[str, type[Settings]] = MappingProxyType(
@@ -121,14 +125,27 @@ def imported(source: Path) -> Iterator[str]:
 
 
 def loads_by_name(source: Path) -> bool:
-    """Whether a file imports modules by names that it does not spell out, so that what it uses cannot be read from it."""
+    """Whether a file may import modules by names that it does not spell out, so that what it uses cannot be read from it: it does, or
+    imports all names of a package, or has other means of that."""
     try:
         tree = ast.parse(source.read_text(encoding="utf-8"))
     except (SyntaxError, ValueError, RecursionError):
         return True
-    return any(
-        _called(node) in IMPORTERS and not _spelt_out(node) for node in ast.walk(tree) if isinstance(node, ast.Call)
-    )
+    return any(map(_may_load_by_name, ast.walk(tree)))
+
+
+def _may_load_by_name(node: ast.AST) -> bool:
+    if isinstance(node, ast.Call):
+        return _called(node) in RUNNERS or (_called(node) in IMPORTERS and not _spelt_out(node))
+    if isinstance(node, ast.Import):
+        return any(alias.name in LOADERS for alias in node.names)
+    if isinstance(node, ast.ImportFrom):
+        names = [f"{node.module}.{alias.name}" for alias in node.names if not node.level]
+        renamed = any(alias.name in IMPORTERS and alias.asname for alias in node.names)
+        return (
+            renamed or any(alias.name == "*" for alias in node.names) or not LOADERS.isdisjoint([node.module, *names])
+        )
+    return False
 
 
 def _called(call: ast.Call) -> str:

@@ -130,6 +130,7 @@ def two(request, tmp_path):
         ("two_searches/other.py", "\nWIDTH = 2\n", ["other"]),
         ("two_searches_core.py", "\nWIDTH = 2\n", ["other"]),
         ("two_searches/shared.py", "\nWIDTH = 2\n", ["one", "other"]),
+        ("two_searches/__init__.py", "\nWIDTH = 2\n", ["one", "other"]),
         ("two_searches/one.py", "\n# a remark\n", []),
         ("two_searches/README.md", "More words.\n", []),
         ("two_searches/data.csv", "1\n", ["one", "other"]),
@@ -144,6 +145,24 @@ def test_an_edit_makes_results_of_the_plugins_that_use_it_stale(two, file, text,
     (two / file).write_text((two / file).read_text() + text)
     after = digests_in(two)
     assert [name for name in before if before[name] != after[name]] == stale
+
+
+@pytest.mark.parametrize(
+    "means",
+    [
+        "import importlib\nload = importlib.import_module(__name__.replace('one', 'other'))",
+        "from importlib import import_module as load",
+        "from importlib.util import spec_from_file_location",
+        "import runpy",
+        "from two_searches import *",
+        "exec('import two_searches.other')",
+    ],
+)
+def test_all_modules_count_if_one_may_load_others_by_name(two, means):
+    (two / "two_searches" / "one.py").write_text((two / "two_searches" / "one.py").read_text() + f"\n{means}\n")
+    before = digests_in(two)
+    (two / "two_searches" / "other.py").write_text((two / "two_searches" / "other.py").read_text() + "\nWIDTH = 2\n")
+    assert digests_in(two)["one"] != before["one"]
 
 
 def digests_in(site):
