@@ -1,4 +1,4 @@
-"""Updating of a surrogate: the expected improvement that chooses the next sample, and the paper's two stopping rules.
+"""Updating of a surrogate: expected improvement of the next sample; measures of the stopping rules.
 
 Expected improvement of a sum of squares whose terms a surrogate predicts, as in target vector estimation (A. K. Uhrenholt and
 B. S. Jensen, Efficient Bayesian optimization for target vector estimation, PMLR 89 (2019) 2661–2670): a surrogate that predicts
@@ -7,7 +7,7 @@ max(T − Q, 0) with T the lowest misfit known. They take equal v_i and approxim
 the v_i are kept, and the expectation comes from the saddlepoint of Q, which is as good far out in the tail: that is where nearly
 all of a search is.
 
-The stopping rules (SMC and SDF) are evaluated over the data (n_speed, n_channel) at the surrogate's optimum.
+The measures (SMC and SDF) are evaluated over the data (n_speed, n_channel) at the surrogate's optimum.
 """
 
 from __future__ import annotations
