@@ -13,6 +13,7 @@ from typing import Any
 from bench.jobs.lines import FailedRun
 from bench.plan.plan import generator, global_entropy
 from bench.plan.setup import Draw, Setup
+from bench.plan.study import Study
 from ksmea.numerics.seeding import global_generators
 from ksmea.plugins import registry
 
@@ -46,7 +47,7 @@ def execute(
             study = setup.plugins["study"]
             study.validate(setup)
             for plugin in filter(None, setup.plugins.values()):
-                for each in (plugin, *plugin.parts):
+                for each in (plugin, *(part for part in plugin.parts if not isinstance(part, Study))):
                     seeded.enter_context(each.seeded(int(shared.integers(2**32))))
             record = study.run(setup, Draw(seeds, journal, with_curves, with_progress, workers))
     except (Exception, SystemExit) as error:  # a plugin that calls sys.exit costs its own run only

@@ -268,7 +268,10 @@ def _table(asked: str | None, cells: Sequence[Cell]) -> str:
 
 def _is_made_of(table: str, study: type[Study]) -> bool:
     """Whether a report is made of the records of a study, or of those of another study that finds the same."""
-    own: Any = registry.plugin_class("study", report_named(table).study)
+    try:
+        own: Any = registry.plugin_class("study", report_named(table).study)
+    except SettingError:  # of a report from outside, whose study is missing or broken
+        return False
     return own is study or (own.record is study.record and own.record is not Record)
 
 

@@ -32,6 +32,7 @@ NUMERICAL = ("numpy", "scipy", "scikit-learn", "pyswarms", "deap")
 IN_EVERY_KEY = frozenset([PROJECT, *NUMERICAL])
 LEFT_OUT = (".pyc", ".pyo", ".pth")  # what Python itself writes, and where an installer says that files lie elsewhere
 DOCUMENTATION = (".md", ".rst")
+PLAIN = ("", ".txt")
 ABOUT = ("README", "LICENSE", "LICENCE", "CHANGELOG", "CHANGES", "NOTICE", "AUTHORS")
 DISTRIBUTION, FILE = "distribution ", "file "  # how names of versions and of hashes begin
 
@@ -202,7 +203,7 @@ def _folder(package: str) -> dict[str, Path]:
 
 
 def _is_left_out(path: PurePosixPath) -> bool:
-    is_documentation = path.suffix in DOCUMENTATION or path.stem.upper() in ABOUT
+    is_documentation = path.suffix in DOCUMENTATION or (path.suffix in PLAIN and path.stem.upper() in ABOUT)
     return is_documentation or path.suffix in LEFT_OUT or "__pycache__" in path.parts
 
 

@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterable, Mapping
 from functools import cache
 from importlib.metadata import version
+from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -37,7 +38,8 @@ def used_modules(settings: Mapping[str, Any], plugins: Mapping[str, str] = NO_FI
     from outside (`bench.plan.outside`). `plugins` are the plain files of plugins by what chooses them, `optimizer=mine`;
     they are read and not executed."""
     chosen = _chosen(settings)
-    installed = dict.fromkeys(registry.module_of(*word.split("=", 1)) for word in chosen if word not in plugins)
+    own = [registry.modules_of(*word.split("=", 1)) for word in chosen if word not in plugins]
+    installed = dict.fromkeys(chain.from_iterable(own))
     return dict(_used_modules(tuple(installed), frozenset(Path(plugins[word]) for word in chosen if word in plugins)))
 
 
@@ -59,10 +61,9 @@ def _chosen(settings: Mapping[str, Any]) -> list[str]:
 def _used_modules(plugins: tuple[str, ...], files: frozenset[Path]) -> dict[str, str]:
     packages = frozenset([*OURS, *(package for name in plugins for package in packages_of_plugin(name))])
     of_outside: list[Path] = []
-    parents: dict[str, str] = {}
     found: dict[str, str] = {}
     in_files = (source for path in files for source in brought_along(path).values() if source.suffix == ".py")
-    of_files = (name for source in in_files for name in imported(source) if name.partition(".")[0] in OURS)
+    of_files = (name for source in in_files for name in imported(source) if name.partition(".")[0] in packages)
     pending = [ENTRANCE, *plugins, *of_files]
     while pending:
         name = pending.pop()
@@ -72,23 +73,20 @@ def _used_modules(plugins: tuple[str, ...], files: frozenset[Path]) -> dict[str,
             imports = said.imports
             if name.partition(".")[0] not in OURS and (file := _file_of(name)) is not None:
                 of_outside.append(file)
-                imports = (*imports, *imported(file))
-                parents.update(_parents(name))
+                imports = (*imports, *imported(file), *_parents(name))
             pending.extend(
                 module
                 for module in imports
                 if module.partition(".")[0] in packages and not (module + ".").startswith(SHOWN + ".")
             )
     _kept_sources().keep()
-    return dict(sorted((parents | found).items())) | outside_code(plugins, files, of_outside)
+    return dict(sorted(found.items())) | outside_code(plugins, files, of_outside)
 
 
-def _parents(module: str) -> dict[str, str]:
-    """Digests of the packages that a module lies in, which Python executes before it. They are not followed: what they import for
-    others alone is not what the module uses."""
+def _parents(module: str) -> list[str]:
+    """The packages that a module lies in: Python executes them, and all that they import, before it."""
     parts = module.split(".")
-    names = [".".join(parts[:length]) for length in range(1, len(parts))]
-    return {name: said.digest for name in names if (said := _said_by(name)) is not None}
+    return [".".join(parts[:length]) for length in range(1, len(parts))]
 
 
 def names_of_parts(plugins: Iterable[Settings]) -> list[str]:

@@ -86,13 +86,14 @@ class Identify(Study):
         plain identification neither loads nor depends on the code of details."""
         if not (self.details or self.unmodelled):
             return ()
-        return (
-            registry.create(
-                "study", IN_DETAIL, {field.name: getattr(self, field.name) for field in own_fields(type(self))}
-            ),
-        )
+        own = {field.name: getattr(self, field.name) for field in own_fields(Identify)}
+        detailed: Settings = registry.create("study", IN_DETAIL, own)
+        return (detailed, *detailed.parts)
 
     def validate(self, setup: Setup) -> None:
+        for part in self.parts:
+            if isinstance(part, Identify):
+                return part.validate(setup)
         if self.basin and not setup.truth:
             raise SettingError(
                 "study.basin: expected true values to compare with, got a measurement without; leave it out"
@@ -100,9 +101,7 @@ class Identify(Study):
         with_noise = self.intervals != "none" and not setup.source.noise_known
         require_enough(setup.source.layout(setup.settings), len(setup.problem.parameters), with_noise=with_noise)
         setup.method.validate(setup.problem)
-        for part in self.parts:
-            if isinstance(part, Identify):
-                part.validate(setup)
+        return None
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
         detailed = next((part for part in self.parts if isinstance(part, Identify)), self)

@@ -9,10 +9,12 @@ from bench.plan.setup import Draw, Setup
 from bench.studies.identify import Identify, streams_of
 from ksmea.location.location import require_enough as require_enough_to_locate
 from ksmea.measurement.measurement import Measurement
+from ksmea.plugins import registry
 from ksmea.problem.problem import Problem
 from ksmea.records.identification import IdentificationRecord
-from ksmea.settings.settings import setting
+from ksmea.settings.settings import Settings, setting
 from ksmea.studies.identification_details import detailed_identification, location_options
+from ksmea.studies.locate import LOCAL_FORCE
 
 
 @dataclass(frozen=True)
@@ -24,8 +26,9 @@ class IdentifyInDetail(Identify):
     )
 
     @property
-    def parts(self) -> tuple[()]:
-        return ()
+    def parts(self) -> tuple[Settings, ...]:
+        """The effect that a located law becomes, if an unmodelled force is located."""
+        return (registry.create("effect", LOCAL_FORCE, {}),) if self.unmodelled else ()
 
     def validate(self, setup: Setup) -> None:
         super().validate(setup)

@@ -32,7 +32,20 @@ PYTHON_WRITES = (".pyc", ".pyo")
 IMPORTERS = ("import_module", "__import__")
 RUNNERS = ("exec", "eval")
 LOADERS = frozenset(
-    ["runpy", "pkgutil", "importlib.machinery", "importlib.metadata", "importlib.resources", "importlib.util"]
+    [
+        "importlib.machinery",
+        "importlib.metadata",
+        "importlib.resources",
+        "importlib.util",
+        "hydra.utils",
+        "imp",
+        "lazy_loader",
+        "pkg_resources",
+        "pkgutil",
+        "pydoc",
+        "runpy",
+        "zipimport",
+    ]
 )
 DIGITS = 12  # of the hash of a file
 
@@ -131,12 +144,19 @@ def loads_by_name(source: Path) -> bool:
         tree = ast.parse(source.read_text(encoding="utf-8"))
     except (SyntaxError, ValueError, RecursionError):
         return True
-    return any(map(_may_load_by_name, ast.walk(tree)))
+    nodes = list(ast.walk(tree))
+    calls = [node for node in nodes if isinstance(node, ast.Call) and _called(node) in IMPORTERS]
+    spelt_out = {id(call.func) for call in calls if _spelt_out(call)}
+    return any(_may_load_by_name(node) for node in nodes if id(node) not in spelt_out)
 
 
 def _may_load_by_name(node: ast.AST) -> bool:
-    if isinstance(node, ast.Call):
-        return _called(node) in RUNNERS or (_called(node) in IMPORTERS and not _spelt_out(node))
+    if isinstance(node, ast.Name):
+        return node.id in (*IMPORTERS, *RUNNERS)
+    if isinstance(node, ast.Attribute):
+        return node.attr in IMPORTERS or (
+            isinstance(node.value, ast.Name) and f"{node.value.id}.{node.attr}" in LOADERS
+        )
     if isinstance(node, ast.Import):
         return any(alias.name in LOADERS for alias in node.names)
     if isinstance(node, ast.ImportFrom):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from importlib.metadata import EntryPoint
 from pathlib import Path
 from typing import Any
@@ -32,7 +33,7 @@ __all__ = [
     "create",
     "create_all",
     "left_out",
-    "module_of",
+    "modules_of",
     "name_of",
     "origin",
     "origin_of",
@@ -103,17 +104,21 @@ def name_of(plugin: Settings) -> tuple[str, str]:
             return group, name
     package = type(plugin).__module__.partition(".")[0]
     for group, name, point in points:  # an entry point may name the class by another module that imports it
-        if point.module.partition(".")[0] == package and plugin_class(group, name) is type(plugin):
-            return group, name
+        if point.module.partition(".")[0] == package:
+            with suppress(SettingError):  # a broken plugin takes nothing away from its neighbours
+                if plugin_class(group, name) is type(plugin):
+                    return group, name
     raise SettingError(f"{own}: expected a registered plugin, got a class without an entry point; register it")
 
 
-def module_of(group: str, name: str) -> str:
-    """The module of a plugin's class. One of this project stands where its entry point says and is not imported for that."""
+def modules_of(group: str, name: str) -> tuple[str, ...]:
+    """The modules that make a plugin: of its entry point, and of its class if that is defined in another one. A plugin of this
+    project is not imported for that."""
     point = registered(group).get(name)
     if point is not None and point.dist is not None and point.dist.name == PROJECT:
-        return point.module
-    return plugin_class(group, name).__module__
+        return (point.module,)
+    own = plugin_class(group, name).__module__
+    return (own,) if point is None or point.module == own else (point.module, own)
 
 
 def create(group: str, name: str, settings: Mapping[str, Any], parts: Mapping[str, Any] | None = None) -> Any:

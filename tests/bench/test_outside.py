@@ -134,6 +134,7 @@ def two(request, tmp_path):
         ("two_searches/one.py", "\n# a remark\n", []),
         ("two_searches/README.md", "More words.\n", []),
         ("two_searches/data.csv", "1\n", ["one", "other"]),
+        ("two_searches/changes.csv", "1\n", ["one", "other"]),
     ],
 )
 def test_an_edit_makes_results_of_the_plugins_that_use_it_stale(two, file, text, stale):
@@ -156,6 +157,8 @@ def test_an_edit_makes_results_of_the_plugins_that_use_it_stale(two, file, text,
         "import runpy",
         "from two_searches import *",
         "exec('import two_searches.other')",
+        "import importlib\nload = importlib.import_module",
+        "import importlib\nspec = importlib.util.find_spec('two_searches.other')",
     ],
 )
 def test_all_modules_count_if_one_may_load_others_by_name(two, means):

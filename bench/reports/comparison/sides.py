@@ -26,6 +26,7 @@ from ksmea.units import MICROMETRE
 USUAL_LEVEL = 0.95  # of intervals in plans that say none
 RECORD_TYPES: Mapping[str, type[IdentificationRecord | DiagnosisRecord]] = {
     "identify": IdentificationRecord,
+    "identify_in_detail": IdentificationRecord,
     "diagnose": DiagnosisRecord,
 }
 
