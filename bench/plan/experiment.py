@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -261,17 +262,17 @@ def _table(asked: str | None, cells: Sequence[Cell]) -> str:
     study: Any = registry.plugin_class("study", studies[0])
     table: str = asked or study.report
     if not _is_made_of(table, study):
-        fitting = [name for name in registry.registered("report") if _is_made_of(name, study)]
+        fitting = []
+        for name in registry.registered("report"):
+            with suppress(SettingError):  # of a report from outside, whose study is missing or broken
+                fitting += [name] if _is_made_of(name, study) else []
         raise SettingError(f"table: expected one of {', '.join(fitting)} for study={studies[0]}, got {table}")
     return table
 
 
 def _is_made_of(table: str, study: type[Study]) -> bool:
     """Whether a report is made of the records of a study, or of those of another study that finds the same."""
-    try:
-        own: Any = registry.plugin_class("study", report_named(table).study)
-    except SettingError:  # of a report from outside, whose study is missing or broken
-        return False
+    own: Any = registry.plugin_class("study", report_named(table).study)
     return own is study or (own.record is study.record and own.record is not Record)
 
 

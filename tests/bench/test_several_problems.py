@@ -148,6 +148,12 @@ def test_a_report_of_no_study_is_refused(others_here, cheapest):
     )
 
 
+def test_a_broken_report_of_another_package_is_not_offered(others_here, cheapest):
+    refused = others_here(*cheapest, "table=audit")
+    assert refused.code == 2 and refused.err.startswith("error: table: expected one of breaks, ")
+    assert "worst" in refused.err and "homeless" not in refused.err
+
+
 def test_a_report_that_raises_is_one_line_and_leaves_records_and_earlier_tables(others_here, cheapest):
     words = [*cheapest, "repetitions=1", "workers=1"]
     others_here(*words, "table=worst")
