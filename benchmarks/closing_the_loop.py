@@ -26,15 +26,16 @@ from scipy.stats import binomtest
 
 from benchmarks.resumed import add_missing_rows
 from ksmea.arrays import Array
-from ksmea.diagnosis.diagnosis import NEAR, Diagnosis, diagnose
+from ksmea.diagnosis.diagnosis import NEAR, Criteria, Diagnosis, diagnose
 from ksmea.diagnosis.further_measurement import Split
 from ksmea.diagnosis.trials import best_by_name
-from ksmea.fits.fitting import Effort
+from ksmea.fits.search import Effort, Search
 from ksmea.measurement.measurement import Layout, Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import Observable
 from ksmea.plugins import registry
 from ksmea.problem.alignment import aligned
+from ksmea.problem.case import Case
 from ksmea.problem.problem import Problem
 from ksmea.show.figures.ticks import plain_ticks
 from ksmea.studies.library import library
@@ -99,7 +100,7 @@ def row(cause: str, seed: int) -> dict[str, Any]:
     machine = Machine.drawn(cause, dataclasses.replace(settings, mesh=26), layout, noise, rng)
     started = time.process_time()
     first = machine.measured(layout, rng)
-    before = diagnose(aligned(problem, layout), first, LIBRARY, rng, effort=EFFORT, n_block=2)
+    before = diagnose(Case(aligned(problem, layout), first), LIBRARY, Search(rng, EFFORT), Criteria(n_block=2))
     found = {
         "cause": cause,
         "seed": seed,
@@ -116,7 +117,9 @@ def row(cause: str, seed: int) -> dict[str, Any]:
     if before.split is not None:
         split = before.split
         all_data = with_further(first, machine.measured(split.layout, rng))
-        after = diagnose(aligned(problem, split.layout), all_data, LIBRARY, rng, effort=EFFORT, n_block=2)
+        after = diagnose(
+            Case(aligned(problem, split.layout), all_data), LIBRARY, Search(rng, EFFORT), Criteria(n_block=2)
+        )
         found |= _recommended(split, cause) | _closed(after, cause, before)
     return found | {"seconds": time.process_time() - started}
 

@@ -31,6 +31,7 @@ from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import Observable
 from ksmea.plugins import registry
+from ksmea.problem.case import Case
 from ksmea.problem.load import Load
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.location import LocationRecord
@@ -191,7 +192,7 @@ def row(cause: str, seed: int) -> dict[str, Any]:
     speed = SPEED if hidden.keeps is None else SPEED[hidden.keeps]
     started = time.process_time()
     record = diagnosis(
-        PROBLEM.at(speed, PROBLEM.channels), Measurement(speed, FINE.channels, noisy, None, cause), {}, rng
+        Case(PROBLEM.at(speed, PROBLEM.channels), Measurement(speed, FINE.channels, noisy, None, cause)), {}, rng
     )
     seconds = time.process_time() - started
     return {"cause": cause, "seed": seed, "seconds": seconds, "verdict": record.verdict} | _found(record, hidden)

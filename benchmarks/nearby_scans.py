@@ -18,9 +18,11 @@ import numpy as np
 
 import ksmea
 from ksmea.diagnosis.trials import NEAR, Trial, candidates, fitted, refined
-from ksmea.fits.fitting import Effort, fit_baseline, polished
+from ksmea.fits.fitting import fit_baseline, polished
 from ksmea.fits.lack_of_fit import fit_quality
+from ksmea.fits.search import Effort, Search
 from ksmea.problem.alignment import aligned
+from ksmea.problem.case import Case
 from ksmea.studies.library import library
 
 EFFECTS = (
@@ -54,12 +56,12 @@ def compared(seed: int) -> list[object]:
     hiding = {"hidden": [effect], "expected_drop": drop, "noise_known": is_known}
     measurement = ksmea.synthetic_measurement(loaded, relative=0.05, kind=kind, rng=seed, **hiding).measurement
     problem, effort = aligned(loaded.problem, measurement), Effort()
-    baseline = fit_baseline(problem, measurement, rng, effort)
+    baseline = fit_baseline(Case(problem, measurement), Search(rng, effort))
     found = candidates(problem, library((), (), measurement)[0])
-    trials = fitted(problem, measurement, baseline.best, found, lambda: None)
+    trials = fitted(baseline.best, found, Search(rng, effort))
 
     def by(is_scanned: bool) -> list[Trial]:
-        return refined(trials, measurement, baseline, effort.of_first_scans, lambda: None, is_scanned=is_scanned)
+        return refined(trials, baseline, Search(rng).with_effort(effort.of_first_scans, is_scanned=is_scanned))
 
     from_nearby = by(False)
     explained = fit_quality(polished(from_nearby[0].fit), rng).p >= LEVEL

@@ -25,10 +25,12 @@ import pandas as pd
 from benchmarks.resumed import add_missing_rows
 from ksmea.arrays import Array, ComplexArray
 from ksmea.diagnosis.diagnosis import diagnose
+from ksmea.fits.search import Search
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.speeds import DIRECTIONS, SpeedHistory
 from ksmea.plugins import registry
+from ksmea.problem.case import Case
 from problems.rk4_two_disk import RK4TwoDisk
 from problems.rotor.response.problem import RotorProblem
 from problems.three_disk import ThreeDisk
@@ -70,7 +72,7 @@ def row(rotor: str, sweeps: bool, seed: int) -> dict[str, Any]:
     measurement = Measurement(problem.speed, problem.channels, values, None, "", history=history)
     effects = {name: registry.create("effect", name, {}).seen_in(measurement) for name in EFFECTS}
     started = time.process_time()
-    found = diagnose(problem, measurement, effects, rng)
+    found = diagnose(Case(problem, measurement), effects, Search(rng))
     line = {"rotor": rotor, "sweeps": sweeps, "seed": seed, "seconds": time.process_time() - started, "rate": rate}
     line |= {"verdict": found.verdict, "applied": " ".join(each.name for each in found.applied)}
     line |= {

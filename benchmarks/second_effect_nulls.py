@@ -17,10 +17,12 @@ from scipy.stats import binomtest
 
 from ksmea.diagnosis.second_effects import pairs_beside
 from ksmea.diagnosis.trials import candidates, trial_of
-from ksmea.fits.fitting import BaselineFits, Effort, fit_from_values, fit_nearby
+from ksmea.fits.fitting import BaselineFits, fit_from_values, fit_nearby
+from ksmea.fits.search import Search
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.numerics.screening import ranked
+from ksmea.problem.case import Case
 from ksmea.studies.library import library
 from problems.three_disk import ThreeDisk
 
@@ -39,14 +41,11 @@ def smallest_p(seed: int) -> float:
     x = np.append(own, SIZE * np.array([np.cos(angle), np.sin(angle)]))
     values = observe(hidden.effect.added_to(fine).dense_response(x[None])[0], "complex", NOISE, rng)
     measurement = Measurement(rotor.speed, rotor.channels, values, None, "made")
-    baseline = fit_from_values(rotor, own, measurement)
-    first = trial_of(hidden, fit_from_values(hidden.effect.added_to(rotor), x, measurement), baseline, len(found))
-    trials = [
-        trial_of(each, fit_nearby(each.effect.added_to(rotor), measurement, baseline), baseline, len(found))
-        for each in found
-    ]
+    baseline = fit_from_values(Case(rotor, measurement), own)
+    first = trial_of(hidden, fit_from_values(Case(hidden.effect.added_to(rotor), measurement), x), baseline, len(found))
+    trials = [trial_of(each, fit_nearby(each.effect.added_to(rotor), baseline), baseline, len(found)) for each in found]
     fits = BaselineFits(baseline, (), ranked(baseline.u[None], np.zeros(1)))
-    pairs = pairs_beside([first], trials, fits, measurement, Effort(), lambda: None, is_scanned=False)
+    pairs = pairs_beside([first], trials, fits, Search(np.random.default_rng(seed)), is_scanned=False)
     return min(pair.p for pair in pairs)
 
 

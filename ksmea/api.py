@@ -19,6 +19,7 @@ from ksmea.extended_model import extended_yaml, located_yaml
 from ksmea.loaded_problem import YAML, LoadedProblem
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
+from ksmea.numerics.parallel import Workers
 from ksmea.plugins import registry
 from ksmea.plugins.identification import Streams
 from ksmea.plugins.method import Method
@@ -26,6 +27,7 @@ from ksmea.plugins.optimizer import Optimizer
 from ksmea.plugins.source import MeasurementSource
 from ksmea.plugins.surrogate import Surrogate
 from ksmea.problem.alignment import aligned
+from ksmea.problem.case import Case
 from ksmea.problem.problem import Problem
 from ksmea.records.hidden import HiddenEffect
 from ksmea.results import (
@@ -42,9 +44,10 @@ from ksmea.show.location_text import about_extension as about_law
 from ksmea.studies.balance import BalanceOptions
 from ksmea.studies.balance import balance as balancing
 from ksmea.studies.design_point import DesignPoint
-from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
+from ksmea.studies.diagnose import DiagnosisOptions, Report, diagnosis
 from ksmea.studies.identifiability import IdentifiabilityOptions, identifiability_study
 from ksmea.studies.identification_details import detailed_identification, location_options
+from ksmea.studies.identify import IdentificationOptions
 from ksmea.studies.library import library
 from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.planning import PlanningOptions, planning_study
@@ -145,8 +148,7 @@ def identify(
 
     Raises `SettingError` where problem and measurement do not belong together.
     """
-    data = _measurement(measurement)
-    seen = aligned(_problem(problem), data)
+    case = _case(problem, measurement)
     if isinstance(method, str):
         parts = {
             "surrogate": _plugin("surrogate", surrogate),
@@ -158,19 +160,12 @@ def identify(
         raise SettingError(f"identify: expected the settings inside the method, got {', '.join(settings)} beside it")
     else:
         chosen = method
-    chosen.validate(seen)
+    chosen.validate(case.problem)
     generator = _generator(rng)
-    streams = Streams(*generator.spawn(3))
-    record = detailed_identification(
-        seen,
-        data,
-        chosen,
-        streams,
-        generator.spawn(1)[0],
-        intervals=intervals,
-        level=level,
-        beside=location_options(str(unmodelled), level),
-    )
+    options = IdentificationOptions(intervals=intervals, level=level, details=True)
+    beside = location_options(str(unmodelled), level)
+    streams, rng = Streams(*generator.spawn(3)), generator.spawn(1)[0]
+    record = detailed_identification(case, chosen, streams, rng, options, beside=beside)
     return IdentificationResult(record)
 
 
@@ -261,12 +256,12 @@ def diagnose(
 
     Raises `SettingError` where problem and measurement do not belong together, or no effect has a location on the problem.
     """
-    data = _measurement(measurement)
-    seen = aligned(problem.problem, data)
+    case = _case(problem, measurement)
     options = DiagnosisOptions(**settings)
-    _check_workers(workers)
-    chosen, left_out = library(effects, without, data)
-    record = diagnosis(seen, data, chosen, _generator(rng), options=options, left_out=left_out, workers=workers)
+    shared = _workers(workers)
+    chosen, left_out = library(effects, without, case.measurement)
+    report = Report(left_out)
+    record = diagnosis(case, chosen, _generator(rng), options=options, report=report, workers=shared)
     return DiagnosisResult(record, extended_yaml(problem.name, _own(problem), record, about_extension(record)))
 
 
@@ -289,10 +284,8 @@ def locate(
 
     Raises `SettingError` where problem and measurement do not belong together, or the data are too few to tell.
     """
-    data = _measurement(measurement)
-    seen = aligned(_problem(problem), data)
-    _check_workers(workers)
-    record = location(seen, data, _generator(rng), options=LocationOptions(**settings), workers=workers)
+    case, shared = _case(problem, measurement), _workers(workers)
+    record = location(case, _generator(rng), options=LocationOptions(**settings), workers=shared)
     if not isinstance(problem, LoadedProblem):
         return LocationResult(record)
     return LocationResult(record, located_yaml(problem.name, _own(problem), record, about_law(record)))
@@ -315,9 +308,10 @@ def balance(measurement: Data, *, rng: Seed = 0, **settings: Any) -> BalanceResu
     return BalanceResult(record)
 
 
-def _check_workers(workers: int) -> None:
-    if isinstance(workers, bool) or not isinstance(workers, int) or workers < 1:
-        raise SettingError(f"workers: expected a whole number of processes from 1 on, got {workers!r}")
+def _workers(count: int) -> Workers:
+    if isinstance(count, bool) or not isinstance(count, int) or count < 1:
+        raise SettingError(f"workers: expected a whole number of processes from 1 on, got {count!r}")
+    return Workers(count)
 
 
 def _own(problem: LoadedProblem) -> dict[str, Any]:
@@ -353,16 +347,15 @@ def _design_point(
 
 
 def _most_likely(problem: LoadedProblem, data: Data, rng: Seed) -> DesignPoint:
-    measurement = _measurement(data)
-    return DesignPoint.of_measurement(aligned(problem.problem, measurement), measurement, _generator(rng))
+    return DesignPoint.of_measurement(_case(problem, data), _generator(rng))
 
 
 def _measurement(data: Data) -> Measurement:
     return data.measurement if isinstance(data, SyntheticData) else data
 
 
-def _problem(problem: LoadedProblem | Problem) -> Problem:
-    return problem.problem if isinstance(problem, LoadedProblem) else problem
+def _case(problem: LoadedProblem | Problem, data: Data) -> Case:
+    return Case.of(problem.problem if isinstance(problem, LoadedProblem) else problem, _measurement(data))
 
 
 def _plugin(group: str, chosen: str | Surrogate | Optimizer) -> Any:

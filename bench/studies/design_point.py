@@ -6,6 +6,7 @@ from __future__ import annotations
 from bench.plan.plan import generator
 from bench.plan.setup import Draw, Setup
 from ksmea.plugins.source import MeasurementSource
+from ksmea.problem.case import Case
 from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.enough_data import require_enough
 
@@ -25,7 +26,7 @@ def design_point(setup: Setup, draw: Draw, who: str) -> DesignPoint:
     """At the true values, or of a measurement at its most likely ones."""
     source = setup.source
     if _is_measured(source):
-        return DesignPoint.of_measurement(setup.problem, setup.measure(draw), generator(draw.seeds["diagnosis"]))
+        return DesignPoint.of_measurement(Case(setup.problem, setup.measure(draw)), generator(draw.seeds["diagnosis"]))
     return DesignPoint(setup.problem, setup.true_x, setup.require_noise(who), source.kind, source.noise_known)
 
 

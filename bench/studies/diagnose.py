@@ -13,13 +13,13 @@ from bench.plan.study import Study
 from ksmea.diagnosis.trials import candidates, candidates_and_left_out, none_located
 from ksmea.errors import SettingError
 from ksmea.fits.fitting import fit_from_values
-from ksmea.measurement.measurement import Measurement
-from ksmea.numerics.parallel import cpu_seconds
+from ksmea.numerics.parallel import Workers, cpu_seconds
 from ksmea.plugins.effect import AnyEffect
+from ksmea.problem.case import Case
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.record import Record
 from ksmea.settings.settings import setting
-from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
+from ksmea.studies.diagnose import DiagnosisOptions, Report, diagnosis
 from ksmea.studies.library import library
 
 
@@ -64,37 +64,37 @@ class Diagnose(DiagnosisOptions, Study):
 
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
         started = cpu_seconds()
-        measurement = setup.measure(draw)
-        effects, left_out = library(self.effects, self.without, measurement)
+        case = Case(setup.problem, setup.measure(draw))
+        effects, left_out = library(self.effects, self.without, case.measurement)
+        details = not setup.truth  # made data are not misread
+        report = Report(left_out, tuple(setup.source.remarks), details=details, fine=draw.with_curves)
         n_candidate = len(candidates(setup.problem, effects))
         n_interval = 2 * len(setup.problem.parameters)  # before and after
         # candidates are fitted, refined, compared with the best one, and fitted as second effects
         n_step = 1 + 4 * n_candidate + n_interval + self.blocks
         with progress_of(draw, "diagnosis", n_step) as progress:
             found = diagnosis(
-                setup.problem,
-                measurement,
+                case,
                 effects,
                 generator(draw.seeds["diagnosis"]),
                 options=self,
-                left_out=left_out,
-                remarks=setup.source.remarks,
-                details=not setup.truth,  # made data are not misread
-                fine=draw.with_curves,
-                progress=progress,
-                workers=draw.workers,
+                report=report,
+                workers=Workers(draw.workers, progress),
             )
         found = dataclasses.replace(
             found,
             hidden=setup.hidden(draw),
-            hidden_deviance_drop=_hidden_deviance_drop(setup, draw, measurement, found),
+            hidden_deviance_drop=_hidden_deviance_drop(setup, draw, case, found),
             seconds=cpu_seconds() - started,
         )
         return {"status": "done", **found.to_data()}
 
 
-def _hidden_deviance_drop(setup: Setup, draw: Draw, measurement: Measurement, found: DiagnosisRecord) -> float | None:
+def _hidden_deviance_drop(setup: Setup, draw: Draw, case: Case, found: DiagnosisRecord) -> float | None:
     """The deviance drop from the baseline model's fit to that of the model that made the data, fitted from its true values:
     how clearly visible is what the data hide. None where nothing is hidden."""
     truth, baseline = setup.with_hidden(draw), found.lack_of_fit.before.deviance
-    return None if truth is None or baseline is None else baseline - fit_from_values(*truth, measurement).deviance
+    if truth is None or baseline is None:
+        return None
+    problem, x = truth
+    return baseline - fit_from_values(case.by(problem), x).deviance

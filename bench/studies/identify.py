@@ -18,20 +18,17 @@ from ksmea.identification.trace import comparable_misfit
 from ksmea.inference.maximisation import nearest_maximum
 from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.likelihood.fisher import Point
-from ksmea.measurement.measurement import Measurement
 from ksmea.plugins import registry
 from ksmea.plugins.identification import Streams
-from ksmea.problem.alignment import answered
 from ksmea.problem.budget_and_journal import JACOBIAN_AS_EVALUATIONS, Budget, Journal, JournaledProblem
-from ksmea.problem.counted import Model
+from ksmea.problem.case import Case
 from ksmea.problem.differences_problem import as_searched
-from ksmea.problem.problem import Problem
 from ksmea.records.identification import IdentificationRecord
 from ksmea.records.record import Record, finite
 from ksmea.records.trace import TraceRecord
 from ksmea.settings.settings import Settings, own_fields, setting
 from ksmea.studies.enough_data import require_enough
-from ksmea.studies.identify import INTERVALS, identification
+from ksmea.studies.identify import INTERVALS, IdentificationOptions, identification
 
 IN_DETAIL = "identify_in_detail"  # name of the study with details
 
@@ -106,39 +103,31 @@ class Identify(Study):
     def run(self, setup: Setup, draw: Draw) -> dict[str, Any]:
         detailed = next((part for part in self.parts if isinstance(part, Identify)), self)
         problem = setup.problem if draw.journal is None else JournaledProblem(setup.problem, Journal(draw.journal))
-        measurement = setup.measure(draw)
-        record = detailed.identified(problem, measurement, setup, draw)
-        seen, used = answered(problem, measurement)  # what the record is of
+        case = Case(problem, setup.measure(draw))
+        record = detailed.identified(case, setup, draw)
+        used = case.answered()  # the case that the record is of
         response = setup.true_response(draw) if draw.with_curves else None
         if response is not None:
-            response = response[:, [measurement.channels.index(channel) for channel in used.channels]]
+            channels = case.measurement.channels
+            response = response[:, [channels.index(channel) for channel in used.measurement.channels]]
         record = record.with_truth(problem.parameters, setup.truth, response)
         if setup.truth.keys() >= set(problem.parameters.names):
-            near = _maximum_near(setup.true_x, seen, used)
+            near = _maximum_near(setup.true_x, used)
             if self.basin and near is not None and record.deviance is not None:
                 record = dataclasses.replace(record, basin_excess=record.deviance - near.deviance)
             if record.trace is not None:
-                record = dataclasses.replace(record, trace=_judged(record.trace, setup, near, seen, used))
+                record = dataclasses.replace(record, trace=_judged(record.trace, setup, near, used))
         return dataclasses.replace(record, hidden=setup.hidden(draw)).to_data()
 
-    def identified(self, problem: Problem, measurement: Measurement, setup: Setup, draw: Draw) -> IdentificationRecord:
+    def identified(self, case: Case, setup: Setup, draw: Draw) -> IdentificationRecord:
         """The record of one identification, without a comparison with true values."""
-        return identification(
-            problem,
-            measurement,
-            setup.method,
-            streams_of(draw),
-            intervals=self.intervals,
-            level=self.level,
-            crlb=not setup.truth,
-            curves=draw.with_curves,
-            rng=generator(draw.seeds["diagnosis"]),
-            budget=self.method_budget,
-        )
+        options = self.options(setup, draw)
+        return identification(case, setup.method, streams_of(draw), options, generator(draw.seeds["diagnosis"]))
 
-    @property
-    def method_budget(self) -> Budget | None:
-        return None if self.budget is None else Budget(self.budget, self.jacobian_cost)
+    def options(self, setup: Setup, draw: Draw) -> IdentificationOptions:
+        budget = None if self.budget is None else Budget(self.budget, self.jacobian_cost)
+        crlb = self.details or not setup.truth
+        return IdentificationOptions(self.intervals, self.level, crlb, draw.with_curves, self.details, budget)
 
 
 def streams_of(draw: Draw) -> Streams:
@@ -146,21 +135,19 @@ def streams_of(draw: Draw) -> Streams:
     return Streams(*(generator(draw.seeds[component]) for component in ("design", "surrogate", "optimizer")))
 
 
-def _maximum_near(x: Array, problem: Problem, measurement: Measurement) -> Point | None:
+def _maximum_near(x: Array, case: Case) -> Point | None:
     """The maximum of the likelihood nearest to x (d,) SI; None where the data have no noise, or the search fails."""
-    if measurement.noise is not None and not measurement.has_noise:
+    if case.measurement.noise is not None and not case.measurement.has_noise:
         return None
     with suppress(np.linalg.LinAlgError):
-        return nearest_maximum(likelihood_of(Model(problem), measurement), problem.parameters.to_cube(x))
+        return nearest_maximum(likelihood_of(case), case.problem.parameters.to_cube(x))
     return None
 
 
-def _judged(
-    trace: TraceRecord, setup: Setup, near: Point | None, problem: Problem, measurement: Measurement
-) -> TraceRecord:
+def _judged(trace: TraceRecord, setup: Setup, near: Point | None, case: Case) -> TraceRecord:
     """A trace against the true values and the maximum near them; without noise, which is no maximum, against them alone."""
-    true, parameters = setup.true_x, problem.parameters
+    true, parameters = setup.true_x, case.problem.parameters
     best = true if near is None else parameters.to_si(near.theta[: len(true)])
-    searched, data = as_searched(problem, measurement)
-    least = finite(comparable_misfit(data)(searched.response(best[None]))[0])
-    return trace.judged(parameters, true, setup.crlb(problem), least)
+    searched = as_searched(case)
+    least = finite(comparable_misfit(searched.measurement)(searched.problem.response(best[None]))[0])
+    return trace.judged(parameters, true, setup.crlb(case.problem), least)

@@ -8,9 +8,8 @@ from bench.plan.plan import generator
 from bench.plan.setup import Draw, Setup
 from bench.studies.identify import Identify, streams_of
 from ksmea.location.location import require_enough as require_enough_to_locate
-from ksmea.measurement.measurement import Measurement
 from ksmea.plugins import registry
-from ksmea.problem.problem import Problem
+from ksmea.problem.case import Case
 from ksmea.records.identification import IdentificationRecord
 from ksmea.settings.settings import Settings, setting
 from ksmea.studies.identification_details import detailed_identification, location_options
@@ -36,19 +35,13 @@ class IdentifyInDetail(Identify):
             location_options(self.unmodelled, self.level)
             require_enough_to_locate(setup.problem, setup.source.kind)
 
-    def identified(self, problem: Problem, measurement: Measurement, setup: Setup, draw: Draw) -> IdentificationRecord:
+    def identified(self, case: Case, setup: Setup, draw: Draw) -> IdentificationRecord:
         return detailed_identification(
-            problem,
-            measurement,
+            case,
             setup.method,
             streams_of(draw),
             generator(draw.seeds["diagnosis"]),
-            intervals=self.intervals,
-            level=self.level,
-            crlb=self.details or not setup.truth,
-            details=self.details,
-            curves=draw.with_curves,
+            self.options(setup, draw),
             beside=location_options(self.unmodelled, self.level),
             remarks=setup.source.remarks,
-            budget=self.method_budget,
         )

@@ -11,9 +11,10 @@ from bench.plan.progress import progress_of
 from bench.plan.setup import Draw, Setup
 from bench.plan.study import Study
 from ksmea.location.location import require_enough
-from ksmea.numerics.parallel import cpu_seconds
+from ksmea.numerics.parallel import Workers, cpu_seconds
 from ksmea.plugins import registry
 from ksmea.plugins.effect import AnyEffect
+from ksmea.problem.case import Case
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record
 from ksmea.studies.locate import LOCAL_FORCE, LocationOptions, location
@@ -39,12 +40,10 @@ class Locate(LocationOptions, Study):
         started = cpu_seconds()
         with progress_of(draw, "location") as progress:
             found = location(
-                setup.problem,
-                setup.measure(draw),
+                Case(setup.problem, setup.measure(draw)),
                 generator(draw.seeds["diagnosis"]),
                 options=self,
-                progress=progress,
-                workers=draw.workers,
+                workers=Workers(draw.workers, progress),
             )
         found = dataclasses.replace(found, hidden=setup.hidden(draw), seconds=cpu_seconds() - started)
         return {"status": "done", **found.to_data()}

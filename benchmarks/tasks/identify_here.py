@@ -13,6 +13,7 @@ from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import Observable
 from ksmea.plugins import registry
 from ksmea.plugins.identification import Streams
+from ksmea.problem.case import Case
 from ksmea.problem.counted import CountedProblem
 from ksmea.studies.identify import identification
 from problems.three_disk import ThreeDisk
@@ -38,7 +39,7 @@ def run_of_table3(run_ups: str, samples: int):
     chosen = _method("ksmea", {}, "de", "kriging", samples)
 
     def run(turn: int) -> np.ndarray:
-        record = identification(problem, _measurement(problem, data.of(turn)), chosen, _streams(turn))
+        record = identification(Case(problem, _measurement(problem, data.of(turn))), chosen, _streams(turn))
         return np.asarray(record.values)
 
     return Task(run, quality=data.error)

@@ -24,7 +24,7 @@ p-values are corrected for their number.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 
@@ -50,7 +50,7 @@ from ksmea.diagnosis.trials import (
     ranked_explanations,
     refined,
 )
-from ksmea.fits.fitting import BaselineFits, Effort, Fit, fit_baseline, polished, settled
+from ksmea.fits.fitting import BaselineFits, Fit, fit_baseline, polished, settled
 from ksmea.fits.lack_of_fit import (
     FitQuality,
     as_left,
@@ -59,13 +59,13 @@ from ksmea.fits.lack_of_fit import (
     is_size_alone,
     with_noise_as_left,
 )
+from ksmea.fits.search import Search
 from ksmea.fits.stable_fits import settled_stable, stable_fit
 from ksmea.inference.intervals import LOWER, Estimate
 from ksmea.inference.maximisation import maximise, with_best_noise
-from ksmea.measurement.measurement import Measurement
-from ksmea.numerics.parallel import for_each
+from ksmea.numerics.parallel import Workers
 from ksmea.plugins.effect import AnyEffect
-from ksmea.problem.problem import Problem
+from ksmea.problem.case import Case
 
 MAX_TESTED = 3  # of the best pairs, those that are asked whether they leave noise behind
 NEARBY = 100.0  # deviance drop of the best trial up to which scans find nothing better than fits from nearby
@@ -102,174 +102,57 @@ class Diagnosis:
     # by effect: its most promising location, and its unknowns there
     detectable: Mapping[str, tuple[str, tuple[Detectable, ...]]]
     level: float
+    interval_level: float
     left_out: Mapping[str, str] = field(default_factory=dict)  # effects that do not fit the problem, and why
     explanations: tuple[Explanation, ...] = ()
     averaged: Averaged | None = None  # over the explanations, where there are several
 
 
+@dataclass(frozen=True)
+class Criteria:
+    """What a diagnosis goes by: the chance of rejecting a right model, the confidence level of intervals, and the number of
+    contiguous blocks of speeds that are left out in turn."""
+
+    level: float = 0.01
+    interval_level: float = 0.95
+    n_block: int = 6
+
+    @property
+    def half(self) -> float:
+        """The level of the lack-of-fit test, and that of all effects together."""
+        return self.level / 2
+
+
 def diagnose(
-    problem: Problem,
-    measurement: Measurement,
-    effects: Mapping[str, AnyEffect],
-    rng: np.random.Generator,
-    *,
-    level: float = 0.01,
-    effort: Effort | None = None,
-    n_block: int = 6,
-    interval_level: float = 0.95,
-    progress: Callable[[], None] = lambda: None,
+    case: Case, effects: Mapping[str, AnyEffect], search: Search, criteria: Criteria = Criteria()
 ) -> Diagnosis:
     """The diagnosis of a measurement by a problem and the effects that are known, which may be none: then it is whether the
-    model fits. `progress` is called at each step.
+    model fits.
 
     Noise that is stated is believed unless its size is all that speaks against a model (`ksmea.fits.lack_of_fit`): the
     measurement of the fits then has noise as large as that model leaves it.
     """
-    effort = effort or Effort()
-    found, left_out = candidates_and_left_out(problem, effects)
+    found, left_out = candidates_and_left_out(case.problem, effects)
     if effects and not found:
         raise ValueError(f"diagnosis: {none_located(effects)}")
-    baseline = fit_baseline(problem, measurement, rng, effort)
-    progress()
+    baseline = fit_baseline(case, search)
+    search.workers.progress()
 
     def by(fits: BaselineFits) -> Diagnosis:
-        diagnosed = _diagnosed(fits, found, rng, level, effort, n_block, interval_level, progress)
-        return dataclasses.replace(diagnosed, left_out=left_out)
+        return _concluded(_last_state(fits, found, search, criteria), left_out, search)
 
-    half = level / 2
+    half, rng = criteria.half, search.rng
     other_noise = with_noise_as_left(baseline, half, rng.spawn(1)[0])
     first = by(other_noise)
     if other_noise is not baseline:
-        explains = first.named and first.best and is_noise_as_stated(first.best, measurement, half, rng.spawn(1)[0])
+        explains = (
+            first.named and first.best and is_noise_as_stated(first.best, case.measurement, half, rng.spawn(1)[0])
+        )
         return by(baseline) if explains else first
     quality = first.best_quality or first.baseline_quality
     if first.verdict == "unknown" and is_size_alone(quality, half):
-        return by(baseline.refitted(as_left(measurement, quality)))
+        return by(baseline.refitted(as_left(case.measurement, quality)))
     return first
-
-
-def _diagnosed(
-    baseline: BaselineFits,
-    found: Sequence[Candidate],
-    rng: np.random.Generator,
-    level: float,
-    effort: Effort,
-    n_block: int,
-    interval_level: float,
-    progress: Callable[[], None],
-) -> Diagnosis:
-    """The same from the fits of the baseline model, with the noise that they have."""
-    problem, measurement = baseline.best.problem, baseline.best.likelihood.measurement
-    half = level / 2
-    baseline, quality, trials = _ranked_trials(baseline, found, half, rng, effort, progress)
-    baseline_fit, baseline_estimate = settled(baseline.best, interval_level, progress, effort.workers)
-    if baseline_fit.deviance < baseline.best.deviance - LOWER:
-        moved = BaselineFits(baseline_fit, (baseline.best, *baseline.others), baseline.screened)
-        baseline, quality, trials = _ranked_trials(moved, found, half, rng, effort, progress)
-        baseline_fit, baseline_estimate = settled(baseline.best, interval_level, progress, effort.workers)
-    significant = _significant(trials, half)
-    first = next(iter(significant), None)
-    cosines: Cosines = {}
-    if first is not None:
-        cosines = cosines_with(first, trials, effort.workers)
-        trials = tested(first, trials, cosines, baseline.best, progress, effort.workers)
-        significant = _significant(trials, half)
-    lead = significant[0] if significant else None
-    if lead is not None and lead is not first:
-        cosines = cosines_with(lead, trials, effort.workers)
-    explained = (
-        None if lead is None else _explained(significant, trials, baseline, measurement, half, effort, rng, progress)
-    )
-    if explained is not None and (better := each_alone(explained.best, trials, baseline.best)):
-        trials, significant = better, _significant(better, half)
-        lead = significant[0]
-        cosines = cosines_with(lead, trials, effort.workers)
-        explained = _explained(significant, trials, baseline, measurement, half, effort, rng, progress)
-    best = best_estimate = best_quality = None
-    if explained is not None:
-        best, best_estimate = settled_stable(explained.best.fit, interval_level, progress, effort.workers)
-        best_quality = explained.quality
-        if best.deviance < explained.best.fit.deviance - LOWER:
-            best_quality = fit_quality(best, rng)
-    by_name = best_by_name(trials)
-    smallest = partial(smallest_detectable, baseline_fit, level=half / max(1, len(found)))
-    sizes = for_each(smallest, [trial.candidate for trial in by_name.values()], effort.workers)
-    detectable = {name: (trial.location, tuple(size)) for (name, trial), size in zip(by_name.items(), sizes)}
-    verdict = _verdict(quality.p < half, best_quality, explained, half, detectable)
-    accepted = explained.near if explained is not None and verdict in ("named", "ambiguous") else ()
-    named = tuple(candidate.name for candidate in accepted[0].applied) if accepted else ()
-    return Diagnosis(
-        verdict=verdict,
-        named=named,
-        ambiguity_group=tuple(dict.fromkeys([*named, *(name for each in accepted for name in each.names)])),
-        locations=tuple(each.location for each in accepted if each.names == accepted[0].names),
-        explanations=accepted,
-        averaged=_averaged(accepted, best, best_estimate, len(problem.parameters), interval_level, progress, effort)
-        if effort.average
-        else None,
-        baseline=baseline_fit,
-        baseline_estimate=baseline_estimate,
-        baseline_quality=quality,
-        trials=tuple(trials),
-        best=best,
-        applied=() if explained is None else explained.best.applied,
-        best_estimate=best_estimate,
-        best_quality=best_quality,
-        predictive_gain=None if best is None else predictive_gain(baseline_fit, best, n_block, progress),
-        split=_split(accepted, len(problem.parameters), progress, effort)
-        if effort.split and verdict == "ambiguous"
-        else None,
-        collinearity={} if lead is None else collinearities(lead, trials, cosines),
-        detectable=detectable,
-        level=level,
-    )
-
-
-def _ranked_trials(
-    baseline: BaselineFits,
-    found: Sequence[Candidate],
-    level: float,
-    rng: np.random.Generator,
-    effort: Effort,
-    progress: Callable[[], None],
-) -> tuple[BaselineFits, FitQuality, list[Trial]]:
-    """The baseline model's fits, their quality, and every candidate fitted; refined if there is evidence of anything. Where
-    a trial shows that the baseline model fits better elsewhere, all is done again from there, before costly scans if it can."""
-    problem, measurement = baseline.best.problem, baseline.best.likelihood.measurement
-    quality = fit_quality(baseline.best, rng)
-    trials = fitted(problem, measurement, baseline.best, found, progress, workers=effort.workers)
-    if quality.p >= level and not _significant(trials, level):
-        return baseline, quality, trials
-    better = _baseline_from(trials, baseline)
-    if better is baseline:
-        trials = _refined(trials, baseline, level, rng, effort, progress)
-        better = _baseline_from(trials, baseline)
-    if better is not baseline:
-        return _ranked_trials(better, found, level, rng, effort, progress)
-    return baseline, quality, trials
-
-
-def _refined(
-    trials: Sequence[Trial],
-    baseline: BaselineFits,
-    level: float,
-    rng: np.random.Generator,
-    effort: Effort,
-    progress: Callable[[], None],
-) -> list[Trial]:
-    """The trials refined at little effort, without scans where the data are near the baseline model, and where the best one then
-    leaves more than noise, at all of it."""
-    measurement = baseline.best.likelihood.measurement
-    is_scanned = any(trial.deviance_drop > NEARBY for trial in trials)
-    found = refined(trials, measurement, baseline, effort.of_first_scans, progress, is_scanned=is_scanned)
-    if not found or _leaves_noise(fit_quality(polished(found[0].fit), rng), level):
-        return found
-    return refined(found, measurement, baseline, effort, progress, by_force=False)
-
-
-def _leaves_noise(quality: FitQuality, level: float) -> bool:
-    """Whether a fit leaves noise, of whatever size."""
-    return quality.p >= level or is_size_alone(quality, level)
 
 
 @dataclass(frozen=True)
@@ -288,49 +171,132 @@ class _Explained:
         return any(each.names != self.best.names for each in self.near)
 
 
-def _significant(trials: Sequence[Trial], level: float) -> list[Trial]:
-    """Trials that are evidence for their effect, by p and by BIC."""
-    return [trial for trial in trials if trial.p < level and trial.delta_bic > 0]
+@dataclass(frozen=True)
+class _State:
+    """What is known at a step: fits of the baseline model and their quality, the trials of all candidates, the baseline fit with
+    its intervals, the cosines of candidates with the trial `led_by`, and what the data are explained with."""
+
+    criteria: Criteria
+    candidates: tuple[Candidate, ...]
+    baseline: BaselineFits
+    quality: FitQuality
+    trials: tuple[Trial, ...]
+    settled: tuple[Fit, Estimate] | None = None
+    cosines: Cosines = field(default_factory=dict)
+    led_by: Trial | None = None
+    explained: _Explained | None = None
+
+    @property
+    def level(self) -> float:
+        return self.criteria.half
+
+    @property
+    def significant(self) -> list[Trial]:
+        """Trials that are evidence for their effect, by p and by BIC."""
+        return [trial for trial in self.trials if trial.p < self.level and trial.delta_bic > 0]
+
+    @property
+    def lead(self) -> Trial | None:
+        return next(iter(self.significant), None)
+
+    @property
+    def is_evident(self) -> bool:
+        """Whether there is evidence of anything that the baseline model lacks."""
+        return self.quality.p < self.level or bool(self.significant)
 
 
-def _baseline_from(trials: Sequence[Trial], baseline: BaselineFits) -> BaselineFits:
+def _last_state(baseline: BaselineFits, found: Sequence[Candidate], search: Search, criteria: Criteria) -> _State:
+    """The state behind all steps. A step that finds a better fit of the baseline model has them all start anew from there."""
+    quality, trials = fit_quality(baseline.best, search.rng), fitted(baseline.best, found, search)
+    state = _State(criteria, tuple(found), baseline, quality, tuple(trials))
+    for step in (_moved, _refined, _moved, _settled, _collinear, _rivals_tested, _explained, _collinear):
+        state = step(state, search)
+        if state.baseline is not baseline:
+            return _last_state(state.baseline, found, search, criteria)
+    return state
+
+
+def _moved(state: _State, search: Search) -> _State:
     """The baseline model fitted from where the best effects put its unknowns, if that is better."""
-    likelihood = baseline.best.likelihood
-    d = likelihood.d
-    for trial in trials[:3]:
-        limit = baseline.best.deviance - BETTER
-        point = maximise(likelihood, likelihood.start(trial.fit.u[:d]), ceiling=limit)
+    fits = state.baseline
+    for trial in state.trials[:3] if state.is_evident else ():
+        likelihood, limit = fits.best.likelihood, fits.best.deviance - BETTER
+        point = maximise(likelihood, likelihood.start(trial.fit.u[: likelihood.d]), ceiling=limit)
         if point.deviance < limit:
-            best = Fit(baseline.best.problem, likelihood, with_best_noise(likelihood, point))
-            baseline = BaselineFits(best, (baseline.best, *baseline.others), baseline.screened)
-    return baseline
+            fits = fits.under(Fit(likelihood, with_best_noise(likelihood, point)))
+    return dataclasses.replace(state, baseline=fits)
 
 
-def _explained(
-    significant: Sequence[Trial],
-    trials: Sequence[Trial],
-    baseline: BaselineFits,
-    measurement: Measurement,
-    level: float,
-    effort: Effort,
-    rng: np.random.Generator,
-    progress: Callable[[], None],
-) -> _Explained:
+def _refined(state: _State, search: Search) -> _State:
+    """The trials refined at little effort, without scans where the data are near the baseline model, and where the best one then
+    leaves more than noise, at all of it."""
+    if not state.is_evident:
+        return state
+    is_scanned = any(trial.deviance_drop > NEARBY for trial in state.trials)
+    first = search.with_effort(search.effort.of_first_scans, is_scanned=is_scanned)
+    found = refined(state.trials, state.baseline, first)
+    if found and not _leaves_noise(fit_quality(polished(found[0].fit), search.rng), state.level):
+        found = refined(found, state.baseline, search.with_effort(search.effort, from_force=False))
+    return dataclasses.replace(state, trials=tuple(found))
+
+
+def _leaves_noise(quality: FitQuality, level: float) -> bool:
+    """Whether a fit leaves noise, of whatever size."""
+    return quality.p >= level or is_size_alone(quality, level)
+
+
+def _settled(state: _State, search: Search) -> _State:
+    """The baseline fit with its intervals; the better one that profiles meet, if they meet any."""
+    fit, estimated = settled(state.baseline.best, state.criteria.interval_level, search.workers)
+    if fit.deviance < state.baseline.best.deviance - LOWER:
+        return dataclasses.replace(state, baseline=state.baseline.under(fit))
+    return dataclasses.replace(state, settled=(fit, estimated))
+
+
+def _collinear(state: _State, search: Search) -> _State:
+    """The cosines of all candidates with the lead."""
+    if state.lead is None or state.lead is state.led_by:
+        return state
+    cosines = cosines_with(state.lead, state.trials, search.workers)
+    return dataclasses.replace(state, cosines=cosines, led_by=state.lead)
+
+
+def _rivals_tested(state: _State, search: Search) -> _State:
+    """The trials, those again that cosines with the lead promise a better fit."""
+    if state.lead is None:
+        return state
+    trials = tested(state.lead, state.trials, state.cosines, state.baseline.best, search.workers)
+    return dataclasses.replace(state, trials=tuple(trials))
+
+
+def _explained(state: _State, search: Search) -> _State:
+    """What the data are explained with; found anew where an effect of a pair fits better alone from where the pair does."""
+    if state.lead is None:
+        return state
+    explained = _best_explanation(state, state.lead, search)
+    if better := each_alone(explained.best, state.trials, state.baseline.best):
+        return _explained(dataclasses.replace(state, trials=tuple(better)), search)
+    return dataclasses.replace(state, explained=explained)
+
+
+def _best_explanation(state: _State, lead: Trial, search: Search) -> _Explained:
     """The best pair of effects if the second one is significant beside the first, or if the best effect alone does not
     leave noise behind and the pair does; else the best effect."""
-    alone = _with_near(Explanation.of(significant[0]), map(Explanation.of, trials), rng)
+    level, trials, significant = state.level, state.trials, state.significant
+    alone = _with_near(Explanation.of(lead), map(Explanation.of, trials), search.rng)
     leaves_noise = alone.quality.p >= level
-    firsts = distinct_firsts(significant, 1 if leaves_noise else effort.firsts)
-    pairs = pairs_beside(firsts, trials, baseline, measurement, effort, progress, is_scanned=not leaves_noise)
-    limit = alone.best.delta_bic + NEAR
-    best = [pair for pair in pairs if pair.p < level and pair.delta_bic > limit][:MAX_TESTED]
-    if best:
-        n_pair = len(significant) * (len(trials) - 1)
-        others = alternatives(best[0], significant, measurement, effort, progress, n_pair)
+    firsts = distinct_firsts(significant, 1 if leaves_noise else search.effort.firsts)
+    pairs = pairs_beside(firsts, trials, state.baseline, search, is_scanned=not leaves_noise)
+
+    def best_of(pairs: Sequence[Explanation]) -> list[Explanation]:
+        limit = alone.best.delta_bic + NEAR
+        return [pair for pair in pairs if pair.p < level and pair.delta_bic > limit][:MAX_TESTED]
+
+    if best := best_of(pairs):
+        others = alternatives(best[0], significant, search, len(significant) * (len(trials) - 1))
         pairs = ranked_explanations([*pairs, *others])
-        best = [pair for pair in pairs if pair.p < level and pair.delta_bic > limit][:MAX_TESTED]
-    for pair in best:
-        found = _with_near(pair, pairs, rng)
+    for pair in best_of(pairs):
+        found = _with_near(pair, pairs, search.rng)
         if found.quality.p >= level:
             return found
     return alone
@@ -343,40 +309,70 @@ def _with_near(best: Explanation, others: Iterable[Explanation], rng: np.random.
     return _Explained(fit_quality(fit, rng), (dataclasses.replace(best, fit=fit), *near))
 
 
+def _concluded(state: _State, left_out: Mapping[str, str], search: Search) -> Diagnosis:
+    """The diagnosis that a last state comes to."""
+    explained, workers = state.explained, search.workers
+    baseline, baseline_estimate = state.settled or settled(state.baseline.best, state.criteria.interval_level, workers)
+    best = best_estimate = best_quality = None
+    if explained is not None:
+        best, best_estimate = settled_stable(explained.best.fit, state.criteria.interval_level, workers)
+        is_better = best.deviance < explained.best.fit.deviance - LOWER
+        best_quality = fit_quality(best, search.rng) if is_better else explained.quality
+    detectable = _detectable(state, baseline, workers)
+    verdict = _verdict(state, best_quality, detectable)
+    accepted = explained.near if explained is not None and verdict in ("named", "ambiguous") else ()
+    named = tuple(candidate.name for candidate in accepted[0].applied) if accepted else ()
+    d = baseline.likelihood.d
+    mean = split = gain = None
+    if best is not None and best_estimate is not None and len(accepted) > 1 and search.effort.average:
+        mean = averaged(accepted, best, best_estimate, d, state.criteria.interval_level, workers)
+    if best is not None:
+        gain = predictive_gain(baseline, best, state.criteria.n_block, workers)
+    if verdict == "ambiguous" and search.effort.split:  # of each explanation the best location
+        split = best_split({each.label: each.fit for each in best_of_names(accepted)[:MAX_SPLIT]}, d, workers)
+    return Diagnosis(
+        verdict=verdict,
+        named=named,
+        ambiguity_group=tuple(dict.fromkeys([*named, *(name for each in accepted for name in each.names)])),
+        locations=tuple(each.location for each in accepted if each.names == accepted[0].names),
+        baseline=baseline,
+        baseline_estimate=baseline_estimate,
+        baseline_quality=state.quality,
+        trials=state.trials,
+        best=best,
+        applied=() if explained is None else explained.best.applied,
+        best_estimate=best_estimate,
+        best_quality=best_quality,
+        predictive_gain=gain,
+        split=split,
+        collinearity={} if state.lead is None else collinearities(state.lead, state.trials, state.cosines),
+        detectable=detectable,
+        level=state.criteria.level,
+        interval_level=state.criteria.interval_level,
+        left_out=left_out,
+        explanations=accepted,
+        averaged=mean,
+    )
+
+
+def _detectable(state: _State, baseline: Fit, workers: Workers) -> dict[str, tuple[str, tuple[Detectable, ...]]]:
+    """By effect, at its most promising location, the smallest sizes that the data would show."""
+    by_name = best_by_name(state.trials)
+    smallest = partial(smallest_detectable, baseline, level=state.level / max(1, len(state.candidates)))
+    sizes = workers.unseen.each(smallest, [trial.candidate for trial in by_name.values()])
+    return {name: (trial.location, tuple(size)) for (name, trial), size in zip(by_name.items(), sizes)}
+
+
 def _verdict(
-    lacks_fit: bool,
+    state: _State,
     best_quality: FitQuality | None,
-    explained: _Explained | None,
-    level: float,
     detectable: Mapping[str, tuple[str, Sequence[Detectable]]],
 ) -> str:
-    if explained is not None and best_quality is not None:
-        if best_quality.p < level:
+    if state.explained is not None and best_quality is not None:
+        if best_quality.p < state.level:
             return "unknown"
-        return "ambiguous" if explained.is_ambiguous else "named"
-    if lacks_fit:
+        return "ambiguous" if state.explained.is_ambiguous else "named"
+    if state.quality.p < state.level:
         return "unknown"
     observable = [any(each.is_observable for each in parts) for _, parts in detectable.values()]
     return "not observable" if observable and np.mean(observable) < MIN_OBSERVABLE else "adequate"
-
-
-def _averaged(
-    explanations: Sequence[Explanation],
-    best: Fit | None,
-    estimated: Estimate | None,
-    d: int,
-    level: float,
-    progress: Callable[[], None],
-    effort: Effort,
-) -> Averaged | None:
-    """The average over several explanations, at all their locations."""
-    if best is None or estimated is None or len(explanations) < 2:
-        return None
-    return averaged(explanations, best, estimated, d, level, progress, effort.workers)
-
-
-def _split(explanations: Sequence[Explanation], d: int, progress: Callable[[], None], effort: Effort) -> Split | None:
-    """What would tell explanations apart, each at its best location."""
-    return best_split(
-        {each.label: each.fit for each in best_of_names(explanations)[:MAX_SPLIT]}, d, progress, effort.workers
-    )

@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -27,7 +27,7 @@ from ksmea.measurement.channel import Channel, further_directions, named
 from ksmea.measurement.measurement import Layout, Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import Observable
-from ksmea.numerics.parallel import for_each
+from ksmea.numerics.parallel import ALONE, Workers
 from ksmea.problem.alignment import aligned
 from ksmea.problem.counted import Model
 from ksmea.problem.problem import Problem
@@ -77,25 +77,23 @@ class Split:
         return tuple(pair for pair in self.pairs if pair.then < ENOUGH)
 
 
-def best_split(
-    explanations: Mapping[str, Fit], d: int, progress: Callable[[], None] = lambda: None, workers: int = 1
-) -> Split | None:
+def best_split(explanations: Mapping[str, Fit], d: int, workers: Workers = ALONE) -> Split | None:
     """The further measurement of least effort that tells all fitted explanations, by name, apart, or the one that comes
-    nearest to it; None where none tells any two apart. The unknowns behind the first d are those of effects. `progress` is called
-    at each candidate; processes share them."""
+    nearest to it; None where none tells any two apart. The unknowns behind the first d are those of effects. Workers
+    share the candidates."""
     names, first = tuple(explanations), next(iter(explanations.values()))
     fits = [_with_other_signs(fit, d) for fit in explanations.values()]
     pairs = list(itertools.combinations(range(len(fits)), 2))
-    now = _Seen.of(fits, first.likelihood.measurement.layout).separations(pairs)
+    now = _Seen.of(fits, first.measurement.layout).separations(pairs)
     best, best_then = None, now
     for propose in (_with_weights, _through_other_planes, _at_higher_speeds):
         candidates = []
         for further in propose(first):
             candidates.append((further, _Seen.of(fits, further.layout)))
-            progress()
+            workers.progress()
         candidates.sort(key=lambda candidate: _merit(candidate[1].linear_separations(pairs)), reverse=True)
         refitted = [seen for _, seen in candidates[:N_REFITTED]]
-        separations = for_each(partial(_Seen.separations, pairs=pairs), refitted, workers, progress=progress)
+        separations = workers.each(partial(_Seen.separations, pairs=pairs), refitted)
         for (further, _), then in zip(candidates, separations):
             if _merit(then) > _merit(best_then):
                 best, best_then = further, then
@@ -118,7 +116,7 @@ def _with_other_signs(fit: Fit, d: int) -> tuple[Fit, ...]:
         turned = np.concatenate([u[:d], np.clip(zero + signs * (u[d:] - zero), 0, 1), fit.point.theta[len(u) :]])
         point = maximise(likelihood, turned, max_iterations=MAX_ITERATIONS, tolerance=EXPECTED_GAIN)
         if point.deviance < fit.deviance + NEAR:
-            found.append(Fit(fit.problem, likelihood, point))
+            found.append(Fit(likelihood, point))
     return tuple(found)
 
 
@@ -141,14 +139,14 @@ class _Further:
 
 
 def _with_weights(fit: Fit) -> Iterator[_Further]:
-    layout = fit.likelihood.measurement.layout
+    layout = fit.measurement.layout
     for weight in trial_weights(fit.problem, fit.x):
         speed = layout.speed[layout.rows[0]]
         yield _Further(f"A further run with {weight}", _with_run(layout, speed, (weight,)), weight)
 
 
 def _at_higher_speeds(fit: Fit) -> Iterator[_Further]:
-    layout = fit.likelihood.measurement.layout
+    layout = fit.measurement.layout
     highest = np.max(layout.speed)
     speed = np.linspace(highest, HIGHER * highest, len(layout.speed[layout.rows[0]]) // 2 + 1)[1:]
     if len(speed):
@@ -156,7 +154,7 @@ def _at_higher_speeds(fit: Fit) -> Iterator[_Further]:
 
 
 def _through_other_planes(fit: Fit) -> Iterator[_Further]:
-    layout = fit.likelihood.measurement.layout
+    layout = fit.measurement.layout
     directions = further_directions(layout.channels)
     for site in fit.problem.sites:
         probes = tuple(Channel(float(site), direction) for direction in directions)

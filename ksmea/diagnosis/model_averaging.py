@@ -26,7 +26,7 @@ J. A. Hoeting, D. Madigan, A. E. Raftery and C. T. Volinsky, Bayesian model aver
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -40,7 +40,7 @@ from ksmea.fits.stable_fits import settled_stable
 from ksmea.inference.intervals import Estimate, Interval
 from ksmea.likelihood.fisher import UNKNOWABLE
 from ksmea.measurement.observable import amplitude_sensitivity
-from ksmea.numerics.parallel import for_each
+from ksmea.numerics.parallel import ALONE, Workers
 from ksmea.units import TURN
 
 MAX_AVERAGED = 8  # explanations that are averaged, the best ones: each costs its intervals
@@ -68,16 +68,15 @@ def averaged(
     estimated: Estimate,
     d: int,
     level: float,
-    progress: Callable[[], None] = lambda: None,
-    workers: int = 1,
+    workers: Workers = ALONE,
 ) -> Averaged:
     """The average over explanations, best first, of which the first has the fit and the estimate given; d unknowns are those of
-    the baseline model. `progress` is called at each explanation; processes share them."""
+    the baseline model. Workers share the explanations."""
     members = tuple(explanations[:MAX_AVERAGED])
     others = [member.fit for member in members[1:]]
     known = [thing for fit in others for thing in fit.known]
     settled = [(best, estimated)]
-    settled += for_each(partial(settled_stable, level=level), others, workers, known=known, progress=progress)
+    settled += workers.each(partial(settled_stable, level=level), others, known)
     weights = akaike_weights(
         np.array([fit.deviance for fit, _ in settled]),
         np.array([fit.likelihood.d for fit, _ in settled]),

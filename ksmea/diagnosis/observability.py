@@ -96,7 +96,7 @@ def _whitened(problem: Problem, u: Array, fit: Fit) -> tuple[Array, Array]:
     """Sensitivities to the unknowns (m, d), and to the noise level (m, 2) or (m, 0) where that is known."""
     response, sensitivity = Model(problem).linearise(u)
     noise_known = not fit.likelihood.noise_is_estimated
-    observable = fit.likelihood.measurement.kind
+    observable = fit.measurement.kind
     whitened = whitened_sensitivity(response, sensitivity, fit.noise, observable, noise_known=noise_known)
     return whitened[:, : len(u)], whitened[:, len(u) :]
 

@@ -7,7 +7,6 @@ must be predicted by the model. Of several runs a block is a band that all of th
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,9 +15,8 @@ from numpy.typing import NDArray
 from ksmea.fits.fitting import Fit
 from ksmea.inference.maximisation import maximise
 from ksmea.likelihood.difference_likelihood import likelihood_of
-from ksmea.measurement.measurement import Measurement
-from ksmea.problem.alignment import aligned
-from ksmea.problem.counted import Model
+from ksmea.numerics.parallel import ALONE, Workers
+from ksmea.problem.case import Case
 from ksmea.records.elpd import ElpdDifference
 
 Indices = NDArray[np.intp]  # of speeds
@@ -33,33 +31,32 @@ class PredictiveGain:
     rmse_after: float
 
 
-def predictive_gain(before: Fit, after: Fit, n_block: int, progress: Callable[[], None]) -> PredictiveGain:
+def predictive_gain(before: Fit, after: Fit, n_block: int, workers: Workers = ALONE) -> PredictiveGain:
     """The predictive gain of one fitted model over another, the speeds left out in `n_block` contiguous blocks."""
-    measurement = before.likelihood.measurement
+    measurement = before.measurement
     n_block = min(n_block, len(measurement.speed))
     differences, squares = [], []
     for block in np.array_split(np.argsort(measurement.speed, kind="stable"), n_block):
         block = np.sort(block)
         kept = np.setdiff1d(np.arange(len(measurement.speed)), block)
-        results = [_left_out(fit, measurement, kept, block) for fit in (before, after)]
+        results = [_left_out(fit, kept, block) for fit in (before, after)]
         differences.append(results[1][0] - results[0][0])
         squares.append([result[1] for result in results])
-        progress()
+        workers.progress()
     rmse = np.sqrt(np.sum(squares, axis=0) / measurement.values.size)
     return PredictiveGain(ElpdDifference(np.array(differences)), float(rmse[0]), float(rmse[1]))
 
 
-def _left_out(fit: Fit, measurement: Measurement, kept: Indices, block: Indices) -> tuple[float, float]:
+def _left_out(fit: Fit, kept: Indices, block: Indices) -> tuple[float, float]:
     """Log density of the data in a block under the model fitted to the others, and their summed squared residuals."""
-    fitted = measurement.part(kept)
-    likelihood = likelihood_of(Model(aligned(fit.problem, fitted)), fitted)
+    likelihood = likelihood_of(Case.of(fit.problem, fit.measurement.part(kept)))
     start = np.clip(fit.point.theta, likelihood.lower, likelihood.upper)
     theta = maximise(likelihood, start, tolerance=1e-3).theta
-    left_out = measurement.part(block)
-    problem = aligned(fit.problem, left_out)
+    left_out = fit.measurement.part(block)
     if likelihood.noise_is_estimated:
         left_out = dataclasses.replace(left_out, noise=likelihood.noise_of(theta, left_out))
-    test = likelihood_of(Model(problem), left_out)
+    test = likelihood_of(Case.of(fit.problem, left_out))
+    problem = test.case.problem
     response = problem.response(problem.parameters.to_si(theta[None, : likelihood.d]))[0]
     squares = float(np.sum(np.abs(left_out.seen(response) - left_out.values) ** 2))
     return test.log_density(theta[: likelihood.d]), squares

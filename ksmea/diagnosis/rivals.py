@@ -14,21 +14,21 @@ Numerical Continuation Methods, 2003, ch. 2, doi 10.1137/1.9780898719154), and a
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 
 import numpy as np
 
 from ksmea.arrays import Array, Indices
 from ksmea.diagnosis.observability import collinearity
-from ksmea.diagnosis.trials import FAR, NEAR, Explanation, Trial, ranked, shared_searches, trial_of
+from ksmea.diagnosis.trials import FAR, NEAR, Explanation, Trial, ranked, shared, trial_of
 from ksmea.fits.fitting import PATH_ITERATIONS, Fit, start_nearby, without_effects
 from ksmea.fits.stable_fits import stable_fit
 from ksmea.inference.maximisation import maximise
 from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.likelihood.fisher import Point
 from ksmea.likelihood.likelihood import Likelihood
-from ksmea.numerics.parallel import for_each
+from ksmea.numerics.parallel import ALONE, Workers
 from ksmea.problem.counted import Model
 
 EXPECTED_GAIN = 0.1  # of the deviance, below which a fit to a prediction is at its end
@@ -38,10 +38,10 @@ MAX_ITERATIONS = 50  # of such a fit
 Cosines = Mapping[tuple[str, str], float]  # by effect and location
 
 
-def cosines_with(lead: Trial, trials: Sequence[Trial], workers: int = 1) -> Cosines:
+def cosines_with(lead: Trial, trials: Sequence[Trial], workers: Workers = ALONE) -> Cosines:
     """Collinearity of all candidates of other effects with the best one, by sensitivities; processes share them."""
     others = [trial for trial in trials if trial.name != lead.name]
-    found = for_each(partial(collinearity, lead), [trial.candidate for trial in others], workers)
+    found = workers.unseen.each(partial(collinearity, lead), [trial.candidate for trial in others])
     return {(trial.name, trial.location): cosine for trial, cosine in zip(others, found)}
 
 
@@ -55,20 +55,15 @@ def collinearities(lead: Trial, trials: Sequence[Trial], cosines: Cosines) -> di
 
 
 def tested(
-    lead: Trial,
-    trials: Sequence[Trial],
-    cosines: Cosines,
-    baseline: Fit,
-    progress: Callable[[], None],
-    workers: int = 1,
+    lead: Trial, trials: Sequence[Trial], cosines: Cosines, baseline: Fit, workers: Workers = ALONE
 ) -> list[Trial]:
     """The trials, those again whose collinearity with the best one promises a better fit than they have, highest ΔBIC
-    first. `progress` is called at each trial; processes share them."""
+    first. Processes share them."""
 
     def again(trial: Trial) -> Trial:
         return _led(trial, lead, baseline, len(trials)) if _promises(trial, lead, cosines) else trial
 
-    return ranked(shared_searches(again, trials, workers, progress))
+    return ranked(shared(again, trials, workers))
 
 
 def _promises(trial: Trial, lead: Trial, cosines: Cosines) -> bool:
@@ -94,7 +89,7 @@ def _led(trial: Trial, lead: Trial, baseline: Fit, n_candidate: int) -> Trial:
         return trial_of(trial.candidate, min(fits, key=lambda each: each.deviance), baseline, n_candidate)
 
     def fit_from(u: Array) -> Fit:
-        fit = Fit(problem, likelihood, maximise(likelihood, likelihood.start(u), tolerance=1e-4))
+        fit = Fit(likelihood, maximise(likelihood, likelihood.start(u), tolerance=1e-4))
         return stable_fit(fit, start_nearby(problem, baseline))
 
     fits = [trial.fit]
@@ -122,10 +117,10 @@ TOLERANCE = 1e-2  # of the deviance, at which the fit of a step ends
 def in_place_of(lead: Trial, trial: Trial, d: int) -> Array | None:
     """Where in the unit cube a trial's effect explains what the lead's does; the model without effects has d unknowns. None where no
     valley leads there: the deviance rises far above the lead's, or the two cannot act together."""
-    measurement, both = lead.fit.likelihood.measurement, trial.candidate.beside(lead.fit.problem)
+    both = trial.candidate.beside(lead.fit.problem)
     if both is None or both.parameters.makes_jumps:
         return None
-    likelihood = likelihood_of(Model(both), measurement)
+    likelihood = likelihood_of(lead.fit.case.by(both))
     taken_back = np.arange(d, len(lead.fit.u))
     none = without_effects(both, d)
     start = np.concatenate([lead.fit.u, none[len(taken_back) :], lead.fit.point.theta[len(lead.fit.u) :]])

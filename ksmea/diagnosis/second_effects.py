@@ -20,7 +20,7 @@ p of a second effect is corrected for the number of all pairs that were tried.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -36,12 +36,12 @@ from ksmea.diagnosis.trials import (
     ranked,
     ranked_explanations,
     searched,
-    shared_searches,
+    shared,
     trial_of,
 )
-from ksmea.fits.fitting import TRIAL_ITERATIONS, BaselineFits, Effort, Fit, finished, fit_from_values
+from ksmea.fits.fitting import TRIAL_ITERATIONS, BaselineFits, Fit, finished, fit_from_values
+from ksmea.fits.search import Effort, Search
 from ksmea.fits.starts import screened
-from ksmea.measurement.measurement import Measurement
 
 PER_SCANNED = 4  # points that are screened with the first effect for each that is scanned
 COSTLY = 4  # second effects, the most promising, beside a first one that is not linear in the motion
@@ -52,25 +52,23 @@ def pairs_beside(
     firsts: Sequence[Trial],
     trials: Sequence[Trial],
     baseline: BaselineFits,
-    measurement: Measurement,
-    effort: Effort,
-    progress: Callable[[], None],
+    search: Search,
     *,
     is_scanned: bool,
 ) -> list[Explanation]:
     """Pairs of one of the first effects and any other candidate, highest ΔBIC first; with `is_scanned` second effects are
     scanned. Without, the first effect leaves noise, and pairs are left out whose deviance falls by less than ln n."""
-    n_candidate, n_kept = len(firsts) * (len(trials) - 1), max(1, effort.pairs // len(firsts))
+    n_candidate, n_kept = len(firsts) * (len(trials) - 1), max(1, search.effort.pairs // len(firsts))
     found = []
     for first in firsts:
         others = [trial.candidate for trial in trials if trial.candidate != first.candidate]
         limit = np.inf if is_scanned else first.fit.deviance - np.log(first.fit.likelihood.n_residual)
-        quick = _quick(first, others, measurement, effort, progress, n_candidate, limit)
+        quick = _quick(first, others, search, n_candidate, limit)
         can_scan = is_scanned and not _is_costly(first)
         to_scan = [second for second in quick if can_scan and second.candidate.effect.is_scanned][:n_kept]
-        scans = _scans(first, to_scan, baseline, measurement, effort, progress, n_candidate) if to_scan else []
+        scans = _scans(first, to_scan, baseline, search, n_candidate) if to_scan else []
         ended = partial(_ended, first, n_candidate)
-        seconds = shared_searches(ended, (*quick[:n_kept], *scans), effort.workers)
+        seconds = shared(ended, (*quick[:n_kept], *scans), search.workers.unseen)
         found += [(first, second) for second in seconds]
     return ranked_explanations(Explanation.of_pair(*pair) for pair in found)
 
@@ -91,40 +89,32 @@ def _differ(fit: Fit, other: Fit) -> bool:
     return float(np.sum(difference**2)) > NEAR
 
 
-def alternatives(
-    best: Explanation,
-    firsts: Sequence[Trial],
-    measurement: Measurement,
-    effort: Effort,
-    progress: Callable[[], None],
-    n_candidate: int,
-) -> list[Explanation]:
+def alternatives(best: Explanation, firsts: Sequence[Trial], search: Search, n_candidate: int) -> list[Explanation]:
     """Pairs that come near the best one with another effect in place of one of its two: the other one is fitted beside each
     of the first effects. `n_candidate` is the number of all pairs that p is corrected for."""
     found = []
     for first in firsts:
         kept = [candidate for candidate in best.applied if candidate != first.candidate]
-        for second in _quick(first, kept, measurement, effort, progress, n_candidate):
+        for second in _quick(first, kept, search, n_candidate):
             if second.fit.deviance < best.fit.deviance + PROMISING:
                 found.append(Explanation.of_pair(first, _ended(first, n_candidate, second)))
     return found
 
 
 def _quick(
-    first: Trial,
-    candidates: Sequence[Candidate],
-    measurement: Measurement,
-    effort: Effort,
-    progress: Callable[[], None],
-    n_candidate: int,
-    limit: float = np.inf,
+    first: Trial, candidates: Sequence[Candidate], search: Search, n_candidate: int, limit: float = np.inf
 ) -> list[Trial]:
     """Second effects beside a first one, fitted for a few iterations; with a limit of the deviance, those that come below it, as
     long as they may."""
-    iterations = effort.first_iterations if np.isinf(limit) else TRIAL_ITERATIONS
-    problem, workers = first.fit.problem, effort.workers
-    most = COSTLY if _is_costly(first) else None
-    return fitted(problem, measurement, first.fit, candidates, progress, n_candidate, iterations, limit, workers, most)
+    return fitted(
+        first.fit,
+        candidates,
+        search,
+        n_candidate=n_candidate,
+        max_iterations=search.effort.first_iterations if np.isinf(limit) else TRIAL_ITERATIONS,
+        limit=limit,
+        most=COSTLY if _is_costly(first) else None,
+    )
 
 
 def _is_costly(first: Trial) -> bool:
@@ -133,21 +123,15 @@ def _is_costly(first: Trial) -> bool:
 
 
 def _scans(
-    first: Trial,
-    to_scan: Sequence[Trial],
-    baseline: BaselineFits,
-    measurement: Measurement,
-    effort: Effort,
-    progress: Callable[[], None],
-    n_candidate: int,
+    first: Trial, to_scan: Sequence[Trial], baseline: BaselineFits, search: Search, n_candidate: int
 ) -> list[Trial]:
-    around = _around(first.fit, baseline, measurement, effort)
+    around = _around(first.fit, baseline, search.effort)
 
     def scanned(second: Trial) -> Trial:
         ceiling = second.fit.deviance + PROMISING
-        return searched(second, measurement, around, effort, n_candidate, ceiling=ceiling)
+        return searched(second, around, search.effort, n_candidate, ceiling=ceiling)
 
-    return shared_searches(scanned, to_scan, effort.workers, progress)
+    return shared(scanned, to_scan, search.workers)
 
 
 def _ended(first: Trial, n_candidate: int, second: Trial) -> Trial:
@@ -155,11 +139,11 @@ def _ended(first: Trial, n_candidate: int, second: Trial) -> Trial:
     return trial_of(second.candidate, finished(second.fit), first.fit, n_candidate)
 
 
-def _around(first: Fit, baseline: BaselineFits, measurement: Measurement, effort: Effort) -> BaselineFits:
+def _around(first: Fit, baseline: BaselineFits, effort: Effort) -> BaselineFits:
     """The fit of a first effect, and the baseline model's screened points with that effect as it is fitted."""
     points = baseline.screened.thinned(PER_SCANNED * effort.scan)
     with_effect = np.hstack([points, np.tile(first.u[points.shape[1] :], (len(points), 1))])
-    return BaselineFits(first, (), screened(first.problem, measurement, np.vstack([first.u, with_effect])))
+    return BaselineFits(first, (), screened(first.case, np.vstack([first.u, with_effect])))
 
 
 def each_alone(best: Explanation, trials: Sequence[Trial], baseline: Fit) -> list[Trial]:
@@ -179,7 +163,7 @@ def _from_pair(trial: Trial, pair: Fit, baseline: Fit, n_candidate: int) -> Tria
     """A trial fitted from the values of a pair, where that is better and stable."""
     problem, known = trial.fit.problem, dict(zip(pair.problem.parameters.names, pair.x))
     x = np.array([known.get(name, 0.0) for name in problem.parameters.names])
-    fit = fit_from_values(problem, x, baseline.likelihood.measurement)
+    fit = fit_from_values(baseline.case.by(problem), x)
     if fit.deviance > trial.fit.deviance - BETTER or not problem.is_stable(fit.x):
         return None
     return trial_of(trial.candidate, fit, baseline, n_candidate)

@@ -18,7 +18,6 @@ from ksmea.errors import SettingError
 from ksmea.fits.fitting import (
     TRIAL_ITERATIONS,
     BaselineFits,
-    Effort,
     Fit,
     fit_along,
     fit_from,
@@ -30,10 +29,10 @@ from ksmea.fits.fitting import (
     promised_from,
     start_nearby,
 )
+from ksmea.fits.search import Effort, Search
 from ksmea.fits.stable_fits import stable_fit
 from ksmea.location.force_start import can_recover, starts_from_force
-from ksmea.measurement.measurement import Measurement
-from ksmea.numerics.parallel import for_each
+from ksmea.numerics.parallel import Workers
 from ksmea.plugins.effect import AnyEffect
 from ksmea.problem.problem import Problem
 
@@ -138,15 +137,13 @@ def trial_of(candidate: Candidate, fit: Fit, without: Fit, n_candidate: int) -> 
 
 
 def fitted(
-    problem: Problem,
-    measurement: Measurement,
     without: Fit,
     found: Sequence[Candidate],
-    progress: Callable[[], None],
+    search: Search,
+    *,
     n_candidate: int | None = None,
     max_iterations: int = TRIAL_ITERATIONS,
     limit: float = np.inf,
-    workers: int = 1,
     most: int | None = None,
 ) -> list[Trial]:
     """All candidates whose deviance comes below a limit, or the `most` promising of them, each fitted from where the model without it
@@ -163,100 +160,78 @@ def fitted(
                 return trial_of(candidate, fit, without, n_candidate or len(found))
         return None
 
-    entries = _most_promising_first(problem, measurement, without, found)[:most]
-    trials = for_each(partial(tried, below=limit), entries[:1], progress=progress)
+    entries = _most_promising_first(without, found)[:most]
+    trials = search.workers.each(partial(tried, below=limit), entries[:1])
     ceiling = min([limit, *(trial.fit.deviance + FAR for trial in trials if trial is not None)])
     known = [thing for candidate, start in entries for thing in (candidate, *start.known)]
-    trials += for_each(partial(tried, below=ceiling), entries[1:], workers, known=known, progress=progress)
+    trials += search.workers.each(partial(tried, below=ceiling), entries[1:], known)
     return ranked(trial for trial in trials if trial is not None)
 
 
-def _most_promising_first(
-    problem: Problem, measurement: Measurement, without: Fit, found: Sequence[Candidate]
-) -> list[tuple[Candidate, Fit]]:
+def _most_promising_first(without: Fit, found: Sequence[Candidate]) -> list[tuple[Candidate, Fit]]:
     """The candidates that can act beside what a problem has, with where their fits start, by what their first step promises. No
     processes share this: what is solved here once, all have from then on."""
     promising = []
     for candidate in found:
-        if (extended := candidate.beside(problem)) is not None:
+        if (extended := candidate.beside(without.problem)) is not None:
             with suppress(np.linalg.LinAlgError):  # one without a steady motion where the model fits is no candidate
-                start = nearby(extended, measurement, without)
+                start = nearby(extended, without)
                 promising.append((promised_from(start), candidate, start))
     return [(candidate, start) for _, candidate, start in sorted(promising, key=lambda entry: -entry[0])]
 
 
-def refined(
-    trials: Sequence[Trial],
-    measurement: Measurement,
-    baseline: BaselineFits,
-    effort: Effort,
-    progress: Callable[[], None],
-    *,
-    is_scanned: bool = True,
-    by_force: bool = True,
-) -> list[Trial]:
-    """The same trials, each with the better of its fit and further ones: along the effect's path, from its force as that is
-    recovered from the data, if `by_force`, from a scan of its whole range where it needs that, and else, or where nothing
-    `is_scanned`, from the unknowns of the baseline model's other maxima and of the best trials. Processes share them, once it is
-    known how far the first one comes."""
+def refined(trials: Sequence[Trial], baseline: BaselineFits, search: Search) -> list[Trial]:
+    """The trials, each with the better of its fit and further ones (`searched`), also from the unknowns of the baseline model's
+    other maxima and of the best trials. Processes share them, once it is known how far the first one comes."""
     starts = [*baseline.others, *(trial.fit for trial in trials[:2])]
 
-    def search(trial: Trial, ceiling: float) -> Trial:
+    def again(trial: Trial, ceiling: float) -> Trial:
         jumps = trial.fit.problem.parameters.makes_jumps  # what is cheap is searched anyway
         if jumps and least_deviance(trial.fit, lead, baseline.best.likelihood.d) > ceiling:
             return trial_of(trial.candidate, trial.fit, baseline.best, len(trials))
-        how = {"is_scanned": is_scanned, "by_force": by_force}
-        return searched(trial, measurement, baseline, effort, len(trials), starts, ceiling, **how)
+        return searched(trial, baseline, search.effort, len(trials), starts, ceiling)
 
     lead = min((trial.fit for trial in trials), key=lambda fit: fit.deviance, default=baseline.best)
-    better = for_each(partial(search, ceiling=lead.deviance + FAR), trials[:1], progress=progress)
+    better = search.workers.each(partial(again, ceiling=lead.deviance + FAR), trials[:1])
     lead = min([lead, *(trial.fit for trial in better)], key=lambda fit: fit.deviance)
-    better += shared_searches(partial(search, ceiling=lead.deviance + FAR), trials[1:], effort.workers, progress)
+    better += shared(partial(again, ceiling=lead.deviance + FAR), trials[1:], search.workers)
     return ranked(better)
 
 
-def shared_searches(
-    search: Callable[[Trial], Trial],
-    trials: Sequence[Trial],
-    workers: int,
-    progress: Callable[[], None] = lambda: None,
-) -> list[Trial]:
+def shared(search: Callable[[Trial], Trial], trials: Sequence[Trial], workers: Workers) -> list[Trial]:
     """Searches for better fits of trials, shared among processes."""
-    known = [thing for trial in trials for thing in (trial, trial.candidate, *trial.fit.known)]
-    return for_each(search, trials, workers, known=known, progress=progress)
+    return workers.each(
+        search, trials, [thing for trial in trials for thing in (trial, trial.candidate, *trial.fit.known)]
+    )
 
 
 def searched(
     trial: Trial,
-    measurement: Measurement,
     baseline: BaselineFits,
     effort: Effort,
     n_candidate: int,
     starts: Sequence[Fit] = (),
     ceiling: float = np.inf,
-    *,
-    is_scanned: bool = True,
-    by_force: bool = True,
 ) -> Trial:
     """A trial with the better of its fit and further ones: along the effect's path, from its force as that is recovered from the
-    data, if `by_force`, from a scan of its whole range where it needs that, and else, or where nothing `is_scanned`, from the
-    unknowns of other fits. Searches that lead to deviances above `ceiling` are left early."""
-    problem, fit = trial.fit.problem, trial.fit
-    path, force = trial.candidate.effect.path(baseline.best.problem.machine), trial.candidate.effect.force_at()
-    tells_force = force is not None and can_recover(baseline.best.problem, measurement, force[0])
+    data, from a scan of its whole range where it needs that, and else, or where the effort leaves these out, from the unknowns
+    of other fits. Searches that lead to deviances above `ceiling` are left early."""
+    case, fit, without = trial.fit.case, trial.fit, baseline.best.case
+    path, force = trial.candidate.effect.path(without.problem.machine), trial.candidate.effect.force_at()
+    shows_force = force is not None and can_recover(without, force[0])
     with suppress(np.linalg.LinAlgError):  # within its limits an effect may leave the rotor no steady motion
         points = np.empty((0, len(fit.u)))
-        if force is not None and tells_force and by_force:
-            points = starts_from_force(problem, measurement, baseline.best.problem, *force, ceiling)
+        if force is not None and shows_force and effort.from_force:
+            points = starts_from_force(case, without, *force, ceiling)
         if len(path):
-            fit = fit_along(problem, measurement, baseline, path, effort)
+            fit = fit_along(case, baseline, path, effort)
         elif len(points):
-            fit = fit_from_points(problem, measurement, points, effort, ceiling, fit.deviance)
-        elif is_scanned and not tells_force and trial.candidate.effect.is_scanned:
-            fit = fit_from_scan(fit, measurement, baseline, effort, ceiling)
+            fit = fit_from_points(case, points, effort, ceiling, fit.deviance)
+        elif effort.is_scanned and not shows_force and trial.candidate.effect.is_scanned:
+            fit = fit_from_scan(fit, baseline, effort, ceiling)
         elif starts:
             fit = fit_from(fit, starts, baseline, effort, ceiling)
-        fit = stable_fit(fit, start_nearby(problem, baseline.best), min(ceiling, trial.fit.deviance))
+        fit = stable_fit(fit, start_nearby(case.problem, baseline.best), min(ceiling, trial.fit.deviance))
     best = min(fit, trial.fit, key=lambda each: each.deviance)
     return trial_of(trial.candidate, best, baseline.best, n_candidate)
 

@@ -9,14 +9,14 @@ makes no 2X. Whatever its size, these channels hold only noise.
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Mask
+from ksmea.fits.search import Effort, Search
 from ksmea.fits.starts import scan_values, scanned, screened, screened_at, screened_both_ways
 from ksmea.inference.intervals import Estimate, estimate
 from ksmea.inference.maximisation import (
@@ -33,8 +33,9 @@ from ksmea.likelihood.fisher import Point
 from ksmea.likelihood.likelihood import Likelihood
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
+from ksmea.numerics.parallel import ALONE, Workers
 from ksmea.numerics.screening import Screened, sobol
-from ksmea.problem.counted import Model
+from ksmea.problem.case import Case
 from ksmea.problem.problem import Problem
 
 START_DISTANCE = 0.1  # starts of the baseline model are not nearer to each other, in the unit cube
@@ -56,36 +57,23 @@ LAST_DECADE = 0.1  # of the last value of a path, from where on its values are s
 
 
 @dataclass(frozen=True)
-class Effort:
-    """How many points are screened and how many fits made, and what more is done where several explanations are near."""
-
-    screening: int = 4000  # points of the baseline model that are screened
-    starts: int = 12  # fits of the baseline model
-    scan: int = 200  # of the screened points, those that are screened again at each value of an effect
-    scan_values: int = 16  # values of an effect with one unknown; twice as many for each more
-    scan_clouds: int = 48  # best points of a scan that clouds of points are laid around
-    effect_starts: int = 5  # fits of an extended one from a scan of its effect
-    first_iterations: int = 8  # after which only the best of them go on
-    survivors: int = 2
-    firsts: int = 3  # effects that second ones are fitted beside, where the best one does not leave noise behind
-    pairs: int = 18  # pairs of effects that are fitted to the end, and at most as many that are scanned
-    average: bool = True  # unknowns and responses over several explanations
-    split: bool = True  # several explanations by a further measurement, which is sought
-    workers: int = 1  # processes that share the work; what is found is the same with any number
-
-    @property
-    def of_first_scans(self) -> Effort:
-        """A quarter of it for first scans of effects, which mostly find what there is."""
-        return dataclasses.replace(self, scan=max(1, self.scan // 4), scan_clouds=max(1, self.scan_clouds // 4))
-
-
-@dataclass(frozen=True)
 class Fit:
     """A problem at the maximum of its likelihood."""
 
-    problem: Problem
     likelihood: Likelihood
     point: Point
+
+    @property
+    def case(self) -> Case:
+        return self.likelihood.case
+
+    @property
+    def problem(self) -> Problem:
+        return self.case.problem
+
+    @property
+    def measurement(self) -> Measurement:
+        return self.case.measurement
 
     @property
     def deviance(self) -> float:
@@ -108,7 +96,7 @@ class Fit:
     @property
     def known(self) -> tuple[object, ...]:
         """What further fits may have of this one: processes that share them need not send it back."""
-        return self, self.problem, self.likelihood, self.likelihood.measurement
+        return self, self.problem, self.likelihood, self.measurement
 
     def response(self) -> ComplexArray:
         """(n_speed, n_channel), m."""
@@ -123,30 +111,29 @@ class BaselineFits:
     others: tuple[Fit, ...]
     screened: Screened
 
+    def under(self, better: Fit) -> BaselineFits:
+        """With a better best fit above the others."""
+        return BaselineFits(better, (self.best, *self.others), self.screened)
+
     def refitted(self, measurement: Measurement) -> BaselineFits:
         """The same with the noise of another measurement of the same values."""
         best, *others = (refitted(fit, measurement) for fit in (self.best, *self.others))
         return BaselineFits(best, tuple(others), self.screened)
 
 
-def fit_baseline(
-    problem: Problem,
-    measurement: Measurement,
-    rng: np.random.Generator,
-    effort: Effort,
-    likelihood: Likelihood | None = None,
-) -> BaselineFits:
-    """The baseline model fitted from the best points of a screening of its whole box; a likelihood of the two may be given
-    to count its evaluations."""
+def fit_baseline(case: Case, search: Search, likelihood: Likelihood | None = None) -> BaselineFits:
+    """The baseline model fitted from the best points of a screening of its whole box; its likelihood may be given to count its
+    evaluations."""
+    effort = search.effort
     n = 2 ** (effort.screening - 1).bit_length()
-    points = sobol(n, len(problem.parameters), rng)
-    found, of_shape = screened_both_ways(problem, measurement, points)
-    likelihood = likelihood or likelihood_of(Model(problem), measurement)
+    points = sobol(n, len(case.problem.parameters), search.rng)
+    found, of_shape = screened_both_ways(case, points)
+    likelihood = likelihood or likelihood_of(case)
     apart = [*found.apart(effort.starts, START_DISTANCE).points, *of_shape.apart(OF_SHAPE, START_DISTANCE).points]
     starts = [likelihood.start(u) for u in apart]
     maxima = [with_best_noise(likelihood, point) for point in _maxima(likelihood, starts, effort)]
     maxima.sort(key=lambda point: point.deviance)
-    fits = [Fit(problem, likelihood, point) for point in maxima]
+    fits = [Fit(likelihood, point) for point in maxima]
     return BaselineFits(fits[0], tuple(fits[1:]), found)
 
 
@@ -156,7 +143,7 @@ def likely_maxima(likelihood: Likelihood, known: Point, rng: np.random.Generator
     parameters = likelihood.model.problem.parameters
     points = parameters.from_decades(sobol(SCREENED, len(parameters), rng))
     starts: list[Array] = []
-    both = screened_both_ways(likelihood.model.problem, likelihood.measurement, points)
+    both = screened_both_ways(likelihood.case, points)
     for found, count in zip(both, (STARTS, OF_SHAPE)):
         apart = Screened(parameters.to_decades(found.points), found.misfits).apart(count, START_DISTANCE)
         starts += [likelihood.start(u) for u in parameters.from_decades(apart.points)]
@@ -168,7 +155,7 @@ def likely_maxima(likelihood: Likelihood, known: Point, rng: np.random.Generator
 
 def finished(fit: Fit) -> Fit:
     """A fit that was left before its end, gone on with to where fits of trials end."""
-    return Fit(fit.problem, fit.likelihood, maximise(fit.likelihood, fit.point.theta, tolerance=_end(fit)))
+    return Fit(fit.likelihood, maximise(fit.likelihood, fit.point.theta, tolerance=_end(fit)))
 
 
 def _end(fit: Fit) -> float:
@@ -177,40 +164,32 @@ def _end(fit: Fit) -> float:
 
 def polished(fit: Fit) -> Fit:
     """The same fit, converged, with the best noise."""
-    return Fit(fit.problem, fit.likelihood, _polished(fit.likelihood, fit.point))
+    return Fit(fit.likelihood, _polished(fit.likelihood, fit.point))
 
 
 def _polished(likelihood: Likelihood, point: Point) -> Point:
     return with_best_noise(likelihood, maximise(likelihood, point.theta))
 
 
-def settled(
-    fit: Fit, level: float, progress: Callable[[], None] = lambda: None, workers: int = 1
-) -> tuple[Fit, Estimate]:
-    """A polished fit with intervals of confidence `level`: both belong to the highest maximum that profiles around it
-    meet. `progress` is called at each interval; processes share them."""
+def settled(fit: Fit, level: float, workers: Workers = ALONE) -> tuple[Fit, Estimate]:
+    """A polished fit with intervals of confidence `level`, which workers share: both belong to the highest maximum that profiles
+    around it meet."""
     fit = polished(fit)
-    estimated = estimate(fit.likelihood, fit.point, level=level, progress=progress, workers=workers)
-    return Fit(fit.problem, fit.likelihood, estimated.point), estimated
+    estimated = estimate(fit.likelihood, fit.point, level=level, workers=workers)
+    return Fit(fit.likelihood, estimated.point), estimated
 
 
-def fit_nearby(
-    problem: Problem,
-    measurement: Measurement,
-    baseline: Fit,
-    max_iterations: int = TRIAL_ITERATIONS,
-    below: float = np.inf,
-) -> Fit:
+def fit_nearby(problem: Problem, baseline: Fit, max_iterations: int = TRIAL_ITERATIONS, below: float = np.inf) -> Fit:
     """A problem whose last unknowns are those of effects, 0 where there is no effect, fitted jointly with all others
     from where the baseline model fits. Here and in what follows a fit is given up where it would not come `below` a deviance."""
-    return fit_on(nearby(problem, measurement, baseline), baseline, max_iterations, below)
+    return fit_on(nearby(problem, baseline), baseline, max_iterations, below)
 
 
-def nearby(problem: Problem, measurement: Measurement, baseline: Fit) -> Fit:
+def nearby(problem: Problem, baseline: Fit) -> Fit:
     """Where such a fit starts."""
-    likelihood = likelihood_of(Model(problem), measurement)
+    likelihood = likelihood_of(baseline.case.by(problem))
     start = np.clip(start_nearby(problem, baseline), likelihood.lower, likelihood.upper)
-    return Fit(problem, likelihood, likelihood.at(start))
+    return Fit(likelihood, likelihood.at(start))
 
 
 def promised_from(start: Fit) -> float:
@@ -220,8 +199,7 @@ def promised_from(start: Fit) -> float:
 
 def fit_on(start: Fit, baseline: Fit, max_iterations: int = TRIAL_ITERATIONS, below: float = np.inf) -> Fit:
     """The fit from a start near the baseline model's."""
-    point = _tried(start.likelihood, start.point, below, max_iterations, _end(baseline))
-    return Fit(start.problem, start.likelihood, point)
+    return Fit(start.likelihood, _tried(start.likelihood, start.point, below, max_iterations, _end(baseline)))
 
 
 def start_nearby(problem: Problem, baseline: Fit) -> Array:
@@ -230,13 +208,13 @@ def start_nearby(problem: Problem, baseline: Fit) -> Array:
     return np.concatenate([baseline.u, without_effects(problem, d), baseline.point.theta[d:]])
 
 
-def fit_along(problem: Problem, measurement: Measurement, baseline: BaselineFits, path: Array, effort: Effort) -> Fit:
+def fit_along(case: Case, baseline: BaselineFits, path: Array, effort: Effort) -> Fit:
     """The same from the best points on a path, fits at values (n, 1) SI of the effect's unknown, each from where the last one
     ended, the first from where the baseline model fits; and from the best points of screenings at those of the last decade."""
-    likelihood, d = likelihood_of(Model(problem), measurement), baseline.best.likelihood.d
-    item = problem.parameters.items[d]
+    likelihood, d = likelihood_of(case), baseline.best.likelihood.d
+    item = case.problem.parameters.items[d]
     values = (path - item.lower) / (item.upper - item.lower)
-    theta = start_nearby(problem, baseline.best)
+    theta = start_nearby(case.problem, baseline.best)
     points: list[Point] = []
     for value in values:
         theta = np.concatenate([theta[:d], value, theta[d + 1 :]])
@@ -244,51 +222,37 @@ def fit_along(problem: Problem, measurement: Measurement, baseline: BaselineFits
         theta = points[-1].theta
     best = sorted(points, key=lambda point: point.deviance)[: effort.survivors]
     last = values[np.abs(path[:, 0]) >= LAST_DECADE * np.abs(path[-1, 0])]
-    screened = screened_at(problem, measurement, baseline.screened.thinned(effort.scan), last)
+    screened = screened_at(case, baseline.screened.thinned(effort.scan), last)
     starts = [likelihood.start(u) for u in screened.apart(effort.starts, START_DISTANCE).points]
     points = [maximise(likelihood, point.theta, tolerance=1e-4) for point in best] + _maxima(likelihood, starts, effort)
-    return Fit(problem, likelihood, min(points, key=lambda point: point.deviance))
+    return Fit(likelihood, min(points, key=lambda point: point.deviance))
 
 
-def fit_from_scan(
-    fit: Fit,
-    measurement: Measurement,
-    baseline: BaselineFits,
-    effort: Effort,
-    ceiling: float = np.inf,
-) -> Fit:
+def fit_from_scan(fit: Fit, baseline: BaselineFits, effort: Effort, ceiling: float = np.inf) -> Fit:
     """The better of a fit and further ones of its problem: from the best points of screenings at values of the effects all over
     their limits that come nearer to the data than the fit, and from other maxima of the baseline model; left after the first
     iterations where all have a deviance above `ceiling`."""
-    problem, likelihood = fit.problem, fit.likelihood
-    zero = without_effects(problem, baseline.best.likelihood.d)
+    likelihood = fit.likelihood
+    zero = without_effects(fit.problem, baseline.best.likelihood.d)
     starts = [np.concatenate([other.u, zero]) for other in baseline.others]
     points = baseline.screened.thinned(effort.scan)
-    found = scanned(problem, measurement, points, zero, effort.scan_values, effort.scan_clouds)
-    [misfit] = screened(problem, measurement, fit.u[None]).misfits
+    found = scanned(fit.case, points, zero, effort.scan_values, effort.scan_clouds)
+    [misfit] = screened(fit.case, fit.u[None]).misfits
     starts += list(found.below(misfit).apart(effort.effect_starts, EFFECT_START_DISTANCE).points)
     if not starts:
         return fit
     maxima = _maxima(likelihood, [likelihood.start(u) for u in starts], effort, ceiling, fit.deviance)
-    return min(fit, Fit(problem, likelihood, maxima[0]), key=lambda each: each.deviance)
+    return min(fit, Fit(likelihood, maxima[0]), key=lambda each: each.deviance)
 
 
-def fit_from_points(
-    problem: Problem, measurement: Measurement, points: Array, effort: Effort, ceiling: float, below: float
-) -> Fit:
+def fit_from_points(case: Case, points: Array, effort: Effort, ceiling: float, below: float) -> Fit:
     """The same from points (n, d) of the unit cube."""
-    likelihood = likelihood_of(Model(problem), measurement)
+    likelihood = likelihood_of(case)
     starts = [likelihood.start(u) for u in points]
-    return Fit(problem, likelihood, _maxima(likelihood, starts, effort, ceiling, below)[0])
+    return Fit(likelihood, _maxima(likelihood, starts, effort, ceiling, below)[0])
 
 
-def fit_from(
-    fit: Fit,
-    starts: Sequence[Fit],
-    baseline: BaselineFits,
-    effort: Effort,
-    ceiling: float = np.inf,
-) -> Fit:
+def fit_from(fit: Fit, starts: Sequence[Fit], baseline: BaselineFits, effort: Effort, ceiling: float = np.inf) -> Fit:
     """The better of a fit and further ones of its problem, from where other fits have the baseline model's unknowns, without
     any effect: from those of them that are not taken to lie in the valley of the fit."""
     likelihood, d = fit.likelihood, baseline.best.likelihood.d
@@ -299,20 +263,20 @@ def fit_from(
     if not others:
         return fit
     points = [likelihood.start(u) for u in others]
-    found = Fit(fit.problem, likelihood, _maxima(likelihood, points, effort, ceiling, fit.deviance)[0])
+    found = Fit(likelihood, _maxima(likelihood, points, effort, ceiling, fit.deviance)[0])
     return min(fit, found, key=lambda each: each.deviance)
 
 
-def fit_from_values(problem: Problem, x: Array, measurement: Measurement) -> Fit:
+def fit_from_values(case: Case, x: Array) -> Fit:
     """A problem fitted from given values (d,) SI of its unknowns, as near as they lie to its limits."""
-    likelihood = likelihood_of(Model(problem), measurement)
-    return Fit(problem, likelihood, nearest_maximum(likelihood, np.clip(problem.parameters.to_cube(x), 0.0, 1.0)))
+    likelihood = likelihood_of(case)
+    return Fit(likelihood, nearest_maximum(likelihood, np.clip(case.problem.parameters.to_cube(x), 0.0, 1.0)))
 
 
 def refitted(fit: Fit, measurement: Measurement) -> Fit:
     """A fit with the noise of another measurement of the same values, from where it is."""
-    likelihood = likelihood_of(Model(fit.problem), measurement)
-    return Fit(fit.problem, likelihood, maximise(likelihood, likelihood.start(fit.u)))
+    likelihood = likelihood_of(fit.case.of_measurement(measurement))
+    return Fit(likelihood, maximise(likelihood, likelihood.start(fit.u)))
 
 
 def without_effects(problem: Problem, d: int) -> Array:
@@ -356,7 +320,7 @@ def least_deviance(fit: Fit, best: Fit, n_own: int) -> float:
     """About the lowest deviance of a fit's problem, whose first `n_own` unknowns are those without its effect: what it would leave
     if it predicted as the best fit does wherever it moves anything, and nothing elsewhere, with the noise that suits this. It comes
     lower where the best fit leaves more than noise. −∞ where it moves all channels, and of differences between runs."""
-    if best.likelihood.measurement.is_by_differences:
+    if best.measurement.is_by_differences:
         return -np.inf
     silent = _silent(fit, n_own)
     if not np.any(silent):
@@ -366,7 +330,7 @@ def least_deviance(fit: Fit, best: Fit, n_own: int) -> float:
 
 def _silent(fit: Fit, n_own: int) -> Mask:
     """The channels (n_channel,) beside 1X at which a problem has no response: as fitted, and with none of several sizes."""
-    beside = np.array([not channel.is_1x for channel in fit.likelihood.measurement.channels])
+    beside = np.array([not channel.is_1x for channel in fit.measurement.channels])
     if not np.any(beside):
         return beside
     sizes = scan_values(without_effects(fit.problem, n_own), N_SIZE)

@@ -210,7 +210,7 @@ def as_left(measurement: Measurement, quality: FitQuality) -> Measurement:
 
 def with_noise_as_left(baseline: BaselineFits, level: float, rng: np.random.Generator) -> BaselineFits:
     """The same fits with noise as the best of them leaves it, where that is all that speaks against it at `level`."""
-    measurement = baseline.best.likelihood.measurement
+    measurement = baseline.best.measurement
     if measurement.noise is None:
         return baseline
     quality = fit_quality(baseline.best, rng)

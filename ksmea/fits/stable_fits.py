@@ -6,8 +6,6 @@ near it; one that is beyond is made again, with unstable values refused.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 
 from ksmea.arrays import Array
@@ -17,7 +15,7 @@ from ksmea.inference.maximisation import maximise
 from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.likelihood.fisher import Point
 from ksmea.likelihood.likelihood import Likelihood
-from ksmea.problem.counted import Model
+from ksmea.numerics.parallel import ALONE, Workers
 from ksmea.problem.problem import Problem
 from ksmea.rotordynamics.stability import last_stable
 
@@ -37,7 +35,7 @@ def stable_fit(fit: Fit, start: Array, below: float = np.inf) -> Fit:
     way = fit.point.theta - start
     starts = (start, start + last_stable(lambda part: bounded.is_stable(start + part * way)) * way)
     if fit.deviance > below:  # among all values
-        return Fit(problem, bounded, min(map(bounded.at, starts), key=lambda point: point.deviance))
+        return Fit(bounded, min(map(bounded.at, starts), key=lambda point: point.deviance))
     found: list[Point] = []
     for theta in starts:
         ceiling = min([below, *(point.deviance for point in found)])
@@ -46,24 +44,22 @@ def stable_fit(fit: Fit, start: Array, below: float = np.inf) -> Fit:
                 bounded, theta, max_iterations=TRIAL_ITERATIONS, tolerance=EXACT, least_gain=EXACT, ceiling=ceiling
             )
         )
-    return Fit(problem, bounded, min(found, key=lambda point: point.deviance))
+    return Fit(bounded, min(found, key=lambda point: point.deviance))
 
 
-def settled_stable(
-    fit: Fit, level: float, progress: Callable[[], None] = lambda: None, workers: int = 1
-) -> tuple[Fit, Estimate]:
+def settled_stable(fit: Fit, level: float, workers: Workers = ALONE) -> tuple[Fit, Estimate]:
     """A stable fit, settled (`ksmea.fits.fitting.settled`); where that names unstable values, among stable ones alone."""
-    found, estimated = settled(fit, level, progress, workers)
+    found, estimated = settled(fit, level, workers)
     if _names_stable(found.problem, estimated):
         return found, estimated
     stable = stable_fit(found, fit.point.theta)
     bounded = _bounded(fit)
-    return settled(Fit(fit.problem, bounded, bounded.at(stable.point.theta)), level, progress, workers)
+    return settled(Fit(bounded, bounded.at(stable.point.theta)), level, workers)
 
 
 def _bounded(fit: Fit) -> Likelihood:
     """The likelihood of a fit, with unstable values refused."""
-    return likelihood_of(Model(fit.problem), fit.likelihood.measurement, stable_only=True)
+    return likelihood_of(fit.case, stable_only=True)
 
 
 def _names_stable(problem: Problem, estimated: Estimate) -> bool:

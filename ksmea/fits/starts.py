@@ -21,6 +21,7 @@ import scipy
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.measurement import Measurement
 from ksmea.numerics.screening import Screened, joined, log_ratio, mean_log_misfit, ranked, sobol
+from ksmea.problem.case import Case
 from ksmea.problem.differences_problem import as_searched
 from ksmea.problem.parameters import PHASE_ORIGIN
 from ksmea.problem.problem import Problem
@@ -35,66 +36,63 @@ FEWEST_CLOUDS = 5  # of the narrower widths, each of which has half as many as t
 CLOUD_POINTS = 32  # points of each cloud
 
 
-def screened(problem: Problem, measurement: Measurement, points: Array) -> Screened:
+def screened(case: Case, points: Array) -> Screened:
     """Points (n, d) of the unit cube by their misfit, the common factor of all unbalance and the common phase set to
     what suits the data."""
-    [found] = _ranked_by([_by_ratio], problem, measurement, points)
+    [found] = _ranked_by([_by_ratio], case, points)
     return found
 
 
-def screened_both_ways(problem: Problem, measurement: Measurement, points: Array) -> tuple[Screened, Screened]:
+def screened_both_ways(case: Case, points: Array) -> tuple[Screened, Screened]:
     """Points as `screened` has them, and by the part of the data at 1X that is not a multiple of the response."""
-    by_ratio, by_shape = _ranked_by([_by_ratio, _by_shape], problem, measurement, points)
+    by_ratio, by_shape = _ranked_by([_by_ratio, _by_shape], case, points)
     return by_ratio, by_shape
 
 
 # Aligns points, given as values (n, d) SI, which it may change, and their responses, with the data: points and misfits.
-Way = Callable[[Problem, Measurement, Array, ComplexArray], tuple[Array, Array]]
+Way = Callable[[Case, Array, ComplexArray], tuple[Array, Array]]
 
 
-def _ranked_by(ways: Sequence[Way], problem: Problem, measurement: Measurement, points: Array) -> list[Screened]:
-    problem, measurement = as_searched(problem, measurement)
-    n_chunk = max(1, MAX_VALUES // measurement.values.size)
+def _ranked_by(ways: Sequence[Way], case: Case, points: Array) -> list[Screened]:
+    case = as_searched(case)
+    problem, n_chunk = case.problem, max(1, MAX_VALUES // case.measurement.values.size)
     parts = []
     for start in range(0, len(points), n_chunk):
         x = problem.parameters.to_si(points[start : start + n_chunk])
         response = problem.response(x)
-        parts.append([way(problem, measurement, x.copy(), response) for way in ways])
+        parts.append([way(case, x.copy(), response) for way in ways])
     return [ranked(*(np.concatenate(each) for each in zip(*of_way))) for of_way in zip(*parts)]
 
 
-def scanned(
-    problem: Problem, measurement: Measurement, points: Array, zero: Array, n_value: int, n_cloud: int
-) -> Screened:
+def scanned(case: Case, points: Array, zero: Array, n_value: int, n_cloud: int) -> Screened:
     """The best points of an extended problem: screenings of the baseline model's points (n, d) at values of the
     effects' unknowns all over their limits, and clouds around the best `n_cloud` of them. `zero` (e,) is where there is no
     effect."""
-    found = screened_at(problem, measurement, points, scan_values(zero, n_value))
-    return refined_by_clouds(problem, measurement, found, n_cloud)
+    return refined_by_clouds(case, screened_at(case, points, scan_values(zero, n_value)), n_cloud)
 
 
-def screened_at(problem: Problem, measurement: Measurement, points: Array, values: Array) -> Screened:
+def screened_at(case: Case, points: Array, values: Array) -> Screened:
     """The best of the baseline model's points (n, d) at each of the values (m, e) of effects' unknowns, in the unit cube."""
     best = []
     for value in values:
-        found = screened(problem, measurement, np.hstack([points, np.tile(value, (len(points), 1))]))
+        found = screened(case, np.hstack([points, np.tile(value, (len(points), 1))]))
         best.append(found.best(PER_VALUE))
     return joined(*best)
 
 
-def refined_by_clouds(problem: Problem, measurement: Measurement, found: Screened, n_cloud: int) -> Screened:
+def refined_by_clouds(case: Case, found: Screened, n_cloud: int) -> Screened:
     """Clouds of points around the best ones, `n_cloud` at most, narrower and narrower around fewer and fewer; unknowns that are
     costly to change take few values, the same ones in all clouds of a width."""
     d = found.points.shape[1]
     cloud = scipy.stats.norm.ppf(sobol(CLOUD_POINTS, d) + 0.5 / CLOUD_POINTS)
-    costly = list(problem.costly)
+    costly = list(case.problem.costly)
     cloud[:, costly] = np.clip(np.rint(cloud[:, costly]), -1, 1)
     for narrowed, width in enumerate(CLOUDS):
         centres = found.apart(min(n_cloud, max(FEWEST_CLOUDS, n_cloud >> narrowed)), width / 2)
         points = centres.points[:, None] + width * cloud
         points[..., costly] = width * np.rint(points[..., costly] / width)
         points = np.clip(points, 0.0, 1.0).reshape(-1, d)
-        found = joined(centres, screened(problem, measurement, points))
+        found = joined(centres, screened(case, points))
     return found
 
 
@@ -110,15 +108,16 @@ def scan_values(zero: Array, n_value: int) -> Array:
     return np.asarray(zero + np.sign(reach) * room * np.abs(reach) ** CROWDING)
 
 
-def _by_ratio(problem: Problem, measurement: Measurement, x: Array, response: ComplexArray) -> tuple[Array, Array]:
+def _by_ratio(case: Case, x: Array, response: ComplexArray) -> tuple[Array, Array]:
     """Points (n, d) aligned with the data, and their misfits (n,)."""
+    problem, measurement = case.problem, case.measurement
     amplitude, measured = np.abs(response), np.abs(measurement.values)
     nonzero = measured != 0
     at_1x = [item.is_1x for item in measurement.channels]
     quiet, is_1x = _quiet(measurement), np.broadcast_to(at_1x, measured.shape)[nonzero]
     ratio = log_ratio((amplitude + quiet)[:, nonzero], (measured + quiet)[nonzero])
     shift = np.log(_scale(problem, x, np.exp(-np.median(ratio[:, is_1x], axis=1))))
-    if turning := _turning(problem, measurement):
+    if turning := _turning(case):
         forward = np.divide(
             measurement.values, measured, out=np.zeros_like(measurement.values), where=nonzero & (quiet == 0)
         )
@@ -128,14 +127,15 @@ def _by_ratio(problem: Problem, measurement: Measurement, x: Array, response: Co
     return np.clip(problem.parameters.to_cube(x), 0.0, 1.0), mean_log_misfit(ratio)
 
 
-def _by_shape(problem: Problem, measurement: Measurement, x: Array, response: ComplexArray) -> tuple[Array, Array]:
+def _by_shape(case: Case, x: Array, response: ComplexArray) -> tuple[Array, Array]:
     """Points (n, d) with the scale and phase that suit the data best, and 1 − MAC (n,)."""
+    problem, measurement = case.problem, case.measurement
     at_1x = [item.is_1x for item in measurement.channels]
     seen, measured = measurement.seen(response)[..., at_1x], measurement.values[:, at_1x]
     across = (np.conj(seen) * measured).sum(axis=(1, 2))
     size = np.maximum((np.abs(seen) ** 2).sum(axis=(1, 2)), np.finfo(float).tiny)
     _scale(problem, x, np.maximum(np.abs(across) / size, np.finfo(float).tiny))
-    if turning := _turning(problem, measurement):
+    if turning := _turning(case):
         _turn(x, turning, np.angle(across))
     misfit = 1 - np.abs(across) ** 2 / (size * np.sum(np.abs(measured) ** 2))
     return np.clip(problem.parameters.to_cube(x), 0.0, 1.0), np.where(np.isfinite(misfit), misfit, np.inf)
@@ -169,11 +169,11 @@ def _quiet(measurement: Measurement) -> Array:
     return np.array([0.0 if each == 1 else float(medians[each]) for each in harmonics.tolist()])
 
 
-def _turning(problem: Problem, measurement: Measurement) -> list[int]:
+def _turning(case: Case) -> list[int]:
     """The indices of the angles that turn all data alike: the phase origin, or else the phases of all unbalance."""
-    if measurement.is_amplitude:
+    if case.measurement.is_amplitude:
         return []
-    names = problem.parameters.names
+    names = case.problem.parameters.names
     if PHASE_ORIGIN in names:
         return [names.index(PHASE_ORIGIN)]
-    return [index for index, parameter in enumerate(problem.parameters) if parameter.is_full_turn]
+    return [index for index, parameter in enumerate(case.problem.parameters) if parameter.is_full_turn]

@@ -15,7 +15,7 @@ doi 10.1002/9780470316757; D. J. Venzon and S. H. Moolgavkar, Appl. Stat. 37 (19
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -29,7 +29,7 @@ from ksmea.inference.maximisation import Maximised, distinct, maximise
 from ksmea.likelihood.fisher import Point
 from ksmea.likelihood.likelihood import Likelihood
 from ksmea.measurement.noise import Noise
-from ksmea.numerics.parallel import for_each
+from ksmea.numerics.parallel import ALONE, Workers
 
 REGULAR = 0.05  # the ends of a parabola may miss those of the profile by this part of the half-width
 FAR = 8.0  # rise of the deviance from a known point of a profile to where the next is computed; more is too far away
@@ -214,21 +214,20 @@ def estimate(
     check: bool = True,
     others: Sequence[Point] = (),
     rises: Array | None = None,
-    progress: Callable[[], None] = lambda: None,
-    workers: int = 1,
+    workers: Workers = ALONE,
 ) -> Estimate:
     """The intervals of confidence `level` around a maximum of the likelihood and `others` that are known; they belong to the
     highest of these and of any that a profile meets. `rises` (n_maximum, d) of the deviance are those of each maximum and
     unknown; where they are left out, the critical rise.
 
     Without `check`, and where a profile cannot be computed, the information at the maximum is believed, at no further
-    evaluation of the model. `progress` is called at each interval; processes share them.
+    evaluation of the model. Workers share the intervals.
     """
     if rises is None:
         rises = np.full((1 + len(others), likelihood.d), critical_rise(likelihood, level, [maximum, *others]))
     intervals = None
     if check:
-        maximum, intervals = checked_intervals(likelihood, [maximum, *others], rises, progress, workers)
+        maximum, intervals = checked_intervals(likelihood, [maximum, *others], rises, workers)
     if intervals is None:
         intervals = [information_interval(likelihood, maximum, index, rise) for index, rise in enumerate(rises[0])]
     parameters = likelihood.model.problem.parameters
@@ -241,11 +240,7 @@ def estimate(
 
 
 def checked_intervals(
-    likelihood: Maximised,
-    maxima: Sequence[Point],
-    rises: Array,
-    progress: Callable[[], None] = lambda: None,
-    workers: int = 1,
+    likelihood: Maximised, maxima: Sequence[Point], rises: Array, workers: Workers = ALONE
 ) -> tuple[Point, list[Interval] | None]:
     """The best of some maxima and the intervals in the unit cube, in which the deviance of each unknown rises by less than `rises`
     (n_maximum, d); none where profile after profile finds a higher one, so uneven is the likelihood, or one cannot be computed.
@@ -256,7 +251,7 @@ def checked_intervals(
         maxima = best
         of_unknown = partial(_joined, likelihood, maxima, rises)
         try:
-            return maxima[0], for_each(of_unknown, range(likelihood.d), workers, progress=progress)
+            return maxima[0], workers.each(of_unknown, range(likelihood.d))
         except _BetterMaximum as found:
             maxima = [maximise(likelihood, found.point.theta), *maxima]
             rises = np.vstack([rises.max(axis=0), rises])

@@ -25,17 +25,17 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.likelihood.deviance import log_term
 from ksmea.likelihood.fisher import Point, noise_variance_slopes
 from ksmea.likelihood.likelihood import Likelihood
-from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.speeds import COMMON_SPEED, equal_speeds
+from ksmea.problem.case import Case
 from ksmea.problem.counted import Model
 
 Number = TypeVar("Number", np.float64, np.complex128)
 
 
-def likelihood_of(model: Model, measurement: Measurement, *, stable_only: bool = False) -> Likelihood:
+def likelihood_of(case: Case, *, stable_only: bool = False) -> Likelihood:
     """The likelihood of a measurement, or of how its runs differ where the campaign asks for that."""
-    likelihood_class = DifferenceLikelihood if measurement.is_by_differences else Likelihood
-    return likelihood_class(model, measurement, stable_only=stable_only)
+    likelihood_class = DifferenceLikelihood if case.measurement.is_by_differences else Likelihood
+    return likelihood_class(Model(case.problem), case.measurement, stable_only=stable_only)
 
 
 class DifferenceLikelihood(Likelihood):

@@ -21,7 +21,7 @@ from ksmea.likelihood.fisher import Point, noise_variance_slopes, whitened_diffe
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import amplitude_sensitivity
-from ksmea.problem.alignment import require_aligned
+from ksmea.problem.case import Case
 from ksmea.problem.counted import Model
 
 # Noise that is estimated lies between nothing and as much as the data themselves: as parts of the values, and as parts
@@ -44,7 +44,7 @@ class Likelihood:
     With `stable_only` the deviance is infinite where the rotor is unstable at a measured speed."""
 
     def __init__(self, model: Model, measurement: Measurement, *, stable_only: bool = False) -> None:
-        require_aligned(model.problem, measurement)
+        self.case = Case(model.problem, measurement)
         self.model = model
         self.measurement = measurement
         self._stable_only = stable_only

@@ -313,12 +313,12 @@ def located_fit(extended: Problem, law: LawFit, plain: SiteFit, before: Fit) -> 
     """A problem whose last unknowns are the coefficients of a fitted law, fitted; `before` is the fit without them.
 
     Raises LinAlgError where no start has a steady motion under the law."""
-    measurement = plain.likelihood.measurement
+    case = plain.likelihood.case.by(extended)
     found = []
     for fit in (law.site, plain):
         x = np.concatenate([before.problem.parameters.to_si(fit.point.theta), law.values])
         with suppress(np.linalg.LinAlgError):
-            found.append(fit_from_values(extended, x, measurement))
+            found.append(fit_from_values(case, x))
     if not found:
         raise np.linalg.LinAlgError("no steady motion was found where the law was fitted")
     return stable_fit(min(found, key=lambda fit: fit.deviance), start_nearby(extended, before))

@@ -26,14 +26,11 @@ from ksmea.location.force_law import SMALLEST, TOLERANCE, LawLikelihood, chance_
 from ksmea.location.law_start import UNSEEN, inside, nearest_start
 from ksmea.location.location import fitted_site, missing_to_locate
 from ksmea.location.unknown_force import SiteFit, Unmodelled
-from ksmea.measurement.measurement import Measurement
 from ksmea.nonlinear.laws import Law
 from ksmea.numerics.screening import log_ratio, mean_log_misfit, sobol
 from ksmea.plugins.effect import ForceLaw
-from ksmea.problem.alignment import at_1x
-from ksmea.problem.counted import Model
+from ksmea.problem.case import Case
 from ksmea.problem.load import FORCE
-from ksmea.problem.problem import Problem
 
 N_START = 16  # of the fit beside a free force
 MAX_ITERATIONS = 50  # of each fit in the measured motion
@@ -44,14 +41,15 @@ N_BATCH = 16  # of these are evaluated at once, and left out where one has no st
 N_KEPT = 3  # of all, those that fits start from
 
 
-def can_recover(problem: Problem, measurement: Measurement, position: float) -> bool:
+def can_recover(case: Case, position: float) -> bool:
     """Whether data of a problem tell a force at a position, m, that is free at every speed, as amplitudes do not, and it takes unit
     loads."""
-    if measurement.is_by_differences:  # a free force is of what was read
+    if case.measurement.is_by_differences:  # a free force is of what was read
         return False
-    problem, at_rotation = at_1x(problem, measurement)
+    case = case.at_1x()
+    problem = case.problem
     try:
-        if missing_to_locate(problem, at_rotation.kind):
+        if missing_to_locate(problem, case.measurement.kind):
             return False
         middle = problem.parameters.to_si(np.full((1, len(problem.parameters)), 0.5))
         problem.load_response(middle, Unmodelled(FORCE, position).loads)
@@ -60,23 +58,17 @@ def can_recover(problem: Problem, measurement: Measurement, position: float) -> 
     return True
 
 
-def starts_from_force(
-    extended: Problem,
-    measurement: Measurement,
-    without: Problem,
-    position: float,
-    law: ForceLaw,
-    ceiling: float = np.inf,
-) -> Array:
+def starts_from_force(extended: Case, without: Case, position: float, law: ForceLaw, ceiling: float = np.inf) -> Array:
     """Points (n, d) of the unit cube from which to fit a problem that an effect has extended: a force by a law at a position, m.
     There are none where no law is found that has a steady motion, or where a free force leaves a deviance above a ceiling: no law
     comes lower. The data are such that `can_recover`. `SettingError` for a law that does not come from `ksmea.nonlinear.laws`."""
     if not isinstance(law, Law):
         raise SettingError(f"force_at: expected a law of ksmea.nonlinear.laws, got {law!r}; subclass Law")
-    problem, at_rotation = at_1x(without, measurement)
-    site = fitted_site(problem, at_rotation, Unmodelled(FORCE, position), N_START)
-    none = np.empty((0, len(extended.parameters)))
-    if problem is without and likelihood_of(Model(problem), measurement).deviance_of(site.point.mean) > ceiling:
+    at_rotation = without.at_1x()
+    problem, limits = at_rotation.problem, extended.problem.parameters
+    site = fitted_site(at_rotation, Unmodelled(FORCE, position), N_START)
+    none = np.empty((0, len(limits)))
+    if at_rotation is without and likelihood_of(without).deviance_of(site.point.mean) > ceiling:
         return none
     start = nearest_start(site, law)
     unit = np.array([size for _, _, size in law.coefficients])
@@ -85,7 +77,6 @@ def starts_from_force(
         return none
     scale = np.maximum(parts, SMALLEST * parts.max()) * unit
     likelihood = LawLikelihood(site, law, scale, start.motion)
-    limits = extended.parameters
     likelihood.lower[likelihood.d :] = limits.lower[likelihood.d :] / scale
     likelihood.upper[likelihood.d :] = limits.upper[likelihood.d :] / scale
     with suppress(np.linalg.LinAlgError):
@@ -96,34 +87,31 @@ def starts_from_force(
             x = [problem.parameters.to_si(theta[:, : likelihood.d]), theta[:, likelihood.d :] * scale]
             return inside(limits.to_cube(np.hstack(x)), limits.period)
 
-        found = _with_all_harmonics(extended, measurement, start.motion, in_cube(best.theta[None])[0])
+        found = _with_all_harmonics(extended, start.motion, in_cube(best.theta[None])[0])
         if found is None or not _is_enough(found, site, likelihood):
             cloud = in_cube(np.vstack([best.theta, best.theta + _draws(best)]))
             known = np.empty((0, len(limits))) if found is None else found.u[None]
-            return np.vstack([known, _in_agreement(extended, measurement, cloud)])
-        if _is_of_slow_run(found, extended, measurement):
+            return np.vstack([known, _in_agreement(extended, cloud)])
+        if _is_of_slow_run(found, extended):
             return found.u[None]
         cloud = inside(found.u + _draws(found.point)[:, : len(limits)], limits.period)
-        return np.vstack([found.u, _in_agreement(extended, measurement, cloud)])
+        return np.vstack([found.u, _in_agreement(extended, cloud)])
     return none
 
 
-def _with_all_harmonics(extended: Problem, measurement: Measurement, motion: ComplexArray, u: Array) -> Fit | None:
+def _with_all_harmonics(extended: Case, motion: ComplexArray, u: Array) -> Fit | None:
     """The effect fitted from a point of the unit cube (d,), in the steady motions next to that of its site (n_speed, 2), m; None where
     there is none on the way."""
-    problem = extended.next_to(motion)
-    likelihood = likelihood_of(Model(problem), measurement)
+    likelihood = likelihood_of(extended.by(extended.problem.next_to(motion)))
     with suppress(np.linalg.LinAlgError):
-        return Fit(
-            problem, likelihood, maximise(likelihood, likelihood.start(u), tolerance=END, max_iterations=MAX_ITERATIONS)
-        )
+        return Fit(likelihood, maximise(likelihood, likelihood.start(u), tolerance=END, max_iterations=MAX_ITERATIONS))
     return None
 
 
-def _is_of_slow_run(fit: Fit, extended: Problem, measurement: Measurement) -> bool:
+def _is_of_slow_run(fit: Fit, extended: Case) -> bool:
     """Whether a slow run comes to the same motions as those that a fit is next to."""
     with suppress(np.linalg.LinAlgError):
-        return likelihood_of(Model(extended), measurement).deviance(fit.point.theta) < fit.deviance + SAME
+        return likelihood_of(extended).deviance(fit.point.theta) < fit.deviance + SAME
     return False
 
 
@@ -142,11 +130,11 @@ def _draws(best: Point) -> Array:
     return np.asarray((drawn / sizes[shown]) @ directions[shown])
 
 
-def _in_agreement(problem: Problem, measurement: Measurement, points: Array) -> Array:
+def _in_agreement(case: Case, points: Array) -> Array:
     """Those of points (n, d) of the unit cube whose response at 1X comes nearest to the data, by the mean |ln ratio|: one speed that
     is on the other motion counts no more than its ratio."""
-    is_1x = [channel.is_1x for channel in measurement.channels]
-    seen = measurement.values[:, is_1x]
+    problem, is_1x = case.problem, [channel.is_1x for channel in case.measurement.channels]
+    seen = case.measurement.values[:, is_1x]
     misfits = np.full(len(points), np.inf)
     for rows in np.split(np.arange(len(points)), range(N_BATCH, len(points), N_BATCH)):
         with suppress(np.linalg.LinAlgError):

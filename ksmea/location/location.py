@@ -31,12 +31,12 @@ from ksmea.location.restricted_noise import restricted_noise
 from ksmea.location.sites import SiteQuality, fitted_pairs, site_qualities
 from ksmea.location.unknown_force import LATERAL, READING, ProjectedLikelihood, SiteFit, Unmodelled
 from ksmea.measurement.channel import DIRECTIONS
-from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import Observable
-from ksmea.numerics.parallel import for_each
+from ksmea.numerics.parallel import ALONE, Workers
 from ksmea.numerics.screening import sobol
 from ksmea.problem.alignment import through
+from ksmea.problem.case import Case
 from ksmea.problem.load import LOADS
 from ksmea.problem.problem import Problem
 
@@ -79,37 +79,36 @@ class Location:
 
 
 def locate(
-    problem: Problem,
-    measurement: Measurement,
+    case: Case,
     rng: np.random.Generator,
     *,
     positions: Sequence[float] = (),
     quantities: Sequence[str] = (*LOADS, READING),
     level: float = 0.01,
     n_start: int = 4,
-    progress: Callable[[], None] = lambda: None,
-    workers: int = 1,
+    workers: Workers = ALONE,
 ) -> Location:
     """What is tried at each position (m; the problem's sites if none are given), or reading plane, for each quantity, and
     which of it is not rejected at `level`. Where nothing is accepted anywhere, force and moment together are tried, and forces
-    at two positions, if the channels are enough. Processes share the sites.
+    at two positions, if the channels are enough. Workers share the sites.
 
     Raises `SettingError` where the data are too few for anything to be left once it is eliminated.
     """
-    require_enough(problem, measurement.kind)
+    problem = case.problem
+    require_enough(problem, case.measurement.kind)
     along = problem.sites if not len(positions) else np.asarray(positions, dtype=float)
 
     def fitted(tried: Sequence[Unmodelled]) -> list[SiteFit]:
-        return _fits(problem, measurement, tried, rng, n_start, progress, workers)
+        return _fits(case, tried, rng, n_start, workers)
 
     fits = fitted([Unmodelled(), *candidates(problem, quantities, along)])
-    found = _tested(fits, measurement, level, rng, workers)
+    found = _tested(fits, level, rng, workers)
     if found.accepted or not set(LOADS) <= set(quantities):
         return found
     more = fitted(candidates(problem, (LATERAL,), along))
     if len(along) > 1 and leaves_enough(problem, 2 * len(DIRECTIONS)):
         more += fitted_pairs(np.sort(along), fitted)
-    return _tested([*fits, *more], measurement, level, rng, workers) if more else found
+    return _tested([*fits, *more], level, rng, workers) if more else found
 
 
 def require_enough(problem: Problem, kind: str) -> None:
@@ -158,58 +157,49 @@ def candidates(problem: Problem, quantities: Sequence[str], positions: Array) ->
     return [unmodelled for unmodelled in found if len(unmodelled.named_columns(problem)) < len(problem.channels)]
 
 
-def _tested(
-    fits: Sequence[SiteFit], measurement: Measurement, level: float, rng: np.random.Generator, workers: int
-) -> Location:
+def _tested(fits: Sequence[SiteFit], level: float, rng: np.random.Generator, workers: Workers) -> Location:
     """Fits, the plain one first, with the noise of the one that needs least of it."""
     for _ in range(REWEIGHTINGS):
         reference = min(fits, key=lambda fit: fit.point.excess)
-        noise = _noise(measurement, reference)
+        noise = _noise(reference)
         fits = _each_site(partial(_reweighted, noise=noise, reference=reference), fits, workers)
     fits = _each_site(_settled, fits, workers)
-    qualities = site_qualities([fit.point for fit in fits], measurement, level, rng, workers)
+    qualities = site_qualities([fit.point for fit in fits], fits[0].likelihood.measurement, level, rng, workers)
     return Location(tuple(fits[1:]), tuple(qualities[1:]), fits[0], qualities[0], noise, level)
 
 
-def _each_site(function: Callable[[SiteFit], SiteFit], fits: Sequence[SiteFit], workers: int) -> list[SiteFit]:
-    """What a function makes of each fit; processes share them."""
+def _each_site(function: Callable[[SiteFit], SiteFit], fits: Sequence[SiteFit], workers: Workers) -> list[SiteFit]:
+    """The fits that a function makes of fits; processes share them."""
     known = [
         thing for fit in fits for thing in (fit, fit.likelihood, fit.likelihood.problem, fit.likelihood.measurement)
     ]
-    return for_each(function, fits, workers, known=known)
+    return workers.unseen.each(function, fits, known)
 
 
 def _fits(
-    problem: Problem,
-    measurement: Measurement,
-    tried: Sequence[Unmodelled],
-    rng: np.random.Generator,
-    n_start: int,
-    progress: Callable[[], None],
-    workers: int,
+    case: Case, tried: Sequence[Unmodelled], rng: np.random.Generator, n_start: int, workers: Workers
 ) -> list[SiteFit]:
     """Each fitted with weights from the data, from starts all over the box and from the best that others found."""
-    magnitude = np.abs(measurement.values)
+    magnitude = np.abs(case.measurement.values)
     sd = np.hypot(magnitude, FIRST_FLOOR * np.median(magnitude))
-    likelihoods = [ProjectedLikelihood(problem, measurement, unmodelled, sd) for unmodelled in tried]
-    starts = [_starts(problem, measurement, unmodelled, rng, n_start) for unmodelled in tried]
+    likelihoods = [ProjectedLikelihood(case, unmodelled, sd) for unmodelled in tried]
+    starts = [_starts(case, unmodelled, rng, n_start) for unmodelled in tried]
 
     def fitted(index: int) -> SiteFit:
         return _best(likelihoods[index], starts[index])
 
-    known = [problem, measurement, *likelihoods]
-    fits = for_each(fitted, range(len(tried)), workers, known=known, progress=progress)
+    fits = workers.each(fitted, range(len(tried)), [case, case.problem, case.measurement, *likelihoods])
     for _ in range(SHARINGS):
         shared = [fit.point.theta for fit in sorted(fits, key=lambda fit: fit.point.excess)[:SHARED]]
         fits = _each_site(partial(_searched_from, starts=shared), fits, workers)
-        progress()
+        workers.progress()
     return fits
 
 
-def fitted_site(problem: Problem, measurement: Measurement, unmodelled: Unmodelled, n_start: int) -> SiteFit:
+def fitted_site(case: Case, unmodelled: Unmodelled, n_start: int) -> SiteFit:
     """One site by itself, with the noise that it needs."""
-    [fit] = _fits(problem, measurement, [unmodelled], np.random.default_rng(0), n_start, lambda: None, 1)
-    return _reweighted(fit, _noise(measurement, fit), fit)
+    [fit] = _fits(case, [unmodelled], np.random.default_rng(0), n_start, ALONE)
+    return _reweighted(fit, _noise(fit), fit)
 
 
 def _searched_from(fit: SiteFit, starts: Sequence[Array], ceiling: float = np.inf) -> SiteFit:
@@ -219,18 +209,17 @@ def _searched_from(fit: SiteFit, starts: Sequence[Array], ceiling: float = np.in
     return min(fits, key=lambda found: found.point.deviance)
 
 
-def _starts(
-    problem: Problem, measurement: Measurement, unmodelled: Unmodelled, rng: np.random.Generator, n_start: int
-) -> Array:
+def _starts(case: Case, unmodelled: Unmodelled, rng: np.random.Generator, n_start: int) -> Array:
     """Points (n, d) of the unit cube. Beside a free load any will do: it takes the resonances, and with them the narrow
     basins. Without one, as beside a reading, there are as many as of the plain model: they are screened for."""
+    problem, measurement = case.problem, case.measurement
     d = len(problem.parameters)
     if unmodelled.loads:
         return sobol(n_start, d, rng)
     kept = [index for index, channel in enumerate(problem.channels) if not unmodelled.reads(channel)]
     channels = tuple(problem.channels[index] for index in kept)
     part = dataclasses.replace(measurement, channels=channels, values=measurement.values[:, kept], noise=None)
-    found = screened(through(problem, channels), part, sobol(N_SCREENED, d, rng))
+    found = screened(Case(through(problem, channels), part), sobol(N_SCREENED, d, rng))
     return found.apart(SCREENED_STARTS, START_DISTANCE).points
 
 
@@ -274,8 +263,9 @@ def _settled(fit: SiteFit) -> SiteFit:
     return SiteFit(likelihood, likelihood.at(theta))
 
 
-def _noise(measurement: Measurement, fit: SiteFit) -> Noise:
+def _noise(fit: SiteFit) -> Noise:
     """The noise, as it is known, or as what a fit leaves has it."""
+    measurement = fit.likelihood.measurement
     if measurement.noise is not None:
         return measurement.noise
     point = fit.point

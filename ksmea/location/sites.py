@@ -24,7 +24,7 @@ from ksmea.fits.lack_of_fit import STATISTICS, as_complex, residual_statistics, 
 from ksmea.likelihood.fisher import span
 from ksmea.location.unknown_force import ProjectedPoint, SiteFit, Unmodelled, without
 from ksmea.measurement.measurement import Measurement
-from ksmea.numerics.parallel import for_each
+from ksmea.numerics.parallel import ALONE, Workers
 from ksmea.records.location import PAIR
 
 N_SIMULATED = 2000
@@ -41,14 +41,18 @@ class SiteQuality:
 
 
 def site_qualities(
-    points: Sequence[ProjectedPoint], measurement: Measurement, level: float, rng: np.random.Generator, workers: int = 1
+    points: Sequence[ProjectedPoint],
+    measurement: Measurement,
+    level: float,
+    rng: np.random.Generator,
+    workers: Workers = ALONE,
 ) -> list[SiteQuality]:
     """The test of each site, by the same simulated noise for all of them; processes share the sites."""
     n_value = measurement.values.size * measurement.dimensions
     noise = as_complex(rng.standard_normal((N_SIMULATED, n_value)), measurement.values.shape)
     sampled = partial(_sampled, measurement=measurement, noise=np.moveaxis(noise, 0, -1))
     # (n_site, 1 + n_simulated, n_statistic), the data's own first
-    statistics = np.stack(for_each(sampled, points, workers))
+    statistics = np.stack(workers.unseen.each(sampled, points))
     if measurement.noise is not None:
         return _tested(statistics, STATISTICS)
     size = np.log(statistics[:, :, -1] / np.array([[point.n_left] for point in points]))

@@ -28,7 +28,7 @@ from ksmea.arrays import Array, ComplexArray, Mask
 from ksmea.likelihood.fisher import Point
 from ksmea.likelihood.likelihood import BEND
 from ksmea.measurement.channel import DIRECTIONS, Channel
-from ksmea.measurement.measurement import Measurement
+from ksmea.problem.case import Case
 from ksmea.problem.load import FORCE, LOADS, Load
 from ksmea.problem.problem import Problem
 from ksmea.records.location import PAIR
@@ -178,10 +178,12 @@ class ProjectedLikelihood(SumOfSquares):
     """χ² of r as a function of the unknowns in the unit cube, the noise s (n_speed, n_channel) being held: what
     `ksmea.inference.maximisation` can maximise as it does a likelihood."""
 
-    def __init__(self, problem: Problem, measurement: Measurement, unmodelled: Unmodelled, sd: Array) -> None:
+    def __init__(self, case: Case, unmodelled: Unmodelled, sd: Array) -> None:
+        problem = case.problem
+        self.case = case
         self.problem = problem
-        self.measurement = measurement
-        self.measured: ComplexArray = np.asarray(measurement.values, dtype=complex)
+        self.measurement = case.measurement
+        self.measured: ComplexArray = np.asarray(case.measurement.values, dtype=complex)
         self.unmodelled = unmodelled
         self.sd = sd
         self.d = len(problem.parameters)
@@ -196,7 +198,7 @@ class ProjectedLikelihood(SumOfSquares):
 
     def with_sd(self, sd: Array) -> ProjectedLikelihood:
         """The same with other noise (n_speed, n_channel), m."""
-        return ProjectedLikelihood(self.problem, self.measurement, self.unmodelled, sd)
+        return ProjectedLikelihood(self.case, self.unmodelled, sd)
 
     def at(self, theta: Array) -> ProjectedPoint:
         parameters = self.problem.parameters

@@ -70,6 +70,32 @@ def for_each(
     return [cast(_Answer, answer).result() for answer in loaded]
 
 
+def _unseen() -> None:
+    """A step that nobody follows."""
+
+
+@dataclass(frozen=True)
+class Workers:
+    """At most `count` processes that share work, and `progress`, which is called after each item of it."""
+
+    count: int = 1
+    progress: Callable[[], None] = _unseen
+
+    def each(
+        self, function: Callable[[Item], Result], items: Iterable[Item], known: Iterable[object] = ()
+    ) -> list[Result]:
+        """`for_each` by these processes."""
+        return for_each(function, items, self.count, known=known, progress=self.progress)
+
+    @property
+    def unseen(self) -> Workers:
+        """They whose steps are not counted."""
+        return Workers(self.count)
+
+
+ALONE = Workers()  # this process
+
+
 def available_cores() -> int:
     """Cores that this process may use, those that Slurm has given its job included."""
     here = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1

@@ -1,7 +1,6 @@
 """Problem aligned with a measurement: its speeds, runs, channels, harmonics and origin of phases.
 
-A comparison takes the problem from here, because a response at other speeds has the right shape and the wrong values. Of data at
-other multiples of the spin speed than 1X those are kept that the problem has a response for.
+A comparison takes the problem from here, because a response at other speeds has the right shape and the wrong values.
 """
 
 from __future__ import annotations
@@ -14,7 +13,6 @@ from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Layout, Measurement
-from ksmea.numerics.screening import sobol
 from ksmea.problem.campaign_problem import CampaignProblem, in_runs
 from ksmea.problem.problem import Problem
 
@@ -111,29 +109,3 @@ def _in_its_runs(problem: Problem, layout: Layout) -> Problem:
             " weight's g_mm and angle_deg, or measure phases"
         )
     return in_runs(machine, layout.campaign) if problem.campaign is None else CampaignProblem(machine, layout.campaign)
-
-
-def answered(problem: Problem, measurement: Measurement) -> tuple[Problem, Measurement]:
-    """A problem and its measurement through the channels at whose harmonics the problem moves at all: a linear model answers
-    unbalance at 1X alone, and what else was measured tells nothing of it. They are as they are where that is all of them.
-
-    It is asked at one set of values that is nothing special: the third point of a Sobol' sequence.
-    """
-    if all(channel.is_1x for channel in measurement.channels):
-        return problem, measurement
-    x = problem.parameters.to_si(sobol(4, len(problem.parameters))[2:3])
-    moves = np.any(problem.response(x)[0] != 0, axis=0)
-    return _through(problem, measurement, [bool(each) for each in moves])
-
-
-def at_1x(problem: Problem, measurement: Measurement) -> tuple[Problem, Measurement]:
-    """A problem and its measurement at the speed of rotation alone."""
-    return _through(problem, measurement, [channel.is_1x for channel in measurement.channels])
-
-
-def _through(problem: Problem, measurement: Measurement, is_kept: list[bool]) -> tuple[Problem, Measurement]:
-    kept = [index for index, each in enumerate(is_kept) if each or measurement.channels[index].is_1x]
-    if len(kept) == len(measurement.channels):
-        return problem, measurement
-    part = measurement.through(kept)
-    return through(problem, part.channels), part

@@ -12,18 +12,19 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.speeds import COMMON_SPEED, equal_speeds
+from ksmea.problem.case import Case
 from ksmea.problem.forwarding import ProblemProxy
 from ksmea.problem.load import Load
 from ksmea.problem.problem import Problem
 
 
-def as_searched(problem: Problem, measurement: Measurement) -> tuple[Problem, Measurement]:
-    """A problem and a measurement as they are; where only differences between runs count, those from the reference."""
+def as_searched(case: Case) -> Case:
+    """A case as it is; where only differences between runs count, that of the differences from the reference."""
+    measurement = case.measurement
     if not measurement.is_by_differences or measurement.campaign is None:
-        return problem, measurement
+        return case
     names = [run.name for run in measurement.campaign.runs]
     of_reference = measurement.rows[names.index(measurement.campaign.reference)]
     rows, references = [], []
@@ -39,7 +40,7 @@ def as_searched(problem: Problem, measurement: Measurement) -> tuple[Problem, Me
     differences = dataclasses.replace(
         measurement, speed=measurement.speed[taken], values=values[taken] - values[away], noise=noise, campaign=None
     )
-    return DifferencesProblem(problem, taken, away), differences
+    return Case(DifferencesProblem(case.problem, taken, away), differences)
 
 
 @dataclass(frozen=True, eq=False)

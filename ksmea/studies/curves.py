@@ -18,22 +18,23 @@ from ksmea.measurement.measurement import Layout, Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.plugins.identification import Identification
 from ksmea.problem.alignment import aligned
-from ksmea.problem.counted import Model
+from ksmea.problem.case import Case
 from ksmea.problem.problem import Problem
 from ksmea.records.curves import FineCurve, FitCurves, Polar, ResponseCurves, matrix, row
 
 
-def fit_curves(problem: Problem, measurement: Measurement, x: Array, noise: Noise | None) -> FitCurves:
+def fit_curves(case: Case, x: Array, noise: Noise | None) -> FitCurves:
     """Data and fitted response at x (d,) SI over speed, with the noise where it is known or estimated. Where only differences
     between runs count, what these show alike is added, at the measured speeds alone."""
+    problem, measurement = case.problem, case.measurement
     fitted = problem.response(x[None])[0]
     with_phase = not measurement.is_amplitude
     if measurement.is_by_differences and noise is not None:
-        likelihood = with_noise(problem, measurement, noise)
+        likelihood = with_noise(case, noise)
         fitted = fitted + likelihood.alike(problem.parameters.to_cube(x), fitted)
         fine = _curve(measurement.layout, fitted)
     else:
-        fine = fine_curve(problem, measurement, x)
+        fine = fine_curve(case, x)
     return FitCurves(
         speed=row(measurement.speed),
         channels=tuple(str(channel) for channel in measurement.channels),
@@ -44,19 +45,19 @@ def fit_curves(problem: Problem, measurement: Measurement, x: Array, noise: Nois
     )
 
 
-def fine_curve(problem: Problem, measurement: Measurement, x: Array) -> FineCurve:
+def fine_curve(case: Case, x: Array) -> FineCurve:
     """The response at x (d,) SI at as many speeds in the band of each run as a figure needs, with phases where data have any."""
-    layout = fine_layout(problem, measurement, x)
-    return _curve(layout, aligned(problem, layout).response(x[None])[0])
+    layout = fine_layout(case, x)
+    return _curve(layout, aligned(case.problem, layout).response(x[None])[0])
 
 
 def _curve(layout: Layout, response: ComplexArray) -> FineCurve:
     return FineCurve.of(layout.speed, response, layout.breaks, with_phase=layout.kind == "complex")
 
 
-def response_curves(problem: Problem, measurement: Measurement, found: Identification) -> ResponseCurves:
+def response_curves(case: Case, found: Identification) -> ResponseCurves:
     """Amplitudes of measurement, identified model, and surrogate and true model at the surrogate's last optimum."""
-    identified = problem.response(found.x[None])[0]
+    measurement, identified = case.measurement, case.problem.response(found.x[None])[0]
     return ResponseCurves(
         speed=row(measurement.speed),
         channels=tuple(str(channel) for channel in measurement.channels),
@@ -68,9 +69,9 @@ def response_curves(problem: Problem, measurement: Measurement, found: Identific
     )
 
 
-def with_noise(problem: Problem, measurement: Measurement, noise: Noise) -> Likelihood:
+def with_noise(case: Case, noise: Noise) -> Likelihood:
     """The likelihood of a measurement whose noise is known by now."""
-    return likelihood_of(Model(problem), dataclasses.replace(measurement, noise=noise))
+    return likelihood_of(case.of_measurement(dataclasses.replace(case.measurement, noise=noise)))
 
 
 N_EVEN = 100  # speeds of each run to begin with
@@ -79,8 +80,9 @@ BENT = 0.06  # of ln|q|: 6 % of an amplitude, the width of a line
 MAX_ROUNDS = 10  # of halving: of 1/100 of a band 1e-5 of it is left
 
 
-def fine_layout(problem: Problem, measurement: Measurement, x: Array) -> Layout:
+def fine_layout(case: Case, x: Array) -> Layout:
     """The layout of a measurement at speeds that suit the response at values x (d,) SI, run by run."""
+    problem, measurement = case.problem, case.measurement
     bands = [measurement.speed[rows] for rows in measurement.rows]
     speeds = [np.union1d(band, np.linspace(np.min(band), np.max(band), N_EVEN)) for band in bands]
     sizes = _by_run(_sizes(problem, _layout(measurement, speeds), x), speeds)

@@ -8,10 +8,11 @@ import numpy as np
 from scipy.optimize import nnls
 
 from ksmea.arrays import Array
-from ksmea.fits.fitting import Effort, fit_baseline
+from ksmea.fits.fitting import fit_baseline
 from ksmea.fits.lack_of_fit import lack_of_fit
-from ksmea.measurement.measurement import Measurement
+from ksmea.fits.search import Search
 from ksmea.measurement.noise import Noise
+from ksmea.problem.case import Case
 from ksmea.problem.problem import Problem
 from ksmea.records.identification import LackOfFit
 from ksmea.studies.enough_data import can_be_tested, require_enough
@@ -36,13 +37,14 @@ class DesignPoint:
     remarks: tuple[str, ...] = ()
 
     @classmethod
-    def of_measurement(cls, problem: Problem, measurement: Measurement, rng: np.random.Generator) -> DesignPoint:
-        """What a measurement makes most likely, by a search of the whole box; the problem is aligned with it.
+    def of_measurement(cls, case: Case, rng: np.random.Generator) -> DesignPoint:
+        """What a measurement makes most likely, by a search of the whole box.
 
         Raises `SettingError` for fewer data than unknowns."""
+        problem, measurement = case.problem, case.measurement
         with_noise = measurement.noise is None
         require_enough(measurement.layout, len(problem.parameters), with_noise=with_noise)
-        fit = fit_baseline(problem, measurement, rng, Effort()).best
+        fit = fit_baseline(case, Search(rng)).best
         is_testable = can_be_tested(measurement.layout, len(problem.parameters), with_noise=with_noise)
         noise = fit.noise
         remarks: tuple[str, ...] = ()

@@ -4,27 +4,27 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
-from types import MappingProxyType
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
-from ksmea.diagnosis.diagnosis import Diagnosis, diagnose
+from ksmea.diagnosis.diagnosis import Criteria, Diagnosis, diagnose
 from ksmea.diagnosis.further_measurement import Split
 from ksmea.diagnosis.observability import Detectable
 from ksmea.diagnosis.trials import Candidate, Trial
-from ksmea.fits.fitting import Effort, Fit
+from ksmea.fits.fitting import Fit
 from ksmea.fits.lack_of_fit import FitQuality, whirl_parts
+from ksmea.fits.search import Effort, Search
 from ksmea.inference.intervals import Estimate, estimate
 from ksmea.location.location import missing_to_locate
 from ksmea.measurement.campaign import notation
 from ksmea.measurement.measurement import Measurement
+from ksmea.numerics.parallel import ALONE, Workers
 from ksmea.plugins.effect import AnyEffect
-from ksmea.problem.alignment import require_aligned
+from ksmea.problem.case import Case
 from ksmea.problem.parameters import Parameter
-from ksmea.problem.problem import Problem
 from ksmea.records.diagnosis import (
     CoefficientRecord,
     DetectableRecord,
@@ -41,7 +41,7 @@ from ksmea.records.location import LocationRecord
 from ksmea.records.record import finite
 from ksmea.settings.settings import Settings, setting
 from ksmea.studies.diagnosis_curves import diagnosis_curves
-from ksmea.studies.diagnosis_remarks import believed, stated_noise_remarks, sweep_remarks
+from ksmea.studies.diagnosis_remarks import stated_noise_remarks, sweep_remarks
 from ksmea.studies.enough_data import estimate_record, noise_record
 from ksmea.studies.hausman import both_ways, repeats_of
 from ksmea.studies.locate import LocationOptions, location
@@ -97,6 +97,10 @@ class DiagnosisOptions(Settings):
         return LocationOptions(level=self.level, interval_level=self.interval_level, blocks=self.blocks)
 
     @property
+    def criteria(self) -> Criteria:
+        return Criteria(self.level, self.interval_level, self.blocks)
+
+    @property
     def effort(self) -> Effort:
         return Effort(
             screening=self.screening,
@@ -111,69 +115,60 @@ class DiagnosisOptions(Settings):
         )
 
 
+@dataclass(frozen=True)
+class Report:
+    """What the record of a diagnosis has beside the verdict.
+
+    `left_out` names effects that are not in the library, and why; `remarks` are those on the data that are known before.
+    `details` adds remarks on data that look like a slip: what a report on one diagnosis shows. `fine` adds the curves of both
+    models at as many speeds as its figures need.
+    """
+
+    left_out: Mapping[str, str] = field(default_factory=dict)
+    remarks: tuple[str, ...] = ()
+    details: bool = True
+    fine: bool = True
+
+
 def diagnosis(
-    problem: Problem,
-    measurement: Measurement,
+    case: Case,
     effects: Mapping[str, AnyEffect],
     rng: np.random.Generator,
     *,
     options: DiagnosisOptions | None = None,
-    left_out: Mapping[str, str] = MappingProxyType({}),
-    remarks: Sequence[str] = (),
-    details: bool = True,
-    fine: bool = True,
-    progress: Callable[[], None] = lambda: None,
-    workers: int = 1,
+    report: Report = Report(),
+    workers: Workers = ALONE,
 ) -> DiagnosisRecord:
-    """The diagnosis of a measurement by a problem and the effects, by name, that may extend it; `progress` is called at
-    each step. The record names effects that do not fit the problem beside those that were left out before, and why. Where the
+    """The diagnosis of a measurement by a problem and the effects, by name, that may extend it. The record names effects that do
+    not fit the problem beside those that were left out before, and why. Where the
     model is wrong and the data over-determine an unknown force, the record has its location too, which is the verdict
     (`located`) where no effect explains the data; then the laws that the force may follow are sought too.
-    `details` adds to the `remarks` those on data that look like a slip: what a report on one diagnosis shows. `fine` adds the
-    curves of both models at as many speeds as its figures need. At most `workers` processes share the work.
 
-    Raises `SettingError` where problem and measurement are not aligned, ValueError where none of the effects that
-    there are has a location on the problem.
+    Raises ValueError where none of the effects that there are has a location on the problem.
     """
-    require_aligned(problem, measurement)
-    refuse_differences(measurement, "diagnose")
+    refuse_differences(case.measurement, "diagnose")
     options = options or DiagnosisOptions()
-    found = diagnose(
-        problem,
-        measurement,
-        effects,
-        rng,
-        level=options.level,
-        effort=dataclasses.replace(options.effort, workers=workers),
-        n_block=options.blocks,
-        interval_level=options.interval_level,
-        progress=progress,
-    )
-    remarks = (*remarks, *stated_noise_remarks(found, measurement), *sweep_remarks(found, measurement.history))
-    measurement = believed(found)
-    record = diagnosis_record(found, measurement, options.interval_level, fine=fine)
-    if options.locate and record.verdict in WRONG and not missing_to_locate(problem, measurement.kind):
+    found = diagnose(case, effects, Search(rng, options.effort, workers), options.criteria)
+    stated = (*stated_noise_remarks(found, case.measurement), *sweep_remarks(found, case.measurement.history))
+    remarks = (*campaign_remarks(case), *report.remarks, *stated)
+    record = diagnosis_record(found, fine=report.fine)
+    case = found.baseline.case  # with the noise that it goes by
+    if options.locate and record.verdict in WRONG and not missing_to_locate(case.problem, case.measurement.kind):
+        with_laws = record.verdict == "unknown"
         where = location(
-            problem,
-            measurement,
-            rng,
-            options=options.location,
-            baseline=found.baseline,
-            with_laws=record.verdict == "unknown",
-            progress=progress,
-            workers=workers,
+            case, rng, options=options.location, baseline=found.baseline, with_laws=with_laws, workers=workers
         )
         record = _with_location(record, where)
         remarks = (*remarks, *disagreements(found, where))
-    if details and record.verdict != "located":  # where the data are explained they are not misread
-        remarks = (*remarks, *_slips(found, problem, measurement))
+    if report.details and record.verdict != "located":  # where the data are explained they are not misread
+        remarks = (*remarks, *_slips(found))
     return dataclasses.replace(
         record,
-        left_out={**left_out, **record.left_out},
-        remarks=(*campaign_remarks(problem, measurement), *remarks),
-        repeats=repeats_of(measurement),
+        left_out={**report.left_out, **record.left_out},
+        remarks=remarks,
+        repeats=repeats_of(case.measurement),
         is_split_sought=options.split,
-        both_ways=both_ways(problem, measurement, found.baseline.x) if details else None,
+        both_ways=both_ways(case, found.baseline.x) if report.details else None,
     )
 
 
@@ -201,29 +196,28 @@ def disagreements(found: Diagnosis, where: LocationRecord) -> tuple[str, ...]:
     return tuple(said)
 
 
-def _slips(found: Diagnosis, problem: Problem, measurement: Measurement) -> tuple[str, ...]:
+def _slips(found: Diagnosis) -> tuple[str, ...]:
     """Remarks on data that look misread, which they do not where an effect explains them."""
     fit, quality = found.baseline, found.baseline_quality
     if found.named and found.best is not None and found.best_quality is not None:
         fit, quality = found.best, found.best_quality
-    x, rejected = fit.x[: len(problem.parameters)], quality.p < found.level / 2
-    return misreadings(problem, measurement, x, fit.noise, rejected=rejected) or slips(problem, x, measurement)
+    case, rejected = found.baseline.case, quality.p < found.level / 2
+    x = fit.x[: len(case.problem.parameters)]
+    return misreadings(case, x, fit.noise, rejected=rejected) or slips(case, x)
 
 
-def diagnosis_record(
-    found: Diagnosis, measurement: Measurement, interval_level: float, *, fine: bool = False
-) -> DiagnosisRecord:
+def diagnosis_record(found: Diagnosis, *, fine: bool = False) -> DiagnosisRecord:
     """A diagnosis as plain data; values of unknowns in their units. `fine` adds the models' curves at more speeds."""
-    gain = found.predictive_gain
+    measurement, gain = found.baseline.measurement, found.predictive_gain
     return DiagnosisRecord(
         verdict=found.verdict,
         named=found.named,
         ambiguity_group=found.ambiguity_group,
         locations=found.locations,
         applied=tuple(_effect(candidate) for candidate in found.applied),
-        ranking=tuple(_trial(trial, found, interval_level) for trial in found.trials),
-        lack_of_fit=_lack_of_fit(found, measurement),
-        noise=_noise(found, measurement),
+        ranking=tuple(_trial(trial, found) for trial in found.trials),
+        lack_of_fit=_lack_of_fit(found),
+        noise=_noise(found),
         coefficients=_coefficients(found),
         predictive_gain=None if gain is None else PredictiveGainRecord.of(gain.elpd, gain.rmse_before, gain.rmse_after),
         min_detectable={
@@ -234,12 +228,12 @@ def diagnosis_record(
         collinearity=dict(found.collinearity),
         aliases={name: text for candidate in found.applied for name, text in candidate.effect.aliases.items()},
         effects=tuple(dict.fromkeys(trial.name for trial in found.trials)),
-        curves=diagnosis_curves(found, measurement, fine=fine),
+        curves=diagnosis_curves(found, fine=fine),
         left_out=dict(found.left_out),
         source=measurement.source,
-        stability=_stability(found, measurement, interval_level),
+        stability=_stability(found),
         explanations=_explanations(found),
-        averaged=_averaged(found, interval_level),
+        averaged=_averaged(found),
     )
 
 
@@ -257,18 +251,20 @@ def _explanations(found: Diagnosis) -> tuple[ExplanationRecord, ...]:
     )
 
 
-def _averaged(found: Diagnosis, level: float) -> AveragedRecord | None:
+def _averaged(found: Diagnosis) -> AveragedRecord | None:
     if found.averaged is None:
         return None
     rows = zip(found.baseline.problem.parameters, found.averaged.values, found.averaged.intervals, strict=True)
-    return AveragedRecord(level, tuple(estimate_record(item, float(value), interval) for item, value, interval in rows))
+    return AveragedRecord(
+        found.interval_level, tuple(estimate_record(item, float(value), interval) for item, value, interval in rows)
+    )
 
 
-def _stability(found: Diagnosis, measurement: Measurement, level: float) -> StabilityRecord | None:
+def _stability(found: Diagnosis) -> StabilityRecord | None:
     """Of the model that the verdict believes."""
     fit = found.best if found.best is not None and found.named else found.baseline
-    known = measurement.noise is not None
-    return stability_of(fit.problem, fit.x, fit.noise, measurement.kind, noise_known=known, level=level)
+    known, level = fit.measurement.noise is not None, found.interval_level
+    return stability_of(fit.problem, fit.x, fit.noise, fit.measurement.kind, noise_known=known, level=level)
 
 
 def _split(split: Split) -> SplitRecord:
@@ -286,12 +282,12 @@ def _effect(candidate: Candidate) -> EffectRecord:
     return EffectRecord(candidate.name, str(effect), dataclasses.asdict(effect))
 
 
-def _trial(trial: Trial, found: Diagnosis, level: float) -> TrialRecord:
+def _trial(trial: Trial, found: Diagnosis) -> TrialRecord:
     """A trial with its sizes; where the verdict speaks of this effect alone, those of the extended fit."""
     if found.best_estimate is not None and found.applied == (trial.candidate,):
         estimated = found.best_estimate
     else:
-        estimated = estimate(trial.fit.likelihood, trial.fit.point, level=level, check=False)
+        estimated = estimate(trial.fit.likelihood, trial.fit.point, level=found.interval_level, check=False)
     own = range(trial.fit.likelihood.d - trial.n_unknown, trial.fit.likelihood.d)
     return TrialRecord(
         effect=trial.name,
@@ -320,25 +316,24 @@ def _coefficients(found: Diagnosis) -> tuple[CoefficientRecord, ...]:
     )
 
 
-def _lack_of_fit(found: Diagnosis, measurement: Measurement) -> LackOfFitRecord:
+def _lack_of_fit(found: Diagnosis) -> LackOfFitRecord:
     after = None
     if found.best is not None and found.best_quality is not None:
-        after = _quality(found.best_quality, found.best, measurement)
-    return LackOfFitRecord(
-        before=_quality(found.baseline_quality, found.baseline, measurement), after=after, level=found.level / 2
-    )
+        after = _quality(found.best_quality, found.best)
+    before = _quality(found.baseline_quality, found.baseline)
+    return LackOfFitRecord(before=before, after=after, level=found.level / 2)
 
 
-def _quality(quality: FitQuality, fit: Fit, measurement: Measurement) -> FitQualityRecord:
+def _quality(quality: FitQuality, fit: Fit) -> FitQualityRecord:
     return FitQualityRecord(
         p=quality.p,
         p_by_statistic=quality.p_by_statistic,
         statistic=quality.worst_statistic,
         reduced_chi2=quality.reduced_chi2,
         band=quality.worst_band,
-        channel=str(measurement.channels[quality.worst_channel]),
+        channel=str(fit.measurement.channels[quality.worst_channel]),
         excess=quality.worst_excess,
-        whirl=_whirl(quality, measurement),
+        whirl=_whirl(quality, fit.measurement),
         deviance=float(fit.deviance),
     )
 
@@ -354,7 +349,8 @@ def _whirl(quality: FitQuality, measurement: Measurement) -> dict[str, tuple[flo
     return found
 
 
-def _noise(found: Diagnosis, measurement: Measurement) -> NoiseRecord:
+def _noise(found: Diagnosis) -> NoiseRecord:
+    measurement = found.baseline.measurement
     noise = measurement.noise
     return NoiseRecord(
         known=noise is not None,

@@ -8,15 +8,15 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.diagnosis.diagnosis import Diagnosis
 from ksmea.diagnosis.model_averaging import Averaged
 from ksmea.fits.fitting import Fit
-from ksmea.measurement.measurement import Measurement
 from ksmea.records.curves import FineCurve
 from ksmea.records.diagnosis import CurvesRecord, ResidualsRecord, ResponsesRecord, Values
 from ksmea.records.extension import BandRecord
 from ksmea.studies.curves import fine_curve
 
 
-def diagnosis_curves(found: Diagnosis, measurement: Measurement, *, fine: bool) -> CurvesRecord:
+def diagnosis_curves(found: Diagnosis, *, fine: bool) -> CurvesRecord:
     """The curves of a diagnosis; `fine` adds both models at as many speeds as show their peaks."""
+    measurement = found.baseline.measurement
     return CurvesRecord(
         speed=tuple(measurement.speed.tolist()),
         channels=tuple(str(channel) for channel in measurement.channels),
@@ -31,14 +31,14 @@ def diagnosis_curves(found: Diagnosis, measurement: Measurement, *, fine: bool) 
         ),
         breaks=measurement.breaks,
         averaged=None if found.averaged is None else _band(found.averaged),
-        fine_before=_fine(found.baseline, measurement) if fine else None,
-        fine_after=_fine(found.best, measurement) if fine and found.best is not None else None,
+        fine_before=_fine(found.baseline) if fine else None,
+        fine_after=_fine(found.best) if fine and found.best is not None else None,
     )
 
 
-def _fine(fit: Fit, measurement: Measurement) -> FineCurve | None:
+def _fine(fit: Fit) -> FineCurve | None:
     """None where only differences between runs count: what these show alike is known at the measured speeds alone."""
-    return None if measurement.is_by_differences else fine_curve(fit.problem, measurement, fit.x)
+    return None if fit.measurement.is_by_differences else fine_curve(fit.case, fit.x)
 
 
 def _band(averaged: Averaged) -> BandRecord:

@@ -14,14 +14,9 @@ from ksmea.measurement.speeds import ACCELERATION, SpeedHistory
 from ksmea.units import RPM
 
 
-def believed(found: Diagnosis) -> Measurement:
-    """The measurement with the noise that a diagnosis goes by."""
-    return found.baseline.likelihood.measurement
-
-
 def stated_noise_remarks(found: Diagnosis, measurement: Measurement) -> tuple[str, ...]:
     """A remark where stated noise is not believed, or is larger than what the data leave room for."""
-    stated, taken = measurement.noise, believed(found).noise
+    stated, taken = measurement.noise, found.baseline.measurement.noise  # the noise that the diagnosis goes by
     if stated is None or taken is None:
         return ()
     factor = float(np.nanmax(taken.sd(np.abs(measurement.values)) / stated.sd(np.abs(measurement.values))))

@@ -23,8 +23,8 @@ from ksmea.likelihood.likelihood import Likelihood
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.speeds import common_speeds
 from ksmea.problem.alignment import aligned
+from ksmea.problem.case import Case
 from ksmea.problem.counted import Model
-from ksmea.problem.problem import Problem
 from ksmea.records.campaign import BothWaysRecord, MovedRecord, RepeatsRecord, SpreadRecord
 
 SHARES = (0.01, 0.98)  # of the information: below, differences tell next to nothing; above, they are all there is
@@ -33,9 +33,10 @@ DISAGREE = 0.01  # p below which any is
 MOSTLY = 0.5  # of an unknown's variance in directions that differences tell, for it to be compared
 
 
-def both_ways(problem: Problem, measurement: Measurement, x: Array) -> BothWaysRecord | None:
+def both_ways(case: Case, x: Array) -> BothWaysRecord | None:
     """Of a campaign fitted jointly at x (d,) SI; None where differences between its runs tell nothing: of amplitudes, other
     speeds in each run, the same weights, or no noise."""
+    problem, measurement = case.problem, case.measurement
     campaign = measurement.campaign
     if campaign is None or len(campaign.runs) < 2 or measurement.is_amplitude or campaign.reference:
         return None

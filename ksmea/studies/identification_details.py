@@ -12,16 +12,14 @@ import numpy as np
 
 from ksmea.errors import LONGEST_NAME, SettingError, shortened
 from ksmea.fits.lack_of_fit import lack_of_fit
-from ksmea.measurement.measurement import Measurement
 from ksmea.plugins.identification import Streams
 from ksmea.plugins.method import Method
-from ksmea.problem.budget_and_journal import Budget
+from ksmea.problem.case import Case
 from ksmea.problem.load import FORCE
-from ksmea.problem.problem import Problem
 from ksmea.records.identification import DataDescription, IdentificationRecord
 from ksmea.studies.curves import fit_curves
 from ksmea.studies.hausman import both_ways, repeats_of
-from ksmea.studies.identify import Identified, identified
+from ksmea.studies.identify import IdentificationOptions, Identified, identified
 from ksmea.studies.locate import LocationOptions, location
 from ksmea.studies.misreadings import misreadings, slips
 from ksmea.studies.remarks import campaign_remarks
@@ -32,56 +30,36 @@ AUTO = "auto"
 
 
 def detailed_identification(
-    problem: Problem,
-    measurement: Measurement,
+    case: Case,
     method: Method,
     streams: Streams,
     rng: np.random.Generator,
+    options: IdentificationOptions,
     *,
-    intervals: str = "profile",
-    level: float = 0.95,
-    crlb: bool = True,
-    details: bool = True,
-    curves: bool = False,
     beside: LocationOptions | None = None,
     remarks: Sequence[str] = (),
-    budget: Budget | None = None,
 ) -> IdentificationRecord:
-    """The record of an identification (`ksmea.studies.identify.identified`, which explains the other arguments) with details.
+    """The record of an identification (`ksmea.studies.identify.identified`) with details, if the options ask for them: the data in
+    words with `remarks`, data and fit over speed, a test of the fit by simulations.
 
     Args:
         rng: for the simulations of intervals and tests.
-        details: add the data in words with `remarks`, data and fit over speed, a test of the fit by simulations, and let intervals
-            reach over all likely maxima of the whole box.
         beside: also estimate the unknowns with a force that the model lacks (`location_options`, `ksmea.studies.locate`): they
             hold although the model is wrong.
 
     Raises:
-        SettingError: settings that are not allowed, or fewer data than unknowns.
+        SettingError: fewer data than unknowns.
         ArithmeticError: an identified value is not finite.
     """
-    found = identified(
-        problem,
-        measurement,
-        method,
-        streams,
-        intervals=intervals,
-        level=level,
-        crlb=crlb,
-        curves=curves,
-        rng=rng,
-        budget=budget,
-        whole_box=details,
-    )
+    found = identified(case, method, streams, options, rng)
     record = found.record
-    if details:
-        left_out = [str(channel) for channel in measurement.channels if channel not in found.measurement.channels]
-        if left_out:
+    if options.details:
+        kept = found.case.measurement.channels
+        if left_out := [str(channel) for channel in case.measurement.channels if channel not in kept]:
             remarks = (*remarks, f"left out, since the model has no response there: {', '.join(left_out)}")
-        record = _with_details(found, level, remarks, rng)
+        record = _with_details(found, options.level, remarks, rng)
     if beside is not None:
-        located = location(found.problem, found.measurement, rng, options=beside)
-        record = dataclasses.replace(record, location=located)
+        record = dataclasses.replace(record, location=location(found.case, rng, options=beside))
     return record
 
 
@@ -104,21 +82,22 @@ def location_options(unmodelled: str, level: float) -> LocationOptions | None:
 def _with_details(
     found: Identified, level: float, remarks: Sequence[str], rng: np.random.Generator
 ) -> IdentificationRecord:
-    problem, measurement, x, noise = found.problem, found.measurement, found.record.values, found.noise
+    case, x, noise = found.case, found.record.values, found.noise
+    measurement = case.measurement
     tested = None if found.fit is None or not found.can_be_tested else lack_of_fit(found.fit, rng)
     rejected = tested is not None and tested.rejected
-    misread = misreadings(problem, measurement, x, noise, rejected=rejected)
-    remarks = (*remarks, *(misread or slips(problem, x, measurement)))
+    misread = misreadings(case, x, noise, rejected=rejected)
+    remarks = (*remarks, *(misread or slips(case, x)))
     return dataclasses.replace(
         found.record,
         lack_of_fit=tested,
         weights=None if found.fit is None else weights_found(found.fit, level),
-        both_ways=both_ways(problem, measurement, x),
-        data=_description(problem, measurement, remarks, testable=found.can_be_tested),
+        both_ways=both_ways(case, x),
+        data=_description(case, remarks, testable=found.can_be_tested),
         repeats=repeats_of(measurement),
-        fit=fit_curves(problem, measurement, x, noise),
+        fit=fit_curves(case, x, noise),
         stability=stability_of(
-            problem,
+            case.problem,
             x,
             None if measurement.is_by_differences else noise,
             measurement.kind,
@@ -129,9 +108,8 @@ def _with_details(
     )
 
 
-def _description(
-    problem: Problem, measurement: Measurement, remarks: Sequence[str], *, testable: bool
-) -> DataDescription:
+def _description(case: Case, remarks: Sequence[str], *, testable: bool) -> DataDescription:
+    measurement = case.measurement
     return DataDescription(
         source=measurement.source,
         kind=measurement.kind,
@@ -139,7 +117,7 @@ def _description(
         speed_from=float(np.min(measurement.speed)),
         speed_to=float(np.max(measurement.speed)),
         channels=tuple(str(channel) for channel in measurement.channels),
-        remarks=(*campaign_remarks(problem, measurement), *remarks),
+        remarks=(*campaign_remarks(case), *remarks),
         reference=measurement.campaign.reference if measurement.campaign else "",
         too_few_to_test=not testable,
     )

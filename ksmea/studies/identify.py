@@ -32,12 +32,11 @@ from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.plugins.identification import Identification, Stage, Streams, at_limit
 from ksmea.plugins.method import Method
-from ksmea.problem.alignment import answered
 from ksmea.problem.budget_and_journal import Budget, BudgetedProblem
-from ksmea.problem.counted import Count, CountedProblem, Model
+from ksmea.problem.case import Case
+from ksmea.problem.counted import Count, CountedProblem
 from ksmea.problem.differences_problem import as_searched
 from ksmea.problem.parameters import Parameter, Parameters
-from ksmea.problem.problem import Problem
 from ksmea.records.identification import (
     IdentificationRecord,
     IntervalEffort,
@@ -59,13 +58,42 @@ FEW_DATA = 10  # for each unknown and noise level: with fewer, intervals hold wh
 
 
 @dataclass(frozen=True)
+class IdentificationOptions:
+    """What a record has beside the method's result, and how many evaluations the method may ask for.
+
+    Args:
+        intervals: 'profile' (from the information, checked and where needed replaced by the profile likelihood: some ten
+            Jacobians an unknown), 'information' (unchecked: a few in all) or 'none'. If they cannot be computed, the record has
+            the reason.
+        level: confidence of the intervals.
+        crlb: Cramér–Rao bounds and correlations at the reported values.
+        curves: the amplitudes that figures compare.
+        details: let intervals reach over all likely maxima of the box, as they do with few data (`FEW_DATA`).
+        budget: evaluations of the true model for the method; intervals are computed beyond it.
+
+    Raises:
+        SettingError: intervals of another name.
+    """
+
+    intervals: str = "profile"
+    level: float = 0.95
+    crlb: bool = True
+    curves: bool = False
+    details: bool = False
+    budget: Budget | None = None
+
+    def __post_init__(self) -> None:
+        if self.intervals not in INTERVALS:
+            raise SettingError(f"intervals: expected {' | '.join(INTERVALS)}, got {self.intervals!r}")
+
+
+@dataclass(frozen=True)
 class Identified:
-    """An identification with what its details are made of: `problem` and `measurement` as compared (`answered`), `noise` known or
+    """An identification with what its details are made of: the `case` as compared (`Case.answered`), `noise` known or
     estimated, `fit` the maximum that intervals belong to, `information` at the reported values; None without them."""
 
     record: IdentificationRecord
-    problem: Problem
-    measurement: Measurement
+    case: Case
     noise: Noise | None
     fit: Fit | None
     information: Identifiability | None
@@ -73,108 +101,67 @@ class Identified:
 
 
 def identification(
-    problem: Problem,
-    measurement: Measurement,
+    case: Case,
     method: Method,
     streams: Streams,
-    *,
-    intervals: str = "profile",
-    level: float = 0.95,
-    crlb: bool = True,
-    curves: bool = False,
+    options: IdentificationOptions = IdentificationOptions(),
     rng: np.random.Generator | None = None,
-    budget: Budget | None = None,
 ) -> IdentificationRecord:
     """The record of `identified`, without details."""
-    return identified(
-        problem,
-        measurement,
-        method,
-        streams,
-        intervals=intervals,
-        level=level,
-        crlb=crlb,
-        curves=curves,
-        rng=rng,
-        budget=budget,
-    ).record
+    return identified(case, method, streams, options, rng).record
 
 
 def identified(
-    problem: Problem,
-    measurement: Measurement,
-    method: Method,
-    streams: Streams,
-    *,
-    intervals: str,
-    level: float,
-    crlb: bool,
-    curves: bool,
-    rng: np.random.Generator | None,
-    budget: Budget | None,
-    whole_box: bool = False,
+    case: Case, method: Method, streams: Streams, options: IdentificationOptions, rng: np.random.Generator | None
 ) -> Identified:
-    """Identify the unknowns of a problem from a measurement by a method; true values have no part in it.
-
-    Args:
-        intervals: 'profile' (from the information, checked and where needed replaced by the profile likelihood: some ten
-            Jacobians an unknown), 'information' (unchecked: a few in all) or 'none'. If they cannot be computed, the record has
-            the reason.
-        level: confidence of the intervals.
-        crlb: add Cramér–Rao bounds and correlations at the reported values.
-        curves: add the amplitudes that figures compare.
-        rng: for the simulations of intervals from few data (`ksmea.inference.simulated_rise`) and the search of the whole box.
-        budget: evaluations of the true model for the method; intervals are computed beyond it.
-        whole_box: let intervals reach over all likely maxima of the box, as they do with few data (`FEW_DATA`).
+    """Identify the unknowns of a problem from a measurement by a method; true values have no part in it. `rng` is for the
+    simulations of intervals from few data (`ksmea.inference.simulated_rise`) and the search of the whole box.
 
     Raises:
-        SettingError: settings that are not allowed, or fewer data than unknowns.
+        SettingError: fewer data than unknowns.
         ArithmeticError: an identified value is not finite.
     """
-    if intervals not in INTERVALS:
-        raise SettingError(f"intervals: expected {' | '.join(INTERVALS)}, got {intervals!r}")
-    problem, measurement = answered(problem, measurement)
-    with_noise = measurement.noise is None and intervals != "none"
-    n_unknown = len(problem.parameters)
+    case = case.answered()
+    measurement = case.measurement
+    with_noise = measurement.noise is None and options.intervals != "none"
+    n_unknown = len(case.problem.parameters)
     require_enough(measurement.layout, n_unknown, with_noise=with_noise)
-    record, found = _found(problem, measurement, method, streams, budget)
+    record, found = _found(case, method, streams, options.budget)
     noise, fit = measurement.noise, None
-    if intervals != "none" and (noise is None or measurement.has_noise):
-        check = intervals == "profile"
-        record, noise, fit = _with_intervals(
-            record, problem, measurement, level, check=check, rng=rng, whole_box=whole_box
-        )
-    information = _information(problem, measurement, record.values, noise) if crlb else None
+    if options.intervals != "none" and (noise is None or measurement.has_noise):
+        record, noise, fit = _with_intervals(record, case, options, rng)
+    information = _information(case, record.values, noise) if options.crlb else None
     if information is not None:
         record = _with_crlb(record, information)
-    if curves:
-        record = dataclasses.replace(record, curves=response_curves(problem, measurement, found))
+    if options.curves:
+        record = dataclasses.replace(record, curves=response_curves(case, found))
     testable = can_be_tested(measurement.layout, n_unknown, with_noise=with_noise)
-    return Identified(record, problem, measurement, noise, fit, information, testable)
+    return Identified(record, case, noise, fit, information, testable)
 
 
 def _found(
-    problem: Problem, measurement: Measurement, method: Method, streams: Streams, budget: Budget | None
+    case: Case, method: Method, streams: Streams, budget: Budget | None
 ) -> tuple[IdentificationRecord, Identification]:
     """The method's own result, its record and trace; of differences between runs, the nearest maximum of their likelihood."""
     predictions = PredictionCount()
-    searched, data = as_searched(problem, measurement)
-    traced = TracedProblem(searched, data, predictions)
+    problem, measurement, searched = case.problem, case.measurement, as_searched(case)
+    data = searched.measurement
+    traced = TracedProblem(searched.problem, data, predictions)
     found = within_budget(with_counted_surrogate(method, predictions), traced, data, streams, budget, predictions)
     if measurement.is_by_differences and (measurement.noise is None or measurement.has_noise):
         counted = CountedProblem(problem, traced.count)
         with suppress(BudgetSpent):
             within = counted if budget is None else BudgetedProblem(counted, budget)
-            found = _at_nearest(found, within, traced.count, measurement)
+            found = _at_nearest(found, case.by(within), traced.count)
     trace = thinned(traced.improvements, found.stages)
     found = _within_a_turn(problem.parameters, found)
-    return _method_record(searched, data, found, traced.count, trace), found
+    return _method_record(searched, found, traced.count, trace), found
 
 
-def _at_nearest(found: Identification, problem: Problem, count: Count, measurement: Measurement) -> Identification:
+def _at_nearest(found: Identification, case: Case, count: Count) -> Identification:
     """What was found, and as one more stage the maximum of the likelihood nearest to it: of differences, where a search takes
     their noise for independent."""
-    likelihood, parameters = likelihood_of(Model(problem), measurement), problem.parameters
+    likelihood, parameters = likelihood_of(case), case.problem.parameters
     stages = found.stages or (Stage("search", found.x, count.evaluations, count.jacobians),)
     nearest = nearest_maximum(likelihood, np.clip(parameters.to_cube(found.x), 0.0, 1.0))
     x = parameters.to_si(nearest.theta[: likelihood.d])
@@ -190,9 +177,7 @@ def _within_a_turn(parameters: Parameters, found: Identification) -> Identificat
     return dataclasses.replace(found, x=x, at_limit=at_limit(parameters.to_cube(x)))
 
 
-def _method_record(
-    problem: Problem, measurement: Measurement, found: Identification, took: Count, trace: TraceRecord
-) -> IdentificationRecord:
+def _method_record(case: Case, found: Identification, took: Count, trace: TraceRecord) -> IdentificationRecord:
     """What the method itself found, and what it took of the true model by our own count, whatever it says."""
     for x in (found.x, *(stage.x for stage in found.stages)):
         if not np.all(np.isfinite(x)):
@@ -202,9 +187,9 @@ def _method_record(
         stop=found.stop,
         parameters=tuple(
             ParameterRecord(parameter.name, parameter.unit, parameter.si_per_unit, float(value), at)
-            for parameter, value, at in zip(problem.parameters, found.x, found.at_limit)
+            for parameter, value, at in zip(case.problem.parameters, found.x, found.at_limit)
         ),
-        misfit=finite(_likelihood_misfit(problem, measurement, found.x)),
+        misfit=finite(_likelihood_misfit(case, found.x)),
         updates=found.updates,
         model_evaluations=took.evaluations,
         model_jacobians=took.jacobians,
@@ -230,48 +215,41 @@ def _method_record(
     )
 
 
-def _likelihood_misfit(problem: Problem, measurement: Measurement, x: Array) -> float:
+def _likelihood_misfit(case: Case, x: Array) -> float:
     """The likelihood misfit at x (d,) SI: the same form whatever a method minimised, to compare them by."""
-    misfit = Misfit(measurement, "likelihood")
-    return float(misfit.value(misfit.observed(problem.response(x[None])))[0])
+    misfit = Misfit(case.measurement, "likelihood")
+    return float(misfit.value(misfit.observed(case.problem.response(x[None])))[0])
 
 
 def _with_intervals(
-    record: IdentificationRecord,
-    problem: Problem,
-    measurement: Measurement,
-    level: float,
-    *,
-    check: bool,
-    rng: np.random.Generator | None,
-    whole_box: bool,
+    record: IdentificationRecord, case: Case, options: IdentificationOptions, rng: np.random.Generator | None
 ) -> tuple[IdentificationRecord, Noise | None, Fit | None]:
     """The record with intervals, noise level and their cost; the noise, estimated if it was not known; the fit they belong to. If
-    they cannot be computed, the record has the reason. All likely maxima of the box are searched for if `whole_box` or data are few."""
+    they cannot be computed, the record has the reason. All likely maxima of the box are searched for with details or few data."""
     started = time.perf_counter()
-    counted = CountedProblem(problem)
-    likelihood = likelihood_of(Model(counted), measurement)
+    counted, check, level = CountedProblem(case.problem), options.intervals == "profile", options.level
+    likelihood = likelihood_of(case.by(counted))
     try:
-        maxima, rises = [nearest_maximum(likelihood, problem.parameters.to_cube(record.x))], None
+        maxima, rises = [nearest_maximum(likelihood, case.problem.parameters.to_cube(record.x))], None
         are_few = check and _has_few_data(likelihood)
-        if whole_box or are_few:
+        if options.details or are_few:
             maxima = likely_maxima(likelihood, maxima[0], rng)
         if are_few and (rises := _simulated(likelihood, level, maxima, rng)) is not None:
             maxima = maxima[: len(rises)]
         estimated = estimate(likelihood, maxima[0], others=maxima[1:], level=level, check=check, rises=rises)
-        fit = Fit(problem, likelihood, estimated.point)
+        fit = Fit(likelihood, estimated.point)
     except np.linalg.LinAlgError as error:
-        return dataclasses.replace(record, interval_error=str(error)), measurement.noise, None
+        return dataclasses.replace(record, interval_error=str(error)), case.measurement.noise, None
     effort = IntervalEffort(
         level=level,
-        noise=_noise_level(estimated.noise, measurement),
+        noise=_noise_level(estimated.noise, case.measurement),
         model_evaluations=counted.count.evaluations,
         model_jacobians=counted.count.jacobians,
         seconds=time.perf_counter() - started,
     )
     record = dataclasses.replace(
         record,
-        parameters=_with_ends(record.parameters, problem.parameters, estimated),
+        parameters=_with_ends(record.parameters, case.problem.parameters, estimated),
         intervals=effort,
         deviance=finite(fit.deviance),
         search_excess=finite(_excess(fit, record.x)),
@@ -337,12 +315,12 @@ def _noise_level(noise: Noise, measurement: Measurement) -> NoiseLevel:
     return NoiseLevel(relative, floor, measurement.noise is None, measurement.by_run(noise))
 
 
-def _information(problem: Problem, measurement: Measurement, x: Array, noise: Noise | None) -> Identifiability | None:
+def _information(case: Case, x: Array, noise: Noise | None) -> Identifiability | None:
     """Information of data with this noise on the unknowns at x (d,) SI; None without noise, or if there is no response."""
     if noise is None or noise.is_absent:
         return None
     try:
-        return _identifiability(problem, measurement, x, noise)
+        return _identifiability(case, x, noise)
     except np.linalg.LinAlgError:
         return None
 
@@ -358,10 +336,11 @@ def _with_crlb(record: IdentificationRecord, information: Identifiability) -> Id
     )
 
 
-def _identifiability(problem: Problem, measurement: Measurement, x: Array, noise: Noise) -> Identifiability:
+def _identifiability(case: Case, x: Array, noise: Noise) -> Identifiability:
     """Information of the data at x (d,) SI; of differences between runs, that of the differences."""
+    problem, measurement = case.problem, case.measurement
     if not measurement.is_by_differences:
         return identifiability(problem, x, noise, measurement.kind, noise_known=measurement.noise is not None)
     parameters = problem.parameters
-    whitened = with_noise(problem, measurement, noise).at(parameters.to_cube(x)).whitened / parameters.width
+    whitened = with_noise(case, noise).at(parameters.to_cube(x)).whitened / parameters.width
     return Identifiability(x, whitened, np.where(x == 0, parameters.width, np.abs(x)))

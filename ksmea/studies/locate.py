@@ -19,14 +19,12 @@ from ksmea.location.force_law import LawFit, fitted_laws, located_fit, smooth_fi
 from ksmea.location.location import Location, locate
 from ksmea.location.recovered_force import RecoveredForce, recovered_force, site_intervals
 from ksmea.location.unknown_force import LATERAL, QUANTITIES, READING, SiteFit
-from ksmea.measurement.measurement import Measurement
 from ksmea.nonlinear.smooth_law import SmoothForce
-from ksmea.numerics.parallel import for_each
+from ksmea.numerics.parallel import ALONE, Workers
 from ksmea.plugins import registry
 from ksmea.plugins.effect import AnyEffect
-from ksmea.problem.alignment import at_1x, require_aligned
+from ksmea.problem.case import Case
 from ksmea.problem.load import FORCE, LOADS, MOMENT
-from ksmea.problem.problem import Problem
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.extension import EffectRecord, ExtensionRecord, PredictiveGainRecord
 from ksmea.records.location import (
@@ -76,41 +74,34 @@ class LocationOptions(Settings):
 
 
 def location(
-    problem: Problem,
-    measurement: Measurement,
+    case: Case,
     rng: np.random.Generator,
     *,
     options: LocationOptions | None = None,
     baseline: Fit | None = None,
     with_laws: bool = True,
-    progress: Callable[[], None] = lambda: None,
-    workers: int = 1,
+    workers: Workers = ALONE,
 ) -> LocationRecord:
-    """At which sites an unknown force, moment or reading explains a measurement; `progress` is called at each step. `baseline`
-    is the fit of the model without any, where it is known already: what a law that holds adds is compared with it. Without laws
-    none is sought that the force follows. Processes share the sites.
+    """At which sites an unknown force, moment or reading explains a measurement. `baseline` is the fit of the model without any, where it is known already: what a law that holds adds is compared with it. Without laws
+    none is sought that the force follows. Workers share the sites.
 
-    Raises `SettingError` where problem and measurement are not aligned, or the data are too few to tell.
+    Raises `SettingError` where the data are too few to tell.
     """
-    require_aligned(problem, measurement)
-    refuse_differences(measurement, "locate")
-    whole = measurement
-    problem, measurement = at_1x(problem, measurement)
-    if measurement is not whole:
+    refuse_differences(case.measurement, "locate")
+    whole, case = case, case.at_1x()
+    if case is not whole:
         baseline = None  # it is a fit to other data
     options = options or LocationOptions()
     found = locate(
-        problem,
-        measurement,
+        case,
         rng,
         positions=options.positions,
         quantities=options.kinds,
         level=options.level,
         n_start=options.starts,
-        progress=progress,
         workers=workers,
     )
-    return location_record(found, rng, options, baseline, with_laws, progress, workers)
+    return location_record(found, rng, options, baseline, with_laws, workers)
 
 
 def location_record(
@@ -119,15 +110,14 @@ def location_record(
     options: LocationOptions,
     baseline: Fit | None = None,
     with_laws: bool = True,
-    progress: Callable[[], None] = lambda: None,
-    workers: int = 1,
+    workers: Workers = ALONE,
 ) -> LocationRecord:
     """A location as plain data; values of unknowns in their units. The best site is that of the best law, where one holds,
     else the one that leaves least."""
     interval_level = options.interval_level
     problem, measurement = found.plain.likelihood.problem, found.plain.likelihood.measurement
     believed = [] if found.is_plain_enough else [found.sites[index] for index in found.accepted]
-    laws = _laws(believed, found, progress) if with_laws else []
+    laws = _laws(believed, found, workers.progress) if with_laws else []
     law = next((fit for fit in laws if fit.p >= found.level), None)
     best = None if law is None else law.site.unmodelled
     believed = sorted(believed, key=lambda fit: fit.unmodelled != best)  # those of no law stay in their order
@@ -170,10 +160,10 @@ def _site(found: Location, index: int) -> SiteRecord:
 
 
 def _coefficients(
-    plain: SiteFit, believed: Sequence[SiteFit], level: float, workers: int
+    plain: SiteFit, believed: Sequence[SiteFit], level: float, workers: Workers
 ) -> tuple[CoefficientsRecord, ...]:
     """Every unknown by the plain model and beside what is unknown at the sites that are believed, the best one first."""
-    of_plain, *of_sites = for_each(partial(_estimates, level=level), (plain, *believed), workers)
+    of_plain, *of_sites = workers.unseen.each(partial(_estimates, level=level), (plain, *believed))
     return tuple(
         CoefficientsRecord(
             name=own.name,
@@ -275,14 +265,13 @@ def _extended(
         settings["knots"] = law.law.knots.tolist()
     problem = plain.likelihood.problem
     if baseline is None:
-        x = problem.parameters.to_si(plain.point.theta)
-        baseline = fit_from_values(problem, x, plain.likelihood.measurement)
+        baseline = fit_from_values(plain.likelihood.case, problem.parameters.to_si(plain.point.theta))
     extension = None
     with suppress(SettingError, np.linalg.LinAlgError):
         effect: AnyEffect = registry.create("effect", LOCAL_FORCE, settings)
         fit = located_fit(effect.added_to(problem), law, plain, baseline)
         extension = _extension(EffectRecord(LOCAL_FORCE, str(effect), settings), fit)
-        gain = predictive_gain(baseline, fit, n_block, lambda: None)
+        gain = predictive_gain(baseline, fit, n_block)
         return extension, PredictiveGainRecord.of(gain.elpd, gain.rmse_before, gain.rmse_after)
     return extension, None
 

@@ -29,8 +29,7 @@ from ksmea.measurement.channel import ANGLES, DIRECTIONS, direction_at
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.numerics.screening import sobol
-from ksmea.problem.alignment import aligned, at_1x
-from ksmea.problem.counted import Model
+from ksmea.problem.case import Case
 from ksmea.problem.problem import Problem
 from ksmea.units import HERTZ, INCH, MICROMETRE, RPM
 
@@ -46,25 +45,24 @@ SCREENING, STARTS, START_DISTANCE, FIRST_ITERATIONS, ITERATIONS, SURVIVORS = 102
 TOLERANCE = 1e-2  # of a deviance
 
 
-def misreadings(
-    problem: Problem, measurement: Measurement, x: Array, noise: Noise | None, *, rejected: bool
-) -> tuple[str, ...]:
+def misreadings(case: Case, x: Array, noise: Noise | None, *, rejected: bool) -> tuple[str, ...]:
     """A remark on the readings that fit best, or nothing; `x` (d,) SI and `noise` are those of the fit, which is bad where
     the lack-of-fit test `rejected` it or the noise, if estimated, is implausibly large.
 
     Nothing is said where many fits in passing may take long: of a problem without a sensitivity, or with unknowns that are
     costly to change.
     """
-    if noise is None or noise.is_absent or not problem.has_sensitivity or len(problem.costly):
+    if noise is None or noise.is_absent or not case.problem.has_sensitivity or len(case.problem.costly):
         return ()
-    problem, measurement = at_1x(problem, measurement)
-    too_noisy = measurement.noise is None and _share(noise, problem.response(x[None])[0]) > PLAUSIBLE
+    case = case.at_1x()
+    problem = case.problem
+    too_noisy = case.measurement.noise is None and _share(noise, problem.response(x[None])[0]) > PLAUSIBLE
     if not (rejected or too_noisy):
         return ()
-    data = dataclasses.replace(measurement, noise=None)
-    likelihood = likelihood_of(Model(problem), data)
+    data = dataclasses.replace(case.measurement, noise=None)
+    likelihood = likelihood_of(case.of_measurement(data))
     start = likelihood.start(np.clip(problem.parameters.to_cube(x), 0.0, 1.0))
-    as_read = Fit(problem, likelihood, _climbed(likelihood, start))
+    as_read = Fit(likelihood, _climbed(likelihood, start))
     again = _fit(problem, data)
     if again is not None and again.deviance < as_read.deviance:
         as_read = _converged(again)
@@ -87,19 +85,19 @@ def _better(problem: Problem, ways: Iterable[Reading], as_read: Fit) -> list[tup
 def _fit(problem: Problem, measurement: Measurement) -> Fit | None:
     """The problem fitted to data from a few starts, near its maximum if it has a good one; None where it cannot be."""
     try:
-        problem = aligned(problem, measurement)
-        likelihood = likelihood_of(Model(problem), measurement)
+        case = Case.of(problem, measurement)
+        likelihood = likelihood_of(case)
         points = sobol(SCREENING, likelihood.d) + 0.5 / SCREENING
-        starts = screened(problem, measurement, points).apart(STARTS, START_DISTANCE).points
+        starts = screened(case, points).apart(STARTS, START_DISTANCE).points
         first = [_climbed(likelihood, likelihood.start(u), FIRST_ITERATIONS) for u in starts]
         best = min(first, key=lambda point: point.deviance)
-        return Fit(problem, likelihood, _climbed(likelihood, best.theta, ITERATIONS))
+        return Fit(likelihood, _climbed(likelihood, best.theta, ITERATIONS))
     except (SettingError, ArithmeticError, np.linalg.LinAlgError):
         return None
 
 
 def _converged(fit: Fit) -> Fit:
-    return Fit(fit.problem, fit.likelihood, _climbed(fit.likelihood, fit.point.theta))
+    return Fit(fit.likelihood, _climbed(fit.likelihood, fit.point.theta))
 
 
 def _climbed(likelihood: Likelihood, theta: Array, iterations: int = MAX_ITERATIONS) -> Point:
@@ -251,11 +249,12 @@ REACHES = (
 MISREAD = {"Hz": HERTZ / RPM, "rad/s": 1 / RPM}  # what a number of this unit is multiplied by to be one in rpm
 
 
-def slips(problem: Problem, x: Array, measurement: Measurement) -> tuple[str, ...]:
+def slips(case: Case, x: Array) -> tuple[str, ...]:
     """Remarks on the measured band beside the critical speeds at values x (d,) SI. Of a problem that does not know its
     modes, or is too large to ask for them in passing, nothing is said."""
-    lowest, highest = float(np.min(measurement.speed)), float(np.max(measurement.speed))
-    criticals = _first_criticals(problem, x, highest)
+    speed = case.measurement.speed
+    lowest, highest = float(np.min(speed)), float(np.max(speed))
+    criticals = _first_criticals(case.problem, x, highest)
     if criticals is None or np.any((criticals >= (1 - NEAR_BAND) * lowest) & (criticals <= (1 + NEAR_BAND) * highest)):
         return ()
     return (_no_critical_text(criticals, lowest, highest), *_unit_texts(criticals, lowest, highest))

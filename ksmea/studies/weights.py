@@ -42,7 +42,7 @@ class _Estimate:
 
 def weights_found(fit: Fit, level: float) -> WeightsRecord | None:
     """Of a fit of a campaign in which the shaft carried weights; None of any other, and of a problem that takes none."""
-    problem, measurement = fit.problem, fit.likelihood.measurement
+    problem, measurement = fit.problem, fit.measurement
     campaign = measurement.campaign
     if campaign is None or not _positions(campaign) or measurement.is_amplitude or not _can_tell(problem):
         return None

@@ -8,7 +8,7 @@ import pytest
 
 import ksmea
 from bench.reports.pages.made_by import command_line
-from ksmea.fits.fitting import Effort
+from ksmea.fits.search import Effort
 from ksmea.measurement.noise import Noise
 from ksmea.problem.alignment import aligned
 from ksmea.studies import design_point

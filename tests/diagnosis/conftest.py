@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from ksmea.fits.fitting import Effort
+from ksmea.fits.search import Effort
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise

@@ -7,9 +7,11 @@ import pytest
 
 from ksmea.diagnosis.diagnosis import diagnose
 from ksmea.diagnosis.model_averaging import akaike_weights, mixture_interval
+from ksmea.fits.search import Search
 from ksmea.inference.intervals import estimate
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
+from ksmea.problem.case import Case
 from ksmea.show.diagnosis_text import text
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
 from problems.three_disk import ThreeDisk
@@ -78,7 +80,7 @@ def test_the_average_holds_the_truth_where_the_wrong_explanation_alone_does_not(
     stiffness in about half of all draws, by many of their widths. 95 % intervals of three unknowns are widened to twice
     their half-width: seeds were not chosen."""
     rotor, measurement, effects = heavier_or_softer(seed)
-    found = diagnose(rotor, measurement, effects, np.random.default_rng(seed), effort=LESS)
+    found = diagnose(Case(rotor, measurement), effects, Search(np.random.default_rng(seed), LESS))
     assert found.verdict == "ambiguous" and sum(found.averaged.weights) == pytest.approx(1)
     assert {each.names for each in found.averaged.explanations} == {("mass",), ("youngs_modulus",)}
     wrong = next(each.fit for each in found.explanations if each.names == ("youngs_modulus",))
@@ -105,7 +107,7 @@ def test_where_neither_is_wanted_nothing_is_averaged_and_no_further_measurement_
 
     def told(**options):
         wanted = dataclasses.replace(few, **options)
-        return diagnosis(rotor, measurement, effects, np.random.default_rng(0), options=wanted)
+        return diagnosis(Case(rotor, measurement), effects, np.random.default_rng(0), options=wanted)
 
     whole, part = told(), told(average=False, split=False)
     assert part.verdict == whole.verdict == "ambiguous" and part.ambiguity_group == whole.ambiguity_group

@@ -6,24 +6,26 @@ import numpy as np
 import pytest
 
 from bench.studies.diagnose import Diagnose
-from ksmea.diagnosis.diagnosis import diagnose
+from ksmea.diagnosis.diagnosis import Criteria, diagnose
 from ksmea.diagnosis.trials import Candidate, candidates, refined
 from ksmea.errors import SettingError
-from ksmea.fits.fitting import Effort
 from ksmea.fits.lack_of_fit import fit_quality
+from ksmea.fits.search import Effort, Search
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
-from ksmea.studies.diagnose import diagnosis
+from ksmea.problem.case import Case
+from ksmea.studies.diagnose import Report, diagnosis
 from problems.effects.local_force import LocalForce
 from problems.effects.runout import Runout
 from problems.three_disk import ThreeDisk
 from tests.diagnosis.conftest import NOISE, TRUTH, common_effects, registered_effects
 
 
-def diagnosed(rotor, measurement, effects=None, seed=0, **keys):
-    return diagnose(rotor, measurement, effects or common_effects(), np.random.default_rng(seed), **keys)
+def diagnosed(rotor, measurement, effects=None, seed=0, effort=None, **criteria):
+    search = Search(np.random.default_rng(seed), effort or Effort())
+    return diagnose(Case(rotor, measurement), effects or common_effects(), search, Criteria(**criteria))
 
 
 @pytest.mark.parametrize("seed", range(6))
@@ -87,9 +89,9 @@ def test_what_is_not_in_the_registry_is_unknown_or_a_known_alias(rotor, hide):
 def test_effects_are_scanned_at_all_effort_only_where_little_leaves_more_than_noise(rotor, hide, monkeypatch):
     made = []
 
-    def noted(trials, measurement, baseline, effort, progress, **options):
-        made.append((effort.scan, effort.scan_clouds))
-        return refined(trials, measurement, baseline, effort, progress, **options)
+    def noted(trials, baseline, search):
+        made.append((search.effort.scan, search.effort.scan_clouds))
+        return refined(trials, baseline, search)
 
     monkeypatch.setattr("ksmea.diagnosis.diagnosis.refined", noted)
     effort = Effort(screening=1024, starts=6, scan=100, scan_clouds=40, scan_values=8, effect_starts=3)
@@ -237,7 +239,7 @@ def test_a_location_that_is_not_certain_is_said_to_be(rotor):
 
 def test_effects_of_which_none_has_a_place_are_refused(rotor, hide):
     with pytest.raises(ValueError, match="expected effects"):
-        diagnose(rotor, hide(None, 0)[0], {"local_force": LocalForce()}, np.random.default_rng(0))
+        diagnose(Case(rotor, hide(None, 0)[0]), {"local_force": LocalForce()}, Search(np.random.default_rng(0)))
 
 
 class Unfitting(Runout):
@@ -272,7 +274,9 @@ def test_an_effect_that_cannot_be_loaded_is_left_out_and_named(rotor, hide, tmp_
     registry.registered.cache_clear()
     assert "runout" in made and n_part == len(made)
     assert list(left_out) == ["aaa_broken"]
-    record = diagnosis(rotor, hide(None, 0)[0], few("runout"), np.random.default_rng(0), left_out=left_out)
+    record = diagnosis(
+        Case(rotor, hide(None, 0)[0]), few("runout"), np.random.default_rng(0), report=Report(left_out=left_out)
+    )
     assert record.left_out["aaa_broken"].startswith(
         "effect=aaa_broken: broken_effect:Broken cannot be loaded: ModuleNot"
     )

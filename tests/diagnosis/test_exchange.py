@@ -10,6 +10,7 @@ from ksmea.fits.fitting import fit_from_values, fit_nearby
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
+from ksmea.problem.case import Case
 from problems.three_disk import ThreeDisk
 
 SETTINGS = ThreeDisk(sensors=[0.1, 0.2, 0.5])
@@ -29,10 +30,10 @@ def trials():
             x = np.append(TRUTH, FACTOR - 1)
             values = observe(extended.response(x[None])[0], "complex", NOISE, np.random.default_rng(3))
             data = Measurement(PROBLEM.speed, PROBLEM.channels, values, NOISE, "made")
-            baseline = fit_from_values(PROBLEM, TRUTH, data)
-            fit = fit_from_values(extended, x, data)
+            baseline = fit_from_values(Case(PROBLEM, data), TRUTH)
+            fit = fit_from_values(Case(extended, data), x)
         else:
-            fit = fit_nearby(extended, data, baseline)
+            fit = fit_nearby(extended, baseline)
         found[name] = trial_of(candidate, fit, baseline, 3)
     return found
 
@@ -40,7 +41,7 @@ def trials():
 def test_a_mass_takes_the_place_of_a_modulus_that_it_cannot_be_told_from(trials):
     lead, mass = trials["youngs_modulus"], trials["mass"]
     u = in_place_of(lead, mass, len(TRUTH))
-    fit = fit_from_values(mass.fit.problem, mass.fit.problem.parameters.to_si(u), lead.fit.likelihood.measurement)
+    fit = fit_from_values(Case(mass.fit.problem, lead.fit.likelihood.measurement), mass.fit.problem.parameters.to_si(u))
     start = fit.likelihood.deviance(fit.likelihood.start(u))
     assert start < lead.fit.deviance + 1  # where it leads, resonances are those of the data
     assert fit.deviance == pytest.approx(lead.fit.deviance, abs=1e-3)  # as what both predict is the same

@@ -36,7 +36,7 @@ TRUTH = np.array([10.0, 3.0, -8.0, 2.0])
 def fitted(values, noise):
     likelihood = Likelihood(Model(Lines()), Measurement(SPEED, CHANNELS, values, noise, "test"))
     start = likelihood.start(Lines.parameters.to_cube(TRUTH))
-    return Fit(Lines(), likelihood, maximise(likelihood, start))
+    return Fit(likelihood, maximise(likelihood, start))
 
 
 UNIT = Noise(0.0, 1.0)

@@ -11,6 +11,7 @@ from ksmea.location.location import locate
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.nonlinear.laws import LAWS
+from ksmea.problem.case import Case
 from ksmea.problem.load import Load
 from problems.rotor.finite_elements.assembly import assemble
 from problems.rotor.finite_elements.data import Disk, UnbalancePlane
@@ -75,7 +76,7 @@ def test_a_law_put_into_the_matrices_is_found_with_its_size(key):
     response = np.linalg.solve(stiffness, force[..., None])[..., 0] @ dense.channel_rows(ROTOR, FINE.channels).T
     values = observe(response, "complex", Noise(0.05, 1e-7), np.random.default_rng(len(key)))
     data = Measurement(PROBLEM.speed, PROBLEM.channels, values, None, "test")
-    found = locate(PROBLEM, data, np.random.default_rng(0), positions=[1.0], quantities=[quantity])
+    found = locate(Case(PROBLEM, data), np.random.default_rng(0), positions=[1.0], quantities=[quantity])
     best = fitted_laws(found.sites, found.noise)[0]
     assert best.law.key == key
     assert best.p > 0.001  # one draw each
@@ -94,7 +95,9 @@ def site_of():
             response = dense.dense_response(rotor, FINE.speed, FINE.channels)
             values = observe(response, "complex", Noise(0.05, 1e-7), np.random.default_rng(len(name)))
             data = Measurement(PROBLEM.speed, PROBLEM.channels, values, None, "test")
-            found[name] = locate(PROBLEM, data, np.random.default_rng(0), positions=[position], quantities=["force"])
+            found[name] = locate(
+                Case(PROBLEM, data), np.random.default_rng(0), positions=[position], quantities=["force"]
+            )
         return found[name].sites[0], found[name].noise
 
     return call
@@ -116,7 +119,7 @@ def test_laws_are_sought_along_the_shaft_from_where_one_is_best(monkeypatch):
     values = observe(response, "complex", Noise(0.05, 1e-7), np.random.default_rng(4))
     data = Measurement(PROBLEM.speed, PROBLEM.channels, values, None, "test")
     positions = [0.8, 0.9, position]
-    found = locate(PROBLEM, data, np.random.default_rng(0), positions=positions, quantities=["force"])
+    found = locate(Case(PROBLEM, data), np.random.default_rng(0), positions=positions, quantities=["force"])
     prepared = []
 
     def law_starts_of(site, laws):

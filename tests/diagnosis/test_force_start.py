@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from ksmea.diagnosis.trials import Candidate, fitted, searched
-from ksmea.fits.fitting import Effort, Fit, fit_baseline, least_deviance
+from ksmea.fits.fitting import Fit, fit_baseline, least_deviance
+from ksmea.fits.search import Effort, Search
 from ksmea.inference.maximisation import maximise
 from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.location.force_start import can_recover, starts_from_force
@@ -17,7 +18,7 @@ from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
 from ksmea.problem.alignment import aligned, through
-from ksmea.problem.counted import Model
+from ksmea.problem.case import Case
 from ksmea.problem.load import FORCE
 from measurements.synthetic import Synthetic
 from problems.rk4_two_disk import RK4TwoDisk
@@ -56,7 +57,9 @@ def test_a_law_is_near_its_coefficients_before_any_fit(position):
     """The unbalance at the place does not show beside a free force there, nor where phases begin if the weight is at it too: they are
     found together with the law. The shaft leaves the clearance by so little that its contact stiffness shows in few data."""
     problem, measurement, effect = rubbing(position)
-    start = nearest_start(fitted_site(problem, measurement, Unmodelled(FORCE, position), 16), effect.force_at()[1])
+    start = nearest_start(
+        fitted_site(Case(problem, measurement), Unmodelled(FORCE, position), 16), effect.force_at()[1]
+    )
     stiffness, clearance, _ = start.coefficients / RUB[position]
     assert 0.67 < stiffness < 1.5 and clearance == pytest.approx(1, abs=0.1)
 
@@ -64,10 +67,10 @@ def test_a_law_is_near_its_coefficients_before_any_fit(position):
 def test_a_rub_is_found_that_neither_its_neighbourhood_nor_a_scan_tells():
     """Its values within four standard errors, which leave one of 5000 right fits out."""
     problem, measurement, effect = rubbing(0.4)
-    baseline = fit_baseline(problem, measurement, np.random.default_rng(0), LITTLE)
-    (trial,) = fitted(problem, measurement, baseline.best, [Candidate("clearance_rub", effect)], lambda: None)
+    baseline = fit_baseline(Case(problem, measurement), Search(np.random.default_rng(0), LITTLE))
+    (trial,) = fitted(baseline.best, [Candidate("clearance_rub", effect)], Search(np.random.default_rng(0), LITTLE))
     assert trial.deviance_drop < 60
-    found = searched(trial, measurement, baseline, LITTLE, 1, by_force=True, is_scanned=False)
+    found = searched(trial, baseline, dataclasses.replace(LITTLE, is_scanned=False), 1)
     assert found.deviance_drop > 500
     errors = np.sqrt(np.diag(np.linalg.inv(found.fit.point.information)))[
         found.fit.likelihood.d - 3 : found.fit.likelihood.d
@@ -79,32 +82,36 @@ def test_a_rub_is_found_that_neither_its_neighbourhood_nor_a_scan_tells():
 
 def test_what_tells_no_force_is_said():
     problem, measurement, effect = rubbing(0.4)
-    assert can_recover(problem, measurement, 0.4)
+    assert can_recover(Case(problem, measurement), 0.4)
     assert not can_recover(
-        effect.added_to(problem), measurement, 0.4
+        Case(effect.added_to(problem), measurement), 0.4
     )  # under one that is not linear there are no unit loads
-    assert not can_recover(*rubbing(0.4, kind="amplitude")[:2], 0.4)
+    assert not can_recover(Case(*rubbing(0.4, kind="amplitude")[:2]), 0.4)
 
 
 def test_differences_between_runs_tell_no_free_force():
     problem, measurement, _ = rubbing(0.4)
     campaign = dataclasses.replace(measurement.campaign, reference=measurement.campaign.runs[0].name)
-    assert not can_recover(problem, dataclasses.replace(measurement, campaign=campaign), 0.4)
+    assert not can_recover(Case.of(problem, dataclasses.replace(measurement, campaign=campaign)), 0.4)
 
 
 def test_a_fit_starts_where_the_law_explains_the_data():
     """One start, whose likelihood is that of the true values or higher; none where a free force is not enough."""
     problem, measurement, effect = rubbing(0.4)
     extended, known = effect.added_to(problem), TRUTH[: len(problem.parameters)]
-    likelihood = likelihood_of(Model(extended), measurement)
+    likelihood = likelihood_of(Case(extended, measurement))
 
     def deviance(u):
         return likelihood.deviance(likelihood.start(u))
 
-    points = starts_from_force(extended, measurement, problem, *effect.force_at())
+    points = starts_from_force(Case(extended, measurement), Case(problem, measurement), *effect.force_at())
     truth = deviance(extended.parameters.to_cube(np.append(known, RUB[0.4])))
     assert len(points) == 1 and deviance(points[0]) < truth
-    assert not len(starts_from_force(extended, measurement, problem, *effect.force_at(), ceiling=truth - 500))
+    assert not len(
+        starts_from_force(
+            Case(extended, measurement), Case(problem, measurement), *effect.force_at(), ceiling=truth - 500
+        )
+    )
 
 
 def test_a_hard_stop_whose_force_has_much_3x_is_found_in_a_run_up_and_one_down():
@@ -117,7 +124,7 @@ def test_a_hard_stop_whose_force_has_much_3x_is_found_in_a_run_up_and_one_down()
     values = observe(stop.added_to(finer).response(x[None])[0], "complex", NOISE, np.random.default_rng(3))
     data = Measurement(layout.speed, layout.channels, values, None, "test", layout.phase_known, layout.campaign)
     extended = stop.added_to(problem)
-    points = starts_from_force(extended, data, problem, *stop.force_at())
+    points = starts_from_force(Case(extended, data), Case(problem, data), *stop.force_at())
     assert extended.parameters.to_si(points[0])[-3:] == pytest.approx(x[-3:], rel=0.05)  # 5 % noise of 192 complex data
 
 
@@ -132,8 +139,8 @@ def test_a_rub_moves_3x_and_explains_no_2x():
     extended, known = effect.added_to(problem), TRUTH[: len(problem.parameters)]
 
     def fit_at(problem, x, data=data):
-        likelihood = likelihood_of(Model(problem), data)
-        return Fit(problem, likelihood, likelihood.at(likelihood.start(problem.parameters.to_cube(x))))
+        likelihood = likelihood_of(Case(problem, data))
+        return Fit(likelihood, likelihood.at(likelihood.start(problem.parameters.to_cube(x))))
 
     rub, untouched = fit_at(extended, np.append(known, RUB[0.4])), np.append(known, [0.08e6, 100e-6, 0.04])
     expected = rub.response().copy()
@@ -159,7 +166,7 @@ def test_the_noise_that_suits_a_response_best(own_noise):
         measurement, campaign=dataclasses.replace(measurement.campaign, own_noise=own_noise)
     )
     problem = aligned(SETTINGS.build(), measurement.layout)
-    likelihood = likelihood_of(Model(problem), measurement)
+    likelihood = likelihood_of(Case(problem, measurement))
     u = problem.parameters.to_cube(TRUTH[: len(problem.parameters)])
     theta = likelihood.start(u)
     likelihood.lower[: likelihood.d], likelihood.upper[: likelihood.d] = u - 1e-12, u + 1e-12

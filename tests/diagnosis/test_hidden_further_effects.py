@@ -7,8 +7,9 @@ import pytest
 
 from ksmea.diagnosis.diagnosis import diagnose
 from ksmea.diagnosis.trials import Candidate
-from ksmea.fits.fitting import Effort
+from ksmea.fits.search import Effort, Search
 from ksmea.plugins import registry
+from ksmea.problem.case import Case
 
 COMMON = ("runout", "unbalance")
 LITTLE = Effort(screening=2000, starts=6, scan=100, scan_values=8, effect_starts=3)
@@ -34,7 +35,7 @@ def library(name):
 )
 def test_a_hidden_effect_is_found(rotor, hide, name, seed):
     measurement, located, _ = hide(name, seed)
-    found = diagnose(rotor, measurement, library(name), np.random.default_rng(0), effort=LITTLE)
+    found = diagnose(Case(rotor, measurement), library(name), Search(np.random.default_rng(0), LITTLE))
     trial = next(trial for trial in found.trials if trial.candidate == Candidate(name, located))
     assert trial.deviance_drop >= 60, "the draw is too small to be asked for"
     assert found.verdict in ("named", "ambiguous") and name in found.ambiguity_group

@@ -4,10 +4,12 @@ import numpy as np
 
 from integrated_rotor import integrated_response
 from ksmea.diagnosis.trials import candidates, fitted
-from ksmea.fits.fitting import Effort, fit_baseline
+from ksmea.fits.fitting import fit_baseline
+from ksmea.fits.search import Effort, Search
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
+from ksmea.problem.case import Case
 from problems.rk4_two_disk import RK4TwoDisk
 
 SETTINGS = RK4TwoDisk(sensors=[0.12, 0.44], directions=["x", "y"], n_speed=24)
@@ -32,8 +34,8 @@ def test_cubic_bearings_are_the_best_explanation_with_their_size():
     measurement = Measurement(PROBLEM.speed, PROBLEM.channels, values, None, "test")
     names = ("cubic_stiffness", "speed_dependent_stiffness", "runout")
     effects = {name: registry.create("effect", name, {}) for name in names}
-    baseline = fit_baseline(PROBLEM, measurement, np.random.default_rng(0), LITTLE).best
-    best, *others = fitted(PROBLEM, measurement, baseline, candidates(PROBLEM, effects), lambda: None)
+    baseline = fit_baseline(Case(PROBLEM, measurement), Search(np.random.default_rng(0), LITTLE)).best
+    best, *others = fitted(baseline, candidates(PROBLEM, effects), Search(np.random.default_rng(0), LITTLE))
     cubic = [trial for trial in (best, *others) if trial.name == "cubic_stiffness"]
     rival = max(trial.delta_bic for trial in others if trial.name != "cubic_stiffness")
     assert best in cubic and best.delta_bic > 30 and best.delta_bic > 6 + rival

@@ -9,6 +9,7 @@ import pytest
 from bench.plan.page import Plot
 from bench.reports.diagnosis.page import diagnosis_page
 from ksmea.errors import SettingError
+from ksmea.problem.case import Case
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.show.diagnosis_text import about_extension, text, why_without
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis, disagreements
@@ -22,7 +23,7 @@ OPTIONS = DiagnosisOptions(screening=1024)
 def unnamed(rotor, hide):
     """The diagnosis of a further unbalance with an empty library, and what was hidden."""
     measurement, effect, size = hide("unbalance", 3)
-    return diagnosis(rotor, measurement, {}, np.random.default_rng(0), options=OPTIONS), effect, size
+    return diagnosis(Case(rotor, measurement), {}, np.random.default_rng(0), options=OPTIONS), effect, size
 
 
 def test_without_a_library_the_place_is_found_and_the_law(unnamed):
@@ -63,7 +64,7 @@ def test_the_text_says_it_in_its_verdict_and_the_file_holds_the_law(unnamed):
 
 def test_nothing_is_located_in_a_model_that_is_right(rotor, hide):
     measurement, _, _ = hide(None, 5)
-    record = diagnosis(rotor, measurement, {}, np.random.default_rng(0), options=OPTIONS)
+    record = diagnosis(Case(rotor, measurement), {}, np.random.default_rng(0), options=OPTIONS)
     assert record.verdict == "adequate" and record.location is None
 
 
@@ -72,14 +73,14 @@ def test_two_channels_leave_it_unknown(rotor, hide):
     measurement, _, _ = hide("unbalance", 3)
     few = dataclasses.replace(measurement, channels=measurement.channels[:2], values=measurement.values[:, :2])
     seen = rotor.at(few.speed, few.channels)
-    record = diagnosis(seen, few, {}, np.random.default_rng(0), options=OPTIONS)
+    record = diagnosis(Case(seen, few), {}, np.random.default_rng(0), options=OPTIONS)
     assert record.location is None and record.verdict in ("unknown", "adequate")
 
 
 def test_beside_a_name_it_is_a_second_opinion(rotor, hide):
     measurement, effect, _ = hide("unbalance", 3)
     effects = {"unbalance": registered_effects()["unbalance"]}
-    record = diagnosis(rotor, measurement, effects, np.random.default_rng(0), options=OPTIONS)
+    record = diagnosis(Case(rotor, measurement), effects, np.random.default_rng(0), options=OPTIONS)
     assert record.verdict == "named" and record.location.accepts(effect.position) and not record.remarks
     said = text(record)
     assert "Without the library: an unknown force at" in said

@@ -12,6 +12,7 @@ from ksmea.location.unknown_force import LATERAL, READING, Unmodelled
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
+from ksmea.problem.case import Case
 from ksmea.problem.load import Load
 from ksmea.records.location import UNSEEN
 from problems.rotor.finite_elements.assembly import assemble
@@ -45,7 +46,7 @@ def measured(values, seed, noise=None):
 def unbalanced():
     """A second unbalance on the third disk, at 1 m, the noise unknown."""
     data = measured(response("unbalance", UNBALANCE, position=1.0), 1)
-    return locate(PROBLEM, data, np.random.default_rng(0), positions=[0.0, 0.5, 1.0, 1.3])
+    return locate(Case(PROBLEM, data), np.random.default_rng(0), positions=[0.0, 0.5, 1.0, 1.3])
 
 
 def accepted(found):
@@ -91,7 +92,7 @@ def test_what_follows_the_motion_is_a_dynamic_stiffness_that_takes_no_energy():
     rotor = rotor_at(FINE.rotor, FINE.unknowns, TRUTH)
     heavier = dataclasses.replace(rotor, disks=(*rotor.disks, Disk(1.0, mass, 1e-6, 1e-6)))
     data = measured(dense.dense_response(heavier, FINE.speed, FINE.channels), 3)
-    found = locate(PROBLEM, data, np.random.default_rng(0), positions=[1.0], quantities=["force"])
+    found = locate(Case(PROBLEM, data), np.random.default_rng(0), positions=[1.0], quantities=["force"])
     assert accepted(found) == {"force at 1 m"}
     recovered = recovered_force(found.sites[0], np.random.default_rng(2))
     assert np.all(recovered.coherence[:2] > FOLLOWS)
@@ -109,7 +110,7 @@ def test_a_damper_takes_energy():
     first, last = rotor.bearings
     damped = dataclasses.replace(first, cxx=first.cxx + 5000.0, cyy=first.cyy + 5000.0)
     values = dense.dense_response(dataclasses.replace(rotor, bearings=(damped, last)), FINE.speed, FINE.channels)
-    found = locate(PROBLEM, measured(values, 4), np.random.default_rng(0), positions=[0.0], quantities=["force"])
+    found = locate(Case(PROBLEM, measured(values, 4)), np.random.default_rng(0), positions=[0.0], quantities=["force"])
     work = recovered_force(found.sites[0], np.random.default_rng(1)).work
     low, high = np.quantile(work[1:], [0.025, 0.975], axis=0)
     assert np.mean(high < 0) > 0.5
@@ -124,7 +125,9 @@ def test_a_skewed_disk_is_a_moment_at_its_disk():
     stiffness = dense.dynamic_stiffness(assemble(rotor), FINE.speed)
     added = (dense.channel_rows(rotor, FINE.channels) @ np.linalg.solve(stiffness, moment))[..., 0]
     data = measured(response() + added, 5)
-    found = locate(PROBLEM, data, np.random.default_rng(0), positions=[0.0, 0.5, 1.0], quantities=["force", "moment"])
+    found = locate(
+        Case(PROBLEM, data), np.random.default_rng(0), positions=[0.0, 0.5, 1.0], quantities=["force", "moment"]
+    )
     assert accepted(found) == {"moment at 1 m"}
 
 
@@ -132,7 +135,9 @@ def test_a_gain_is_a_reading_at_its_plane_and_no_force():
     values = response()
     values[:, 4] *= 1.3  # x at 1 m
     data = measured(values, 6)
-    found = locate(PROBLEM, data, np.random.default_rng(0), positions=[0.0, 0.5, 1.0], quantities=["force", "reading"])
+    found = locate(
+        Case(PROBLEM, data), np.random.default_rng(0), positions=[0.0, 0.5, 1.0], quantities=["force", "reading"]
+    )
     assert accepted(found) == {"reading at 1 m"}
 
 
@@ -143,13 +148,17 @@ def test_the_true_site_is_rejected_no_more_often_than_the_level_says(told):
     small = 0
     for seed in range(8):
         data = measured(response() + 30.0 * np.exp(1j * seed) * column, [7, seed], told)
-        found = locate(PROBLEM, data, np.random.default_rng(seed), positions=[1.0], quantities=["force"], n_start=2)
+        found = locate(
+            Case(PROBLEM, data), np.random.default_rng(seed), positions=[1.0], quantities=["force"], n_start=2
+        )
         small += found.qualities[0].p < 0.1
     assert small < 4
 
 
 def test_a_right_model_is_left_alone():
-    found = locate(PROBLEM, measured(response(), 8), np.random.default_rng(0), positions=[1.0], quantities=["force"])
+    found = locate(
+        Case(PROBLEM, measured(response(), 8)), np.random.default_rng(0), positions=[1.0], quantities=["force"]
+    )
     assert found.is_plain_enough
     assert accepted(found) == {"force at 1 m"}  # a force that is next to nothing
 
@@ -160,14 +169,15 @@ def test_force_and_moment_are_tried_together_where_neither_is_enough():
     free = rng.standard_normal((40, 4)) * np.array([30.0, 30.0, 10.0, 10.0])
     columns = both.columns(FINE, TRUTH[None])[0]
     data = measured(response() + (columns @ free[..., None])[..., 0], 9)
-    found = locate(PROBLEM, data, np.random.default_rng(0), positions=[0.5, 1.0])
+    found = locate(Case(PROBLEM, data), np.random.default_rng(0), positions=[0.5, 1.0])
     assert accepted(found) == {"force and moment at 1 m"}
 
 
 def test_the_same_generator_gives_the_same_location():
     data = measured(response("unbalance", UNBALANCE, position=1.0), 1)
     first, second = (
-        locate(PROBLEM, data, np.random.default_rng(3), positions=[0.9, 1.0], quantities=["force"]) for _ in range(2)
+        locate(Case(PROBLEM, data), np.random.default_rng(3), positions=[0.9, 1.0], quantities=["force"])
+        for _ in range(2)
     )
     assert [quality.p for quality in first.qualities] == [quality.p for quality in second.qualities]
     assert [fit.point.deviance for fit in first.sites] == [fit.point.deviance for fit in second.sites]
@@ -178,7 +188,7 @@ def test_an_unbalance_at_the_very_site_is_set_to_where_the_force_is_least():
     the unbalance is the true one, and the rest the force."""
     column = FINE.load_response(TRUTH[None], [Load(0.5, "x")])[0, :, :, 0]
     data = measured(response() + 20j * column, 10)
-    found = locate(PROBLEM, data, np.random.default_rng(0), positions=[0.5], quantities=["force"])
+    found = locate(Case(PROBLEM, data), np.random.default_rng(0), positions=[0.5], quantities=["force"])
     [site] = found.sites
     u = PROBLEM.parameters.to_si(site.point.theta)[4]
     assert u == pytest.approx(TRUTH[4], rel=0.05)  # weighed by 40 speeds with forces of 8 to 450 N
@@ -205,5 +215,5 @@ def test_too_few_data_are_refused_with_what_would_be_enough(n_channel, n_speed, 
     values = observe(problem.response(TRUTH[None])[0], kind, NOISE, np.random.default_rng(0))
     data = Measurement(problem.speed, problem.channels, values, None, "test")
     with pytest.raises(SettingError, match="expected complex data of at least 3 channels") as error:
-        locate(problem, data, np.random.default_rng(0))
+        locate(Case(problem, data), np.random.default_rng(0))
     assert what in str(error.value)

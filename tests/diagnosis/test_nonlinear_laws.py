@@ -9,6 +9,7 @@ from ksmea.location.location import locate
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
+from ksmea.problem.case import Case
 from problems.rotor.response import dense
 from problems.rotor.response.unknowns import rotor_at
 from problems.three_disk import ThreeDisk
@@ -57,7 +58,7 @@ def test_the_law_that_acts_is_found_with_its_size(key):
     response = balanced_response(ROTOR, SPEED, FINE.channels, POSITION, force_at)
     values = observe(response, "complex", Noise(0.02, 5e-8), np.random.default_rng(len(key)))
     data = Measurement(SPEED, PROBLEM.channels, values, None, "test")
-    found = locate(PROBLEM, data, np.random.default_rng(0), positions=[POSITION], quantities=["force"])
+    found = locate(Case(PROBLEM, data), np.random.default_rng(0), positions=[POSITION], quantities=["force"])
     best, *others = fitted_laws(found.sites, found.noise)
     assert best.law.key == key
     assert best.p > 0.001  # one draw each

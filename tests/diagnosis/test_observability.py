@@ -36,7 +36,7 @@ def measured(problem, x, seed, noise=NOISE):
 
 def fit_at(problem, x, measurement):
     likelihood = Likelihood(Model(problem), measurement)
-    return Fit(problem, likelihood, maximise(likelihood, likelihood.start(problem.parameters.to_cube(x))))
+    return Fit(likelihood, maximise(likelihood, likelihood.start(problem.parameters.to_cube(x))))
 
 
 def candidate(name, problem, location=0):
@@ -56,7 +56,7 @@ def test_the_smallest_detectable_size_is_found_nine_times_in_ten(rotor, name, lo
     for seed in range(120):
         measurement = measured(problem, x, [seed, 1])
         without = fit_at(rotor, truth_of(rotor), measurement)
-        detected.append(trial_of(chosen, fit_nearby(problem, measurement, without), without, 1).p < LEVEL)
+        detected.append(trial_of(chosen, fit_nearby(problem, without), without, 1).p < LEVEL)
     # 90 % of 120: standard error 2.7 %; limits at four of them, with 2 % for what is not linear
     assert np.mean(detected) == pytest.approx(POWER, abs=0.13)
 
@@ -81,7 +81,7 @@ def test_unknown_noise_never_makes_more_detectable(rotor):
             measurement = measured(rotor, truth_of(rotor), 0, None)
             likelihood = Likelihood(Model(rotor), measurement)
             theta = np.concatenate([baseline.u, np.log([NOISE.relative, NOISE.floor])])
-            baseline = Fit(rotor, likelihood, likelihood.at(theta))
+            baseline = Fit(likelihood, likelihood.at(theta))
         sizes.append(smallest_detectable(baseline, chosen, LEVEL)[0].size)
     assert sizes[0] <= sizes[1] < 1.2 * sizes[0]
 

@@ -39,7 +39,7 @@ NOISE = Noise(0.0, 0.3)
 def fitted(n_unknown, values):
     problem = Powers(n_unknown, SPEED)
     likelihood = Likelihood(Model(problem), Measurement(SPEED, problem.channels, values, NOISE, "test"))
-    return Fit(problem, likelihood, maximise(likelihood, likelihood.start(np.full(n_unknown, 0.6))))
+    return Fit(likelihood, maximise(likelihood, likelihood.start(np.full(n_unknown, 0.6))))
 
 
 def curved(curvature, seed):
@@ -50,7 +50,7 @@ def curved(curvature, seed):
 
 def test_the_elpd_difference_is_of_the_log_density_of_left_out_data():
     values = curved(3.0, 1)
-    found = predictive_gain(fitted(2, values), fitted(3, values), 6, lambda: None).elpd
+    found = predictive_gain(fitted(2, values), fitted(3, values), 6).elpd
     expected = []
     for block in np.array_split(np.arange(60), 6):
         kept = np.setdiff1d(np.arange(60), block)
@@ -66,12 +66,9 @@ def test_the_elpd_difference_is_of_the_log_density_of_left_out_data():
 
 
 def test_a_true_extension_pays_and_a_superfluous_one_does_not():
-    paid = predictive_gain(fitted(2, curved(8.0, 2)), fitted(3, curved(8.0, 2)), 6, lambda: None)
+    paid = predictive_gain(fitted(2, curved(8.0, 2)), fitted(3, curved(8.0, 2)), 6)
     assert paid.elpd.is_supported and paid.rmse_after < paid.rmse_before
-    superfluous = [
-        predictive_gain(fitted(2, curved(0.0, seed)), fitted(3, curved(0.0, seed)), 6, lambda: None)
-        for seed in range(8)
-    ]
+    superfluous = [predictive_gain(fitted(2, curved(0.0, seed)), fitted(3, curved(0.0, seed)), 6) for seed in range(8)]
     assert np.mean([each.elpd.total for each in superfluous]) < 0  # one more unknown costs on data it has not seen
     assert sum(each.elpd.is_supported for each in superfluous) <= 1
 

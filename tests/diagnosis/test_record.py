@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from ksmea.errors import SettingError
+from ksmea.problem.case import Case
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.studies.diagnose import DiagnosisOptions, diagnosis
 from tests.diagnosis.conftest import registered_effects
@@ -20,7 +21,7 @@ OLDER = json.loads((Path(__file__).parents[1] / "data/diagnosis_of_schema_2.json
 def record(rotor, hide):
     measurement, _, _ = hide("runout", 1)
     effects = {name: effect for name, effect in registered_effects().items() if name in ("runout", "channel_gain")}
-    return diagnosis(rotor, measurement, effects, np.random.default_rng(0), options=FAST)
+    return diagnosis(Case(rotor, measurement), effects, np.random.default_rng(0), options=FAST)
 
 
 def test_a_record_comes_back_from_json(record):

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 from ksmea.diagnosis.diagnosis import diagnose
+from ksmea.fits.search import Search
 from ksmea.plugins import registry
+from ksmea.problem.case import Case
 
 LEAST = 30  # of the deviance drop, of effects of one unknown: less may look like another effect
 
@@ -29,7 +31,7 @@ def test_it_is_named_or_among_those_that_explain_the_data_as_well(rotor, hide, n
     effects = {
         each: registry.create("effect", each, {}) for each in (name, *registry.create("effect", name, {}).aliases)
     }
-    found = diagnose(rotor, measurement, effects, np.random.default_rng(0))
+    found = diagnose(Case(rotor, measurement), effects, Search(np.random.default_rng(0)))
     trial = next(trial for trial in found.trials if trial.name == name and trial.candidate.effect == located)
     assert trial.deviance_drop >= LEAST, "the draw is too small to be asked for"
     assert found.verdict in ("named", "ambiguous") and name in found.ambiguity_group

@@ -8,13 +8,15 @@ import numpy as np
 import pytest
 
 from ksmea.diagnosis.diagnosis import diagnose
-from ksmea.fits.fitting import Effort, fit_baseline, fit_from_values
+from ksmea.fits.fitting import fit_baseline, fit_from_values
+from ksmea.fits.search import Effort, Search
 from ksmea.measurement.campaign import Campaign, Run
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
 from ksmea.problem.alignment import aligned
+from ksmea.problem.case import Case
 from ksmea.units import DEGREE, MICROMETRE, RPM
 from measurements.sweeps import speed_history
 from problems.rk4_two_disk import RK4TwoDisk
@@ -36,7 +38,7 @@ def diagnosed(rate, seed):
     values = observe(response, "complex", NOISE, np.random.default_rng(seed))
     measurement = Measurement(problem.speed, problem.channels, values, None, "test")
     effects = {name: registry.create("effect", name, {}) for name in EFFECTS}
-    return diagnose(problem, measurement, effects, np.random.default_rng(seed), effort=LITTLE)
+    return diagnose(Case(problem, measurement), effects, Search(np.random.default_rng(seed), LITTLE))
 
 
 @pytest.mark.parametrize(("rate", "direction", "seed"), [(24.0, "run-up", 0), (-15.0, "coast-down", 1)])
@@ -60,7 +62,7 @@ def test_runs_up_and_down_are_one_rate_with_both_signs():
     measurement = Measurement(speed, problem.channels, values, None, "test", campaign=Campaign(runs))
     effects = {name: registry.create("effect", name, {}).seen_in(measurement) for name in EFFECTS}
     seen = aligned(problem, measurement)
-    found = diagnose(seen, measurement, effects, np.random.default_rng(3), effort=LITTLE)
+    found = diagnose(Case(seen, measurement), effects, Search(np.random.default_rng(3), LITTLE))
     assert found.verdict == "named" and found.named == ("run_up_acceleration",)
     assert str(found.applied[0].effect) == "runs up and down"
     interval = found.best_estimate.intervals[-1]
@@ -81,10 +83,10 @@ def test_a_real_run_up_is_a_sweep_at_about_the_rate_that_its_rows_have():
     values = (amplitude * MICROMETRE * np.exp(1j * DEGREE * phase))[:, None]
     measurement = Measurement(speed * RPM, (Channel(0.12, "x"),), values, None, "test")
     problem = RK4TwoDisk().build().at(measurement.speed, measurement.channels)
-    steady = fit_baseline(problem, measurement, np.random.default_rng(0), LITTLE).best
+    steady = fit_baseline(Case(problem, measurement), Search(np.random.default_rng(0), LITTLE)).best
     (sweep, _) = registry.create("effect", "run_up_acceleration", {}).locations(problem)
     near = np.array([68e3, 82e3, 35.0, 23.0, 2.7e-6, -1.2, 0.5e-6, -4.4, 18.0])  # searched for by hand
-    fit = fit_from_values(sweep.added_to(problem), near, measurement)
+    fit = fit_from_values(Case(sweep.added_to(problem), measurement), near)
     assert steady.deviance - fit.deviance > 150 and fit.noise.relative < steady.noise.relative / 2
     of_rows = speed_history(measurement.speed, None)
     assert of_rows.is_constant and not of_rows.from_times and 0.65 < fit.x[-1] / of_rows.rate < 1.05

@@ -5,6 +5,7 @@ import pytest
 
 from ksmea.fits.starts import refined_by_clouds, scan_values, scanned, screened
 from ksmea.numerics.screening import Screened
+from ksmea.problem.case import Case
 from tests.diagnosis.conftest import registered_effects
 
 
@@ -35,7 +36,7 @@ def test_screened_points_are_ranked_and_aligned_with_the_data(rotor, hide):
     u, origin = rotor.parameters.names.index("u"), rotor.parameters.names.index("phase_origin")
     others = np.tile(middle, (5, 1))
     others[:, u], others[:, origin] = np.linspace(0.2, 0.8, 5), np.linspace(0, 1, 5)
-    found = screened(rotor, measurement, np.vstack([others, np.full_like(middle, 0.3)]))
+    found = screened(Case(rotor, measurement), np.vstack([others, np.full_like(middle, 0.3)]))
     assert np.all(np.diff(found.misfits) >= 0)
     same = found.points[np.isclose(found.points[:, 0], 0.5)]
     assert len(same) == 5 and np.ptp(same, axis=0) == pytest.approx(0, abs=1e-9)
@@ -47,14 +48,14 @@ def test_clouds_close_in_on_a_maximum_that_the_scan_only_came_near(rotor, hide):
     extended = place.added_to(rotor)
     zero = np.zeros(3)
     grid = np.random.default_rng(0).uniform(size=(200, len(rotor.parameters)))
-    found = scanned(extended, measurement, grid, zero, 16, 48)
+    found = scanned(Case(extended, measurement), grid, zero, 16, 48)
     best_of_scan = min(
-        screened(extended, measurement, np.hstack([grid, np.tile(value, (200, 1))])).misfits[0]
+        screened(Case(extended, measurement), np.hstack([grid, np.tile(value, (200, 1))])).misfits[0]
         for value in scan_values(zero, 16)
     )
     truth = [rotor.parameters.to_cube(np.array([50e6, 70e6, 500.0, 700.0, 2e-4, 0.6])), size]
     truth[1] = extended.parameters.to_cube(np.concatenate([np.zeros(len(rotor.parameters)), size]))[-3:]
-    at_truth = screened(extended, measurement, np.concatenate(truth)[None]).misfits[0]
+    at_truth = screened(Case(extended, measurement), np.concatenate(truth)[None]).misfits[0]
     assert found.misfits[0] < best_of_scan
     assert found.misfits[0] - at_truth < 0.5 * (best_of_scan - at_truth)
 
@@ -72,6 +73,6 @@ def test_costly_unknowns_take_few_values_in_clouds(rotor, hide, monkeypatch):
 
     monkeypatch.setattr(type(extended), "response", counted)
     start = Screened(np.full((1, len(extended.parameters)), 0.5), np.array([9.0]))
-    found = refined_by_clouds(extended, measurement, start, 48)
+    found = refined_by_clouds(Case(extended, measurement), start, 48)
     assert len(values) < 150 and len(values) < len(found.points) * 3
     assert found.misfits[0] < 9.0

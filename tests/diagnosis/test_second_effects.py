@@ -16,17 +16,19 @@ from ksmea.diagnosis.trials import (
     ranked_explanations,
     trial_of,
 )
-from ksmea.fits.fitting import Effort, Fit, fit_baseline, fit_from_values, fit_nearby
+from ksmea.fits.fitting import Fit, fit_baseline, fit_from_values, fit_nearby
+from ksmea.fits.search import Effort, Search
 from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.likelihood.fisher import Point
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
-from ksmea.problem.counted import Model
+from ksmea.problem.case import Case
 from problems.three_disk import ThreeDisk
 from tests.diagnosis.conftest import LESS, SENSORS, TRUTH, registered_effects
 
 NOISE = Noise(0.05, 5e-8)
+SEARCH = Search(np.random.default_rng(0))
 
 
 N_SPEED = 27  # half of the default: effects that change the rotor are reduced at each
@@ -66,11 +68,9 @@ def test_a_runout_behind_a_large_slope_of_the_stiffness_is_named_too(rotor, fine
     effects = [located(fine, "speed_dependent_stiffness"), located(fine, "runout", 1)]
     measurement = measured(fine, effects, [0.15, 5e-8, -4e-8], seed=3)
     found = diagnose(
-        rotor,
-        measurement,
+        Case(rotor, measurement),
         few("speed_dependent_stiffness", "runout", "channel_gain"),
-        np.random.default_rng(0),
-        effort=LESS,
+        Search(np.random.default_rng(0), LESS),
     )
     alone = next(trial for trial in found.trials if trial.candidate == Candidate("runout", effects[1]))
     assert alone.p > found.level / 2
@@ -92,7 +92,7 @@ def test_one_effect_at_two_places_is_named_twice(rotor, fine, name, places, valu
     effects = [located(fine, name, place) for place in places]
     measurement = measured(fine, effects, values, seed=1)
     found = diagnose(
-        rotor, measurement, few("runout", "channel_gain", "unbalance"), np.random.default_rng(0), effort=LESS
+        Case(rotor, measurement), few("runout", "channel_gain", "unbalance"), Search(np.random.default_rng(0), LESS)
     )
     assert found.verdict == "named" and found.named == (name, name)
     assert {str(each.effect) for each in found.applied} == {str(effect) for effect in effects}
@@ -107,7 +107,7 @@ def test_pairs_that_explain_the_data_alike_are_all_reported(rotor, fine):
     effects = [located(fine, "mass"), located(fine, "channel_gain", 3)]
     measurement = measured(fine, effects, [0.01, 0.15], seed=2)
     library = few("mass", "youngs_modulus", "channel_gain")
-    found = diagnose(rotor, measurement, library, np.random.default_rng(0), effort=LESS)
+    found = diagnose(Case(rotor, measurement), library, Search(np.random.default_rng(0), LESS))
     names = {each.names for each in found.explanations}
     assert found.verdict == "ambiguous" and names == {("channel_gain", "mass"), ("channel_gain", "youngs_modulus")}
     assert set(found.ambiguity_group) == {"mass", "youngs_modulus", "channel_gain"}
@@ -117,9 +117,9 @@ def test_pairs_that_explain_the_data_alike_are_all_reported(rotor, fine):
 
 def test_first_effects_that_predict_the_same_count_once(rotor, fine):
     measurement = measured(fine, [located(fine, "mass")], [0.004], seed=4)
-    baseline = fit_baseline(rotor, measurement, np.random.default_rng(0), Effort())
+    baseline = fit_baseline(Case(rotor, measurement), Search(np.random.default_rng(0), Effort()))
     found = candidates(rotor, few("mass", "youngs_modulus", "runout"))
-    trials = fitted(rotor, measurement, baseline.best, found, lambda: None)
+    trials = fitted(baseline.best, found, SEARCH)
     names = [trial.name for trial in distinct_firsts(trials, 3)]
     assert len(names) == 2 and "runout" in names
 
@@ -128,15 +128,15 @@ def test_a_limit_leaves_out_what_stays_above_it_and_nothing_else(rotor, fine):
     """A gain beside a mass: with a limit that it comes below, and most others do not."""
     effects = [located(fine, "mass"), located(fine, "channel_gain", 3)]
     measurement = measured(fine, effects, [0.01, 0.15], seed=6)
-    baseline = fit_baseline(rotor, measurement, np.random.default_rng(0), Effort()).best
-    first = fitted(rotor, measurement, baseline, candidates(rotor, few("mass")), lambda: None)[0].fit
+    baseline = fit_baseline(Case(rotor, measurement), Search(np.random.default_rng(0), Effort())).best
+    first = fitted(baseline, candidates(rotor, few("mass")), SEARCH)[0].fit
     found = candidates(first.problem, few("channel_gain", "runout", "timing_delay"))
     limit = first.deviance - np.log(first.likelihood.n_residual)
     every, below = (
         {trial.candidate: trial.fit.deviance for trial in trials}
         for trials in (
-            fitted(first.problem, measurement, first, found, lambda: None),
-            fitted(first.problem, measurement, first, found, lambda: None, limit=limit),
+            fitted(first, found, SEARCH),
+            fitted(first, found, SEARCH, limit=limit),
         )
     )
     assert below and len(below) < len(every)
@@ -173,9 +173,9 @@ def test_the_order_of_a_pair_makes_no_other_explanation():
 
 def test_p_of_a_second_effect_is_corrected_for_all_that_were_tried(rotor, fine):
     measurement = measured(fine, [], [], seed=5)
-    baseline = fit_baseline(rotor, measurement, np.random.default_rng(0), Effort()).best
+    baseline = fit_baseline(Case(rotor, measurement), Search(np.random.default_rng(0), Effort())).best
     [candidate] = candidates(rotor, few("mass"))
-    fit: Fit = fit_nearby(candidate.effect.added_to(rotor), measurement, baseline)
+    fit: Fit = fit_nearby(candidate.effect.added_to(rotor), baseline)
     one, many = (trial_of(candidate, fit, baseline, n).p for n in (1, 66))
     assert many == min(1.0, 66 * one)
 
@@ -188,10 +188,12 @@ def test_an_effect_left_in_a_lower_maximum_is_lifted_by_the_pair_that_it_is_part
     measurement = Measurement(rotor.speed, rotor.channels, values, NOISE, "made")
     first = Candidate("runout", located(rotor, "runout"))
     alone, both = (first.beside(rotor), Candidate("mass", located(rotor, "mass")).beside(first.beside(rotor)))
-    baseline = fit_from_values(rotor, np.array([TRUTH.get(name, 0.0) for name in rotor.parameters.names]), measurement)
+    baseline = fit_from_values(
+        Case(rotor, measurement), np.array([TRUTH.get(name, 0.0) for name in rotor.parameters.names])
+    )
     at = np.array([{**TRUTH, "runout_x": 1e-5}.get(name, 0.0) for name in both.parameters.names])
-    pair, right = fit_from_values(both, at, measurement), fit_from_values(alone, at[:-1], measurement)
-    low = Fit(alone, right.likelihood, right.likelihood.at(np.full(len(right.point.theta), 0.3)))
+    pair, right = fit_from_values(Case(both, measurement), at), fit_from_values(Case(alone, measurement), at[:-1])
+    low = Fit(right.likelihood, right.likelihood.at(np.full(len(right.point.theta), 0.3)))
     lifted = _from_pair(trial_of(first, low, baseline, 2), pair, baseline, 2)
     assert lifted is not None and lifted.fit.deviance == pytest.approx(right.deviance, abs=0.1)
     assert _from_pair(lifted, pair, baseline, 2) is None
@@ -206,18 +208,18 @@ def test_beside_what_is_not_linear_in_the_motion_only_few_are_fitted_and_none_is
     located_first = located(fine, name) if name == "runout" else registry.create("effect", name, {}).locations(fine)[0]
     first = Candidate(name, located_first)
     problem = first.effect.added_to(rotor)
-    likelihood = likelihood_of(Model(problem), measurement)
+    likelihood = likelihood_of(Case(problem, measurement))
     fit = Fit(
-        problem,
-        likelihood,
-        Point(likelihood.start(np.full(len(problem.parameters), 0.5)), 0.0, np.empty(0), np.empty((0, 0))),
+        likelihood, Point(likelihood.start(np.full(len(problem.parameters), 0.5)), 0.0, np.empty(0), np.empty((0, 0)))
     )
     trial = Trial(first, fit, 100.0, 90.0, 1e-9)
     second = next(each for each in candidates(rotor, registered_effects()) if each.effect.is_scanned)
     asked, scanned = [], []
-    monkeypatch.setattr(module, "fitted", lambda *words: asked.append(words) or [Trial(second, fit, 1.0, 0.0, 1.0)])
+    monkeypatch.setattr(
+        module, "fitted", lambda *_, most, **__: asked.append(most) or [Trial(second, fit, 1.0, 0.0, 1.0)]
+    )
     monkeypatch.setattr(module, "_scans", lambda *words: scanned.append(words[1]) or [])
-    monkeypatch.setattr(module, "shared_searches", lambda *words: [])
-    module.pairs_beside([trial], [trial], None, measurement, LESS, lambda: None, is_scanned=True)
-    assert asked[0][-1] == most
+    monkeypatch.setattr(module, "shared", lambda *words: [])
+    module.pairs_beside([trial], [trial], None, Search(np.random.default_rng(0), LESS), is_scanned=True)
+    assert asked[0] == most
     assert len(scanned) == (1 if most is None else 0)

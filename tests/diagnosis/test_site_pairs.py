@@ -9,6 +9,7 @@ import pytest
 from ksmea.location.sites import N_KEPT, fitted_pairs
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
+from ksmea.problem.case import Case
 from ksmea.records.location import PAIR, LocationRecord
 from ksmea.show.location_text import frame, plot, text
 from ksmea.studies.locate import LocationOptions, location
@@ -32,7 +33,7 @@ def located(n_channel, options):
     response = dense.dense_response(rotor, FINE.speed, channels)
     values = observe(response, "complex", Noise(0.05, 1e-7), np.random.default_rng(2))
     data = Measurement(FINE.speed, channels, values, None, "test")
-    return location(PROBLEM.at(FINE.speed, channels), data, np.random.default_rng(0), options=options)
+    return location(Case(PROBLEM.at(FINE.speed, channels), data), np.random.default_rng(0), options=options)
 
 
 FEW = LocationOptions(positions=[0.0, 0.2, 0.5, 0.8, 1.0, 1.3], kinds=["force", "moment"])

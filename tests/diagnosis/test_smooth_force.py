@@ -9,6 +9,7 @@ from ksmea.location.location import locate
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.nonlinear.smooth_law import smooth
+from ksmea.problem.case import Case
 from ksmea.problem.load import Load
 from problems.three_disk import ThreeDisk
 
@@ -32,7 +33,7 @@ def site():
     )
     values = observe(response, "complex", Noise(0.05, 1e-7), np.random.default_rng(3))
     data = Measurement(PROBLEM.speed, PROBLEM.channels, values, None, "test")
-    return locate(PROBLEM, data, np.random.default_rng(0), positions=[1.0], quantities=["force"])
+    return locate(Case(PROBLEM, data), np.random.default_rng(0), positions=[1.0], quantities=["force"])
 
 
 def test_no_simple_law_holds_and_a_smooth_one_does(site):

@@ -12,6 +12,7 @@ from ksmea.measurement.measurement import Layout, Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
 from ksmea.problem.alignment import aligned
+from ksmea.problem.case import Case
 from ksmea.records.diagnosis import SplitRecord
 from ksmea.studies.diagnose import _split
 from problems.three_disk import ThreeDisk
@@ -46,7 +47,7 @@ def fitted(rotor, measurement, guesses):
     found = {}
     for name, sizes in guesses.items():
         problem = aligned(with_effect(rotor, name), measurement)
-        fits = [fit_from_values(problem, truth_of(problem, **each), measurement) for each in sizes]
+        fits = [fit_from_values(Case(problem, measurement), truth_of(problem, **each)) for each in sizes]
         found[name] = min(fits, key=lambda fit: fit.deviance)
     return found
 

@@ -6,10 +6,12 @@ import pytest
 from ksmea.diagnosis.observability import smallest_detectable
 from ksmea.diagnosis.trials import Candidate, fitted
 from ksmea.fits.fitting import Fit, fit_from_values
+from ksmea.fits.search import Search
 from ksmea.fits.stable_fits import settled_stable, stable_fit
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
+from ksmea.problem.case import Case
 from rigid_rotor import DAMPING, MASS, NATURAL, STIFFNESS, problem_of, rigid_rotor
 
 CRITICAL = DAMPING * NATURAL  # N/m
@@ -27,14 +29,16 @@ def measured(cross):
 
 
 def baseline(data):
-    return fit_from_values(PLAIN, np.array([STIFFNESS]), data)
+    return fit_from_values(Case(PLAIN, data), np.array([STIFFNESS]))
 
 
 def test_a_size_beyond_the_threshold_is_not_named():
     data = measured(1.3 * CRITICAL)
-    free = fit_from_values(EXTENDED, np.array([STIFFNESS, 1.3 * CRITICAL]), data)
+    free = fit_from_values(Case(EXTENDED, data), np.array([STIFFNESS, 1.3 * CRITICAL]))
     assert free.x[1] > 1.1 * CRITICAL and not EXTENDED.is_stable(free.x)  # the data alone lead there
-    [trial] = fitted(PLAIN, data, baseline(data), [Candidate("cross_coupling_antisymmetric", EFFECT)], lambda: None)
+    [trial] = fitted(
+        baseline(data), [Candidate("cross_coupling_antisymmetric", EFFECT)], Search(np.random.default_rng(0))
+    )
     stiffness, found = trial.fit.x
     limit = DAMPING * np.sqrt(2 * stiffness / MASS)
     # as near as it may come; flexibility of the shaft moves the threshold by less than 1e-4
@@ -44,14 +48,14 @@ def test_a_size_beyond_the_threshold_is_not_named():
 
 def test_a_stable_fit_is_left_as_it_is():
     data = measured(0.5 * CRITICAL)
-    free = fit_from_values(EXTENDED, np.array([STIFFNESS, 0.5 * CRITICAL]), data)
+    free = fit_from_values(Case(EXTENDED, data), np.array([STIFFNESS, 0.5 * CRITICAL]))
     assert stable_fit(free, free.point.theta) is free
 
 
 @pytest.mark.parametrize("part", [0.5, 0.97, 1.2])
 def test_intervals_end_where_the_rotor_becomes_unstable(part):
     data = measured(part * CRITICAL)
-    free = fit_from_values(EXTENDED, np.array([STIFFNESS, part * CRITICAL]), data)
+    free = fit_from_values(Case(EXTENDED, data), np.array([STIFFNESS, part * CRITICAL]))
     start = np.append(baseline(data).u, EXTENDED.parameters.to_cube(np.zeros(2))[1:])
     fit, estimated = settled_stable(stable_fit(free, start), 0.95)
     interval = estimated.intervals[1]
@@ -64,7 +68,7 @@ def test_intervals_end_where_the_rotor_becomes_unstable(part):
 
 def test_where_no_start_is_stable_the_fit_stays():
     data = measured(1.3 * CRITICAL)
-    free = fit_from_values(EXTENDED, np.array([STIFFNESS, 1.3 * CRITICAL]), data)
+    free = fit_from_values(Case(EXTENDED, data), np.array([STIFFNESS, 1.3 * CRITICAL]))
     assert stable_fit(free, free.point.theta) is free
 
 
@@ -79,7 +83,7 @@ def test_the_largest_size_that_is_told_is_stable():
 def test_a_fit_that_cannot_be_a_rival_is_given_up_among_stable_values():
     """Where the maximum among all values lies above a deviance, so does every stable one: none is searched for."""
     data = measured(1.3 * CRITICAL)
-    free = fit_from_values(EXTENDED, np.array([STIFFNESS, 1.3 * CRITICAL]), data)
+    free = fit_from_values(Case(EXTENDED, data), np.array([STIFFNESS, 1.3 * CRITICAL]))
     start = np.append(baseline(data).u, EXTENDED.parameters.to_cube(np.zeros(2))[1:])
     searched = stable_fit(free, start)
     given_up = stable_fit(free, start, below=free.deviance - 1)

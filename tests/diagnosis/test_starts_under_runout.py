@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from ksmea.fits.fitting import Effort, fit_baseline, likely_maxima
+from ksmea.fits.fitting import fit_baseline, likely_maxima
+from ksmea.fits.search import Effort, Search
 from ksmea.fits.starts import screened_both_ways
 from ksmea.inference.maximisation import nearest_maximum
 from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
-from ksmea.problem.counted import Model
+from ksmea.problem.case import Case
 from problems.three_disk import ThreeDisk
 
 LIMITS = {"kxx": [5, 500], "kyy": [5, 500]}  # wide, as one sets them who does not know the values
@@ -31,9 +32,9 @@ def measured(seed, kind="complex"):
 @pytest.mark.parametrize("seed", range(4))
 def test_the_maximum_near_the_truth_is_found(seed):
     measurement = measured(seed)
-    likelihood = likelihood_of(Model(PROBLEM), measurement)
+    likelihood = likelihood_of(Case(PROBLEM, measurement))
     near_truth = nearest_maximum(likelihood, PROBLEM.parameters.to_cube(TRUTH))
-    fit = fit_baseline(PROBLEM, measurement, np.random.default_rng(0), Effort()).best
+    fit = fit_baseline(Case(PROBLEM, measurement), Search(np.random.default_rng(0), Effort())).best
     assert fit.deviance < near_truth.deviance + 0.01
     middle = likelihood.at(likelihood.start(np.full(len(TRUTH), 0.5)))
     assert likely_maxima(likelihood, middle)[0].deviance < near_truth.deviance + 0.01
@@ -50,6 +51,6 @@ def test_a_multiple_of_the_response_fits_by_shape_whatever_its_size_and_phase(ki
     other[names.index("u")] *= 1.5
     if kind == "complex":
         other[names.index("phase_origin")] += 1.0
-    _, found = screened_both_ways(problem, measurement, problem.parameters.to_cube(np.array([other])))
+    _, found = screened_both_ways(Case(problem, measurement), problem.parameters.to_cube(np.array([other])))
     assert found.misfits[0] == pytest.approx(0.0, abs=1e-12)
     assert problem.parameters.to_si(found.points[0]) == pytest.approx(truth, rel=1e-9)

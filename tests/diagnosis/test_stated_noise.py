@@ -5,7 +5,9 @@ import pytest
 
 from ksmea.diagnosis.diagnosis import diagnose
 from ksmea.fits.lack_of_fit import CHI2, FitQuality, is_size_alone
+from ksmea.fits.search import Search
 from ksmea.plugins import registry
+from ksmea.problem.case import Case
 from ksmea.studies.diagnose import diagnosis
 from ksmea.studies.library import library
 from problems.three_disk import ThreeDisk
@@ -24,7 +26,7 @@ def data(seed, **settings):
 
 
 def found(measurement, seed=0):
-    return diagnose(PROBLEM.build(), measurement, EFFECTS, np.random.default_rng(seed), effort=LESS)
+    return diagnose(Case(PROBLEM.build(), measurement), EFFECTS, Search(np.random.default_rng(seed), LESS))
 
 
 @pytest.mark.parametrize("stated", [0.667, 1.5])
@@ -56,7 +58,7 @@ def test_stated_noise_is_kept_where_two_effects_explain_what_is_more():
     noise, hidden = (np.random.default_rng([2, place]) for place in (0, 1))
     measurement = source.measure(few, source.true_values(few), noise, hidden)
     effects = library(["runout", "channel_gain", "unbalance", "probe_rotation"], [])[0]
-    named = diagnose(few.build(), measurement, effects, np.random.default_rng(0), effort=LESS)
+    named = diagnose(Case(few.build(), measurement), effects, Search(np.random.default_rng(0), LESS))
     assert set(named.named) == {"unbalance", "channel_gain"}
     assert named.best.likelihood.measurement.noise == measurement.noise
 
@@ -68,7 +70,7 @@ def test_an_effect_is_named_beside_noise_that_is_stated_too_small():
 
 @pytest.mark.parametrize("stated, said", [(0.667, "1.4|1.5|1.6"), (1.5, "0.6|0.7"), (1.0, None)])
 def test_the_report_says_how_much_the_data_scatter(stated, said):
-    record = diagnosis(PROBLEM.build(), data(4, stated=stated), EFFECTS, np.random.default_rng(0))
+    record = diagnosis(Case(PROBLEM.build(), data(4, stated=stated)), EFFECTS, np.random.default_rng(0))
     remarks = [remark for remark in record.remarks if "their stated noise" in remark]
     assert bool(remarks) == (said is not None)
     assert said is None or any(f"scatter {start}" in remarks[0] for start in said.split("|"))

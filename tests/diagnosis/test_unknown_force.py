@@ -11,6 +11,7 @@ from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
 from ksmea.problem.campaign_problem import CampaignProblem
+from ksmea.problem.case import Case
 from problems.three_disk import ThreeDisk
 
 PROBLEM = ThreeDisk(sensors=[0.1, 0.5, 1.0], n_speed=30).build()
@@ -22,8 +23,8 @@ SD = NOISE.sd(np.abs(RESPONSE))
 
 
 def likelihood_of(unmodelled, values, problem=PROBLEM, sd=SD):
-    measurement = Measurement(problem.speed, problem.channels, values, NOISE, "test")
-    return ProjectedLikelihood(problem, measurement, unmodelled, sd)
+    measurement = Measurement(problem.speed, problem.channels, values, NOISE, "test", campaign=problem.campaign)
+    return ProjectedLikelihood(Case(problem, measurement), unmodelled, sd)
 
 
 def acting(unmodelled, rng):

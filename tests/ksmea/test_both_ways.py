@@ -11,6 +11,7 @@ from campaigns import NOISE, TRIAL, TRUTH, layout_of, measured
 from ksmea.errors import SettingError
 from ksmea.measurement.noise import Noise
 from ksmea.problem.alignment import aligned
+from ksmea.problem.case import Case
 from ksmea.records.identification import IdentificationRecord
 from ksmea.show.text import hausman_lines
 from ksmea.studies.hausman import both_ways
@@ -31,14 +32,14 @@ def _data(seed, runout=0.0, known=True):
 
 def test_they_agree_where_the_model_is_right():
     """p < 0.1 in 10 % of draws: of 60, 6 ± 2.3; and p is spread evenly, 0.5 ± 0.037 in the mean."""
-    p = np.array([both_ways(SEEN, _data(seed), X).p for seed in range(60)])
+    p = np.array([both_ways(Case(SEEN, _data(seed)), X).p for seed in range(60)])
     assert 1 <= np.sum(p < 0.1) <= 14
     assert abs(np.mean(p) - 0.5) < 4 * 0.037
 
 
 @pytest.mark.parametrize("known", [True, False])
 def test_a_runout_moves_the_joint_fit_alone(known):
-    found = both_ways(SEEN, _data(1, RUNOUT, known), X)
+    found = both_ways(Case(SEEN, _data(1, RUNOUT, known)), X)
     assert found.p < 1e-6 and found.moved and all(abs(each.standard_errors) > 3 for each in found.moved)
     for each in found.moved:  # by differences they are what they are
         index = SEEN.parameters.names.index(each.name)
@@ -55,7 +56,7 @@ def test_differences_that_tell_nothing_are_not_compared():
     for layout, noise in ((repeat, NOISE), (elsewhere, NOISE), (amplitudes, NOISE), (LAYOUT, Noise(0.0, 0.0))):
         data = dataclasses.replace(measured(PROBLEM, layout), noise=noise)
         seen = aligned(PROBLEM, data)
-        assert both_ways(seen, data, np.array([TRUTH[name] for name in seen.parameters.names])) is None
+        assert both_ways(Case(seen, data), np.array([TRUTH[name] for name in seen.parameters.names])) is None
 
 
 def test_identify_by_differences_says_what_it_cannot_know():

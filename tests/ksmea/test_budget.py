@@ -12,8 +12,9 @@ from ksmea.plugins.identification import Streams
 from ksmea.plugins.method import Method
 from ksmea.plugins.optimizer import Optimizer
 from ksmea.problem.budget_and_journal import Budget, BudgetedProblem
+from ksmea.problem.case import Case
 from ksmea.problem.counted import CountedProblem
-from ksmea.studies.identify import identification
+from ksmea.studies.identify import IdentificationOptions, identification
 from measurements.synthetic import Synthetic
 from optimizers.de import DE
 from optimizers.lm import LM
@@ -62,7 +63,9 @@ def record_of(method, budget, jacobian_cost=2, problem=None):
     measurement = source.measure(SETTINGS, SETTINGS.reference(), rng, rng)
     streams = Streams(*map(np.random.default_rng, range(3)))
     within = None if budget is None else Budget(budget, jacobian_cost)
-    return identification(problem, measurement, method, streams, intervals="none", crlb=False, budget=within)
+    return identification(
+        Case(problem, measurement), method, streams, IdentificationOptions(intervals="none", crlb=False, budget=within)
+    )
 
 
 METHODS = {

@@ -87,8 +87,8 @@ def test_the_bound_of_runs_with_known_noise_is_that_of_their_information_added()
 def test_left_out_blocks_have_the_noise_of_their_runs():
     """A block leaves out other numbers of speeds of each run than are kept; a model is not better than itself."""
     likelihood = Likelihood(Model(SEEN), DATA)
-    fit = Fit(SEEN, likelihood, nearest_maximum(likelihood, U))
-    gain = predictive_gain(fit, fit, 5, lambda: None)
+    fit = Fit(likelihood, nearest_maximum(likelihood, U))
+    gain = predictive_gain(fit, fit, 5)
     assert gain.elpd.total == 0 and np.isfinite(gain.rmse_after)
 
 

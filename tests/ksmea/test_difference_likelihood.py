@@ -15,6 +15,7 @@ from ksmea.likelihood.likelihood import Likelihood
 from ksmea.measurement.campaign import Weight
 from ksmea.measurement.noise import Noise
 from ksmea.problem.alignment import aligned
+from ksmea.problem.case import Case
 from ksmea.problem.counted import Model
 from problems.three_disk import ThreeDisk
 
@@ -31,7 +32,7 @@ def _by_differences(data, reference="bare"):
 
 
 def _likelihood(data):
-    return likelihood_of(Model(aligned(PROBLEM, data)), data)
+    return likelihood_of(Case(aligned(PROBLEM, data), data))
 
 
 def _theta(likelihood):
@@ -160,7 +161,7 @@ def test_the_lack_of_fit_test_keeps_its_level():
         data = _by_differences(dataclasses.replace(data, values=data.values + 5e-6, noise=Noise(0.0, 2e-7)))
         likelihood = _likelihood(data)
         point = maximise(likelihood, _theta(likelihood))
-        fit = Fit(likelihood.model.problem, likelihood, point)
+        fit = Fit(likelihood, point)
         p.append(fit_quality(fit, np.random.default_rng(seed), n_simulated=300).p)
     assert 1 <= np.sum(np.array(p) < 0.2) <= 16
 

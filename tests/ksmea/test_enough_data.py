@@ -10,6 +10,7 @@ from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Layout, Measurement, observe
 from ksmea.measurement.noise import Noise
+from ksmea.problem.case import Case
 from ksmea.show.identification_text import text
 from ksmea.studies.enough_data import can_be_tested, n_real, require_enough
 from ksmea.studies.misreadings import slips
@@ -62,12 +63,14 @@ def test_a_fit_of_hardly_more_data_is_not_called_an_explanation():
 
 
 def test_a_band_that_holds_a_critical_speed_needs_no_remark():
-    assert slips(PROBLEM, X, measured(np.linspace(200, 1500, 20))) == ()
-    assert slips(PROBLEM, X, measured(np.linspace(200, 300, 20))) == ()  # the first critical, 379 rad/s, is within 30 %
+    assert slips(Case.of(PROBLEM, measured(np.linspace(200, 1500, 20))), X) == ()
+    assert (
+        slips(Case.of(PROBLEM, measured(np.linspace(200, 300, 20))), X) == ()
+    )  # the first critical, 379 rad/s, is within 30 %
 
 
 def test_a_band_far_from_every_critical_speed_is_told():
-    [remark] = slips(PROBLEM, X, measured(np.linspace(100, 250, 20)))
+    [remark] = slips(Case.of(PROBLEM, measured(np.linspace(100, 250, 20))), X)
     assert remark == (
         "no critical speed of the model lies inside the measured band or within 30 % of it (955 to 2387 rpm); the nearest"
         " one is at 3620 rpm"
@@ -79,7 +82,7 @@ def test_a_band_far_from_every_critical_speed_is_told():
 @pytest.mark.parametrize("factor, unit", [(60.0, "Hz"), (30 / np.pi, "rad/s")])
 def test_speeds_in_another_unit_are_recognised(factor, unit):
     rpm = np.linspace(2000, 4000, 20) if unit == "Hz" else np.linspace(3000, 4300, 20)
-    remarks = slips(PROBLEM, X, measured(rpm / factor * RPM))
+    remarks = slips(Case.of(PROBLEM, measured(rpm / factor * RPM)), X)
     assert remarks[1:] == (
         f"speeds look like {unit}: {factor:.3g} times as high they enclose a critical speed; give them in rpm",
     )
@@ -91,7 +94,7 @@ def test_a_problem_that_does_not_know_its_modes_is_left_alone(monkeypatch):
 
     far = measured(np.linspace(100, 250, 20))
     monkeypatch.setattr("problems.rotor.response.problem.critical_speeds", refuses)
-    assert slips(PROBLEM, X, far) == ()
+    assert slips(Case.of(PROBLEM, far), X) == ()
     monkeypatch.undo()
-    assert slips(dataclasses.replace(PROBLEM), X, far) != ()
-    assert slips(ThreeDisk(mesh=100).build(), X, far) == ()  # too large to ask in passing
+    assert slips(Case.of(dataclasses.replace(PROBLEM), far), X) != ()
+    assert slips(Case.of(ThreeDisk(mesh=100).build(), far), X) == ()  # too large to ask in passing

@@ -12,7 +12,8 @@ from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.numerics.screening import sobol
-from ksmea.problem.alignment import aligned, answered, at_1x
+from ksmea.problem.alignment import aligned
+from ksmea.problem.case import Case
 from measurements.campaign import CampaignFile
 from measurements.file import File
 from measurements.run_up_csv import as_csv
@@ -112,8 +113,8 @@ def test_screening_finds_the_same_points_whatever_stands_at_2x():
     rotor, data = synthetic()
     problem = aligned(rotor.problem, data.measurement)
     points = sobol(256, len(problem.parameters))
-    both = screened(problem, data.measurement, points)
-    alone = screened(*at_1x(problem, data.measurement), points)
+    both = screened(Case(problem, data.measurement), points)
+    alone = screened(Case(problem, data.measurement).at_1x(), points)
     assert np.isfinite(both.misfits).all()
     assert both.points == pytest.approx(alone.points)
     # half of the data are at 1X; what the others add is the same for all
@@ -127,7 +128,8 @@ def test_channels_that_a_problem_answers_are_kept():
     data = Measurement(
         problem.speed, CHANNELS, np.ones((3, 4), complex), Noise(0.0, np.ones((3, 4)) * [1, 2, 3, 4]), "test"
     )
-    part, kept = answered(seen, data)
+    case = Case(seen, data).answered()
+    part, kept = case.problem, case.measurement
     assert part.channels == kept.channels == CHANNELS[:2]
     assert np.array_equal(kept.noise.floor, np.ones((3, 2)) * [1, 2])
 

@@ -18,19 +18,22 @@ from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
 from ksmea.plugins.identification import Identification, Streams, Update
+from ksmea.problem.case import Case
 from ksmea.problem.counted import Model
 from ksmea.problem.parameters import Parameter, Parameters
+from ksmea.problem.problem import Problem
 from ksmea.records.curves import as_array
 from ksmea.records.identification import IdentificationRecord, Seconds
 from ksmea.studies import identify
 from ksmea.studies.diagnose import diagnosis
 from ksmea.studies.identification_details import detailed_identification
-from ksmea.studies.identify import identification
+from ksmea.studies.identify import IdentificationOptions, identification
 from optimizers.de import DE
 from optimizers.lm import LM
 from problems.three_disk import ThreeDisk
 from surrogates.none import NoSurrogate
 
+DETAILS = IdentificationOptions(details=True)
 TRUTH = np.array([50e6, 70e6, 500.0, 700.0, 2e-4])
 STREAMS = Streams(*(np.random.default_rng(part) for part in range(3)))
 
@@ -63,7 +66,9 @@ def measured(problem, noise=Noise(0.05, 0.0), kind="complex"):  # noqa: B008 –
 def test_what_the_method_found_and_took_is_told(rotor):
     measurement = measured(rotor)
     method = Finds(1.01 * TRUTH, stop="updates")
-    record = identification(rotor, measurement, method, STREAMS, intervals="none", crlb=False)
+    record = identification(
+        Case(rotor, measurement), method, STREAMS, IdentificationOptions(intervals="none", crlb=False)
+    )
     assert method.seen[1:] == (measurement, STREAMS)
     assert record.x == pytest.approx(1.01 * TRUTH)
     assert [part.name for part in record.parameters] == list(rotor.parameters.names)
@@ -101,7 +106,7 @@ class Asks(Finds):
 
 
 def test_what_a_method_takes_of_the_true_model_is_counted_whatever_it_says(rotor):
-    record = identification(rotor, measured(rotor), Asks(TRUTH), STREAMS)
+    record = identification(Case(rotor, measured(rotor)), Asks(TRUTH), STREAMS)
     # 3 points from each of four views, 1 with the phase open, 2 by the dense route and 3 through a model
     assert record.model_evaluations == 4 * 3 + 1 + 2 + 3
     assert record.model_jacobians == 3
@@ -114,14 +119,16 @@ def test_the_count_is_what_our_methods_say_and_what_the_problem_was_asked(rotor,
     problem, measurement = Counted(rotor), measured(rotor)
     said = method.identify(problem, measurement, streams())
     assert problem.agrees_with(said) and said.model_evaluations > 0
-    record = identification(rotor, measurement, method, streams(), intervals="none", crlb=False)
+    record = identification(
+        Case(rotor, measurement), method, streams(), IdentificationOptions(intervals="none", crlb=False)
+    )
     assert (record.model_evaluations, record.model_jacobians) == (said.model_evaluations, said.model_jacobians)
     assert np.array_equal(record.x, said.x)
 
 
 def test_intervals_and_crlb_belong_to_the_data(rotor):
     measurement = measured(rotor)
-    record = identification(rotor, measurement, Finds(1.01 * TRUTH), STREAMS)
+    record = identification(Case(rotor, measurement), Finds(1.01 * TRUTH), STREAMS)
     assert record.intervals.level == 0.95 and not record.intervals.noise.estimated
     assert record.intervals.model_jacobians > 0 and np.isfinite(record.deviance)
     told = identifiability(rotor, record.values, Noise(0.05, 0.0), "complex")
@@ -136,7 +143,7 @@ def test_intervals_and_crlb_belong_to_the_data(rotor):
 def test_details_describe_the_data_and_test_the_fit(rotor):
     measurement = measured(rotor, None)
     rng = np.random.default_rng(3)
-    record = detailed_identification(rotor, measurement, Finds(TRUTH), STREAMS, rng, remarks=("a note",))
+    record = detailed_identification(Case(rotor, measurement), Finds(TRUTH), STREAMS, rng, DETAILS, remarks=("a note",))
     assert record.data.n_speed == len(rotor.speed) and record.data.remarks == ("a note",)
     assert record.intervals.noise.estimated and record.intervals.noise.relative == pytest.approx(0.05, rel=0.2)
     assert 0 < record.lack_of_fit.p <= 1 and not record.lack_of_fit.rejected
@@ -151,7 +158,7 @@ def test_details_describe_the_data_and_test_the_fit(rotor):
 @pytest.mark.parametrize("end", [1.02 * TRUTH, np.array([25e6, 90e6, 900.0, 100.0, 4e-4])])
 def test_value_interval_and_noise_belong_to_one_maximum_wherever_the_method_ended(rotor, end):
     measurement = measured(rotor, None)
-    record = detailed_identification(rotor, measurement, Finds(end), STREAMS, np.random.default_rng(3))
+    record = detailed_identification(Case(rotor, measurement), Finds(end), STREAMS, np.random.default_rng(3), DETAILS)
     likelihood = Likelihood(Model(rotor), measurement)
     best = nearest_maximum(likelihood, rotor.parameters.to_cube(TRUTH))  # the data are good: it is the truth's
     # Searches end where the deviance falls by less than 1e-7: to 3e-4 of a standard deviation.
@@ -171,7 +178,7 @@ def test_where_data_are_few_all_of_the_box_is_searched(monkeypatch, few, searche
     monkeypatch.setattr(identify, "FEW_DATA", few)
     rotor = ThreeDisk(n_speed=12).build()
     measurement = measured(rotor, None)
-    record = identification(rotor, measurement, Finds(np.array([95e6, 95e6, 20.0, 20.0, 1e-4])), STREAMS)
+    record = identification(Case(rotor, measurement), Finds(np.array([95e6, 95e6, 20.0, 20.0, 1e-4])), STREAMS)
     best = nearest_maximum(Likelihood(Model(rotor), measurement), rotor.parameters.to_cube(TRUTH))
     assert (record.deviance < best.deviance + 0.01) == searched
 
@@ -179,9 +186,9 @@ def test_where_data_are_few_all_of_the_box_is_searched(monkeypatch, few, searche
 def test_identification_and_diagnosis_tell_the_same_of_the_same_data(rotor):
     measurement = measured(rotor, None)
     rng = np.random.default_rng
-    found = detailed_identification(rotor, measurement, Finds(1.02 * TRUTH), STREAMS, rng(3))
+    found = detailed_identification(Case(rotor, measurement), Finds(1.02 * TRUTH), STREAMS, rng(3), DETAILS)
     effects = {name: registry.create("effect", name, {}) for name in ("runout", "probe_rotation")}
-    told = diagnosis(rotor, measurement, effects, rng(4))
+    told = diagnosis(Case(rotor, measurement), effects, rng(4))
     for part, other in zip(found.parameters, told.coefficients):
         before = other.before
         # Both searches end within 3e-4 of a standard deviation, ends of intervals within 0.003 of their half-width.
@@ -194,7 +201,12 @@ def test_identification_and_diagnosis_tell_the_same_of_the_same_data(rotor):
 
 def test_curves_hold_no_truth(rotor):
     measurement = measured(rotor, kind="amplitude")
-    record = identification(rotor, measurement, Finds(TRUTH), STREAMS, intervals="none", crlb=False, curves=True)
+    record = identification(
+        Case(rotor, measurement),
+        Finds(TRUTH),
+        STREAMS,
+        IdentificationOptions(intervals="none", crlb=False, curves=True),
+    )
     assert as_array(record.curves.measured) == pytest.approx(measurement.values, rel=1e-7)
     assert record.curves.true is record.curves.predicted is record.curves.modelled is None
 
@@ -202,7 +214,7 @@ def test_curves_hold_no_truth(rotor):
 def test_without_noise_there_are_neither_intervals_nor_crlb(rotor):
     values = np.abs(rotor.response(TRUTH[None])[0])
     exact = Measurement(rotor.speed, rotor.channels, values, Noise(0.0, 0.0), "test")
-    record = identification(rotor, exact, Finds(TRUTH), STREAMS)
+    record = identification(Case(rotor, exact), Finds(TRUTH), STREAMS)
     assert record.intervals is record.correlation is record.interval_error is None
 
 
@@ -212,12 +224,12 @@ def test_what_cannot_be_computed_is_said(rotor, monkeypatch):
 
     monkeypatch.setattr("ksmea.studies.identify.estimate", singular)
     monkeypatch.setattr("ksmea.studies.identify.identifiability", singular)
-    record = identification(rotor, measured(rotor), Finds(TRUTH), STREAMS)
+    record = identification(Case(rotor, measured(rotor)), Finds(TRUTH), STREAMS)
     assert record.interval_error == "Singular matrix" and record.intervals is record.deviance is None
     assert record.x == pytest.approx(TRUTH) and record.correlation is None
 
 
-class Turned:
+class Turned(Problem):
     """One angle that is free to turn; the response leads by it."""
 
     def __init__(self):
@@ -232,7 +244,10 @@ def test_angles_are_told_within_a_turn_and_the_truth_beside_them():
     problem = Turned()
     measurement = Measurement(problem.speed, problem.channels, problem.response(np.array([[3.0]]))[0], None, "test")
     found = identification(
-        problem, measurement, Finds(np.radians([190.0])), STREAMS, intervals="none", crlb=False
+        Case(problem, measurement),
+        Finds(np.radians([190.0])),
+        STREAMS,
+        IdentificationOptions(intervals="none", crlb=False),
     ).with_truth(problem.parameters, {"phase": np.radians(170.0)})
     assert found.parameters[0].in_unit(found.parameters[0].identified) == pytest.approx(-170.0)
     assert found.parameters[0].in_unit(found.parameters[0].true) == pytest.approx(-190.0)
@@ -241,10 +256,10 @@ def test_angles_are_told_within_a_turn_and_the_truth_beside_them():
 def test_settings_that_cannot_be_are_refused_before_anything_is_computed(rotor):
     method = Finds(TRUTH)
     with pytest.raises(SettingError) as caught:
-        identification(rotor, measured(rotor), method, STREAMS, intervals="bayes")
+        identification(Case(rotor, measured(rotor)), method, STREAMS, IdentificationOptions(intervals="bayes"))
     assert "intervals: expected profile | information | none, got 'bayes'" in str(caught.value) and method.seen == ()
 
 
 def test_values_that_are_not_finite_are_an_error(rotor):
     with pytest.raises(ArithmeticError, match="not finite"):
-        identification(rotor, measured(rotor), Finds(np.full(5, np.nan)), STREAMS)
+        identification(Case(rotor, measured(rotor)), Finds(np.full(5, np.nan)), STREAMS)

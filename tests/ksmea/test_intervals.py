@@ -16,6 +16,7 @@ from ksmea.likelihood.likelihood import Likelihood
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
+from ksmea.numerics.parallel import Workers
 from ksmea.problem.counted import Model
 from ksmea.problem.parameters import Parameter, Parameters
 from ksmea.problem.problem import Problem
@@ -77,7 +78,7 @@ def test_each_interval_is_a_step_of_progress():
     steps = []
     line = Curve(20, lambda x, speed: x[:, :1] + x[:, 1:] * speed / 20, (0.0, 10.0), (0.0, 10.0))
     values = 3 + 4 * line.speed / 20 + draws(20, 0.1)
-    found, _ = estimated(line, values, Noise(0.0, 0.1), [3.0, 4.0], progress=lambda: steps.append(1))
+    found, _ = estimated(line, values, Noise(0.0, 0.1), [3.0, 4.0], workers=Workers(progress=lambda: steps.append(1)))
     assert len(steps) == len(found.intervals) == 2
 
 

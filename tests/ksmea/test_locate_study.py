@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from ksmea.errors import SettingError
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
+from ksmea.problem.case import Case
 from ksmea.problem.load import Load
 from ksmea.records.location import LocationRecord
 from ksmea.show.json_units import with_units
@@ -34,7 +35,7 @@ def located_beside(acting, quantity, options):
     response = PROBLEM.response(TRUTH[None])[0] + (columns @ acting[..., None])[..., 0]
     values = observe(response, "complex", Noise(0.05, 1e-7), np.random.default_rng(1))
     data = Measurement(PROBLEM.speed, PROBLEM.channels, values, None, "test")
-    return location(PROBLEM, data, np.random.default_rng(0), options=options)
+    return location(Case(PROBLEM, data), np.random.default_rng(0), options=options)
 
 
 @pytest.fixture(scope="module")
@@ -144,7 +145,7 @@ def test_a_reading_has_a_size_in_micrometres_and_does_no_work():
     noisy = observe(values, "complex", Noise(0.05, 1e-7), np.random.default_rng(2))
     data = Measurement(PROBLEM.speed, PROBLEM.channels, noisy, None, "test")
     options = LocationOptions(kinds=["reading"])
-    record = location(PROBLEM, data, np.random.default_rng(0), options=options)
+    record = location(Case(PROBLEM, data), np.random.default_rng(0), options=options)
     assert record.kind == "reading" and record.force.work is None and record.force.stiffness == ()
     assert "µm (0-peak, at the middle" in text(record)
     assert len(plot(record).get_axes()) == 2

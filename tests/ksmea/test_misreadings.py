@@ -17,6 +17,7 @@ from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
 from ksmea.problem.alignment import aligned
+from ksmea.problem.case import Case
 from ksmea.problem.counted import Model
 from ksmea.show.diagnosis_text import text as diagnosis_text
 from ksmea.show.identification_text import text
@@ -56,7 +57,7 @@ def middle(rotor):
 
 def looked_at(rotor, data):
     """What is said of data whose fit has been rejected, wherever that fit was."""
-    return misreadings(aligned(rotor, data), data, middle(rotor), NOISE, rejected=True)
+    return misreadings(Case(aligned(rotor, data), data), middle(rotor), NOISE, rejected=True)
 
 
 def with_values(change):
@@ -160,7 +161,7 @@ def test_a_wrong_model_is_not_called_a_misreading(effect):
 def test_a_good_fit_is_not_looked_at(monkeypatch):
     monkeypatch.setattr(module, "_fit", None)
     assert ksmea.identify(problem(), measured(), **FAST).record.data.remarks == ()
-    assert misreadings(problem(), measured(), middle(problem()), None, rejected=True) == ()
+    assert misreadings(Case(problem(), measured()), middle(problem()), None, rejected=True) == ()
 
 
 def test_the_deviance_holds_the_jacobian_of_a_factor():

@@ -15,6 +15,7 @@ from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.plugins.identification import Identification, Streams
+from ksmea.problem.case import Case
 from ksmea.problem.counted import Model
 from ksmea.problem.parameters import Parameter, Parameters
 from ksmea.problem.problem import Problem
@@ -144,9 +145,9 @@ def test_data_that_are_few_alone_are_simulated(monkeypatch, n_speed, are_few):
 
     monkeypatch.setattr(identify, "simulated_rise", wide)
     streams = Streams(*(np.random.default_rng(part) for part in range(3)))
-    plain = identification(problem, measurement, Finds(truth), streams)
+    plain = identification(Case(problem, measurement), Finds(truth), streams)
     rng = np.random.default_rng(4)
-    drawn = identification(problem, measurement, Finds(truth), streams, rng=rng)
+    drawn = identification(Case(problem, measurement), Finds(truth), streams, rng=rng)
     assert bool(widened) == are_few
     if are_few:
         assert drawn.parameters[0].high - drawn.parameters[0].low > 1.2 * (

@@ -23,11 +23,12 @@ from ksmea.measurement.channel import Channel
 from ksmea.measurement.noise import Noise
 from ksmea.plugins.identification import Identification, Stage
 from ksmea.plugins.method import Method
+from ksmea.problem.case import Case
 from ksmea.problem.counted import Model
 from ksmea.problem.parameters import Parameter, Parameters
 from ksmea.problem.problem import Problem
 from ksmea.records.trace import StageRecord, TraceRecord, stage_number
-from ksmea.studies.identify import identification
+from ksmea.studies.identify import IdentificationOptions, identification
 from optimizers.de import DE
 from optimizers.lm import LM
 from optimizers.pso import PSO
@@ -140,7 +141,9 @@ class Boasts(Method):
 
 def test_a_method_that_tells_otherwise_has_the_trace_of_what_it_asked(rotor):
     measurement = measured(rotor, TRUTH, "amplitude", Noise(0.1, 0.0))
-    record = identification(rotor, measurement, Boasts(), streams(), intervals="none", crlb=False)
+    record = identification(
+        Case(rotor, measurement), Boasts(), streams(), IdentificationOptions(intervals="none", crlb=False)
+    )
     trace = record.trace
     assert (trace.evaluations, trace.jacobians) == ((1, 2, 3), (0, 0, 1))
     assert [x[0] for x in trace.x] == pytest.approx([1.3 * TRUTH[0], 1.1 * TRUTH[0], 1.05 * TRUTH[0]])
@@ -161,11 +164,15 @@ class LosesItsWay(Method):
 def test_a_stage_that_ends_nowhere_is_refused(rotor):
     measurement = measured(rotor, TRUTH, "amplitude", Noise(0.1, 0.0))
     with pytest.raises(ArithmeticError, match="not finite"):
-        identification(rotor, measurement, LosesItsWay(), streams(), intervals="none", crlb=False)
+        identification(
+            Case(rotor, measurement), LosesItsWay(), streams(), IdentificationOptions(intervals="none", crlb=False)
+        )
 
 
 def run(rotor, measurement, method):
-    return identification(rotor, measurement, method, streams(), intervals="none", crlb=False)
+    return identification(
+        Case(rotor, measurement), method, streams(), IdentificationOptions(intervals="none", crlb=False)
+    )
 
 
 @pytest.mark.parametrize("optimizer", [DE(population=20, generations=20), PSO(population=20, generations=20)])

@@ -7,8 +7,9 @@ import pytest
 
 from ksmea.identification.ksmea import KSMEA
 from ksmea.plugins.identification import Streams
+from ksmea.problem.case import Case
 from ksmea.problem.counted import CountedProblem
-from ksmea.studies.identify import identification
+from ksmea.studies.identify import IdentificationOptions, identification
 from measurements.synthetic import Synthetic
 from optimizers.de import DE
 from problems.three_disk import ThreeDisk
@@ -69,7 +70,7 @@ def test_nothing_that_is_handed_to_an_identification_holds_the_true_values(kind)
     synthetic = Synthetic(kind=kind, relative=0.1)
     measurement = synthetic.measure(settings, settings.reference(), np.random.default_rng(0), np.random.default_rng(0))
     method = Method(Kriging(), DE(generations=2), 30, max_updates=1)
-    identification(problem, measurement, method, streams(), intervals="none", crlb=False)
+    identification(Case(problem, measurement), method, streams(), IdentificationOptions(intervals="none", crlb=False))
     assert isinstance(received[0], CountedProblem) and measurement in received
     assert true_values_in(*received, vars(problem)["reduction"]) == set()
     # it would be noticed

@@ -42,7 +42,7 @@ X = np.array(
 
 def _fit(data):
     likelihood = Likelihood(Model(SEEN), data)
-    return Fit(SEEN, likelihood, maximise(likelihood, likelihood.start(SEEN.parameters.to_cube(X))))
+    return Fit(likelihood, maximise(likelihood, likelihood.start(SEEN.parameters.to_cube(X))))
 
 
 def test_a_weight_at_its_true_components_is_the_known_weight():

@@ -15,6 +15,7 @@ from ksmea.measurement.measurement import Layout, Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
 from ksmea.problem.alignment import aligned, through
+from ksmea.problem.case import Case
 from ksmea.show.figures.planning_figure import plot
 from ksmea.show.planning_text import text
 from ksmea.studies.design_point import DesignPoint
@@ -150,7 +151,7 @@ def test_further_probes_are_proposed_as_those_that_there_are(problem):
     layout = Layout(problem.speed, seen_skew.channels, "complex", "made", phase_known=True)
     values = seen_skew.response(REFERENCE[None])[0]
     measurement = Measurement(layout.speed, layout.channels, values, Noise(0.05, 0.0), "made", phase_known=True)
-    further = list(_through_other_planes(fit_from_values(seen_skew, REFERENCE, measurement)))
+    further = list(_through_other_planes(fit_from_values(Case(seen_skew, measurement), REFERENCE)))
     assert {each.layout.channels[-1].direction for each in further} == {"-45"}
     assert AT not in {each.layout.channels[-1].position for each in further}
     assert further[0].words.startswith("The same with further probes in 45° and -45° at")

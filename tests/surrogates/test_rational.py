@@ -20,12 +20,13 @@ from ksmea.numerics.screening import latin_hypercube
 from ksmea.plugins.registry import create
 from ksmea.plugins.surrogate import Unsuited
 from ksmea.plugins.transforms import Transform
+from ksmea.problem.case import Case
 from ksmea.problem.counted import CountedProblem, Model
 from ksmea.problem.problem import Problem
 from ksmea.problem.response_structure import UnknownImpedance
 from ksmea.records.identification import IdentificationRecord
 from ksmea.show.identification_text import text
-from ksmea.studies.identify import identification
+from ksmea.studies.identify import IdentificationOptions, identification
 from optimizers.lm import LM
 from problems.rk4_two_disk import RK4TwoDisk
 from problems.rotor.response.unknowns import BearingTarget, Unknown
@@ -182,7 +183,9 @@ def test_where_it_is_not_rational_another_surrogate_takes_over_and_it_is_said():
 
 def test_the_report_of_an_identification_says_what_took_over():
     method = KSMEA(Rational(), LM(screening=100, starts=1), 16, max_updates=1)
-    record = identification(HARDENED, HARDENED_DATA, method, streams(), intervals="none", crlb=False)
+    record = identification(
+        Case(HARDENED, HARDENED_DATA), method, streams(), IdentificationOptions(intervals="none", crlb=False)
+    )
     assert "Kriging takes over" in text(IdentificationRecord.from_data(record.to_data()))
 
 
