@@ -4,18 +4,18 @@
 2. Every effect, at every location where it may occur, is fitted jointly with all unknowns from the baseline fit.
    Fits whose rotor is unstable at a measured speed are bounded to where it is stable.
 3. If the test rejects or any effect is significant, the trials are refined: effects that move sharp resonances are
-   scanned over their whole range, at little effort first, and at all of it where the best one then leaves more than noise.
-   Where the best trial is that near the baseline model that noise is nearly as large, first scans are left out.
-4. Second effects are fitted beside the best one: one that is as significant as a first one must be is added. If the best
-   effect does not leave noise behind, second effects are scanned, and beside the next best ones too (`second_effects`).
+   scanned over their whole range, at little effort first, and at full effort if the residuals of the best one are more than noise.
+   If noise is nearly as large as the deviance drop of the best trial, first scans are skipped.
+4. Second effects are fitted together with the best one: one that is as significant as a first one must be is added. If the
+   residuals of the best effect are more than noise, second effects are scanned, also with the next best ones (`second_effects`).
 5. The verdict:
    - `adequate`: no evidence against the baseline model, and the data would show effects if they were there;
    - `not observable`: no evidence, but most effects would not show in these data even at their physical limits;
    - `named`: one effect, or one pair, explains the data, none of the others comes near;
-   - `ambiguous`: several explain it about as well, what they say together (`averaging`), and what further measurement would
-     split them;
-   - `unknown`: the model is wrong, and no effect or pair of effects leaves noise behind. A study makes `located` of it
-     where an unknown force at a few places does (`location`).
+   - `ambiguous`: several explain it about as well, with their average (`model_averaging`) and the further measurement that
+     would separate them;
+   - `unknown`: the model is wrong, and the residuals of every effect and pair are more than noise. A study turns it into
+     `located` if an unknown force at a few places explains the data (`location`).
 
 `level` is the chance of rejecting a right model. Half of it goes to the lack-of-fit test, half to the effects, whose
 p-values are corrected for their number.
@@ -75,7 +75,7 @@ MIN_OBSERVABLE = 0.5  # part of the effects that must be observable for a model 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """What was found; `trials` are ranked, `named` and `ambiguity_group` are names of effects, `best` is the extended fit
+    """The findings; `trials` are ranked, `named` and `ambiguity_group` are names of effects, `best` is the extended fit
     that the verdict speaks of (None without one) with its effects in `applied`.
 
     `explanations` are the best one and those that explain the data about as well, effects or pairs at all their locations:
@@ -110,8 +110,8 @@ class Diagnosis:
 
 @dataclass(frozen=True)
 class Criteria:
-    """What a diagnosis goes by: the chance of rejecting a right model, the confidence level of intervals, and the number of
-    contiguous blocks of speeds that are left out in turn."""
+    """Levels of a diagnosis: the chance of rejecting a right model, the confidence of intervals, and the number of contiguous blocks
+    of speeds that are left out in turn."""
 
     level: float = 0.01
     interval_level: float = 0.95
@@ -119,18 +119,17 @@ class Criteria:
 
     @property
     def half(self) -> float:
-        """The level of the lack-of-fit test, and that of all effects together."""
+        """The level of the lack-of-fit test, and the level shared by all effects."""
         return self.level / 2
 
 
 def diagnose(
     case: Case, effects: Mapping[str, AnyEffect], search: Search, criteria: Criteria = Criteria()
 ) -> Diagnosis:
-    """The diagnosis of a measurement by a problem and the effects that are known, which may be none: then it is whether the
-    model fits.
+    """Diagnose a measurement with a library of effects; without any, only test the fit.
 
-    Noise that is stated is believed unless its size is all that speaks against a model (`ksmea.fits.lack_of_fit`): the
-    measurement of the fits then has noise as large as that model leaves it.
+    Stated noise is kept unless its size is the only evidence against a model (`ksmea.fits.lack_of_fit`): then the fits use noise
+    as large as the residuals of that model.
     """
     found, left_out = candidates_and_left_out(case.problem, effects)
     if effects and not found:
@@ -157,7 +156,7 @@ def diagnose(
 
 @dataclass(frozen=True)
 class _Explained:
-    """What the data are explained with: the best effect, or pair of effects, then all that explain them about as well."""
+    """The best effect or pair of effects, then all others that explain the data about as well."""
 
     quality: FitQuality
     near: tuple[Explanation, ...]
@@ -173,8 +172,8 @@ class _Explained:
 
 @dataclass(frozen=True)
 class _State:
-    """What is known at a step: fits of the baseline model and their quality, the trials of all candidates, the baseline fit with
-    its intervals, the cosines of candidates with the trial `led_by`, and what the data are explained with."""
+    """Results up to a step: fits of the baseline model and their quality, the trials of all candidates, the baseline fit with its
+    intervals, the cosines of candidates with the trial `led_by`, and the explanations."""
 
     criteria: Criteria
     candidates: tuple[Candidate, ...]
@@ -201,12 +200,12 @@ class _State:
 
     @property
     def is_evident(self) -> bool:
-        """Whether there is evidence of anything that the baseline model lacks."""
+        """Whether there is evidence against the baseline model."""
         return self.quality.p < self.level or bool(self.significant)
 
 
 def _last_state(baseline: BaselineFits, found: Sequence[Candidate], search: Search, criteria: Criteria) -> _State:
-    """The state behind all steps. A step that finds a better fit of the baseline model has them all start anew from there."""
+    """The state after all steps, which start again from any better fit of the baseline model that one of them finds."""
     quality, trials = fit_quality(baseline.best, search.rng), fitted(baseline.best, found, search)
     state = _State(criteria, tuple(found), baseline, quality, tuple(trials))
     for step in (_moved, _refined, _moved, _settled, _collinear, _rivals_tested, _explained, _collinear):
@@ -228,20 +227,20 @@ def _moved(state: _State, search: Search) -> _State:
 
 
 def _refined(state: _State, search: Search) -> _State:
-    """The trials refined at little effort, without scans where the data are near the baseline model, and where the best one then
-    leaves more than noise, at all of it."""
+    """The trials refined at little effort, without scans if the data are near the baseline model; at full effort if the residuals
+    of the best one are then more than noise."""
     if not state.is_evident:
         return state
     is_scanned = any(trial.deviance_drop > NEARBY for trial in state.trials)
     first = search.with_effort(search.effort.of_first_scans, is_scanned=is_scanned)
     found = refined(state.trials, state.baseline, first)
-    if found and not _leaves_noise(fit_quality(polished(found[0].fit), search.rng), state.level):
+    if found and not _looks_like_noise(fit_quality(polished(found[0].fit), search.rng), state.level):
         found = refined(found, state.baseline, search.with_effort(search.effort, from_force=False))
     return dataclasses.replace(state, trials=tuple(found))
 
 
-def _leaves_noise(quality: FitQuality, level: float) -> bool:
-    """Whether a fit leaves noise, of whatever size."""
+def _looks_like_noise(quality: FitQuality, level: float) -> bool:
+    """Whether residuals look like noise of any size."""
     return quality.p >= level or is_size_alone(quality, level)
 
 
@@ -262,7 +261,7 @@ def _collinear(state: _State, search: Search) -> _State:
 
 
 def _rivals_tested(state: _State, search: Search) -> _State:
-    """The trials, those again that cosines with the lead promise a better fit."""
+    """The trials, refitted if their cosine with the lead predicts a better fit."""
     if state.lead is None:
         return state
     trials = tested(state.lead, state.trials, state.cosines, state.baseline.best, search.workers)
@@ -270,7 +269,7 @@ def _rivals_tested(state: _State, search: Search) -> _State:
 
 
 def _explained(state: _State, search: Search) -> _State:
-    """What the data are explained with; found anew where an effect of a pair fits better alone from where the pair does."""
+    """The explanations; found again if an effect of a pair fits better alone when started from the values of the pair."""
     if state.lead is None:
         return state
     explained = _best_explanation(state, state.lead, search)
@@ -280,8 +279,8 @@ def _explained(state: _State, search: Search) -> _State:
 
 
 def _best_explanation(state: _State, lead: Trial, search: Search) -> _Explained:
-    """The best pair of effects if the second one is significant beside the first, or if the best effect alone does not
-    leave noise behind and the pair does; else the best effect."""
+    """The best pair of effects if its second one is significant, or if the residuals of the best effect are more than noise and
+    the residuals of the pair are not; else the best effect."""
     level, trials, significant = state.level, state.trials, state.significant
     alone = _with_near(Explanation.of(lead), map(Explanation.of, trials), search.rng)
     leaves_noise = alone.quality.p >= level
@@ -303,7 +302,7 @@ def _best_explanation(state: _State, lead: Trial, search: Search) -> _Explained:
 
 
 def _with_near(best: Explanation, others: Iterable[Explanation], rng: np.random.Generator) -> _Explained:
-    """An explanation, polished, and those that explain the data about as well."""
+    """An explanation, polished, and others that explain the data about as well."""
     fit = stable_fit(polished(best.fit), best.fit.point.theta)
     near = [each for each in others if each.is_near(best) and not each.is_same(best)]
     return _Explained(fit_quality(fit, rng), (dataclasses.replace(best, fit=fit), *near))
@@ -356,7 +355,7 @@ def _concluded(state: _State, left_out: Mapping[str, str], search: Search) -> Di
 
 
 def _detectable(state: _State, baseline: Fit, workers: Workers) -> dict[str, tuple[str, tuple[Detectable, ...]]]:
-    """By effect, at its most promising location, the smallest sizes that the data would show."""
+    """For each effect, at its best location, the smallest sizes that the data would show."""
     by_name = best_by_name(state.trials)
     smallest = partial(smallest_detectable, baseline, level=state.level / max(1, len(state.candidates)))
     sizes = workers.unseen.each(smallest, [trial.candidate for trial in by_name.values()])
