@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from ksmea.errors import unknown
 from ksmea.rotordynamics.whirl import Rotordynamics
 from ksmea.show import rotordynamics_text
-from ksmea.show.figures.campbell_figure import campbell_figure, stability_figure
+from ksmea.show.charts.picture import drawn
+from ksmea.show.charts.whirl_charts import campbell_chart, speed_map_chart, stability_chart
 from ksmea.show.figures.mode_shape_figure import deflections_figure, orbits_figure
 from ksmea.show.figures.rotor_figure import rotor_figure
-from ksmea.show.figures.speed_map_figure import speed_map_figure
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,15 +30,15 @@ class RotorDrawing:
 
     def plot_campbell(self, axes: Axes | None = None) -> Figure:
         """Natural frequencies over speed, with the critical speeds."""
-        return campbell_figure(self.record, axes)
+        return drawn(campbell_chart(self.record), axes)
 
     def plot_stability(self, axes: Axes | None = None) -> Figure:
         """Logarithmic decrements over speed."""
-        return stability_figure(self.record, axes)
+        return drawn(stability_chart(self.record), axes)
 
     def plot_speed_map(self, axes: Axes | None = None) -> Figure:
         """Undamped critical speeds over the stiffness of the bearings. `SettingError` where they do not hold the rotor."""
-        return speed_map_figure(self.record, axes)
+        return drawn(speed_map_chart(self.record), axes)
 
     def plot_orbits(self) -> Figure:
         """Mode shapes in space."""

@@ -13,6 +13,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import pandas as pd  # needed when there is something to report
 
+    from ksmea.show.charts.chart import Chart
+
 Figure = Mapping[str, Any]  # a plotly figure: {"data": [traces], "layout": {…}}, numbers, texts and None
 
 
@@ -53,7 +55,7 @@ class Control:
 
 @dataclass(frozen=True)
 class Plot:
-    """An interactive plot, and in words what it shows. `still` names the PNG of the same among the report's figures, which
+    """A plot of plotly's own, which no chart describes, and in words what it shows. `still` names the PNG of the same among the report's figures, which
     stands in its place where no script runs; `height` is in px."""
 
     title: str
@@ -62,6 +64,14 @@ class Plot:
     still: str = ""
     controls: tuple[Control, ...] = ()
     height: int = 420
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A chart; `still` names the PNG of it among the report's figures, which stands in its place where no script runs."""
+
+    chart: Chart
+    still: str = ""
 
 
 @dataclass(frozen=True)
@@ -88,7 +98,7 @@ class Picture:
 class Grid:
     """Small plots side by side where there is room."""
 
-    plots: tuple[Plot, ...]
+    plots: tuple[Plot | Drawn, ...]
 
 
 @dataclass(frozen=True)
@@ -99,7 +109,7 @@ class Folded:
     blocks: tuple[Block, ...]
 
 
-Block = Prose | Command | Table | Plot | Orbits | Picture | Grid | Folded
+Block = Prose | Command | Table | Plot | Drawn | Orbits | Picture | Grid | Folded
 
 
 @dataclass(frozen=True)

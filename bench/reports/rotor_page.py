@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
 import numpy as np
 
-from bench.plan.page import Block, Control, Picture, Plot, Prose, Section, Table
+from bench.plan.page import Block, Control, Drawn, Picture, Plot, Prose, Section, Table
 from bench.reports.plots.traces import (
     BLUE,
     COLOURS,
@@ -15,25 +13,19 @@ from bench.reports.plots.traces import (
     PALE,
     PURPLE,
     Trace,
-    axis,
     layout,
-    level,
-    line,
-    points,
 )
-from ksmea.arrays import Array
 from ksmea.rotordynamics.whirl import Rotordynamics
+from ksmea.show.charts.whirl_charts import campbell_chart, speed_map_chart, stability_chart
 from ksmea.show.figures.mode_shape_figure import stations
-from ksmea.show.figures.speed_map_figure import stiffnesses_of_model
 from ksmea.show.rotordynamics_text import (
     DIRECTIONS,
     bearing_table,
     critical_speed_table,
     mode_table,
     sentences,
-    speed_map_frame,
 )
-from ksmea.units import HERTZ, RPM
+from ksmea.units import HERTZ
 
 WHIRLS = dict(zip(DIRECTIONS.values(), (BLUE, ORANGE, PURPLE)))
 SPEED_RPM = "speed (rpm)"
@@ -56,7 +48,7 @@ def rotor_sections(found: Rotordynamics) -> tuple[Section, ...]:
         Table(bearing_table(found), "Bearings"),
     )
     whirl: tuple[Block, ...] = (
-        _campbell(found),
+        Drawn(campbell_chart(found), "campbell.png"),
         Table(critical_speed_table(found), "Critical speeds", "critical_speeds.csv"),
     )
     modes: list[Block] = [Table(mode_table(found), "Modes"), *_orbits(found)]
@@ -67,128 +59,14 @@ def rotor_sections(found: Rotordynamics) -> tuple[Section, ...]:
             "Deflection lines",
         )
     )
-    sections = [Section("Rotor", rotor), Section("Critical speeds", whirl), Section("Stability", (_stability(found),))]
-    if found.speed_map is not None:
-        sections.append(Section("Stiffness of the bearings", (_speed_map(found),)))
-    return (*sections, Section("Mode shapes", tuple(modes)))
-
-
-def _campbell(found: Rotordynamics) -> Plot:
-    """Natural frequencies over speed, lines of the harmonics, and where both meet."""
-    branches = found.branches
-    lines = list(_by_whirl(found, branches.frequency / HERTZ, "%{y:.2f} Hz"))
-    ends = np.array([0.0, float(branches.speed[-1])])
-    for harmonic in found.harmonics:
-        style = {"color": GREY, "width": 1.2, "dash": "dash"}
-        lines.append(line(ends / RPM, harmonic * ends / HERTZ, f"{harmonic:g}X", GREY, line=style, hoverinfo="skip"))
-    critical = found.critical_speeds
-    labels = [
-        f"{each.harmonic:g}X: {each.speed / RPM:.1f} rpm, {each.direction}<br>damping ratio {100 * each.damping_ratio:.3g} %"
-        for each in critical
+    sections = [
+        Section("Rotor", rotor),
+        Section("Critical speeds", whirl),
+        Section("Stability", (Drawn(stability_chart(found), "stability.png"),)),
     ]
-    marked = points(
-        [each.speed / RPM for each in critical],
-        [each.eigenvalue.imag / HERTZ for each in critical],
-        "critical speed",
-        GREY,
-        marker={"size": 10, "symbol": "circle-open", "line": {"width": 2}},
-        text=labels,
-        hovertemplate="%{text}<extra></extra>",
-    )
-    return Plot(
-        "Campbell diagram",
-        "Damped natural frequencies over speed, by direction of whirl. Circles are critical speeds.",
-        {"data": [*lines, marked], "layout": layout(SPEED_RPM, "frequency (Hz)")},
-        "campbell.png",
-        (Control("whirl", "whirl", tuple(WHIRLS)),),
-    )
-
-
-def _stability(found: Rotordynamics) -> Plot:
-    shapes = [level(0.0)]
-    if np.isfinite(found.threshold):
-        shapes.append(level(found.threshold / RPM, along="x"))
-    values = found.branches.log_decrement
-    shown = values[np.isfinite(values)]
-    ends = (DEEPEST, HIGHEST_DECREMENT) if not shown.size else (float(shown.min()), float(shown.max()))
-    low, high = max(ends[0], DEEPEST), min(ends[1], HIGHEST_DECREMENT)
-    room = 0.05 * (high - low or 1.0)
-    of_decrement = axis("log decrement", range=[min(low, 0.0) - room, high + room])
-    return Plot(
-        "Stability",
-        "Logarithmic decrement of each mode over speed. Below zero the motion grows.",
-        {
-            "data": list(_by_whirl(found, values, "%{y:.4g}")),
-            "layout": layout(SPEED_RPM, "", yaxis=of_decrement, shapes=shapes),
-        },
-        "stability.png",
-        (Control("whirl", "whirl", tuple(WHIRLS)),),
-    )
-
-
-def _by_whirl(found: Rotordynamics, values: Array, value_template: str) -> Iterator[Trace]:
-    """A line for each mode (n_speed, n_branch) and direction that it whirls in; it goes on where the direction changes."""
-    named: set[str] = set()
-    for number, (column, direction) in enumerate(zip(values.T, found.branches.direction.T), start=1):
-        for of_direction, whirl in DIRECTIONS.items():
-            own = direction == of_direction
-            joined = own | np.append(False, own[:-1])  # on to the first point of what follows
-            if not np.any(own & np.isfinite(column)):
-                continue
-            yield line(
-                found.branches.speed / RPM,
-                np.where(joined, column, np.nan),
-                whirl,
-                WHIRLS[whirl],
-                legendgroup=whirl,
-                showlegend=whirl not in named,
-                meta={"whirl": whirl},
-                hovertemplate=f"mode {number}, {whirl}: {value_template} at %{{x:.0f}} rpm<extra></extra>",
-            )
-            named.add(whirl)
-
-
-def _speed_map(found: Rotordynamics) -> Plot:
-    assert found.speed_map is not None
-    traces, named = [], set[str]()
-    curves = speed_map_frame(found)
-    for (whirl, number), curve in curves.groupby(["whirl", "number"], sort=False):
-        traces.append(
-            line(
-                curve["stiffness_MN_m"],
-                curve["critical_speed_rpm"],
-                str(whirl),
-                WHIRLS[str(whirl)],
-                legendgroup=whirl,
-                showlegend=whirl not in named,
-                hovertemplate=f"{whirl} {number}: %{{y:.0f}} rpm at %{{x:.4g}} MN/m<extra></extra>",
-            )
-        )
-        named.add(str(whirl))
-    shapes, notes = [], []
-    for stiffnesses, said in stiffnesses_of_model(found.speed_map, NEAR):
-        shapes += [level(at, along="x") for at in stiffnesses]
-        notes.append(
-            {"x": float(np.log10(stiffnesses[0])), "y": 0.02, "yref": "paper", "text": said, "textangle": -90, "showarrow": False, "font": {"size": 10},
-             "xanchor": "right", "yanchor": "bottom"}
-        )  # fmt: skip
-    made = layout(
-        "stiffness of each bearing (MN/m)",
-        "critical speed (rpm)",
-        x_log=True,
-        y_log=True,
-        shapes=shapes,
-        annotations=notes,
-    )
-    rpm = np.log10(curves["critical_speed_rpm"][curves["critical_speed_rpm"] > 0])
-    if len(rpm):
-        made["yaxis"]["range"] = [float(rpm.min()) - ROOM, float(rpm.max()) + 0.1]
-    return Plot(
-        "Undamped critical speed map",
-        "Critical speeds on bearings of one stiffness in x and y. Dotted lines are the stiffnesses of the model.",
-        {"data": traces, "layout": made},
-        "speed_map.png",
-    )
+    if found.speed_map is not None:
+        sections.append(Section("Stiffness of the bearings", (Drawn(speed_map_chart(found), "speed_map.png"),)))
+    return (*sections, Section("Mode shapes", tuple(modes)))
 
 
 def _orbits(found: Rotordynamics) -> list[Block]:

@@ -12,10 +12,10 @@ from ksmea import load_problem
 from ksmea.errors import SettingError
 from ksmea.rotordynamics.layout import EffectMark
 from ksmea.rotordynamics.whirl import CriticalSpeedMap
-from ksmea.show.figures.campbell_figure import WHIRL
+from ksmea.show.charts.chart import Points
+from ksmea.show.charts.whirl_charts import WHIRL, campbell_chart, stiffnesses_of_model
 from ksmea.show.figures.mode_shape_figure import in_plane, nodes
 from ksmea.show.figures.rotor_figure import rotor_figure
-from ksmea.show.figures.speed_map_figure import stiffnesses_of_model
 from ksmea.studies.rotordynamics import _crossings
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -136,13 +136,11 @@ def test_words_at_one_place_do_not_hide_each_other(drawing):
 
 
 def test_the_campbell_diagram_marks_each_critical_speed_where_it_is(drawing):
-    axes = drawing.plot_campbell().axes[0]
-    circles = [line for line in axes.get_lines() if line.get_marker() == "o" and len(line.get_xdata()) == 1]
-    assert sorted(float(line.get_xdata()[0]) for line in circles) == pytest.approx(PUBLISHED, rel=5e-4)
-    for line in circles:
-        assert line.get_ydata()[0] == pytest.approx(line.get_xdata()[0] / 60)  # 1X: Hz and rpm
-    colours = {line.get_color() for line in axes.get_lines()}
-    assert {WHIRL[1.0][1], WHIRL[-1.0][1]} <= colours
+    (panel,) = campbell_chart(drawing.record).panels
+    (circles,) = [each for each in panel.elements if isinstance(each, Points)]
+    assert circles.x == pytest.approx(PUBLISHED, rel=5e-4)
+    assert circles.y == pytest.approx(np.array(circles.x) / 60)  # 1X: Hz and rpm
+    assert {WHIRL["forward"], WHIRL["backward"]} <= {each.colour for each in panel.elements}
 
 
 def test_tables_say_what_the_figures_show(drawing):

@@ -20,10 +20,11 @@ from bench.reports.pages.prose import columns_of
 from bench.reports.plots.interval_plot import Shown
 from bench.reports.plots.response_plots import orbits
 from bench.reports.plots.responses import Response
-from bench.reports.plots.traces import COLOURS
 from ksmea.errors import SettingError
+from ksmea.show.charts.colours import CATEGORIES, PALETTE
 from ksmea.show.text import aligned
 
+SERIES = ("model", "measured", "interval", "paper", "reference", "context", "alike", "ink")
 HOSTILE = "</script><img src=x onerror=alert(1)>\u202e"
 IDENTIFY = [
     "+experiment=identify", "measurement=synthetic", "measurement.kind=complex", "measurement.relative=0.05",
@@ -59,8 +60,8 @@ def test_colours_are_seen_in_light_and_in_dark():
             for ground in ("ground", "raised"):
                 assert contrast(theme[text], theme[ground]) >= 4.5, (text, ground)  # WCAG 2.2, 1.4.3 (AA)
         assert contrast(theme["ink"], theme["button"]) >= 4.5
-        for colour in COLOURS:
-            assert contrast(colour, theme["ground"]) >= 3, colour  # 1.4.11, graphics
+        for colour in [*CATEGORIES, *SERIES]:
+            assert contrast(PALETTE[colour], theme["ground"]) >= 3, colour  # 1.4.11, graphics
 
 
 def test_hostile_texts_stand_on_the_page_as_text():

@@ -10,8 +10,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
+from ksmea.show.charts.ticks import plain_ticks
 from ksmea.show.figures.style import COLOURS
-from ksmea.show.figures.ticks import plain_ticks
 
 READINGS = {  # colour by how speeds and damping are read
     ("rad/s", "kN s/m"): COLOURS[0],

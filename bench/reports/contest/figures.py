@@ -13,8 +13,8 @@ from bench.reports.contest.drawing import draw_line, panels_of, styles
 from bench.reports.contest.paired_tests import cliques
 from bench.reports.contest.scores import WORDS
 from bench.reports.contest.targets import Measure
+from ksmea.show.charts.ticks import plain_ticks
 from ksmea.show.figures.style import INTERVAL, REFERENCE
-from ksmea.show.figures.ticks import plain_ticks
 
 COST = "evaluations / unknowns"
 LEAST = 1e-3  # of a measure, below which the data see no difference: drawn as this

@@ -18,8 +18,8 @@ from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
 from bench.storage.own_files import PAPER
 from ksmea.problem.budget_and_journal import JACOBIAN_AS_EVALUATIONS
+from ksmea.show.charts.ticks import plain_ticks
 from ksmea.show.figures.style import COLOURS
-from ksmea.show.figures.ticks import plain_ticks
 
 COSTS = np.logspace(-6, np.log10(3600), 200)  # s per evaluation: from a microsecond to an hour
 

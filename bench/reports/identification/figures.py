@@ -13,8 +13,8 @@ from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import Plan
 from bench.reports.plots.interval_ends import drawn_ends
 from bench.reports.tables import EFFORT, EXACT, has_intervals, lacks_interval
+from ksmea.show.charts.ticks import plain_ticks
 from ksmea.show.figures.style import INTERVAL, OURS, PAPER, REFERENCE
-from ksmea.show.figures.ticks import plain_ticks
 
 COLUMNS = 3  # of panels: more are too small to read on a page
 MAX_LABELS = 12  # more cells than this are numbered, not named

@@ -12,8 +12,8 @@ from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
 from ksmea.records.curves import ResponseCurves, as_array
 from ksmea.records.identification import UpdateRecord
+from ksmea.show.charts.ticks import plain_ticks
 from ksmea.show.figures.style import COLOURS, OURS, REFERENCE, broken
-from ksmea.show.figures.ticks import plain_ticks
 from ksmea.units import MICROMETRE, RPM
 
 MAX_ROWS = 8  # cells in one figure; more would be a poster

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 
 from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
+from ksmea.show.charts.ticks import plain_ticks
 from ksmea.show.figures.style import COLOURS, REFERENCE
-from ksmea.show.figures.ticks import plain_ticks
 
 MAX_LINES = 14  # cells in one figure; more would be a tangle, and the table has all
 LEAST_EXCESS = 1e-3  # of a deviance, below which the data see no difference: drawn as this

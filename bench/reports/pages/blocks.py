@@ -13,9 +13,10 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from bench.plan.page import Block, Command, Control, Folded, Grid, Orbits, Picture, Plot, Prose, Table
+from bench.plan.page import Block, Command, Control, Drawn, Folded, Grid, Orbits, Picture, Plot, Prose, Table
 from bench.reports.pages.prose import prose_html, safe, table_html
 from ksmea.errors import visible
+from ksmea.show.charts import interactive
 from ksmea.show.text import number
 
 MOST_ROWS = 300  # of a table on a page; its file has all
@@ -42,6 +43,11 @@ class Blocks:
                 return _table(block)
             case Plot():
                 return self._plot(block)
+            case Drawn():
+                chart = block.chart
+                controls = tuple(Control(**vars(each)) for each in interactive.choices(chart))
+                about = (chart.title, chart.caption, interactive.plot(chart), block.still)
+                return self._plot(Plot(*about, controls, interactive.height(chart)))
             case Orbits():
                 return self._orbits(block)
             case Picture():

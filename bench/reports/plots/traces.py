@@ -12,7 +12,7 @@ import numpy as np
 from matplotlib.scale import SymmetricalLogTransform
 
 from ksmea.arrays import Array
-from ksmea.show.figures.ticks import MOST_POWERS, symlog_ticks
+from ksmea.show.charts.ticks import MOST_POWERS, symlog_ticks
 
 # Each is seen on a white and on a dark ground (3 : 1 or more, WCAG 2.2 for graphics; tests/bench/test_pages.py).
 BLUE, ORANGE, GREEN, PURPLE, OCHRE, GREY, _, TEAL = COLOURS = (

@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ksmea.records.balancing import BalanceRecord
+from ksmea.show.charts.ticks import plain_ticks
 from ksmea.show.figures.style import COLOURS, INTERVAL, OURS, PAPER, REFERENCE, ShownFigure, figure_of
-from ksmea.show.figures.ticks import plain_ticks
 from ksmea.units import RPM
 
 SMALLEST_P = 1e-16  # drawn

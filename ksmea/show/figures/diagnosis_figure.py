@@ -13,12 +13,12 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.records.curves import FineCurve
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, Values
+from ksmea.show.charts.ticks import plain_ticks
 from ksmea.show.figures.diagnosis_residuals import as_complex, residuals
 from ksmea.show.figures.effect_ranking import AS_WELL, LINEAR, NAMED, OTHER, QUANTITY, best_trials, standing
 from ksmea.show.figures.residual_components import COMPONENTS, components
 from ksmea.show.figures.response_lines import AMPLITUDE, PHASE, amplitude_line, phase_axis, phase_line
 from ksmea.show.figures.style import OURS, PAPER, REFERENCE, ShownFigure, broken
-from ksmea.show.figures.ticks import plain_ticks
 from ksmea.units import MICROMETRE, RPM
 
 BEFORE, AFTER = PAPER, OURS  # colours

@@ -10,9 +10,9 @@ from matplotlib.figure import Figure
 
 from ksmea.arrays import Array
 from ksmea.records.curves import FitCurves, as_array
+from ksmea.show.charts.ticks import plain_ticks
 from ksmea.show.figures.response_lines import AMPLITUDE, PHASE, amplitude_line, column, phase_axis, phase_line
 from ksmea.show.figures.style import INTERVAL, OURS, PAPER, REFERENCE, ShownFigure
-from ksmea.show.figures.ticks import plain_ticks
 from ksmea.units import MICROMETRE, RPM
 
 MAX_CHANNELS = 4  # columns; the record has all

@@ -12,8 +12,8 @@ from matplotlib.ticker import NullFormatter, NullLocator
 
 from ksmea.arrays import Array
 from ksmea.records.identifiability import IdentifiabilityRecord, Unknown, Variation
+from ksmea.show.charts.ticks import plain_ticks
 from ksmea.show.figures.style import COLOURS, MARKERS, ShownFigure, figure_of
-from ksmea.show.figures.ticks import plain_ticks
 from ksmea.units import RPM
 
 HEADINGS = {

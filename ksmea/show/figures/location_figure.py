@@ -10,8 +10,8 @@ from matplotlib.figure import Figure
 
 from ksmea.arrays import Array
 from ksmea.records.location import NONE, NOTHING, PAIR, ForceRecord, LocationRecord, SeriesRecord
+from ksmea.show.charts.ticks import plain_ticks
 from ksmea.show.figures.style import INTERVAL, OURS, PAPER, REFERENCE, ShownFigure, broken, figure_of
-from ksmea.show.figures.ticks import plain_ticks
 from ksmea.units import MICROMETRE, RPM
 
 COLOURS = {"force": OURS, "moment": PAPER, "reading": INTERVAL, "force and moment": "#8a5aa8", PAIR: "#7a7a7a"}

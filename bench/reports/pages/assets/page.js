@@ -47,11 +47,14 @@
     if (coarse) layout.dragmode = false; // a finger scrolls the page; the buttons zoom
     const narrow = canvas.clientWidth < 520;
     if (narrow && layout.narrow) Object.assign(layout, layout.narrow);
+    if (layout.height) canvas.style.height = `${layout.height}px`;
+    Object.assign(layout, marks(figure, spec.layout));
     Plotly.newPlot(canvas, seen(figure, spec.data), layout, { displayModeBar: false, responsive: true, displaylogo: false });
     for (const select of figure.querySelectorAll("select"))
       select.addEventListener("change", () => {
         const traces = seen(figure, spec.data);
         Plotly.restyle(canvas, { visible: traces.map((trace) => trace.visible ?? true) });
+        Plotly.relayout(canvas, marks(figure, spec.layout));
         reset(canvas);
       });
     const doing = { in: () => zoom(canvas, 0.7), out: () => zoom(canvas, 1 / 0.7), reset: () => reset(canvas),
@@ -63,12 +66,20 @@
   /** A plot as it is zoomed, on a ground of its own: what is saved is seen elsewhere. */
   function onWhite({ data, layout }) { return { data, layout: { ...layout, paper_bgcolor: "#ffffff" } }; }
 
+  /** Whether the selects leave in what has these tags. */
+  function isSeen(figure, tags = {}) {
+    const chosen = [...figure.querySelectorAll("select")].filter((select) => select.value);
+    return chosen.every(({ dataset, value }) => !(dataset.key in tags) || tags[dataset.key] === value);
+  }
+
   /** Traces with those hidden that the selects leave out. */
   function seen(figure, traces) {
-    const chosen = [...figure.querySelectorAll("select")].filter((select) => select.value);
-    return traces.map((trace) => ({ ...trace,
-      visible: chosen.every(({ dataset, value }) => !(dataset.key in (trace.meta ?? {})) || trace.meta[dataset.key] === value)
-        ? trace.visible ?? true : false }));
+    return traces.map((trace) => ({ ...trace, visible: isSeen(figure, trace.meta) ? trace.visible ?? true : false }));
+  }
+
+  /** Lines and words of a layout that the selects leave in. */
+  function marks(figure, { shapes = [], annotations = [] }) {
+    return { shapes: shapes.filter(({ meta }) => isSeen(figure, meta)), annotations: annotations.filter(({ meta }) => isSeen(figure, meta)) };
   }
 
   function axes(canvas) { return Object.keys(canvas._fullLayout).filter((name) => /^[xy]axis\d*$/.test(name)); }

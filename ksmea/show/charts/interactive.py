@@ -1,0 +1,208 @@
+"""A chart as a plot of a page, in the form that plotly.js draws: traces, and a layout for wide and one for narrow pages."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+import numpy as np
+
+from ksmea.show.charts import chart as of
+from ksmea.show.charts.chart import Axis, Chart, Panel, ends_of
+from ksmea.show.charts.colours import PALETTE
+from ksmea.show.charts.ticks import symlog_ticks
+from ksmea.show.charts.traces import CLEAR, Layout, PanelTraces, Trace, place_on
+
+INCH = 84  # px of a panel's height
+TOP, BOTTOM, LEFT, RIGHT = 40, 54, 66, 14  # px around all panels
+STACKED, APART, BESIDE = 16, 74, 0.07  # px between panels of a stack and between stacks; part of the width
+HEADING = 22  # px, for the title of a panel
+PLAIN_EXPONENT = 6  # numbers up to 10 to this power are written out on axes
+STANDOFF = 6  # px between the numbers of an axis and its title
+LOG_TICKS = 5  # of a logarithmic axis at most: over 1.5 decades and more they stand at 1, 2 and 5 or at powers
+FEW = 6  # stacks that a page shows side by side; of more, one at a time, by choice
+EYE = {"x": 1.5, "y": -2.3, "z": 1.0}  # from where a panel in space is seen
+PALE = "rgba(122,122,122,0.45)"
+
+
+def plot(chart: Chart) -> Layout:
+    """`data` and `layout` for plotly; `layout["narrow"]` goes over it where a page is narrow, with a height of its own."""
+    is_chosen = bool(chart.of_stacks) and len(chart.stacks) > FEW
+    stacks = chart.stacks
+    traces: list[Trace] = []
+    named: set[str] = set()
+    shapes: list[Layout] = []
+    notes: list[Layout] = []
+    numbers = _numbers(stacks, is_chosen)
+    for stack, of_stack in zip(stacks, numbers):
+        tags = {chart.of_stacks: stack[0].title} if is_chosen and stack else {}
+        if is_chosen:
+            named = set()
+        for panel, number in zip(stack, of_stack):
+            drawn = PanelTraces(panel, number)
+            for element in panel.elements:
+                for trace in drawn.traces(element):
+                    name = trace.get("name", "")
+                    trace["showlegend"] = bool(name) and name not in named and trace.get("showlegend", True)
+                    named |= {name} if trace["showlegend"] else set()
+                    trace["meta"] = {**element.tags, **tags}
+                    traces.append(trace)
+                shapes += [{**shape, "meta": tags} for shape in drawn.shapes(element)]
+                notes += [{**note, "meta": tags} for note in drawn.notes(element)]
+            if panel.title and not is_chosen:
+                notes.append(drawn.heading())
+    wide = _layout(chart, 1 if is_chosen else chart.across, numbers)
+    narrow = _layout(chart, 1, numbers)
+    base = {
+        "paper_bgcolor": CLEAR,
+        "plot_bgcolor": CLEAR,
+        "font": {"size": 12, "family": "system-ui, sans-serif"},
+        "separators": ".",  # thousands have none, as in texts and tables
+        "hoverlabel": {"bgcolor": "#1f252b", "bordercolor": "#1f252b", "font": {"color": "#ffffff"}, "namelength": -1},
+        "bargap": 0.2,
+        "barmode": "overlay",
+        "boxmode": "overlay",
+        "shapes": shapes,
+        "annotations": notes,
+        "showlegend": any(trace["showlegend"] for trace in traces),
+    }
+    return {"data": traces, "layout": {**base, **wide, "narrow": narrow}}
+
+
+def choices(chart: Chart) -> tuple[of.Choice, ...]:
+    """What a page asks for of a chart, which of many stacks among it."""
+    if not chart.of_stacks or len(chart.stacks) <= FEW:
+        return chart.choices
+    titles = tuple(stack[0].title for stack in chart.stacks if stack)
+    return (of.Choice(chart.of_stacks, chart.of_stacks, titles, with_all=False), *chart.choices)
+
+
+def height(chart: Chart) -> int:
+    """px on a wide page."""
+    is_chosen = bool(chart.of_stacks) and len(chart.stacks) > FEW
+    return int(_layout(chart, 1 if is_chosen else chart.across, _numbers(chart.stacks, is_chosen))["height"])
+
+
+def _numbers(stacks: Sequence[Sequence[Panel]], is_chosen: bool) -> list[list[int]]:
+    """The number of each panel's axes, from 1; stacks of which one is seen at a time have the same."""
+    found, first = [], 1
+    for stack in stacks:
+        found.append([first + index for index in range(len(stack))])
+        first += 0 if is_chosen else len(stack)
+    return found
+
+
+def _layout(chart: Chart, across: int, numbers: list[list[int]]) -> Layout:
+    """Axes with the parts of the whole that their panels take, and its height, px."""
+    shown = {number: panel for stack, of_stack in zip(chart.stacks, numbers) for panel, number in zip(stack, of_stack)}
+    places: dict[int, tuple[int, int]] = {}  # row of stacks, column
+    rows: list[list[list[int]]] = []
+    for number, of_stack in enumerate([each for index, each in enumerate(numbers) if each not in numbers[:index]]):
+        row, column = divmod(number, max(across, 1))
+        rows += [[]] if row == len(rows) else []
+        rows[row].append(of_stack)
+        places |= {each: (row, column) for each in of_stack}
+    tops: dict[int, tuple[float, float]] = {}  # px from the top of all panels
+    down = 0.0
+    for row_of_stacks in rows:
+        ends = []
+        for of_stack in row_of_stacks:
+            at = down
+            for number in of_stack:
+                panel = shown[number]
+                at += HEADING if panel.title else 0
+                tops[number] = (at, at + INCH * panel.height)
+                at += INCH * panel.height + (STACKED if _is_named_below(shown, of_stack, number) else APART)
+            ends.append(at)
+        down = max(ends, default=down)
+    inner = max(down - APART, 1.0)
+    n_column = max((len(row) for row in rows), default=1)
+    gap = BESIDE if n_column > 1 else 0.0
+    part = (1 - gap * (n_column - 1)) / n_column
+    groups: dict[tuple[str, str], str] = {}
+    made: Layout = {"height": int(inner + TOP + BOTTOM), "margin": {"l": LEFT, "r": RIGHT, "t": TOP, "b": BOTTOM}}
+    for number, panel in shown.items():
+        top, bottom = tops[number]
+        across_at = places[number][1] * (part + gap)
+        domains = {"x": [across_at, min(across_at + part, 1.0)], "y": [max(1 - bottom / inner, 0.0), 1 - top / inner]}
+        end = "" if number == 1 else str(number)
+        if panel.z is not None:
+            made[f"scene{end}"] = _scene(panel) | {"domain": domains}
+            continue
+        is_below = _is_named_below(shown, next(each for each in numbers if number in each), number)
+        for side, scale in (("x", panel.x), ("y", panel.y)):
+            own = _axis(scale, panel, side) | {"domain": domains[side], "anchor": f"{'y' if side == 'x' else 'x'}{end}"}
+            first = groups.setdefault((side, scale.group), f"{side}{end}") if scale.group else ""
+            own |= {"matches": first} if first not in ("", f"{side}{end}") else {}
+            if side == "x" and is_below:
+                own |= {"showticklabels": False, "title": {"text": ""}}
+            made[f"{side}axis{end}"] = own
+        if panel.is_to_scale:
+            made[f"yaxis{end}"] |= {"scaleanchor": f"x{end}", "constrain": "domain"}
+            made[f"xaxis{end}"] |= {"constrain": "domain"}
+    made["legend"] = {
+        "orientation": "h",
+        "y": 1 + (HEADING + 6) / inner,
+        "yanchor": "bottom",
+        "x": 0,
+        "xanchor": "left",
+    }
+    return made
+
+
+def _is_named_below(shown: dict[int, Panel], of_stack: list[int], number: int) -> bool:
+    """Whether the next panel of the stack has the words of this one's x axis."""
+    if number + 1 not in of_stack:
+        return False
+    one, other = shown[number].x, shown[number + 1].x
+    return one.label == other.label and one.group == other.group != ""
+
+
+def _axis(scale: Axis, panel: Panel, side: str) -> Layout:
+    made: Layout = {
+        "title": {"text": scale.label.replace("\n", "<br>"), "standoff": STANDOFF}, "automargin": True, "zeroline": False, "ticks": "outside",
+    }  # fmt: skip
+    place = place_on(scale)
+    if scale.scale == "log":
+        made |= {"type": "log", "tickformat": "~g", "nticks": LOG_TICKS}
+    elif scale.scale == "linear":
+        made |= {"type": "linear", "minexponent": PLAIN_EXPONENT}
+    else:
+        low, high = ends_of(panel, "x" if side == "x" else "y")
+        at = symlog_ticks(
+            low if scale.low is None else scale.low, high if scale.high is None else scale.high, scale.linear
+        )
+        made |= {"tickvals": place(at), "ticktext": [f"{each:.12g}".replace("-", "−") for each in at], "tickangle": 0}
+    if scale.is_whole and np.ptp(ends_of(panel, "x" if side == "x" else "y")) <= 6:
+        made["dtick"] = 1
+    if scale.ticks is not None:
+        words = [each.replace("\n", "<br>") for each in scale.ticks.values()]
+        made |= {"tickmode": "array", "tickvals": place(list(scale.ticks)), "ticktext": words} | (
+            {"tickangle": -60} if scale.is_turned else {}
+        )
+        if not scale.ticks:
+            made |= {"showticklabels": False, "ticks": "", "showgrid": False}
+    if scale.low is not None or scale.high is not None:
+        ends = [
+            None if end is None else math.log10(end) if scale.scale == "log" else float(place([end])[0])
+            for end in (scale.low, scale.high)
+        ]
+        made["range"] = ends[::-1] if scale.is_reversed else ends
+    elif scale.is_reversed:
+        made["autorange"] = "reversed"
+    return made
+
+
+def _scene(panel: Panel) -> Layout:
+    style = {
+        "color": PALETTE["reference"],
+        "gridcolor": PALE,
+        "zerolinecolor": PALE,
+    }  # styles of the page do not reach into it
+    assert panel.z is not None
+    ends = ((name, each) for name, each in (("xaxis", panel.x), ("yaxis", panel.y), ("zaxis", panel.z)))
+    sides = {
+        name: {"title": {"text": each.label}, **style} | ({} if each.low is None else {"range": [each.low, each.high]})
+        for name, each in ends
+    }
+    return {**sides, "aspectmode": "manual", "aspectratio": {"x": 2.2, "y": 1, "z": 1}, "camera": {"eye": EYE}}
