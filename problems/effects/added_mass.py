@@ -10,21 +10,16 @@ Places that are tried are those where things are mounted: disks, the ends of the
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import ClassVar
 
-import numpy as np
-
-from ksmea.arrays import Array
-from ksmea.errors import SettingError
 from ksmea.nonlinear.laws import LAWS
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
-from problems.rotor.extension.effect import PlacedEffect, drawn_either_side, require_on_shaft, rotor_mass
+from problems.rotor.extension.effect import SeatedEffect, rotor_mass
 from problems.rotor.extension.site_law import SiteLaw
+from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.response.problem import RotorProblem
 
@@ -34,7 +29,7 @@ LONG_SPAN = 0.25  # of the shaft's length, between disks, bearings and ends
 
 
 @dataclass(frozen=True)
-class AddedMass(PlacedEffect):
+class AddedMass(SeatedEffect):
     """A place of the shaft carries more mass, or less."""
 
     position: float | None = setting(None, "where it sits; null: on the first disk or end", unit="m", at_least=0)
@@ -43,27 +38,14 @@ class AddedMass(PlacedEffect):
         "mass": "both lower natural frequencies; several critical speeds, whose modes move that place differently",
     }
 
-    def __str__(self) -> str:
-        return "the first disk or end" if self.position is None else f"at {self.position:g} m"
+    what, default_place = "mass", "the first disk or end"
+    sizes = (Size("added_mass", "kg", LARGEST, drawn=NOTICED, of=rotor_mass),)
 
-    def locations(self, problem: RotorProblem) -> Sequence[AddedMass]:
-        return [dataclasses.replace(self, position=position) for position in mounting_places(problem.rotor)]
-
-    def placed_on(self, problem: RotorProblem) -> AddedMass:
-        require_on_shaft(problem, self.position, "mass")
-        return self if self.position is not None else self.locations(problem)[0]
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        largest = LARGEST * rotor_mass(problem)
-        return (Parameter("added_mass", "kg", 1.0, -largest, largest),)
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return np.array([rotor_mass(problem) * drawn_either_side(rng, *NOTICED)])
+    def seats(self, problem: RotorProblem) -> Sequence[float]:
+        return mounting_places(problem.rotor)
 
     def site_law(self) -> SiteLaw:
-        if self.position is None:
-            raise SettingError("position: expected the place of the mass, got none; add the effect to a problem")
-        return SiteLaw(self.position, LAWS["mass"])
+        return SiteLaw(self.place, LAWS["mass"])
 
 
 def mounting_places(rotor: Rotor) -> list[float]:

@@ -16,7 +16,6 @@ Rotordynamics, 1993, chapter 4.
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -24,13 +23,12 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.errors import SettingError
 from ksmea.nonlinear.laws import CROSS, LinearLaw
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
 from ksmea.units import KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE
-from problems.rotor.extension.effect import PlacedEffect, drawn, require_on_shaft, rotor_mass, stiffness_scale
+from problems.rotor.extension.effect import SeatedEffect, rotor_mass, stiffness_scale
 from problems.rotor.extension.site_law import SiteLaw
+from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import SAME_PLACE, Rotor
 from problems.rotor.response.problem import RotorProblem
 
@@ -40,8 +38,13 @@ NOTICED_STIFFNESS = (0.01, 0.3)  # of k, are drawn
 NOTICED_DAMPING = (3e-5, 3e-3)  # of √(k m), are drawn: more drives a rotor unstable that is hardly damped otherwise
 
 
+def _damping_scale(problem: RotorProblem) -> float:
+    """√(k m), N s/m."""
+    return float(np.sqrt(stiffness_scale(problem) * rotor_mass(problem)))
+
+
 @dataclass(frozen=True)
-class AnnularSeal(PlacedEffect):
+class AnnularSeal(SeatedEffect):
     """A seal around the shaft holds, damps and drags it."""
 
     position: float | None = setting(
@@ -56,43 +59,24 @@ class AnnularSeal(PlacedEffect):
         "short_journal_bearing": "a film of liquid too, but at the bearings; probes near the seal, a run without pressure",
     }
 
-    def __str__(self) -> str:
-        return "the first disk" if self.position is None else f"at {self.position:g} m"
+    what, default_place = "seal", "the first disk"
+    sizes = (
+        Size("seal_stiffness", "MN/m", (0.0, STIFFEST), drawn=NOTICED_STIFFNESS, of=stiffness_scale),
+        Size("seal_damping", "kN s/m", (0.0, MOST_DAMPING), drawn=NOTICED_DAMPING, of=_damping_scale),
+    )
 
-    def locations(self, problem: RotorProblem) -> Sequence[AnnularSeal]:
+    def seats(self, problem: RotorProblem) -> Sequence[float]:
         """Each disk that is at no bearing: impellers and pistons have seals; without any, half way between the outer bearings."""
-        return [dataclasses.replace(self, position=position) for position in _gaps(problem.rotor)]
-
-    def placed_on(self, problem: RotorProblem) -> AnnularSeal:
-        require_on_shaft(problem, self.position, "seal")
-        return self if self.position is not None else self.locations(problem)[0]
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        stiffness, damping = _scales(problem)
-        return (
-            Parameter("seal_stiffness", "MN/m", MEGANEWTON_PER_METRE, 0.0, STIFFEST * stiffness),
-            Parameter("seal_damping", "kN s/m", KILONEWTON_SECOND_PER_METRE, 0.0, MOST_DAMPING * damping),
-        )
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return np.array([drawn(rng, *NOTICED_STIFFNESS), drawn(rng, *NOTICED_DAMPING)]) * _scales(problem)
+        return _gaps(problem.rotor)
 
     def site_law(self) -> SiteLaw:
-        if self.position is None:
-            raise SettingError("position: expected the place of the seal, got none; add the effect to a problem")
         coefficients = (("k", "MN/m", MEGANEWTON_PER_METRE), ("d", "kN s/m", KILONEWTON_SECOND_PER_METRE))
-        return SiteLaw(self.position, LinearLaw("annular_seal", "annular seal", coefficients, self._stiffness))
+        return SiteLaw(self.place, LinearLaw("annular_seal", "annular seal", coefficients, self._stiffness))
 
     def _stiffness(self, speed: Array) -> ComplexArray:
         """That of unit K and of unit D, (2, n_speed, 2, 2)."""
         still = np.broadcast_to(np.eye(2, dtype=complex), (len(speed), 2, 2))
         return np.stack([still, speed[:, None, None] * (1j * np.eye(2) + self.swirl_ratio * CROSS[0])])
-
-
-def _scales(problem: RotorProblem) -> tuple[float, float]:
-    """Of stiffness, N/m, and of damping, N s/m."""
-    stiffness = stiffness_scale(problem)
-    return stiffness, float(np.sqrt(stiffness * rotor_mass(problem)))
 
 
 def _gaps(rotor: Rotor) -> list[float]:

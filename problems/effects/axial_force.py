@@ -17,12 +17,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
-from ksmea.problem.parameters import Parameter
-from problems.rotor.extension.effect import RotorEffect, drawn_either_side
+from problems.rotor.extension.effect import RotorEffect
+from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.free_motion.static_load import buckling_load, is_held
 from problems.rotor.response.problem import RotorProblem
@@ -31,6 +29,10 @@ LARGEST = (
     0.25  # of the buckling load: ω₁ falls to √0.75 of what it is, and a shaft that is nearer buckles by its weight
 )
 NOTICED = (0.005, 0.15)  # of the buckling load, of either sign, are drawn
+
+
+def _buckling_load(problem: RotorProblem) -> float:
+    return buckling_load(problem.rotor)
 
 
 @dataclass(frozen=True)
@@ -46,6 +48,8 @@ class AxialForce(RotorEffect):
     }
     changes_rotor: ClassVar[bool] = True
 
+    sizes = (Size("axial_force", "kN", LARGEST, drawn=NOTICED, of=_buckling_load),)
+
     def locations(self, problem: RotorProblem) -> Sequence[AxialForce]:
         return [self] if is_held(problem.rotor) else []
 
@@ -53,13 +57,6 @@ class AxialForce(RotorEffect):
         if not self.locations(problem):
             raise SettingError("axial force: expected bearings at two places or more, got one; leave this effect out")
         return self
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        largest = LARGEST * buckling_load(problem.rotor)
-        return (Parameter("axial_force", "kN", 1e3, -largest, largest),)
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return np.array([buckling_load(problem.rotor) * drawn_either_side(rng, *NOTICED)])
 
     def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
         return dataclasses.replace(rotor, axial_force=rotor.axial_force + float(theta[0]))

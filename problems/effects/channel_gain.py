@@ -17,9 +17,9 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import Channel, require_direction
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
-from problems.rotor.extension.effect import PlacedEffect, drawn_either_side, is_at, named, require_on_shaft, where
+from problems.rotor.extension.effect import PlacedEffect, is_at, named, where
+from problems.rotor.extension.sizes import Size
 from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.3
@@ -37,6 +37,9 @@ class ChannelGain(PlacedEffect):
     aliases: ClassVar[Mapping[str, str]] = MappingProxyType({})
     stage: ClassVar[int] = 2
 
+    what = "channel"
+    sizes = (Size("channel_gain", "%", LARGEST, drawn=NOTICED),)
+
     def check(self) -> None:
         if self.direction is not None:
             require_direction(self.direction)
@@ -50,16 +53,6 @@ class ChannelGain(PlacedEffect):
         if len(channels) < 2:
             return []
         return [dataclasses.replace(self, position=item.position, direction=item.direction) for item in channels]
-
-    def placed_on(self, problem: RotorProblem) -> ChannelGain:
-        require_on_shaft(problem, self.position, "channel")
-        return self
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        return (Parameter("channel_gain", "%", 0.01, -LARGEST, LARGEST),)
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return np.array([drawn_either_side(rng, *NOTICED)])
 
     def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
         return response * (1 + theta[:, 0, None, None] * np.array([self._reads(channel) for channel in channels]))

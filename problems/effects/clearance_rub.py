@@ -12,22 +12,16 @@ that the direction of the run leads to (`ksmea/nonlinear/steady_motion.py`).
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
-from ksmea.arrays import Array
-from ksmea.errors import SettingError
 from ksmea.nonlinear.laws import LAWS
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
-from ksmea.units import MICROMETRE
-from problems.rotor.extension.effect import drawn, require_on_shaft, stiffness_scale
+from problems.rotor.extension.effect import SeatedEffect, stiffness_scale
 from problems.rotor.extension.nonlinear_effect import UP, NonlinearEffect, eccentricity
 from problems.rotor.extension.site_law import SiteLaw
+from problems.rotor.extension.sizes import Size
 from problems.rotor.response.problem import RotorProblem
 
 WIDEST = 30.0  # clearance, times the eccentricity of the largest unbalance: motions beside resonances are far smaller
@@ -36,8 +30,16 @@ STIFF, WIDE, ROUGH = (0.01, 0.3), (0.03, 0.3), (0.05, 0.6)  # of the limits, are
 LAW = LAWS["rub"]
 
 
+def _widest(problem: RotorProblem) -> float:
+    return WIDEST * eccentricity(problem)
+
+
+def _roughest(problem: RotorProblem) -> float:  # so that what is drawn is a part of it
+    return ROUGHEST
+
+
 @dataclass(frozen=True)
-class ClearanceRub(NonlinearEffect):
+class ClearanceRub(NonlinearEffect, SeatedEffect):
     """The shaft touches a stop where it moves farther than a clearance."""
 
     if_nowhere: ClassVar[str] = "this rotor has no disks; give its position, which takes a file"
@@ -49,38 +51,17 @@ class ClearanceRub(NonlinearEffect):
         "speed_dependent_damping": "both lower a peak; a run with more unbalance",
     }
 
-    def __str__(self) -> str:
-        return "at a disk" if self.position is None else f"at {self.position:g} m"
+    what, default_place, needs = "rub", "at a disk", "where the shaft rubs"
+    sizes = (
+        Size("contact_stiffness", "MN/m", (0.0, 1.0), drawn=STIFF, of=stiffness_scale, makes_jumps=True),
+        Size("clearance", "µm", (0.0, 1.0), drawn=WIDE, of=_widest, makes_jumps=True),
+        Size("friction", "%", (0.0, 1.0), drawn=ROUGH, of=_roughest, makes_jumps=True),
+    )
 
-    def locations(self, problem: RotorProblem) -> Sequence[ClearanceRub]:
+    def seats(self, problem: RotorProblem) -> Sequence[float]:
         if self.position is not None:
-            return [self]
-        disks = dict.fromkeys(disk.position for disk in problem.rotor.disks)
-        return [dataclasses.replace(self, position=position) for position in disks]
-
-    def placed_on(self, problem: RotorProblem) -> ClearanceRub:
-        require_on_shaft(problem, self.position, "rub")
-        if self.position is not None:
-            return self
-        if not problem.rotor.disks:
-            raise SettingError(f"position: expected where the shaft rubs, got none; {self.if_nowhere}")
-        return dataclasses.replace(self, position=problem.rotor.disks[0].position)
-
-    def places(self, problem: RotorProblem) -> Sequence[float]:
-        return [] if self.position is None else [self.position]
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        return (
-            Parameter("contact_stiffness", "MN/m", 1e6, 0.0, stiffness_scale(problem), makes_jumps=True),
-            Parameter("clearance", "µm", MICROMETRE, 0.0, WIDEST * eccentricity(problem), makes_jumps=True),
-            Parameter("friction", "%", 0.01, 0.0, ROUGHEST, makes_jumps=True),
-        )
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        parts = [drawn(rng, *decade) for decade in (STIFF, WIDE, ROUGH)]
-        return np.array([part * item.upper for part, item in zip(parts, self.parameters(problem))])
+            return [self.position]
+        return list(dict.fromkeys(disk.position for disk in problem.rotor.disks))
 
     def site_law(self) -> SiteLaw:
-        if self.position is None:
-            raise SettingError("position: expected where the shaft rubs, got none; add the effect to a problem")
-        return SiteLaw(self.position, LAW, orders=self.orders, goes_up=self.direction == UP)
+        return SiteLaw(self.place, LAW, orders=self.orders, goes_up=self.direction == UP)

@@ -17,22 +17,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from ksmea.arrays import Array, ComplexArray
-from ksmea.errors import SettingError
 from ksmea.problem.load import FORCE, LOADS, Load
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
 from problems.rotor.extension.effect import (
     PlacedEffect,
-    drawn_vector,
     forward_vector,
-    require_on_shaft,
     rotor_mass,
     stiffness_scale,
     unbalance_scale,
 )
+from problems.rotor.extension.sizes import Size, VectorSize
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import forward_load
 from problems.rotor.response.problem import RotorProblem
@@ -64,6 +59,14 @@ class CouplingMisalignment(PlacedEffect):
     }
     has_loads: ClassVar[bool] = True
 
+    what = "coupling"
+
+    @property
+    def sizes(self) -> Sequence[Size]:
+        orders, unit = ("", "_2x") if self.twice else ("",), Load(0.0, "x", self.kind).unit
+        names = [f"coupling_{self.kind}{order}" for order in orders]
+        return [VectorSize(name, unit, 1.0, drawn=NOTICED, of=self._largest) for name in names]
+
     def __str__(self) -> str:
         return f"{self.kind} at {'the far end' if self.position is None else f'{self.position:g} m'}"
 
@@ -76,24 +79,11 @@ class CouplingMisalignment(PlacedEffect):
         ]
 
     def placed_on(self, problem: RotorProblem) -> CouplingMisalignment:
-        require_on_shaft(problem, self.position, "coupling")
         end = float(problem.rotor.node_positions[-1])
-        return dataclasses.replace(self, position=end) if self.position is None else self
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        largest, unit = self._largest(problem), Load(0.0, "x", self.kind).unit
-        orders = ("", "_2x") if self.twice else ("",)
-        names = [f"coupling_{self.kind}{order}_{axis}" for order in orders for axis in ("x", "y")]
-        return tuple(Parameter(name, unit, 1.0, -largest, largest) for name in names)
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        vectors = [drawn_vector(rng, *NOTICED) for _ in range(2 if self.twice else 1)]
-        return self._largest(problem) * np.concatenate(vectors)
+        return dataclasses.replace(self, position=end) if self.position is None else super().placed_on(problem)
 
     def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
-        if self.position is None:
-            raise SettingError("position: expected the end that is coupled, got none; add the effect to a problem")
-        return forward_load(rotor, self.position, self.kind, len(speed))
+        return forward_load(rotor, self.place, self.kind, len(speed))
 
     def load_sizes(self, theta: Array) -> ComplexArray:
         return forward_vector(theta)[:, None]

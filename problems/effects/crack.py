@@ -37,10 +37,10 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.measurement.measurement import Measurement
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
 from ksmea.units import DEGREE
-from problems.rotor.extension.effect import PlacedEffect, drawn_vector, forward_vector, require_on_shaft
+from problems.rotor.extension.effect import PlacedEffect, forward_vector
+from problems.rotor.extension.sizes import VectorSize
 from problems.rotor.extension.turning import HIGHEST, OF_CONJUGATE, weight_of
 from problems.rotor.finite_elements.assembly import element_dof
 from problems.rotor.finite_elements.data import Hub, Rotor
@@ -78,6 +78,9 @@ class Crack(PlacedEffect):
     is_scanned: ClassVar[bool] = False  # 2X grows with it from 0, where a fit finds it
     turns: ClassVar[bool] = True
 
+    what = "crack"
+    sizes = (VectorSize("crack", "%", LARGEST, drawn=NOTICED),)
+
     def __str__(self) -> str:
         return "in the middle" if self.position is None else f"at {self.position:g} m"
 
@@ -91,7 +94,7 @@ class Crack(PlacedEffect):
         return [dataclasses.replace(self, position=place).placed_on(problem) for place in places]
 
     def placed_on(self, problem: RotorProblem) -> Crack:
-        require_on_shaft(problem, self.position, "crack")
+        super().placed_on(problem)
         rotor = problem.rotor
         position = rotor.length / 2 if self.position is None else self.position
         diameter = diameter_at(rotor, position)
@@ -101,12 +104,6 @@ class Crack(PlacedEffect):
                 f"length: expected one of the shaft, {SHORTEST * diameter:g} to {rotor.length:g} m, got {length:g} m"
             )
         return dataclasses.replace(self, position=position, length=length)
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        return tuple(Parameter(name, "%", 0.01, -LARGEST, LARGEST) for name in ("crack_x", "crack_y"))
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return drawn_vector(rng, *NOTICED)
 
     def turning_rows(self, rotor: Rotor) -> Array:
         """One for x of each element that it softens, then those for y."""
@@ -134,9 +131,7 @@ class Crack(PlacedEffect):
         return -np.reshape(found, (len(theta), ORDERS + 1, 2 * len(share), 2 * len(share)))
 
     def _bending(self, rotor: Rotor) -> Mapping[int, tuple[float, Array]]:
-        if self.position is None or self.length is None:
-            raise SettingError("position: expected the place of the crack, got none; add the effect to a problem")
-        return softened(rotor, self.position, self.length)
+        return softened(rotor, self.place, self.length or diameter_at(rotor, self.place))
 
     def weight(self, rotor: Rotor) -> Array:
         return weight_of(rotor, self.gravity_deg * DEGREE)

@@ -17,16 +17,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
-from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.nonlinear.laws import LAWS
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
-from problems.rotor.extension.effect import drawn_either_side, require_on_shaft, stiffness_scale
+from problems.rotor.extension.effect import require_on_shaft, stiffness_scale
 from problems.rotor.extension.nonlinear_effect import UP, NonlinearEffect, eccentricity
 from problems.rotor.extension.site_law import SiteLaw
+from problems.rotor.extension.sizes import Size
 from problems.rotor.response.problem import RotorProblem
 
 DOUBLED = (
@@ -34,6 +31,10 @@ DOUBLED = (
 )
 NOTICED = (0.003, 0.3)  # of the limits, of either sign, are drawn
 LAW = LAWS["cubic_spring"]
+
+
+def _largest(problem: RotorProblem) -> float:
+    return stiffness_scale(problem) / (DOUBLED * eccentricity(problem)) ** 2
 
 
 @dataclass(frozen=True)
@@ -48,6 +49,8 @@ class CubicStiffness(NonlinearEffect):
         "speed_dependent_stiffness": "both move peaks; a run with more unbalance, a run-up beside a run-down",
         "clearance_rub": "both lean peaks; a run with more unbalance",
     }
+
+    sizes = (Size("cubic_stiffness", "MN/mm³", 1.0, drawn=NOTICED, of=_largest, makes_jumps=True),)
 
     def __str__(self) -> str:
         return f"at {self.positions[0]:g} m" if len(self.positions) == 1 else "all bearings"
@@ -66,13 +69,6 @@ class CubicStiffness(NonlinearEffect):
 
     def places(self, problem: RotorProblem) -> Sequence[float]:
         return self.placed_on(problem).positions
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        limit = stiffness_scale(problem) / (DOUBLED * eccentricity(problem)) ** 2
-        return (Parameter("cubic_stiffness", "MN/mm³", 1e15, -limit, limit, makes_jumps=True),)
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return self.parameters(problem)[0].upper * np.array([drawn_either_side(rng, *NOTICED)])
 
     def site_law(self) -> SiteLaw:
         if not self.positions:

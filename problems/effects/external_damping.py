@@ -19,13 +19,18 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.problem.parameters import Parameter
-from problems.rotor.extension.effect import RotorEffect, drawn, rotor_mass, stiffness_scale
+from problems.rotor.extension.effect import RotorEffect, rotor_mass, stiffness_scale
+from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.05  # damping ratio: pumps with liquid around the whole shaft
 NOTICED = (0.0005, 0.03)  # damping ratios are drawn
+
+
+def _per_damping_ratio(problem: RotorProblem) -> float:
+    """c of a damping ratio of 1, N s/m²."""
+    return float(2 * np.sqrt(stiffness_scale(problem) * rotor_mass(problem)) / problem.rotor.length)
 
 
 @dataclass(frozen=True)
@@ -37,16 +42,7 @@ class ExternalDamping(RotorEffect):
     }
     changes_rotor: ClassVar[bool] = True
 
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        return (Parameter("external_damping", "N s/m²", 1.0, 0.0, LARGEST * _per_damping_ratio(problem)),)
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return np.array([drawn(rng, *NOTICED) * _per_damping_ratio(problem)])
+    sizes = (Size("external_damping", "N s/m²", (0.0, LARGEST), drawn=NOTICED, of=_per_damping_ratio),)
 
     def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
         return dataclasses.replace(rotor, external_damping=rotor.external_damping + float(theta[0]))
-
-
-def _per_damping_ratio(problem: RotorProblem) -> float:
-    """c of a damping ratio of 1, N s/m²."""
-    return float(2 * np.sqrt(stiffness_scale(problem) * rotor_mass(problem)) / problem.rotor.length)

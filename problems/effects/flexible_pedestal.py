@@ -14,15 +14,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from ksmea.arrays import Array
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
-from ksmea.units import MICROMETRE_PER_KILONEWTON
-from problems.rotor.extension.effect import RotorEffect, drawn, rotor_mass, stiffness_scale
+from problems.rotor.extension.effect import RotorEffect, rotor_mass, stiffness_scale
+from problems.rotor.extension.sizes import Size
 from problems.rotor.free_motion.support import Support
-from problems.rotor.response.problem import RotorProblem
 
 SOFTEST = 2.0  # times the compliance of the stiffest bearing; a softer one is no pedestal
 HEAVIEST = 0.5  # of the rotor
@@ -48,17 +44,11 @@ class FlexiblePedestal(RotorEffect):
         "short_journal_bearing": "both are soft and in series with the bearings; a sensor on the casing, warm and cold oil",
     }
 
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        softest = SOFTEST / stiffness_scale(problem)
-        return (
-            Parameter("pedestal_compliance_x", "µm/kN", MICROMETRE_PER_KILONEWTON, 0.0, softest),
-            Parameter("pedestal_compliance_y", "µm/kN", MICROMETRE_PER_KILONEWTON, 0.0, softest),
-            Parameter("pedestal_mass", "kg", 1.0, 0.0, HEAVIEST * rotor_mass(problem)),
-        )
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        compliances = [drawn(rng, *NOTICED_COMPLIANCE) / stiffness_scale(problem) for _ in range(2)]
-        return np.array([*compliances, drawn(rng, *NOTICED_MASS) * rotor_mass(problem)])
+    sizes = (
+        Size("pedestal_compliance_x", "µm/kN", (0.0, SOFTEST), drawn=NOTICED_COMPLIANCE, per=stiffness_scale),
+        Size("pedestal_compliance_y", "µm/kN", (0.0, SOFTEST), drawn=NOTICED_COMPLIANCE, per=stiffness_scale),
+        Size("pedestal_mass", "kg", (0.0, HEAVIEST), drawn=NOTICED_MASS, of=rotor_mass),
+    )
 
     def support(self, theta: Array) -> Support:
         return Support(theta[:, :2].T, theta[:, 2], self.loss_factor)

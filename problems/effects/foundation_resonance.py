@@ -21,10 +21,9 @@ import numpy as np
 
 from ksmea.arrays import Array
 from ksmea.measurement.channel import DIRECTIONS
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
-from ksmea.units import MICROMETRE_PER_KILONEWTON
-from problems.rotor.extension.effect import RotorEffect, drawn, rotor_mass, stiffness_scale
+from problems.rotor.extension.effect import RotorEffect, rotor_mass, stiffness_scale
+from problems.rotor.extension.sizes import Size
 from problems.rotor.free_motion.support import Support
 from problems.rotor.response.problem import RotorProblem
 
@@ -49,22 +48,19 @@ class FoundationResonance(RotorEffect):
     }
     couples_bearings: ClassVar[bool] = True
 
+    @property
+    def sizes(self) -> Sequence[Size]:
+        compliance, mass = (f"foundation_{what}_{self.direction}" for what in ("compliance", "mass"))
+        return (
+            Size(compliance, "µm/kN", (0.0, SOFTEST), drawn=NOTICED_COMPLIANCE, per=stiffness_scale),
+            Size(mass, "kg", (0.0, HEAVIEST), drawn=NOTICED_MASS, of=rotor_mass),
+        )
+
     def __str__(self) -> str:
         return f"along {self.direction}"
 
     def locations(self, problem: RotorProblem) -> Sequence[FoundationResonance]:
         return [dataclasses.replace(self, direction=direction) for direction in DIRECTIONS]
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        softest, name = SOFTEST / stiffness_scale(problem), f"foundation_compliance_{self.direction}"
-        return (
-            Parameter(name, "µm/kN", MICROMETRE_PER_KILONEWTON, 0.0, softest),
-            Parameter(f"foundation_mass_{self.direction}", "kg", 1.0, 0.0, HEAVIEST * rotor_mass(problem)),
-        )
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        compliance = drawn(rng, *NOTICED_COMPLIANCE) / stiffness_scale(problem)
-        return np.array([compliance, drawn(rng, *NOTICED_MASS) * rotor_mass(problem)])
 
     def support(self, theta: Array) -> Support:
         along = np.array([[self.direction == axis] for axis in DIRECTIONS])

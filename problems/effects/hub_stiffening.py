@@ -14,15 +14,14 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
 from ksmea.arrays import Array
-from ksmea.errors import SettingError
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
-from problems.rotor.extension.effect import PlacedEffect, drawn, require_on_shaft
+from problems.rotor.extension.effect import SeatedEffect
+from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import SAME_PLACE, Disk, Hub, Rotor
 from problems.rotor.finite_elements.mesh import diameter_at
 from problems.rotor.response.problem import RotorProblem
@@ -33,7 +32,7 @@ THINNEST = 1e-3  # of the shaft's diameter: a thickness below it is rounding of 
 
 
 @dataclass(frozen=True)
-class HubStiffening(PlacedEffect):
+class HubStiffening(SeatedEffect):
     """A disk's seat is stiffer in bending than the shaft."""
 
     if_nowhere: ClassVar[str] = "give its position and width where the rotor has no disk, or leave it out"
@@ -49,31 +48,19 @@ class HubStiffening(PlacedEffect):
     }
     changes_rotor: ClassVar[bool] = True
 
-    def __str__(self) -> str:
-        return "the first disk" if self.position is None else f"at {self.position:g} m"
+    what, default_place, needs = "hub", "the first disk", "a disk on the rotor"
+    sizes = (Size("hub_stiffening", "%", (0.0, LARGEST), drawn=NOTICED),)
 
-    def locations(self, problem: RotorProblem) -> Sequence[HubStiffening]:
-        positions = dict.fromkeys(disk.position for disk in problem.rotor.disks)
-        return [dataclasses.replace(self, position=position).placed_on(problem) for position in positions]
+    def seats(self, problem: RotorProblem) -> Sequence[float]:
+        return list(dict.fromkeys(disk.position for disk in problem.rotor.disks))
 
-    def placed_on(self, problem: RotorProblem) -> HubStiffening:
-        require_on_shaft(problem, self.position, "hub")
-        if self.position is None:
-            if not (found := self.locations(problem)):
-                raise SettingError("position: expected a disk on the rotor, got none; give the place of the hub")
-            return found[0]
-        return self if self.width else dataclasses.replace(self, width=hub_width(problem.rotor, self.position))
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        return (Parameter("hub_stiffening", "%", 0.01, 0.0, LARGEST),)
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return np.array([drawn(rng, *NOTICED)])
+    def placed_on(self, problem: RotorProblem) -> Self:
+        placed = super().placed_on(problem)
+        return dataclasses.replace(placed, width=placed.width or hub_width(problem.rotor, placed.place))
 
     def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
-        if self.position is None or self.width is None:
-            raise SettingError("position: expected the place of the hub, got none; add the effect to a problem")
-        return dataclasses.replace(rotor, hubs=(*rotor.hubs, Hub(self.position, self.width, float(theta[0]))))
+        width = self.width or hub_width(rotor, self.place)
+        return dataclasses.replace(rotor, hubs=(*rotor.hubs, Hub(self.place, width, float(theta[0]))))
 
 
 def hub_width(rotor: Rotor, position: float) -> float:

@@ -12,13 +12,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from ksmea.arrays import Array
-from ksmea.problem.parameters import Parameter
-from problems.rotor.extension.effect import RotorEffect, drawn_either_side
+from problems.rotor.extension.effect import RotorEffect
+from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import Disk, Rotor, ShaftSegment
-from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.2
 NOTICED = (0.003, 0.1)  # of either sign, are drawn
@@ -39,11 +36,7 @@ class Mass(RotorEffect):
     }
     changes_rotor: ClassVar[bool] = True
 
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        return (Parameter("mass_change", "%", 0.01, -LARGEST, LARGEST),)
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return np.array([drawn_either_side(rng, *NOTICED)])
+    sizes = (Size("mass_change", "%", LARGEST, drawn=NOTICED),)
 
     def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
         factor = 1 + float(theta[0])

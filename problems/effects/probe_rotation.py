@@ -15,10 +15,10 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import Channel, direction_at
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
 from ksmea.units import DEGREE
-from problems.rotor.extension.effect import PlacedEffect, drawn_either_side, is_at, planes, require_on_shaft, where
+from problems.rotor.extension.effect import PlacedEffect, is_at, planes, where
+from problems.rotor.extension.sizes import Size
 from problems.rotor.response.problem import RotorProblem
 
 RIGHT_ANGLE = 90.0  # degrees
@@ -38,23 +38,15 @@ class ProbeRotation(PlacedEffect):
     }
     stage: ClassVar[int] = 1
 
+    what = "probes"
+    sizes = (Size("probe_rotation", "deg", LARGEST, drawn=NOTICED),)
+
     def __str__(self) -> str:
         return where(self.position)
 
     def locations(self, problem: RotorProblem) -> Sequence[ProbeRotation]:
         """Each plane that has probes in two directions."""
-        both = [plane for plane in planes(problem) if _has_two(plane, problem.channels)]
-        return [dataclasses.replace(self, position=position) for position in both]
-
-    def placed_on(self, problem: RotorProblem) -> ProbeRotation:
-        require_on_shaft(problem, self.position, "probes")
-        return self
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        return (Parameter("probe_rotation", "deg", DEGREE, -LARGEST, LARGEST),)
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return np.array([drawn_either_side(rng, *NOTICED)])
+        return self.at_each(plane for plane in planes(problem) if _has_two(plane, problem.channels))
 
     def needed_channels(self, channels: Sequence[Channel]) -> Sequence[Channel]:
         return [_partner(channel) for channel in channels if is_at(channel, self.position)]

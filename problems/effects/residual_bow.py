@@ -20,12 +20,11 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.problem.parameters import Parameter
 from ksmea.units import MICROMETRE
-from problems.rotor.extension.effect import RotorEffect, drawn_vector, forward_vector
+from problems.rotor.extension.effect import RotorEffect, forward_vector
+from problems.rotor.extension.sizes import VectorSize
 from problems.rotor.finite_elements.assembly import assemble_free
 from problems.rotor.finite_elements.data import Rotor
-from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 100 * MICROMETRE  # a rotor bent more than this is straightened before it is run
 NOTICED = (0.3 * MICROMETRE, 30 * MICROMETRE)  # vectors as long as these are drawn
@@ -43,11 +42,7 @@ class ResidualBow(RotorEffect):
     }
     has_loads: ClassVar[bool] = True
 
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        return tuple(Parameter(name, "µm", MICROMETRE, -LARGEST, LARGEST) for name in ("bow_x", "bow_y"))
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return drawn_vector(rng, *NOTICED)
+    sizes = (VectorSize("bow", "µm", LARGEST, drawn=NOTICED),)
 
     def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
         return bow_load(rotor, np.ones(len(speed)))

@@ -6,7 +6,6 @@ at θ reads (API 684, slow-roll vector; Bently & Hatch, Fundamentals of Rotating
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
@@ -15,18 +14,16 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import Channel
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
 from ksmea.units import MICROMETRE
 from problems.rotor.extension.effect import (
     PlacedEffect,
-    drawn_vector,
     forward_vector,
     is_at,
     planes,
-    require_on_shaft,
     where,
 )
+from problems.rotor.extension.sizes import VectorSize
 from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 50 * MICROMETRE  # ten times what API 670 lets pass
@@ -44,21 +41,14 @@ class Runout(PlacedEffect):
         "residual_bow": "a bow is amplified at a critical speed, runout is not: measure through one, or a second plane",
     }
 
+    what = "runout"
+    sizes = (VectorSize("runout", "µm", LARGEST, drawn=NOTICED),)
+
     def __str__(self) -> str:
         return where(self.position)
 
     def locations(self, problem: RotorProblem) -> Sequence[Runout]:
-        return [dataclasses.replace(self, position=position) for position in planes(problem)]
-
-    def placed_on(self, problem: RotorProblem) -> Runout:
-        require_on_shaft(problem, self.position, "runout")
-        return self
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        return tuple(Parameter(name, "µm", MICROMETRE, -LARGEST, LARGEST) for name in ("runout_x", "runout_y"))
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return drawn_vector(rng, *NOTICED)
+        return self.at_each(planes(problem))
 
     def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
         seen = [channel.is_1x and is_at(channel, self.position) for channel in channels]

@@ -23,15 +23,14 @@ import scipy.linalg
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.measurement import Measurement
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
 from ksmea.units import DEGREE
-from problems.rotor.extension.effect import RotorEffect, drawn_vector, forward_vector
+from problems.rotor.extension.effect import RotorEffect, forward_vector
+from problems.rotor.extension.sizes import VectorSize
 from problems.rotor.extension.turning import OF_CONJUGATE, weight_of
 from problems.rotor.finite_elements.assembly import assemble_free, node_dof
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.shaft import IN_X_PLANE, IN_Y_PLANE
-from problems.rotor.response.problem import RotorProblem
 
 N_SHAPE = 4  # leave out a seventieth of what the asymmetry changes (tests/problems/test_turning_effects.py)
 N_RIGID = 2  # motions of a free shaft in a plane that do not bend it
@@ -51,17 +50,11 @@ class ShaftAsymmetry(RotorEffect):
     is_scanned: ClassVar[bool] = False  # 2X grows with it from 0, where a fit finds it
     turns: ClassVar[bool] = True
 
+    sizes = (VectorSize("shaft_asymmetry", "%", LARGEST, drawn=NOTICED),)
+
     def seen_in(self, measurement: Measurement) -> Self | None:
         """Where harmonics beside 1X were measured: what it does at 1X alone others do too."""
         return None if all(channel.is_1x for channel in measurement.channels) else self
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        return tuple(
-            Parameter(name, "%", 0.01, -LARGEST, LARGEST) for name in ("shaft_asymmetry_x", "shaft_asymmetry_y")
-        )
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return drawn_vector(rng, *NOTICED)
 
     def turning_rows(self, rotor: Rotor) -> Array:
         """K_s ≈ Bᵀ B in each plane, with the rows of B those of x, then of y: B = Λ^½ Vᵀ M of the lowest shapes V that bend the

@@ -26,11 +26,11 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
-from ksmea.units import DEGREE, MICROMETRE_PER_KILONEWTON
-from problems.rotor.extension.effect import RotorEffect, drawn, stiffness_scale
+from ksmea.units import DEGREE
+from problems.rotor.extension.effect import RotorEffect, stiffness_scale
 from problems.rotor.extension.short_bearing import eccentricity_ratio, film_coefficients
+from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import inverse, product
 from problems.rotor.finite_elements.mesh import element_at, locate
 from problems.rotor.free_motion.static_load import weight_shares
@@ -68,6 +68,8 @@ class ShortJournalBearing(RotorEffect):
     couples_axes: ClassVar[bool] = True
     stage: ClassVar[int] = 1  # in series with the bearings as all else leaves them
 
+    sizes = (Size("film_compliance", "µm/kN", (0.0, SOFTEST), drawn=NOTICED, per=stiffness_scale),)
+
     def locations(self, problem: RotorProblem) -> Sequence[ShortJournalBearing]:
         return [self.placed_on(problem)] if self.loads_n or len(problem.rotor.bearings) > 1 else []
 
@@ -88,13 +90,6 @@ class ShortJournalBearing(RotorEffect):
             loads_n=np.round(shares, N_DIGIT).tolist(),
             full_speed=self.full_speed or float(np.max(problem.speed)),
         )
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        softest = SOFTEST / stiffness_scale(problem)
-        return (Parameter("film_compliance", "µm/kN", MICROMETRE_PER_KILONEWTON, 0.0, softest),)
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return np.array([drawn(rng, *NOTICED) / stiffness_scale(problem)])
 
     def clearance(self, compliance: Array) -> Array:
         """Radial clearance, m, of the unknown, m/N, of any shape."""

@@ -11,20 +11,19 @@ as a ball, I_p = I_d, shows nothing. Near one critical speed it does what an unb
 
 from __future__ import annotations
 
-import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.problem.load import MOMENT
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
 from ksmea.units import MILLIRADIAN
-from problems.rotor.extension.effect import PlacedEffect, drawn_vector, forward_vector, require_on_shaft
+from problems.rotor.extension.effect import SeatedEffect, forward_vector
+from problems.rotor.extension.sizes import VectorSize
 from problems.rotor.finite_elements.data import SAME_PLACE, Disk, Rotor
 from problems.rotor.finite_elements.loads import forward_load
 from problems.rotor.response.problem import RotorProblem
@@ -34,7 +33,7 @@ NOTICED = (0.02 * MILLIRADIAN, 2 * MILLIRADIAN)  # vectors as long as these are 
 
 
 @dataclass(frozen=True)
-class SkewedDisk(PlacedEffect):
+class SkewedDisk(SeatedEffect):
     """A disk is not square to the shaft."""
 
     position: float | None = setting(
@@ -48,32 +47,21 @@ class SkewedDisk(PlacedEffect):
     }
     has_loads: ClassVar[bool] = True
 
-    def __str__(self) -> str:
-        return "the first disk" if self.position is None else f"at {self.position:g} m"
+    what, default_place, needs = "disk", "the first disk", "a disk whose polar and diametral inertia differ"
+    sizes = (VectorSize("skew", "mrad", LARGEST, drawn=NOTICED),)
 
-    def locations(self, problem: RotorProblem) -> Sequence[SkewedDisk]:
-        return [dataclasses.replace(self, position=disk.position) for disk in _uneven_disks(problem.rotor)]
+    def seats(self, problem: RotorProblem) -> Sequence[float]:
+        return [disk.position for disk in _uneven_disks(problem.rotor)]
 
-    def placed_on(self, problem: RotorProblem) -> SkewedDisk:
-        require_on_shaft(problem, self.position, "disk")
-        disks = _uneven_disks(problem.rotor)
-        if self.position is None and disks:
-            return dataclasses.replace(self, position=disks[0].position)
-        if self.position is None or not _inertia(problem.rotor, self.position):
-            raise SettingError("skewed disk: expected a disk whose polar and diametral inertia differ, got none there")
-        return self
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        return tuple(Parameter(name, "mrad", MILLIRADIAN, -LARGEST, LARGEST) for name in ("skew_x", "skew_y"))
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return drawn_vector(rng, *NOTICED)
+    def placed_on(self, problem: RotorProblem) -> Self:
+        placed = super().placed_on(problem)
+        if not _inertia(problem.rotor, placed.place):
+            raise SettingError(f"position: expected {self.needs}, got none there")
+        return placed
 
     def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
-        if self.position is None:
-            raise SettingError("position: expected the place of the disk, got none; add the effect to a problem")
-        size = _inertia(rotor, self.position) * np.asarray(speed) ** 2
-        return size[:, None, None] * forward_load(rotor, self.position, MOMENT, len(speed))
+        size = _inertia(rotor, self.place) * np.asarray(speed) ** 2
+        return size[:, None, None] * forward_load(rotor, self.place, MOMENT, len(speed))
 
     def load_sizes(self, theta: Array) -> ComplexArray:
         return forward_vector(theta)[:, None]

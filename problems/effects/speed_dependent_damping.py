@@ -16,9 +16,9 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
-from problems.rotor.extension.effect import RotorEffect, column, drawn
+from problems.rotor.extension.effect import RotorEffect, column
+from problems.rotor.extension.sizes import Size
 from problems.rotor.response.problem import RotorProblem
 
 LOWEST, HIGHEST = -0.9, 5.0  # of what it is at rest: it never drives the rotor
@@ -41,18 +41,14 @@ class SpeedDependentDamping(RotorEffect):
         "timing_delay": "both change how the phase goes with speed; a wider band, a square wave into all channels",
     }
 
+    sizes = (Size("damping_slope", "%", (LOWEST, HIGHEST), drawn=NOTICED, rises=True),)
+
     def locations(self, problem: RotorProblem) -> Sequence[SpeedDependentDamping]:
         return [self.placed_on(problem)]
 
     def placed_on(self, problem: RotorProblem) -> SpeedDependentDamping:
         full_speed = float(np.max(problem.speed)) if self.full_speed is None else self.full_speed
         return dataclasses.replace(self, full_speed=full_speed)
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        return (Parameter("damping_slope", "%", 0.01, LOWEST, HIGHEST),)
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return np.array([drawn(rng, *NOTICED)])
 
     def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
         full_speed = np.max(speed) if self.full_speed is None else self.full_speed

@@ -16,9 +16,9 @@ from typing import ClassVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
-from problems.rotor.extension.effect import RotorEffect, column, drawn_either_side
+from problems.rotor.extension.effect import RotorEffect, column
+from problems.rotor.extension.sizes import Size
 from problems.rotor.response.problem import RotorProblem
 
 LOWEST, HIGHEST = -0.6, 1.0  # of what it is at rest: it stays a stiffness, and at most doubles
@@ -42,18 +42,14 @@ class SpeedDependentStiffness(RotorEffect):
         "run_up_acceleration": "both move a peak; a second run-up at another rate, a coast-down",
     }
 
+    sizes = (Size("stiffness_slope", "%", (LOWEST, HIGHEST), drawn=NOTICED),)
+
     def locations(self, problem: RotorProblem) -> Sequence[SpeedDependentStiffness]:
         return [self.placed_on(problem)]
 
     def placed_on(self, problem: RotorProblem) -> SpeedDependentStiffness:
         full_speed = float(np.max(problem.speed)) if self.full_speed is None else self.full_speed
         return dataclasses.replace(self, full_speed=full_speed)
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        return (Parameter("stiffness_slope", "%", 0.01, LOWEST, HIGHEST),)
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return np.array([drawn_either_side(rng, *NOTICED)])
 
     def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
         full_speed = np.max(speed) if self.full_speed is None else self.full_speed

@@ -27,11 +27,10 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.measurement.measurement import Measurement
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
-from ksmea.units import MICROMETRE
 from problems.effects.residual_bow import LARGEST, NOTICED, bow_load
-from problems.rotor.extension.effect import RotorEffect, drawn_vector, forward_vector
+from problems.rotor.extension.effect import RotorEffect, forward_vector
+from problems.rotor.extension.sizes import VectorSize
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.response.problem import RotorProblem
 
@@ -59,6 +58,8 @@ class ThermalBow(RotorEffect):
         "coupling_misalignment": "both turn with the shaft; a bow of heat is gone when the machine is cold",
     }
     has_loads: ClassVar[bool] = True
+
+    sizes = (VectorSize("thermal_bow", "µm", LARGEST, drawn=NOTICED),)
 
     def __str__(self) -> str:
         return "whole rotor" if self.of_run == ALIKE else "runs up and down"
@@ -97,14 +98,6 @@ class ThermalBow(RotorEffect):
             return self
         ends = [float(np.min(problem.speed)), float(np.max(problem.speed))]
         return dataclasses.replace(self, speeds=ends, grown=[0.0, 1.0])
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        return tuple(
-            Parameter(name, "µm", MICROMETRE, -LARGEST, LARGEST) for name in ("thermal_bow_x", "thermal_bow_y")
-        )
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return drawn_vector(rng, *NOTICED)
 
     def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
         if not self.speeds:

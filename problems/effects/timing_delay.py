@@ -19,10 +19,10 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import Channel, require_direction
 from ksmea.measurement.measurement import Measurement
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
 from ksmea.units import MICROSECOND
-from problems.rotor.extension.effect import PlacedEffect, drawn_either_side, is_at, named, require_on_shaft, where
+from problems.rotor.extension.effect import PlacedEffect, is_at, named, where
+from problems.rotor.extension.sizes import Size
 from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 500 * MICROSECOND  # 9° at 3000 rpm: a filter at some hundred Hz
@@ -43,6 +43,9 @@ class TimingDelay(PlacedEffect):
     }
     stage: ClassVar[int] = 2
 
+    what = "channel"
+    sizes = (Size("timing_delay", "µs", LARGEST, drawn=NOTICED),)
+
     def check(self) -> None:
         if self.direction is not None:
             require_direction(self.direction)
@@ -61,16 +64,6 @@ class TimingDelay(PlacedEffect):
         channels = dict.fromkeys(channel for channel in problem.channels if channel.is_1x)
         each = [dataclasses.replace(self, position=item.position, direction=item.direction) for item in channels]
         return [self, *each] if len(each) > 1 else [self]
-
-    def placed_on(self, problem: RotorProblem) -> TimingDelay:
-        require_on_shaft(problem, self.position, "channel")
-        return self
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        return (Parameter("timing_delay", "µs", MICROSECOND, -LARGEST, LARGEST),)
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return np.array([drawn_either_side(rng, *NOTICED)])
 
     def observed(self, response: ComplexArray, channels: Sequence[Channel], speed: Array, theta: Array) -> ComplexArray:
         late = np.array([self._reads(channel) * channel.harmonic for channel in channels])

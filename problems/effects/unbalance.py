@@ -12,20 +12,14 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from ksmea.arrays import Array, ComplexArray
-from ksmea.errors import SettingError
-from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
-from ksmea.units import GRAM_MILLIMETRE
 from problems.rotor.extension.effect import (
-    PlacedEffect,
-    drawn_vector,
+    SeatedEffect,
     forward_vector,
-    require_on_shaft,
     unbalance_scale,
 )
+from problems.rotor.extension.sizes import VectorSize
 from problems.rotor.finite_elements.data import SAME_PLACE, Rotor, UnbalancePlane
 from problems.rotor.finite_elements.loads import force_per_unbalance
 from problems.rotor.response.problem import RotorProblem
@@ -34,7 +28,7 @@ NOTICED = (0.01, 0.5)  # of the largest that is possible: vectors as long as the
 
 
 @dataclass(frozen=True)
-class FurtherUnbalance(PlacedEffect):
+class FurtherUnbalance(SeatedEffect):
     """A further disk is out of balance."""
 
     position: float | None = setting(
@@ -52,34 +46,14 @@ class FurtherUnbalance(PlacedEffect):
     }
     has_loads: ClassVar[bool] = True
 
-    def __str__(self) -> str:
-        return "the first free disk" if self.position is None else f"at {self.position:g} m"
+    what, default_place, needs = "unbalance", "the first free disk", "a disk without unbalance in the model"
+    sizes = (VectorSize("unbalance", "g mm", 1.0, drawn=NOTICED, of=unbalance_scale),)
 
-    def locations(self, problem: RotorProblem) -> Sequence[FurtherUnbalance]:
-        return [dataclasses.replace(self, position=position) for position in free_disks(problem.rotor)]
-
-    def placed_on(self, problem: RotorProblem) -> FurtherUnbalance:
-        require_on_shaft(problem, self.position, "unbalance")
-        if self.position is not None:
-            return self
-        free = free_disks(problem.rotor)
-        if not free:
-            raise SettingError("position: expected a disk without unbalance in the model, got none; give a position")
-        return dataclasses.replace(self, position=free[0])
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        largest = unbalance_scale(problem)
-        return tuple(
-            Parameter(name, "g mm", GRAM_MILLIMETRE, -largest, largest) for name in ("unbalance_x", "unbalance_y")
-        )
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return unbalance_scale(problem) * drawn_vector(rng, *NOTICED)
+    def seats(self, problem: RotorProblem) -> Sequence[float]:
+        return free_disks(problem.rotor)
 
     def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
-        if self.position is None:
-            raise SettingError("position: expected the place of the unbalance, got none; add the effect to a problem")
-        plane = UnbalancePlane(self.position)
+        plane = UnbalancePlane(self.place)
         return force_per_unbalance(dataclasses.replace(rotor, unbalance=(plane,)), speed)
 
     def load_sizes(self, theta: Array) -> ComplexArray:

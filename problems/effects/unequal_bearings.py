@@ -11,12 +11,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
-from ksmea.problem.parameters import Parameter
-from problems.rotor.extension.effect import RotorEffect, column, drawn_either_side
+from ksmea.measurement.channel import DIRECTIONS
+from problems.rotor.extension.effect import RotorEffect, column
+from problems.rotor.extension.sizes import Size
 from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.5
@@ -31,6 +30,8 @@ class UnequalBearings(RotorEffect):
         "unbalance": "both change the mix of modes; sensors near both ends, a trial weight on each disk",
     }
 
+    sizes = tuple(Size(f"stiffness_difference_{axis}", "%", LARGEST, drawn=NOTICED) for axis in DIRECTIONS)
+
     def locations(self, problem: RotorProblem) -> Sequence[UnequalBearings]:
         return [self] if len(problem.rotor.bearings) > 1 else []
 
@@ -42,13 +43,6 @@ class UnequalBearings(RotorEffect):
     def places(self, problem: RotorProblem) -> Sequence[float]:
         first, *others = (bearing.position for bearing in problem.rotor.bearings)
         return [first, *others] if len(others) == 1 else [first]  # of two, either differs from the other
-
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        names = ("stiffness_difference_x", "stiffness_difference_y")
-        return tuple(Parameter(name, "%", 0.01, -LARGEST, LARGEST) for name in names)
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return np.array([drawn_either_side(rng, *NOTICED) for _ in range(2)])
 
     def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
         changed = impedance.copy()

@@ -11,13 +11,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from ksmea.arrays import Array
-from ksmea.problem.parameters import Parameter
-from problems.rotor.extension.effect import RotorEffect, drawn_either_side
+from problems.rotor.extension.effect import RotorEffect
+from problems.rotor.extension.sizes import Size
 from problems.rotor.finite_elements.data import Rotor, ShaftSegment
-from problems.rotor.response.problem import RotorProblem
 
 LARGEST = 0.2
 NOTICED = (0.003, 0.1)  # of either sign, are drawn
@@ -38,11 +35,7 @@ class YoungsModulus(RotorEffect):
     }
     changes_rotor: ClassVar[bool] = True
 
-    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
-        return (Parameter("youngs_modulus_change", "%", 0.01, -LARGEST, LARGEST),)
-
-    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
-        return np.array([drawn_either_side(rng, *NOTICED)])
+    sizes = (Size("youngs_modulus_change", "%", LARGEST, drawn=NOTICED),)
 
     def rotor(self, rotor: Rotor, theta: Array) -> Rotor:
         def stiffer(segment: ShaftSegment) -> ShaftSegment:

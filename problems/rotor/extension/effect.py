@@ -5,9 +5,11 @@ Limits of an effect's unknowns follow from sizes of the rotor: its weight, stiff
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import dataclasses
+from abc import abstractmethod
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Self
+from typing import Any, ClassVar, Self, cast
 
 import numpy as np
 
@@ -17,9 +19,11 @@ from ksmea.measurement.channel import Channel
 from ksmea.measurement.channel import named as in_words
 from ksmea.plugins.effect import Effect
 from ksmea.problem.campaign_problem import CampaignProblem
+from ksmea.problem.parameters import Parameter
 from ksmea.problem.problem import Problem
 from problems.rotor.extension.extended import ExtendedProblem
 from problems.rotor.extension.hooks import RotorHooks
+from problems.rotor.extension.sizes import Size, drawn, drawn_either_side, drawn_vector  # noqa: F401 – for effects
 from problems.rotor.finite_elements.data import SAME_PLACE, STIFFNESSES
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, UnbalanceTarget
@@ -33,8 +37,21 @@ class RotorEffect(RotorHooks, Effect[RotorProblem]):
         """Where it sits, for people."""
         return "whole rotor"
 
+    @property
+    def sizes(self) -> Sequence[Size]:
+        """Its unknowns, in one line each. Default: `parameters` and `draw` are overridden."""
+        raise NotImplementedError(
+            f"{type(self).__name__}: expected `sizes`, or `parameters` and `draw`, got none of them"
+        )
+
+    def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
+        return tuple(parameter for size in self.sizes for parameter in size.parameters(problem))
+
+    def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
+        return np.concatenate([size.draw(problem, rng) for size in self.sizes])
+
     def placed_on(self, problem: RotorProblem) -> Self:
-        """This effect as it sits on a problem; `SettingError` where it cannot sit there."""
+        """This effect at its location on a problem; `SettingError` if it cannot sit there."""
         return self
 
     def added_to(self, problem: Problem) -> Problem:
@@ -51,10 +68,54 @@ class RotorEffect(RotorHooks, Effect[RotorProblem]):
 class PlacedEffect(RotorEffect):
     """Base of those that act at one position alone; None: where `placed_on` puts it, or at all."""
 
+    what: ClassVar[str] = ""  # what sits or looks there, in messages; '': the position is not checked
     position: float | None  # a setting of each, with what it means there
 
     def places(self, problem: RotorProblem) -> Sequence[float]:
         return () if self.position is None else (self.position,)
+
+    def placed_on(self, problem: RotorProblem) -> Self:
+        """At its position. No probe need look there now: a problem may be seen by others."""
+        if self.what:
+            require_on_shaft(problem, self.position, self.what)
+        return self
+
+    def at_each(self, positions: Iterable[float]) -> list[Self]:
+        """This effect at each of these positions, m."""
+        return [dataclasses.replace(cast(Any, self), position=position) for position in positions]
+
+    @property
+    def place(self) -> float:
+        """Its position, m, once it sits on a problem."""
+        if self.position is None:
+            raise SettingError(
+                f"position: expected the place of the {self.what}, got none; add the effect to a problem"
+            )
+        return self.position
+
+
+class SeatedEffect(PlacedEffect):
+    """Base of those that sit on the shaft, at the first of their `seats` if no position is given."""
+
+    default_place: ClassVar[str]  # the first of its seats, in words
+    needs: ClassVar[str] = "a position"  # for the message if a rotor has no seat
+
+    @abstractmethod
+    def seats(self, problem: RotorProblem) -> Sequence[float]:
+        """Where on the shaft it may sit, m."""
+
+    def __str__(self) -> str:
+        return self.default_place if self.position is None else f"at {self.position:g} m"
+
+    def locations(self, problem: RotorProblem) -> Sequence[Self]:
+        return [placed.placed_on(problem) for placed in self.at_each(self.seats(problem))]
+
+    def placed_on(self, problem: RotorProblem) -> Self:
+        if self.position is None:
+            if not (seats := self.seats(problem)):
+                raise SettingError(f"position: expected {self.needs}, got none; give its position, or leave it out")
+            return self.at_each(seats[:1])[0].placed_on(problem)
+        return super().placed_on(problem)
 
 
 def named(direction: str | None) -> str:
@@ -84,29 +145,13 @@ def planes(problem: RotorProblem) -> list[float]:
 
 
 def require_on_shaft(problem: RotorProblem, position: float | None, what: str) -> None:
-    """`SettingError` where a position is off the shaft. No probe need look there now: a problem may be seen by others."""
+    """Raise `SettingError` for a position off the shaft."""
     if position is not None:
         problem.rotor.require_on_shaft(position, what)
 
 
 def where(position: float | None) -> str:
     return "all planes" if position is None else f"at {position:g} m"
-
-
-def drawn(rng: np.random.Generator, least: float, most: float) -> float:
-    """A number between `least` and `most`, each factor between them as likely as any other."""
-    return float(np.exp(rng.uniform(np.log(least), np.log(most))))
-
-
-def drawn_either_side(rng: np.random.Generator, least: float, most: float) -> float:
-    """A number between `least` and `most`, or its negative."""
-    return float(rng.choice([-1.0, 1.0]) * drawn(rng, least, most))
-
-
-def drawn_vector(rng: np.random.Generator, least: float, most: float) -> Array:
-    """Cartesian components (2,) of a vector as long as between `least` and `most`, at any angle."""
-    length, angle = drawn(rng, least, most), rng.uniform(0, 2 * np.pi)
-    return length * np.array([np.cos(angle), np.sin(angle)])
 
 
 def stiffness_scale(problem: RotorProblem) -> float:
