@@ -6,47 +6,31 @@ on the machine. What a second core gains is about wall time, and wants two idle 
 
 from __future__ import annotations
 
-from benchmarks.harness.row import WALL, Contestant, Row
+from functools import partial
 
-DATA = {"adequate": "an adequate model", "mass": "one effect", "far off": "three effects"}
+from benchmarks.harness.row import NUMPY, WALL, Row, by
+
+DATA = {
+    "adequate": "data of an adequate model",
+    "mass": "data that hide one effect",
+    "far off": "data that hide three effects",
+}
+_row = partial(Row, "diagnosis", unit="diagnosis", is_warmed=False, turns=3)
 
 
 def rows() -> list[Row]:
-    return [*(_diagnosis(data, words) for data, words in DATA.items()), *map(_shared, ("mass", "far off"))]
+    return [*map(_diagnosis, DATA), *map(_shared, ("mass", "far off"))]
 
 
-def _diagnosis(data: str, words: str) -> Row:
-    return Row(
-        "diagnosis",
-        f"data of {words}" if data == "adequate" else f"data that hide {words}",
-        (
-            Contestant("here", "benchmarks.tasks.diagnose_here:diagnosis", {"data": data}),
-            Contestant(
-                "1000 evaluations by numpy.linalg.solve",
-                "benchmarks.tasks.fe_dense:evaluations",
-                {"n_speed": 53, "batch": 100, "unit": 1000},
-                "numpy",
-            ),
-        ),
-        unit="diagnosis",
-        is_warmed=False,
-        turns=3,
-        budget=300.0,
+def _diagnosis(data: str) -> Row:
+    here = by("here", "diagnose_here:diagnosis", data=data)
+    solver = by(
+        "1000 evaluations by numpy.linalg.solve", "fe_dense:evaluations", NUMPY, n_speed=53, batch=100, unit=1000
     )
+    return _row(DATA[data], (here, solver), budget=300.0)
 
 
 def _shared(data: str) -> Row:
-    task = "benchmarks.tasks.diagnose_here:shared"
-    return Row(
-        "diagnosis",
-        f"data that hide {DATA[data]}, wall time",
-        (
-            Contestant("2 workers", task, {"data": data, "workers": 2}),
-            Contestant("1 worker", task, {"data": data, "workers": 1}, note="wants two idle cores"),
-        ),
-        unit="diagnosis",
-        clock=WALL,
-        is_warmed=False,
-        turns=3,
-        budget=600.0,
-    )
+    two = by("2 workers", "diagnose_here:shared", data=data, workers=2)
+    one = by("1 worker", "diagnose_here:shared", note="wants two idle cores", data=data, workers=1)
+    return _row(f"{DATA[data]}, wall time", (two, one), clock=WALL, budget=600.0)

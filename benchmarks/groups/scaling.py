@@ -3,46 +3,36 @@ series. Workers are in the group table3, runs in docs/scale.md."""
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import Any
 
-from benchmarks.groups import handed
-from benchmarks.harness.row import Contestant, Row
+from benchmarks.harness.row import Row, by
+from benchmarks.tasks import data
 
-
-class Series(NamedTuple):
-    """A row at several sizes: `size_of` is what is counted, `setting` the name that the task has for it."""
-
-    name: str
-    unit: str
-    size_of: str
-    setting: str
-    sizes: tuple[int, ...]
-    task: str
-    settings: dict[str, Any]
-
-
-SET_UP, EVALUATIONS = "benchmarks.tasks.fe_here:set_up", "benchmarks.tasks.fe_here:evaluations"
-DIAGNOSIS, FIT = "benchmarks.tasks.diagnose_here:of_effects", "benchmarks.tasks.kriging_here:fit_all"
-IN_BATCH, ELEMENTS = "evaluation in a batch of 100", (13, 26, 52, 104)
-SAMPLES, OUTPUTS = (50, 100, 200, 400), (1, 26, 53, 106)
+ELEMENTS = (13, 26, 52, 104)
+EVALUATIONS, FIT, IN_BATCH = "fe_here:evaluations", "kriging:fit_all", "evaluation in a batch of 100"
 
 
 def rows() -> list[Row]:
-    series = [
-        Series("set-up and one evaluation", "call", "elements", "mesh", ELEMENTS, SET_UP, {"n_speed": 53}),
-        Series(IN_BATCH, "evaluation", "elements", "mesh", ELEMENTS, EVALUATIONS, {"n_speed": 53, "batch": 100}),
-        Series(IN_BATCH, "evaluation", "speeds", "n_speed", (53, 106, 212, 424), EVALUATIONS, {"batch": 100}),
-        Series("evaluation", "evaluation", "points", "batch", (1, 10, 100, 1000), EVALUATIONS, {"n_speed": 53}),
-        Series("diagnosis without location", "diagnosis", "effects", "n_effect", (2, 4, 8), DIAGNOSIS, {}),
-        Series("Kriging fit", "fit", "outputs", "outputs", OUTPUTS, FIT, {"samples": handed.samples(100)}),
+    samples = {"samples": data.samples(100)}
+    return [
+        *_series("set-up and one evaluation", "call", "elements", "mesh", ELEMENTS, "fe_here:set_up", n_speed=53),
+        *_series(IN_BATCH, "evaluation", "elements", "mesh", ELEMENTS, EVALUATIONS, n_speed=53, batch=100),
+        *_series(IN_BATCH, "evaluation", "speeds", "n_speed", (53, 106, 212, 424), EVALUATIONS, batch=100),
+        *_series("evaluation", "evaluation", "points", "batch", (1, 10, 100, 1000), EVALUATIONS, n_speed=53),
+        *_series(
+            "diagnosis without location", "diagnosis", "effects", "n_effect", (2, 4, 8), "diagnose_here:of_effects"
+        ),
+        *_series("Kriging fit", "fit", "outputs", "outputs", (1, 26, 53, 106), FIT, **samples),
+        *(_row("Kriging fit", "fit", n, "samples", FIT, samples=data.samples(n)) for n in (50, 100, 200, 400)),
     ]
-    of_samples = [
-        _row(Series("Kriging fit", "fit", "samples", "", (n,), FIT, {"samples": handed.samples(n)}), n) for n in SAMPLES
-    ]
-    return [*(_row(each, size) for each in series for size in each.sizes), *of_samples]
 
 
-def _row(series: Series, size: int) -> Row:
-    settings = {**series.settings, series.setting: size} if series.setting else series.settings
-    only = (Contestant("here", series.task, settings),)
-    return Row("scaling", series.name, only, unit=series.unit, size=size, size_of=series.size_of, budget=8.0)
+def _series(
+    name: str, unit: str, size_of: str, setting: str, sizes: tuple[int, ...], task: str, **settings: Any
+) -> list[Row]:
+    """A row at several sizes: `size_of` is what is counted, `setting` the name that the task has for it."""
+    return [_row(name, unit, size, size_of, task, **settings, **{setting: size}) for size in sizes]
+
+
+def _row(name: str, unit: str, size: int, size_of: str, task: str, **settings: Any) -> Row:
+    return Row("scaling", name, (by("here", task, **settings),), unit=unit, size=size, size_of=size_of, budget=8.0)

@@ -7,21 +7,20 @@ models do.
 
 from __future__ import annotations
 
-from benchmarks.groups import handed
-from benchmarks.harness.row import HERE, PEERS, Contestant, Row
+from functools import partial
+from typing import Any
+
+from benchmarks.harness.row import Contestant, Row, by
+from benchmarks.tasks import data
 
 SIZES = (40, 70, 100, 200)
 LARGEST, QUICK = SIZES[-1], 100
 FEW, MANY = 100, 10_000  # points predicted
-LIBRARIES = {  # module of the tasks: how it is called, its distribution, where it runs
-    "kriging_sklearn": ("scikit-learn", "scikit-learn", HERE),
-    "kriging_pydacefit": ("pydacefit", "pydacefit", PEERS),
-    "kriging_smt": ("SMT", "smt", PEERS),
-    "kriging_openturns": ("OpenTURNS", "openturns", PEERS),
-}
-ALL_AT_ONCE = ("kriging_sklearn", "kriging_pydacefit")
-FIT_DEMANDS = {("kriging_sklearn", 106): 15.0, ("kriging_smt", 1): 100.0}  # at the largest size
-PREDICT_DEMANDS = {("kriging_sklearn", 106): 1.0}  # of many points there
+LIBRARIES = {"scikit-learn": "scikit-learn", "pydacefit": "pydacefit", "SMT": "smt", "OpenTURNS": "openturns"}
+ALL_AT_ONCE = ("scikit-learn", "pydacefit")
+FIT_DEMANDS = {("scikit-learn", 106): 15.0, ("SMT", 1): 100.0}  # at the largest size
+PREDICT_DEMANDS = {("scikit-learn", 106): 1.0}  # of many points there
+_row = partial(Row, "surrogate", size_of="samples")
 
 
 def rows() -> list[Row]:
@@ -32,67 +31,41 @@ def rows() -> list[Row]:
 
 
 def _fit(n: int, q: int) -> Row:
-    samples = {"samples": handed.samples(n, q)}
-    ours = "benchmarks.tasks.kriging_here:fit"
-    return Row(
-        "surrogate",
-        f"Kriging fit, {_outputs(q)}",
-        (
-            Contestant("here", ours, samples),
-            *_peers(q, "fit", samples, FIT_DEMANDS if n == LARGEST else {}),
-            Contestant("here, likelihood", ours, {**samples, "objective": "likelihood"}),
-        ),
-        unit="output",
-        size=n,
-        size_of="samples",
-        quality="RMSE of ln amplitude, held out",
-        is_quick=n == QUICK and q > 1,
-        budget=40.0,
+    samples = data.samples(n, q)
+    contestants = (
+        by("here", "kriging:fit", model="ours", samples=samples),
+        *_peers(q, "kriging:fit", FIT_DEMANDS if n == LARGEST else {}, samples=samples),
+        by("here, likelihood", "kriging:fit", model="ours by likelihood", samples=samples),
+    )
+    settings = {"unit": "output", "is_quick": n == QUICK and q > 1, "budget": 40.0}
+    return _row(
+        f"Kriging fit, {_outputs(q)}", contestants, size=n, quality="RMSE of ln amplitude, held out", **settings
     )
 
 
 def _predict(n: int, points: int, q: int) -> Row:
-    settings = {"samples": handed.samples(n, q), "points": points}
+    settings = {"samples": data.samples(n, q), "points": points}
     demands = PREDICT_DEMANDS if (n, points) == (LARGEST, MANY) else {}
-    return Row(
-        "surrogate",
-        f"Kriging prediction of {points} points, {_outputs(q)}",
-        (
-            Contestant("here", "benchmarks.tasks.kriging_here:predict", settings),
-            *_peers(q, "predict", settings, demands),
-        ),
-        unit="value",
-        size=n,
-        size_of="samples",
-        is_quick=n == QUICK and q > 1,
-        budget=15.0,
-    )
+    ours = by("here", "kriging:predict", model="ours", **settings)
+    contestants = (ours, *_peers(q, "kriging:predict", demands, **settings))
+    name = f"Kriging prediction of {points} points, {_outputs(q)}"
+    return _row(name, contestants, size=n, unit="value", is_quick=n == QUICK and q > 1, budget=15.0)
 
 
 def _append(n: int) -> Row:
-    samples = {"samples": handed.samples(n)}
-    refit = "benchmarks.tasks.kriging_sklearn:append"
-    return Row(
-        "surrogate",
-        "one more sample, θ kept",
-        (
-            Contestant("here", "benchmarks.tasks.kriging_here:append", samples),
-            Contestant("scikit-learn: fit without optimiser", refit, samples, "scikit-learn"),
-        ),
-        size=n,
-        size_of="samples",
-        budget=10.0,
-    )
+    ours = by("here", "kriging:append", samples=data.samples(n))
+    refit = by("scikit-learn: fit without optimiser", "kriging:refit", "scikit-learn", samples=data.samples(n))
+    return _row("one more sample, θ kept", (ours, refit), size=n, budget=10.0)
 
 
 def _outputs(q: int) -> str:
     return "one output" if q == 1 else f"{q} outputs"
 
 
-def _peers(q: int, task: str, settings: dict[str, object], demands: dict[tuple[str, int], float]) -> list[Contestant]:
+def _peers(q: int, task: str, demands: dict[tuple[str, int], float], **settings: Any) -> list[Contestant]:
     """Those that fit so many outputs."""
     return [
-        Contestant(name, f"benchmarks.tasks.{module}:{task}", settings, library, environment, demands.get((module, q)))
-        for module, (name, library, environment) in LIBRARIES.items()
-        if q == 1 or module in ALL_AT_ONCE
+        by(name, task, library, demands.get((name, q)), model=name, **settings)
+        for name, library in LIBRARIES.items()
+        if q == 1 or name in ALL_AT_ONCE
     ]

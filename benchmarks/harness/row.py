@@ -8,6 +8,8 @@ from typing import Any
 
 HERE, PEERS = "here", "peers"  # environments: this one, and that of `python -m benchmarks setup`
 CPU, WALL = "cpu", "wall"
+OWN, ROSS, NUMPY = "ksmea-bench", "ross-rotordynamics", "numpy"
+OF_PEERS = {ROSS, "smt", "openturns", "pydacefit", "pymoo", "benchopt"}  # installed in their environment only
 
 
 @dataclass(frozen=True)
@@ -22,10 +24,18 @@ class Contestant:
     name: str
     task: str
     settings: Mapping[str, Any] = field(default_factory=dict)
-    library: str = "ksmea-bench"
+    library: str = OWN
     environment: str = HERE
     at_least: float | None = None
     note: str = ""
+
+
+def by(
+    name: str, task: str, library: str = OWN, at_least: float | None = None, note: str = "", **settings: Any
+) -> Contestant:
+    """A contestant whose task is "module:function" in `benchmarks.tasks`, in the environment that has its library."""
+    environment = PEERS if library in OF_PEERS else HERE
+    return Contestant(name, f"benchmarks.tasks.{task}", settings, library, environment, at_least, note)
 
 
 @dataclass(frozen=True)

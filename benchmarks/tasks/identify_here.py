@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from benchmarks.harness.task import Task
-from benchmarks.tasks.run_ups import NOISE, read
+from benchmarks.tasks.data import NOISE, read_run_ups
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import Observable
@@ -20,11 +20,11 @@ from problems.three_disk import ThreeDisk
 
 
 def method(
-    run_ups: str, name: str, settings: dict[str, Any], optimizer: str, surrogate: str = "none", samples: int = 100
-):
+    run_ups: str, method: str, settings: dict[str, Any], optimizer: str, surrogate: str = "none", samples: int = 100
+) -> Task:
     """A method alone, without intervals."""
-    problem, data = ThreeDisk().build(), read(run_ups)
-    chosen = _method(name, settings, optimizer, surrogate, samples)
+    problem, data = ThreeDisk().build(), read_run_ups(run_ups)
+    chosen = _method(method, settings, optimizer, surrogate, samples)
 
     def run(turn: int) -> np.ndarray:
         found = chosen.identify(CountedProblem(problem), _measurement(problem, data.of(turn)), _streams(turn))
@@ -33,9 +33,9 @@ def method(
     return Task(run, quality=data.error)
 
 
-def run_of_table3(run_ups: str, samples: int):
+def run_of_table3(run_ups: str, samples: int) -> Task:
     """A whole run of Table 3: Kriging, DE, updates, final step, intervals and Cramér–Rao lower bounds."""
-    problem, data = ThreeDisk().build(), read(run_ups)
+    problem, data = ThreeDisk().build(), read_run_ups(run_ups)
     chosen = _method("ksmea", {}, "de", "kriging", samples)
 
     def run(turn: int) -> np.ndarray:
@@ -45,13 +45,13 @@ def run_of_table3(run_ups: str, samples: int):
     return Task(run, quality=data.error)
 
 
-def noiseless(name: str, samples: int) -> Task:
+def noiseless(surrogate: str, samples: int) -> Task:
     """Least squares on a surrogate of so many samples, from data without noise."""
     problem = ThreeDisk().build()
     truth = np.array(list(ThreeDisk().reference().values()))
     values = observe(problem.response(truth[None])[0], Observable.AMPLITUDE, Noise(0.0, 0.0), np.random.default_rng(0))
     measurement = Measurement(problem.speed, problem.channels, values, Noise(0.0, 0.0), "exact")
-    chosen = _method("ksmea", {"max_updates": 0, "misfit": "likelihood"}, "lm", name, samples)
+    chosen = _method("ksmea", {"max_updates": 0, "misfit": "likelihood"}, "lm", surrogate, samples)
     return Task(
         lambda turn: chosen.identify(CountedProblem(problem), measurement, _streams(turn)).x,
         quality=lambda x: float(np.max(np.abs(x / truth - 1))),

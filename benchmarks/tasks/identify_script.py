@@ -16,8 +16,8 @@ from scipy.optimize import differential_evolution, least_squares
 from scipy.stats.qmc import LatinHypercube
 
 from benchmarks.harness.task import Task
-from benchmarks.tasks.kriging_sklearn import fitted
-from benchmarks.tasks.run_ups import NOISE, read
+from benchmarks.tasks.data import NOISE, read_run_ups
+from benchmarks.tasks.kriging import fitted_by_sklearn
 from benchmarks.tasks.three_disk import LOWER, UPPER, speeds
 
 MOST_UPDATES = 20
@@ -27,7 +27,7 @@ Model = Callable[[np.ndarray], np.ndarray]  # points (n, 5) of the unit cube →
 
 
 def run(run_ups: str, samples: int, model: str) -> Task:
-    data, evaluate = read(run_ups), MODELS[model]()
+    data, evaluate = read_run_ups(run_ups), MODELS[model]()
     return Task(
         lambda turn: identified(data.of(turn), evaluate, samples, np.random.default_rng(turn)), quality=data.error
     )
@@ -39,7 +39,7 @@ def identified(amplitudes: np.ndarray, model: Model, samples: int, rng: np.rando
     u = LatinHypercube(5, rng=rng).random(samples)
     y = model(u)
     for _ in range(MOST_UPDATES):
-        surrogate = fitted(u, y)
+        surrogate = fitted_by_sklearn(u, y)
         best = differential_evolution(
             lambda points, surrogate=surrogate: np.sum((surrogate.predict(points.T) - measured) ** 2, axis=1),
             [(0.0, 1.0)] * 5,

@@ -1,5 +1,5 @@
-"""The same searches by the bare libraries, as their documentation shows: points are counted by nobody, the best one is what the
-library says."""
+"""Searches of a free objective: by our optimisers, which shows what their adapters and the count of points cost, and by the bare
+libraries, as their documentation shows: points are counted by nobody, the best one is what the library says."""
 
 from __future__ import annotations
 
@@ -20,16 +20,25 @@ def sphere(u: np.ndarray) -> np.ndarray:
     return np.sum((u - CENTRE) ** 2, axis=1)
 
 
-def search(library: str, population: int, generations: int) -> Task:
-    """One search; its result is the misfit of the best point."""
-    searches: dict[str, Callable[[int, int, int], float]] = {
-        "scipy": by_scipy,
-        "pyswarms": by_pyswarms,
-        "deap": by_deap,
-        "cma": by_cma,
-        "pymoo": by_pymoo,
-    }
-    chosen = searches[library]
+def here(optimizer: str, population: int, generations: int) -> Task:
+    """One search of the sphere in five unknowns; a unit is a generation."""
+    from ksmea.numerics.objective import Minimum, Objective
+    from ksmea.plugins import registry
+
+    settings = {"population": population, "generations": generations}
+    if optimizer == "cmaes":  # it counts evaluations, not generations
+        settings = {"population": population, "evaluations": population * generations}
+    chosen = registry.create("optimizer", optimizer, settings)
+
+    def run(turn: int) -> Minimum:
+        return chosen.minimize(Objective(DIM, lambda u: u - CENTRE), np.random.default_rng(turn))
+
+    return Task(run, quality=lambda found: found.value, units=generations)
+
+
+def bare(optimizer: str, population: int, generations: int) -> Task:
+    """One search by a library; its result is the misfit of the best point."""
+    chosen = LIBRARIES[optimizer]
     return Task(lambda turn: chosen(population, generations, turn), quality=float, units=generations)
 
 
@@ -127,3 +136,12 @@ def by_pymoo(population: int, generations: int, seed: int) -> float:
 
     algorithm = DE(pop_size=population, variant="DE/rand/1/bin", CR=0.95, F=0.8)
     return float(minimize(Sphere(), algorithm, ("n_gen", generations + 1), seed=seed + 1).F[0])
+
+
+LIBRARIES: dict[str, Callable[[int, int, int], float]] = {
+    "scipy": by_scipy,
+    "pyswarms": by_pyswarms,
+    "deap": by_deap,
+    "cma": by_cma,
+    "pymoo": by_pymoo,
+}
