@@ -40,7 +40,7 @@ def identified(x: Array, observable: Observable, noise: Noise, optimizer: LM, rn
     counted = CountedProblem(PROBLEM)
     method = KSMEA(Rational(), optimizer, SAMPLES, misfit="likelihood", max_updates=0)
     found = method.identify(counted, measurement, Streams(*streams))
-    assert (counted.count.evaluations, counted.count.jacobians) == (SAMPLES, 0)
+    assert (counted.meter.evaluations, counted.meter.jacobians) == (SAMPLES, 0)
     return found.x
 
 

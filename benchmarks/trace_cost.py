@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from ksmea.identification.direct import Direct
-from ksmea.identification.trace import PredictionCount, TracedProblem, thinned
+from ksmea.identification.trace import TracedProblem, thinned
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.numerics.objective import Minimum, Objective
@@ -56,7 +56,7 @@ def main() -> None:
         for _ in range(TURNS):
             for is_traced in (False, True):
                 streams = Streams(*(np.random.default_rng(part) for part in range(3)))
-                traced = TracedProblem(problem, measurement, PredictionCount())
+                traced = TracedProblem(problem, measurement)
                 started = time.process_time()
                 asked = traced if is_traced else CountedProblem(problem)
                 found = Direct(optimizer).identify(asked, measurement, streams)

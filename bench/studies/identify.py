@@ -18,11 +18,12 @@ from ksmea.identification.trace import comparable_misfit
 from ksmea.inference.maximisation import nearest_maximum
 from ksmea.likelihood.difference_likelihood import likelihood_of
 from ksmea.likelihood.fisher import Point
+from ksmea.numerics.meter import JACOBIAN_AS_EVALUATIONS
 from ksmea.plugins import registry
 from ksmea.plugins.identification import Streams
-from ksmea.problem.budget_and_journal import JACOBIAN_AS_EVALUATIONS, Budget, Journal, JournaledProblem
 from ksmea.problem.case import Case
 from ksmea.problem.differences_problem import as_searched
+from ksmea.problem.journal import Journal, JournaledProblem
 from ksmea.records.identification import IdentificationRecord
 from ksmea.records.record import Record, finite
 from ksmea.records.trace import TraceRecord
@@ -125,9 +126,8 @@ class Identify(Study):
         return identification(case, setup.method, streams_of(draw), options, generator(draw.seeds["diagnosis"]))
 
     def options(self, setup: Setup, draw: Draw) -> IdentificationOptions:
-        budget = None if self.budget is None else Budget(self.budget, self.jacobian_cost)
-        crlb = self.details or not setup.truth
-        return IdentificationOptions(self.intervals, self.level, crlb, draw.with_curves, self.details, budget)
+        crlb, within = self.details or not setup.truth, (self.budget, self.jacobian_cost)
+        return IdentificationOptions(self.intervals, self.level, crlb, draw.with_curves, self.details, *within)
 
 
 def streams_of(draw: Draw) -> Streams:

@@ -6,8 +6,6 @@ import time
 from contextlib import suppress
 from dataclasses import dataclass
 
-import numpy as np
-
 from ksmea.errors import BudgetSpent
 from ksmea.identification.true_model import FINAL_STEP, model_objective, most_likely
 from ksmea.likelihood.misfit import FORMS, Misfit
@@ -52,9 +50,8 @@ class Direct(Method):
         objective = model_objective(model, misfit, model.left)
         with suppress(BudgetSpent):
             self.optimizer.minimize(objective, streams.optimizer)
-        minimum = objective.result()  # not what the optimiser returned: the objective knows
-        if not np.isfinite(minimum.value):
-            raise ArithmeticError(f"none of the {objective.evaluations} points of the optimiser has a finite misfit")
+        minimum = objective.found(model)  # not what the optimiser returned: the objective knows
+        is_spent = objective.was_refused or model.was_refused
         u, value = minimum.u, minimum.value - misfit.offset
         objective.end_stage("search")  # or the optimiser has ended stages of its own
         stages = [
@@ -69,7 +66,7 @@ class Direct(Method):
             x=problem.parameters.to_si(u),
             at_limit=at_limit(u),
             misfit=value,
-            stop="budget" if objective.was_refused else "optimizer",
+            stop="budget" if is_spent else "optimizer",
             updates=0,
             model_evaluations=model.evaluations,
             model_jacobians=model.jacobians,

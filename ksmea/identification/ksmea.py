@@ -162,7 +162,7 @@ class KSMEA(Method):
             try:
                 with clock.measures("search"):
                     objective = self._objective(misfit, predictor, transform, known)
-                    u = self._search(objective, streams.optimizer)
+                    u = self._search(objective, model, streams.optimizer)
                     search = _search_stages(objective, problem.parameters)
                     surrogate_evaluations += objective.evaluations
                     prediction = transform.decode(predictor.predict(u[None]))
@@ -251,7 +251,7 @@ class KSMEA(Method):
             budget=self.surrogate_budget,
         )
 
-    def _search(self, objective: Objective, rng: np.random.Generator) -> Array:
+    def _search(self, objective: Objective, model: Model, rng: np.random.Generator) -> Array:
         """The optimum (d,) on the surrogate, by the optimiser and then the polish, each a stage of the objective; a spent
         budget ends the search with the best point seen."""
         stage = SEARCH
@@ -265,10 +265,7 @@ class KSMEA(Method):
             if not objective.was_refused:  # the true model's budget, of a surrogate that evaluates it
                 raise
         objective.end_stage(stage)
-        best = objective.result()
-        if not np.isfinite(best.value):
-            raise ArithmeticError(f"none of the {objective.evaluations} points of the optimiser has a finite misfit")
-        return best.u
+        return objective.found(model).u
 
     def _stop(self, history: list[Update], distance: float, model: Model) -> str:
         """The reason to stop, or '' to go on; `distance` is that of the new sample to the nearest old one."""

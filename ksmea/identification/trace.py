@@ -21,14 +21,15 @@ from typing import Any, TypeVar
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
+from ksmea.errors import BudgetSpent
 from ksmea.likelihood.deviance import deviance, reference_variance
 from ksmea.likelihood.misfit import Misfit
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.observable import Observable
+from ksmea.numerics.meter import SPENT_BEHIND, Meter
 from ksmea.plugins.identification import Identification, Stage, Streams, at_limit
 from ksmea.plugins.method import Method
 from ksmea.plugins.surrogate import Predictor, Surrogate, Unsuited
-from ksmea.problem.budget_and_journal import Budget, BudgetedProblem
 from ksmea.problem.counted import CountedProblem
 from ksmea.problem.problem import Problem
 from ksmea.records.trace import StageRecord, TraceRecord, stage_number
@@ -81,35 +82,27 @@ class Improvement:
 
 
 class TracedProblem(CountedProblem):
-    """A counted problem that keeps each improvement among the points it is asked for at the measured speeds and channels."""
+    """A counted problem that keeps each improvement among the points it is asked for at the measured speeds and channels, with
+    the count of predictions by surrogates until then (`predictions`)."""
 
-    def __init__(self, behind: Problem, measurement: Measurement, predictions: PredictionCount) -> None:
-        super().__init__(behind)
+    def __init__(self, behind: Problem, measurement: Measurement, meter: Meter | None = None) -> None:
+        super().__init__(behind, meter, self._keep)
+        self.predictions = Meter()
         self.improvements: list[Improvement] = []
+        self.points = 0  # that were compared with the measurement
         self._misfit = comparable_misfit(measurement)
-        self._predictions = predictions
         self._best = np.inf
         self._started = time.perf_counter()
 
-    def response(self, x: Array) -> ComplexArray:
-        before = self.count.evaluations
-        response = super().response(x)
-        self._keep(x, response, before + 1)
-        return response
-
-    def linearised(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
-        response, sensitivity = super().linearised(x)
-        self._keep(x[None], response[None], self.count.evaluations)
-        return response, sensitivity
-
     def _keep(self, x: Array, response: ComplexArray, first: int) -> None:
         """Keep what is better among points (k, d) SI with these responses, the first of which is evaluation `first`."""
+        self.points += len(x)
         with np.errstate(all="ignore"):  # a response that is not finite is no improvement
             misfits = self._misfit(response)
         for index in np.flatnonzero(misfits < self._best):
             if misfits[index] < self._best:
                 self._best = float(misfits[index])
-                counts = first + int(index), self.count.jacobians, self._predictions.points
+                counts = first + int(index), self.meter.jacobians, self.predictions.evaluations
                 seconds = time.perf_counter() - self._started
                 self.improvements.append(Improvement(*counts, seconds, self._best, np.array(x[index])))
 
@@ -144,15 +137,8 @@ def _rounded(value: float, digits: int) -> float:
 AnyMethod = TypeVar("AnyMethod")
 
 
-@dataclass
-class PredictionCount:
-    """Points that surrogates have predicted."""
-
-    points: int = 0
-
-
-def with_counted_surrogate(method: AnyMethod, count: PredictionCount) -> AnyMethod:
-    """The same method, its surrogate counted; as it is where it has none, or one that is the true model."""
+def with_counted_surrogate(method: AnyMethod, count: Meter) -> AnyMethod:
+    """The same method, the predictions of its surrogate counted; as it is where it has none, or one that is the true model."""
     surrogate = getattr(method, "surrogate", None)
     if not isinstance(surrogate, Surrogate) or surrogate.is_true_model:
         return method
@@ -164,13 +150,12 @@ def with_counted_surrogate(method: AnyMethod, count: PredictionCount) -> AnyMeth
 class CountedPredictor(Predictor):
     """A predictor that counts the points it predicts. Whatever else it is asked, the one behind answers."""
 
-    def __init__(self, behind: Predictor, count: PredictionCount) -> None:
+    def __init__(self, behind: Predictor, count: Meter) -> None:
         self.behind = behind
         self.count = count
 
     def predict(self, u: Array) -> Array:
-        self.count.points += len(u)
-        return self.behind.predict(u)
+        return self.count.ask(u, self.behind.predict)
 
     def append(self, u: Array, y: Array) -> Predictor | None:
         appended = self.behind.append(u, y)
@@ -185,7 +170,7 @@ class CountedSurrogate(Surrogate):
     """A surrogate whose predictors count. Whatever else it is asked, the one behind answers."""
 
     behind: Surrogate
-    count: PredictionCount
+    count: Meter
 
     def least_samples(self, d: int) -> int:
         return self.behind.least_samples(d)
@@ -237,66 +222,41 @@ for _counted, _contract in ((CountedPredictor, Predictor), (CountedSurrogate, Su
             setattr(_counted, _name, _handed_on(_name))
 
 
-def within_budget(
-    method: Method,
-    traced: TracedProblem,
-    measurement: Measurement,
-    streams: Streams,
-    budget: Budget | None,
-    predictions: PredictionCount,
-) -> Identification:
-    """What a method finds. Where it asks for more than the budget holds, that is the best point that the true model has shown
-    (`ksmea.identification.trace.comparable_misfit`), whatever the method returns or raises then."""
-    if budget is None:
-        return method.identify(traced, measurement, streams)
-    started = time.perf_counter()
+def within_budget(method: Method, traced: TracedProblem, measurement: Measurement, streams: Streams) -> Identification:
+    """What a method finds. Where it asks for more than a budget holds, that is the best point that the true model has shown
+    (`comparable_misfit`), whatever the method returns or raises then."""
+    meter, started = traced.meter, time.perf_counter()
     found = None
     try:
-        found = method.identify(BudgetedProblem(traced, budget), measurement, streams)
-    except Exception:
-        if not budget.was_refused:
+        found = with_counted_surrogate(method, traced.predictions).identify(traced, measurement, streams)
+    except Exception as error:
+        if not (meter.was_refused or isinstance(error, BudgetSpent)):
             raise
-    if found is not None and not budget.was_refused:
+    if found is not None and not meter.was_refused:
         return found
-    if found is None:
-        total, model = time.perf_counter() - started, traced.count.seconds
-        found = _nothing(
-            traced, predictions, {"model": model, "surrogate": 0.0, "search": total - model, "total": total}
-        )
-    return _best_so_far(found, traced)
-
-
-def _nothing(traced: TracedProblem, predictions: PredictionCount, seconds: dict[str, float]) -> Identification:
-    """What a method has found that did not return."""
-    middle = (traced.parameters.lower + traced.parameters.upper) / 2
-    return Identification(
-        x=middle,
-        at_limit=(),
-        misfit=float("inf"),
-        stop="budget",
-        updates=0,
-        model_evaluations=traced.count.evaluations,
-        model_jacobians=traced.count.jacobians,
-        surrogate_evaluations=predictions.points,
-        seconds=seconds,
-    )
-
-
-def _best_so_far(found: Identification, traced: TracedProblem) -> Identification:
-    """The same with the best point of the trace, as its last stage left it."""
-    count = traced.count
     if not traced.improvements:
-        raise ArithmeticError(f"none of the {count.evaluations} points of the method has a finite misfit")
-    best = traced.improvements[-1]
+        raise ArithmeticError(
+            f"none of the {traced.points} points of the method has a finite misfit"
+            if traced.points
+            else f"{SPENT_BEHIND}: no point was compared with the measurement"
+        )
+    best, total = traced.improvements[-1], time.perf_counter() - started
+    at_best = at_limit(traced.parameters.to_cube(best.x))
+    if found is None:
+        return Identification(
+            x=best.x,
+            at_limit=at_best,
+            misfit=best.misfit,
+            stop="budget",
+            updates=0,
+            model_evaluations=meter.evaluations,
+            model_jacobians=meter.jacobians,
+            surrogate_evaluations=traced.predictions.evaluations,
+            seconds={"model": meter.seconds, "surrogate": 0.0, "search": total - meter.seconds, "total": total},
+        )
     last = (
-        dataclasses.replace(stage, x=best.x, evaluations=count.evaluations, jacobians=count.jacobians)
+        dataclasses.replace(stage, x=best.x, evaluations=meter.evaluations, jacobians=meter.jacobians)
         for stage in found.stages[-1:]
     )
-    return dataclasses.replace(
-        found,
-        x=best.x,
-        at_limit=at_limit(traced.parameters.to_cube(best.x)),
-        misfit=best.misfit,
-        stop="budget",
-        stages=(*found.stages[:-1], *last),
-    )
+    stages = (*found.stages[:-1], *last)
+    return dataclasses.replace(found, x=best.x, at_limit=at_best, misfit=best.misfit, stop="budget", stages=stages)

@@ -11,6 +11,7 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.errors import BudgetSpent
 from ksmea.numerics.differences import cube_differences
+from ksmea.numerics.meter import SPENT_BEHIND, Meter
 
 
 @dataclass(frozen=True)
@@ -23,7 +24,7 @@ class Minimum:
     jacobians: int
 
 
-class Objective:
+class Objective(Meter):
     """A misfit over the unit cube, batched, counted and with a budget.
 
     `residuals_at` (k, d) → (k, m) gives residuals whose sum of squares is the misfit, `jacobian_at` (d,) → (m, d)
@@ -49,15 +50,11 @@ class Objective:
         budget: int | None = None,
         jacobian_cost: int = 0,
     ) -> None:
+        super().__init__(budget, jacobian_cost)
         self.dim = dim
-        self.budget = budget
-        self.jacobian_cost = jacobian_cost
-        self.evaluations = 0
-        self.jacobians = 0
         self.stages: list[
             tuple[str, Minimum]
         ] = []  # parts of the search that have ended, and the best point until then
-        self.was_refused = False  # whether more was asked for than the budget holds
         self._residuals_at = residuals_at
         self._jacobian_at = jacobian_at
         self._screening_at = screening_at
@@ -81,8 +78,7 @@ class Objective:
         """Derivatives of the residuals at one point (d,) → (m, d); central differences where none are given."""
         u = self._checked(u)[0]
         if self._jacobian_at is not None:
-            if self.budget is not None and self.jacobian_cost > self._left(self.budget):
-                self._refuse()
+            self.require(self.jacobian_cost)
             self.jacobians += 1
             return self._jacobian_at(u)
         return self._differences(u)
@@ -100,14 +96,19 @@ class Objective:
         """Whether derivatives are given, and not taken as differences."""
         return self._jacobian_at is not None
 
-    @property
-    def left(self) -> int | None:
-        """Points that the budget leaves; None without a budget."""
-        return None if self.budget is None else max(self._left(self.budget), 0)
-
     def result(self) -> Minimum:
         """The best point evaluated so far."""
         return Minimum(self._best_u.copy(), float(self._best_value), self.evaluations, self.jacobians)
+
+    def found(self, model: Meter) -> Minimum:
+        """The best point, if it has a finite misfit. Raises `BudgetSpent` where the budget of the model was spent without the
+        objective, else ArithmeticError."""
+        best = self.result()
+        if np.isfinite(best.value):
+            return best
+        if model.was_refused or (self.was_refused and not self.evaluations):
+            raise BudgetSpent(SPENT_BEHIND)
+        raise ArithmeticError(f"none of the {self.evaluations} points of the optimiser has a finite misfit")
 
     def end_stage(self, name: str) -> None:
         """Keep how a part of the search ended; nothing where nothing was evaluated since the last one did."""
@@ -125,22 +126,14 @@ class Objective:
     def _within_budget(self, u: Array, evaluate: Callable[[Array], Array]) -> Array:
         if len(u) == 0:
             return np.empty((0,))
-        left = len(u) if self.budget is None else min(len(u), self._left(self.budget))
+        n = self.admitted(len(u))
         values = np.empty(0)
-        if left > 0:
-            self.evaluations += left
-            values = evaluate(u[:left])
-        if left < len(u):
-            self._refuse()
+        if n:
+            self.evaluations += n  # before they are evaluated: who swallows the errors of a model ends too
+            values = evaluate(u[:n])
+        if n < len(u):
+            self.refuse()
         return values
-
-    def _left(self, budget: int) -> int:
-        """Points that a budget leaves."""
-        return budget - self.evaluations - self.jacobian_cost * self.jacobians
-
-    def _refuse(self) -> NoReturn:
-        self.was_refused = True
-        raise BudgetSpent(f"the budget of {self.budget} evaluations is spent")
 
     def _values(self, u: Array) -> Array:
         values = _finite_or_inf(np.sum(self._residuals_at(u) ** 2, axis=1))
@@ -194,7 +187,6 @@ class SearchPart(Objective):
         self._whole = whole
         self._takes_all = budget is None
 
-    def _refuse(self) -> NoReturn:
-        self.was_refused = True
+    def refuse(self) -> NoReturn:
         self._whole.was_refused |= self._takes_all
-        raise BudgetSpent(f"the budget of {self.budget} evaluations is spent")
+        super().refuse()

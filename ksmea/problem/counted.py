@@ -1,122 +1,116 @@
-"""True model over the unit cube: every evaluation is counted and timed here, never by plugins."""
+"""True model: every evaluation of it is counted, timed and kept within budgets here, never by plugins."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
-from ksmea.errors import BudgetSpent
 from ksmea.numerics.differences import CUBE_STEP, differenced
-from ksmea.problem.budget_and_journal import BudgetedProblem
+from ksmea.numerics.meter import Meter
 from ksmea.problem.forwarding import ProblemProxy
 from ksmea.problem.load import Load
 from ksmea.problem.problem import Problem
+from ksmea.rotordynamics.modes import Campbell, Mode
+
+Seen = Callable[[Array, ComplexArray, int], None]
 
 
 class CountedProblem(ProblemProxy):
-    """A problem that counts what it is asked, at whatever speeds and channels and with whatever unbalance: points, and
-    sensitivities as Jacobians; one with the response at its point (`linearised`) is one Jacobian. Modes are not counted."""
+    """A problem evaluated through a meter, at any speeds and channels and with any unbalance. An evaluation is of one set of
+    unknowns; a sensitivity, alone or with the response at its point (`linearised`), is one Jacobian; free motions count apart.
+    `seen` receives each response at the problem's own speeds and channels: points (k, d) SI, responses (k, n_speed, n_channel) and
+    the count of the first evaluation."""
 
-    def __init__(self, behind: Problem, count: Count | None = None) -> None:
+    def __init__(self, behind: Problem, meter: Meter | None = None, seen: Seen | None = None) -> None:
         self._behind = behind
-        self.count = Count() if count is None else count
+        self.meter = Meter() if meter is None else meter
+        self._seen = seen
 
     @property
     def behind(self) -> Problem:
         return self._behind
 
     def around(self, behind: Problem) -> Problem:
-        return CountedProblem(behind, self.count)
+        return CountedProblem(behind, self.meter)
+
+    def changed(self, change: Callable[[Problem], Problem]) -> Problem:
+        def counted(problem: Problem) -> Problem:
+            made = change(self.around(problem))
+            return made.behind if isinstance(made, CountedProblem) else made
+
+        return self.around(self._behind.changed(counted))
 
     def linearises_cheaply(self, loads: Sequence[Load] = ()) -> bool:
-        """What is counted is not to be asked for before it is needed."""
+        """Evaluations are counted, so none is made before it is needed."""
         return False
 
     def response(self, x: Array) -> ComplexArray:
-        with self.count.adds(evaluations=len(x)):
-            return self._behind.response(x)
+        return self.meter.ask(x, self._behind.response, self._seen)
 
     def dense_response(self, x: Array) -> ComplexArray:
-        with self.count.adds(evaluations=len(x)):
-            return self._behind.dense_response(x)
+        return self.meter.ask(x, self._behind.dense_response)
 
     def load_response(self, x: Array, loads: Sequence[Load]) -> ComplexArray:
-        with self.count.adds(evaluations=len(x)):
-            return self._behind.load_response(x, loads)
+        return self.meter.ask(x, lambda points: self._behind.load_response(points, loads))
 
     def sensitivity(self, x: Array) -> ComplexArray:
-        with self.count.adds(jacobians=1):
-            return self._behind.sensitivity(x)
+        return self.meter.ask_jacobian(lambda: self._behind.sensitivity(x))
 
     def linearised(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
-        with self.count.adds(jacobians=1):
-            return self._behind.linearised(x)
+        response, sensitivity = self.meter.ask_jacobian(lambda: self._behind.linearised(x))
+        if self._seen is not None:
+            self._seen(x[None], response[None], self.meter.evaluations)
+        return response, sensitivity
+
+    def critical_speeds(self, x: Array, highest: float | None = None) -> Array:
+        return self.meter.ask_other(lambda: self._behind.critical_speeds(x, highest))
+
+    def modes(self, x: Array, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
+        return self.meter.ask_other(lambda: self._behind.modes(x, speed, n_mode))
+
+    def campbell(self, x: Array, speed: Array, n_mode: int = 6) -> Campbell:
+        return self.meter.ask_other(lambda: self._behind.campbell(x, speed, n_mode))
+
+    def growth_rate(self, x: Array, speed: Array) -> Array:
+        return self.meter.ask_other(lambda: self._behind.growth_rate(x, speed))
+
+    def stability_threshold(self, x: Array, highest: float) -> float:
+        return self.meter.ask_other(lambda: self._behind.stability_threshold(x, highest))
+
+    def is_stable(self, x: Array) -> bool:
+        return self.meter.ask_other(lambda: self._behind.is_stable(x))
 
 
-@dataclass
-class Count:
-    """What was asked of a problem, and the time that it took."""
-
-    evaluations: int = 0
-    jacobians: int = 0
-    seconds: float = 0.0
-
-    @contextmanager
-    def adds(self, evaluations: int = 0, jacobians: int = 0) -> Iterator[None]:
-        """Count what is computed inside, once it is."""
-        started = time.perf_counter()
-        yield
-        self.seconds += time.perf_counter() - started
-        self.evaluations += evaluations
-        self.jacobians += jacobians
-
-
-class Model:
+class Model(Meter):
     """A problem over the unit cube, counting points (`evaluations`), sensitivities (`jacobians`) and `seconds`.
 
-    `budget` is the number of points at most: what would exceed it raises `BudgetSpent` and is not evaluated. In it a
-    sensitivity counts as `jacobian_cost` points; 0: it is counted, and costs nothing. Where the problem has a budget of its own
-    (`ksmea.problem.budget_and_journal`), both hold, and a sensitivity costs no less than it does there.
+    Points that exceed `budget` are not evaluated: `BudgetSpent` is raised in their place. In it a sensitivity counts as
+    `jacobian_cost` points; 0: it is counted, and costs nothing. Where the problem is within a budget of its own
+    (`CountedProblem`), both hold, and a sensitivity costs no less than it does there.
     """
 
     def __init__(self, problem: Problem, budget: int | None = None, jacobian_cost: int = 0) -> None:
+        of_run = problem.meter if isinstance(problem, CountedProblem) else Meter()
+        super().__init__(budget, jacobian_cost if of_run.budget is None else max(jacobian_cost, of_run.jacobian_cost))
+        self._of_run = of_run
         self.problem = problem
-        self.budget = budget
-        self._of_run = problem.budget if isinstance(problem, BudgetedProblem) else None
-        self.jacobian_cost = max(jacobian_cost, self._of_run.jacobian_cost if self._of_run else 0)
-        self._counted = CountedProblem(problem)
-
-    @property
-    def evaluations(self) -> int:
-        return self._counted.count.evaluations
-
-    @property
-    def jacobians(self) -> int:
-        return self._counted.count.jacobians
-
-    @property
-    def seconds(self) -> float:
-        return self._counted.count.seconds
 
     @property
     def left(self) -> int | None:
         """Points that both budgets leave; None without any."""
-        left = [each for each in (self._own_left, self._of_run.left if self._of_run else None) if each is not None]
+        left = [each for each in (super().left, self._of_run.left) if each is not None]
         return min(left, default=None)
 
     @property
     def is_spent(self) -> bool:
-        return self.left is not None and self.left <= 0
+        return self.left == 0
 
     def response(self, u: Array) -> ComplexArray:
         """(k, d) in the unit cube → complex response (k, n_speed, n_channel), m."""
-        self._require(len(u))
-        return self._counted.response(self.problem.parameters.to_si(u))
+        self.require(len(u))
+        return self.ask(self.problem.parameters.to_si(u), self.problem.response)
 
     def linearise(self, u: Array) -> tuple[ComplexArray, ComplexArray]:
         """Response (n_speed, n_channel) at a point (d,) of the unit cube and its derivatives (n_speed, n_channel, d).
@@ -125,21 +119,7 @@ class Model:
         points, one batch.
         """
         if not self.problem.has_sensitivity:
-            return self._differences(u)
-        self._require(self.jacobian_cost)
+            return differenced(self.response, u, CUBE_STEP, np.zeros(len(u)), np.ones(len(u)))
         parameters = self.problem.parameters
-        response, sensitivity = self._counted.linearised(parameters.to_si(u))
+        response, sensitivity = self.ask_jacobian(lambda: self.problem.linearised(parameters.to_si(u)))
         return response, sensitivity * parameters.width
-
-    @property
-    def _own_left(self) -> int | None:
-        spent = self.evaluations + self.jacobian_cost * self.jacobians
-        return None if self.budget is None else self.budget - spent
-
-    def _require(self, n_point: int) -> None:
-        """Raise `BudgetSpent` where the model's own budget leaves fewer points; the problem sees to the other."""
-        if self._own_left is not None and n_point and n_point > self._own_left:
-            raise BudgetSpent(f"the budget of {self.budget} evaluations of the true model is spent")
-
-    def _differences(self, u: Array) -> tuple[ComplexArray, ComplexArray]:
-        return differenced(self.response, u, CUBE_STEP, np.zeros(len(u)), np.ones(len(u)))

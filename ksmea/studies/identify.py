@@ -19,7 +19,7 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.errors import BudgetSpent, SettingError
 from ksmea.fits.fitting import Fit, likely_maxima
-from ksmea.identification.trace import PredictionCount, TracedProblem, thinned, with_counted_surrogate, within_budget
+from ksmea.identification.trace import TracedProblem, thinned, within_budget
 from ksmea.inference.cramer_rao import Identifiability, identifiability
 from ksmea.inference.intervals import Estimate, Interval, estimate
 from ksmea.inference.maximisation import nearest_maximum
@@ -30,11 +30,11 @@ from ksmea.likelihood.likelihood import Likelihood
 from ksmea.likelihood.misfit import Misfit
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
+from ksmea.numerics.meter import JACOBIAN_AS_EVALUATIONS, Meter
 from ksmea.plugins.identification import Identification, Stage, Streams, at_limit
 from ksmea.plugins.method import Method
-from ksmea.problem.budget_and_journal import Budget, BudgetedProblem
 from ksmea.problem.case import Case
-from ksmea.problem.counted import Count, CountedProblem
+from ksmea.problem.counted import CountedProblem
 from ksmea.problem.differences_problem import as_searched
 from ksmea.problem.parameters import Parameter, Parameters
 from ksmea.records.identification import (
@@ -69,7 +69,8 @@ class IdentificationOptions:
         crlb: Cramér–Rao bounds and correlations at the reported values.
         curves: the amplitudes that figures compare.
         details: let intervals reach over all likely maxima of the box, as they do with few data (`FEW_DATA`).
-        budget: evaluations of the true model for the method; intervals are computed beyond it.
+        budget: evaluations of the true model for the method, in which a Jacobian counts as `jacobian_cost`; intervals are computed
+            beyond it.
 
     Raises:
         SettingError: intervals of another name.
@@ -80,7 +81,8 @@ class IdentificationOptions:
     crlb: bool = True
     curves: bool = False
     details: bool = False
-    budget: Budget | None = None
+    budget: int | None = None
+    jacobian_cost: int = JACOBIAN_AS_EVALUATIONS
 
     def __post_init__(self) -> None:
         if self.intervals not in INTERVALS:
@@ -126,7 +128,7 @@ def identified(
     with_noise = measurement.noise is None and options.intervals != "none"
     n_unknown = len(case.problem.parameters)
     require_enough(measurement.layout, n_unknown, with_noise=with_noise)
-    record, found = _found(case, method, streams, options.budget)
+    record, found = _found(case, method, streams, Meter(options.budget, options.jacobian_cost))
     noise, fit = measurement.noise, None
     if options.intervals != "none" and (noise is None or measurement.has_noise):
         record, noise, fit = _with_intervals(record, case, options, rng)
@@ -139,33 +141,27 @@ def identified(
     return Identified(record, case, noise, fit, information, testable)
 
 
-def _found(
-    case: Case, method: Method, streams: Streams, budget: Budget | None
-) -> tuple[IdentificationRecord, Identification]:
+def _found(case: Case, method: Method, streams: Streams, meter: Meter) -> tuple[IdentificationRecord, Identification]:
     """The method's own result, its record and trace; of differences between runs, the nearest maximum of their likelihood."""
-    predictions = PredictionCount()
-    problem, measurement, searched = case.problem, case.measurement, as_searched(case)
-    data = searched.measurement
-    traced = TracedProblem(searched.problem, data, predictions)
-    found = within_budget(with_counted_surrogate(method, predictions), traced, data, streams, budget, predictions)
+    measurement, searched = case.measurement, as_searched(case)
+    traced = TracedProblem(searched.problem, searched.measurement, meter)
+    found = within_budget(method, traced, searched.measurement, streams)
     if measurement.is_by_differences and (measurement.noise is None or measurement.has_noise):
-        counted = CountedProblem(problem, traced.count)
         with suppress(BudgetSpent):
-            within = counted if budget is None else BudgetedProblem(counted, budget)
-            found = _at_nearest(found, case.by(within), traced.count)
+            found = _at_nearest(found, case.by(CountedProblem(case.problem, meter)), meter)
     trace = thinned(traced.improvements, found.stages)
-    found = _within_a_turn(problem.parameters, found)
-    return _method_record(searched, found, traced.count, trace), found
+    found = _within_a_turn(case.problem.parameters, found)
+    return _method_record(searched, found, meter, trace), found
 
 
-def _at_nearest(found: Identification, case: Case, count: Count) -> Identification:
+def _at_nearest(found: Identification, case: Case, meter: Meter) -> Identification:
     """What was found, and as one more stage the maximum of the likelihood nearest to it: of differences, where a search takes
     their noise for independent."""
     likelihood, parameters = likelihood_of(case), case.problem.parameters
-    stages = found.stages or (Stage("search", found.x, count.evaluations, count.jacobians),)
+    stages = found.stages or (Stage("search", found.x, meter.evaluations, meter.jacobians),)
     nearest = nearest_maximum(likelihood, np.clip(parameters.to_cube(found.x), 0.0, 1.0))
     x = parameters.to_si(nearest.theta[: likelihood.d])
-    stages = (*stages, Stage(OF_DIFFERENCES, x, count.evaluations, count.jacobians))
+    stages = (*stages, Stage(OF_DIFFERENCES, x, meter.evaluations, meter.jacobians))
     return dataclasses.replace(found, x=x, stages=stages)
 
 
@@ -177,7 +173,7 @@ def _within_a_turn(parameters: Parameters, found: Identification) -> Identificat
     return dataclasses.replace(found, x=x, at_limit=at_limit(parameters.to_cube(x)))
 
 
-def _method_record(case: Case, found: Identification, took: Count, trace: TraceRecord) -> IdentificationRecord:
+def _method_record(case: Case, found: Identification, took: Meter, trace: TraceRecord) -> IdentificationRecord:
     """What the method itself found, and what it took of the true model by our own count, whatever it says."""
     for x in (found.x, *(stage.x for stage in found.stages)):
         if not np.all(np.isfinite(x)):
@@ -243,8 +239,8 @@ def _with_intervals(
     effort = IntervalEffort(
         level=level,
         noise=_noise_level(estimated.noise, case.measurement),
-        model_evaluations=counted.count.evaluations,
-        model_jacobians=counted.count.jacobians,
+        model_evaluations=counted.meter.evaluations,
+        model_jacobians=counted.meter.jacobians,
         seconds=time.perf_counter() - started,
     )
     record = dataclasses.replace(

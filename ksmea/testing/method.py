@@ -59,7 +59,7 @@ class MethodCase(Drawn):
 
     def outcome(self, seed: int) -> Array:
         found, problem = self.identified(seed)
-        return np.array([*found.x, found.misfit, found.updates, problem.count.evaluations])
+        return np.array([*found.x, found.misfit, found.updates, problem.meter.evaluations])
 
 
 def works_on_the_problem(case: MethodCase) -> None:
@@ -91,7 +91,7 @@ def values_are_within_bounds(case: MethodCase) -> None:
 def records_what_it_used(case: MethodCase) -> None:
     """Evaluations and Jacobians are those that the problem counted; times, a misfit and a reason to stop are there."""
     found, problem = case.found
-    count = problem.count
+    count = problem.meter
     require(
         (found.model_evaluations, found.model_jacobians) == (count.evaluations, count.jacobians),
         f"{count.evaluations} evaluations and {count.jacobians} Jacobians, as asked of the problem",
@@ -108,9 +108,9 @@ def keeps_its_budget(case: MethodCase) -> None:
     limited: Any = {"budget": case.budget}  # a setting of this plugin, not of all
     _, problem = case.identified(plugin=dataclasses.replace(case.plugin, **limited))
     require(
-        problem.count.evaluations <= case.budget,
+        problem.meter.evaluations <= case.budget,
         f"at most {case.budget} evaluations",
-        problem.count.evaluations,
+        problem.meter.evaluations,
         "make the Model with its budget, Model(problem, self.budget), and ask that alone",
     )
 

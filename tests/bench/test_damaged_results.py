@@ -16,7 +16,7 @@ from bench.jobs.records import finished_keys, read_records
 from bench.plan.plan import read_plan
 from bench.storage.files import is_held, remove_partial, replace_file
 from ksmea.errors import SettingError
-from ksmea.problem.budget_and_journal import Journal
+from ksmea.problem.journal import Journal
 from ksmea.settings.regular_files import open_regular
 
 FUZZER = Path(__file__).resolve().parents[2] / "benchmarks" / "fuzz_files.py"

@@ -5,25 +5,19 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+from budgeted import SETTINGS, record_of
 from ksmea.errors import BudgetSpent
 from ksmea.identification.direct import Direct
 from ksmea.identification.ksmea import KSMEA
-from ksmea.plugins.identification import Streams
+from ksmea.numerics.meter import Meter
 from ksmea.plugins.method import Method
 from ksmea.plugins.optimizer import Optimizer
-from ksmea.problem.budget_and_journal import Budget, BudgetedProblem
-from ksmea.problem.case import Case
 from ksmea.problem.counted import CountedProblem
-from ksmea.studies.identify import IdentificationOptions, identification
-from measurements.synthetic import Synthetic
 from optimizers.de import DE
 from optimizers.lm import LM
 from optimizers.pso import PSO
-from problems.three_disk import ThreeDisk
 from surrogates.kriging import Kriging
 from surrogates.none import NoSurrogate
-
-SETTINGS = ThreeDisk(n_speed=11)
 
 
 @dataclass(frozen=True)
@@ -55,17 +49,6 @@ class Ignorant(Method):
                 if self.ending == "dies":
                     raise RuntimeError("no more points") from None
         raise AssertionError("the budget was to end this")
-
-
-def record_of(method, budget, jacobian_cost=2, problem=None):
-    problem = problem or SETTINGS.build()
-    source, rng = Synthetic(relative=0.05), np.random.default_rng(0)
-    measurement = source.measure(SETTINGS, SETTINGS.reference(), rng, rng)
-    streams = Streams(*map(np.random.default_rng, range(3)))
-    within = None if budget is None else Budget(budget, jacobian_cost)
-    return identification(
-        Case(problem, measurement), method, streams, IdentificationOptions(intervals="none", crlb=False, budget=within)
-    )
 
 
 METHODS = {
@@ -127,26 +110,26 @@ def test_the_smaller_of_two_budgets_holds():
 
 def test_a_refused_batch_is_evaluated_as_far_as_the_budget_goes():
     counted = CountedProblem(SETTINGS.build())
-    budget = Budget(5, jacobian_cost=2)
-    problem = BudgetedProblem(counted, budget)
+    budget = Meter(5, jacobian_cost=2)
+    problem = CountedProblem(counted, budget)
     x = np.tile(problem.parameters.to_si(np.full(5, 0.5)), (4, 1))
     problem.sensitivity(x[0])
     with pytest.raises(BudgetSpent):
         problem.at(problem.speed[:2], problem.channels).response(x)  # the same rotor elsewhere counts alike
-    assert (counted.count.evaluations, counted.count.jacobians, budget.left) == (3, 1, 0)
+    assert (counted.meter.evaluations, counted.meter.jacobians, budget.left) == (3, 1, 0)
     with pytest.raises(BudgetSpent):
         problem.linearised(x[0])
-    assert budget.was_refused and counted.count.jacobians == 1
+    assert budget.was_refused and counted.meter.jacobians == 1
 
 
 def test_free_motions_have_their_price_too():
-    problem = BudgetedProblem(SETTINGS.build(), Budget(3))
+    problem = CountedProblem(SETTINGS.build(), Meter(3))
     x = problem.parameters.to_si(np.full(5, 0.5))
     problem.modes(x, 100.0)
     problem.is_stable(x)
-    assert problem.changed(lambda bare: bare.with_phase_origin()).budget is problem.budget
+    assert problem.changed(lambda bare: bare.with_phase_origin()).meter is problem.meter
     problem.changed(lambda bare: [bare.response(x[None]), bare][1])  # what changes it is within the budget
-    assert problem.budget.left == 0
+    assert problem.meter.left == 0
     with pytest.raises(BudgetSpent):
         problem.critical_speeds(x)
 

@@ -8,8 +8,9 @@ import pytest
 from counted_runs import measured, streams
 from ksmea.identification.direct import Direct
 from ksmea.identification.ksmea import KSMEA
-from ksmea.identification.trace import CountedPredictor, CountedSurrogate, PredictionCount, with_counted_surrogate
+from ksmea.identification.trace import CountedPredictor, CountedSurrogate, with_counted_surrogate
 from ksmea.measurement.noise import Noise
+from ksmea.numerics.meter import Meter
 from ksmea.plugins.surrogate import Predictor, Surrogate, Unsuited
 from optimizers.de import DE
 from problems.three_disk import ThreeDisk
@@ -22,18 +23,18 @@ QUICK = DE(population=10, generations=3)
 def test_the_method_finds_the_same_and_its_predictions_are_counted():
     rotor = ThreeDisk().build()
     measurement = measured(rotor, [50e6, 70e6, 500.0, 700.0, 2e-4], "amplitude", Noise(0.1, 0.0))
-    method, count = KSMEA(Kriging(), QUICK, 30, max_updates=4, refit_every=2), PredictionCount()
+    method, count = KSMEA(Kriging(), QUICK, 30, max_updates=4, refit_every=2), Meter()
     plain = method.identify(rotor, measurement, streams())
     counted = with_counted_surrogate(method, count).identify(rotor, measurement, streams())
     assert np.array_equal(plain.x, counted.x) and plain.notes == counted.notes
     assert method.surrogate == Kriging()  # the method itself is as it was
     # the search counts its own points; after each of them the response at its optimum is predicted once
-    assert count.points == counted.surrogate_evaluations + counted.updates > counted.updates
+    assert count.evaluations == counted.surrogate_evaluations + counted.updates > counted.updates
 
 
 def test_what_has_no_surrogate_of_its_own_stays_as_it_is():
     for method in (Direct(QUICK), KSMEA(NoSurrogate(), QUICK, 30), object()):
-        assert with_counted_surrogate(method, PredictionCount()) is method
+        assert with_counted_surrogate(method, Meter()) is method
 
 
 class Constant(Predictor):
@@ -69,7 +70,7 @@ class OneOfItsOwn(Surrogate):
 
 
 def test_contract_and_what_a_plugin_has_of_its_own_are_those_behind():
-    count = PredictionCount()
+    count = Meter()
     surrogate = CountedSurrogate(OneOfItsOwn(), count)
     assert (surrogate.transform, surrogate.degree, surrogate.least_samples(3)) == ("log", 7, 6)
     assert not surrogate.is_true_model
@@ -79,9 +80,9 @@ def test_contract_and_what_a_plugin_has_of_its_own_are_those_behind():
     predictor = surrogate.fit(points, np.zeros((4, 1)), np.random.default_rng(0))
     assert np.array_equal(predictor.variance(points), 2.0 * np.ones((4, 1))) and predictor.leave_one_out() == [0.5]
     assert predictor.notes == {"nugget": 1e-6} and predictor.best == 3.0 and predictor.append(points[0], 1.0) is None
-    assert count.points == 0
+    assert count.evaluations == 0
     predictor.predict(points)
-    assert count.points == 4
+    assert count.evaluations == 4
     with pytest.raises(AttributeError, match="of_nobody"):
         predictor.of_nobody  # noqa: B018
 
@@ -95,7 +96,7 @@ class AtALoss(OneOfItsOwn):
 
 
 def test_what_takes_over_from_a_surrogate_is_counted_too():
-    count, nothing = PredictionCount(), (np.zeros((4, 2)), np.zeros((4, 1)), np.random.default_rng(0))
+    count, nothing = Meter(), (np.zeros((4, 2)), np.zeros((4, 1)), np.random.default_rng(0))
     for substitute in (OneOfItsOwn(), NoSurrogate(), None):
         with pytest.raises(Unsuited) as raised:
             CountedSurrogate(AtALoss(substitute=substitute), count).fit(*nothing)

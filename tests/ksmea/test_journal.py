@@ -9,7 +9,7 @@ from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.plugins.identification import Streams
 from ksmea.plugins.registry import plugin_class
-from ksmea.problem.budget_and_journal import Journal, JournaledProblem
+from ksmea.problem.journal import Journal, JournaledProblem
 from ksmea.problem.problem import Problem
 from problems.three_disk import ThreeDisk
 from surrogates.kriging import Kriging

@@ -36,11 +36,11 @@ def test_all_else_is_that_of_the_problem_behind():
     response, sensitivity = counted.linearised(x)
     assert np.array_equal(response, problem.response(x[None])[0])
     assert np.array_equal(sensitivity, problem.sensitivity(x))
-    assert (counted.count.evaluations, counted.count.jacobians) == (1, 1) and counted.count.seconds > 0
+    assert (counted.meter.evaluations, counted.meter.jacobians) == (1, 1) and counted.meter.seconds > 0
 
 
 def test_what_raises_is_no_evaluation():
     counted = CountedProblem(ThreeDisk().build())
     with pytest.raises(ValueError, match="expected an array"):
         counted.response(np.zeros((1, 2)))
-    assert counted.count.evaluations == 0
+    assert counted.meter.evaluations == 0

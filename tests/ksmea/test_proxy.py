@@ -43,6 +43,6 @@ def test_what_is_counted_stays_counted_through_every_change():
         counted.with_unbalance(0.2, 1e-5, 0.0),
         counted.machine,
     ):
-        before = counted.count.evaluations
+        before = counted.meter.evaluations
         problem.response(X[None, : len(problem.parameters)])
-        assert counted.count.evaluations == before + 1
+        assert counted.meter.evaluations == before + 1

@@ -12,7 +12,6 @@ from ksmea.identification.ksmea import KSMEA
 from ksmea.identification.trace import (
     STEPS_PER_DECADE,
     Improvement,
-    PredictionCount,
     TracedProblem,
     comparable_misfit,
     thinned,
@@ -64,7 +63,7 @@ class Spring(Problem):
 def traced_spring():
     measurement = measured(Spring(), [5.0], noise=Noise(0.0, 1.0))
     measurement = dataclasses.replace(measurement, values=np.array([[5.0 + 0j]]))
-    return TracedProblem(Spring(), measurement, PredictionCount())
+    return TracedProblem(Spring(), measurement)
 
 
 def k_of(traced):
@@ -86,7 +85,7 @@ def test_points_of_a_batch_improve_one_after_the_other_at_their_own_counts():
 
 def test_the_response_at_a_jacobian_counts_and_the_jacobian_with_it(rotor):
     measurement = measured(rotor, TRUTH, "amplitude", Noise(0.1, 0.0))
-    traced = TracedProblem(rotor, measurement, PredictionCount())
+    traced = TracedProblem(rotor, measurement)
     traced.response(1.2 * TRUTH[None])
     traced.linearised(1.1 * TRUTH)
     traced.sensitivity(TRUTH)  # shows no response

@@ -211,7 +211,7 @@ def test_all_five_unknowns_without_noise_from_13_evaluations(seed):
     truth = PLAIN.parameters.to_si(np.random.default_rng([7, seed]).random(5))
     found = identified(problem, measured(PLAIN, truth, "amplitude"), 13, seed, max_updates=0, budget=13)
     assert np.allclose(found.x, truth, rtol=1e-6, atol=0)
-    assert problem.count.evaluations == found.model_evaluations == 13 and not problem.count.jacobians
+    assert problem.meter.evaluations == found.model_evaluations == 13 and not problem.meter.jacobians
     assert found.stop == "optimizer" and found.updates == 0 and found.modelled is None
 
 

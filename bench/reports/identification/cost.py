@@ -17,7 +17,7 @@ from bench.jobs.lines import RESULTS
 from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
 from bench.storage.own_files import PAPER
-from ksmea.problem.budget_and_journal import JACOBIAN_AS_EVALUATIONS
+from ksmea.numerics.meter import JACOBIAN_AS_EVALUATIONS
 from ksmea.show.charts.ticks import plain_ticks
 from ksmea.show.figures.style import COLOURS
 

@@ -25,7 +25,7 @@ from bench.jobs.records import read_records
 from bench.plan.naming import place_columns
 from bench.plan.plan import Cell, Plan
 from ksmea.arrays import Array
-from ksmea.problem.budget_and_journal import JACOBIAN_AS_EVALUATIONS
+from ksmea.numerics.meter import JACOBIAN_AS_EVALUATIONS
 from ksmea.records.identification import IdentificationRecord
 from ksmea.records.trace import TraceRecord
 
