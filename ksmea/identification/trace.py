@@ -140,45 +140,56 @@ AnyMethod = TypeVar("AnyMethod")
 def with_counted_surrogate(method: AnyMethod, count: Meter) -> AnyMethod:
     """The same method, the predictions of its surrogate counted; as it is where it has none, or one that is the true model."""
     surrogate = getattr(method, "surrogate", None)
-    if not isinstance(surrogate, Surrogate) or surrogate.is_true_model:
+    counted = _counted(surrogate, count)
+    if counted is surrogate:
         return method
-    counted = copy.copy(method)
-    object.__setattr__(counted, "surrogate", CountedSurrogate(surrogate, count))  # settings are frozen
-    return counted
+    copied = copy.copy(method)
+    object.__setattr__(copied, "surrogate", counted)  # settings are frozen
+    return copied
 
 
-class CountedPredictor(Predictor):
-    """A predictor that counts the points it predicts. Whatever else it is asked, the one behind answers."""
+class _Counted:
+    """Stands before a surrogate or a predictor and counts predictions. The one behind answers everything else, also members
+    of the contract that have a default: hence no subclass of it, though an instance. Surrogates that its methods return are
+    counted too."""
 
-    def __init__(self, behind: Predictor, count: Meter) -> None:
+    def __init__(self, behind: Any, count: Meter) -> None:
         self.behind = behind
         self.count = count
+
+    def __getattr__(self, name: str) -> Any:
+        if name in ("behind", "count") or name.startswith("__"):  # of a copy in the making
+            raise AttributeError(name)
+        member = getattr(self.behind, name)
+        if not isinstance(member, MethodType):
+            return member
+
+        def call(*arguments: Any, **named: Any) -> Any:
+            return _counted(member(*arguments, **named), self.count)
+
+        return call
+
+
+@Predictor.register
+class CountedPredictor(_Counted):
+    """A predictor that counts the points it predicts."""
 
     def predict(self, u: Array) -> Array:
         return self.count.ask(u, self.behind.predict)
 
-    def append(self, u: Array, y: Array) -> Predictor | None:
+    def append(self, u: Array, y: Array) -> CountedPredictor | None:
         appended = self.behind.append(u, y)
         return None if appended is None else CountedPredictor(appended, self.count)
 
-    def __getattr__(self, name: str) -> Any:
-        return _behind(self, name)
 
+@Surrogate.register
+class CountedSurrogate(_Counted):
+    """A surrogate whose predictors count."""
 
-@dataclass(frozen=True)
-class CountedSurrogate(Surrogate):
-    """A surrogate whose predictors count. Whatever else it is asked, the one behind answers."""
-
-    behind: Surrogate
-    count: Meter
-
-    def least_samples(self, d: int) -> int:
-        return self.behind.least_samples(d)
-
-    def fit(self, u: Array, y: Array, rng: np.random.Generator) -> Predictor:
+    def fit(self, u: Array, y: Array, rng: np.random.Generator) -> CountedPredictor:
         return self._counted(lambda: self.behind.fit(u, y, rng))
 
-    def refit(self, previous: Predictor, u: Array, y: Array, rng: np.random.Generator) -> Predictor:
+    def refit(self, previous: Any, u: Array, y: Array, rng: np.random.Generator) -> CountedPredictor:
         bare = previous.behind if isinstance(previous, CountedPredictor) else previous
         return self._counted(lambda: self.behind.refit(bare, u, y, rng))
 
@@ -187,39 +198,15 @@ class CountedSurrogate(Surrogate):
         try:
             return CountedPredictor(made(), self.count)
         except Unsuited as unsuited:
-            if unsuited.substitute is not None and not unsuited.substitute.is_true_model:
-                unsuited.substitute = CountedSurrogate(unsuited.substitute, self.count)
+            unsuited.substitute = _counted(unsuited.substitute, self.count)
             raise
 
-    def __getattr__(self, name: str) -> Any:
-        return _behind(self, name)
 
-
-def _behind(counted: Any, name: str) -> Any:
-    """An attribute of what is counted, which a copy in the making does not have yet; a surrogate that a method of it returns is
-    counted too."""
-    if name in ("behind", "count") or name.startswith("__"):
-        raise AttributeError(name)
-    member = getattr(counted.behind, name)
-    if not isinstance(member, MethodType):
-        return member
-
-    def call(*arguments: Any, **named: Any) -> Any:
-        answer = member(*arguments, **named)
-        return CountedSurrogate(answer, counted.count) if isinstance(answer, Surrogate) else answer
-
-    return call
-
-
-def _handed_on(name: str) -> property:
-    return property(lambda self: _behind(self, name))
-
-
-# What the contracts have a default for is asked of the one behind too.
-for _counted, _contract in ((CountedPredictor, Predictor), (CountedSurrogate, Surrogate)):
-    for _name in set(vars(_contract)) - set(vars(_counted)):
-        if not _name.startswith("_"):
-            setattr(_counted, _name, _handed_on(_name))
+def _counted(surrogate: Any, count: Meter) -> Any:
+    """A surrogate that counts; the true model, or anything else, as it is."""
+    if not isinstance(surrogate, Surrogate) or surrogate.is_true_model:
+        return surrogate
+    return CountedSurrogate(surrogate, count)
 
 
 def within_budget(method: Method, traced: TracedProblem, measurement: Measurement, streams: Streams) -> Identification:

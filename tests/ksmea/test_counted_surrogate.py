@@ -1,6 +1,7 @@
 """A counted surrogate predicts as the one behind, and whatever else it is asked is that one's answer."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -107,5 +108,9 @@ def test_what_takes_over_from_a_surrogate_is_counted_too():
 
 
 def test_every_member_of_the_contracts_is_counted_or_handed_on():
+    """No default of the contract may answer in place of the one behind."""
     for counted, contract in ((CountedPredictor, Predictor), (CountedSurrogate, Surrogate)):
-        assert {name for name in vars(contract) if not name.startswith("_")} <= set(vars(counted))
+        assert issubclass(counted, contract) and contract not in counted.__mro__
+        members = {name for name in dir(contract) if not name.startswith("_")} - set(vars(counted))
+        behind = SimpleNamespace(**dict.fromkeys(members, "of the one behind"))
+        assert {getattr(counted(behind, Meter()), name) for name in members} == {"of the one behind"}
