@@ -8,9 +8,9 @@ import pytest
 
 import ksmea
 from bench.reports.pages.made_by import command_line
-from ksmea.fits.search import Effort
+from ksmea.fits.search import Effort, Search
 from ksmea.measurement.noise import Noise
-from ksmea.problem.alignment import aligned
+from ksmea.problem.case import Case
 from ksmea.studies import design_point
 from ksmea.studies.design_point import DesignPoint, common_noise
 from measurements.run_up_csv import as_csv
@@ -43,11 +43,11 @@ def with_sigma(measurement):
 @pytest.fixture
 def few_fits(monkeypatch):
     """A smaller search of the box: what is asked here does not hang on the best of all fits."""
-    monkeypatch.setattr(design_point, "Effort", lambda: Effort(screening=1000, starts=4))
+    monkeypatch.setattr(design_point, "Search", lambda rng: Search(rng, Effort(screening=1000, starts=4)))
 
 
 def test_one_noise_describes_what_is_stated_datum_by_datum(rotor, good, few_fits):
-    point = DesignPoint.of_measurement(aligned(rotor.problem, good), good, np.random.default_rng(0))
+    point = DesignPoint.of_measurement(Case.of(rotor.problem, good), np.random.default_rng(0))
     # made of 5 % and 0.02 µm of the true response, and stated with the same of the measured one: exact
     assert (point.noise.relative, point.noise.floor) == pytest.approx((0.05, 2e-8), rel=1e-6)
     assert point.remarks == (

@@ -15,6 +15,7 @@ from ksmea.errors import SettingError
 from ksmea.inference.cramer_rao import identifiability
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
+from ksmea.problem.case import Case
 from ksmea.problem.problem import Problem
 from ksmea.records.planning import PlanningRecord
 from ksmea.show.planning_text import frame, plot, text
@@ -277,4 +278,4 @@ def test_a_plan_from_fewer_measured_data_than_unknowns_is_refused():
     with pytest.raises(
         SettingError, match=r"few.csv: expected at least 7 data for 5 unknowns and 2 of the noise, got 3"
     ):
-        DesignPoint.of_measurement(problem, measurement, np.random.default_rng(0))
+        DesignPoint.of_measurement(Case(problem, measurement), np.random.default_rng(0))
