@@ -37,7 +37,7 @@ from ksmea.plugins import registry
 from ksmea.problem.alignment import aligned
 from ksmea.problem.case import Case
 from ksmea.problem.problem import Problem
-from ksmea.show.charts.ticks import plain_ticks
+from ksmea.show.charts.locators import plain_ticks
 from ksmea.studies.library import library
 from measurements.hidden_size import drawn_size
 from problems.three_disk import ThreeDisk

@@ -35,7 +35,7 @@ for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
 from unittest.mock import patch
 
 from bench import main as bench_main
-from bench.reports.identification import summary_drawings
+from bench.reports import collect
 from benchmarks.isolated_trial import Outcome, isolated
 from ksmea.errors import SettingError
 from ksmea.problem.alignment import aligned
@@ -233,7 +233,7 @@ def try_results(folder: Path) -> None:
     refused: list[str] = []
     exports = [["export", each, "--out", str(folder / each)] for each in ("ioh", "coco", "csv")]
     merge = ["merge", str(folder), "--out", str(folder / "merged")]
-    with patch.object(summary_drawings, "png", lambda figure: b""):
+    with patch.object(collect, "_png", lambda chart: b""):
         for words in (["status"], ["explain", ""], ["collect"], *exports, merge):
             bench_main.run([*words, str(folder)], refused.append)
     if refused:

@@ -6,14 +6,14 @@ as it stands and does nothing.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
+from ksmea.show.charts.chart import Chart
+
 if TYPE_CHECKING:
     import pandas as pd  # needed when there is something to report
-
-    from ksmea.show.charts.chart import Chart
 
 Figure = Mapping[str, Any]  # a plotly figure: {"data": [traces], "layout": {…}}, numbers, texts and None
 
@@ -68,10 +68,14 @@ class Plot:
 
 @dataclass(frozen=True)
 class Drawn:
-    """A chart; `still` names the PNG of it among the report's figures, which stands in its place where no script runs."""
+    """A chart, or what describes it, which may fail alone. `file` is the name of a PNG of it, which is written among the report's
+    figures, and stands in its place where no script runs; '' without one."""
 
-    chart: Chart
-    still: str = ""
+    chart: Chart | Callable[[], Chart]
+    file: str = ""
+
+    def described(self) -> Chart:
+        return self.chart if isinstance(self.chart, Chart) else self.chart()
 
 
 @dataclass(frozen=True)
@@ -124,3 +128,18 @@ class Page:
 
     headline: str = ""
     sections: tuple[Section, ...] = field(default=())
+
+    def charts(self) -> dict[str, Callable[[], Chart]]:
+        """The charts that are written as pictures, by the names of their files."""
+        return {each.file: each.described for section in self.sections for each in _drawn(section.blocks) if each.file}
+
+
+def _drawn(blocks: Iterable[Block]) -> Iterator[Drawn]:
+    for block in blocks:
+        match block:
+            case Drawn():
+                yield block
+            case Grid():
+                yield from _drawn(block.plots)
+            case Folded():
+                yield from _drawn(block.blocks)

@@ -13,11 +13,12 @@ from bench.plan.plan import Plan
 from ksmea.errors import SettingError
 from ksmea.plugins import registry
 from ksmea.settings.settings import Settings
+from ksmea.show.charts.chart import Chart
 
 if TYPE_CHECKING:
     import pandas as pd  # needed when there is something to report
 
-Drawing = bytes | Callable[[], bytes]  # the content of a file, or what makes it when it is written
+Drawing = bytes | Callable[[], bytes | Chart]  # the content of a file, or what makes it when it is written
 
 
 def _no_figures() -> dict[str, Drawing]:
@@ -30,7 +31,8 @@ class Made:
 
     `figures` makes further files, after `files` are written; it is not asked where they are there already and were made
     of the same `files`. Content that is a function is asked for alone: where that fails, only its file is missing.
-    `page` says what the page of the experiment shows; left out, it shows `text`, the tables of `files` and the figures.
+    `page` says what the page of the experiment shows; left out, it shows `text`, the tables of `files` and the figures. The
+    charts of a page (`bench.plan.page.Drawn`) are written as pictures too: `figures` names only what no page shows.
     `outdated` names files that an earlier call may have written and that would now say what is not so.
     """
 

@@ -25,6 +25,7 @@ from bench.storage.files import remove_partial, replace_file
 from ksmea.errors import SettingError, shortened, visible, visible_lines
 from ksmea.numerics.parallel import available_cores, for_each
 from ksmea.settings.regular_files import open_regular
+from ksmea.show.charts.chart import Chart
 
 LONGEST_REASON = 500  # characters of why a run failed
 DRAWN = ".drawn"  # holds a digest of what the figures beside it were drawn from
@@ -58,8 +59,7 @@ def collect(output: Path, redraw: bool = True) -> int:
     drawn_from = _digest(made.files, plan.commit)
     if redraw or not _is_drawn(output, drawn_from):
         (output / DRAWN).unlink(missing_ok=True)
-        drawings, all_drawn = draw(made.figures, output)
-        if _write_page(plan, made, drawings, output) and all_drawn:
+        if _write_figures_and_page(plan, made, output):
             replace_file(output / DRAWN, drawn_from)
     write_index_above(output)
     print(visible_lines(made.text))
@@ -111,7 +111,8 @@ def _written(entry: tuple[Path, Drawing]) -> bytes | _NotDrawn:
     """The content of a figure, which is written too; without one that stood there of other tables where it cannot be drawn."""
     path, drawing = entry
     try:
-        content = drawing if isinstance(drawing, bytes) else drawing()
+        made = drawing if isinstance(drawing, bytes) else drawing()
+        content = _png(made) if isinstance(made, Chart) else made
     except Exception as error:
         path.unlink(missing_ok=True)
         return _NotDrawn.of(error)
@@ -119,16 +120,34 @@ def _written(entry: tuple[Path, Drawing]) -> bytes | _NotDrawn:
     return content
 
 
-def _write_page(plan: Plan, made: Made, drawings: Mapping[str, bytes], output: Path) -> bool:
-    """Write the page; where it cannot be made, say so in a line: the tables are written. Whether it could."""
+def _png(chart: Chart) -> bytes:
+    from ksmea.show.charts.picture import png  # loads all of matplotlib
+
+    return png(chart)
+
+
+def _write_figures_and_page(plan: Plan, made: Made, output: Path) -> bool:
+    """Write the charts of the page as pictures, further figures, and the page; where it cannot be made, say so in a line: the
+    tables are written. Whether all is there."""
     try:
-        content = experiment_page(plan, made, drawings, last_began(output))
+        page = None if made.page is None else made.page()
+        charts: Mapping[str, Drawing] = {} if page is None else page.charts()
     except Exception as error:  # whatever a report of other people raises
-        _tell_not_drawn(PAGE, _NotDrawn.of(error))
-        (output / PAGE).unlink(missing_ok=True)
-        return False
+        draw(made.figures, output)
+        return _no_page(output, error)
+    drawings, all_drawn = draw(lambda: {**charts, **made.figures()}, output)
+    try:
+        content = experiment_page(plan, made, page, drawings, last_began(output))
+    except Exception as error:
+        return _no_page(output, error)
     replace_file(output / PAGE, content)
-    return True
+    return all_drawn
+
+
+def _no_page(output: Path, error: Exception) -> bool:
+    _tell_not_drawn(PAGE, _NotDrawn.of(error))
+    (output / PAGE).unlink(missing_ok=True)
+    return False
 
 
 def _tell_not_drawn(what: str, why: _NotDrawn) -> None:

@@ -10,14 +10,13 @@ import pandas as pd
 from bench.jobs.records import read_records
 from bench.plan.plan import read_plan
 from bench.reports.collect import draw
-from bench.reports.identification.history_figures import mesh_figure
-from bench.reports.identification.summary_drawings import curves_by_cell, for_figures
+from bench.reports.identification.course_charts import mesh_chart
+from bench.reports.identification.summary import curves_by_cell, for_figures
 from bench.reports.pages.document import PAGE
 from bench.reports.pages.index import write_index
 from bench.reports.tables import csv_text
 from bench.storage.files import replace_file
 from ksmea.errors import visible_lines
-from ksmea.show.figures.style import png
 
 
 def collect_all(output: Path, parts: Sequence[Path]) -> None:
@@ -35,7 +34,7 @@ def collect_all(output: Path, parts: Sequence[Path]) -> None:
     table.insert(0, "table", table.pop("table"))
     replace_file(output / f"{output.name}.csv", csv_text(table).encode())
     meshes = [curves[min(curves)] for name in ("table3", "table4") if (curves := true_responses.get(name))]
-    drawn = draw(lambda: {"mesh.png": lambda: png(mesh_figure(*meshes))}, output)[0] if len(meshes) == 2 else {}
+    drawn = draw(lambda: {"mesh.png": lambda: mesh_chart(*meshes)}, output)[0] if len(meshes) == 2 else {}
     write_index(output)
     written = [f"{output.name}.csv", *drawn, PAGE]
     print(visible_lines(f"\nwritten to {output}: {', '.join(written)}"))

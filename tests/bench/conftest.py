@@ -132,9 +132,7 @@ def table3(shell, quick, tmp_path_factory):
 
 def undrawn(monkeypatch):
     """Figures are empty files: drawing them takes longer than all else that a small experiment does."""
-    for name in ("summary_figure", "updates_figure", "response_figure", "cost_figure", "png"):
-        monkeypatch.setattr(f"bench.reports.identification.summary_drawings.{name}", lambda *arguments: b"")
-    monkeypatch.setattr("bench.reports.collect_all.png", lambda *arguments: b"")
+    monkeypatch.setattr("bench.reports.collect._png", lambda chart: b"")
 
 
 @pytest.fixture

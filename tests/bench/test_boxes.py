@@ -3,33 +3,41 @@
 import numpy as np
 import pytest
 
-from bench.reports.plots.boxes import box_plot, box_trace
-from bench.reports.plots.interval_ends import drawn_ends
+from bench.reports.identification.spread_chart import MARKS, MEDIAN_INTERVAL, interval_elements
+from bench.reports.interval_ends import drawn_ends
+from ksmea.show.charts import interactive
+from ksmea.show.charts.chart import Axis, Boxes, one_panel
+
+
+def traces_of(*elements, scale="linear"):
+    return interactive.plot(one_panel(elements, Axis(), Axis("", scale), "", ""))["data"]
 
 
 def test_a_box_has_the_quartiles_of_the_table():
     values = [3.0, 1.0, 8.0, np.nan, 2.0, 5.0, 13.0]
-    box = box_trace(0, values, "cell")
+    [box] = traces_of(Boxes([0.0], [values]))
     told = np.quantile([1, 2, 3, 5, 8, 13], [0.25, 0.5, 0.75])
     assert [box[name][0] for name in ("q1", "median", "q3")] == pytest.approx(told)
     assert box["lowerfence"] == [1.0] and box["upperfence"] == [13.0]
 
 
+def interval(values, low, high, **more):
+    return interval_elements(np.zeros(1), np.array([low]), np.array([high]), np.array(values), **more)
+
+
 def test_an_interval_without_a_lower_end_points_down_also_where_all_values_lie_above_it():
     low, high = drawn_ends(np.array([np.nan]), np.array([0.9]), np.array([0.95, 1.0]))
     assert low < high == 0.9
-    plot = box_plot("cyy", "kN s/m", ["40"], [[0.95, 1.0]], {}, [(float("nan"), 0.9)])
-    [line] = [trace for trace in plot.figure["data"] if trace["name"] == "median interval"]
-    assert line["y"][0] < line["y"][1] == 0.9
-    arrows = [symbol for symbol, size in zip(line["marker"]["symbol"], line["marker"]["size"]) if size]
-    assert arrows == ["triangle-down"]
-    assert "with an arrow where it is open" in plot.alternative
+    line, arrow = interval([0.95, 1.0], np.nan, 0.9)
+    assert line.name == MEDIAN_INTERVAL and line.y[0] < line.y[1] == 0.9 and np.isnan(line.y[2])
+    assert arrow.symbol == "triangle down" and list(arrow.y) == list(line.y[:1])
+    assert "with an arrow where it is open" in MARKS[MEDIAN_INTERVAL]
+    assert [trace["mode"] for trace in traces_of(line, arrow)] == ["lines", "markers"]
 
 
 def test_an_open_end_stays_above_0_on_a_logarithmic_axis():
-    plot = box_plot("cyy", "kN s/m", ["40"], [[0.01, 1.0]], {}, [(float("nan"), 0.9)], y_log=True)
-    [line] = [trace for trace in plot.figure["data"] if trace["name"] == "median interval"]
-    assert 0 < line["y"][0] < 0.01
+    line, _ = interval([0.01, 1.0], np.nan, 0.9, is_log=True)
+    assert 0 < line.y[0] < 0.01
 
 
 def test_a_value_of_0_is_not_drawn_on_a_logarithmic_axis(recwarn):

@@ -55,8 +55,7 @@ def change_record(folder, change):
 
 @pytest.mark.parametrize("target", ["rotor", "extended", "run_up", "campaign", "campaign_runs", "plan", "records"])
 def test_damaged_files_are_read_or_refused_in_one_visible_line(target, fuzzer, folder, monkeypatch):
-    monkeypatch.setattr("bench.reports.identification.summary_drawings.summary_figure", lambda *arguments: b"")
-    monkeypatch.setattr("bench.reports.identification.summary._drawings", lambda *arguments: {})
+    monkeypatch.setattr("bench.reports.collect._png", lambda chart: b"")
     content = fuzzer.healthy(target, folder)
     for seed in range(N_MUTATION):
         found = fuzzer.outcome_of(

@@ -1,4 +1,4 @@
-"""Figures hold the data of the records: what matplotlib would draw is compared with what was recorded."""
+"""Figures hold the data of the records: what their charts describe is compared with what was recorded."""
 
 import dataclasses
 import shutil
@@ -7,32 +7,39 @@ import msgspec
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.figure import Figure
 
 from bench.jobs.records import RecordWriter, read_records
 from bench.plan.naming import cell_name, place_text, telling_axes
 from bench.plan.plan import read_plan, write_plan
 from bench.reports.collect import collect
 from bench.reports.collect_all import collect_all
-from bench.reports.identification import summary_drawings as reporting
-from bench.reports.identification.cost import COSTS, JACOBIAN_AS_EVALUATIONS, cost_figure, cost_frame, paper_cost
-from bench.reports.identification.figures import summary_figure
-from bench.reports.identification.history_figures import mesh_figure, response_figure, updates_figure
+from bench.reports.identification.cost import COSTS, JACOBIAN_AS_EVALUATIONS, cost_chart, cost_frame, paper_cost
+from bench.reports.identification.course_charts import CURVES, mesh_chart, response_chart, updates_chart
+from bench.reports.identification.spread_chart import spread_chart
 from bench.reports.runs import runs_frame
 from bench.reports.tables import summary_frame
 from ksmea.records.curves import ResponseCurves
 from ksmea.records.identification import IdentificationRecord, ParameterRecord, Seconds, UpdateRecord
-from ksmea.show.figures.style import png
+from ksmea.show.charts.chart import Boxes, Chart, Level, Line, Points, Words
+from ksmea.show.charts.picture import png
 from problems.three_disk import ThreeDisk
 
 RPM = np.pi / 30  # rad/s
 PNG = b"\x89PNG"
 
 
-def drawn(figure):
-    """The lines of each panel by their labels, those without one by their place."""
-    panels = figure.axes
-    return [{line.get_label(): (line.get_xdata(), line.get_ydata()) for line in panel.get_lines()} for panel in panels]
+def drawn(panel):
+    """The lines and points of a panel by their names."""
+    return {each.name: each for each in panel.elements if isinstance(each, Line | Points)}
+
+
+def parted(line):
+    """The parts of a line with gaps, as (x, y)."""
+    parts, begin = [], 0
+    for end in np.flatnonzero(np.isnan(line.x)):
+        parts.append((line.x[begin:end].tolist(), line.y[begin:end].tolist()))
+        begin = end + 1
+    return parts
 
 
 # -- from the records of runs --
@@ -44,12 +51,12 @@ def figures(table3, tmp_path, monkeypatch):
     output = shutil.copytree(table3.output, tmp_path / "table3")
     made = []
 
-    def png(figure):
-        assert isinstance(figure, Figure)
-        made.append(figure)
+    def png(chart):
+        assert isinstance(chart, Chart)
+        made.append(chart)
         return PNG
 
-    monkeypatch.setattr(reporting, "png", png)
+    monkeypatch.setattr("bench.reports.collect._png", png)
     monkeypatch.setattr("bench.reports.collect.available_cores", lambda: 1)  # all are drawn here
     assert collect(output) == 0
     summary, updates, response = made
@@ -69,38 +76,35 @@ def test_a_real_experiment_draws_them_all(table3):
 
 def test_the_updates_are_those_of_every_repetition(figures):
     made, plan, records = figures
-    panels = np.reshape(made["updates"].axes, (2, 3))  # a row per cell; kxx, kyy and the misfit
-    for cell, row in enumerate(panels):
+    for cell, stack in enumerate(made["updates"].stacks):  # a stack per cell; kxx, kyy and the misfit
         histories = [records[run.key].history for run in plan.runs if run.cell == cell]
         assert len(histories) == 4 and all(histories)
-        for index, panel in enumerate(row[:2]):
-            *lines, reference = panel.get_lines()
-            assert [line.get_xdata().tolist() for line in lines] == [list(range(1, 1 + len(h))) for h in histories]
-            for line, history in zip(lines, histories):
-                assert line.get_ydata() == pytest.approx([update.x[index] / 1e6 for update in history])
-            assert set(reference.get_ydata()) == {(50.0, 70.0)[index]}  # MN/m, Table 1
-            assert panel.get_ylabel() == ("kxx (MN/m)", "kyy (MN/m)")[index]
-        misfits = row[2].get_lines()
-        for line, history in zip(misfits, histories, strict=True):
-            assert line.get_ydata().tolist() == [update.misfit for update in history]
-        assert row[0].get_title("left") == f"samples {(25, 30)[cell]}"
+        for index, panel in enumerate(stack[:2]):
+            line, reference = panel.elements
+            for (steps, values), history in zip(parted(line), histories, strict=True):
+                assert steps == list(range(1, 1 + len(history)))
+                assert values == pytest.approx([update.x[index] / 1e6 for update in history])
+            assert isinstance(reference, Level) and reference.at == (50.0, 70.0)[index]  # MN/m, Table 1
+            assert panel.y.label == ("kxx (MN/m)", "kyy (MN/m)")[index]
+        (misfits,) = stack[2].elements
+        for (_, values), history in zip(parted(misfits), histories, strict=True):
+            assert values == [update.misfit for update in history]
+        assert stack[0].title == f"samples {(25, 30)[cell]}"
 
 
 def test_the_responses_are_those_of_repetition_0_in_micrometres_over_rpm(figures):
     made, plan, records = figures
-    panels = np.reshape(made["response"].axes, (2, 2))
-    for cell, (left, right) in enumerate(panels):
+    for cell, stack in enumerate(made["response"].stacks):
         [run] = [run for run in plan.runs if (run.cell, run.repetition) == (cell, 0)]
         curves = records[run.key].curves
-        assert len(curves.channels) == 2
-        for panel, names in ((left, ("measured", "identified")), (right, ("predicted", "modelled"))):
-            lines = {line.get_label(): line for line in panel.get_lines()}
-            assert set(lines) == {f"{name}, {channel}" for name in names for channel in curves.channels}
-            for name in names:
-                for index, channel in enumerate(curves.channels):
-                    line = lines[f"{name}, {channel}"]
-                    assert line.get_xdata() == pytest.approx(np.array(curves.speed) / RPM)
-                    assert line.get_ydata() == pytest.approx(np.array(getattr(curves, name))[:, index] / 1e-6)
+        assert len(curves.channels) == len(stack) == 2
+        for index, (channel, panel) in enumerate(zip(curves.channels, stack)):
+            assert panel.y.label.startswith(channel)
+            shown = drawn(panel)
+            assert set(shown) == {said for said, *_ in CURVES.values()}
+            for curve, (said, *_) in CURVES.items():
+                assert shown[said].x == pytest.approx(np.array(curves.speed) / RPM)
+                assert shown[said].y == pytest.approx(np.array(getattr(curves, curve))[:, index] / 1e-6)
     with_curves = [record for record in records.values() if record.curves is not None]
     assert {record.status for record in with_curves} <= {"done", "budget"}
     assert len(with_curves) == len(plan.cells)
@@ -126,14 +130,12 @@ def test_the_summary_holds_quartiles_and_the_papers_values(plan, tmp_path):
     runs["status"] = "done"
     runs["kxx"] = [49, 60, 50, 60, 51, 60, 52, 60]  # repetitions one after the other, two cells in each
     summary = summary_frame(plan, runs)
-    kxx, *_ = summary_figure(plan, runs, summary).axes
-    assert kxx.get_title() == "kxx (MN/m)"
-    lines = [line for line in kxx.get_lines() if len(line.get_ydata()) > 0]
-    paper = [line for line in lines if line.get_label() == "paper"]
-    assert [line.get_ydata().tolist() for line in paper] == [[50.3, 50.1]]
-    medians = [line.get_ydata() for line in lines if len(line.get_ydata()) == 2 and line.get_linewidth() == 2]
-    assert [set(values) for values in medians] == [{50.5}, {60.0}]
-    assert [label.get_text() for label in kxx.get_xticklabels()] == ["40", "70"]
+    kxx, *_ = spread_chart(plan, runs, summary).panels
+    assert kxx.title == "kxx (MN/m)"
+    assert drawn(kxx)["paper"].y.tolist() == [50.3, 50.1]
+    [boxes] = [each for each in kxx.elements if isinstance(each, Boxes)]
+    assert [np.median(values) for values in boxes.values] == [50.5, 60.0]
+    assert list(kxx.x.ticks.values()) == ["40", "70"]
 
 
 # -- from data made by hand --
@@ -149,34 +151,35 @@ def curves_of(n_speed=4, **others):
 def test_the_mesh_figure_shows_both_meshes_and_their_difference():
     coarse = curves_of()
     fine = curves_of(true=(np.array(coarse.true) * [1.02, 0.99]).tolist())
-    left, right = drawn(mesh_figure(coarse, fine))
-    assert left["true (13 elements), x at 0.1 m"][1] == pytest.approx(np.linspace(1, 2, 4))
-    assert left["true (21 elements), y at 0.1 m"][1] == pytest.approx(0.99 * np.linspace(3, 6, 4))
-    assert right["x at 0.1 m"][1] == pytest.approx([2.0] * 4) and right["y at 0.1 m"][1] == pytest.approx([1.0] * 4)
+    left, right = map(drawn, mesh_chart(coarse, fine).panels)
+    assert left["13 elements, x at 0.1 m"].y == pytest.approx(np.linspace(1, 2, 4))
+    assert left["21 elements, y at 0.1 m"].y == pytest.approx(0.99 * np.linspace(3, 6, 4))
+    assert right["x at 0.1 m"].y == pytest.approx([2.0] * 4) and right["y at 0.1 m"].y == pytest.approx([1.0] * 4)
     for panel in (left, right):
-        for speed, _ in panel.values():
-            assert speed == pytest.approx(np.linspace(200, 1500, 4) / RPM)
+        for each in panel.values():
+            assert each.x == pytest.approx(np.linspace(200, 1500, 4) / RPM)
 
 
-def test_a_response_without_surrogate_has_an_empty_panel(plan):
-    """A method that works on the true model predicts nothing; a cell without any curve has no row."""
+def test_a_response_without_surrogate_has_no_line_of_one(plan):
+    """A method that works on the true model predicts nothing; a cell without any curve has no stack."""
     curves = {1: curves_of(measured=[[1e-6, 2e-6]] * 4, identified=[[3e-6, 4e-6]] * 4)}
-    figure = response_figure(plan, curves)
-    left, right = drawn(figure)
-    assert left["identified, y at 0.1 m"][1] == pytest.approx([4.0] * 4) and right == {}
-    assert figure.axes[0].get_title("left") == "samples 70"
-    assert png(figure).startswith(PNG)
+    chart = response_chart(plan, curves)
+    [(first, second)] = chart.stacks
+    assert drawn(second)["identified"].y == pytest.approx([4.0] * 4)
+    assert set(drawn(second)) == {"truth", "measured", "identified"}
+    assert first.title == "samples 70"
+    assert png(chart).startswith(PNG)
 
 
 def test_updates_of_runs_that_failed_are_left_out(plan):
     history = [UpdateRecord((51e6, 2e-4), misfit=3.0), UpdateRecord((50e6, 2e-4))]  # None: it was not finite
-    figure = updates_figure(plan, {plan.runs[0].key: history, plan.runs[2].key: []})
-    first, _, misfit, *second = figure.axes
-    assert first.get_lines()[0].get_ydata() == pytest.approx([51, 50])
-    assert misfit.get_lines()[0].get_ydata() == pytest.approx([3.0, np.nan], nan_ok=True)
-    with_data = [[line for line in panel.get_lines() if len(line.get_xdata())] for panel in second]
-    assert [len(lines) for lines in with_data] == [1, 1, 0]  # the references alone
-    assert png(figure).startswith(PNG)
+    chart = updates_chart(plan, {plan.runs[0].key: history, plan.runs[2].key: []})
+    (first, _, misfit), second = chart.stacks
+    assert first.elements[0].y[:2] == pytest.approx([51, 50])
+    assert misfit.elements[0].y[:2] == pytest.approx([3.0, np.nan], nan_ok=True)
+    for panel in second:  # the references alone
+        assert not np.isfinite(panel.elements[0].y).any()
+    assert png(chart).startswith(PNG)
 
 
 def test_an_experiment_of_failures_draws_what_it_can(table3, tmp_path, capsys):
@@ -191,8 +194,10 @@ def test_an_experiment_of_failures_draws_what_it_can(table3, tmp_path, capsys):
 
 def test_the_mesh_figure_is_made_where_both_tables_have_their_curves(plan, tmp_path, monkeypatch):
     made = []
-    monkeypatch.setattr("bench.reports.collect_all.mesh_figure", lambda *curves: made.append(curves))
-    monkeypatch.setattr("bench.reports.collect_all.png", lambda figure: PNG)
+    monkeypatch.setattr(
+        "bench.reports.collect_all.mesh_chart", lambda *curves: made.append(curves) or Chart("", "", ())
+    )
+    monkeypatch.setattr("bench.reports.collect._png", lambda chart: PNG)
     coarse, fine = curves_of(), curves_of(true=[[5e-6, 5e-6]] * 4)
     output = tmp_path / "all"
     parts = [output / "table3", output / "table4"]
@@ -271,18 +276,16 @@ def test_a_method_that_is_dearer_in_both_is_never_worth_it(labelled, runs):
 
 def test_the_lines_of_the_cost_figure_rise_by_the_evaluations_and_cross_at_the_break_even(labelled, runs):
     frame = cost_frame(labelled, runs)
-    figure = cost_figure(frame)
-    lines = [line for line in figure.axes[0].get_lines() if len(line.get_xdata()) == len(COSTS)]
+    (panel,) = cost_chart(frame).panels
+    lines = [each for each in panel.elements if isinstance(each, Line)]
     assert COSTS[0] == pytest.approx(1e-6) and COSTS[-1] == pytest.approx(3600)
     for line, row in zip(lines, frame.itertuples(), strict=True):
-        cost, total = line.get_data()
-        assert np.polyfit(cost, total, 1) == pytest.approx([row.evaluations, row.overhead_s])
-        assert line.get_label().startswith(f"{row.method}: {row.evaluations:.0f} evaluations")
-    dots = [line for line in figure.axes[0].get_lines() if line.get_marker() == "o"]
-    assert [line.get_xdata()[0] for line in dots] == pytest.approx([8 / 2000, 9.7 / 60])
+        assert np.polyfit(line.x, line.y, 1) == pytest.approx([row.evaluations, row.overhead_s])
+        assert line.name.startswith(f"{row.method}: {row.evaluations:.0f} evaluations")
+    dots = [each for each in panel.elements if isinstance(each, Points) and each.symbol == "circle"]
+    assert [dot.x[0] for dot in dots] == pytest.approx([8 / 2000, 9.7 / 60])
     for dot in dots:  # it lies on the line of the first method too
-        [cost], [total] = dot.get_data()
-        assert total == pytest.approx(100 * cost + 10)
+        assert dot.y[0] == pytest.approx(100 * dot.x[0] + 10)
 
 
 def test_the_papers_times_stand_at_the_cost_that_its_table_3_implies(labelled, runs):
@@ -296,10 +299,11 @@ def test_the_papers_times_stand_at_the_cost_that_its_table_3_implies(labelled, r
     assert times.set_index("method")["identified"].to_dict() == {
         "KSMEA": 271.27, "DE": 3086.2, "PSO": 3460.5, "GA": 2959.8
     }  # fmt: skip
-    figure = cost_figure(cost_frame(labelled, runs))
-    [diamonds] = [line for line in figure.axes[0].get_lines() if line.get_marker() == "D"]
-    assert diamonds.get_xdata() == pytest.approx([slope] * 4)
-    assert diamonds.get_ydata() == pytest.approx([271.27, 3086.2, 3460.5, 2959.8])
+    (panel,) = cost_chart(cost_frame(labelled, runs)).panels
+    diamonds = drawn(panel)["paper, Table 6"]
+    assert {each.text for each in panel.elements if isinstance(each, Words)} == {"DE, PSO, GA", "KSMEA"}
+    assert diamonds.x == pytest.approx([slope] * 4)
+    assert diamonds.y == pytest.approx([271.27, 3086.2, 3460.5, 2959.8])
 
 
 @pytest.mark.parametrize("left", [["KSMEA"], ["DE", "LM"], list(METHODS)])
@@ -309,7 +313,7 @@ def test_a_cost_figure_is_drawn_whatever_has_results(left, labelled, runs):
             runs.loc[runs["cell"] == cell, "status"] = "error"
     frame = cost_frame(labelled, runs)
     assert frame["method"].tolist() == [name for name in left if METHODS[name]]
-    assert png(cost_figure(frame)).startswith(PNG)
+    assert png(cost_chart(frame)).startswith(PNG)
 
 
 def test_a_cost_figure_has_a_line_for_every_cell(labelled, runs):
@@ -323,7 +327,7 @@ def test_a_cost_figure_has_a_line_for_every_cell(labelled, runs):
     plan = dataclasses.replace(labelled, cells=cells, axes=("samples", "label", "problem.mesh"))
     frame = cost_frame(plan, pd.concat(more))
     assert len(frame) == 9 and frame["method"].is_unique
-    lines = [line for line in cost_figure(frame).axes[0].get_lines() if len(line.get_xdata()) == len(COSTS)]
+    lines = [each for each in cost_chart(frame).panels[0].elements if isinstance(each, Line)]
     assert len(lines) == 9
 
 
@@ -377,9 +381,9 @@ def test_a_value_is_shown_as_people_read_it(value, text):
 @pytest.mark.parametrize("text", ["cost", "updates", "response", "mesh"])
 def test_no_figure_warns(text, plan, labelled, runs):
     figure = {
-        "cost": lambda: cost_figure(cost_frame(labelled, runs)),
-        "updates": lambda: updates_figure(plan, {plan.runs[0].key: [UpdateRecord((51e6, 2e-4), misfit=3.0)]}),
-        "response": lambda: response_figure(plan, {0: curves_of(measured=[[1e-6, 2e-6]] * 4)}),
-        "mesh": lambda: mesh_figure(curves_of(), curves_of(true=[[5e-6, 5e-6]] * 4)),
+        "cost": lambda: cost_chart(cost_frame(labelled, runs)),
+        "updates": lambda: updates_chart(plan, {plan.runs[0].key: [UpdateRecord((51e6, 2e-4), misfit=3.0)]}),
+        "response": lambda: response_chart(plan, {0: curves_of(measured=[[1e-6, 2e-6]] * 4)}),
+        "mesh": lambda: mesh_chart(curves_of(), curves_of(true=[[5e-6, 5e-6]] * 4)),
     }[text]()
     assert png(figure).startswith(PNG)

@@ -13,7 +13,7 @@ import pytest
 
 from bench.plan.page import Table
 from bench.reports.diagnosis.page import diagnosis_page
-from bench.reports.identification.summary_page import _range as errors_in_words
+from bench.reports.identification.summary import _range as errors_in_words
 from bench.reports.pages.blocks import Blocks
 from bench.reports.pages.experiment import heading
 from bench.reports.pages.made_by import command_line

@@ -49,7 +49,7 @@ def test_a_run_does_not_use_other_plugins_nor_what_prints_results():
         not {
             "optimizers.ga",
             "surrogates.rsm",
-            "bench.reports.identification.figures",
+            "bench.reports.identification.spread_chart",
             "bench.reports.tables",
             "bench.main",
         }
@@ -111,7 +111,7 @@ def digest_in(place):
         ("problems/rotor/finite_elements/shaft.py", "import numpy as np", "import numpy as np\n\nDENSITY = 1.0", True),
         ("optimizers/ga.py", "import copy", "import copy\nimport math", False),
         ("ksmea/location/force_law.py", "N_FIRST = ", "N_SECOND = 1\nN_FIRST = ", False),
-        ("bench/reports/identification/figures.py", "OURS, PAPER", "NEW, OURS, PAPER", False),
+        ("bench/reports/identification/spread_chart.py", "COLUMNS = 3", "COLUMNS = 4", False),
         ("ksmea/identification/ksmea.py", "import time", "# a remark\nimport   time", False),
         ("ksmea/identification/ksmea.py", '"""KSMEA: ', '"""KSMEA, in other words: ', False),
     ],

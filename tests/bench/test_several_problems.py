@@ -7,8 +7,8 @@ import pytest
 
 from bench.plan.plan import read_plan
 from bench.reports.collect import collect
-from bench.reports.identification.figures import cells_with
-from bench.reports.identification.history_figures import updates_figure
+from bench.reports.identification.course_charts import updates_chart
+from bench.reports.identification.spread_chart import cells_with, spread_chart
 from outside_package import on_path
 
 FIGURES = "figures=[updates,response,cost]"
@@ -86,11 +86,11 @@ def test_a_panel_shows_the_cells_that_have_its_parameter(two):
     assert cells_with(plan, "kxx", "N/m") == [] and cells_with(plan, "time", "s") == [0, 1]
 
 
-def test_updates_of_problems_with_fewer_unknowns_leave_a_panel_empty(plan):
+def test_updates_of_problems_with_fewer_unknowns_have_fewer_panels(plan):
     first, second = plan.cells
     second = type(second)(second.place, second.settings, second.seed, second.parameters[:1], second.code)
-    figure = updates_figure(type(plan)(**{**vars(plan), "cells": (first, second)}), {})
-    assert [panel.axison for panel in figure.axes] == [True, True, True, True, False, True]
+    chart = updates_chart(type(plan)(**{**vars(plan), "cells": (first, second)}), {})
+    assert [len(stack) for stack in chart.stacks] == [3, 2]
 
 
 def test_a_figure_that_cannot_be_drawn_is_one_line_and_costs_nothing_else(enter, cheapest, monkeypatch, capsys):
@@ -101,7 +101,7 @@ def test_a_figure_that_cannot_be_drawn_is_one_line_and_costs_nothing_else(enter,
     def fails(*arguments):
         raise ValueError("too\nmany colours")
 
-    monkeypatch.setattr("bench.reports.identification.summary_drawings.summary_figure", fails)
+    monkeypatch.setattr("bench.reports.identification.summary.spread_chart", fails)
     assert collect(ended.output) == 0
     printed = capsys.readouterr()
     assert printed.err == "run.png: cannot be drawn (ValueError: too many colours); the tables are written\n"
@@ -109,7 +109,7 @@ def test_a_figure_that_cannot_be_drawn_is_one_line_and_costs_nothing_else(enter,
     names = {path.name for path in ended.output.iterdir()}
     assert {"runs.csv", "run.csv", "run_response.png", "run_cost.png", "run_cost.csv"} <= names
     assert "run.png" not in names  # the old one shows other tables
-    monkeypatch.setattr("bench.reports.identification.summary_drawings.summary_figure", lambda *arguments: None)
+    monkeypatch.setattr("bench.reports.identification.summary.spread_chart", spread_chart)
     assert collect(ended.output, redraw=False) == 0 and (ended.output / "run.png").is_file()  # tried again
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from bench.plan.plan import read_plan
-from bench.reports.identification.trace_figure import LEAST_EXCESS, trace_figure
+from bench.reports.identification.course_charts import LEAST_EXCESS, anytime_chart
 from bench.reports.identification.trace_table import (
     Traced,
     _grid,
@@ -19,6 +19,7 @@ from bench.reports.identification.trace_table import (
 )
 from ksmea.records.identification import IdentificationRecord
 from ksmea.records.trace import StageRecord, TraceRecord
+from ksmea.show.charts.chart import Line, Points
 
 
 def trace_of(evaluations, misfit, jacobians=None, error=(), stages=()):
@@ -88,15 +89,13 @@ def test_the_costs_of_the_table_go_up_to_the_last(most):
 
 
 def test_the_figure_has_a_line_for_each_cell_that_starts_where_most_runs_have_something(plan, traces):
-    figure = trace_figure(plan, trace_frame(plan, traces), stages_frame(plan, traces))
-    excess, error = figure.axes
-    [line] = [each for each in excess.get_lines() if each.get_drawstyle() == "steps-post"]
-    cost, median = line.get_data()
-    assert np.isnan(median[0]) and median[cost == 5] == [50.0]
-    assert min(each.get_ydata()[-1] for each in (line,)) >= LEAST_EXCESS
-    [dot] = [each for each in excess.get_lines() if each.get_marker() == "o"]
-    assert dot.get_xdata().tolist() == [6]  # where the search ended and the final step began
-    assert "Jacobian as 2" in error.get_xlabel()
+    excess, error = anytime_chart(plan, trace_frame(plan, traces), stages_frame(plan, traces)).panels
+    [line] = [each for each in excess.elements if isinstance(each, Line)]
+    assert line.is_stepped and np.isnan(line.y[0]) and line.y[line.x == 5] == [50.0]
+    assert line.y[-1] >= LEAST_EXCESS
+    [dot] = [each for each in excess.elements if isinstance(each, Points) and each.symbol == "circle"]
+    assert dot.x.tolist() == [6]  # where the search ended and the final step began
+    assert "Jacobian as 2" in error.x.label
 
 
 def test_a_sweep_leaves_traces_judged_by_the_truth_and_their_table(enter, cheapest):

@@ -3,7 +3,7 @@
 import pytest
 from matplotlib.figure import Figure
 
-from ksmea.show.charts.ticks import plain_ticks
+from ksmea.show.charts.locators import plain_ticks
 
 
 @pytest.mark.parametrize(

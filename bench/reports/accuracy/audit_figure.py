@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from ksmea.show.charts.ticks import plain_ticks
+from ksmea.show.charts.locators import plain_ticks
 from ksmea.show.figures.style import COLOURS
 
 READINGS = {  # colour by how speeds and damping are read

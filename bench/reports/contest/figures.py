@@ -13,7 +13,7 @@ from bench.reports.contest.drawing import draw_line, panels_of, styles
 from bench.reports.contest.paired_tests import cliques
 from bench.reports.contest.scores import WORDS
 from bench.reports.contest.targets import Measure
-from ksmea.show.charts.ticks import plain_ticks
+from ksmea.show.charts.locators import plain_ticks
 from ksmea.show.figures.style import INTERVAL, REFERENCE
 
 COST = "evaluations / unknowns"

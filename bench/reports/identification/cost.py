@@ -6,20 +6,19 @@ the cost of one evaluation. Two methods break even at t = (overhead₁ − overh
 
 from __future__ import annotations
 
-from itertools import cycle
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 
 from bench.jobs.lines import RESULTS
 from bench.plan.naming import cell_name
 from bench.plan.plan import Plan
 from bench.storage.own_files import PAPER
 from ksmea.numerics.meter import JACOBIAN_AS_EVALUATIONS
-from ksmea.show.charts.ticks import plain_ticks
-from ksmea.show.figures.style import COLOURS
+from ksmea.show.charts.chart import Axis, Chart, Element, Level, Line, Points, Words, one_panel
+from ksmea.show.charts.colours import PAPER as PRINTED
+from ksmea.show.charts.colours import category
 
 COSTS = np.logspace(-6, np.log10(3600), 200)  # s per evaluation: from a microsecond to an hour
 
@@ -65,38 +64,28 @@ def paper_cost() -> tuple[float, pd.DataFrame]:
     return float(slope), table6[table6["parameter"] == "time"][["method", "identified"]]
 
 
-def cost_figure(frame: pd.DataFrame) -> Figure:
+def cost_chart(frame: pd.DataFrame) -> Chart:
     """Total time against the cost of one evaluation, a line per method; diamonds are the paper's times."""
-    figure = Figure(figsize=(8.5, 5.2), layout="constrained")
-    panel = figure.subplots()
-    for colour, row in zip(cycle(COLOURS), frame.itertuples()):
-        panel.loglog(
-            COSTS, row.evaluations * COSTS + row.overhead_s, color=colour,
-            label=f"{row.method}: {row.evaluations:.0f} evaluations + {row.overhead_s:.2g} s",
-        )  # fmt: skip
+    elements: list[Element] = []
+    for number, row in enumerate(frame.itertuples()):
+        colour, name = category(number), f"{row.method}: {row.evaluations:.0f} evaluations + {row.overhead_s:.2g} s"
+        elements.append(Line(COSTS, row.evaluations * COSTS + row.overhead_s, name=name, colour=colour))
         if np.isfinite(row.break_even_s) and row.break_even_s > 0:
-            panel.plot(row.break_even_s, row.evaluations * row.break_even_s + row.overhead_s, "o", color=colour)
+            elements.append(
+                Points([row.break_even_s], [row.evaluations * row.break_even_s + row.overhead_s], colour=colour)
+            )
     cost, times = paper_cost()
-    panel.plot([cost] * len(times), times["identified"], "D", color="black", markersize=5, label="paper, Table 6")
-    others = times[times["method"] != "KSMEA"]
-    panel.annotate(
-        ", ".join(others["method"]),
-        (cost, others["identified"].max()),
-        xytext=(-14, 7),
-        textcoords="offset points",
-        fontsize=7,
+    elements.append(
+        Points([cost] * len(times), times["identified"].to_numpy(), "diamond", name="paper, Table 6", colour=PRINTED)
     )
-    surrogate = times[times["method"] == "KSMEA"]["identified"].iloc[0]
-    panel.annotate("KSMEA", (cost, surrogate), xytext=(-14, 7), textcoords="offset points", fontsize=7)
+    is_surrogate = times["method"] == "KSMEA"
+    for methods in (times[~is_surrogate], times[is_surrogate]):
+        names, top = ", ".join(methods["method"]), float(methods["identified"].max())
+        elements.append(Words(x=cost, y=top, text=names, size=7, offset=(-14.0, 7.0), side="left", edge="bottom"))
     direct = frame.loc[frame["evaluations"].idxmax()]
-    here = direct["model_s"] / direct["evaluations"]
-    panel.axvline(here, color="grey", linestyle=":")
-    panel.annotate("one evaluation here", (here, 2e3), fontsize=7)
-    plain_ticks(panel.xaxis)
-    plain_ticks(panel.yaxis)
-    panel.set_xlabel("cost of one FE evaluation (s)")
-    panel.set_ylabel("time of one identification (s)")
-    panel.legend(fontsize=8)
-    panel.grid(alpha=0.25, which="both")
-    panel.set_title("Dots: break-even with the first method. The paper's cost is what its Table 3 implies", fontsize=9)
-    return figure
+    elements.append(Level(at=float(direct["model_s"] / direct["evaluations"]), along="x", label="one evaluation here"))
+    return one_panel(
+        elements, Axis("cost of one FE evaluation (s)", "log"), Axis("time of one identification (s)", "log", better="low"),
+        "Time of one identification against the cost of one evaluation",
+        "Dots: break-even with the first method. The paper's cost is what its Table 3 implies.", height=4.2, width=8.5,
+    )  # fmt: skip

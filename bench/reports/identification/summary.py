@@ -1,19 +1,30 @@
-"""Medians over the repetitions beside the paper's values, and the figures that an experiment asks for."""
+"""Medians over the repetitions beside the paper's values, and the page: their spread, and the figures that an experiment asks for."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from functools import cache, partial
 from pathlib import Path
 from typing import ClassVar
 
 import pandas as pd
 
-from bench.plan.page import Page
+from bench.jobs.lines import RESULTS, RunLine
+from bench.jobs.records import read_records
+from bench.plan.page import Block, Drawn, Folded, Page, Prose, Section, Table
 from bench.plan.plan import Plan
-from bench.plan.report import Drawing, Made, Report
+from bench.plan.report import Made, Report
 from bench.reports.by_cell import hidden_paragraph
+from bench.reports.identification.cost import cost_chart, cost_frame
+from bench.reports.identification.course_charts import MAX_LINES, anytime_chart, response_chart, updates_chart
+from bench.reports.identification.spread_chart import spread_chart
+from bench.reports.identification.trace_table import read_traces, stages_frame, trace_frame
 from bench.reports.runs import runs_frame
 from bench.reports.tables import as_text, csv_text, slips, slips_text, summary_frame
+from ksmea.records.curves import ResponseCurves
+from ksmea.records.identification import IdentificationRecord, UpdateRecord
+from ksmea.show.text import two_digits
 
 
 @dataclass(frozen=True)
@@ -28,22 +39,105 @@ class SummaryReport(Report):
             slips_text(slips(plan.report.paper)),
             hidden_paragraph(plan, runs, "identification"),
         ]
+        text = "\n\n".join(filter(None, blocks))
+        courses = cache(lambda: read_courses(plan, runs, output))
         return Made(
-            "\n\n".join(filter(None, blocks)),
+            text,
             {f"{plan.name}.csv": csv_text(summary).encode(), "runs.csv": csv_text(runs).encode()},
             runs,
-            lambda: _drawings(plan, runs, summary, output),
-            page=lambda: _page(plan, runs, summary, "\n\n".join(filter(None, blocks)), output),
+            lambda: {f"{plan.name}{name}.csv": csv_text(frame).encode() for name, frame in courses().tables().items()},
+            page=lambda: summary_page(plan, runs, summary, text, courses()),
         )
 
 
-def _drawings(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, output: Path) -> dict[str, Drawing]:
-    from bench.reports.identification.summary_drawings import drawings  # loads all of matplotlib
+@dataclass(frozen=True)
+class Courses:
+    """How runs went, as far as the experiment asks for figures of it: `reached` at which cost, by stage, and `cost` of methods."""
 
-    return drawings(plan, runs, summary, output)
+    histories: Mapping[str, tuple[UpdateRecord, ...]]
+    curves: Mapping[int, ResponseCurves]
+    reached: pd.DataFrame | None
+    stages: pd.DataFrame | None
+    cost: pd.DataFrame | None
+
+    def tables(self) -> dict[str, pd.DataFrame]:
+        """The tables behind the figures, by the end of their file's name."""
+        every = {"_cost": self.cost, "_trace": self.reached, "_stages": self.stages}
+        return {name: frame for name, frame in every.items() if frame is not None}
 
 
-def _page(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, text: str, output: Path) -> Page:
-    from bench.reports.identification.summary_drawings import page  # loads all of matplotlib
+def read_courses(plan: Plan, runs: pd.DataFrame, output: Path) -> Courses:
+    """What the figures that an experiment asks for are made of; what no record can tell yet is left out."""
+    asked = set(plan.report.figures)
+    kept = _kept(plan, output) if {"updates", "response"} & asked else {}
+    traces = read_traces(plan, output) if "trace" in asked else {}
+    return Courses(
+        {key: part.history for key, part in kept.items()} if "updates" in asked else {},
+        curves_by_cell(plan, kept) if "response" in asked else {},
+        trace_frame(plan, traces) if traces else None,
+        stages_frame(plan, traces) if traces else None,
+        cost_frame(plan, runs) if "cost" in asked and runs["status"].isin(RESULTS).any() else None,
+    )
 
-    return page(plan, runs, summary, text, output)
+
+def summary_page(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame, text: str, courses: Courses) -> Page:
+    """The page of a table, with all figures of the experiment."""
+    columns = Folded("All columns", (Table(summary.dropna(axis="columns", how="all"), file=f"{plan.name}.csv"),))
+    spread = Drawn(partial(spread_chart, plan, runs, summary), f"{plan.name}.png")
+    sections = [Section("Table", (Prose(text), columns)), Section("Spread over the repetitions", (spread,))]
+    curves = tuple(_curves(plan, courses))
+    return Page(headline(plan, runs, summary), (*sections, *([Section("Curves", curves)] if curves else [])))
+
+
+def _curves(plan: Plan, courses: Courses) -> Iterator[Block]:
+    if any(courses.histories.values()):
+        yield Drawn(partial(updates_chart, plan, courses.histories), f"{plan.name}_updates.png")
+    if courses.curves:
+        yield Drawn(partial(response_chart, plan, courses.curves), f"{plan.name}_response.png")
+    if courses.reached is not None and courses.stages is not None:
+        yield Drawn(partial(anytime_chart, plan, courses.reached, courses.stages), f"{plan.name}_trace.png")
+    if courses.cost is not None:
+        yield Drawn(partial(cost_chart, courses.cost), f"{plan.name}_cost.png")
+
+
+def headline(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> str:
+    """The range of the median absolute errors over all cells, parameter by parameter."""
+    with_error = summary.dropna(subset="error_pct_median")
+    ranges = [
+        f"{name} {_range(rows['error_pct_median'])} %" for name, rows in with_error.groupby("parameter", sort=False)
+    ]
+    done = int(runs["status"].isin(RESULTS).sum())
+    errors = f"; median absolute errors: {', '.join(ranges)}" if ranges else ""
+    return f"{done} of {len(runs)} runs have a result{errors}"
+
+
+def _range(values: pd.Series) -> str:
+    low, high = (two_digits(value) for value in (values.min(), values.max()))
+    return low if low == high else f"{low} to {high}"
+
+
+def _kept(plan: Plan, output: Path) -> dict[str, ForFigures]:
+    """Updating steps and curves of the runs that figures show."""
+    shown = {run.key for run in plan.runs if run.repetition < MAX_LINES}
+    return read_records(output, lambda line: for_figures(line) if line.key in shown else ForFigures(), plan)
+
+
+@dataclass(frozen=True)
+class ForFigures:
+    """The updating steps of a run, and its response curves where it keeps them."""
+
+    history: tuple[UpdateRecord, ...] = ()
+    curves: ResponseCurves | None = None
+
+
+def for_figures(line: RunLine) -> ForFigures:
+    if not line.has_result:
+        return ForFigures()
+    record = line.record(IdentificationRecord)
+    return ForFigures(record.history, record.curves)
+
+
+def curves_by_cell(plan: Plan, kept: Mapping[str, ForFigures]) -> dict[int, ResponseCurves]:
+    """Response curves by cell, of the repetition that keeps them."""
+    of_first = {run.cell: kept[run.key].curves for run in plan.runs if run.repetition == 0 and run.key in kept}
+    return {cell: curves for cell, curves in of_first.items() if curves is not None}

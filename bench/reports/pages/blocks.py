@@ -44,9 +44,12 @@ class Blocks:
             case Plot():
                 return self._plot(block)
             case Drawn():
-                chart = block.chart
+                try:
+                    chart = block.described()
+                except Exception:  # told where its picture is written
+                    return f"<p>{safe(block.file or 'A plot')} cannot be drawn.</p>"
                 controls = tuple(Control(**vars(each)) for each in interactive.choices(chart))
-                about = (chart.title, chart.caption, interactive.plot(chart), block.still)
+                about = (chart.title, chart.caption, interactive.plot(chart), block.file)
                 return self._plot(Plot(*about, controls, interactive.height(chart)))
             case Orbits():
                 return self._orbits(block)

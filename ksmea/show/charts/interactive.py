@@ -13,7 +13,7 @@ from ksmea.show.charts.colours import PALETTE
 from ksmea.show.charts.ticks import symlog_ticks
 from ksmea.show.charts.traces import CLEAR, Layout, PanelTraces, Trace, place_on
 
-INCH = 84  # px of a panel's height
+INCH = 92  # px of a panel's height
 TOP, BOTTOM, LEFT, RIGHT = 40, 54, 66, 14  # px around all panels
 STACKED, APART, BESIDE = 16, 74, 0.07  # px between panels of a stack and between stacks; part of the width
 HEADING = 22  # px, for the title of a panel
@@ -134,6 +134,8 @@ def _layout(chart: Chart, across: int, numbers: list[list[int]]) -> Layout:
             own = _axis(scale, panel, side) | {"domain": domains[side], "anchor": f"{'y' if side == 'x' else 'x'}{end}"}
             first = groups.setdefault((side, scale.group), f"{side}{end}") if scale.group else ""
             own |= {"matches": first} if first not in ("", f"{side}{end}") else {}
+            if side == "y" and _is_named_beside(shown, places, number):
+                own["title"] = {"text": ""}
             if side == "x" and is_below:
                 own |= {"showticklabels": False, "title": {"text": ""}}
             made[f"{side}axis{end}"] = own
@@ -156,6 +158,13 @@ def _is_named_below(shown: dict[int, Panel], of_stack: list[int], number: int) -
         return False
     one, other = shown[number].x, shown[number + 1].x
     return one.label == other.label and one.group == other.group != ""
+
+
+def _is_named_beside(shown: dict[int, Panel], places: dict[int, tuple[int, int]], number: int) -> bool:
+    """Whether the panel on the left has the words of this one's y axis."""
+    (row, column), own = places[number], shown[number].y
+    beside = [shown[each].y for each, place in places.items() if place == (row, column - 1)]
+    return own.group != "" and any(own.label == other.label and own.group == other.group for other in beside)
 
 
 def _axis(scale: Axis, panel: Panel, side: str) -> Layout:

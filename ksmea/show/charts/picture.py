@@ -14,7 +14,7 @@ from matplotlib.ticker import FixedLocator, MaxNLocator, NullLocator
 from ksmea.show.charts import chart as of
 from ksmea.show.charts.chart import Axis, Chart, Element, Panel
 from ksmea.show.charts.colours import GROUND, INK, ON_PAPER
-from ksmea.show.charts.ticks import plain_ticks
+from ksmea.show.charts.locators import plain_ticks
 
 LINES: dict[str, Any] = {"solid": "-", "dash": "--", "dot": ":", "dashdot": "-."}
 MARKERS = {

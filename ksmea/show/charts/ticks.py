@@ -1,63 +1,47 @@
-"""Ticks of logarithmic axes: at 1, 2 and 5 of few decades, else at powers of ten, with plain numbers beside them."""
+"""Ticks of logarithmic axes: at 1, 2 and 5 of few decades, else at powers of ten, with plain numbers beside them; an axis that is
+linear about 0 and logarithmic beyond. No library that draws is needed."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from matplotlib.axis import Axis
-from matplotlib.scale import SymmetricalLogTransform
-from matplotlib.ticker import Formatter, Locator, LogLocator, MaxNLocator, NullFormatter
 
 from ksmea.arrays import Array
 
-FEW, HALF = 2.0, 0.5  # decades: of an axis with ticks at 1, 2 and 5, and of one with ticks at even steps
-EVEN = 5  # steps of the latter
+EVEN = 5  # steps of an axis with ticks at even steps
 MOST_POWERS = 4  # to each side of 0
 TOLERANCE = 1e-9  # of a decade
 LEAST, BEYOND = 1e-4, 1e6  # numbers from the first to below the second are written out
+LINEAR_PART = 1 / (1 - 1 / 10)  # decades that the linear part to one side takes, as matplotlib's "symlog" has it
 
 
-def plain_ticks(axis: Axis) -> None:
-    """Plain numbers beside an axis whose scale is "log" or "symlog"; to be called when its scale is set. Others stay as they are."""
-    if axis.get_scale() == "log":
-        axis.set_major_locator(PlainLogLocator())
-    elif axis.get_scale() == "symlog":
-        axis.set_major_locator(PlainSymlogLocator(axis))
-    else:
-        return
-    axis.set_major_formatter(PlainFormatter())
-    axis.set_minor_formatter(NullFormatter())
+def even_ticks(low: float, high: float) -> Array:
+    """At most `EVEN` steps of 1, 2 or 5 times a power of ten, from below one end to above the other.
+
+    >>> even_ticks(0.0, 4.0)
+    array([0., 1., 2., 3., 4.])
+    """
+    least = (high - low) / EVEN or 1.0
+    power = 10.0 ** math.floor(math.log10(least))
+    step = power * next(each for each in (1, 2, 5, 10) if each * power >= least * (1 - TOLERANCE))
+    return np.asarray(
+        step * np.arange(math.floor(low / step + TOLERANCE), math.ceil(high / step - TOLERANCE) + 1), dtype=float
+    )
 
 
-class PlainLogLocator(LogLocator):
-    """Ticks at 1, 2 and 5 of an axis of few decades, at even steps of one of less than half a decade, else at powers of ten."""
+def symlog_positions(values: Sequence[float] | Array, linear: float) -> Array:
+    """Where values stand on an axis that is linear up to `linear` to both sides, in units of the axis at 0.
 
-    def tick_values(self, vmin: float, vmax: float) -> Any:
-        low, high = sorted((vmin, vmax))
-        decades = math.log10(high / low) if low > 0 else math.inf
-        if decades < HALF:
-            return MaxNLocator(EVEN, steps=(1, 2, 5, 10)).tick_values(low, high)
-        self.set_params(subs=(1.0, 2.0, 5.0) if decades < FEW else (1.0,))
-        return super().tick_values(vmin, vmax)
-
-
-class PlainSymlogLocator(Locator):
-    """Ticks of an axis that is linear about 0 and logarithmic to both sides."""
-
-    def __init__(self, axis: Axis) -> None:
-        transform = axis.get_transform()
-        assert isinstance(transform, SymmetricalLogTransform), "an axis of another scale"
-        self._linear = float(transform.linthresh)
-
-    def __call__(self) -> Any:
-        assert self.axis is not None, "a locator of no axis"
-        return self.tick_values(*self.axis.get_view_interval())
-
-    def tick_values(self, vmin: float, vmax: float) -> Any:
-        return symlog_ticks(min(vmin, vmax), max(vmin, vmax), self._linear)
+    >>> symlog_positions([-10.0, 0.0, 0.5, 10.0], 1.0).round(3).tolist()
+    [-2.111, 0.0, 0.556, 2.111]
+    """
+    found = np.asarray(values, dtype=float)
+    size = np.maximum(np.abs(found), linear)
+    beyond = np.sign(found) * linear * (LINEAR_PART + np.log10(size / linear))
+    at: Array = np.where(np.abs(found) <= linear, LINEAR_PART * found, beyond)
+    return at
 
 
 def symlog_ticks(low: float, high: float, linear: float, most: int = MOST_POWERS) -> Array:
@@ -70,26 +54,14 @@ def symlog_ticks(low: float, high: float, linear: float, most: int = MOST_POWERS
     first = math.ceil(math.log10(linear) - TOLERANCE)
     powers = np.arange(first, math.floor(math.log10(max(-low, high, linear)) + TOLERANCE) + 1)
     if max(-low, high) <= linear:
-        ticks = np.asarray(MaxNLocator(EVEN, steps=(1, 2, 5, 10)).tick_values(low, high), dtype=float)
+        ticks = even_ticks(low, high)
     else:
         sizes = 10.0 ** powers[:: -(-len(powers) // most) or 1]
         ticks = np.concatenate([-sizes[::-1], [0.0], sizes])
     inside: Array = ticks[(ticks >= low) & (ticks <= high)]
     if len(inside) > 1:
         return inside
-    return np.asarray(MaxNLocator(EVEN, steps=(1, 2, 5, 10)).tick_values(low, high), dtype=float)
-
-
-class PlainFormatter(Formatter):
-    """Numbers written out, or where one of an axis has many zeros, all as powers of ten."""
-
-    def __call__(self, value: float, position: int | None = None) -> str:
-        return written([value])[0]
-
-    def format_ticks(self, values: Any) -> list[str]:
-        low, high = sorted(self.axis.get_view_interval()) if self.axis is not None else (-math.inf, math.inf)
-        shown = [value for value in values if low <= value <= high]
-        return written(values, is_plain=_are_plain(shown))
+    return even_ticks(low, high)
 
 
 def written(values: Sequence[float] | Array, is_plain: bool | None = None) -> list[str]:
@@ -98,11 +70,11 @@ def written(values: Sequence[float] | Array, is_plain: bool | None = None) -> li
     >>> written([0.05, 1.0, 20000.0]), written([1e-8, 1e-4, 1.0])
     (['0.05', '1', '20000'], ['$10^{-8}$', '$10^{-4}$', '$10^{0}$'])
     """
-    as_text = _plain if (_are_plain(values) if is_plain is None else is_plain) else _power
+    as_text = _plain if (are_plain(values) if is_plain is None else is_plain) else _power
     return [as_text(float(value)) for value in values]
 
 
-def _are_plain(values: Sequence[float] | Array) -> bool:
+def are_plain(values: Sequence[float] | Array) -> bool:
     sizes = np.abs(np.asarray(values, dtype=float))
     return bool(np.all((sizes == 0) | ((sizes >= LEAST) & (sizes < BEYOND))))
 

@@ -8,12 +8,12 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
-from matplotlib.scale import SymmetricalLogTransform
 
 from ksmea.arrays import Array
 from ksmea.show.charts import chart as of
 from ksmea.show.charts.chart import Axis, Element, Panel, Values
 from ksmea.show.charts.colours import PALETTE
+from ksmea.show.charts.ticks import symlog_positions
 
 Trace = dict[str, Any]
 Layout = dict[str, Any]
@@ -322,5 +322,4 @@ def place_on(scale: Axis) -> Callable[[Values], Array]:
     """Where values stand on an axis: themselves, but on one of a kind that plotly lacks."""
     if scale.scale != "symlog":
         return lambda values: np.asarray(values, dtype=float)
-    transform = SymmetricalLogTransform(base=10, linthresh=scale.linear, linscale=1)
-    return lambda values: np.asarray(transform.transform(np.asarray(values, dtype=float)))
+    return lambda values: symlog_positions(values, scale.linear)

@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ksmea.records.balancing import BalanceRecord
-from ksmea.show.charts.ticks import plain_ticks
+from ksmea.show.charts.locators import plain_ticks
 from ksmea.show.figures.style import COLOURS, INTERVAL, OURS, PAPER, REFERENCE, ShownFigure, figure_of
 from ksmea.units import RPM
 

@@ -13,7 +13,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.records.curves import FineCurve
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, Values
-from ksmea.show.charts.ticks import plain_ticks
+from ksmea.show.charts.locators import plain_ticks
 from ksmea.show.figures.diagnosis_residuals import as_complex, residuals
 from ksmea.show.figures.effect_ranking import AS_WELL, LINEAR, NAMED, OTHER, QUANTITY, best_trials, standing
 from ksmea.show.figures.residual_components import COMPONENTS, components

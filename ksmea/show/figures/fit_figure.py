@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from ksmea.arrays import Array
 from ksmea.records.curves import FitCurves, as_array
-from ksmea.show.charts.ticks import plain_ticks
+from ksmea.show.charts.locators import plain_ticks
 from ksmea.show.figures.response_lines import AMPLITUDE, PHASE, amplitude_line, column, phase_axis, phase_line
 from ksmea.show.figures.style import INTERVAL, OURS, PAPER, REFERENCE, ShownFigure
 from ksmea.units import MICROMETRE, RPM

@@ -12,7 +12,7 @@ from matplotlib.ticker import NullFormatter, NullLocator
 
 from ksmea.arrays import Array
 from ksmea.records.identifiability import IdentifiabilityRecord, Unknown, Variation
-from ksmea.show.charts.ticks import plain_ticks
+from ksmea.show.charts.locators import plain_ticks
 from ksmea.show.figures.style import COLOURS, MARKERS, ShownFigure, figure_of
 from ksmea.units import RPM
 

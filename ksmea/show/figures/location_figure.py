@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 
 from ksmea.arrays import Array
 from ksmea.records.location import NONE, NOTHING, PAIR, ForceRecord, LocationRecord, SeriesRecord
-from ksmea.show.charts.ticks import plain_ticks
+from ksmea.show.charts.locators import plain_ticks
 from ksmea.show.figures.style import INTERVAL, OURS, PAPER, REFERENCE, ShownFigure, broken, figure_of
 from ksmea.units import MICROMETRE, RPM
 

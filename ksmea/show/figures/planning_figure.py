@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from ksmea.arrays import Array
 from ksmea.measurement.channel import named
 from ksmea.records.planning import Family, PlanningRecord, Unknown, infinite_where_none
-from ksmea.show.charts.ticks import plain_ticks
+from ksmea.show.charts.locators import plain_ticks
 from ksmea.show.figures.style import OURS, PAPER, REFERENCE, ShownFigure, figure_of
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, RPM, SI_PER_UNIT
 

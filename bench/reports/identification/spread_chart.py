@@ -1,0 +1,136 @@
+"""The spread of each unknown over the repetitions, cell by cell, beside the paper's values."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+import pandas as pd
+
+from bench.jobs.lines import RESULTS
+from bench.plan.naming import place_text, telling_axes
+from bench.plan.plan import Plan
+from bench.reports.interval_ends import drawn_ends
+from bench.reports.tables import EFFORT, EXACT, has_intervals, lacks_interval
+from ksmea.arrays import Array
+from ksmea.show.charts.chart import Axis, Boxes, Chart, Element, Line, Panel, Points
+from ksmea.show.charts.colours import INTERVAL, PAPER, REFERENCE
+
+COLUMNS = 3  # of panels: more are too small to read
+MAX_LABELS = 12  # more cells than this are numbered, not named
+EACH = 5  # of these cells are numbered
+WIDE = 50.0  # largest to smallest value, from which on an axis is logarithmic
+LONG = 6  # characters, from which on names of cells stand upright
+REACH = 0.45  # half of what a line of a cell takes
+
+
+def spread_chart(plan: Plan, runs: pd.DataFrame, summary: pd.DataFrame) -> Chart:
+    """A panel per parameter (and updates, evaluations, time): box plots over the repetitions, the paper's values. Cells
+    whose problem has not the parameter, or has it in another unit, are no part of its panel."""
+    names = list(dict.fromkeys(zip(summary["parameter"], summary["unit"])))
+    panels = [
+        _panel(
+            plan,
+            runs,
+            summary[(summary["parameter"] == name) & (summary["unit"] == unit)],
+            cells_with(plan, name, unit),
+        )
+        for name, unit in names
+    ]
+    n_run = int(runs.groupby("cell").size().max())
+    title = f"{plan.name}: medians, quartiles and extremes of {n_run} repetition{'s' * (n_run > 1)}"
+    there = {element.name for panel in panels for element in panel.elements}
+    marks = [said for name, said in MARKS.items() if name in there]
+    caption = f"{', '.join(['Boxes: median, quartiles and all values of each cell', *marks])}."
+    across = min(COLUMNS, len(panels))
+    return Chart(title, caption, tuple((panel,) for panel in panels), across, max(2.9 * across, 4.0), most=len(panels))
+
+
+PRINTED, TRUE, MEDIAN_INTERVAL = "paper", "reference", "median interval (arrow: open side)"
+MARKS = {
+    PRINTED: "diamonds: paper",
+    TRUE: "dotted: reference",
+    MEDIAN_INTERVAL: "green lines: median interval, with an arrow where it is open",
+}
+
+
+def cells_with(plan: Plan, name: str, unit: str) -> list[int]:
+    """The cells that a table has a row of this name and unit for: all, of a row that is no parameter."""
+    if name in EFFORT | EXACT:
+        return list(range(len(plan.cells)))
+    return [
+        index
+        for index, cell in enumerate(plan.cells)
+        if any((facts.name, facts.unit) == (name, unit) for facts in cell.parameters)
+    ]
+
+
+def _panel(plan: Plan, runs: pd.DataFrame, rows: pd.DataFrame, cells: list[int]) -> Panel:
+    name, unit = rows["parameter"].iloc[0], rows["unit"].iloc[0]
+    results = runs[runs["status"].isin(RESULTS)]
+    values = [
+        results.loc[results["cell"] == cell, name].dropna().to_numpy(float) if name in results else np.array([])
+        for cell in cells
+    ]
+    at, paper, reference = (
+        np.arange(len(rows), dtype=float),
+        rows["paper"].to_numpy(float),
+        rows["reference"].to_numpy(float),
+    )
+    is_log = (name == "time" and bool(np.isfinite(paper).any())) or _is_wide([*values, paper])
+    elements: list[Element] = [Boxes(at, values, name="this bench", with_points=True)]
+    if has_intervals(rows):
+        every = np.concatenate([*values, reference, paper])
+        has = ~lacks_interval(rows).to_numpy(bool)
+        elements += interval_elements(
+            at[has], rows["low"].to_numpy(float)[has], rows["high"].to_numpy(float)[has], every, is_log=is_log
+        )
+    if np.isfinite(reference).any():
+        ends = segments(at - REACH, at + REACH), segments(reference, reference)
+        elements.append(Line(*ends, name=TRUE, colour=REFERENCE, dash="dot", said="reference {y}"))
+    if np.isfinite(paper).any():
+        elements.append(Points(at, paper, "diamond", name=PRINTED, colour=PAPER))
+    labels = _labels(plan, cells)
+    x = Axis(
+        " / ".join(telling_axes(plan)),
+        low=-0.6,
+        high=len(cells) - 0.4,
+        ticks=labels,
+        is_turned=max(map(len, labels.values()), default=0) >= LONG,
+    )
+    y = Axis("", "log" if is_log else "linear", is_whole=name in EFFORT and not unit)
+    return Panel(tuple(elements), x, y, f"{name} ({unit})" if unit else name.replace("_", " "), 2.3)
+
+
+def interval_elements(at: Array, low: Array, high: Array, values: Array, *, is_log: bool = False) -> list[Element]:
+    """Intervals (n,) beside boxes; an open end lies beyond all values, and is an arrow."""
+    first, last = drawn_ends(low, high, values, is_log=is_log)
+    beside = at + 0.4
+    line = Line(segments(beside, beside), segments(first, last), name=MEDIAN_INTERVAL, colour=INTERVAL, width=2.0)
+    arrows = [
+        Points(beside[is_open], ends[is_open], f"triangle {way}", 4.5, colour=INTERVAL)
+        for way, ends, is_open in (("down", first, np.isnan(low)), ("up", last, np.isnan(high)))
+        if is_open.any()
+    ]
+    return [line, *arrows]
+
+
+def segments(first: Array, last: Array) -> Array:
+    """Ends (n,) of lines that are apart, as the coordinates (3 n,) of one line with gaps."""
+    return np.stack([first, last, np.full(len(first), np.nan)], axis=1).ravel()
+
+
+def _is_wide(values: Sequence[Array]) -> bool:
+    every = np.concatenate(values)
+    every = every[np.isfinite(every)]
+    return bool(len(every) and every.min() > 0 and every.max() > WIDE * every.min())
+
+
+def _labels(plan: Plan, cells: list[int]) -> dict[float, str]:
+    if len(cells) > MAX_LABELS:
+        return {float(at): str(cell + 1) for at, cell in enumerate(cells) if at % EACH == 0}
+    axes = telling_axes(plan)
+    return {
+        float(at): " / ".join(place_text(plan.cells[cell].place.get(axis)) for axis in axes)
+        for at, cell in enumerate(cells)
+    }
