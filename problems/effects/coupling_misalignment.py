@@ -22,7 +22,6 @@ from ksmea.problem.load import FORCE, LOADS, Load
 from ksmea.settings.settings import setting
 from problems.rotor.extension.effect import (
     PlacedEffect,
-    forward_vector,
     rotor_mass,
     stiffness_scale,
     unbalance_scale,
@@ -84,9 +83,6 @@ class CouplingMisalignment(PlacedEffect):
 
     def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
         return forward_load(rotor, self.place, self.kind, len(speed))
-
-    def load_sizes(self, theta: Array) -> ComplexArray:
-        return forward_vector(theta)[:, None]
 
     @property
     def further_orders(self) -> Sequence[int]:

@@ -21,7 +21,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.units import MICROMETRE
-from problems.rotor.extension.effect import RotorEffect, forward_vector
+from problems.rotor.extension.effect import RotorEffect
 from problems.rotor.extension.sizes import VectorSize
 from problems.rotor.finite_elements.assembly import assemble_free
 from problems.rotor.finite_elements.data import Rotor
@@ -46,9 +46,6 @@ class ResidualBow(RotorEffect):
 
     def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
         return bow_load(rotor, np.ones(len(speed)))
-
-    def load_sizes(self, theta: Array) -> ComplexArray:
-        return forward_vector(theta)[:, None]
 
 
 def bow_load(rotor: Rotor, part: Array) -> ComplexArray:

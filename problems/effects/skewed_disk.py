@@ -22,7 +22,7 @@ from ksmea.errors import SettingError
 from ksmea.problem.load import MOMENT
 from ksmea.settings.settings import setting
 from ksmea.units import MILLIRADIAN
-from problems.rotor.extension.effect import SeatedEffect, forward_vector
+from problems.rotor.extension.effect import SeatedEffect
 from problems.rotor.extension.sizes import VectorSize
 from problems.rotor.finite_elements.data import SAME_PLACE, Disk, Rotor
 from problems.rotor.finite_elements.loads import forward_load
@@ -62,9 +62,6 @@ class SkewedDisk(SeatedEffect):
     def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
         size = _inertia(rotor, self.place) * np.asarray(speed) ** 2
         return size[:, None, None] * forward_load(rotor, self.place, MOMENT, len(speed))
-
-    def load_sizes(self, theta: Array) -> ComplexArray:
-        return forward_vector(theta)[:, None]
 
 
 def _uneven_disks(rotor: Rotor) -> list[Disk]:

@@ -29,7 +29,7 @@ from ksmea.errors import SettingError
 from ksmea.measurement.measurement import Measurement
 from ksmea.settings.settings import setting
 from problems.effects.residual_bow import LARGEST, NOTICED, bow_load
-from problems.rotor.extension.effect import RotorEffect, forward_vector
+from problems.rotor.extension.effect import RotorEffect
 from problems.rotor.extension.sizes import VectorSize
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.response.problem import RotorProblem
@@ -104,9 +104,6 @@ class ThermalBow(RotorEffect):
             raise SettingError("speeds: expected how the run went, got nothing; add the effect to a problem")
         offset, slope = OF_RUN[self.of_run]
         return bow_load(rotor, offset + slope * np.interp(speed, self.speeds, self.grown))
-
-    def load_sizes(self, theta: Array) -> ComplexArray:
-        return forward_vector(theta)[:, None]
 
     def going(self, direction: str) -> ThermalBow:
         return self if self.of_run == ALIKE else dataclasses.replace(self, of_run=direction)

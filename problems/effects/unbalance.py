@@ -16,7 +16,6 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.settings.settings import setting
 from problems.rotor.extension.effect import (
     SeatedEffect,
-    forward_vector,
     unbalance_scale,
 )
 from problems.rotor.extension.sizes import VectorSize
@@ -55,9 +54,6 @@ class FurtherUnbalance(SeatedEffect):
     def loads(self, rotor: Rotor, speed: Array) -> ComplexArray:
         plane = UnbalancePlane(self.place)
         return force_per_unbalance(dataclasses.replace(rotor, unbalance=(plane,)), speed)
-
-    def load_sizes(self, theta: Array) -> ComplexArray:
-        return forward_vector(theta)[:, None]
 
     def unbalance(self, theta: Array) -> Mapping[float, complex]:
         return {} if self.position is None else {self.position: complex(*theta)}

@@ -13,7 +13,7 @@ from problems.rotor.finite_elements.assembly import assemble
 from problems.rotor.finite_elements.data import Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane
 from problems.rotor.finite_elements.loads import unit_loads
 from problems.rotor.response import dense
-from problems.rotor.response.problem import impedances_of
+from problems.rotor.response.model import impedances_of
 from problems.rotor.response.receptance import at_harmonic, reduce_rotor
 from problems.three_disk import ThreeDisk
 

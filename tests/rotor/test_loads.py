@@ -133,5 +133,5 @@ def test_effects_that_leave_the_rotor_as_it_is_share_its_reductions():
     slow, gain = (registry.create("effect", name, {}).locations(PROBLEM)[0] for name in ("runout", "channel_gain"))
     heavy = registry.create("effect", "mass", {}).locations(PROBLEM)[0]
     one, other, third = (effect.added_to(PROBLEM) for effect in (slow, gain, heavy))
-    assert one.reduction((), ()) is other.reduction((), ())
-    assert third.reduction((0.1,), ()) is not one.reduction((), ())
+    assert one.physics.reduction((), ()) is other.physics.reduction((), ())
+    assert third.physics.reduction((0.1,), ()) is not one.physics.reduction((), ())

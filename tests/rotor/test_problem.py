@@ -19,7 +19,7 @@ from problems.rotor.finite_elements.data import (
     ShaftSegment,
     UnbalancePlane,
 )
-from problems.rotor.response import problem as problem_module
+from problems.rotor.response import physics as physics_module
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, UnbalanceTarget, Unknown
 from problems.three_disk import ThreeDisk
@@ -165,7 +165,7 @@ def test_batches_do_not_change_the_numbers(monkeypatch):
     problem = ThreeDisk().build()
     x = random_sets(problem, 7, seed=6)
     whole = problem.response(x)
-    monkeypatch.setattr(problem_module, "CHUNK_BYTES", 2 * problem.reduction.receptance.nbytes)
+    monkeypatch.setattr(physics_module, "CHUNK_BYTES", 2 * problem.reduction.receptance.nbytes)
     assert problem.response(x) == pytest.approx(whole, rel=1e-14)
     assert problem.response(x[:1]) == pytest.approx(whole[:1], rel=1e-14)
     assert problem.response(x[:0]).shape == (0, 53, 2)

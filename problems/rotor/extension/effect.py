@@ -21,7 +21,7 @@ from ksmea.plugins.effect import Effect
 from ksmea.problem.campaign_problem import CampaignProblem
 from ksmea.problem.parameters import Parameter
 from ksmea.problem.problem import Problem
-from problems.rotor.extension.extended import ExtendedProblem
+from problems.rotor.extension.extended import ExtendedPhysics
 from problems.rotor.extension.hooks import RotorHooks
 from problems.rotor.extension.sizes import Size, drawn, drawn_either_side, drawn_vector  # noqa: F401 – for effects
 from problems.rotor.finite_elements.data import SAME_PLACE, STIFFNESSES
@@ -50,6 +50,10 @@ class RotorEffect(RotorHooks, Effect[RotorProblem]):
     def draw(self, problem: RotorProblem, rng: np.random.Generator) -> Array:
         return np.concatenate([size.draw(problem, rng) for size in self.sizes])
 
+    def load_sizes(self, theta: Array) -> ComplexArray:
+        """Default: one load that turns forward, whose components x and y are the first two unknowns."""
+        return forward_vector(theta)[:, None]
+
     def placed_on(self, problem: RotorProblem) -> Self:
         """This effect at its location on a problem; `SettingError` if it cannot sit there."""
         return self
@@ -58,15 +62,19 @@ class RotorEffect(RotorHooks, Effect[RotorProblem]):
         """The problem with this effect, in all its runs."""
         if isinstance(problem, CampaignProblem):
             return problem.changed(self.added_to)
-        if isinstance(problem, ExtendedProblem):
-            return ExtendedProblem(problem.base, (*problem.effects, self.placed_on(problem.base)))
         if not isinstance(problem, RotorProblem):
             raise SettingError(f"effects: expected a rotor of this project, got {type(problem).__name__}")
-        return ExtendedProblem(problem, (self.placed_on(problem),))
+        return problem.with_effects((*problem.effects, self.placed_on(problem.plain)))
+
+    def physics(
+        self, plain: RotorProblem, effects: tuple[RotorHooks, ...], near: ComplexArray | None = None
+    ) -> ExtendedPhysics:
+        """How a rotor with these effects, this one among them, moves."""
+        return ExtendedPhysics(plain, effects, near)
 
 
 class PlacedEffect(RotorEffect):
-    """Base of those that act at one position alone; None: where `placed_on` puts it, or at all."""
+    """Base of effects that act at one position alone; None: the position that `placed_on` chooses, or all."""
 
     what: ClassVar[str] = ""  # what sits or looks there, in messages; '': the position is not checked
     position: float | None  # a setting of each, with what it means there
@@ -95,7 +103,7 @@ class PlacedEffect(RotorEffect):
 
 
 class SeatedEffect(PlacedEffect):
-    """Base of those that sit on the shaft, at the first of their `seats` if no position is given."""
+    """Base of effects that sit on the shaft, at the first of their `seats` if no position is given."""
 
     default_place: ClassVar[str]  # the first of its seats, in words
     needs: ClassVar[str] = "a position"  # for the message if a rotor has no seat

@@ -1,6 +1,6 @@
-"""A rotor with effects that its baseline model lacks, as a problem like any other.
+"""How a rotor moves with effects that its baseline model lacks.
 
-The unknowns of the effects follow those of the rotor. An effect may change the rotor itself (which costs a reduction
+An effect may change the rotor itself (which costs a reduction
 anew per value), the impedances of its bearings at each speed, the forces on it, also those that follow a law of its
 motion, and what the probes make of that; all but the first are as cheap as a change of bearings.
 """
@@ -8,51 +8,45 @@ motion, and what the probes make of that; all but the first are as cheap as a ch
 from __future__ import annotations
 
 import dataclasses
-import itertools
 from collections import OrderedDict
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, partial
-from typing import cast
 
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
-from ksmea.numerics.differences import recent
-from ksmea.problem.forwarding import ProblemProxy
+from ksmea.numerics.differences import differenced, recent
+from ksmea.plugins.effect import Effect
+from ksmea.plugins.files import snake_case
 from ksmea.problem.load import Load
-from ksmea.problem.parameters import Parameters
-from ksmea.problem.problem import Problem
-from ksmea.rotordynamics.free_rotor import Rotordynamic
-from ksmea.rotordynamics.stability import scanned_speeds
-from problems.rotor.extension.extended_motion import free_motion_with_effects
-from problems.rotor.extension.extended_sensitivity import by_differences, linearised
-from problems.rotor.extension.hooks import effect_unknowns
+from ksmea.rotordynamics.layout import EffectMark
+from problems.rotor.extension.extended_sensitivity import STEP, linearised
+from problems.rotor.extension.hooks import RotorHooks
 from problems.rotor.extension.nonlinear_sites import dense_motion, responses_at_order, with_nonlinear_forces
 from problems.rotor.extension.run_up import Sweep, parabola, sweep_change
-from problems.rotor.extension.site_law import Force, attached, with_linear_forces
+from problems.rotor.extension.site_law import attached, with_linear_forces
 from problems.rotor.extension.synchronous_poles import Poles, block_diagonal, poles_on, spectrum, unit_force
 from problems.rotor.extension.turning import HIGHEST, TurningEffects, TurningShaft
-from problems.rotor.extension.with_effects import RotorWithEffects
-from problems.rotor.finite_elements.data import Rotor
-from problems.rotor.finite_elements.loads import complex_unbalance, force_per_unbalance, unit_loads
+from problems.rotor.extension.with_effects import MAX_REDUCTIONS, RotorWithEffects
+from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
+from problems.rotor.finite_elements.loads import complex_unbalance, force_per_unbalance
 from problems.rotor.free_motion.free_motion import FreeMotion
-from problems.rotor.free_motion.passivity import is_passive
-from problems.rotor.free_motion.stability import growth_rate, low_modes, searched_speed
-from problems.rotor.response.problem import RotorProblem, checked_sets, finite
-from problems.rotor.response.receptance import Reduction, reduce_rotor
-from problems.rotor.response.unknowns import Unknown, inputs_at, rotor_at
+from problems.rotor.free_motion.stability import searched_speed
+from problems.rotor.response.model import finite
+from problems.rotor.response.physics import Physics
+from problems.rotor.response.problem import RotorProblem
+from problems.rotor.response.receptance import Reduction
 
 CHUNK_BYTES = 2**22  # of the largest temporary array of a batch: with fewer, hooks of effects cost as much as the rotor
-MAX_REDUCTIONS = 64  # kept of rotors that an effect has changed
 MAX_SITE_MOTIONS = 8  # kept, which sensitivities start from
 MAX_LINEARISED = 8  # kept of responses with their sensitivities: several fits start where another one has ended
 
 
 @dataclass(frozen=True, eq=False)
-class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
-    """A rotor problem with effects. Of several steady motions it has that of a slow run, or that next to `near` (n_speed, n_order,
+class ExtendedPhysics(RotorWithEffects, Physics):
+    """Motion of a rotor with effects. Of several steady motions it has that of a slow run, or that next to `near` (n_speed, n_order,
     n_unit), m, the motion of the sites of forces that depend on it."""
 
     near: ComplexArray | None = None
@@ -70,60 +64,22 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
     def _turning(self) -> TurningEffects:
         return TurningEffects(self.effects)
 
-    @cached_property
-    def parameters(self) -> Parameters:
-        return Parameters((*self.base.parameters, *itertools.chain(*effect_unknowns(self.base, self.effects))))
-
-    @property
-    def behind(self) -> Problem:
-        return self.base
-
-    def around(self, behind: Problem) -> Problem:
-        return dataclasses.replace(self, base=cast(RotorProblem, behind), near=None)
-
-    @property
-    def machine(self) -> Problem:
-        return self
-
-    def changed(self, change: Callable[[Problem], Problem]) -> Problem:
-        return change(self)
-
-    def next_to(self, motion: ComplexArray) -> ExtendedProblem:
-        return dataclasses.replace(self, near=motion[:, None])
-
-    def going(self, direction: str) -> ExtendedProblem:
-        return dataclasses.replace(self, effects=tuple(effect.going(direction) for effect in self.effects))
-
-    # Of a rotor with effects nobody knows the modes: they are not those of the rotor behind.
-    critical_speeds = Problem.critical_speeds
-    modes = Problem.modes
-    campbell = Problem.campbell
-    stability_threshold = Problem.stability_threshold  # by its own growth rate
-
-    @property
-    def rotor(self) -> Rotor:
-        return self.base.rotor
-
-    @property
-    def unknowns(self) -> tuple[Unknown, ...]:
-        """Those of the rotor itself."""
-        return self.base.unknowns
-
     def response(self, x: Array) -> ComplexArray:
-        """(n, d) SI → (n, n_speed, n_channel), m."""
-        return self._rotor_by_rotor(x, (len(self.channels),), (), self._reduced_response)
+        return self._rotor_by_rotor(x, (len(self.base.channels),), (), self._reduced_response)
 
     def response_next_to(self, x: Array, points: Array) -> ComplexArray:
         """The response (n, n_speed, n_channel), m, at points (n, d) SI; of several steady motions that next to the one at x (d,)."""
         if self._is_nonlinear and tuple(x) not in self._site_motions:
             self.response(x[None])
         return self._rotor_by_rotor(
-            points, (len(self.channels),), (), partial(self._reduced_response, near=self._site_motions.get(tuple(x)))
+            points,
+            (len(self.base.channels),),
+            (),
+            partial(self._reduced_response, near=self._site_motions.get(tuple(x))),
         )
 
-    def load_response(self, x: Array, loads: Sequence[Load]) -> ComplexArray:
-        """(n, d) SI → response to unit loads, (n, n_speed, n_channel, n_load) m per N or N m."""
-        return self._rotor_by_rotor(x, (len(self.channels), len(loads)), tuple(loads), self._reduced_load_response)
+    def load_response(self, x: Array, loads: tuple[Load, ...]) -> ComplexArray:
+        return self._rotor_by_rotor(x, (len(self.base.channels), len(loads)), loads, self._reduced_load_response)
 
     def _rotor_by_rotor(
         self,
@@ -134,8 +90,7 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
     ) -> ComplexArray:
         """What is evaluated of sets (n, d), (n, n_speed, *shape), with one reduction for all that change the rotor
         alike."""
-        x = checked_sets(x, self.parameters)
-        found = np.empty((len(x), len(self.speed), *shape), dtype=complex)
+        found = np.empty((len(x), len(self.base.speed), *shape), dtype=complex)
         changing = x[:, self.costly]
         _, group = np.unique(changing, axis=0, return_inverse=True) if changing.size else (None, np.zeros(len(x), int))
         with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
@@ -148,24 +103,25 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
                     found[chunk] = evaluate(reduction, x[chunk])
         return finite(found)
 
-    def linearises_cheaply(self, loads: Sequence[Load] = ()) -> bool:
+    def linearises_cheaply(self, loads: Sequence[Load]) -> bool:
         return self._has_one_solution and not loads
-
-    def sensitivity(self, x: Array) -> ComplexArray:
-        """(d,) SI → ∂response/∂x, (n_speed, n_channel, d), m per SI unit."""
-        return self.linearised(x)[1]
 
     def linearised(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
         """Response and sensitivity by one solution, or else by central differences inside the limits."""
-        [x] = checked_sets(np.asarray(x)[None], self.parameters)
         return recent(self._linearised, tuple(x), partial(self._linearised_at, x), MAX_LINEARISED)
 
     def _linearised_at(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
         with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
-            response, sensitivity = (linearised if self._has_one_solution else by_differences)(self, x)
+            response, sensitivity = linearised(self, x) if self._has_one_solution else self._by_differences(x)
         for each in (response, sensitivity):
             finite(each).flags.writeable = False  # others may be given it too
         return response, sensitivity
+
+    def _by_differences(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Central differences of the whole response."""
+        parameters = self.parameters
+        around = partial(self.response_next_to, x)
+        return differenced(around, x, STEP * parameters.width, parameters.lower, parameters.upper)
 
     @cached_property
     def _linearised(self) -> OrderedDict[tuple[float, ...], tuple[ComplexArray, ComplexArray]]:
@@ -184,77 +140,41 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
         return bool(self.forces(self.parts(np.zeros((1, len(self.parameters))))[1])[1])
 
     def dense_response(self, x: Array) -> ComplexArray:
-        """`response` by the dense route, the whole rotor per set and speed: slow, for comparison and for making data."""
-        return np.concatenate([self._dense(row[None]) for row in checked_sets(x, self.parameters)])
+        return np.concatenate([self._dense(row[None]) for row in x])
 
-    def growth_rate(self, x: Array, speed: Array) -> Array:
-        """The largest real part of any damped eigenvalue at values x (d,) SI, (n_speed,) 1/s, at spin speeds (rad/s)."""
-        speed = np.asarray(speed, dtype=float)
-        at_ports, forces, of_effects = self._held_by(x, speed)
-        rotor = self.rotor_with(np.asarray(x))
-        low = low_modes(rotor, searched_speed(self.speed, speed), tuple(site.position for site, _ in forces))
-        for index, force in enumerate(forces):
-            low = low.with_attached(index, *attached(force, speed))
-        return growth_rate(low, speed, *at_ports, self.supports(of_effects))
+    def free_motion(self, x: Array, highest: float, n_mode: int) -> FreeMotion:
+        """Of the rotor with all that is linear in the motion and does not turn with the shaft."""
+        base = self.base
+        own, of_effects = self.parts(x[None])
+        coefficients, (linear, nonlinear) = base.inputs(own).coefficients, self.forces(of_effects)
+        rotor = self.changed_rotor(base.rotor_at(own[0]), x[self.costly])
 
-    def is_stable(self, x: Array) -> bool:
-        """The same, without eigenvalues where nothing can feed a free motion."""
-        speed = scanned_speeds(float(np.max(self.speed)))
-        (spring, damper), forces, of_effects = self._held_by(x, speed)
-        masses, dampers, springs = zip(
-            (np.zeros((2, 2)), damper, spring), *(attached(force, speed) for force in forces)
+        def bearings_at(speed: Array) -> tuple[Array, Array]:
+            impedance = np.moveaxis(self.bearing_impedance(coefficients, speed, of_effects)[:, :, :, 0], -1, 0)
+            return impedance.real, impedance.imag / speed[:, None, None, None]
+
+        return FreeMotion(
+            _with_unbalance_of_effects(rotor, self, of_effects),
+            self.rotor_with(x),
+            base.channels,
+            bearings_at,
+            highest,
+            n_mode,
+            tuple((force[0].position, partial(attached, force)) for force in linear if force[0].law.follows_motion),
+            tuple(self.supports(of_effects)),
+            tuple(_mark(effect, base) for effect in self.effects),
+            _left_out(self, [site.law.name for site, _ in nonlinear]),
         )
-        return is_passive(
-            self.rotor_with(np.asarray(x)), springs, dampers, masses, self.supports(of_effects)
-        ) or Problem.is_stable(self, x)
-
-    def _held_by(self, x: Array, speed: Array) -> tuple[tuple[Array, Array], list[Force], list[Array]]:
-        """Stiffness and damping of the bearings (n_speed, n_bearing, 2, 2) at values x (d,) SI and spin speeds, N/m and N s/m, the
-        linear forces that follow the motion of their sites, and each effect's values."""
-        own, of_effects = self.parts(checked_sets(np.asarray(x)[None], self.parameters))
-        coefficients = inputs_at(self.base.rotor, self.base.unknowns, own).coefficients
-        impedance = np.moveaxis(self.bearing_impedance(coefficients, speed, of_effects)[:, :, :, 0], -1, 0)
-        forces = [force for force in self.forces(of_effects)[0] if force[0].law.follows_motion]
-        return (impedance.real, impedance.imag / speed[:, None, None, None]), forces, of_effects
-
-    def free_rotor(self, x: Array, highest: float) -> FreeMotion:
-        """The rotor at values x (d,) SI with its free motions up to a frequency and spin speed (rad/s)."""
-        return free_motion_with_effects(self, checked_sets(np.asarray(x)[None], self.parameters)[0], highest)
 
     def unbalance(self, x: Array) -> dict[float, complex]:
-        """That of the rotor itself, and of effects that are unbalance too, by position (m), kg m."""
-        own, of_effects = self.parts(checked_sets(np.asarray(x)[None], self.parameters))
-        found = self.base.unbalance(own[0])
-        origin = inputs_at(self.base.rotor, self.base.unknowns, own).origin[0]
+        """Of the rotor itself, and of effects that are unbalance too."""
+        own, of_effects = self.parts(x[None])
+        found = dict(self.base.unbalance(own[0]))
+        origin = self.base.inputs(own).origin[0]
         for effect, values in zip(self.effects, of_effects):
             for position, size in effect.unbalance(values[0]).items():
                 found[position] = found.get(position, 0.0) + size * complex(np.exp(-1j * origin))
         return found
-
-    @cached_property
-    def _reductions(self) -> OrderedDict[tuple[tuple[float, ...], tuple[Load, ...], float], Reduction]:
-        return OrderedDict()
-
-    def reduction(self, changing: tuple[float, ...], loads: tuple[Load, ...], harmonic: float = 1.0) -> Reduction:
-        """The rotor, as its effects have changed it, seen from its ports; unit loads come last, and act alone at a harmonic, where
-        their sites are read behind the channels."""
-
-        def reduced() -> Reduction:
-            rotor = self.changed_rotor(self.base.rotor, np.array(changing))
-            forces, seen = self.further_forces(rotor, loads, harmonic), self.seen_channels
-            units = self.unit_loads_with(loads)
-            rows = unit_loads(rotor, units, 1)[0].T.real if units and harmonic != 1 else None  # that no channel reads
-            return reduce_rotor(rotor, self.impedances, self.speed, seen, forces, rows=rows, harmonic=harmonic)
-
-        if not self._shapes_reduction:
-            kept, seen = self.base.reductions_beside_effects, (self.impedances, self.seen_channels)
-            return recent(kept, (*seen, loads, harmonic), reduced, MAX_REDUCTIONS)
-        return recent(self._reductions, (changing, loads, harmonic), reduced, MAX_REDUCTIONS)
-
-    @property
-    def _shapes_reduction(self) -> bool:
-        """Whether effects change the rotor or load it. Others, at whatever places, share the reductions of the rotor behind."""
-        return bool(self.site_laws) or any(effect.changes_rotor or effect.has_loads for effect in self.effects)
 
     def _motion(
         self, reduction: Reduction, x: Array, near: ComplexArray | None = None
@@ -265,15 +185,15 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
         impedance, sizes = self.impedances_and_sizes(x)
         columns, n_own = reduction.motion_on(impedance, sizes), sizes.shape[1]
         (linear, nonlinear), seen = self.forces(of_effects), self.seen_channels
-        columns = with_linear_forces(columns, linear, seen, self.speed)
+        columns = with_linear_forces(columns, linear, seen, self.base.speed)
 
         def at_order(order: int) -> ComplexArray:
             further = self.reduction(tuple(x[0, self.costly]), (), order)
             units = further.response_per_load(self.impedances_and_sizes(x, order)[0])[:, n_own:]
-            return responses_at_order(units.transpose(2, 3, 0, 1), linear, len(seen), self.speed, order)
+            return responses_at_order(units.transpose(2, 3, 0, 1), linear, len(seen), self.base.speed, order)
 
         near = self.near if near is None else near
-        columns, at_sites = with_nonlinear_forces(columns, nonlinear, seen, self.speed, at_order, near)
+        columns, at_sites = with_nonlinear_forces(columns, nonlinear, seen, self.base.speed, at_order, near)
         if at_sites is not None and len(x) == 1:
             recent(self._site_motions, tuple(x[0]), lambda: at_sites[0], MAX_SITE_MOTIONS)
         if self._turning.are_there:
@@ -300,7 +220,7 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
 
     def _turning_shaft(self, rotor: Rotor) -> TurningShaft:
         sites, seen = self.site_laws, self.seen_channels
-        return self._turning.shaft(rotor, self.impedances, self.speed, seen, self.loads(rotor), sites)
+        return self._turning.shaft(rotor, self.impedances, self.base.speed, seen, self.loads(rotor), sites)
 
     def _reduced_response(self, reduction: Reduction, x: Array, near: ComplexArray | None = None) -> ComplexArray:
         columns, of_effects = self._motion(reduction, x, near)
@@ -317,13 +237,13 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
     def _dense(self, x: Array) -> ComplexArray:
         """One set (1, d) without any reduction."""
         own, of_effects = self.parts(x)
-        rotor = self.changed_rotor(rotor_at(self.base.rotor, self.base.unknowns, own[0]), x[0, self.costly])
-        coefficients = inputs_at(self.base.rotor, self.base.unknowns, own).coefficients
+        rotor = self.changed_rotor(self.base.rotor_at(own[0]), x[0, self.costly])
+        coefficients = self.base.inputs(own).coefficients
 
         def bearings(harmonic: float) -> ComplexArray:
-            return self.port_impedance(coefficients, self.speed, of_effects, harmonic)[:, :, 0]
+            return self.port_impedance(coefficients, self.base.speed, of_effects, harmonic)[:, :, 0]
 
-        force = force_per_unbalance(rotor, self.speed) @ complex_unbalance(rotor)
+        force = force_per_unbalance(rotor, self.base.speed) @ complex_unbalance(rotor)
         if (loads := self.loads(rotor)) is not None:
             force = force + loads @ np.concatenate(self.sizes(of_effects), axis=1)[0]
         linear, nonlinear = self.forces(of_effects)
@@ -332,24 +252,24 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
             at_orders = [bearings(order) for order in range(HIGHEST + 1)]
             motion = self._turning_shaft(rotor).dense_motion(at_orders, acting, force)
         else:
-            motion = dense_motion(rotor, self.speed, self.seen_channels, bearings, force, linear, nonlinear)
+            motion = dense_motion(rotor, self.base.speed, self.seen_channels, bearings, force, linear, nonlinear)
         return self.observed(motion[None] + self._sweep_change(x), of_effects)
 
     def _sweep_change(self, x: Array) -> ComplexArray:
         """What a sweep of the speed adds to the motion at the seen channels, (n, n_speed, n_seen) m, for sets (n, d) with the
         same rotor."""
-        change = np.zeros((len(x), len(self.speed), len(self.seen_channels)), dtype=complex)
+        change = np.zeros((len(x), len(self.base.speed), len(self.seen_channels)), dtype=complex)
         for sweep in self.sweeps(self.parts(x)[1]):
             moving = np.flatnonzero(sweep.acceleration)
             if len(moving):
                 swept = Sweep(sweep.acceleration[moving], sweep.highest)
-                change[moving] = sweep_change(self._poles(x[moving], swept), self.speed, swept)
+                change[moving] = sweep_change(self._poles(x[moving], swept), self.base.speed, swept)
         return change
 
     def _poles(self, x: Array, sweep: Sweep) -> Poles:
         """Those of the motion at the seen channels, for sets (n, d) with the same rotor."""
         own, of_effects = self.parts(x)
-        inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
+        inputs = self.base.inputs(own)
         rotor, nodes = self.rotor_with(x[0]), sweep.nodes
         force = nodes[:, None, None] ** 2 * (inputs.complex_unbalance @ unit_force(rotor).T)  # (3, n, n_dof)
         for effect, values in zip(self.effects, of_effects):
@@ -365,3 +285,25 @@ class ExtendedProblem(RotorWithEffects, ProblemProxy, Rotordynamic):
                 impedance.append(np.stack([site.stiffness(each[None], nodes) for each in coefficients], axis=1))
         nominal = spectrum(rotor, searched_speed(nodes, nodes), self.seen_channels, tuple(positions))
         return poles_on(nominal, parabola(block_diagonal(impedance), nodes), parabola(force, nodes), sweep.reach)
+
+
+def _with_unbalance_of_effects(rotor: Rotor, problem: RotorWithEffects, of_effects: Sequence[Array]) -> Rotor:
+    """The rotor with what of its effects is unbalance too."""
+    added = [
+        UnbalancePlane(position, abs(size), float(np.angle(size)))
+        for effect, values in zip(problem.effects, of_effects)
+        for position, size in effect.unbalance(values[0]).items()
+    ]
+    return dataclasses.replace(rotor, unbalance=(*rotor.unbalance, *added))
+
+
+def _mark(effect: RotorHooks, problem: RotorProblem) -> EffectMark:
+    places = effect.places(problem) if isinstance(effect, Effect) else ()
+    return EffectMark(snake_case(type(effect).__name__).replace("_", " "), str(effect), tuple(places))
+
+
+def _left_out(problem: RotorWithEffects, laws: Sequence[str]) -> tuple[str, ...]:
+    """What no linear eigenproblem at a constant speed has."""
+    turning = [_mark(effect, problem.base).name for effect in problem.effects if effect.turns]
+    remarks = [f"Free motions leave out {each}, whose stiffness turns with the shaft." for each in turning]
+    return (*remarks, *(f"Free motions leave out the {law} force, which is not linear in the motion." for law in laws))

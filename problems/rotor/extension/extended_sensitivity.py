@@ -18,53 +18,20 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from functools import partial
-from typing import Protocol
 
 import numpy as np
 from scipy.linalg import block_diag
 
-from ksmea.arrays import Array, ComplexArray, Indices
-from ksmea.measurement.channel import Channel
-from ksmea.numerics.differences import CentralDifferences, central_differences, differenced
-from ksmea.problem.load import Load
-from ksmea.problem.parameters import Parameters
-from problems.rotor.extension.site_law import SiteLaw
+from ksmea.arrays import Array, ComplexArray
+from ksmea.numerics.differences import CentralDifferences, central_differences
+from problems.rotor.extension.with_effects import RotorWithEffects
 from problems.rotor.finite_elements.assembly import assemble_free, node_dof
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import force_per_unbalance
 from problems.rotor.response.banded import DIAGONAL, dynamic_stiffness_band, solve_both_ways
 from problems.rotor.response.dense import channel_rows
-from problems.rotor.response.receptance import Impedance, Reduction
 
 STEP = 1e-6  # of differences, in parts of each unknown's range: (1e-6)² and rounding of 1e-16 / 1e-6 or 1e-12 / 1e-6
-
-
-class Extended(Protocol):
-    """What is asked of an extended rotor; `problems.rotor.extension.extended.ExtendedProblem` says what each is."""
-
-    @property
-    def parameters(self) -> Parameters: ...
-    @property
-    def speed(self) -> Array: ...
-    @property
-    def channels(self) -> tuple[Channel, ...]: ...
-    @property
-    def seen_channels(self) -> tuple[Channel, ...]: ...
-    @property
-    def costly(self) -> Indices: ...
-    @property
-    def impedances(self) -> tuple[Impedance, ...]: ...
-    @property
-    def site_laws(self) -> tuple[SiteLaw, ...]: ...
-    @property
-    def shows_motion(self) -> bool: ...
-    def impedances_and_sizes(self, x: Array) -> tuple[ComplexArray, ComplexArray]: ...
-    def reduction(self, changing: tuple[float, ...], loads: tuple[Load, ...]) -> Reduction: ...
-    def rotor_with(self, x: Array) -> Rotor: ...
-    def further_forces(self, rotor: Rotor, loads: tuple[Load, ...]) -> ComplexArray | None: ...
-    def shown(self, columns: ComplexArray, x: Array) -> ComplexArray: ...
-    def response_next_to(self, x: Array, points: Array) -> ComplexArray: ...
 
 
 @dataclass(frozen=True, eq=False)
@@ -77,7 +44,7 @@ class Solution:
     by_rotor: Mapping[int, ComplexArray]  # ∂columns/∂x at the seen channels, by unknown (n_seen, n_column, n_speed)
 
 
-def linearised(problem: Extended, x: Array) -> tuple[ComplexArray, ComplexArray]:
+def linearised(problem: RotorWithEffects, x: Array) -> tuple[ComplexArray, ComplexArray]:
     """Response (n_speed, n_channel) and sensitivity (n_speed, n_channel, d), m per SI unit, at x (d,) SI."""
     parameters = problem.parameters
     differences = central_differences(x, STEP * parameters.width, parameters.lower, parameters.upper)
@@ -102,15 +69,8 @@ def linearised(problem: Extended, x: Array) -> tuple[ComplexArray, ComplexArray]
     return _shown(problem, points, differences, columns.transpose(2, 0, 1), change.transpose(0, 3, 1, 2))
 
 
-def by_differences(problem: Extended, x: Array) -> tuple[ComplexArray, ComplexArray]:
-    """The same by central differences of the whole response."""
-    parameters = problem.parameters
-    step = STEP * parameters.width
-    return differenced(partial(problem.response_next_to, x), x, step, parameters.lower, parameters.upper)
-
-
 def _shown(
-    problem: Extended,
+    problem: RotorWithEffects,
     points: Array,
     differences: CentralDifferences,
     columns: ComplexArray,
@@ -118,7 +78,7 @@ def _shown(
 ) -> tuple[ComplexArray, ComplexArray]:
     """What the probes show, with forces by laws acting, of columns (n_speed, n_seen, n_column) and their change (d, …)."""
     if problem.shows_motion:
-        n_channel = len(problem.channels)
+        n_channel = len(problem.base.channels)
         return columns[:, :n_channel, 0], np.moveaxis(change[:, :, :n_channel, 0], 0, -1)
     steps = np.sum(points[1:] - points[0], axis=1)  # each point differs in one unknown
     around = columns + steps[:, None, None, None] * np.concatenate([change, change])
@@ -126,7 +86,7 @@ def _shown(
     return shown[0], differences.derivative(shown[1:])
 
 
-def _at_ports(problem: Extended, x: Array, impedance: ComplexArray, weights: ComplexArray) -> Solution:
+def _at_ports(problem: RotorWithEffects, x: Array, impedance: ComplexArray, weights: ComplexArray) -> Solution:
     """With impedances (n_impedance, n_speed), by the receptances of a rotor that no unknown changes."""
     reduction = problem.reduction((), ())
     receptance, n_port = reduction.receptance_on(impedance), reduction.n_port
@@ -134,12 +94,12 @@ def _at_ports(problem: Extended, x: Array, impedance: ComplexArray, weights: Com
     return Solution(receptance[n_port:, n_port:], receptance[n_port:, :n_port], columns_at_ports, {})
 
 
-def _over_shaft(problem: Extended, x: Array, impedance: ComplexArray, weights: ComplexArray) -> Solution:
+def _over_shaft(problem: RotorWithEffects, x: Array, impedance: ComplexArray, weights: ComplexArray) -> Solution:
     """The same where unknowns change the rotor, by the motion of the whole shaft."""
     rotor = problem.rotor_with(x)
     forces = _forces(problem, rotor)  # (n_speed, n_dof, n_load)
     ports = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
-    stiffness = dynamic_stiffness_band(assemble_free(rotor), problem.speed)
+    stiffness = dynamic_stiffness_band(assemble_free(rotor), problem.base.speed)
     for item, values in zip(problem.impedances, impedance, strict=True):
         row, column = ports[item.row_port], ports[item.column_port]
         stiffness[:, column, DIAGONAL + row - column] += values
@@ -157,7 +117,7 @@ def _over_shaft(problem: Extended, x: Array, impedance: ComplexArray, weights: C
 
 
 def _rotor_change(
-    problem: Extended, x: Array, unknown: int, motion: ComplexArray, weights: ComplexArray
+    problem: RotorWithEffects, x: Array, unknown: int, motion: ComplexArray, weights: ComplexArray
 ) -> ComplexArray:
     """∂F/∂x s − ∂D/∂x q with one unknown, of the columns (n_speed, n_dof, n_column)."""
     parameter = problem.parameters.items[unknown]
@@ -166,13 +126,15 @@ def _rotor_change(
     below, above = (problem.rotor_with(np.where(np.arange(len(x)) == unknown, end, x)) for end in ends)
     width = ends[1] - ends[0]
     force = (_forces(problem, above) - _forces(problem, below)) @ weights
-    return np.asarray((force - _stiffness_change(below, above, problem.speed, motion)) / width)
+    return np.asarray((force - _stiffness_change(below, above, problem.base.speed, motion)) / width)
 
 
-def _forces(problem: Extended, rotor: Rotor) -> ComplexArray:
+def _forces(problem: RotorWithEffects, rotor: Rotor) -> ComplexArray:
     """Nodal forces of all loads, (n_speed, n_dof, n_load)."""
     further = problem.further_forces(rotor, ())
-    return np.concatenate([force_per_unbalance(rotor, problem.speed), *([] if further is None else [further])], axis=2)
+    return np.concatenate(
+        [force_per_unbalance(rotor, problem.base.speed), *([] if further is None else [further])], axis=2
+    )
 
 
 def _stiffness_change(below: Rotor, above: Rotor, speed: Array, motion: ComplexArray) -> ComplexArray:

@@ -7,6 +7,7 @@ Values of all unknowns are rows of x (n, d), SI: those of the rotor itself, then
 from __future__ import annotations
 
 import itertools
+from collections import OrderedDict
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -14,29 +15,41 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.measurement.channel import Channel
+from ksmea.numerics.differences import recent
 from ksmea.problem.load import Load
-from problems.rotor.extension.hooks import RotorHooks
+from ksmea.problem.parameters import Parameter, Parameters
+from problems.rotor.extension.hooks import RotorHooks, effect_unknowns
 from problems.rotor.extension.run_up import Sweep
 from problems.rotor.extension.site_law import Force, SiteLaw, split_by_law, with_linear_forces
 from problems.rotor.finite_elements.data import COEFFICIENTS, STIFFNESSES, Rotor
 from problems.rotor.finite_elements.loads import unit_loads
 from problems.rotor.free_motion.support import Support, in_series_with, ports_on
-from problems.rotor.response.problem import RotorProblem, impedances_of
-from problems.rotor.response.receptance import Impedance, at_harmonic
-from problems.rotor.response.unknowns import inputs_at
+from problems.rotor.response.model import impedances_of
+from problems.rotor.response.problem import RotorProblem
+from problems.rotor.response.receptance import Impedance, Reduction, at_harmonic, reduce_rotor
+
+MAX_REDUCTIONS = 64  # kept of rotors that an effect has changed
 
 
 @dataclass(frozen=True, eq=False)
 class RotorWithEffects:
     """A rotor and effects, by their hooks (`problems/rotor/extension/hooks.py`)."""
 
-    base: RotorProblem
+    base: RotorProblem  # without effects
     effects: tuple[RotorHooks, ...]
+
+    @cached_property
+    def _unknowns(self) -> tuple[tuple[Parameter, ...], ...]:
+        return (self.base.parameters.items, *effect_unknowns(self.base, self.effects))
+
+    @cached_property
+    def parameters(self) -> Parameters:
+        return Parameters(tuple(itertools.chain(*self._unknowns)))
 
     @cached_property
     def _columns(self) -> list[Indices]:
         """Where the unknowns of the rotor itself lie, then those of each effect."""
-        counts = [len(self.base.parameters), *(len(effect.parameters(self.base)) for effect in self.effects)]
+        counts = [len(items) for items in self._unknowns]
         return np.split(np.arange(sum(counts)), np.cumsum(counts)[:-1])
 
     def parts(self, x: Array) -> tuple[Array, list[Array]]:
@@ -56,11 +69,10 @@ class RotorWithEffects:
 
     def changed_rotor(self, rotor: Rotor, values: Array) -> Rotor:
         start = 0
-        for effect in self.effects:
+        for effect, columns in zip(self.effects, self._columns[1:]):
             if effect.changes_rotor:
-                count = len(effect.parameters(self.base))
-                rotor = effect.rotor(rotor, values[start : start + count])
-                start += count
+                rotor = effect.rotor(rotor, values[start : start + len(columns)])
+                start += len(columns)
         return rotor
 
     @cached_property
@@ -84,7 +96,7 @@ class RotorWithEffects:
         """For sets (n, d), effects and supports included: the impedances (n_impedance, n, n_speed), N/m, at a harmonic, and how
         large the unbalance of each plane and each load of effects are, (n, n_plane + n_load)."""
         own, of_effects = self.parts(x)
-        inputs = inputs_at(self.base.rotor, self.base.unknowns, own)
+        inputs = self.base.inputs(own)
         sizes = np.concatenate([inputs.complex_unbalance, *self.sizes(of_effects)], axis=1)
         if self.couples_bearings:
             whole = self.port_impedance(inputs.coefficients, self.base.speed, of_effects, harmonic)
@@ -179,6 +191,31 @@ class RotorWithEffects:
     def shows_motion(self) -> bool:
         """Whether no force follows a law and the probes show the motion as it is."""
         return not self.site_laws and all(type(each).observed is RotorHooks.observed for each in self.effects)
+
+    def reduction(self, changing: tuple[float, ...], loads: tuple[Load, ...], harmonic: float = 1.0) -> Reduction:
+        """The rotor, as its effects have changed it, seen from its ports; unit loads come last, and act alone at a harmonic, where
+        their sites are read behind the channels."""
+        base, seen = self.base, self.seen_channels
+
+        def reduced() -> Reduction:
+            rotor, units = self.changed_rotor(base.rotor, np.array(changing)), self.unit_loads_with(loads)
+            forces = self.further_forces(rotor, loads, harmonic)
+            rows = unit_loads(rotor, units, 1)[0].T.real if units and harmonic != 1 else None  # that no channel reads
+            return reduce_rotor(rotor, self.impedances, base.speed, seen, forces, rows=rows, harmonic=harmonic)
+
+        if not self._shapes_reduction:
+            kept = base.reductions_beside_effects
+            return recent(kept, (self.impedances, seen, loads, harmonic), reduced, MAX_REDUCTIONS)
+        return recent(self._reductions, (changing, loads, harmonic), reduced, MAX_REDUCTIONS)
+
+    @cached_property
+    def _reductions(self) -> OrderedDict[tuple[tuple[float, ...], tuple[Load, ...], float], Reduction]:
+        return OrderedDict()
+
+    @property
+    def _shapes_reduction(self) -> bool:
+        """Whether effects change the rotor or load it. Others, at whatever places, share the reductions of the rotor behind."""
+        return bool(self.site_laws) or any(effect.changes_rotor or effect.has_loads for effect in self.effects)
 
     def _in_stages(self, of_effects: list[Array]) -> list[tuple[RotorHooks, Array]]:
         """The effects with their values in the order in which they act."""

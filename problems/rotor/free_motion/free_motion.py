@@ -24,10 +24,13 @@ from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE
 from problems.rotor.free_motion.layout import layout_of
 from problems.rotor.free_motion.modes import OVERDAMPED, undamped_critical_speeds
+from problems.rotor.free_motion.passivity import is_passive
 from problems.rotor.free_motion.stability import (
     LowModes,
     by_port,
     finite_eigenvalues,
+    growth_rate,
+    low_modes,
     pencil_on_supports,
     state_matrices,
 )
@@ -38,6 +41,8 @@ AT_REST = 1e-7  # of the middle one of all frequencies: slower motions are those
 DOUBLE = 1e-7  # relative difference of eigenvalues that are one
 
 Pencil = tuple[ComplexArray, Array]  # A and B of A z = λ B z
+# Position (m) of a site, and mass (2, 2), damping and stiffness (n_speed, 2, 2) there at spin speeds (n_speed,)
+Attached = tuple[float, Callable[[Array], tuple[Array, Array, Array]]]
 Eigenpairs = tuple[ComplexArray, ComplexArray]  # (n,) rad/s, and their coordinates (n_low, n)
 
 
@@ -46,12 +51,33 @@ class FreeMotion(FreeRotor):
     """A rotor with all numbers given. Its functions are of spin speeds (n_speed,) rad/s."""
 
     rotor: Rotor
+    nominal: Rotor  # with bearings about as stiff, whose modes are taken: the same for all values of the bearings
     channels: tuple[Channel, ...]
-    low_at: Callable[[Array], LowModes]  # without bearings
     bearings_at: Callable[[Array], tuple[Array, Array]]  # (n_speed, n_bearing, 2, 2) each, N/m and N s/m
+    highest: float  # rad/s, frequency and spin speed up to which motions are true
+    n_mode: int = N_MODE  # or more
+    attached: tuple[Attached, ...] = ()
     supports: tuple[Support, ...] = ()  # what carries the bearings
     effects: tuple[EffectMark, ...] = ()
     left_out: tuple[str, ...] = ()
+
+    def low_at(self, speed: Array) -> LowModes:
+        """The rotor without bearings, with what is attached to it."""
+        low = low_modes(self.nominal, self.highest, tuple(position for position, _ in self.attached), self.n_mode)
+        for index, (_, matrices_at) in enumerate(self.attached):
+            low = low.with_attached(index, *matrices_at(speed))
+        return low
+
+    def growth_rate(self, speed: Array) -> Array:
+        """The largest real part of any damped eigenvalue, (n_speed,) 1/s."""
+        return growth_rate(self.low_at(speed), speed, *self.bearings_at(speed), self.supports)
+
+    def is_passive(self, speed: Array) -> bool:
+        """Whether nothing can feed a free motion at these spin speeds, as far as that is known without eigenvalues."""
+        spring, damper = self.bearings_at(speed)
+        parts = [matrices_at(speed) for _, matrices_at in self.attached]
+        masses, dampers, springs = ([part[index] for part in parts] for index in range(3))
+        return is_passive(self.nominal, [spring, *springs], [damper, *dampers], masses, self.supports)
 
     @property
     def remarks(self) -> tuple[str, ...]:

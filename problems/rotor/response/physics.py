@@ -1,0 +1,203 @@
+"""Motion and free motion of a rotor with unknowns: the contract, and the rotor as it is, without effects.
+
+Bearings enter as coefficients at each spin speed (`bearing_matrices`), the response by rank-one updates of the receptances
+between ports, its derivatives in closed form from the same receptances.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.problem.load import Load
+from ksmea.problem.parameters import Parameters
+from problems.rotor.finite_elements.data import STIFFNESSES
+from problems.rotor.free_motion.free_motion import FreeMotion
+from problems.rotor.response import dense
+from problems.rotor.response.model import RotorModel, finite, impedance_of
+from problems.rotor.response.receptance import Reduction
+from problems.rotor.response.unknowns import Inputs, OriginTarget, UnbalanceTarget
+
+CHUNK_BYTES = 2**20  # of the largest temporary array of a batch: about what a core's own cache holds
+
+
+class Physics(ABC):
+    """Motion of a rotor. Sets x (n, d) and points x (d,) hold the values of all unknowns, SI."""
+
+    @property
+    @abstractmethod
+    def parameters(self) -> Parameters:
+        """All unknowns, first the unknowns of the rotor itself."""
+
+    @property
+    def costly(self) -> Indices:
+        """Indices of the unknowns that change the rotor itself."""
+        return np.empty(0, dtype=int)
+
+    @abstractmethod
+    def response(self, x: Array) -> ComplexArray:
+        """(n, n_speed, n_channel), m."""
+
+    @abstractmethod
+    def load_response(self, x: Array, loads: tuple[Load, ...]) -> ComplexArray:
+        """Response to unit loads, (n, n_speed, n_channel, n_load) m per N or N m."""
+
+    def with_loads(self, x: Array, loads: tuple[Load, ...]) -> tuple[ComplexArray, ComplexArray]:
+        """Both. Default: one after the other."""
+        return self.response(x), self.load_response(x, loads)
+
+    @abstractmethod
+    def linearised(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
+        """Response (n_speed, n_channel) and sensitivity (n_speed, n_channel, d), m per SI unit."""
+
+    def sensitivity(self, x: Array) -> ComplexArray:
+        return self.linearised(x)[1]
+
+    def linearised_per_load(self, x: Array, loads: tuple[Load, ...]) -> tuple[ComplexArray, ComplexArray] | None:
+        """Columns (n_speed, n_channel, 1 + n_load) and their derivatives (…, d). Default: None, by differences only."""
+        return None
+
+    @abstractmethod
+    def linearises_cheaply(self, loads: Sequence[Load]) -> bool: ...
+
+    @abstractmethod
+    def dense_response(self, x: Array) -> ComplexArray:
+        """`response` by solving with the whole rotor."""
+
+    @abstractmethod
+    def free_motion(self, x: Array, highest: float, n_mode: int) -> FreeMotion:
+        """The rotor with its free motions up to a frequency and spin speed (rad/s), by this number of modes or more."""
+
+    @abstractmethod
+    def unbalance(self, x: Array) -> dict[float, complex]:
+        """By position (m), kg m; angles count from the angle 0 of the model."""
+
+
+@dataclass(frozen=True, eq=False)
+class PlainPhysics(Physics):
+    """A rotor without effects."""
+
+    model: RotorModel
+
+    @property
+    def parameters(self) -> Parameters:
+        return self.model.own
+
+    def response(self, x: Array) -> ComplexArray:
+        """By rank-one updates, as reference results were: `Reduction.motion_with` is faster and differs by rounding."""
+        model, reduction = self.model, self.model.reduction
+        response = np.empty((len(x), len(model.speed), len(model.channels)), dtype=complex)
+        with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
+            for chunk in _chunks(len(x), reduction):
+                inputs = model.inputs(x[chunk])
+                per_unbalance = reduction.unit_response(*_impedance_parts(reduction, inputs))
+                response[chunk] = _combined(per_unbalance, inputs.complex_unbalance)
+        return finite(response)
+
+    def with_loads(self, x: Array, loads: tuple[Load, ...]) -> tuple[ComplexArray, ComplexArray]:
+        model, reduction = self.model, self.model.loaded(loads)
+        response = np.empty((len(x), len(model.speed), len(model.channels)), dtype=complex)
+        per_load = np.empty((*response.shape, len(loads)), dtype=complex)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            for chunk in _chunks(len(x), reduction):
+                inputs = model.inputs(x[chunk])
+                columns = reduction.motion_with(*_impedance_parts(reduction, inputs), inputs.complex_unbalance)
+                response[chunk], per_load[chunk] = columns[..., 0], columns[..., 1:]
+        return finite(response), finite(per_load)
+
+    def load_response(self, x: Array, loads: tuple[Load, ...]) -> ComplexArray:
+        return self.with_loads(x, loads)[1]
+
+    def linearised(self, x: Array) -> tuple[ComplexArray, ComplexArray]:
+        return self.response(x[None])[0], self.sensitivity(x)
+
+    def sensitivity(self, x: Array) -> ComplexArray:
+        return self.linearised_per_load(x, ())[1][:, :, 0]
+
+    def linearised_per_load(self, x: Array, loads: tuple[Load, ...]) -> tuple[ComplexArray, ComplexArray]:
+        """From D q = f: ∂q/∂z_rc = −D⁻¹ e_r q_c for an impedance, D⁻¹ ∂f/∂x for an unbalance."""
+        model, reduction, inputs = self.model, self.model.loaded(loads), self.model.inputs(x[None])
+        stiffness, damping = (part[:, 0] for part in _impedance_parts(reduction, inputs))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            receptance = reduction.full_receptance(stiffness, damping)
+        n_port, n_plane = reduction.n_port, len(model.rotor.unbalance)
+        per_port, per_unbalance = receptance[n_port:, :n_port], receptance[n_port:, n_port : n_port + n_plane]
+        of_unbalance = np.einsum("rus,u->rs", receptance[:, n_port : n_port + n_plane], inputs.complex_unbalance[0])
+        columns = np.concatenate([of_unbalance[:, None], receptance[:, n_port + n_plane :]], axis=1)
+        at_ports, seen = columns[:n_port], columns[n_port:]  # (…, 1 + n_load, n_speed)
+        change = np.zeros((len(model.unknowns), *seen.shape), dtype=complex)
+        for index, target in ((index, target) for index, item in enumerate(model.unknowns) for target in item.targets):
+            if isinstance(target, OriginTarget):
+                change[index, :, 0] += 1j * seen[:, 0]
+            elif isinstance(target, UnbalanceTarget):
+                change[index, :, 0] += per_unbalance[:, target.plane] * _unbalance_change(inputs, target)
+            else:
+                impedance = impedance_of(target)
+                factor = 1.0 if target.coefficient in STIFFNESSES else 1j * model.speed
+                change[index] -= per_port[:, impedance.row_port, None] * (factor * at_ports[impedance.column_port])
+        ordered = seen.transpose(2, 0, 1), change.transpose(3, 1, 2, 0)
+        # What follows runs over the unknowns, which lie together in memory then
+        return finite(np.ascontiguousarray(ordered[0])), finite(np.ascontiguousarray(ordered[1]))
+
+    def linearises_cheaply(self, loads: Sequence[Load]) -> bool:
+        return True
+
+    def dense_response(self, x: Array) -> ComplexArray:
+        model = self.model
+        return np.stack([dense.dense_response(model.rotor_at(row), model.speed, model.channels) for row in x])
+
+    def free_motion(self, x: Array, highest: float, n_mode: int) -> FreeMotion:
+        model, inputs = self.model, self.model.inputs(x[None])
+        bearings_at = partial(bearing_matrices, inputs)
+        return FreeMotion(model.rotor_at(x), model.rotor, model.channels, bearings_at, highest, n_mode)
+
+    def unbalance(self, x: Array) -> dict[float, complex]:
+        inputs = self.model.inputs(x[None])
+        found: dict[float, complex] = {}
+        for plane, size in zip(
+            self.model.rotor.unbalance, inputs.complex_unbalance[0] * np.exp(-1j * inputs.origin[0])
+        ):
+            found[plane.position] = found.get(plane.position, 0.0) + complex(size)
+        return found
+
+
+def bearing_matrices(inputs: Inputs, speed: Array) -> tuple[Array, Array]:
+    """Stiffness N/m and damping N s/m of the bearings at one set of values and spin speeds (n_speed,), (n_speed, n_bearing, 2, 2)
+    each."""
+    parts = inputs.coefficients[0].reshape(-1, 2, 2, 2)  # bearing, stiffness or damping, row, column
+    over_speed = np.broadcast_to(parts, (len(speed), *parts.shape))
+    return over_speed[:, :, 0], over_speed[:, :, 1]
+
+
+def _chunks(n: int, reduction: Reduction) -> list[slice]:
+    """Parts of a batch of n sets."""
+    n_chunk = max(1, CHUNK_BYTES // reduction.receptance.nbytes)
+    return [slice(start, start + n_chunk) for start in range(0, n, n_chunk)]
+
+
+def _impedance_parts(reduction: Reduction, inputs: Inputs) -> tuple[Array, Array]:
+    """Stiffness and damping of the reduction's impedances, (n_impedance, n) each."""
+    bearing = [impedance.bearing for impedance in reduction.impedances]
+    entry = np.array([2 * impedance.row + impedance.column for impedance in reduction.impedances])
+    return inputs.coefficients[:, bearing, entry].T, inputs.coefficients[:, bearing, entry + len(STIFFNESSES)].T
+
+
+def _combined(per_unbalance: ComplexArray, unbalance: ComplexArray) -> ComplexArray:
+    """Σ over planes of the response per unbalance (n_channel, n_plane, n, n_speed) times the unbalance (n, n_plane),
+    → (n, n_speed, n_channel)."""
+    total = np.sum(per_unbalance * unbalance.T[:, :, None], axis=1)
+    return total.transpose(1, 2, 0)
+
+
+def _unbalance_change(inputs: Inputs, target: UnbalanceTarget) -> complex:
+    """∂(m e e^{iφ})/∂x of a plane for what an unknown sets of it."""
+    if target.part == "phase":
+        return 1j * complex(inputs.complex_unbalance[0, target.plane])
+    if target.part == "magnitude":
+        return complex(np.exp(1j * inputs.unbalance[0, target.plane, 1]))
+    return complex(np.exp(1j * inputs.origin[0])) * (1 if target.part == "x" else 1j)
