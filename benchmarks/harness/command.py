@@ -10,15 +10,14 @@ from pathlib import Path
 
 from bench.storage.own_files import REFERENCE
 from benchmarks.groups import diagnosis, fe, framework, identification, scaling, surrogate
-from benchmarks.harness.check import compared, slower
 from benchmarks.harness.figure import ratio_figure
-from benchmarks.harness.machine import Machine, this_machine
+from benchmarks.harness.machine import this_machine
 from benchmarks.harness.measure import measured
-from benchmarks.harness.processes import Processes, interpreters
-from benchmarks.harness.report import page, text
+from benchmarks.harness.processes import started
+from benchmarks.harness.report import number, page, text, title_of
 from benchmarks.harness.row import Row
 from benchmarks.harness.setup import VARIABLE, peers_folder, setup
-from benchmarks.harness.table import lines_of, merged, read, table, write
+from benchmarks.harness.table import Line, fallen, lines_of, merged, read, same_ratios, table, write
 from ksmea.errors import SettingError, unknown
 from ksmea.show.figures.style import png
 
@@ -85,12 +84,11 @@ def _entered(words: Sequence[str]) -> int:
 
 def run(rows: Sequence[Row], asked: argparse.Namespace) -> int:
     """Measure the rows. The table is written after each of them, so that nothing is lost, picture and page at the end."""
-    machine = this_machine()
-    lines: list[dict[str, object]] = []
+    lines: list[Line] = []
     path = asked.out / "benchmarks.csv"
     before = read(path) if path.is_file() else None
     try:
-        for row_lines in each_measured(rows, asked.peers, asked.repetitions, machine):
+        for row_lines in each_measured(rows, asked.peers, asked.repetitions):
             lines += row_lines
             write(table(lines) if before is None else merged(before, table(lines)), path)
             print(text(table(row_lines)), flush=True)
@@ -105,25 +103,21 @@ def check(rows: Sequence[Row], asked: argparse.Namespace) -> int:
     """Measure shortly, and say which ratios have fallen by more than a third against the committed ones."""
     committed = read(asked.against)
     turns = min(asked.repetitions, QUICK_TURNS) if asked.quick else asked.repetitions
-    short = [_short(row) for row in rows] if asked.quick else rows
-    found = [line for each in each_measured(short, asked.peers, turns, this_machine()) for line in each]
-    now = table(found)
-    fallen = slower(now, committed)
-    print(
-        "\n".join(
-            [
-                *fallen,
-                f"{compared(now, committed)} ratios compared with {asked.against.name}: {len(fallen)} fell by more than a third",
-            ]
-        )
-    )
+    short = [dataclasses.replace(row, budget=QUICK_BUDGET) for row in rows] if asked.quick else rows
+    both = same_ratios(table([line for each in each_measured(short, asked.peers, turns) for line in each]), committed)
+    slower = fallen(both)
+    for _, line in slower.iterrows():
+        ratios = f"{number(line['ratio_now'])} × here, {number(line['ratio'])} × committed"
+        print(f"slower: {title_of(line)}, {line['contestant']}: {ratios}")
+    print(f"{len(both)} ratios compared with {asked.against.name}: {len(slower)} fell by more than a third")
     return 0
 
 
-def each_measured(rows: Sequence[Row], peers: Path, turns: int, machine: Machine) -> Iterable[list[dict[str, object]]]:
+def each_measured(rows: Sequence[Row], peers: Path, turns: int) -> Iterable[list[Line]]:
     """The lines of each row, as soon as it is measured; processes are kept within a group."""
+    machine = this_machine()
     for group in dict.fromkeys(row.group for row in rows):
-        with Processes(interpreters(peers)) as processes:
+        with started(peers) as processes:
             for row in rows:
                 if row.group == group:
                     yield lines_of(row, measured(row, processes, turns), machine)
@@ -135,10 +129,6 @@ def draw(path: Path) -> None:
     picture = png(ratio_figure(whole))
     path.with_suffix(".png").write_bytes(picture)
     path.with_suffix(".html").write_bytes(page(whole, picture))
-
-
-def _short(row: Row) -> Row:
-    return dataclasses.replace(row, budget=QUICK_BUDGET)
 
 
 def _parsed(words: Sequence[str]) -> argparse.Namespace:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
-from dataclasses import asdict, dataclass
+import re
 from pathlib import Path
 
 import numpy as np
@@ -12,46 +12,21 @@ import scipy
 
 from bench.plan.provenance import commit
 
-
-@dataclass(frozen=True)
-class Machine:
-    processor: str
-    cores: int
-    python: str
-    numpy: str
-    scipy: str
-    commit: str
-
-    def columns(self) -> dict[str, str | int]:
-        return asdict(self)
-
-    def __str__(self) -> str:
-        return (
-            f"{self.processor}, {self.cores} cores; Python {self.python}, numpy {self.numpy}, scipy {self.scipy};"
-            f" commit {self.commit}"
-        )
+MACHINE = ("processor", "cores", "python", "numpy", "scipy", "commit")
+LINE = "{processor}, {cores} cores; Python {python}, numpy {numpy}, scipy {scipy}; commit {commit}"
 
 
-def this_machine() -> Machine:
-    return Machine(
-        processor=_processor(),
-        cores=os.cpu_count() or 1,
-        python=platform.python_version(),
-        numpy=np.__version__,
-        scipy=scipy.__version__,
-        commit=commit(),
-    )
+def this_machine() -> dict[str, str | int]:
+    """Columns of a table's line (`MACHINE`)."""
+    values = (_processor(), os.cpu_count() or 1, platform.python_version(), np.__version__, scipy.__version__, commit())
+    return dict(zip(MACHINE, values, strict=True))
 
 
 def _processor() -> str:
     """Its name and clock as the kernel tells it, or what Python knows."""
     information = Path("/proc/cpuinfo")
-    if information.is_file():
-        facts = dict(
-            (part.strip() for part in line.split(":", 1))
-            for line in information.read_text().splitlines()
-            if ":" in line
-        )
-        if "model name" in facts:
-            return f"{facts['model name']} (model {facts.get('model', '?')})"
+    facts = re.findall(r"(?m)^([\w ]+?)\s*: (.*)$", information.read_text()) if information.is_file() else []
+    known = dict(facts)
+    if "model name" in known:
+        return f"{known['model name']} (model {known.get('model', '?')})"
     return platform.processor() or platform.machine()

@@ -2,24 +2,20 @@
 
 from __future__ import annotations
 
-import json
+import contextlib
+import multiprocessing
 import os
-import selectors
 import subprocess
 import sys
 import tempfile
-import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from types import TracebackType
-from typing import Any, Self
+from typing import Any
 
 ROOT = Path(__file__).resolve().parents[2]
 ONE_THREAD = dict.fromkeys(
     ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS", "NUMEXPR_NUM_THREADS", "NUMBA_NUM_THREADS"), "1"
 ) | {"OPENTURNS_NUM_THREADS": "1"}
-
-
 NO_PEERS = "no environment of peers: python -m benchmarks setup"
 
 
@@ -31,57 +27,41 @@ class Process:
     """One `benchmarks.harness.worker` by an interpreter, with one thread."""
 
     def __init__(self, interpreter: str) -> None:
-        self.interpreter = interpreter
         self._log = tempfile.TemporaryFile("w+")  # noqa: SIM115 – closed by `end`
         self._folder = tempfile.TemporaryDirectory(prefix="ksmea-benchmarks-")  # for what libraries leave behind
         paths = os.pathsep.join([str(ROOT), *filter(None, [os.environ.get("PYTHONPATH")])])
-        self._process = subprocess.Popen(
-            [interpreter, "-m", "benchmarks.harness.worker"],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=self._log,
-            cwd=self._folder.name,
-            env=os.environ | ONE_THREAD | {"PYTHONPATH": paths, "PYTHONWARNINGS": "ignore"},
-        )
-        self._answers = b""
+        self._connection, theirs = multiprocessing.Pipe()
+        with theirs:
+            self._process = subprocess.Popen(
+                [interpreter, "-m", "benchmarks.harness.worker", str(theirs.fileno())],
+                pass_fds=[theirs.fileno()],
+                stdout=self._log,
+                stderr=self._log,
+                cwd=self._folder.name,
+                env=os.environ | ONE_THREAD | {"PYTHONPATH": paths, "PYTHONWARNINGS": "ignore"},
+            )
 
     def end(self) -> None:
         self._process.kill()
         self._process.wait()
-        for stream in (self._process.stdin, self._process.stdout, self._log):
-            if stream is not None:
-                stream.close()
+        self._connection.close()
+        self._log.close()
         self._folder.cleanup()
 
-    def ask(self, limit: float, **request: Any) -> dict[str, Any]:
+    def ask(self, limit: float, method: str, **arguments: Any) -> dict[str, Any]:
         """The answer to a request within `limit` s, or `NotRun`."""
-        assert self._process.stdin is not None
         try:
-            self._process.stdin.write(json.dumps(request).encode() + b"\n")
-            self._process.stdin.flush()
-        except BrokenPipeError:
+            self._connection.send((method, arguments))
+            if not self._connection.poll(limit):
+                raise NotRun(f"takes more than {limit:g} s")
+            answer: dict[str, Any] = self._connection.recv()
+        except (EOFError, ConnectionError):
             raise NotRun(self._death()) from None
-        answer: dict[str, Any] = json.loads(self._line(limit))
         if "absent" in answer:
             raise NotRun(f"{answer['absent']} is not installed: python -m benchmarks setup")
         if "failed" in answer:
             raise NotRun(answer["failed"])
         return answer
-
-    def _line(self, limit: float) -> bytes:
-        assert self._process.stdout is not None
-        end = time.monotonic() + limit
-        with selectors.DefaultSelector() as selector:
-            selector.register(self._process.stdout, selectors.EVENT_READ)
-            while b"\n" not in self._answers:
-                if not selector.select(max(end - time.monotonic(), 0.0)):
-                    raise NotRun(f"takes more than {limit:g} s")
-                read = os.read(self._process.stdout.fileno(), 65536)
-                if not read:
-                    raise NotRun(self._death())
-                self._answers += read
-        line, _, self._answers = self._answers.partition(b"\n")
-        return line
 
     def _death(self) -> str:
         self._process.wait()
@@ -97,16 +77,6 @@ class Processes:
         self.interpreters = interpreters
         self._running: dict[tuple[str, str], Process] = {}
 
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(
-        self, exception_type: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        for process in self._running.values():
-            process.end()
-        self._running.clear()
-
     def of(self, environment: str, name: str) -> Process:
         """The process of a contestant."""
         if environment not in self.interpreters:
@@ -117,23 +87,20 @@ class Processes:
 
     def drop(self, environment: str, name: str) -> None:
         """End it: it has died, or is still at what took too long."""
-        process = self._running.pop((environment, name), None)
-        if process is not None:
+        if process := self._running.pop((environment, name), None):
             process.end()
 
-
-def interpreters(peers: Path) -> dict[str, str]:
-    """The interpreter of each environment by name; that of the peers where it is there."""
-    found = {"here": sys.executable}
-    python = next(
-        (path for path in (peers / "bin" / "python", peers / "Scripts" / "python.exe") if path.is_file()), None
-    )
-    if python is not None:
-        found["peers"] = str(python)
-    return found
+    def close(self) -> None:
+        for key in list(self._running):
+            self.drop(*key)
 
 
-def versions(process: Process, libraries: Sequence[str]) -> dict[str, str | None]:
-    """Which version of each library a process has."""
-    known: dict[str, str | None] = process.ask(60.0, do="version", of=list(libraries))["versions"]
-    return known
+@contextlib.contextmanager
+def started(peers: Path) -> Iterator[Processes]:
+    """Processes of this environment and of that of the peers, if it is there, until the end of the block."""
+    interpreters = {"here": sys.executable}
+    for python in (peers / "bin" / "python", peers / "Scripts" / "python.exe"):
+        if python.is_file():
+            interpreters["peers"] = str(python)
+    with contextlib.closing(Processes(interpreters)) as processes:
+        yield processes

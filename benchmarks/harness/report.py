@@ -8,8 +8,9 @@ import pandas as pd
 
 from bench.plan.page import Block, Picture, Prose, Section, Table
 from bench.reports.pages.document import document
+from benchmarks.harness.machine import LINE, MACHINE
 from benchmarks.harness.row import CPU, WALL
-from benchmarks.harness.table import PART, machines
+from benchmarks.harness.table import PART
 from ksmea.errors import visible_lines
 
 ABOUT = (
@@ -27,22 +28,22 @@ def text(frame: pd.DataFrame) -> str:
     said = []
     for title, block in _blocks(frame):
         said.append(title)
-        name_width = max(len(line["contestant"]) for line in block)
-        cells = [_cells(line) for line in block]
-        timed = [each for each, line in zip(cells, block) if not line["skipped"]]
-        widths = [max(len(each[column]) for each in timed) for column in range(len(HEAD))] if timed else [0]
-        for line, each in zip(block, cells):
-            padded = each if line["skipped"] else [cell.rjust(width) for cell, width in zip(each, widths)]
-            said.append(f"  {line['contestant'].ljust(name_width)}  {'  '.join(padded)}".rstrip())
+        name_width = block["contestant"].str.len().max()
+        cells = [_cells(line) for _, line in block.iterrows()]
+        widths = [max(map(len, column)) for column in zip(*(each for each in cells if len(each) > 1))]
+        for name, each in zip(block["contestant"], cells):
+            padded = [cell.rjust(width) for cell, width in zip(each, widths)] if len(each) > 1 else each
+            said.append(f"  {name.ljust(name_width)}  {'  '.join(padded)}".rstrip())
     return visible_lines("\n".join(said))
 
 
 def page(frame: pd.DataFrame, png: bytes) -> bytes:
     """The page of a table: demands, figure, all rows, and where they were measured; nothing from a network."""
-    demands = _demands(frame)
-    about: list[Block] = [Prose("\n".join([ABOUT, *map(str, machines(frame))]))]
-    sections = [Section("How it was measured", tuple(about))]
-    if len(demands):
+    machines = frame[list(MACHINE)].drop_duplicates().to_dict("records")
+    sections = [
+        Section("How it was measured", (Prose("\n".join([ABOUT, *(LINE.format(**each) for each in machines)])),))
+    ]
+    if len(demands := _demands(frame)):
         sections.append(Section("Demands", (Table(demands),)))
     alternative = "Time of each contestant over ours, with quartiles, on a logarithmic axis, by group."
     sections.append(Section("Ratios", (Picture(FIGURE, alternative),)))
@@ -60,7 +61,7 @@ def _page_table(rows: pd.DataFrame) -> pd.DataFrame:
     lines = []
     for title, block in _blocks(rows):
         lines.append([title.partition(": ")[2], *[""] * (len(HEAD) + 1)])
-        for line in block:
+        for _, line in block.iterrows():
             cells = ["skipped", *[""] * (len(HEAD) - 1)] if line["skipped"] else _cells(line)
             about = "; ".join(filter(None, [line["skipped"] or line["version"], line["note"]]))
             lines.append([INDENT + line["contestant"], *cells, about])
@@ -68,15 +69,8 @@ def _page_table(rows: pd.DataFrame) -> pd.DataFrame:
 
 
 def _growth(exponents: pd.DataFrame) -> pd.DataFrame:
-    return pd.DataFrame(
-        {
-            "": exponents["row"],
-            "contestant": exponents["contestant"],
-            "grows as": [
-                f"{size_of} to the {value:.2f}" for size_of, value in zip(exponents["size_of"], exponents["exponent"])
-            ],
-        }
-    )
+    grows = exponents["size_of"] + " to the " + exponents["exponent"].map("{:.2f}".format)
+    return pd.DataFrame({"": exponents["row"], "contestant": exponents["contestant"], "grows as": grows})
 
 
 def _demands(frame: pd.DataFrame) -> pd.DataFrame:
@@ -95,15 +89,19 @@ def _demanded(line: pd.Series) -> tuple[str, str, str]:
 
 
 def _cells(line: pd.Series) -> list[str]:
+    """As many as `HEAD` has, or the one reason why there is no time."""
     if line["skipped"]:
-        return [f"skipped: {line['skipped']}", "", "", "", "", ""]
-    demand = _demanded(line) if math.isfinite(line["at_least"]) or math.isfinite(line["no_more_than"]) else None
+        return [f"skipped: {line['skipped']}"]
+    demand = ""
+    if math.isfinite(line["at_least"]) or math.isfinite(line["no_more_than"]):
+        asked, _, reached = _demanded(line)
+        demand = f"{'≥' if asked.endswith('times') else '≤'} {asked}: {reached}"
     return [
         seconds(line["seconds"]),
         *_ratio(line),
         f"{line['difference']:.1e}" if math.isfinite(line["difference"]) else "",
         f"{line['quality_of']} {line['quality']:.3g}" if math.isfinite(line["quality"]) else "",
-        f"{'≥' if demand[0].endswith('times') else '≤'} {demand[0]}: {demand[2]}" if demand else "",
+        demand,
     ]
 
 
@@ -122,13 +120,11 @@ def title_of(line: pd.Series) -> str:
     return f"{line['group']}: {line['row']}{size}"
 
 
-def _blocks(frame: pd.DataFrame) -> list[tuple[str, list[pd.Series]]]:
+def _blocks(frame: pd.DataFrame) -> list[tuple[str, pd.DataFrame]]:
     """The lines of each row under its title, with the clock and the unit that times are of."""
-    found: dict[str, list[pd.Series]] = {}
-    for _, line in frame.iterrows():
-        clock = {CPU: "CPU time", WALL: "wall time"}[line["clock"]]
-        found.setdefault(f"{title_of(line)}; {clock} per {line['unit']}", []).append(line)
-    return list(found.items())
+    clock = frame["clock"].map({CPU: "CPU time", WALL: "wall time"})
+    titles = frame.apply(title_of, axis=1) + "; " + clock + " per " + frame["unit"]
+    return list(frame.groupby(titles, sort=False))
 
 
 def seconds(value: float) -> str:

@@ -1,16 +1,8 @@
-"""A process that prepares tasks and times them: a request and its answer are a line of JSON each.
+"""A process that prepares a task and times it: `python -m benchmarks.harness.worker DESCRIPTOR`, an end of a pipe.
 
-    python -m benchmarks.harness.worker
-
-| request | answer |
-|---|---|
-| `{"do": "prepare", "name": …, "task": "module:function", "settings": {…}}` | `{"units": …}` |
-| `{"do": "run", "name": …, "turn": 3, "calls": 20}` | `{"cpu": s, "wall": s, "quality": …, "parts": …}` of all calls together |
-| `{"do": "values", "name": …, "file": …}` | `{}`; the file holds what the last run gave, as numpy writes it |
-| `{"do": "version", "of": ["numpy", …]}` | `{"versions": {…}}` |
-
-An answer `{"failed": "…"}` says what went wrong, `{"absent": "…"}` which module is not installed. Standard library alone, so that
-it runs beside any library. CPU seconds are those of this process and of the processes that it has started and waited for.
+A request is the name of a method of `Worker` with its arguments, its answer what that returns. `{"failed": "…"}` says what went wrong,
+`{"absent": "…"}` which module is not installed. Standard library alone, so that it runs beside any library. CPU seconds are
+those of this process and of the processes that it has started and waited for.
 """
 
 from __future__ import annotations
@@ -18,77 +10,52 @@ from __future__ import annotations
 import gc
 import importlib
 import importlib.metadata
-import json
-import os
 import resource
 import sys
 import time
+from multiprocessing.connection import Connection
 from typing import Any
 
 from benchmarks.harness.task import Task
 
 
-def main() -> None:
-    answers = os.fdopen(os.dup(1), "w", buffering=1)
-    os.dup2(2, 1)  # what libraries print is no answer
-    tasks: dict[str, Task] = {}
-    results: dict[str, Any] = {}
-    for line in sys.stdin:
-        try:
-            answer = answered(json.loads(line), tasks, results)
-        except ModuleNotFoundError as error:
-            answer = {"absent": str(error.name)}
-        except Exception as error:
-            answer = {"failed": f"{type(error).__name__}: {error}".splitlines()[0][:300]}
-        answers.write(json.dumps(answer) + "\n")
+class Worker:
+    """One task at a time, so that no row pays for the memory of another."""
 
+    task: Task | None = None
+    result: Any = None  # of the last call
 
-def answered(request: dict[str, Any], tasks: dict[str, Task], results: dict[str, Any]) -> dict[str, Any]:
-    """The answer to one request."""
-    name = request.get("name", "")
-    match request["do"]:
-        case "prepare":
-            tasks.clear()  # of one row at a time, so that no row pays for the memory of another
-            results.clear()
-            module, _, function = request["task"].partition(":")
-            tasks[name] = getattr(importlib.import_module(module), function)(**request["settings"])
-            return {"units": tasks[name].units}
-        case "run":
-            return timed(tasks[name], request, results)
-        case "values":
-            return saved(tasks[name], results[name], request["file"])
-        case "version":
-            return {"versions": {library: _version(library) for library in request["of"]}}
-        case other:
-            raise ValueError(f"a request: expected prepare, run, values or version, got {other}")
+    def prepare(self, task: str, settings: dict[str, Any], library: str) -> dict[str, Any]:
+        self.task = self.result = None
+        module, _, function = task.partition(":")
+        self.task = getattr(importlib.import_module(module), function)(**settings)
+        return {"units": self.task.units, "version": _version(library)}
 
+    def run(self, turn: int, calls: int) -> dict[str, Any]:
+        """Seconds of so many calls together, and how good the last one was. Nothing is collected meanwhile, as `timeit` does."""
+        task = self.task
+        gc.collect()
+        gc.disable()
+        cpu, wall = cpu_seconds(), time.perf_counter()
+        for _ in range(calls):
+            result = task.run(turn)
+        wall, cpu = time.perf_counter() - wall, cpu_seconds() - cpu
+        gc.enable()
+        self.result = result
+        return {
+            "cpu": cpu,
+            "wall": wall,
+            "quality": None if task.quality is None else float(task.quality(result)),
+            "parts": {} if task.parts is None else task.parts(result),
+        }
 
-def timed(task: Task, request: dict[str, Any], results: dict[str, Any]) -> dict[str, Any]:
-    """Seconds of so many calls, and how good the last one was. Nothing is collected meanwhile, as `timeit` does."""
-    turn, calls = request["turn"], range(request["calls"])
-    gc.collect()
-    gc.disable()
-    cpu, wall = cpu_seconds(), time.perf_counter()
-    for _ in calls:
-        result = task.run(turn)
-    wall, cpu = time.perf_counter() - wall, cpu_seconds() - cpu
-    gc.enable()
-    results[request["name"]] = result
-    return {
-        "cpu": cpu,
-        "wall": wall,
-        "quality": None if task.quality is None else float(task.quality(result)),
-        "parts": {} if task.parts is None else task.parts(result),
-    }
+    def values(self) -> dict[str, Any]:
+        """What the last call gave, as nested lists: arrays of two versions of numpy do not read each other."""
+        if self.task.values is None:
+            return {"values": None}
+        import numpy as np  # not before something is to be compared: a process that times starts bare
 
-
-def saved(task: Task, result: Any, file: str) -> dict[str, Any]:
-    import numpy as np  # not before something is to be compared: a process that times starts bare
-
-    if task.values is None:
-        return {"none": True}
-    np.save(file, np.asarray(task.values(result)))
-    return {}
+        return {"values": np.asarray(self.task.values(self.result)).tolist()}
 
 
 def cpu_seconds() -> float:
@@ -103,5 +70,21 @@ def _version(library: str) -> str | None:
         return None
 
 
+def main(descriptor: int) -> None:
+    requests, worker = Connection(descriptor), Worker()
+    while True:
+        try:
+            method, arguments = requests.recv()
+        except EOFError:
+            return
+        try:
+            answer = getattr(worker, method)(**arguments)
+        except ModuleNotFoundError as error:
+            answer = {"absent": str(error.name)}
+        except Exception as error:
+            answer = {"failed": f"{type(error).__name__}: {error}".splitlines()[0][:300]}
+        requests.send(answer)
+
+
 if __name__ == "__main__":
-    main()
+    main(int(sys.argv[1]))

@@ -13,15 +13,14 @@ import pytest
 import ksmea
 from benchmarks.diagnosis_cost import PARTS, by_part
 from benchmarks.harness import command
-from benchmarks.harness.check import compared, slower
 from benchmarks.harness.figure import ratio_figure
 from benchmarks.harness.machine import this_machine
 from benchmarks.harness.measure import Measured, measured
-from benchmarks.harness.processes import Processes, interpreters
+from benchmarks.harness.processes import started
 from benchmarks.harness.report import page, text
 from benchmarks.harness.row import HERE, WALL, Contestant, Row
 from benchmarks.harness.setup import required
-from benchmarks.harness.table import COLUMNS, lines_of, merged, read, table, write
+from benchmarks.harness.table import COLUMNS, fallen, lines_of, merged, read, same_ratios, table, write
 from ksmea.errors import SettingError
 from ksmea.show.figures.style import png
 
@@ -52,7 +51,7 @@ def test_the_smallest_row_of_a_group_is_measured_without_peers(group):
     title, n_here = SMALLEST[group]
     row = next(row for row in command.GROUPS[group]() if title in row.title)
     here = [each for each in row.contestants if each.environment == HERE][:n_here]
-    with Processes(interpreters(NOWHERE)) as processes:
+    with started(NOWHERE) as processes:
         found = measured(dataclasses.replace(row, contestants=tuple(here)), processes, 1)
     assert [each.skipped for each in found] == [""] * n_here
     assert all(len(each.seconds) == 1 and each.seconds[0] > 0 for each in found)
@@ -87,7 +86,7 @@ def test_a_table_says_where_it_was_measured_and_is_read_as_written(tmp_path):
     assert tuple(back.columns) == COLUMNS and os.listdir(tmp_path / "deep") == ["benchmarks.csv"]
     assert back["seconds"].tolist() == [1, 4, 2] and back["ratio"].tolist()[1:] == [4, 2]
     assert back["reached"].tolist() == ["yes", "yes", "no"]
-    for name, value in this_machine().columns().items():
+    for name, value in this_machine().items():
         assert set(back[name].astype(str)) == {str(value)} and str(value)
 
 
@@ -135,15 +134,17 @@ def test_a_series_may_be_measured_in_parts(tmp_path):
     assert whole.loc[whole["contestant"] == "other 0", "exponent"].to_numpy() == pytest.approx(2.0)
 
 
-def test_what_fell_by_more_than_a_third_is_said():
+def test_what_fell_by_more_than_a_third_is_found():
     committed = table([*lines((30.0, 8.0)), *lines((6.0,), size=53), *lines((9.0,), name="only there")])
     now = table([*lines((19.0, 5.4)), *lines((3.9,), size=53), *lines((1.0,), name="only here")])
-    assert compared(now, committed) == 3
-    assert slower(now, committed) == [
-        "slower: fe: row, other 0: 19 × here, 30 × committed",
-        "slower: fe: row, 53, other 0: 3.9 × here, 6 × committed",
+    both = same_ratios(now, committed)
+    assert len(both) == 3
+    assert fallen(both)[["contestant", "ratio_now", "ratio"]].to_numpy().tolist() == [
+        ["other 0", 19, 30],
+        ["other 0", 3.9, 6],
     ]
-    assert slower(committed, committed) == []
+    assert fallen(both)["size"].fillna(0).tolist() == [0, 53]
+    assert fallen(same_ratios(committed, committed)).empty
 
 
 def test_check_exits_with_0_and_says_what_it_saw(tmp_path, monkeypatch, capsys):
