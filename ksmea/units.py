@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Annotated
 
 TURN = 2 * math.pi  # rad
 DEGREE = math.pi / 180  # rad
@@ -42,3 +43,35 @@ class Unit:
 
     name: str
     si: float
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """The unit of a number of a result, and what texts show it in: the end of a name (`um` in `floor_um`) and its size in that
+    unit. It stands in the type of a field, of one number or of many; where it depends on the others, a function of the result
+    does (`ksmea.show.json_units`).
+    """
+
+    unit: str
+    shown: str = ""
+    size: float = 1.0
+
+
+LENGTH, TIME = Quantity("m"), Quantity("s")
+SPEED = Quantity("rad/s", "rpm", RPM)
+VIBRATION = Quantity("m", "um", MICROMETRE)
+ANGLE = Quantity("rad", "deg", DEGREE)
+UNBALANCE = Quantity("kg m", "g_mm", GRAM_MILLIMETRE)
+PART = Quantity("1", "pct", 0.01)
+MICROMETRES, GRAM_MILLIMETRES, DEGREES = Quantity("µm"), Quantity("g mm"), Quantity("deg")
+
+Length = Annotated[float, LENGTH]
+Time = Annotated[float, TIME]
+Speed = Annotated[float, SPEED]
+Vibration = Annotated[float, VIBRATION]
+Angle = Annotated[float, ANGLE]
+Unbalance = Annotated[float, UNBALANCE]
+Part = Annotated[float, PART]
+OfUnknown = Annotated[
+    float, Quantity("SI")
+]  # one of a number for each unknown: divided by its `si_per_unit` it is in its `unit`

@@ -7,8 +7,10 @@ An interval of an angle is None where the interval of the size reaches 0.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 from ksmea.records.record import Record
+from ksmea.units import DEGREES, GRAM_MILLIMETRES, MICROMETRES, TIME, Length, Quantity, Speed
 
 
 @dataclass(frozen=True)
@@ -16,27 +18,27 @@ class PolarRecord:
     """A complex number as size and angle (deg), each with its interval."""
 
     size: float
-    angle: float
+    angle: Annotated[float, DEGREES]
     low: float | None = None
     high: float | None = None
-    angle_low: float | None = None
-    angle_high: float | None = None
+    angle_low: Annotated[float | None, DEGREES] = None
+    angle_high: Annotated[float | None, DEGREES] = None
 
 
 @dataclass(frozen=True)
 class EntryRecord:
     """A speed and a channel."""
 
-    speed: float
+    speed: Speed
     channel: str
 
 
 @dataclass(frozen=True)
 class PlaneRecord:
-    """Influence coefficients of a plane, entry by entry, µm/(g mm)."""
+    """Influence coefficients of a plane, entry by entry."""
 
-    position: float
-    coefficients: tuple[PolarRecord, ...]
+    position: Length
+    coefficients: Annotated[tuple[PolarRecord, ...], Quantity("µm/(g mm)")]
 
 
 @dataclass(frozen=True)
@@ -45,10 +47,10 @@ class WeightRecord:
     `p` is that of what the run's weights leave of its response."""
 
     run: str
-    position: float
-    weight: PolarRecord
+    position: Length
+    weight: Annotated[PolarRecord, GRAM_MILLIMETRES]
     p: float
-    known: PolarRecord | None = None
+    known: Annotated[PolarRecord | None, GRAM_MILLIMETRES] = None
     is_inside: bool | None = None  # whether the region holds the known weight
 
 
@@ -70,8 +72,8 @@ class EntryMisfitRecord:
     beside: str
     p: float
     n_test: int
-    measured: PolarRecord
-    expected: PolarRecord
+    measured: Annotated[PolarRecord, MICROMETRES]
+    expected: Annotated[PolarRecord, MICROMETRES]
 
 
 @dataclass(frozen=True)
@@ -80,9 +82,9 @@ class SpreadRecord:
     spread of runs being that of repeats."""
 
     entry: EntryRecord
-    spread: float | None
-    drift: float | None
-    repeats: float | None
+    spread: Annotated[float | None, MICROMETRES]
+    drift: Annotated[float | None, MICROMETRES]
+    repeats: Annotated[float | None, MICROMETRES]
     p: float | None
 
 
@@ -91,8 +93,8 @@ class DriftRecord:
     """The drift of one entry over the runs in the order of time, µm."""
 
     entry: EntryRecord
-    real: tuple[float, ...]
-    imaginary: tuple[float, ...]
+    real: Annotated[tuple[float, ...], MICROMETRES]
+    imaginary: Annotated[tuple[float, ...], MICROMETRES]
 
 
 @dataclass(frozen=True)
@@ -100,10 +102,10 @@ class CorrectionRecord:
     """Weights to be added to the bare rotor, and what each entry then is; `p` that of the bare response being from
     unbalance in the planes alone."""
 
-    position: tuple[float, ...]
-    weight: tuple[PolarRecord, ...]
-    bare: tuple[PolarRecord, ...]
-    left: tuple[PolarRecord, ...]
+    position: tuple[Length, ...]
+    weight: Annotated[tuple[PolarRecord, ...], GRAM_MILLIMETRES]
+    bare: Annotated[tuple[PolarRecord, ...], MICROMETRES]
+    left: Annotated[tuple[PolarRecord, ...], MICROMETRES]
     p: float | None
 
 
@@ -113,11 +115,17 @@ class LeftOutRecord:
     mean error of angles (deg) of weights of at least `least_of_angle` (g mm), the median, part of the regions that hold the weight."""
 
     weights: tuple[WeightRecord, ...]
-    rms_size: float
-    mean_size: float
-    mean_angle: float | None
-    least_of_angle: float
+    rms_size: Annotated[float, GRAM_MILLIMETRES]
+    mean_size: Annotated[float, GRAM_MILLIMETRES]
+    mean_angle: Annotated[float | None, DEGREES]
+    least_of_angle: Annotated[float, GRAM_MILLIMETRES]
     coverage: float
+
+
+def _of_run_time(record: BalanceRecord) -> Quantity | None:
+    """None where the runs are counted, since no time is known."""
+    is_counted = record.run_time == tuple(range(len(record.run_time)))
+    return None if is_counted else TIME
 
 
 @dataclass(frozen=True)
@@ -126,7 +134,7 @@ class BalanceRecord(Record):
     many complex degrees of freedom, None: known."""
 
     entries: tuple[EntryRecord, ...]
-    bare: tuple[PolarRecord, ...]
+    bare: Annotated[tuple[PolarRecord, ...], MICROMETRES]
     planes: tuple[PlaneRecord, ...]
     n_run: int
     n_used: int
@@ -141,12 +149,12 @@ class BalanceRecord(Record):
     entry_misfits: tuple[EntryMisfitRecord, ...]
     slope: tuple[float, ...]  # d ln |y| / d ln speed, one per speed; empty where not fitted
     growth: float | None  # of a coefficient at the largest weight, relative
-    growth_scale: float  # g mm
+    growth_scale: Annotated[float, GRAM_MILLIMETRES]
     spread_growth: float
-    time_constant: float | None  # s; None without a drift
+    time_constant: Annotated[float | None, _of_run_time]  # None without a drift
     deviance_of_drift: float | None
     runs: tuple[str, ...]  # in the order of time
-    run_time: tuple[float, ...]  # s from the first; their number where no time is known
+    run_time: Annotated[tuple[float, ...], _of_run_time]  # from the first; their number where no time is known
     run_p: tuple[float, ...]
     drift: tuple[DriftRecord, ...]
     left_out: LeftOutRecord | None

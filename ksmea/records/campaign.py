@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from ksmea.records.record import Record
+from ksmea.units import Part, Vibration
 
 
 @dataclass(frozen=True)
@@ -41,8 +42,8 @@ class RepeatsRecord(Record):
     """Noise s² = (relative · |q|)² + floor² of repeats, a part of which next to nothing shows being 0. `between` is None where
     no runs are alike, or they themselves are the repeats (`are_runs`)."""
 
-    relative: float
-    floor: float  # m
+    relative: Part
+    floor: Vibration
     degrees: int  # of freedom
     are_runs: bool
     between: SpreadRecord | None = None

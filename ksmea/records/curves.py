@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Self
+from typing import Annotated, Any, Self
 
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
+from ksmea.units import ANGLE, SPEED, VIBRATION
 
 DIGITS = 8  # a figure of differences needs no more, and records stay small
 DRAWN_DIGITS = 5  # of what is only drawn; speeds have two more, which part those of a sharp peak
@@ -21,8 +22,8 @@ Matrix = tuple[Row, ...]  # (n_speed, n_channel)
 class Polar:
     """A response as amplitude (m, 0-peak) and, of complex data, phase lead (rad), (n_speed, n_channel) each."""
 
-    amplitude: Matrix
-    phase: Matrix | None = None
+    amplitude: Annotated[Matrix, VIBRATION]
+    phase: Annotated[Matrix | None, ANGLE] = None
 
     @classmethod
     def of(cls, values: Array | ComplexArray, *, with_phase: bool) -> Self:
@@ -34,9 +35,9 @@ class FineCurve:
     """The fitted response at more speeds (rad/s) than were measured, to be drawn as a line; `breaks` are where those of a
     further run begin."""
 
-    speed: Row
-    amplitude: Matrix
-    phase: Matrix | None = None
+    speed: Annotated[Row, SPEED]
+    amplitude: Annotated[Matrix, VIBRATION]
+    phase: Annotated[Matrix | None, ANGLE] = None
     breaks: tuple[int, ...] = ()
 
     @classmethod
@@ -59,11 +60,11 @@ class FitCurves:
     """Data and fitted response over speed (rad/s); `sd` (m) is the standard deviation of the noise at the fit,
     (n_speed, n_channel), None where it is neither known nor estimated."""
 
-    speed: Row
+    speed: Annotated[Row, SPEED]
     channels: tuple[str, ...]
     measured: Polar
     fitted: Polar
-    sd: Matrix | None
+    sd: Annotated[Matrix | None, VIBRATION]
     fine: FineCurve
 
     @property
@@ -89,13 +90,13 @@ class ResponseCurves:
     surrogate (`predicted`) and true model (`modelled`) at the surrogate's last optimum, and the response without noise
     (`true`) where it is known; None where there is no such curve. `breaks` are where the speeds of a further run begin."""
 
-    speed: Row
+    speed: Annotated[Row, SPEED]
     channels: tuple[str, ...]
-    measured: Matrix | None = None
-    identified: Matrix | None = None
-    predicted: Matrix | None = None
-    modelled: Matrix | None = None
-    true: Matrix | None = None
+    measured: Annotated[Matrix | None, VIBRATION] = None
+    identified: Annotated[Matrix | None, VIBRATION] = None
+    predicted: Annotated[Matrix | None, VIBRATION] = None
+    modelled: Annotated[Matrix | None, VIBRATION] = None
+    true: Annotated[Matrix | None, VIBRATION] = None
     breaks: tuple[int, ...] = ()
 
     def check(self) -> None:

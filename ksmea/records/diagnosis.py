@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
 
 import numpy as np
 
@@ -21,6 +21,9 @@ from ksmea.records.extension import AveragedRecord, BandRecord, EffectRecord, Ex
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record
+from ksmea.units import VIBRATION, Quantity, Speed
+
+OF_NOISE = Quantity("standard deviations of the noise")
 
 Values = tuple[tuple[float | tuple[float, float], ...], ...]  # (n_speed, n_channel), complex as (real, imaginary)
 
@@ -45,7 +48,7 @@ class FitQualityRecord(Record):
     p_by_statistic: Mapping[str, float]
     statistic: str  # the one with the smallest p
     reduced_chi2: float
-    band: tuple[float, float]  # rad/s
+    band: tuple[Speed, Speed]
     channel: str
     excess: float  # mean square in that band and channel relative to that of all residuals
     whirl: Mapping[str, tuple[float, float]]  # by position in m: mean squares of forward and backward residuals
@@ -104,24 +107,24 @@ class SplitRecord(Record):
 class ResponsesRecord(Record):
     """m"""
 
-    measured: Values
-    before: Values
-    after: Values | None = None
+    measured: Annotated[Values, VIBRATION]
+    before: Annotated[Values, VIBRATION]
+    after: Annotated[Values | None, VIBRATION] = None
 
 
 @dataclass(frozen=True)
 class ResidualsRecord(Record):
     """In units of the noise."""
 
-    before: Values
-    after: Values | None = None
+    before: Annotated[Values, OF_NOISE]
+    after: Annotated[Values | None, OF_NOISE] = None
 
 
 @dataclass(frozen=True)
 class CurvesRecord(Record):
     """What figures are drawn from, to five digits; `breaks` are where the speeds of a further run begin."""
 
-    speed: tuple[float, ...]  # rad/s
+    speed: tuple[Speed, ...]
     channels: tuple[str, ...]
     responses: ResponsesRecord
     residuals: ResidualsRecord

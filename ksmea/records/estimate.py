@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 from ksmea.records.record import Record
+from ksmea.units import Part, Quantity, Speed, Vibration
+
+RunNoise = Annotated[tuple[str, float, float], Quantity("name, part, m")]  # its relative part and its floor
 
 
 @dataclass(frozen=True)
@@ -30,21 +34,21 @@ class EstimateRecord(Record):
 class NoiseLevelRecord(Record):
     """Standard deviation s of a response q: s² = (relative · |q|)² + floor²."""
 
-    relative: float  # the median where each run has its own
-    floor: float  # m; the median where each datum or run has its own
-    by_run: tuple[tuple[str, float, float], ...] = ()  # name, relative, floor of each run that has its own
+    relative: Part  # the median where each run has its own
+    floor: Vibration  # the median where each datum or run has its own
+    by_run: tuple[RunNoise, ...] = ()  # of each run that has its own
 
 
 @dataclass(frozen=True)
 class StabilityRecord(Record):
     """The stability threshold and its interval, rad/s; None where no free motion grows up to `searched`, 0: from rest."""
 
-    threshold: float | None
-    low: float | None  # ends of the interval
-    high: float | None
+    threshold: Speed | None
+    low: Speed | None  # ends of the interval
+    high: Speed | None
     level: float  # of the interval
-    measured: float  # highest speed of the data
-    searched: float
+    measured: Speed  # highest speed of the data
+    searched: Speed
 
     @property
     def is_violated(self) -> bool:

@@ -9,6 +9,7 @@ from typing import Any, Self
 from ksmea.records.elpd import ElpdDifference
 from ksmea.records.estimate import EstimateRecord
 from ksmea.records.record import Record
+from ksmea.units import Vibration
 
 
 @dataclass(frozen=True)
@@ -33,8 +34,8 @@ class PredictiveGainRecord(Record):
     p_sign: float  # exact, one-sided
     p_wilcoxon: float  # exact, one-sided
     is_supported: bool
-    rmse_before: float  # m
-    rmse_after: float  # m
+    rmse_before: Vibration
+    rmse_after: Vibration
 
     @classmethod
     def of(cls, elpd: ElpdDifference, rmse_before: float, rmse_after: float) -> Self:
@@ -84,6 +85,6 @@ class AveragedRecord(Record):
 class BandRecord(Record):
     """Averaged amplitudes and the ends of their intervals, (n_speed, n_channel) m."""
 
-    value: tuple[tuple[float, ...], ...]
-    low: tuple[tuple[float, ...], ...]
-    high: tuple[tuple[float, ...], ...]
+    value: tuple[tuple[Vibration, ...], ...]
+    low: tuple[tuple[Vibration, ...], ...]
+    high: tuple[tuple[Vibration, ...], ...]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from ksmea.arrays import Array
 from ksmea.records.estimate import StabilityRecord
 from ksmea.records.identification import LackOfFit
 from ksmea.records.record import Record
-from ksmea.units import SI_PER_UNIT
+from ksmea.units import LENGTH, SI_PER_UNIT, SPEED, Length, OfUnknown, Part, Quantity, Speed, Vibration
 
 # The speeds' count, [lowest, highest] of a band in rad/s, a position in m, a factor of the noise, or a kind of data.
 Value = int | float | str | tuple[float, float]
@@ -21,6 +21,8 @@ Value = int | float | str | tuple[float, float]
 @dataclass(frozen=True)
 class Unknown:
     """An unknown and how well the data determine it. All values are SI; divided by `si_per_unit` they are in `unit`."""
+
+    IN_UNIT: ClassVar = ("true", "lower", "upper", "crlb")
 
     name: str
     unit: str
@@ -51,13 +53,13 @@ class DataDescription:
     """The data that are to be measured."""
 
     n_speed: int
-    speed_from: float  # rad/s
-    speed_to: float  # rad/s
+    speed_from: Speed
+    speed_to: Speed
     channels: tuple[str, ...]  # for example 'x at 0.1 m'
-    positions: tuple[float, ...]  # m, of the measuring planes, rising
+    positions: tuple[Length, ...]  # of the measuring planes, rising
     kind: str  # 'amplitude' or 'complex'
-    relative: float  # standard deviation of the noise as a part of the value
-    floor: float  # its constant part, m
+    relative: Part  # standard deviation of the noise as a part of the value
+    floor: Vibration  # its constant part
     noise_known: bool  # whether the noise's level is known, or estimated along
 
 
@@ -66,7 +68,11 @@ class Direction:
     """A joint change of the unknowns, relative to their values (to the range of the search for a value of 0 and for an angle)."""
 
     change: tuple[float, ...]  # unit vector (d,)
-    crlb: float | None  # of the relative change in that direction; None where not identifiable
+    crlb: Part | None  # of the relative change in that direction; None where not identifiable
+
+
+def _of_variation(record: Variation) -> Quantity | None:
+    return {"band": SPEED, "position": LENGTH}.get(record.variation)
 
 
 @dataclass(frozen=True)
@@ -74,8 +80,8 @@ class Variation:
     """How well other data would determine the unknowns: one thing changed, all else as it is."""
 
     variation: str  # 'speeds', 'band', 'position', 'noise' or 'kind'
-    value: Value
-    crlb: tuple[float | None, ...]  # (d,) SI
+    value: Annotated[Value, _of_variation]
+    crlb: tuple[OfUnknown | None, ...]  # (d,) SI
 
     @property
     def crlb_si(self) -> Array:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Self
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -14,13 +14,13 @@ from ksmea.errors import SettingError
 from ksmea.problem.parameters import Parameter, Parameters
 from ksmea.records.campaign import BothWaysRecord, RepeatsRecord
 from ksmea.records.curves import FitCurves, Matrix, ResponseCurves, check_shape, matrix
-from ksmea.records.estimate import StabilityRecord
+from ksmea.records.estimate import NoiseLevelRecord, StabilityRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record
 from ksmea.records.trace import TraceRecord
 from ksmea.records.weights import WeightsRecord
-from ksmea.units import TURN
+from ksmea.units import TURN, OfUnknown, Speed, Time, Vibration
 
 # Fields of a parameter that had other names in records before schema 3.
 RENAMED = {"at_bound": "at_limit", "bound": "crlb", "interval": "kind", "likely": "most_likely"}
@@ -34,6 +34,8 @@ class ParameterRecord:
     `identified` is where the method's search ended. The interval, the noise and `most_likely` belong to a maximum of the
     likelihood, which may lie elsewhere; `value` is what is reported beside an interval.
     """
+
+    IN_UNIT: ClassVar = ("value", "low", "high", "identified", "most_likely", "crlb", "true")
 
     name: str
     unit: str
@@ -84,7 +86,7 @@ class SearchStageRecord:
     """A part of a search on the surrogate as it ended (`ksmea.plugins.identification.SearchStage`)."""
 
     name: str
-    x: tuple[float, ...]  # (d,) SI
+    x: tuple[OfUnknown, ...]  # (d,) SI
     misfit: float | None  # on the surrogate; None where it is not finite
 
 
@@ -92,11 +94,11 @@ class SearchStageRecord:
 class UpdateRecord:
     """One updating step (`ksmea.plugins.identification.Update`); None where a number is not finite."""
 
-    x: tuple[float, ...]  # (d,) SI, the surrogate's optimum
+    x: tuple[OfUnknown, ...]  # (d,) SI, the surrogate's optimum
     predicted_misfit: float | None = None
     misfit: float | None = None
     smc: float | None = None
-    sdf: float | None = None  # m
+    sdf: Vibration | None = None
     polish_gain: float | None = None
     search: tuple[SearchStageRecord, ...] = ()  # the optimiser, then the polish; none in older records
 
@@ -105,20 +107,17 @@ class UpdateRecord:
 class Seconds:
     """Wall time of the method, s, by part: the true model, fits of the surrogate, the search, and all together."""
 
-    model: float = 0.0
-    surrogate: float = 0.0
-    search: float = 0.0
-    total: float = 0.0
+    model: Time = 0.0
+    surrogate: Time = 0.0
+    search: Time = 0.0
+    total: Time = 0.0
 
 
 @dataclass(frozen=True)
-class NoiseLevel:
-    """Noise that the intervals were made with: s² = (relative · |μ|)² + floor²."""
+class NoiseLevel(NoiseLevelRecord):
+    """Noise that the intervals were made with; root mean squares where each datum or run has its own."""
 
-    relative: float  # rms of the runs where each has its own
-    floor: float  # m; rms where each datum or run has its own
-    estimated: bool  # from the same data, or known beforehand
-    by_run: tuple[tuple[str, float, float], ...] = ()  # name, relative, floor of each run that has its own
+    estimated: bool = field(kw_only=True)  # from the same data, or known beforehand
 
 
 @dataclass(frozen=True)
@@ -148,8 +147,8 @@ class DataDescription:
     source: str
     kind: str  # amplitude or complex
     n_speed: int
-    speed_from: float
-    speed_to: float
+    speed_from: Speed
+    speed_to: Speed
     channels: tuple[str, ...]
     remarks: tuple[str, ...] = ()
     reference: str = ""  # run from which the others' differences were taken; empty: all data counted

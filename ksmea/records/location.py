@@ -8,13 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any
 
 from ksmea.problem.load import FORCE
 from ksmea.records.estimate import EstimateRecord, NoiseLevelRecord
 from ksmea.records.extension import ExtensionRecord, PredictiveGainRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.record import Record
+from ksmea.units import SPEED, Length, Quantity
+
+STIFFNESS, WORK = Quantity("N/m"), Quantity("J")
 
 UNSEEN = "unseen"  # basis of the interval of an unknown that the data do not show beside what is unknown
 PAIR = "pair of forces"  # at two positions
@@ -30,13 +33,13 @@ class SiteRecord(Record):
     """Something unknown at one position, or at two, fitted and tested."""
 
     kind: str  # force, moment, force and moment, pair of forces, reading
-    position: float  # the first one
+    position: Length  # the first one
     p: float  # of the lack-of-fit test
     p_by_statistic: Mapping[str, float]
     chi2: float  # in units of the noise
     n_left: int  # real data that neither the unknowns nor what is free take
     accepted: bool
-    second: float | None = None  # position of the other force of a pair
+    second: Length | None = None  # position of the other force of a pair
 
     @property
     def positions(self) -> tuple[float, ...]:
@@ -81,8 +84,8 @@ class StiffnessRecord(Record):
 
     part: str
     coherence: float  # of force and motion over speed: 1 where it is one complex stiffness
-    real: SeriesRecord
-    imaginary: SeriesRecord
+    real: Annotated[SeriesRecord, STIFFNESS]
+    imaginary: Annotated[SeriesRecord, STIFFNESS]
 
 
 @dataclass(frozen=True)
@@ -90,11 +93,11 @@ class ForceRecord(Record):
     """What acts at the best site: that of the best law, where one holds; `work` in J per turn, above 0 where it feeds the motion, and `stiffness` of a force."""
 
     kind: str
-    position: float
+    position: Length
     parts: tuple[PartRecord, ...]
-    work: SeriesRecord | None
+    work: Annotated[SeriesRecord | None, WORK]
     stiffness: tuple[StiffnessRecord, ...]
-    second: float | None = None  # position of the other force of a pair
+    second: Length | None = None  # position of the other force of a pair
 
     @property
     def positions(self) -> tuple[float, ...]:
@@ -109,20 +112,24 @@ class LawCoefficientRecord(Record):
     sd: float
 
 
+def _of_law(record: LawRecord) -> Quantity:
+    return Quantity("N" if record.kind == FORCE else "N m")
+
+
 @dataclass(frozen=True)
 class LawRecord(Record):
     """A law that the force or moment might follow, fitted at a site; `accepted` where it leaves no more than the free one does."""
 
     law: str
-    position: float
+    position: Length
     p: float
     bic: float
     accepted: bool
     coefficients: tuple[LawCoefficientRecord, ...]
-    amplitude: tuple[Series, ...]  # in x and y, N or N m
+    amplitude: Annotated[tuple[Series, ...], _of_law]  # in x and y
     key: str = ""  # by which settings name the law
     kind: str = FORCE
-    amplitude_sd: tuple[Series, ...] = ()  # of a law of speed alone
+    amplitude_sd: Annotated[tuple[Series, ...], _of_law] = ()  # of a law of speed alone
 
 
 @dataclass(frozen=True)
@@ -150,10 +157,10 @@ class LocationRecord(Record):
     noise_known: bool
     coefficients: tuple[CoefficientsRecord, ...]
     force: ForceRecord | None
-    speed: Series
-    shaft: tuple[float, float]  # its ends, or the outermost positions that are known
-    landmarks: Mapping[str, float]  # what sits where on the shaft
-    planes: tuple[float, ...]  # of the probes
+    speed: Annotated[Series, SPEED]
+    shaft: tuple[Length, Length]  # its ends, or the outermost positions that are known
+    landmarks: Mapping[str, Length]  # what sits where on the shaft
+    planes: tuple[Length, ...]  # of the probes
     level: float
     interval_level: float
     laws: tuple[LawRecord, ...] = ()  # lowest BIC first; a diagnosis seeks none where an effect explains the data
@@ -171,15 +178,24 @@ class LocationRecord(Record):
             "kind": self.kind,
             "sites": [each.to_data() for each in self.sites],
             "law": None if self.law is None else self.law.to_data(),
-            "work": None if self.force is None or self.force.work is None else self.force.work.to_data(),
+            "work": None if self.work is None else self.work.to_data(),
             "force": data["force"],
         }
         return first | {name: value for name, value in data.items() if name not in first}
 
     @property
+    def work(self) -> Annotated[SeriesRecord | None, WORK]:
+        return None if self.force is None else self.force.work
+
+    @property
     def law(self) -> LawRecord | None:
         """The accepted law with the lowest BIC."""
         return next((law for law in self.laws if law.accepted), None)
+
+    @property
+    def law_status(self) -> str:
+        """What null for the law stands for: laws are sought where some place explains the data and, in a diagnosis, no effect does."""
+        return "found" if self.law else "none holds" if self.laws else "not sought"
 
     @property
     def law_class(self) -> tuple[LawRecord, ...]:

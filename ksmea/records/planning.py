@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
@@ -18,6 +18,9 @@ from ksmea.measurement.campaign import Weight, notation
 from ksmea.records.estimate import StabilityRecord
 from ksmea.records.identification import LackOfFit
 from ksmea.records.record import Record
+from ksmea.units import Angle, Length, OfUnknown, Quantity, Speed, Unbalance
+
+OfTarget = Annotated[float, Quantity("SI, of the target")]
 
 # Names in records that say 'bound' and 'gain'.
 _RENAMED = {
@@ -33,6 +36,8 @@ _RENAMED = {
 class Unknown:
     """An unknown. Values are SI; divided by `si_per_unit` they are in `unit`."""
 
+    IN_UNIT: ClassVar = ("true", "range_sd")
+
     name: str
     unit: str
     si_per_unit: float
@@ -46,12 +51,12 @@ class Candidates:
 
     reduction_pct: tuple[float | None, ...]  # with this candidate alone
     criterion_reduction_pct: tuple[float, ...]  # the same with the weak prior that the choice counts on
-    crlb: tuple[float | None, ...] | None = None  # SI, of a single target, with this candidate alone; None: not known
-    speed: tuple[float, ...] | None = None  # rad/s
-    position: tuple[float, ...] | None = None  # m
+    crlb: tuple[OfTarget | None, ...] | None = None  # with this candidate alone; None: not known, or several targets
+    speed: tuple[Speed, ...] | None = None
+    position: tuple[Length, ...] | None = None
     direction: tuple[str, ...] | None = None  # of a probe, 'x', 'y' or degrees
-    magnitude: tuple[float, ...] | None = None  # of a trial unbalance, kg m
-    phase: tuple[float, ...] | None = None  # rad
+    magnitude: tuple[Unbalance, ...] | None = None  # of a trial unbalance
+    phase: tuple[Angle, ...] | None = None
 
 
 @dataclass(frozen=True)
@@ -59,15 +64,15 @@ class Step:
     """One addition, after all earlier ones of its family."""
 
     candidate: int  # index among the family's candidates
-    crlb: tuple[float | None, ...]  # (d,) SI, with this and all earlier additions; None: not known
+    crlb: tuple[OfUnknown | None, ...]  # (d,) SI, with this and all earlier additions; None: not known
     reduction_pct: float | None
-    unplanned_crlb: tuple[float | None, ...]  # (d,) SI, with as many data that were not chosen
+    unplanned_crlb: tuple[OfUnknown | None, ...]  # (d,) SI, with as many data that were not chosen
     unplanned_reduction_pct: float | None
-    speed: float | None = None  # rad/s; what was added, None where it does not apply
-    position: float | None = None  # m
+    speed: Speed | None = None  # what was added, None where it does not apply
+    position: Length | None = None
     direction: str | None = None
-    magnitude: float | None = None  # kg m
-    phase: float | None = None  # rad
+    magnitude: Unbalance | None = None
+    phase: Angle | None = None
 
 
 @dataclass(frozen=True)
@@ -90,10 +95,10 @@ class PlanningRecord(Record):
 
     target: str | None  # the unknown that is to become known best; None: all of them
     parameters: tuple[Unknown, ...]
-    speed_from: float  # rad/s, of the present data
-    speed_to: float  # rad/s
+    speed_from: Speed  # of the present data
+    speed_to: Speed
     n_speed: int
-    crlb: tuple[float | None, ...]  # (d,) SI, of the present data; None: not known
+    crlb: tuple[OfUnknown | None, ...]  # (d,) SI, of the present data; None: not known
     families: tuple[Family, ...]
     remarks: tuple[str, ...] = ()  # what was not considered, and why
     stability: StabilityRecord | None = None  # None in older records, and where the problem cannot tell

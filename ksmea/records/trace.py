@@ -12,6 +12,7 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.problem.parameters import Parameters
+from ksmea.units import OfUnknown
 
 ERROR_DIGITS = 5  # that are kept of errors
 
@@ -23,7 +24,7 @@ class StageRecord:
     name: str
     evaluations: int
     jacobians: int
-    x: tuple[float, ...]  # (d,) SI
+    x: tuple[OfUnknown, ...]  # (d,) SI
     error: float | None = None  # as that of improvements
     on_surrogate: bool = False
 
@@ -42,7 +43,7 @@ class TraceRecord:
     surrogate_evaluations: tuple[int, ...]  # points that a surrogate has predicted
     misfit: tuple[float, ...]  # of `ksmea.identification.trace.comparable_misfit`
     seconds: tuple[float, ...]  # since the method began
-    x: tuple[tuple[float, ...], ...] = ()  # (d,) SI each
+    x: tuple[tuple[OfUnknown, ...], ...] = ()  # (d,) SI each
     error: tuple[float, ...] = ()
     least: float | None = None
     stages: tuple[StageRecord, ...] = ()  # of the method, in their order; none where it tells none

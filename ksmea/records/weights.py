@@ -4,26 +4,30 @@ unbalance. All values are SI; angles count from where those of known weights do.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Annotated
 
 from ksmea.records.curves import Matrix, Row
 from ksmea.records.record import Record
+from ksmea.units import ANGLE, SPEED, Angle, Length, Quantity, Unbalance, Vibration
+
+INFLUENCE = Quantity("m/(kg m)")
 
 
 @dataclass(frozen=True)
 class VectorRecord(Record):
     """An unbalance in one plane, with intervals of its size and its angle."""
 
-    position: float  # m
+    position: Length
     plane: str  # what sits there, as the model names it; empty: nothing
     run: str  # that it belongs to; empty: all
-    x: float  # kg m
-    y: float
-    size: float  # kg m
-    size_low: float
-    size_high: float
-    angle: float  # rad
-    angle_low: float | None  # None: any
-    angle_high: float | None
+    x: Unbalance
+    y: Unbalance
+    size: Unbalance
+    size_low: Unbalance
+    size_high: Unbalance
+    angle: Angle
+    angle_low: Angle | None  # None: any
+    angle_high: Angle | None
 
 
 @dataclass(frozen=True)
@@ -31,12 +35,12 @@ class InfluenceRecord(Record):
     """Change of the response per unbalance in one plane, m/(kg m), (n_speed, n_channel): amplitude and phase (rad), and their
     standard errors."""
 
-    position: float
+    position: Length
     plane: str
-    amplitude: Matrix
-    phase: Matrix
-    amplitude_sd: Matrix
-    phase_sd: Matrix
+    amplitude: Annotated[Matrix, INFLUENCE]
+    phase: Annotated[Matrix, ANGLE]
+    amplitude_sd: Annotated[Matrix, INFLUENCE]
+    phase_sd: Annotated[Matrix, ANGLE]
 
 
 @dataclass(frozen=True)
@@ -48,8 +52,8 @@ class WeightsRecord(Record):
     level: float
     weights: tuple[VectorRecord, ...]
     corrections: tuple[VectorRecord, ...]
-    speed: Row  # rad/s, of the influence
+    speed: Annotated[Row, SPEED]  # of the influence
     channels: tuple[str, ...]
     influence: tuple[InfluenceRecord, ...]
-    before: tuple[float, ...]
-    after: tuple[float, ...]
+    before: tuple[Vibration, ...]
+    after: tuple[Vibration, ...]

@@ -308,7 +308,7 @@ def _with_end(
 
 def _noise_level(noise: Noise, measurement: Measurement) -> NoiseLevel:
     relative, floor = (float(np.sqrt(np.mean(np.square(part)))) for part in (noise.relative, noise.floor))
-    return NoiseLevel(relative, floor, measurement.noise is None, measurement.by_run(noise))
+    return NoiseLevel(relative, floor, measurement.by_run(noise), estimated=measurement.noise is None)
 
 
 def _information(case: Case, x: Array, noise: Noise | None) -> Identifiability | None:

@@ -47,7 +47,7 @@ def test_a_record_of_schema_2_is_read_with_its_fields_by_their_present_names(old
             name: value for name, value in dataclasses.asdict(now).items() if name != "crlb"
         }
         assert now.crlb is None
-    assert record.intervals.noise == NoiseLevel(0.1, 0.0, False)
+    assert record.intervals.noise == NoiseLevel(0.1, 0.0, estimated=False)
     noise = {**line["interval"]["noise"], "by_run": ()}  # which came later
     assert dataclasses.asdict(record.intervals) == {**line["interval"], "noise": noise}
     assert record.interval_error is None and record.deviance is None

@@ -16,13 +16,14 @@ from ksmea.records.balancing import BalanceRecord
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.estimate import NoiseLevelRecord
 from ksmea.records.identifiability import IdentifiabilityRecord
-from ksmea.records.identification import IdentificationRecord, NoiseLevel
+from ksmea.records.identification import IdentificationRecord
 from ksmea.records.location import LocationRecord
 from ksmea.records.planning import PlanningRecord
 from ksmea.records.record import Record
 from ksmea.show.diagnosis_text import text
-from ksmea.show.json_units import BESIDE_UNIT, IN_SI, IN_UNIT, UNITS, with_units
+from ksmea.show.json_units import BESIDE_UNIT, IN_SI, units_of, with_units
 from ksmea.show.text import noise_level
+from ksmea.units import Speed
 
 DATA = Path(__file__).parents[1] / "data"
 DIAGNOSIS = DiagnosisRecord.from_data(json.loads((DATA / "diagnosis_of_schema_2.json").read_text()))
@@ -56,22 +57,21 @@ REACHED = {record_type: hints for record in WRITTEN for record_type, hints in cl
 
 
 def test_every_number_of_every_record_has_its_unit():
-    """In the table of units, in a field `unit` of its record or of the one that holds it, or in its name."""
+    """In the type of its field, in a field `unit` of its record or of the one that holds it, or in its name."""
     of_parent = {"SeriesRecord", "PolarRecord"}  # sizes whose unit stands beside the field that holds them
     for record_type, hints in REACHED.items():
         if "unit" in hints or "units" in hints or record_type.__name__ in of_parent:
             continue
         for name, hint in hints.items():
-            told = name in UNITS.get(record_type, {}) or PLAIN.fullmatch(name)
+            told = name in units_of(record_type) or PLAIN.fullmatch(name)
             assert told or not is_numeric(hint), f"{record_type.__name__}.{name} has no unit"
 
 
-def test_the_table_of_units_names_fields_that_there_are():
-    for record_type, fields in {**UNITS, **IN_UNIT}.items():
-        assert record_type in REACHED, record_type
-        assert all(hasattr(record_type, name) or name in REACHED[record_type] or name == "work" for name in fields), (
-            record_type
-        )
+def test_what_is_told_in_its_unit_too_are_fields_that_there_are():
+    in_si = {record_type: record_type.IN_UNIT for record_type in REACHED if hasattr(record_type, "IN_UNIT")}
+    assert len(in_si) == 3
+    for record_type, fields in in_si.items():
+        assert all(hasattr(record_type, name) or name in REACHED[record_type] for name in fields), record_type
 
 
 @pytest.mark.parametrize(
@@ -82,17 +82,18 @@ def test_the_table_of_units_names_fields_that_there_are():
         (planning.PlanningRecord, "crlb", "SI"),
         (location.SiteRecord, "position", "m"),
         (location.StiffnessRecord, "real", "N/m"),
+        (location.LocationRecord, "work", "J"),  # a property
         (NoiseLevelRecord, "relative", "1"),
         (NoiseLevelRecord, "floor", "m"),
     ],
 )
 def test_units_are_those_of_the_fields(record, field, unit):
-    assert UNITS[record][field].unit == unit
+    assert units_of(record)[field].unit == unit
 
 
 @pytest.mark.parametrize(("times", "unit"), [((0, 1, 2), None), ((0.0, 60.0, 125.0), "s")])
 def test_runs_without_a_time_are_counted_and_have_no_unit(times, unit):
-    told = UNITS[BalanceRecord]["run_time"](SimpleNamespace(run_time=times))
+    told = units_of(BalanceRecord)["run_time"](SimpleNamespace(run_time=times))
     assert (told and told.unit) == unit
 
 
@@ -161,9 +162,20 @@ def test_json_is_read_back_as_the_record(rotor, found):
     assert bands[0]["value_unit"] == "rad/s" and bands[0]["value_rpm"][0] == pytest.approx(1909.86, abs=0.01)
 
 
-def test_what_is_no_record_of_a_table_is_told_as_it_is():
+def test_what_has_no_units_is_told_as_it_is():
     @dataclasses.dataclass(frozen=True)
     class Mine(Record):
         size: float
 
-    assert with_units(Mine(2.0)) == {"size": 2.0} and NoiseLevel in UNITS
+    assert with_units(Mine(2.0)) == {"size": 2.0}
+
+
+def test_a_field_carries_its_unit_in_its_type():
+    @dataclasses.dataclass(frozen=True)
+    class Mine(Record):
+        speeds: "tuple[Speed, Speed] | None"
+        none: "Speed | None" = None
+
+    told = with_units(Mine((0.0, 30.0)))
+    assert (told["speeds_unit"], told["speeds_rpm"]) == ("rad/s", [0.0, pytest.approx(286.479, abs=1e-3)])
+    assert "none_unit" not in told
