@@ -10,9 +10,16 @@ from pathlib import Path
 import pandas as pd
 import pytest
 from hydra.core.global_hydra import GlobalHydra
+from hypothesis import HealthCheck, settings
 
 from bench import main
 from bench.plan.plan import Cell, ParameterFacts, Plan, ReportSettings, all_runs
+
+# Damaged files (tests/helpers/damaged_files.py): the same ones at each call, or many others with --hypothesis-profile=long.
+EVER = {"database": None, "deadline": None, "suppress_health_check": list(HealthCheck)}
+settings.register_profile("short", max_examples=60, derandomize=True, **EVER)
+settings.register_profile("long", max_examples=2000, print_blob=True, **EVER)
+settings.load_profile("short")
 
 
 @dataclass(frozen=True)

@@ -1,9 +1,7 @@
 """Folders of results that came from elsewhere: damaged plans and records, pipes and links, and what terminals must not get."""
 
-import importlib.util
 import json
 import os
-import random
 import shutil
 import subprocess
 import sys
@@ -18,17 +16,6 @@ from bench.storage.files import is_held, remove_partial, replace_file
 from ksmea.errors import SettingError
 from ksmea.problem.journal import Journal
 from ksmea.settings.regular_files import open_regular
-
-FUZZER = Path(__file__).resolve().parents[2] / "benchmarks" / "fuzz_files.py"
-N_MUTATION = 60
-
-
-@pytest.fixture(scope="module")
-def fuzzer():
-    spec = importlib.util.spec_from_file_location("fuzz_files", FUZZER)
-    module = sys.modules["fuzz_files"] = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.fixture
@@ -51,17 +38,6 @@ def change_record(folder, change):
     change(line)
     path.write_text("".join(json.dumps(line) + "\n" for line in lines))
     return line["key"]
-
-
-@pytest.mark.parametrize("target", ["rotor", "extended", "run_up", "campaign", "campaign_runs", "plan", "records"])
-def test_damaged_files_are_read_or_refused_in_one_visible_line(target, fuzzer, folder, monkeypatch):
-    monkeypatch.setattr("bench.reports.collect._png", lambda chart: b"")
-    content = fuzzer.healthy(target, folder)
-    for seed in range(N_MUTATION):
-        found = fuzzer.outcome_of(
-            target, fuzzer.TARGETS[target].mutate(content, random.Random(f"{target} {seed}")), folder
-        )
-        assert found.ending not in fuzzer.FAULTS, f"seed {seed}: {found.detail}"
 
 
 @pytest.mark.parametrize(
