@@ -12,6 +12,9 @@ from benchmarks.harness.row import NUMPY, WALL, Row, by
 
 DATA = {
     "adequate": "data of an adequate model",
+    "runout": "data that hide a runout",
+    "speed_dependent_stiffness": "data that hide a stiffness that grows with speed",
+    "flexible_pedestal": "data that hide a flexible pedestal",
     "mass": "data that hide one effect",
     "far off": "data that hide three effects",
 }

@@ -18,13 +18,15 @@ TABLE3 = 40, 100  # samples
 AT_LEAST = 20.0  # times as fast as the script
 ABOUT_SCRIPT = "no intervals; at most 20 updates"
 OPTIMIZERS = {"de": "scipy", "pso": "pyswarms", "ga": "deap", "cmaes": "cma"}  # and the libraries that they adapt
+# The cheapest model here: one point after the other is the dearest for the trace of a search.
+SEARCHES = ("DE", "LM", "single points", "batches")
 POPULATION, GENERATIONS = 100, 50
 OWN_RULES = {"cmaes": "its own stopping rules off: no restarts"}
 _row = partial(Row, "identification", unit="identification")
 
 
 def rows() -> list[Row]:
-    return [_methods(), *(_script(samples) for samples in TABLE3), _rational()]
+    return [_methods(), *(_script(samples) for samples in TABLE3), _rational(), *map(_traced, SEARCHES)]
 
 
 def optimizer_rows() -> list[Row]:
@@ -66,6 +68,12 @@ def _rational() -> Row:
     )
     name = "least squares on a surrogate of 100 samples, exact data"
     return _row(name, contestants, quality="largest relative error", budget=20.0)
+
+
+def _traced(search: str) -> Row:
+    asked = partial(by, task="identify_here:traced", run_ups=data.run_ups(), search=search)
+    contestants = asked("with its trace", is_traced=True), asked("evaluations counted alone", is_traced=False)
+    return _row(f"trace of {search} on the model", contestants, budget=10.0)
 
 
 def _generation(optimizer: str, library: str) -> Row:

@@ -9,7 +9,8 @@ from benchmarks.harness.row import Row, by
 from benchmarks.tasks import data
 
 ELEMENTS = (13, 26, 52, 104)
-EVALUATIONS, FIT, IN_BATCH = "fe_here:evaluations", "kriging:fit_all", "evaluation in a batch of 100"
+EVALUATIONS, FIT, LOCATION = "fe_here:evaluations", "kriging:fit_all", "diagnose_here:location"
+IN_BATCH = "evaluation in a batch of 100"
 
 
 def rows() -> list[Row]:
@@ -22,6 +23,8 @@ def rows() -> list[Row]:
         *_series(
             "diagnosis without location", "diagnosis", "effects", "n_effect", (2, 4, 8), "diagnose_here:of_effects"
         ),
+        *_series("location", "location", "elements", "mesh", (7, 13, 26), LOCATION, n_speed=66),
+        *_series("location", "location", "speeds", "n_speed", (33, 66, 132), LOCATION, mesh=13),
         *_series("Kriging fit", "fit", "outputs", "outputs", (1, 26, 53, 106), FIT, **samples),
         *(_row("Kriging fit", "fit", n, "samples", FIT, samples=data.samples(n)) for n in (50, 100, 200, 400)),
     ]

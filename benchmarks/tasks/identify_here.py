@@ -2,20 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from benchmarks.harness.task import Task
 from benchmarks.tasks.data import NOISE, read_run_ups
+from ksmea.identification.direct import Direct
+from ksmea.identification.trace import TracedProblem, thinned
 from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.observable import Observable
+from ksmea.numerics.objective import Minimum, Objective
 from ksmea.plugins import registry
 from ksmea.plugins.identification import Streams
+from ksmea.plugins.optimizer import Optimizer
 from ksmea.problem.case import Case
 from ksmea.problem.counted import CountedProblem
 from ksmea.studies.identify import identification
+from optimizers.de import DE
+from optimizers.lm import LM
 from problems.three_disk import ThreeDisk
 
 
@@ -56,6 +63,36 @@ def noiseless(surrogate: str, samples: int) -> Task:
         lambda turn: chosen.identify(CountedProblem(problem), measurement, _streams(turn)).x,
         quality=lambda x: float(np.max(np.abs(x / truth - 1))),
     )
+
+
+@dataclass(frozen=True)
+class RandomPoints(Optimizer):
+    """Random points, so many at once, so many times."""
+
+    at_once: int = 1
+    times: int = 2000
+
+    def minimize(self, objective: Objective, rng: np.random.Generator) -> Minimum:
+        for _ in range(self.times):
+            objective(rng.random((self.at_once, objective.dim)))
+        return objective.result()
+
+
+SEARCHES = {"DE": DE(), "LM": LM(), "single points": RandomPoints(), "batches": RandomPoints(1000, 20)}
+
+
+def traced(run_ups: str, search: str, is_traced: bool) -> Task:
+    """A search of the model itself with its trace, or with evaluations counted alone."""
+    problem, data = ThreeDisk().build(), read_run_ups(run_ups)
+    measurement, chosen = _measurement(problem, data.of(0)), Direct(SEARCHES[search])
+
+    def run(turn: int) -> np.ndarray:
+        traced = TracedProblem(problem, measurement)
+        found = chosen.identify(traced if is_traced else CountedProblem(problem), measurement, _streams(turn))
+        thinned(traced.improvements, found.stages)
+        return found.x
+
+    return Task(run)
 
 
 def _method(name: str, settings: dict[str, Any], optimizer: str, surrogate: str, samples: int) -> Any:

@@ -11,7 +11,6 @@ import numpy as np
 import pytest
 
 import ksmea
-from benchmarks.diagnosis_cost import PARTS, by_part
 from benchmarks.harness import command
 from benchmarks.harness.figure import ratio_figure
 from benchmarks.harness.machine import this_machine
@@ -21,6 +20,7 @@ from benchmarks.harness.report import page, text
 from benchmarks.harness.row import HERE, WALL, Contestant, Row
 from benchmarks.harness.setup import required
 from benchmarks.harness.table import COLUMNS, fallen, lines_of, merged, read, same_ratios, table, write
+from benchmarks.tasks.diagnose_here import PARTS, by_part
 from ksmea.errors import SettingError
 from ksmea.show.figures.style import png
 
