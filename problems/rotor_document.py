@@ -227,19 +227,15 @@ def _speeds(document: Block, units: Units) -> Array:
         listed = Block(
             document.file, document.path, {f"speeds[{n}]": entry for n, entry in enumerate(entries, start=1)}
         )
-        speeds = [listed.number(key, unit.name, above=0) for key in listed.values]
-        for key, speed in zip(listed.values, speeds):
-            units.check_plausible(listed, key, "speed", speed)
+        speeds = [units.value(listed, key, "speed", above=0) for key in listed.values]
         for key, before, speed in zip(list(listed.values)[1:], speeds, speeds[1:]):
             if speed <= before:
                 raise document.error(key, f"expected speeds that rise, got {speed:g} after {before:g}")
         return unit.si * np.array(speeds)
     block = document.block("speeds")
     block.check_keys(("from", "to", "number"))
-    first, n_speed = block.number("from", unit.name, above=0), block.whole("number", MAX_SPEEDS)
-    last = block.number("to", unit.name, **({"above": first} if n_speed > 1 else {"at_least": first}))
-    for key, speed in (("from", first), ("to", last)):
-        units.check_plausible(block, key, "speed", speed)
+    first, n_speed = units.value(block, "from", "speed", above=0), block.whole("number", MAX_SPEEDS)
+    last = units.value(block, "to", "speed", **{"above" if n_speed > 1 else "at_least": first})
     return unit.si * np.linspace(first, last, n_speed)
 
 
@@ -279,10 +275,8 @@ def _unknowns(
         targets, quantity = _targets(block, things, owners)
         owners |= dict.fromkeys(targets, name)
         unit = units.unit(quantity)
-        lower = block.number("lower", unit.name, **({"at_least": 0} if quantity == "unbalance" else {}))
-        upper = block.number("upper", unit.name, above=lower)
-        for key, limit in (("lower", lower), ("upper", upper)):
-            units.check_plausible(block, key, quantity, limit)
+        lower = units.value(block, "lower", quantity, **({"at_least": 0} if quantity == "unbalance" else {}))
+        upper = units.value(block, "upper", quantity, above=lower)
         unknowns.append(Unknown(Parameter(name, unit.name, unit.si, lower * unit.si, upper * unit.si), targets))
         if "reference" in block.values:
             reference[name] = units.quantity(block, "reference", quantity, at_least=lower, at_most=upper)

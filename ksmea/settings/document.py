@@ -1,6 +1,7 @@
 """Checked reading of a document of mappings and lists; every error names the location in the file.
 
-Entries of a list are counted from 1, as the disks on a shaft are.
+Entries of a list are counted from 1, as the disks on a shaft are. By hand, not by msgspec: an error there is one sentence without the
+value that came, its unit or the nearest key, and does not know units that the file itself chooses.
 """
 
 from __future__ import annotations
@@ -147,16 +148,10 @@ class Units:
         name = self.header.values[quantity]
         return Unit(name, SI_PER_UNIT[quantity][name])
 
-    def quantity(self, block: Block, key: str, quantity: str, **limits: float) -> float:
-        """A number of the file in SI; the limits are in the file's unit."""
+    def value(self, block: Block, key: str, quantity: str, **limits: float) -> float:
+        """A number in the file's unit, as the limits are; `SettingError` also where no rotor has such a size."""
         unit = self.unit(quantity)
         value = block.number(key, unit.name, **limits)
-        self.check_plausible(block, key, quantity, value)
-        return value * unit.si
-
-    def check_plausible(self, block: Block, key: str, quantity: str, value: float) -> None:
-        """Raise `SettingError` where a value in the file's unit is of no rotor's size."""
-        unit = self.unit(quantity)
         smallest, largest = (limit / unit.si for limit in PLAUSIBLE[quantity])
         if value and not smallest <= abs(value) <= largest:
             raise block.error(
@@ -164,6 +159,11 @@ class Units:
                 f"expected a {quantity} between {smallest:.3g} and {largest:.3g} {unit.name} in size, got {value:g};"
                 " check it and its unit",
             )
+        return value
+
+    def quantity(self, block: Block, key: str, quantity: str, **limits: float) -> float:
+        """A number of the file in SI; the limits are in the file's unit."""
+        return self.value(block, key, quantity, **limits) * self.unit(quantity).si
 
 
 def inside(block: Block, key: str, make: Callable[[], Any]) -> Any:

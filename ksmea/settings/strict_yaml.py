@@ -2,6 +2,9 @@
 
 PyYAML follows YAML 1.1, where 2e11 is a text, 010 is eight, 1:30 is ninety and `no` is false. Here a number is what
 a calculator takes for one, and a key that stands twice in a mapping is an error instead of the last one winning.
+
+By hand, since readers of YAML 1.2 still surprise: ruamel.yaml makes dates and is slower, yaml12 takes the last of two keys and dies of
+nested aliases, yamlcore has no merges; all read `true` and 0x10 as other things than texts, to any depth.
 """
 
 from __future__ import annotations
