@@ -33,7 +33,6 @@ from ksmea.plugins.surrogate import Predictor, Surrogate, Unsuited
 from ksmea.plugins.transforms import Transform, make_transform
 from ksmea.problem.alignment import require_aligned
 from ksmea.problem.counted import Model
-from ksmea.problem.parameters import Parameters
 from ksmea.problem.problem import Problem
 from ksmea.problem.response_structure import ResponseStructure
 from ksmea.settings.settings import part, setting
@@ -133,17 +132,15 @@ class KSMEA(Method):
 
     def identify(self, problem: Problem, measurement: Measurement, streams: Streams) -> Identification:
         require_aligned(problem, measurement)
+        model, misfit = Model(problem, self.budget, self.jacobian_cost), Misfit(measurement, self.misfit)
+        clock, to_si = _Clock(model), problem.parameters.to_si
+        known = _Samples.at(latin_hypercube(self.samples, len(problem.parameters), streams.design), model, misfit)
+        stages = [Stage("samples", to_si(known.best()[0]), model.evaluations, model.jacobians)]
         surrogate = self.surrogate.with_structure(structure_of(problem))
-        transform = _transform(surrogate, measurement)
-        model = Model(problem, self.budget, self.jacobian_cost)
-        clock = _Clock(model)
-        misfit = Misfit(measurement, self.misfit)
-        known = _evaluated(latin_hypercube(self.samples, len(problem.parameters), streams.design), model, misfit)
-        stages = [Stage("samples", problem.parameters.to_si(known.best()[0]), model.evaluations, model.jacobians)]
         predictor: Predictor | None = None
         predicted = None
         history: list[Update] = []
-        remarks: list[str] = []
+        remarks: tuple[str, ...] = ()
         optimum: tuple[Array, float] | None = None  # on the surrogate, where the true model is not evaluated there
         search: tuple[SearchStage, ...] = ()
         surrogate_evaluations = 0
@@ -151,41 +148,33 @@ class KSMEA(Method):
         while not stop:
             try:
                 with clock.measures("surrogate"):
-                    predictor = self._fit(surrogate, predictor, known, model, transform, streams, len(history))
-            except Unsuited as unsuited:
-                if unsuited.substitute is None:
-                    raise
-                surrogate, predictor = unsuited.substitute, None
-                transform = _transform(surrogate, measurement)
-                remarks.append(str(unsuited))
-                continue
-            try:
+                    fitted = self._fitted(surrogate, predictor, known, streams.surrogate)
+                    surrogate, predictor, remarks = fitted.surrogate, fitted.predictor, remarks + fitted.remarks
                 with clock.measures("search"):
-                    objective = self._objective(misfit, predictor, transform, known)
+                    objective = self._objective(fitted, known)
                     u = self._search(objective, model, streams.optimizer)
-                    search = _search_stages(objective, problem.parameters)
+                    search = tuple(SearchStage(name, to_si(end.u), end.value) for name, end in objective.stages)
                     surrogate_evaluations += objective.evaluations
-                    prediction = transform.decode(predictor.predict(u[None]))
+                    prediction = fitted.response(u[None])
                 if not self.max_updates:
                     optimum, stop, predicted = (u, float(misfit.value(prediction)[0])), "optimizer", prediction[0]
                     break
-                added = _evaluated(u[None], model, misfit)
+                known, distance = known.with_sample(u), known.distance_to(u)
             except BudgetSpent:
                 stop = "budget"
                 break
             predicted = prediction[0]  # not before the true model has been evaluated there: the two go together
-            history.append(_update(u, prediction, added, misfit, problem.parameters, search))
-            stop = self._stop(history, known.distance_to(u), model)
-            known = known.with_sample(added)
+            history.append(_update(prediction, known, search))
+            stop = self._stop(history, distance, model)
 
         best, best_misfit = optimum or known.best()
         stages += [Stage(each.name, each.x, model.evaluations, model.jacobians, on_surrogate=True) for each in search]
-        stages.append(Stage("updating steps", problem.parameters.to_si(best), model.evaluations, model.jacobians))
+        stages.append(Stage("updating steps", to_si(best), model.evaluations, model.jacobians))
         if self.final_step and (found := most_likely(model, measurement, best)) is not None:
             best, best_misfit = found
-            stages.append(Stage(FINAL_STEP, problem.parameters.to_si(best), model.evaluations, model.jacobians))
+            stages.append(Stage(FINAL_STEP, to_si(best), model.evaluations, model.jacobians))
         return Identification(
-            x=problem.parameters.to_si(best),
+            x=to_si(best),
             at_limit=at_limit(best),
             misfit=best_misfit,
             stop=stop,
@@ -197,57 +186,65 @@ class KSMEA(Method):
             history=tuple(history),
             predicted=predicted,
             modelled=None if not history else misfit.observed(known.responses[-1]),
-            remarks=tuple(remarks),
+            remarks=remarks,
             notes={} if predictor is None else predictor.notes,
             stages=tuple(stages),
         )
 
-    def _fit(
+    def _fitted(
+        self, surrogate: Surrogate, previous: Predictor | None, known: _Samples, rng: np.random.Generator
+    ) -> _Fitted:
+        """The surrogate of the samples, or its substitute where it is not suited; `previous` is the predictor without the last sample."""
+        measurement = known.misfit.measurement
+        size = {"n_speed": len(measurement.speed), "n_channel": len(measurement.channels)}
+        transform = make_transform(surrogate.transform, measurement.kind, **size)
+        try:
+            predictor = self._predictor(surrogate, previous, transform, known, rng)
+        except Unsuited as unsuited:
+            if unsuited.substitute is None:
+                raise
+            other = self._fitted(unsuited.substitute, None, known, rng)
+            return replace(other, remarks=(str(unsuited), *other.remarks))
+        return _Fitted(surrogate, transform, predictor)
+
+    def _predictor(
         self,
         surrogate: Surrogate,
         previous: Predictor | None,
-        known: _Samples,
-        model: Model,
         transform: Transform,
-        streams: Streams,
-        updates: int,
+        known: _Samples,
+        rng: np.random.Generator,
     ) -> Predictor:
-        """The surrogate of the samples, of which the last is new: a fit, a warm refit or one sample appended."""
+        """A fit, a warm refit, or one sample appended."""
         if surrogate.is_true_model:
-            return TrueModel(model, transform)
+            return TrueModel(known.model, transform)
         chosen = known.nearest_to_best(self.nearest)
         u, y = known.points[chosen], transform.encode(known.responses[chosen])
         if previous is None:
-            return surrogate.fit(u, y, streams.surrogate)
-        if updates % self.refit_every and self.nearest is None:
+            return surrogate.fit(u, y, rng)
+        if (len(known.points) - self.samples) % self.refit_every and self.nearest is None:
             appended = previous.append(u[-1], y[-1])
             if appended is not None:
                 return appended
-        return surrogate.refit(previous, u, y, streams.surrogate)
+        return surrogate.refit(previous, u, y, rng)
 
-    def _objective(self, misfit: Misfit, predictor: Predictor, transform: Transform, known: _Samples) -> Objective:
+    def _objective(self, fitted: _Fitted, known: _Samples) -> Objective:
         """What the optimiser minimises to find the next point: the misfit of the surrogate's response, its own error added to
         the noise where it tells it, or what the true misfit, by the same noise, is expected to improve."""
-        d = known.points.shape[1]
-        own_error = predictor.leave_one_out() if self.surrogate_error else None
+        d, misfit = known.points.shape[1], known.misfit
+        own_error = fitted.predictor.leave_one_out() if self.surrogate_error else None
         if own_error is not None:
             measured = misfit.measurement.values[None]
-            misfit = replace(misfit, model_sd=transform.spread(own_error, measured)[0])
+            misfit = replace(misfit, model_sd=fitted.transform.spread(own_error, measured)[0])
         if self.infill == "expected_improvement":
             lowest = float(np.min(misfit.value(misfit.observed(known.responses))))
             return Objective(
-                d,
-                lambda u: improvement_residual(*_predicted_residuals(u, misfit, predictor, transform), lowest),
-                budget=self.surrogate_budget,
+                d, lambda u: improvement_residual(*fitted.residuals(u, misfit), lowest), budget=self.surrogate_budget
             )
-
-        def predicted(u: Array) -> Array | ComplexArray:
-            return transform.decode(predictor.predict(u))
-
         return Objective(
             d,
-            lambda u: misfit.residuals(predicted(u)),
-            screening_at=lambda u: misfit.screening(predicted(u)),
+            lambda u: misfit.residuals(fitted.response(u)),
+            screening_at=lambda u: misfit.screening(fitted.response(u)),
             budget=self.surrogate_budget,
         )
 
@@ -288,22 +285,30 @@ def structure_of(problem: Problem) -> ResponseStructure:
     )
 
 
-def _transform(surrogate: Surrogate, measurement: Measurement) -> Transform:
-    return make_transform(
-        surrogate.transform,
-        measurement.kind,
-        n_speed=len(measurement.speed),
-        n_channel=len(measurement.channels),
-    )
-
-
 @dataclass(frozen=True)
 class _Samples:
-    """Points of the unit cube that the true model has been evaluated at."""
+    """Points of the unit cube that the true model has been evaluated at, and the misfit there."""
 
+    model: Model
+    misfit: Misfit
     points: Array  # (n, d)
     responses: ComplexArray  # (n, n_speed, n_channel)
     misfits: Array  # (n,)
+
+    @classmethod
+    def at(cls, points: Array, model: Model, misfit: Misfit) -> _Samples:
+        responses = model.response(points)
+        return cls(model, misfit, points, responses, misfit.value(misfit.observed(responses)))
+
+    def with_sample(self, u: Array) -> _Samples:
+        """These, and behind them the point u (d,)."""
+        added = self.at(u[None], self.model, self.misfit)
+        return replace(
+            self,
+            points=np.vstack([self.points, added.points]),
+            responses=np.concatenate([self.responses, added.responses]),
+            misfits=np.append(self.misfits, added.misfits),
+        )
 
     def best(self) -> tuple[Array, float]:
         index = int(np.argmin(self.misfits))
@@ -319,49 +324,39 @@ class _Samples:
     def distance_to(self, u: Array) -> float:
         return float(np.min(np.linalg.norm(self.points - u, axis=1)))
 
-    def with_sample(self, added: _Samples) -> _Samples:
-        return _Samples(
-            np.vstack([self.points, added.points]),
-            np.concatenate([self.responses, added.responses]),
-            np.append(self.misfits, added.misfits),
-        )
+
+@dataclass(frozen=True)
+class _Fitted:
+    """A surrogate fitted to the samples, and remarks on any that was not suited before it."""
+
+    surrogate: Surrogate
+    transform: Transform  # of the responses to its outputs
+    predictor: Predictor
+    remarks: tuple[str, ...] = ()
+
+    def response(self, u: Array) -> Array | ComplexArray:
+        """(k, d) → (k, n_speed, n_channel), m."""
+        return self.transform.decode(self.predictor.predict(u))
+
+    def residuals(self, u: Array, misfit: Misfit) -> tuple[Array, Array]:
+        """Mean and variance (k, m) of the residuals of the true model at points (k, d), as the surrogate predicts them; one
+        that tells no variance is as uncertain everywhere as its leave-one-out error says, or exact."""
+        outputs, variance = self.predictor.predict(u), self.predictor.variance(u)
+        if variance is None:
+            own_error = self.predictor.leave_one_out()
+            variance = np.broadcast_to(0.0 if own_error is None else own_error**2, outputs.shape)
+        predicted = self.transform.decode(outputs)
+        sd = misfit.residual_sd(predicted, self.transform.spread(np.sqrt(variance), predicted))
+        return misfit.residuals(predicted), sd**2
 
 
-def _predicted_residuals(u: Array, misfit: Misfit, predictor: Predictor, transform: Transform) -> tuple[Array, Array]:
-    """Mean and variance (k, m) of the residuals of the true model at points (k, d), as a surrogate predicts them; one that
-    tells no variance is as uncertain everywhere as its leave-one-out error says, or exact."""
-    outputs, variance = predictor.predict(u), predictor.variance(u)
-    if variance is None:
-        own_error = predictor.leave_one_out()
-        variance = np.broadcast_to(0.0 if own_error is None else own_error**2, outputs.shape)
-    predicted = transform.decode(outputs)
-    sd = misfit.residual_sd(predicted, transform.spread(np.sqrt(variance), predicted))
-    return misfit.residuals(predicted), sd**2
-
-
-def _evaluated(points: Array, model: Model, misfit: Misfit) -> _Samples:
-    responses = model.response(points)
-    return _Samples(points, responses, misfit.value(misfit.observed(responses)))
-
-
-def _search_stages(objective: Objective, parameters: Parameters) -> tuple[SearchStage, ...]:
-    return tuple(SearchStage(name, parameters.to_si(end.u), end.value) for name, end in objective.stages)
-
-
-def _update(
-    u: Array,
-    predicted: Array | ComplexArray,
-    added: _Samples,
-    misfit: Misfit,
-    parameters: Parameters,
-    search: tuple[SearchStage, ...],
-) -> Update:
-    """What an updating step found: prediction (1, n_speed, n_channel) and true model at the surrogate's optimum u."""
-    modelled = misfit.observed(added.responses)[0]
+def _update(predicted: Array | ComplexArray, known: _Samples, search: tuple[SearchStage, ...]) -> Update:
+    """What an updating step found: prediction (1, n_speed, n_channel) and true model at the last sample."""
+    misfit, modelled = known.misfit, known.misfit.observed(known.responses[-1])
     return Update(
-        x=parameters.to_si(u),
+        x=known.model.problem.parameters.to_si(known.points[-1]),
         predicted_misfit=float(misfit.value(predicted)[0]),
-        misfit=float(added.misfits[0]),
+        misfit=float(known.misfits[-1]),
         smc=squared_multiple_correlation(predicted[0], modelled, misfit.measurement.values),
         sdf=simple_difference(predicted[0], modelled),
         sum_of_amplitudes=float(np.sum(np.abs(modelled))),
