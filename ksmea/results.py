@@ -34,6 +34,9 @@ from ksmea.show import (
     planning_text,
     weights_text,
 )
+from ksmea.show.charts.identifiability_chart import identifiability_chart
+from ksmea.show.charts.picture import drawn
+from ksmea.show.charts.planning_chart import planning_chart
 from ksmea.show.json_units import with_units
 
 AnyRecord = TypeVar("AnyRecord", bound=Record)
@@ -119,7 +122,7 @@ class IdentifiabilityResult(Result[IdentifiabilityRecord]):
         return identifiability_text.frame(self.record)
 
     def plot(self, axes: Axes | None = None) -> Figure:
-        return identifiability_text.plot(self.record, axes)
+        return drawn(identifiability_chart(self.record), axes)
 
 
 @dataclass(frozen=True)
@@ -133,7 +136,7 @@ class PlanResult(Result[PlanningRecord]):
         return planning_text.frame(self.record)
 
     def plot(self, axes: Axes | None = None) -> Figure:
-        return planning_text.plot(self.record, axes)
+        return drawn(planning_chart({"": self.record}), axes)
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,8 @@ import pandas as pd
 
 from ksmea.arrays import Array
 from ksmea.records.identifiability import DataDescription, IdentifiabilityRecord, Unknown, Value, percent
-from ksmea.show.figures.identifiability_figure import plot
 from ksmea.show.text import ALIKE, aligned, alike_text, fit_warning, noise_parts, stability_text, two_digits
 from ksmea.units import RPM
-
-__all__ = ["COLUMNS", "frame", "plot", "text"]
 
 KNOWN_PCT, IDENTIFIABLE_PCT = (
     20.0,

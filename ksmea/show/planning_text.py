@@ -10,11 +10,9 @@ import pandas as pd
 
 from ksmea.measurement.channel import named
 from ksmea.records.planning import Family, PlanningRecord, Step, Unknown, infinite_where_none
-from ksmea.show.figures.planning_figure import is_without_size, plot
+from ksmea.show.charts.planning_chart import is_without_size
 from ksmea.show.text import aligned, fit_warning, stability_text
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, RPM
-
-__all__ = ["frame", "plot", "text"]
 
 UNPLANNED = {
     "speeds": "as many spread evenly over the present band",

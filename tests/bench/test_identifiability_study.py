@@ -16,8 +16,11 @@ from ksmea.measurement.channel import Channel
 from ksmea.measurement.noise import Noise
 from ksmea.problem.problem import Problem
 from ksmea.records.identifiability import IdentifiabilityRecord, Unknown
-from ksmea.show.figures.identifiability_figure import CARET, half_widths, label
-from ksmea.show.identifiability_text import COLUMNS, frame, plot, sentences, text
+from ksmea.results import IdentifiabilityResult
+from ksmea.show.charts.chart import Points
+from ksmea.show.charts.identifiability_chart import half_widths, identifiability_chart, label
+from ksmea.show.charts.picture import figure
+from ksmea.show.identifiability_text import COLUMNS, frame, sentences, text
 from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.identifiability import (
     Data,
@@ -56,11 +59,6 @@ def crlbs(record, variation=None):
 @pytest.fixture(scope="module")
 def three_disk():
     return record_of()
-
-
-@pytest.fixture
-def undrawn(monkeypatch):
-    monkeypatch.setattr(reporting, "png", lambda figure: b"")
 
 
 # -- the record --
@@ -181,13 +179,14 @@ def test_an_angle_is_drawn_by_its_limits_and_says_so(three_disk):
     assert half_widths([crlb], found)[0, 4] == pytest.approx(1.0)  # 3.6° of 360°
     assert [label(each) for each in found.parameters[3:]] == ["cyy", "origin (% of its range)"]
     drawn = identifiability_page({"": found}, [], frame(found), "identifiability.csv").sections[0].blocks[1]
-    assert [trace["name"] for trace in drawn.figure["data"]] == [label(each) for each in found.parameters]
+    names = [each.name for panel in drawn.described().panels for each in panel.elements if each.name]
+    assert list(dict.fromkeys(names)) == [label(each) for each in found.parameters]
 
 
 # -- the command --
 
 
-def test_the_command_prints_and_tables_what_the_record_holds(enter, undrawn, three_disk):
+def test_the_command_prints_and_tables_what_the_record_holds(enter, three_disk):
     ended = enter("+experiment=identifiability", "workers=1", output="results/identifiability")
     assert ended.code == 0
     assert "kxx to ± 0.1 MN/m (± 0.21 %)" in ended.out
@@ -204,7 +203,7 @@ def test_the_command_prints_and_tables_what_the_record_holds(enter, undrawn, thr
     assert (ended.output / "identifiability.png").exists() and ended.runs()["status"].tolist() == ["done"]
 
 
-def test_a_rotor_from_a_file_is_told_as_much_of(enter, undrawn, three_disk, pytestconfig):
+def test_a_rotor_from_a_file_is_told_as_much_of(enter, three_disk, pytestconfig):
     file = pytestconfig.rootpath / EXAMPLE
     words = ["+experiment=identifiability", "problem=rotor", f"problem.file={file}", "workers=1"]
     table = enter(*words, output="results/identifiability").table("identifiability")
@@ -212,7 +211,7 @@ def test_a_rotor_from_a_file_is_told_as_much_of(enter, undrawn, three_disk, pyte
     assert present["crlb"].to_numpy() == pytest.approx(crlbs(three_disk) / [1e6, 1e6, 1e3, 1e3, 1e-6], rel=1e-6)
 
 
-def test_a_sweep_has_a_section_per_cell_and_figures_of_the_first_ones(enter, undrawn):
+def test_a_sweep_has_a_section_per_cell_and_figures_of_the_first_ones(enter):
     words = ["+experiment=identifiability", "measurement.relative=0.05,0.1", "study.variations=[noise]", "workers=1"]
     ended = enter(*words, "problem.mesh=13,21,26", output="results/identifiability")
     assert ended.code == 0
@@ -233,7 +232,7 @@ def test_a_sweep_has_a_section_per_cell_and_figures_of_the_first_ones(enter, und
         (["table=audit"], "run +experiment=audit"),
     ],
 )
-def test_bad_input_is_one_line(words, said, enter, undrawn):
+def test_bad_input_is_one_line(words, said, enter):
     ended = enter("+experiment=identifiability", "study.variations=[]", "workers=1", *words)
     assert ended.code == 2
     assert said in ended.err and ended.err.count("\n") == 1
@@ -295,20 +294,21 @@ def test_the_figure_shows_half_widths_and_marks_what_lies_beyond():
     entries = [
         {"variation": "noise", "value": factor, "crlb": [1e5 * factor, 2e6 * factor, None, None]} for factor in (1, 2)
     ]
-    [panel] = plot(hand_made(variations=entries), title="hand made").axes
+    chart = identifiability_chart(hand_made(variations=entries), "hand made")
+    [panel] = figure(chart).axes
     lines = {line.get_label(): line for line in panel.get_lines()}
     assert lines["a"].get_xdata().tolist() == [1, 2] and lines["a"].get_ydata() == pytest.approx([2, 4])
     assert lines["b"].get_ydata() == pytest.approx([40, 80])
-    arrows = [line for line in panel.get_lines() if line.get_marker() == CARET and len(line.get_xdata())]
+    arrows = [each for each in chart.panels[0].elements if isinstance(each, Points) and each.symbol == "arrow up"]
     assert len(arrows) == 2  # c and d, of which nothing is known
 
 
 def test_given_axes_show_the_first_variation_or_the_data_as_they_are():
     entries = [{"variation": "noise", "value": factor, "crlb": [1e5 * factor, 2e6, None, None]} for factor in (1, 2)]
     panel = Figure().subplots()
-    assert plot(hand_made(variations=entries), panel) is panel.figure
+    assert IdentifiabilityResult(hand_made(variations=entries)).plot(panel) is panel.figure
     assert panel.get_title() == "noise, times the present"
-    [panel] = plot(hand_made()).axes
+    [panel] = IdentifiabilityResult(hand_made()).plot().axes
     assert [line.get_ydata()[0] for line in panel.get_lines()] == pytest.approx([2, 40, 120, 1e4])
 
 

@@ -10,7 +10,6 @@ import pytest
 from matplotlib.figure import Figure
 
 from bench.plan.setup import Setup
-from bench.reports.design.planning_report import planning_figure
 from ksmea.errors import SettingError
 from ksmea.inference.cramer_rao import identifiability
 from ksmea.measurement.measurement import Measurement
@@ -18,7 +17,10 @@ from ksmea.measurement.noise import Noise
 from ksmea.problem.case import Case
 from ksmea.problem.problem import Problem
 from ksmea.records.planning import PlanningRecord
-from ksmea.show.planning_text import frame, plot, text
+from ksmea.results import PlanResult
+from ksmea.show.charts.picture import figure
+from ksmea.show.charts.planning_chart import planning_chart
+from ksmea.show.planning_text import frame, text
 from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.planning import PlanningOptions, planning_study
 from problems.three_disk import ThreeDisk
@@ -34,16 +36,17 @@ SETTINGS = {"problem": {"name": "three_disk"}, "measurement": {"name": "syntheti
 def plan(enter, monkeypatch):
     """`+experiment=plan` with a coarser choice of speeds; its figure is drawn and not written."""
     drawn = []
-    monkeypatch.setattr(
-        "bench.reports.design.planning_report.planning_figure",
-        lambda *arguments: drawn.append(planning_figure(*arguments)),
-    )
-    monkeypatch.setattr("bench.reports.design.planning_report.png", lambda figure: b"")
+
+    def draw(*found):
+        drawn.append(figure(chart := planning_chart(*found)))
+        return chart
+
+    monkeypatch.setattr("bench.reports.design.page.planning_chart", draw)
 
     def call(*words):
         ended = enter(*PLAN, *words, output=OUTPUT)
         assert ended.code == 0, ended.err
-        assert len(drawn) == 1
+        assert len(drawn) == 2  # as a picture and on the page
         return ended
 
     return call
@@ -250,14 +253,37 @@ def test_options_that_do_not_fit_are_refused_in_python():
 
 
 def test_the_figure_has_a_panel_per_family_and_given_axes_the_first(small):
-    speeds, probes, trial = plot(small).axes
+    plot = PlanResult(small).plot
+    speeds, probes, trial = plot().axes
     assert speeds.get_ylabel() == "reduction of the CRLB of cyy (%)"
     assert (
-        speeds.get_xlabel() == "added speed (rpm)" and "probe" in probes.get_xlabel() and "trial" in trial.get_xlabel()
+        speeds.get_xlabel().startswith("added speed (rpm)")
+        and "probe" in probes.get_xlabel()
+        and "trial" in trial.get_xlabel()
     )
     panel = Figure().subplots()
-    assert plot(small, panel) is panel.figure
-    assert panel.get_xlabel() == "added speed (rpm)" and panel.get_ylabel() == speeds.get_ylabel()
+    assert plot(panel) is panel.figure
+    assert panel.get_xlabel() == speeds.get_xlabel() and panel.get_ylabel() == speeds.get_ylabel()
+
+
+def test_several_plans_are_stacks_of_one_chart(small):
+    chart = planning_chart({"first": small, "second": small}, "plan")
+    assert [stack[0].title for stack in chart.stacks] == ["first", "second"] and chart.across == 2
+    for panel, found in zip(chart.stacks[1], small.families):
+        rings = panel.elements[-1] if found.family == "speeds" else panel.elements[-2]
+        assert rings.name == "chosen" and list(rings.y) == [found.candidates.reduction_pct[at] for at in found.chosen]
+
+
+def test_a_target_that_stays_unknown_has_no_reduction_to_draw(small):
+    families = [
+        dataclasses.replace(
+            each, candidates=dataclasses.replace(each.candidates, crlb=(None,) * len(each.candidates.reduction_pct))
+        )
+        for each in small.families
+    ]
+    unknown = dataclasses.replace(small, crlb=(None,) * 5, families=tuple(families))
+    for panel in planning_chart({"": unknown}).panels:
+        assert [each.text for each in panel.elements] == ["still unknown"] and not panel.y.label
 
 
 def test_a_record_that_says_bound_and_gain_is_read():

@@ -16,7 +16,7 @@ from ksmea.measurement.noise import Noise
 from ksmea.plugins import registry
 from ksmea.problem.alignment import aligned, through
 from ksmea.problem.case import Case
-from ksmea.show.figures.planning_figure import plot
+from ksmea.show.charts.planning_chart import planning_chart
 from ksmea.show.planning_text import text
 from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.misreadings import readings
@@ -147,7 +147,8 @@ def test_further_probes_are_proposed_as_those_that_there_are(problem):
     [probes] = record.families
     assert set(probes.candidates.direction) == {"45", "-45"} and AT not in np.round(probes.candidates.position, 9)
     assert "45° at" in text(record, "")
-    assert {each.get_label() for each in plot(record).axes[1].lines} >= {"in 45°", "in -45°"}
+    (panel,) = planning_chart({"": record}).panels
+    assert {each.name for each in panel.elements} >= {"probe in 45°", "probe in -45°"}
     layout = Layout(problem.speed, seen_skew.channels, "complex", "made", phase_known=True)
     values = seen_skew.response(REFERENCE[None])[0]
     measurement = Measurement(layout.speed, layout.channels, values, Noise(0.05, 0.0), "made", phase_known=True)

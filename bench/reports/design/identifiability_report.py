@@ -19,8 +19,7 @@ from bench.reports.design.next_steps import as_text, before_looking_ahead
 from bench.reports.design.page import identifiability_page
 from bench.reports.tables import csv_text
 from ksmea.records.identifiability import IdentifiabilityRecord
-from ksmea.show.figures.style import png
-from ksmea.show.identifiability_text import COLUMNS, frame, plot, text
+from ksmea.show.identifiability_text import COLUMNS, frame, text
 
 MAX_CELLS = 4  # with a figure and a table of variations each; the file has all
 
@@ -50,7 +49,6 @@ class IdentifiabilityReport(Report):
             "\n\n".join(sections),
             {f"{plan.name}.csv": table.encode(), "runs.csv": csv_text(runs).encode()},
             runs,
-            lambda: _figures(plan, found),
             page=lambda: identifiability_page(
                 {_title(plan, cell): record for cell, record in found.items()},
                 [_names(plan, found).get(cell, "") for cell in found],
@@ -82,12 +80,8 @@ def _frame(plan: Plan, found: Mapping[int, IdentifiabilityRecord]) -> pd.DataFra
     return pd.DataFrame(rows, columns=None if rows else ["cell", *plan.axes, *COLUMNS])
 
 
-def _figures(plan: Plan, found: Mapping[int, IdentifiabilityRecord]) -> dict[str, bytes]:
-    return {name: png(plot(found[cell], title=_title(plan, cell))) for cell, name in _names(plan, found).items()}
-
-
 def _names(plan: Plan, found: Mapping[int, IdentifiabilityRecord]) -> dict[int, str]:
-    """The names of figures, one for each of the first cells whose data were varied."""
+    """The names of pictures, one for each of the first cells whose data were varied."""
     drawn = [cell for cell, record in found.items() if record.variations][:MAX_CELLS]
     return {cell: f"{plan.name}{'' if index == 0 else f'_{index + 1}'}.png" for index, cell in enumerate(drawn)}
 

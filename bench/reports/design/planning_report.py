@@ -1,4 +1,4 @@
-"""The report `plan`: plans in plain sentences, one table of all, and a figure with a row per cell."""
+"""The report `plan`: plans in plain sentences, one table of all, and a chart with a stack of panels per cell."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import pandas as pd
-from matplotlib.figure import Figure
 
 from bench.jobs.lines import RunLine, ending
 from bench.plan.assumed_values import assumed_note
@@ -22,11 +21,7 @@ from bench.reports.design.next_steps import after_plan, as_text, before_looking_
 from bench.reports.design.page import plan_page
 from bench.reports.tables import csv_text
 from ksmea.records.planning import PlanningRecord
-from ksmea.show.figures.planning_figure import FAMILIES, draw_row, plot
-from ksmea.show.figures.style import png
 from ksmea.show.planning_text import frame, text
-
-MAX_ROWS = 6  # cells in one figure; more would be a poster
 
 
 @dataclass(frozen=True)
@@ -52,7 +47,6 @@ class PlanReport(Report):
             "\n\n".join(sections),
             files,
             runs,
-            lambda: {f"{plan.name}.png": png(planning_figure(plan, found))} if found else {},
             page=lambda: plan_page(
                 [(_title(plan, cell), _said(record, notes[cell]), record) for cell, record in found.items()],
                 [
@@ -60,8 +54,7 @@ class PlanReport(Report):
                     *(block for each in following.values() for block in after_plan(each)),
                 ],
                 _frame(plan, found),
-                f"{plan.name}.csv",
-                f"{plan.name}.png",
+                plan.name,
             ),
         )
 
@@ -78,20 +71,6 @@ def _said(record: PlanningRecord, notes: Sequence[str], title: str = "") -> str:
 
 def _first(plan: Plan, cell: int, record: PlanningRecord) -> Iterator[Command]:
     yield from before_looking_ahead(plan, plan.cells[cell], record.lack_of_fit)
-
-
-def planning_figure(plan: Plan, found: Mapping[int, PlanningRecord]) -> Figure:
-    """What each candidate gives if it alone is added, a row per cell."""
-    cells = list(found)[:MAX_ROWS]
-    if len(found) == 1:  # one below the other is easier to read
-        [record] = found.values()
-        return plot(record, title=plan.name)
-    figure = Figure(figsize=(13, 3.3 * len(cells) + 0.8), layout="constrained")
-    for row, cell in zip(figure.subplots(len(cells), len(FAMILIES), squeeze=False), cells):
-        draw_row(row, found[cell], _title(plan, cell))
-    left_out = f" ({len(found) - len(cells)} more cells are not shown)" if len(found) > len(cells) else ""
-    figure.suptitle(f"{plan.name}: what each candidate gives by itself, the chosen ones marked{left_out}", fontsize=11)
-    return figure
 
 
 def _frame(plan: Plan, found: Mapping[int, PlanningRecord]) -> pd.DataFrame:

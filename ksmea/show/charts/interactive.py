@@ -16,6 +16,7 @@ from ksmea.show.charts.traces import CLEAR, Layout, PanelTraces, Trace, place_on
 INCH = 92  # px of a panel's height
 TOP, BOTTOM, LEFT, RIGHT = 40, 54, 66, 14  # px around all panels
 STACKED, APART, BESIDE = 16, 74, 0.07  # px between panels of a stack and between stacks; part of the width
+TURNED = 30  # px more below words that stand upright
 HEADING = 22  # px, for the title of a panel
 PLAIN_EXPONENT = 6  # numbers up to 10 to this power are written out on axes
 STANDOFF = 6  # px between the numbers of an axis and its title
@@ -112,7 +113,8 @@ def _layout(chart: Chart, across: int, numbers: list[list[int]]) -> Layout:
                 panel = shown[number]
                 at += HEADING if panel.title else 0
                 tops[number] = (at, at + INCH * panel.height)
-                at += INCH * panel.height + (STACKED if _is_named_below(shown, of_stack, number) else APART)
+                below = STACKED if _is_named_below(shown, of_stack, number) else APART
+                at += INCH * panel.height + below + (TURNED if panel.x.is_turned else 0)
             ends.append(at)
         down = max(ends, default=down)
     inner = max(down - APART, 1.0)

@@ -21,6 +21,7 @@ Layout = dict[str, Any]
 SYMBOLS = {
     "circle": "circle", "square": "square", "diamond": "diamond", "triangle down": "triangle-down", "triangle up": "triangle-up",
     "cross": "cross", "star": "star", "x": "x-thin", "plus": "cross-thin", "bar": "line-ew", "post": "line-ns", "point": "circle",
+    "arrow up": "arrow-up",
 }  # fmt: skip
 THIN = ("x", "plus", "bar", "post")  # symbols that are lines
 PX = 1.5  # of a point, for symbols; lines have 1.1
@@ -177,6 +178,7 @@ class PanelTraces:
                 yield {
                     "type": "line",
                     "line": {"color": colour, "width": 1.2 * element.width, "dash": element.dash},
+                    "opacity": element.opacity,
                     **box,
                     **refs,
                 }

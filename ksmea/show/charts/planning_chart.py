@@ -1,0 +1,132 @@
+"""What each candidate of a plan gives by itself, the chosen ones marked: a panel for each family, over speed or position."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+import numpy as np
+
+from ksmea.arrays import Array
+from ksmea.measurement.channel import named
+from ksmea.records.planning import Family, PlanningRecord, Unknown, infinite_where_none
+from ksmea.show.charts.chart import Axis, Chart, Element, Level, Line, Panel, Points, Span, Words
+from ksmea.show.charts.colours import CATEGORIES, CONTEXT, DASHES, PAPER
+from ksmea.units import DEGREE, GRAM_MILLIMETRE, RPM, SI_PER_UNIT
+
+ANGLES = SI_PER_UNIT["angle"]  # their values have no size that a CRLB could be a part of
+MOST_LINES = 8  # in a panel
+ACROSS, MOST_CELLS = 3, 6  # plans side by side, and in one picture
+HEIGHT = 2.5  # inches, of a panel
+COLOURS = (CATEGORIES[0], *CATEGORIES[2:])  # of lines; the one left out is that of the rings
+UNPLANNED = {"probes": "as many data again", "trial run": "present run again"}  # what is compared
+
+
+def planning_chart(found: Mapping[str, PlanningRecord], title: str = "") -> Chart:
+    """How far each candidate alone reduces the CRLB; of a target that is not known yet, the CRLB with that candidate. A stack of
+    panels for each plan, below the name of its cell."""
+    stacks = tuple(tuple(_panels(record, name)) or (Panel((), title=name),) for name, record in found.items())
+    across = min(len(stacks), ACROSS)
+    return Chart(
+        f"{title}: what each candidate gives by itself, the chosen ones marked" if title else "What each candidate gives by itself",
+        "By how many per cent the CRLB falls if a candidate alone is added, or what it then is where the target is not known yet."
+        " Rings: what the plan chooses. Dotted: as many data without a plan.",
+        stacks, across, 4.4 * across if across > 1 else 8.0, of_stacks="cell", most=MOST_CELLS,
+    )  # fmt: skip
+
+
+def is_without_size(parameter: Unknown) -> bool:
+    """Whether per cent of its value say nothing: of an angle, and of a value of 0."""
+    return parameter.unit in ANGLES or not parameter.true
+
+
+def _panels(record: PlanningRecord, name: str) -> Iterator[Panel]:
+    n_drawn = 0
+    for family in record.families:
+        x, label = _abscissa(family)
+        shown, lines = _shown(record, family), _lines(family)
+        elements: list[Element] = []
+        if family.family == "speeds":
+            elements.append(
+                Span(low=record.speed_from / RPM, high=record.speed_to / RPM, along="x", colour=CONTEXT, opacity=0.1)
+            )
+        for number, (line, own) in enumerate(lines.items(), start=n_drawn):
+            style: dict[str, Any] = {
+                "colour": COLOURS[number % len(COLOURS)],
+                "dash": DASHES[number // len(COLOURS) % len(DASHES)],
+            }
+            said = f"{line or 'speed'}: {{y:.3g}} at {{x:.5g}}"
+            elements.append(Line(x[own], shown[own], symbol="point" if line else "", name=line, said=said, **style))
+        chosen = list(family.chosen)
+        elements.append(Points(x[chosen], shown[chosen], "circle", 8, True, name="chosen", colour=PAPER))
+        n_drawn += len(lines)
+        title, name = name, ""
+        if not _is_unknown(record):
+            unplanned = _unplanned(record, family)
+            elements += [Level(at=unplanned, label=UNPLANNED[family.family])] if unplanned is not None else []
+            top = max(float(np.nanmax(shown, initial=unplanned or 0.0)), 1e-3)
+            yield Panel(tuple(elements), Axis(label), Axis(_quantity(record), low=0, high=1.1 * top), title, HEIGHT)
+        elif np.isfinite(shown).any():
+            yield Panel(tuple(elements), Axis(label), Axis(_quantity(record), "log"), title, HEIGHT)
+        else:
+            none = Axis(low=0, high=1, ticks={})
+            yield Panel((Words(x=0.5, y=0.5, text="still unknown"),), none, none, title, HEIGHT)
+
+
+def _abscissa(family: Family) -> tuple[Array, str]:
+    """Where candidates (n,) are drawn, and the name of that axis."""
+    candidates = family.candidates
+    if candidates.speed is not None:
+        return np.array(candidates.speed) / RPM, "added speed (rpm); grey: the present band"
+    if candidates.magnitude is None:
+        return np.array(candidates.position), "position of an added probe (m)"
+    magnitude = candidates.magnitude[0] / GRAM_MILLIMETRE
+    return np.array(candidates.position), f"position of a trial unbalance of {magnitude:.4g} g mm (m)"
+
+
+def _lines(family: Family) -> dict[str, Array]:
+    """Which candidates (n,) each line of a panel joins, by its name."""
+    candidates = family.candidates
+    if candidates.direction is not None:
+        names = [f"probe in {named(direction)}" for direction in candidates.direction]
+    elif candidates.phase is not None:
+        names = [f"trial at {phase / DEGREE:.4g}°" for phase in candidates.phase]
+    else:
+        names = [""] * len(candidates.reduction_pct)
+    return {name: np.array(names) == name for name in list(dict.fromkeys(names))[:MOST_LINES]}
+
+
+def _is_unknown(record: PlanningRecord) -> bool:
+    """Whether the target is not known yet, so that there is no reduction to show."""
+    return record.target is not None and record.target in record.unknown_with(record.crlb)
+
+
+def _counts_prior(record: PlanningRecord) -> bool:
+    """Whether reductions have to count the choice's weak prior, as some of the unknowns are not known at all."""
+    return record.target is None and None in record.crlb
+
+
+def _quantity(record: PlanningRecord) -> str:
+    target = record.target_unknown
+    if target is None:
+        return f"reduction of the mean half axis{', with prior' if _counts_prior(record) else ''} (%)"
+    if not _is_unknown(record):
+        return f"reduction of the CRLB of {target.name} (%)"
+    return f"CRLB of {target.name} with one ({target.unit if is_without_size(target) else '%'})"
+
+
+def _shown(record: PlanningRecord, family: Family) -> Array:
+    """What is drawn for each candidate, nan where there is no number."""
+    candidates, target = family.candidates, record.target_unknown
+    if target is None and _counts_prior(record):
+        return np.array(candidates.criterion_reduction_pct)
+    if target is None or candidates.crlb is None or not _is_unknown(record):
+        return np.array(candidates.reduction_pct, dtype=float)
+    size = target.si_per_unit if is_without_size(target) else abs(target.true) / 100
+    crlb = infinite_where_none(candidates.crlb)
+    return np.where(np.isinf(crlb), np.nan, crlb / size)
+
+
+def _unplanned(record: PlanningRecord, family: Family) -> float | None:
+    """The reduction by as many data without a plan, %; None where it is not drawn."""
+    return family.steps[0].unplanned_reduction_pct if family.family in UNPLANNED and not _counts_prior(record) else None
