@@ -11,7 +11,7 @@ from bench.plan.page import Block, Control, Folded, Page, Plot, Prose, Section, 
 from bench.reports.plots.traces import BLUE, COLOURS, GREEN, ORANGE, axis, layout, level, line, points
 from ksmea.records.balancing import BalanceRecord, EntryRecord, PolarRecord
 from ksmea.show.balance_text import frame, left_out_frame, text
-from ksmea.show.figures.response_lines import AMPLITUDE
+from ksmea.show.charts.response_charts import AMPLITUDE
 from ksmea.units import DEGREE, RPM
 
 SMALLEST_P = 1e-16  # drawn

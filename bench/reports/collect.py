@@ -137,7 +137,7 @@ def _write_figures_and_page(plan: Plan, made: Made, output: Path) -> bool:
         return _no_page(output, error)
     drawings, all_drawn = draw(lambda: {**charts, **made.figures()}, output)
     try:
-        content = experiment_page(plan, made, page, drawings, last_began(output))
+        content = experiment_page(plan, made, drawings, last_began(output), page)
     except Exception as error:
         return _no_page(output, error)
     replace_file(output / PAGE, content)

@@ -3,19 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import cast
 
 import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from ksmea.errors import SettingError
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, FitQualityRecord, TrialRecord
 from ksmea.records.estimate import NoiseLevelRecord
 from ksmea.records.location import NOTHING
 from ksmea.show import location_text
+from ksmea.show.charts.chart import Chart
+from ksmea.show.charts.picture import drawn
+from ksmea.show.charts.ranking_chart import ranking_chart
+from ksmea.show.charts.response_charts import bode_chart
+from ksmea.show.charts.responses import of_diagnosis
 from ksmea.show.diagnosis_tables import averaged_values, ranking_table, unknowns_table
-from ksmea.show.figures.diagnosis_figure import draw_ranking, residual_figure
 from ksmea.show.location_words import in_short
 from ksmea.show.text import (
     aligned,
@@ -126,10 +130,19 @@ def coefficients_frame(record: DiagnosisRecord) -> pd.DataFrame:
 
 def plot(record: DiagnosisRecord, axes: Axes | None = None) -> Figure:
     """The residual figure; or, where axes are given, the ranking of effects on them."""
-    if axes is None:
-        return residual_figure(record)
-    draw_ranking(record, axes)
-    return cast(Figure, axes.figure)
+    return drawn(diagnosis_chart(record) if axes is None else ranking_chart(record), axes)
+
+
+def diagnosis_chart(record: DiagnosisRecord) -> Chart:
+    """A stack per channel: amplitude measured and fitted, and residuals before and after in units of one law of noise."""
+    response = of_diagnosis(record)
+    if response is None:
+        raise SettingError(
+            "residuals of a diagnosis: expected a record with its curves, got one without (diagnosis.json leaves them out);"
+            " draw the record of the run, or give axes to draw the ranking of effects"
+        )
+    names = " and ".join(f"{effect.name} ({effect.location})" for effect in record.applied)
+    return bode_chart(response, f"Verdict: {record.verdict}" + (f"; after: with {names}" if names else ""))
 
 
 def _data(record: DiagnosisRecord) -> str:

@@ -10,11 +10,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from ksmea.errors import SettingError
-from ksmea.records.curves import FitCurves, as_array
+from ksmea.records.curves import as_array
 from ksmea.records.identification import DataDescription, IdentificationRecord, ParameterRecord
 from ksmea.records.location import LocationRecord
 from ksmea.show import location_text, weights_text
-from ksmea.show.figures.fit_figure import draw_amplitude, fit_figure
+from ksmea.show.charts.chart import Chart
+from ksmea.show.charts.picture import drawn
+from ksmea.show.charts.response_charts import bode_chart
+from ksmea.show.charts.responses import of_fit
 from ksmea.show.text import (
     ALIKE,
     alike_text,
@@ -108,21 +111,16 @@ def plot(record: IdentificationRecord, axes: Axes | None = None, title: str = ""
     residuals. On given axes the amplitude of the first channel alone."""
     if record.fit is None:
         raise SettingError("plot: expected a record with data and fit, got none; identify with details=True")
-    if axes is None:
-        return fit_figure(record.fit, title)
-    _draw_first_channel(axes, record.fit, title)
-    figure = axes.get_figure(root=True)
-    assert figure is not None  # axes belong to one
-    return figure
+    made = drawn(identification_chart(record, title), axes)
+    if axes is not None and title:
+        axes.set_title(title, fontsize=10)
+    return made
 
 
-def _draw_first_channel(axes: Axes, fit: FitCurves, title: str) -> None:
-    draw_amplitude(axes, fit, 0)
-    axes.set_title(title or fit.channels[0], fontsize=10)
-    axes.set_xlabel("speed (rpm)")
-    axes.set_ylabel("amplitude (µm 0-peak)")
-    axes.grid(alpha=0.25)
-    axes.legend(frameon=False)
+def identification_chart(record: IdentificationRecord, title: str = "") -> Chart:
+    """Data, fit and residuals over speed."""
+    assert record.fit is not None, "a record without details"
+    return bode_chart(of_fit(record.fit), title or "Response over speed")
 
 
 def _lines(record: IdentificationRecord, title: str) -> Iterator[str]:

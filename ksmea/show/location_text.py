@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from ksmea.records.estimate import EstimateRecord
@@ -20,7 +22,8 @@ from ksmea.records.location import (
     SiteRecord,
     StiffnessRecord,
 )
-from ksmea.show.figures.location_figure import plot
+from ksmea.show.charts.location_chart import location_chart
+from ksmea.show.charts.picture import drawn
 from ksmea.show.location_words import landmarks, law_words, place, spread
 from ksmea.show.text import aligned, gain_lines, in_columns, noise_level, number, of_chances, value_and_ends
 from ksmea.units import MICROMETRE, RPM
@@ -34,6 +37,11 @@ MAX_RIVALS = 5
 MEGA = 1e6
 OVER_SITES = 'those "over all sites"'  # of the unknowns beside what is unknown, in words
 CHANNELS_OF_PAIR = 5  # two forces take four complex numbers at each speed
+
+
+def plot(record: LocationRecord, axes: Axes | None = None) -> Figure:
+    """The shaft with the sites and what acts at the best one; on given axes the sites alone."""
+    return drawn(location_chart(record), axes)
 
 
 def text(record: LocationRecord) -> str:

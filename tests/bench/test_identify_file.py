@@ -22,7 +22,7 @@ from ksmea.measurement.measurement import Measurement, observe
 from ksmea.measurement.noise import Noise
 from ksmea.problem.parameters import Parameter, Parameters
 from ksmea.records.identification import IdentificationRecord, LackOfFit, ParameterRecord, Seconds
-from ksmea.show.figures.fit_figure import residuals
+from ksmea.show.charts.responses import residuals
 from ksmea.show.identification_text import text
 from ksmea.show.text import fit_verdict
 from ksmea.units import MICROMETRE, RPM

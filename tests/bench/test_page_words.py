@@ -17,18 +17,23 @@ from bench.reports.identification.summary import _range as errors_in_words
 from bench.reports.pages.blocks import Blocks
 from bench.reports.pages.experiment import heading
 from bench.reports.pages.made_by import command_line
-from bench.reports.plots.interval_plot import Shown, interval_plot
-from bench.reports.plots.response_plots import bode_plot
-from bench.reports.plots.responses import ModelCurve, Response, of_diagnosis
 from ksmea.records.curves import FineCurve
 from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord, NoiseRecord, ResidualsRecord, ResponsesRecord
 from ksmea.records.estimate import NoiseLevelRecord
+from ksmea.show.charts.chart import Points
+from ksmea.show.charts.diagnosis_residuals import residuals
+from ksmea.show.charts.intervals_chart import Shown, intervals_chart
+from ksmea.show.charts.response_charts import bode_chart
+from ksmea.show.charts.responses import ModelCurve, Response, of_diagnosis
 from ksmea.show.diagnosis_text import text
-from ksmea.show.figures.diagnosis_residuals import residuals
 
 RECORD = DiagnosisRecord.from_data(
     json.loads((Path(__file__).parents[1] / "data/diagnosis_of_schema_2.json").read_text())
 )
+
+
+def points_of(chart):
+    return [each for each in chart.panels[0].elements if isinstance(each, Points)]
 
 
 def plan_of(*paths):
@@ -52,24 +57,24 @@ def test_an_angle_near_zero_does_not_squash_the_other_intervals():
         "kxx": {"identified": Shown(50, 49, 51, "MN/m")},
         "phase_origin": {"identified": Shown(0.1, -1.9, 2.1, "deg")},
     }
-    drawn = interval_plot(unknowns, {}, "Intervals.")
-    assert drawn.alternative == "Intervals. Angles: 100 % is 1 rad."
-    assert drawn.figure["data"][0]["error_x"]["array"] == pytest.approx([2.0, 100 * np.radians(2.0)])
-    assert interval_plot({"kxx": unknowns["kxx"]}, {}, "Intervals.").alternative == "Intervals."
+    drawn = intervals_chart(unknowns, {}, "Intervals.")
+    assert drawn.caption == "Intervals. Angles: 100 % is 1 rad."
+    assert points_of(drawn)[0].right == pytest.approx([2.0, 100 * np.radians(2.0)])
+    assert intervals_chart({"kxx": unknowns["kxx"]}, {}, "Intervals.").caption == "Intervals."
 
 
 def test_a_value_beyond_the_edge_is_an_arrow_there():
     """10 ± 1 is believed: beyond 1.15 × 10 times that nothing fits; 30 lies 200 % away, and 11 does not."""
     of = {"before": Shown(30, 29, 31, "N"), "after": Shown(10, 9, 11, "N")}
     near = {"before": Shown(11, 10, 12, "N"), "after": Shown(10, 9, 11, "N")}
-    drawn = interval_plot({"far": of, "near": near}, {}, "Intervals.")
-    edge = drawn.figure["layout"]["xaxis"]["range"][1]
-    before, _, arrow = drawn.figure["data"]
-    assert edge == pytest.approx(115) and before["x"] == pytest.approx([10])
-    assert arrow["marker"]["symbol"] == "triangle-right" and 0.9 * edge < arrow["x"][0] < edge
-    assert arrow["text"] == ["far: 30.0 [29.0, 31.0] N"] and arrow["y"][0] < 0.5  # in the row of its unknown
-    assert drawn.alternative == "Intervals. Arrows: beyond that edge, as the table says."
-    assert "Arrows" not in interval_plot({"near": near}, {}, "Intervals.").alternative
+    drawn = intervals_chart({"far": of, "near": near}, {}, "Intervals.")
+    edge = drawn.panels[0].x.high
+    before, _, arrow = points_of(drawn)
+    assert edge == pytest.approx(115) and before.x == pytest.approx([10])
+    assert arrow.symbol == "triangle right" and 0.9 * edge < arrow.x[0] < edge
+    assert arrow.said == ["far: 30.0 [29.0, 31.0] N"] and arrow.y[0] < 0.5  # in the row of its unknown
+    assert drawn.caption == "Intervals. Arrows: beyond that edge, as the table says."
+    assert "Arrows" not in intervals_chart({"near": near}, {}, "Intervals.").caption
 
 
 def test_a_caption_tells_the_marks_of_residuals_apart():
@@ -80,11 +85,15 @@ def test_a_caption_tells_the_marks_of_residuals_apart():
     shown = Response(
         speed, ("x",), values, True, None, curves, dict.fromkeys(models, values), dict.fromkeys(models, parts)
     )
-    said = bode_plot(shown).alternative
-    assert (
-        "(○ in phase, model before; × in quadrature, model before; ● in phase, model after; + in quadrature, model after)"
-        in said
-    )
+    chart = bode_chart(shown, "title")
+    assert "(● in phase; × in quadrature)" in chart.caption
+    *_, before, after = chart.panels  # of each model
+    for panel, model in ((before, "before"), (after, "after")):
+        assert panel.y.label.endswith(model)
+        assert [(each.symbol, each.name) for each in panel.elements if isinstance(each, Points)] == [
+            ("circle", "residual in phase"),
+            ("x", "residual in quadrature"),
+        ]
 
 
 @pytest.mark.parametrize("word", ["a='ä b'", 'a="b"', "a='$HOME'", "a='`id`'", "a='b!c'", "a='\\'", "a=b c", "a=''"])

@@ -17,11 +17,11 @@ from bench.reports.pages.bundle import asset
 from bench.reports.pages.document import document, facts_of
 from bench.reports.pages.index import index_page, page_facts, write_index
 from bench.reports.pages.prose import columns_of
-from bench.reports.plots.interval_plot import Shown
-from bench.reports.plots.response_plots import orbits
-from bench.reports.plots.responses import Response
+from bench.reports.response_blocks import orbits
 from ksmea.errors import SettingError
 from ksmea.show.charts.colours import CATEGORIES, PALETTE
+from ksmea.show.charts.intervals_chart import Shown
+from ksmea.show.charts.responses import Response
 from ksmea.show.text import aligned
 
 SERIES = ("model", "measured", "interval", "paper", "reference", "context", "alike", "ink")

@@ -8,18 +8,17 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 import ksmea
-from bench.reports.plots.effect_plot import AXIS, effect_plot
 from ksmea.errors import SettingError
 from ksmea.extended_model import extended_yaml
 from ksmea.records.diagnosis import DiagnosisRecord, SplitRecord
 from ksmea.records.extension import AveragedRecord, BandRecord, ExplanationRecord
-from ksmea.show.diagnosis_text import about_extension, coefficients_frame, frame, plot, text
-from ksmea.show.figures.diagnosis_figure import RANKING_COLOURS, ranking_figure
-from ksmea.show.figures.effect_ranking import AS_WELL, NAMED, OTHER, best_trials
+from ksmea.show.charts import interactive, picture
+from ksmea.show.charts.chart import Band, Bars
+from ksmea.show.charts.ranking_chart import AS_WELL, NAMED, OTHER, best_trials, ranking_chart
+from ksmea.show.diagnosis_text import about_extension, coefficients_frame, diagnosis_chart, frame, plot, text
 from ksmea.show.verdict import headline, verdict_line
 
 OLDER = json.loads((Path(__file__).parents[1] / "data/diagnosis_of_schema_2.json").read_text())
@@ -179,34 +178,39 @@ def test_the_coefficients_frame_compares_both_models():
     assert pd.isna(table.loc["runout_x", "before"]) and table.loc["runout_x", "after_low"] < 4.46
 
 
-def ranks(axes):
+def bars_of(record):
+    """Place, ΔBIC and rank of each bar, the best effect first."""
+    bars = [each for each in ranking_chart(record).panels[0].elements if isinstance(each, Bars)]
+    return sorted((at, size, each.name) for each in bars for at, size in zip(each.at, each.size))
+
+
+def ranks(record):
     """What each bar is by its colour, the best effect first."""
-    names = [label.get_text().split(" ")[0] for label in axes.get_yticklabels()][::-1]
-    by_place = {bar.get_y(): to_hex(bar.get_facecolor()) for bar in axes.patches}
-    rank_of = {colour: rank for rank, colour in RANKING_COLOURS.items()}
-    return {name: rank_of[by_place[place]] for name, place in zip(names, sorted(by_place, reverse=True))}
+    names = [name.split(" ")[0] for name in ranking_chart(record).panels[0].y.ticks.values()]
+    return {name: rank for name, (_, _, rank) in zip(names, bars_of(record), strict=True)}
 
 
 def test_only_what_is_named_or_in_its_ambiguity_group_is_coloured():
     """Both effects are significant here: with a misfit as large as this nearly all are."""
     assert all(trial.p < 1e-9 for trial in RECORD.ranking)
-    assert ranks(ranking_figure(RECORD).axes[0]) == {"runout": NAMED, "mass": OTHER}
+    assert ranks(RECORD) == {"runout": NAMED, "mass": OTHER}
     group = changed(verdict="ambiguous", ambiguity_group=("runout", "mass"))
-    assert ranks(ranking_figure(group).axes[0]) == {"runout": NAMED, "mass": AS_WELL}
+    assert ranks(group) == {"runout": NAMED, "mass": AS_WELL}
     unknown = changed(verdict="unknown", named=(), ambiguity_group=())
-    assert set(ranks(ranking_figure(unknown).axes[0]).values()) == {OTHER}
+    assert set(ranks(unknown).values()) == {OTHER}
 
 
 def test_the_page_and_the_figure_draw_the_same_bars():
     """ΔBIC on the same axis: linear up to 10, beyond a factor of 10 is as long as the linear part is in units of it."""
-    bars = {round(bar.get_y() + bar.get_height() / 2): bar for bar in ranking_figure(RECORD).axes[0].patches}
-    figure = [bars[place].get_width() for place in sorted(bars, reverse=True)]
-    assert figure == [trial.delta_bic for trial in best_trials(RECORD)]
-    panel = ranking_figure(RECORD).axes[0]
-    drawn = {name: x for trace in effect_plot(RECORD).figure["data"] for name, x in zip(trace["y"], trace["x"])}
-    page = [drawn[f"{trial.effect} "] for trial in best_trials(RECORD)]
-    assert page == pytest.approx(panel.xaxis.get_transform().transform(np.array(figure)), rel=1e-12)
-    assert AXIS.positions([0.0, 10.0, 100.0, 1000.0])[2:] - AXIS.positions([10.0, 100.0]) == pytest.approx(10.0)
+    assert [size for _, size, _ in bars_of(RECORD)] == [trial.delta_bic for trial in best_trials(RECORD)]
+    chart = ranking_chart(RECORD)
+    axes = picture.figure(chart).axes[0]
+    place = axes.xaxis.get_transform().transform
+    drawn = {bar.get_y() + bar.get_height() / 2: place(bar.get_width()) for bar in axes.patches}
+    page = {at: x for trace in interactive.plot(chart)["data"] for at, x in zip(trace["y"], trace["x"])}
+    assert page == pytest.approx(drawn, rel=1e-12)
+    ends = place([0.0, 10.0, 100.0, 1000.0])
+    assert ends[2:] - ends[1:-1] == pytest.approx(10.0)
 
 
 def test_plot_draws_residuals_or_the_ranking_on_given_axes():
@@ -216,7 +220,7 @@ def test_plot_draws_residuals_or_the_ranking_on_given_axes():
     assert len(measured) == len(RECORD.curves.speed) and np.all(measured > 0)
     figure = Figure()
     axes = figure.subplots()
-    assert plot(RECORD, axes) is figure and set(ranks(axes)) == {"runout", "mass"}
+    assert plot(RECORD, axes) is figure and len(axes.patches) == len(bars_of(RECORD)) == 2
 
 
 def test_residuals_need_curves():
@@ -332,7 +336,6 @@ def test_a_headline_names_what_explains_the_data_as_well():
 
 
 def test_the_band_of_the_average_is_drawn_to_a_positive_end():
-    figure = plot(ambiguous())
-    [band] = figure.axes[0].collections
-    assert band.get_label() == "averaged, its interval"
-    assert np.nanmin(band.get_paths()[0].vertices[:, 1]) > 0  # of a logarithmic axis
+    [band] = [each for each in diagnosis_chart(ambiguous()).panels[0].elements if isinstance(each, Band)]
+    assert band.name == "averaged, its interval"
+    assert np.nanmin(band.low) > 0  # of a logarithmic axis

@@ -126,8 +126,10 @@ def test_a_page_chooses_by_tags():
 
 def test_ends_are_those_of_all_elements():
     panel = Panel((Points([1, 2], [3, np.nan], low=[0, 1], high=[5, 9]), Level(at=-1.0), charts.Boxes([7], [[20.0]])))
-    assert ends_of(panel, "y") == (-1.0, 20.0) and ends_of(panel, "x") == (1.0, 7.0)
-    assert ends_of(Panel(()), "x") == (0.0, 1.0)
+    assert ends_of([panel], "y") == (-1.0, 20.0) and ends_of([panel], "x") == (1.0, 7.0)
+    other = Panel((Line([0.0, 9.0], [0.0, 30.0]),), Axis("", "log"))
+    assert ends_of([panel, other], "y") == (-1.0, 30.0) and ends_of([other], "x") == (9.0, 9.0)
+    assert ends_of([Panel(())], "x") == (1.0, 1.0)
 
 
 def test_words_of_the_descriptions_are_known_to_both():

@@ -7,7 +7,7 @@ from ksmea import diagnose, load_problem, read_measurement, synthetic_measuremen
 from ksmea.problem.alignment import aligned
 from ksmea.problem.case import Case
 from ksmea.records.diagnosis import DiagnosisRecord
-from ksmea.show.figures.diagnosis_figure import residual_figure
+from ksmea.show.diagnosis_text import diagnosis_chart
 from ksmea.studies.curves import MOST, fine_curve, fine_layout
 
 ROTOR = load_problem("three_disk")
@@ -54,15 +54,15 @@ def test_a_diagnosis_shows_its_models_where_they_have_peaks_and_older_records_as
     found = diagnose(ROTOR, measured, effects=["none"], blocks=2, locate=False, starts=4).record
     curve = found.curves.fine_before
     assert len(curve.speed) > len(measured.speed) and curve.phase is not None
-    figure = residual_figure(found)
-    [line] = [each for each in figure.axes[0].get_lines() if each.get_label() == "model before"]
-    assert len(line.get_xdata()) == len(curve.speed)
-    assert any("phase" in axes.get_ylabel() for axes in figure.axes)
+    first, *others = diagnosis_chart(found).panels
+    assert len(line_of(first).x) == len(curve.speed)
+    assert any("phase" in panel.y.label for panel in others)
     older = found.to_data()
     del older["curves"]["fine_before"], older["curves"]["fine_after"]
-    [line] = [
-        each
-        for each in residual_figure(DiagnosisRecord.from_data(older)).axes[0].get_lines()
-        if each.get_label() == "model before"
-    ]
-    assert len(line.get_xdata()) == len(measured.speed)
+    first, *_ = diagnosis_chart(DiagnosisRecord.from_data(older)).panels
+    assert len(line_of(first).x) == len(measured.speed)
+
+
+def line_of(panel):
+    [line] = [each for each in panel.elements if each.name == "model before"]
+    return line

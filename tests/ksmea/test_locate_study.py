@@ -68,7 +68,7 @@ def test_an_older_record_has_single_sites_and_names_of_laws(record):
     older = LocationRecord.from_data(without(data))
     assert older.sites[0].positions == (1.0,)
     assert f"it acts as {record.law.law}: " in text(older)
-    assert len(plot(older).get_axes()) == 4
+    assert len(plot(older).get_axes()) == 5  # sites and shaft, and what acts there
 
 
 def test_sites_are_ranked_and_the_best_is_the_true_one(record):
@@ -134,7 +134,7 @@ def test_the_table_has_a_row_per_site(record):
 
 
 def test_the_figure_has_the_shaft_the_force_the_work_and_the_stiffness(record):
-    assert len(plot(record).get_axes()) == 4
+    assert len(plot(record).get_axes()) == 5  # sites and shaft, and what acts there
     axes = Figure().subplots()
     assert plot(record, axes).get_axes() == [axes]
 
@@ -148,7 +148,7 @@ def test_a_reading_has_a_size_in_micrometres_and_does_no_work():
     record = location(Case(PROBLEM, data), np.random.default_rng(0), options=options)
     assert record.kind == "reading" and record.force.work is None and record.force.stiffness == ()
     assert "µm (0-peak, at the middle" in text(record)
-    assert len(plot(record).get_axes()) == 2
+    assert len(plot(record).get_axes()) == 3
 
 
 def test_a_skewed_disk_is_a_moment_with_a_law_of_its_own():

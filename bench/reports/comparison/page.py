@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from bench.plan.page import Block, Command, Prose, Section, Table
+from bench.plan.page import Block, Command, Drawn, Prose, Section, Table
 from bench.reports.comparison.comparison import SAME_DATA, Comparison, unknowns_table
 from bench.reports.pages.document import document
 from bench.reports.pages.made_by import command_line
-from bench.reports.plots.interval_plot import interval_plot
+from ksmea.show.charts.intervals_chart import intervals_chart
 
 
 def comparison_page(comparison: Comparison) -> bytes:
@@ -21,7 +21,11 @@ def comparison_page(comparison: Comparison) -> bytes:
     of_unknowns: list[Block] = [Prose(about), Table(unknowns_table(comparison), "Unknowns", "compare.csv")]
     if unknowns:
         of_unknowns.append(
-            interval_plot(unknowns, {}, "The values and intervals of both, relative to b where it has the unknown.")
+            Drawn(
+                intervals_chart(
+                    unknowns, {}, "The values and intervals of both, relative to b where it has the unknown."
+                )
+            )
         )
     differing: tuple[Block, ...] = (
         (Table(comparison.settings),) if len(comparison.settings) else (Prose("No setting differs."),)

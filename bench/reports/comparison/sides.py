@@ -15,10 +15,10 @@ from bench.reports.diagnosis import page as diagnosis
 from bench.reports.fleet.rows import diagnosed, identified
 from bench.reports.identification import page as identification
 from bench.reports.pages.made_by import flattened
-from bench.reports.plots.interval_plot import Shown
 from ksmea.errors import SettingError
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.identification import IdentificationRecord
+from ksmea.show.charts.intervals_chart import Shown
 from ksmea.show.text import two_digits
 from ksmea.show.verdict import verdict_line
 from ksmea.units import MICROMETRE

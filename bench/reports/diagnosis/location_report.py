@@ -20,9 +20,8 @@ from bench.reports.diagnosis.location_page import location_page
 from bench.reports.tables import csv_text
 from ksmea.extended_model import located_yaml
 from ksmea.records.location import NONE, NOTHING, LocationRecord
-from ksmea.show.figures.style import png
 from ksmea.show.json_units import with_units
-from ksmea.show.location_text import about_extension, frame, plot, text
+from ksmea.show.location_text import about_extension, frame, text
 from ksmea.show.text import aligned, number
 
 NO_RESULT = "no run has a result"
@@ -55,7 +54,6 @@ class LocationReport(Report):
             f"{text(record)}\n\nwritten: {', '.join(name for name in OF_ONE_RUN if extended or name != 'extended.yaml')}",
             files,
             runs,
-            lambda: {"location.png": png(plot(record))},
             outdated=() if extended else ("extended.yaml",),
             page=lambda: location_page(record, ()),
         )

@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 
 import numpy as np
 
-from bench.plan.page import Block, Folded, Page, Prose, Section, Table
+from bench.plan.page import Block, Drawn, Folded, Page, Prose, Section, Table
 from bench.reports.diagnosis.location_page import location_blocks
-from bench.reports.plots.effect_plot import effect_plot
-from bench.reports.plots.interval_plot import Shown, interval_plot
-from bench.reports.plots.response_plots import response_blocks
-from bench.reports.plots.responses import of_diagnosis
+from bench.reports.response_blocks import response_blocks
 from ksmea.records.diagnosis import DiagnosisRecord
 from ksmea.records.estimate import EstimateRecord
+from ksmea.show.charts.intervals_chart import Shown, intervals_chart
+from ksmea.show.charts.ranking_chart import ranking_chart
+from ksmea.show.charts.responses import of_diagnosis
 from ksmea.show.diagnosis_tables import trials_table, unknowns_table
-from ksmea.show.diagnosis_text import text, why_without
+from ksmea.show.diagnosis_text import diagnosis_chart, text, why_without
 from ksmea.show.verdict import headline
 
 RESIDUALS, EFFECTS, LOCATION = "residuals.png", "effects.png", "location.png"
@@ -27,9 +28,9 @@ def diagnosis_page(record: DiagnosisRecord, following: Sequence[Block]) -> Page:
     sections += [Section("What to do next", tuple(following))] if following else []
     if record.ranking:
         fits = Folded(f"All {len(record.ranking)} fits, the highest ΔBIC first", (Table(trials_table(record.ranking)),))
-        sections.append(Section("Effects", (effect_plot(record, EFFECTS), fits)))
+        sections.append(Section("Effects", (Drawn(partial(ranking_chart, record), EFFECTS), fits)))
     if (response := of_diagnosis(record)) is not None:
-        sections.append(Section("Response", tuple(response_blocks(response, RESIDUALS))))
+        sections.append(Section("Response", tuple(response_blocks(response, diagnosis_chart(record), RESIDUALS))))
     sections.append(Section("Unknowns", tuple(_unknowns(record))))
     if record.location is not None:
         sections.append(
@@ -58,7 +59,7 @@ def _unknowns(record: DiagnosisRecord) -> Iterator[Block]:
     if unknowns:
         without = ", with and without what explains the data" if has_after else ""
         said = f"The intervals of the unknowns of the model as given{without}, relative to the value that is believed."
-        yield interval_plot(unknowns, {}, said)
+        yield Drawn(intervals_chart(unknowns, {}, said))
 
 
 def shown(estimate: EstimateRecord | None) -> Shown:

@@ -5,14 +5,13 @@ from __future__ import annotations
 
 import json
 from collections import Counter
-from collections.abc import Callable, Container, Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 
 from bench.jobs.lines import RESULTS, RunLine
 from bench.jobs.records import NOT_FAILED, read_records
@@ -23,7 +22,7 @@ from bench.plan.report import Made, Report
 from bench.reports.by_cell import hidden_by_cell, hidden_paragraph, result_runs
 from bench.reports.design.next_measurement import CAMPAIGN_FILE, Next, from_here, next_measurement
 from bench.reports.design.next_steps import after_diagnosis
-from bench.reports.diagnosis.page import diagnosis_page
+from bench.reports.diagnosis.page import EFFECTS, LOCATION, RESIDUALS, diagnosis_page
 from bench.reports.diagnosis.power_page import diagnoses_page
 from bench.reports.fleet.report import fleet_report
 from bench.reports.fleet.rows import diagnosed
@@ -35,10 +34,7 @@ from ksmea.records.estimate import EstimateRecord
 from ksmea.records.extension import ExplanationRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.show.diagnosis_text import about_extension, text
-from ksmea.show.figures.diagnosis_figure import ranking_figure, residual_figure
-from ksmea.show.figures.style import png
 from ksmea.show.json_units import with_units
-from ksmea.show.location_text import plot
 from ksmea.show.location_words import in_short
 from ksmea.show.text import HIDDEN_COLUMN, aligned, hidden_in_one_line, number
 
@@ -46,7 +42,7 @@ CLEARLY_VISIBLE = 60.0  # deviance drop that the true model makes
 SHORT = 1.0  # of a deviance drop that misses this much of it
 COLLINEAR = 0.95  # collinearity from which two effects count as one
 EXTENDED_FILE = "extended.yaml"
-OF_ONE_RUN = ("diagnosis.json", EXTENDED_FILE, CAMPAIGN_FILE, "residuals.png", "effects.png", "location.png")
+OF_ONE_RUN = ("diagnosis.json", EXTENDED_FILE, CAMPAIGN_FILE, RESIDUALS, EFFECTS, LOCATION)
 OF_THE_BENCH = ("curves", "hidden", "hidden_deviance_drop")  # fields that are no part of what was found
 
 
@@ -82,11 +78,11 @@ class DiagnosisReport(Report):
         if text_of_extension := extended_yaml(chosen, settings, record, about_extension(record)):
             files[EXTENDED_FILE] = text_of_extension.encode()
         files |= following.files if following else {}
-        figures: dict[str, Callable[[], Figure]] = {"residuals.png": lambda: residual_figure(record)}
-        if record.ranking:
-            figures["effects.png"] = lambda: ranking_figure(record)
-        if (location := record.location) is not None:
-            figures["location.png"] = lambda: plot(location)
+        shown = {
+            RESIDUALS,
+            *([EFFECTS] if record.ranking else []),
+            *([LOCATION] if record.location is not None else []),
+        }
         extended = from_here(output / EXTENDED_FILE) if EXTENDED_FILE in files else None
         next_blocks = list(after_diagnosis(plan, cell, record, following, extended))
         written = f"written: {', '.join(name for name in files if not name.endswith('.csv'))}"
@@ -94,8 +90,7 @@ class DiagnosisReport(Report):
             "\n\n".join([text(record), written, *([following.text] if following else [])]),
             files,
             runs,
-            lambda: {name: png(draw()) for name, draw in figures.items()},
-            outdated=tuple(name for name in OF_ONE_RUN if name not in files and name not in figures),
+            outdated=tuple(name for name in OF_ONE_RUN if name not in files and name not in shown),
             page=lambda: diagnosis_page(record, next_blocks),
         )
 

@@ -6,13 +6,15 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from bench.plan.page import Block, Page, Plot, Prose, Section, Table
-from bench.reports.plots.interval_plot import Shown, interval_plot
-from bench.reports.plots.response_plots import response_blocks
-from bench.reports.plots.responses import of_fit
-from bench.reports.plots.traces import COLOURS, axis, layout, line
+from bench.plan.page import Block, Drawn, Page, Prose, Section, Table
+from bench.reports.response_blocks import response_blocks
+from ksmea.records.curves import as_array
 from ksmea.records.identification import IdentificationRecord
-from ksmea.show.identification_text import table, text
+from ksmea.show.charts.chart import Axis, Chart, Line, one_panel
+from ksmea.show.charts.colours import category
+from ksmea.show.charts.intervals_chart import Shown, intervals_chart
+from ksmea.show.charts.responses import of_fit
+from ksmea.show.identification_text import identification_chart, table, text
 from ksmea.show.text import fit_verdict
 
 LEAST_STEPS = 2  # updating steps that make a curve
@@ -49,9 +51,12 @@ def _sections(title: str, record: IdentificationRecord, still: str, several: boo
     yield Section(f"What was found{of_which}", (Prose(text(record, title)),))
     yield Section(f"Unknowns{of_which}", tuple(unknowns_blocks(record)))
     if record.fit is not None:
-        yield Section(f"Response{of_which}", tuple(response_blocks(of_fit(record.fit), still)))
+        yield Section(
+            f"Response{of_which}",
+            tuple(response_blocks(of_fit(record.fit), identification_chart(record, title), still)),
+        )
     if len(record.history) >= LEAST_STEPS:
-        yield Section(f"Search{of_which}", (steps_plot(record),))
+        yield Section(f"Search{of_which}", (Drawn(steps_chart(record)),))
 
 
 def unknowns_blocks(record: IdentificationRecord) -> Iterator[Block]:
@@ -70,25 +75,28 @@ def unknowns_blocks(record: IdentificationRecord) -> Iterator[Block]:
         unknowns[part.name] = own
     truth = {part.name: part.in_unit(part.true) for part in record.parameters}
     if any(not np.isnan([each.low, each.high]).all() for of in unknowns.values() for each in of.values()):
-        yield interval_plot(
-            unknowns,
-            truth,
-            "The interval of each unknown relative to its value; crosses: true values, of synthetic data.",
+        yield Drawn(
+            intervals_chart(
+                unknowns,
+                truth,
+                "The interval of each unknown relative to its value; crosses: true values, of synthetic data.",
+            )
         )
 
 
-def steps_plot(record: IdentificationRecord) -> Plot:
+def steps_chart(record: IdentificationRecord) -> Chart:
     """Misfit of the true model at each updating step of the surrogate."""
     steps = list(range(1, len(record.history) + 1))
-    traces = [
-        line(steps, [update.misfit for update in record.history], "true model", COLOURS[0], mode="lines+markers"),
-        line(steps, [update.predicted_misfit for update in record.history], "surrogate", COLOURS[1], mode="lines+markers"),
-    ]  # fmt: skip
-    made = layout("updating step", "misfit", y_log=True)
-    made["xaxis"] = axis("updating step", dtick=max(1, len(steps) // 10))
-    return Plot(
-        "Updating steps",
-        "Misfit at the surrogate's optimum of each updating step, as the surrogate predicts it and as the true model has it.",
-        {"data": traces, "layout": made},
-        height=320,
-    )
+    lines = [
+        Line(steps, as_array(misfits), name=name, colour=category(number), symbol="circle")
+        for number, (name, misfits) in enumerate(
+            {
+                "true model": [update.misfit for update in record.history],
+                "surrogate": [update.predicted_misfit for update in record.history],
+            }.items()
+        )
+    ]
+    return one_panel(
+        lines, Axis("updating step", is_whole=True), Axis("misfit", "log", better="low"), "Updating steps",
+        "Misfit at the surrogate's optimum of each updating step, as the surrogate predicts it and as the true model has it.", height=2.6,
+    )  # fmt: skip

@@ -24,8 +24,7 @@ from bench.reports.identification.page import identification_page
 from bench.reports.runs import of_identifications
 from bench.reports.tables import csv_text
 from ksmea.records.identification import IdentificationRecord
-from ksmea.show.figures.style import png
-from ksmea.show.identification_text import COLUMNS, frame, plot, text
+from ksmea.show.identification_text import COLUMNS, frame, text
 from ksmea.show.text import HIDDEN_COLUMN, hidden_in_one_line
 from ksmea.show.weights_text import influence_frame
 
@@ -57,7 +56,6 @@ class IdentificationReport(Report):
                 **({} if influence is None else {"influence.csv": csv_text(influence).encode()}),
             },
             runs,
-            lambda: {name: png(plot(shown[run], title=_title(plan, run, shown[run]))) for run, name in drawn.items()},
             page=lambda: identification_page(
                 [(_title(plan, run, record), record, drawn.get(run, "")) for run, record in shown.items()],
                 _following(plan, shown),

@@ -19,7 +19,9 @@ OLDEST_STUDY = "identify"  # of plans that name none
 LONGEST_HEADLINE = 300  # characters that an index shows
 
 
-def experiment_page(plan: Plan, made: Made, page: Page | None, drawings: Mapping[str, bytes], when: str) -> bytes:
+def experiment_page(
+    plan: Plan, made: Made, drawings: Mapping[str, bytes], when: str, page: Page | None = None
+) -> bytes:
     """The page of a report, as HTML; `drawings` are its figures by name, `when` is when the last of its sessions began."""
     page = page or plain_page(made, drawings)
     files = sorted({*made.files, *drawings} - {PAGE})

@@ -231,12 +231,18 @@ def one_panel(elements: Iterable[Element], x: Axis, y: Axis, title: str, caption
     return Chart(title, caption, ((Panel(tuple(elements), x, y, **own),),), **more)  # type: ignore[arg-type]
 
 
-def ends_of(panel: Panel, along: Along) -> tuple[float, float]:
-    """The least and the largest value that the elements of a panel have on an axis; of a panel without any, 0 and 1."""
-    found = [np.asarray(each, dtype=float).ravel() for element in panel.elements for each in _values(element, along)]
-    every = np.concatenate([np.empty(0), *found])
-    every = every[np.isfinite(every)]
-    return (float(every.min()), float(every.max())) if every.size else (0.0, 1.0)
+def ends_of(panels: Iterable[Panel], along: Along) -> tuple[float, float]:
+    """The least and the largest value that the elements of panels have on an axis, above 0 on a logarithmic one; where there is
+    none, 1 and 1."""
+    found = [np.ones(0)]
+    for panel in panels:
+        values = [
+            np.asarray(each, dtype=float).ravel() for element in panel.elements for each in _values(element, along)
+        ]
+        is_log = (panel.x if along == "x" else panel.y).scale == "log"
+        found += [each[np.isfinite(each) & ((each > 0) | (not is_log))] for each in values]
+    every = np.concatenate(found)
+    return (float(every.min()), float(every.max())) if every.size else (1.0, 1.0)
 
 
 def _values(element: Element, along: Along) -> Iterable[Values]:

@@ -18,11 +18,11 @@ BLUE, ORANGE, GREEN, PURPLE, OCHRE, GREY, PINK, TEAL = (
     "#2b7ab8", "#d1581f", "#3a8f4d", "#9a68ba", "#a88300", "#7a7a7a", "#cf5f9d", "#17889a",
 )  # fmt: skip
 PALETTE = {
-    MODEL: BLUE, MEASURED: ORANGE, PAPER: ORANGE, INTERVAL: GREEN, REFERENCE: GREY, CONTEXT: GREY, ALIKE: TEAL, INK: GREY,
+    MODEL: BLUE, MEASURED: GREY, PAPER: ORANGE, INTERVAL: GREEN, REFERENCE: GREY, CONTEXT: GREY, ALIKE: TEAL, INK: GREY,
     STEEL: "#7f97ab", PALE_STEEL: "#c9d3dc", EARTH: "#e6dcc8", GROUND: "#ffffff",
     **dict(zip(CATEGORIES, (BLUE, ORANGE, GREEN, PURPLE, OCHRE, PINK, TEAL))),
 }  # fmt: skip
-ON_PAPER = PALETTE | {INK: "#222222", REFERENCE: "#444444"}  # a white ground alone
+ON_PAPER = PALETTE | {INK: "#222222", MEASURED: "#222222", REFERENCE: "#444444"}  # a white ground alone
 DASHES = ("solid", "dash", "dot", "dashdot")
 SYMBOLS = ("circle", "square", "diamond", "triangle down", "triangle up", "cross", "star")
 

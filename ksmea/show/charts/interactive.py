@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -21,6 +20,7 @@ HEADING = 22  # px, for the title of a panel
 PLAIN_EXPONENT = 6  # numbers up to 10 to this power are written out on axes
 STANDOFF = 6  # px between the numbers of an axis and its title
 LOG_TICKS = 5  # of a logarithmic axis at most: over 1.5 decades and more they stand at 1, 2 and 5 or at powers
+ROOM = 0.05  # of what an axis shows, at its ends
 FEW = 6  # stacks that a page shows side by side; of more, one at a time, by choice
 EYE = {"x": 1.5, "y": -2.3, "z": 1.0}  # from where a panel in space is seen
 PALE = "rgba(122,122,122,0.45)"
@@ -133,7 +133,13 @@ def _layout(chart: Chart, across: int, numbers: list[list[int]]) -> Layout:
             continue
         is_below = _is_named_below(shown, next(each for each in numbers if number in each), number)
         for side, scale in (("x", panel.x), ("y", panel.y)):
-            own = _axis(scale, panel, side) | {"domain": domains[side], "anchor": f"{'y' if side == 'x' else 'x'}{end}"}
+            together = (
+                [each for each in chart.panels if _side(each, side).group == scale.group] if scale.group else [panel]
+            )
+            own = _axis(scale, together, side) | {
+                "domain": domains[side],
+                "anchor": f"{'y' if side == 'x' else 'x'}{end}",
+            }
             first = groups.setdefault((side, scale.group), f"{side}{end}") if scale.group else ""
             own |= {"matches": first} if first not in ("", f"{side}{end}") else {}
             if side == "y" and _is_named_beside(shown, places, number):
@@ -169,7 +175,12 @@ def _is_named_beside(shown: dict[int, Panel], places: dict[int, tuple[int, int]]
     return own.group != "" and any(own.label == other.label and own.group == other.group for other in beside)
 
 
-def _axis(scale: Axis, panel: Panel, side: str) -> Layout:
+def _side(panel: Panel, side: str) -> Axis:
+    return panel.x if side == "x" else panel.y
+
+
+def _axis(scale: Axis, panels: Sequence[Panel], side: str) -> Layout:
+    """One axis of the panels that share it."""
     made: Layout = {
         "title": {"text": scale.label.replace("\n", "<br>"), "standoff": STANDOFF}, "automargin": True, "zeroline": False, "ticks": "outside",
     }  # fmt: skip
@@ -179,12 +190,12 @@ def _axis(scale: Axis, panel: Panel, side: str) -> Layout:
     elif scale.scale == "linear":
         made |= {"type": "linear", "minexponent": PLAIN_EXPONENT}
     else:
-        low, high = ends_of(panel, "x" if side == "x" else "y")
+        low, high = ends_of(panels, "x" if side == "x" else "y")
         at = symlog_ticks(
             low if scale.low is None else scale.low, high if scale.high is None else scale.high, scale.linear
         )
         made |= {"tickvals": place(at), "ticktext": [f"{each:.12g}".replace("-", "−") for each in at], "tickangle": 0}
-    if scale.is_whole and np.ptp(ends_of(panel, "x" if side == "x" else "y")) <= 6:
+    if scale.is_whole and np.ptp(ends_of(panels, "x" if side == "x" else "y")) <= 6:
         made["dtick"] = 1
     if scale.ticks is not None:
         words = [each.replace("\n", "<br>") for each in scale.ticks.values()]
@@ -193,15 +204,21 @@ def _axis(scale: Axis, panel: Panel, side: str) -> Layout:
         )
         if not scale.ticks:
             made |= {"showticklabels": False, "ticks": "", "showgrid": False}
-    if scale.low is not None or scale.high is not None:
-        ends = [
-            None if end is None else math.log10(end) if scale.scale == "log" else float(place([end])[0])
-            for end in (scale.low, scale.high)
-        ]
+    if scale.low is not None or scale.high is not None or scale.group:
+        ends = _with_room(scale, panels, side)
         made["range"] = ends[::-1] if scale.is_reversed else ends
     elif scale.is_reversed:
         made["autorange"] = "reversed"
     return made
+
+
+def _with_room(scale: Axis, panels: Sequence[Panel], side: str) -> list[float]:
+    """Ends of an axis as plotly counts them: those that are given, or of all that is drawn, with some room."""
+    place = np.log10 if scale.scale == "log" else place_on(scale)
+    low, high = place(ends_of(panels, "x" if side == "x" else "y"))
+    room = ROOM * (high - low) or 0.5
+    given = [None if end is None else float(place([end])[0]) for end in (scale.low, scale.high)]
+    return [float(low - room) if given[0] is None else given[0], float(high + room) if given[1] is None else given[1]]
 
 
 def _scene(panel: Panel) -> Layout:

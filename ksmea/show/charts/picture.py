@@ -18,14 +18,15 @@ from ksmea.show.charts.locators import plain_ticks
 
 LINES: dict[str, Any] = {"solid": "-", "dash": "--", "dot": ":", "dashdot": "-."}
 MARKERS = {
-    "": "", "circle": "o", "square": "s", "diamond": "D", "triangle down": "v", "triangle up": "^", "cross": "P", "star": "*", "x": "x",
-    "plus": "+", "bar": "_", "post": "|", "point": ".", "arrow up": "$\\uparrow$",
+    "": "", "circle": "o", "square": "s", "diamond": "D", "triangle down": "v", "triangle up": "^", "triangle left": "<", "triangle right": ">",
+    "cross": "P", "star": "*", "x": "x", "plus": "+", "bar": "_", "post": "|", "point": ".", "arrow up": "$\uparrow$",
 }  # fmt: skip
 FAINT = 0.15  # opacity of bands
 TITLE, TEXT, SMALL = 11, 9, 8  # points
 MOST_LINES_OF_STEPS = 400  # points of a line of which each has a symbol; a longer one has few
 HEADER = 0.75  # inches, for title and legend
 ALL_ROUND = 0.45  # inches of a panel's row, for words of its axes
+ROOM_OF_TICK = 0.6  # inches, of a number below an axis
 CHARACTER = 0.075  # inches, of a legend
 
 
@@ -45,12 +46,17 @@ def figure(chart: Chart) -> ShownFigure:
     """A chart as a figure of its own."""
     stacks = chart.stacks[: chart.most]
     across = max(min(chart.across, len(stacks)), 1)
-    depth = max((len(stack) for stack in stacks), default=1)
-    n_row = -(-len(stacks) // across) * depth
-    grid: list[list[Panel | None]] = [[None] * across for _ in range(n_row)]
-    for number, stack in enumerate(stacks):
-        for row, each in enumerate(stack):
-            grid[number // across * depth + row][number % across] = each
+    grid: list[list[Panel | None]] = []  # rows, of which those of stacks side by side follow each other
+    has_below: list[bool] = []
+    for first in range(0, len(stacks), across):
+        beside = stacks[first : first + across]
+        depth = max(map(len, beside))
+        for row in range(depth):
+            grid.append(
+                [stack[row] if row < len(stack) else None for stack in beside] + [None] * (across - len(beside))
+            )
+            has_below.append(row + 1 < depth)
+    n_row = len(grid)
     heights = [max((each.height for each in panels if each is not None), default=1.0) for panels in grid]
     made = ShownFigure(figsize=(chart.width, sum(heights) + HEADER + ALL_ROUND), layout="constrained")
     cells = made.add_gridspec(n_row, across, height_ratios=heights) if n_row else None
@@ -68,14 +74,18 @@ def figure(chart: Chart) -> ShownFigure:
     for (row, column), axes in drawn.items():
         panel = grid[row][column]
         assert panel is not None
-        beside = grid[row][column - 1] if column else None
-        below = grid[row + 1][column] if (row + 1) % depth else None
+        left = grid[row][column - 1] if column else None
+        below = grid[row + 1][column] if has_below[row] else None
         _finish(
             axes,
             panel,
-            beside is not None and _is_same(panel.y, beside.y),
+            left is not None and _is_same(panel.y, left.y),
             below is not None and _is_same(panel.x, below.x),
         )
+        if panel.x.scale == "linear" and panel.x.ticks is None:
+            axes.xaxis.set_major_locator(
+                MaxNLocator(min(int(chart.width / across / ROOM_OF_TICK), 9), integer=panel.x.is_whole)
+            )
     _legend(made, list(drawn.values()), chart.width)
     left_out = len(chart.stacks) - len(stacks)
     title = chart.title + (f" ({left_out} more are not shown)" if left_out else "")

@@ -20,6 +20,8 @@ Layout = dict[str, Any]
 
 SYMBOLS = {
     "circle": "circle", "square": "square", "diamond": "diamond", "triangle down": "triangle-down", "triangle up": "triangle-up",
+    "triangle left": "triangle-left",
+    "triangle right": "triangle-right",
     "cross": "cross", "star": "star", "x": "x-thin", "plus": "cross-thin", "bar": "line-ew", "post": "line-ns", "point": "circle",
     "arrow up": "arrow-up",
 }  # fmt: skip
@@ -233,7 +235,7 @@ class PanelTraces:
     def _said(self, element: Element) -> Trace:
         if isinstance(element.said, str):
             return {"hovertemplate": _template(element.said)} if element.said else {}
-        return {"text": list(element.said), "hovertemplate": "%{text}<extra></extra>"}
+        return {"hovertext": list(element.said), "hovertemplate": "%{hovertext}<extra></extra>"}
 
     def _points(self, element: of.Points, colour: str) -> Trace:
         is_thin = element.symbol in THIN

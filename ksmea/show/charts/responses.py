@@ -1,4 +1,4 @@
-"""Measured and modelled response over speed, of whatever record, in the form that plots are made of."""
+"""Measured and modelled response over speed, of whatever record, in the form that charts are made of."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import cosines
 from ksmea.records.curves import FineCurve, FitCurves, Polar, as_array
-from ksmea.records.diagnosis import DiagnosisRecord
-from ksmea.show.figures.diagnosis_residuals import as_complex
-from ksmea.show.figures.diagnosis_residuals import residuals as residuals_of
-from ksmea.show.figures.fit_figure import residuals
-from ksmea.show.figures.residual_components import COMPONENTS, components
+from ksmea.records.diagnosis import CurvesRecord, DiagnosisRecord
+from ksmea.show.charts.diagnosis_residuals import as_complex
+from ksmea.show.charts.diagnosis_residuals import residuals as residuals_of
+from ksmea.show.charts.residual_components import COMPONENTS, components
 from ksmea.units import MICROMETRE, RPM
 
+LEAST_SHOWN = 1e-6  # of the largest amplitude: where a band on a logarithmic axis ends that reaches to 0
 OF_A_PLANE = re.compile(
     r"(?P<harmonic>.*?)(?P<direction>[xy]|[-+.e0-9]+(?=°))°? at (?P<place>.+)"
 )  # `ksmea.measurement.channel.Channel` in words
@@ -39,8 +39,9 @@ class ModelCurve:
 @dataclass(frozen=True)
 class Response:
     """Data (n_speed, n_channel) µm over speed (n_speed,) rpm; amplitudes alone where `has_phase` is False. By the name of each
-    model: its curve, its response at the measured speeds, and residuals in units of the noise by their part (`fit_figure`).
-    `sd` (µm) is that along the amplitude."""
+    model: its curve, its response at the measured speeds, and residuals in units of the noise by their part. `breaks` are where the
+    measured speeds of a further run begin.
+    `sd` (µm) is that along the amplitude, `averaged` are both ends (n_speed, n_channel) µm of what averaged models predict."""
 
     speed: Array
     channels: tuple[str, ...]
@@ -50,6 +51,8 @@ class Response:
     curves: Mapping[str, ModelCurve]
     at_speeds: Mapping[str, ComplexArray]
     residuals: Mapping[str, Mapping[str, Array]] = field(default_factory=dict)
+    averaged: tuple[Array, Array] | None = None
+    breaks: tuple[int, ...] = ()
 
     def planes(self) -> dict[str, tuple[tuple[int, int], Array]]:
         """Two columns of each plane where two directions are measured, and the matrix (2, 2) that makes x and y of them."""
@@ -76,7 +79,7 @@ def _read_by(pair: tuple[str, str]) -> Array:
     return np.array([cosines(direction) for direction in pair])
 
 
-def of_fit(fit: FitCurves, name: str = "model") -> Response:
+def of_fit(fit: FitCurves, name: str = "fitted") -> Response:
     """The response of an identification."""
     sd = None if fit.sd is None else as_array(fit.sd) / MICROMETRE / (np.sqrt(2) if fit.has_phase else 1)
     parts: dict[str, Array] = {}
@@ -98,7 +101,7 @@ def of_fit(fit: FitCurves, name: str = "model") -> Response:
 
 def of_diagnosis(record: DiagnosisRecord) -> Response | None:
     """The response of a diagnosis, before and after the extension, with residuals in units of one law of noise
-    (`ksmea.show.figures.diagnosis_residuals`); None of a record without curves. A model's curve is the fine one of the record; of
+    (`diagnosis_residuals.py`); None of a record without curves. A model's curve is the fine one of the record; of
     records that have none, that at the measured speeds."""
     curves = record.curves
     if curves is None:
@@ -123,6 +126,8 @@ def of_diagnosis(record: DiagnosisRecord) -> Response | None:
         residuals={
             f"model {when}": _parts(found, at_speeds[f"model {when}"]) for when, found in residuals_of(record).items()
         },
+        averaged=_averaged(curves),
+        breaks=curves.breaks,
     )
 
 
@@ -148,3 +153,23 @@ def _parts(residuals: Array | ComplexArray, fitted: ComplexArray) -> dict[str, A
     if np.iscomplexobj(residuals):
         return dict(zip(COMPONENTS, components(residuals, fitted)))
     return {"amplitude": residuals.real}
+
+
+def _averaged(curves: CurvesRecord) -> tuple[Array, Array] | None:
+    """Where averaged models reach, µm, to a positive end, as a logarithmic axis shows it."""
+    if curves.averaged is None or curves.responses.after is None:
+        return None
+    least = LEAST_SHOWN * np.max(np.abs(as_complex(curves.responses.measured)))
+    low, high = (np.maximum(np.array(end), least) / MICROMETRE for end in (curves.averaged.low, curves.averaged.high))
+    return low, high
+
+
+def residuals(fit: FitCurves, index: int) -> list[Array]:
+    """Measured minus fitted in units of the noise, (n_speed,): of amplitudes one; of complex data the components along the
+    fitted response and at right angles to it, whose standard deviations are both 1."""
+    sd, measured, fitted = (as_array(each)[:, index] for each in (fit.sd, fit.measured.amplitude, fit.fitted.amplitude))
+    if fit.measured.phase is None or fit.fitted.phase is None:
+        return [(measured - fitted) / sd]
+    turn = as_array(fit.measured.phase)[:, index] - as_array(fit.fitted.phase)[:, index]
+    scaled = np.sqrt(2) * (measured * np.exp(1j * turn) - fitted) / sd
+    return [scaled.real, scaled.imag]

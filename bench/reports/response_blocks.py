@@ -1,0 +1,40 @@
+"""Measured and modelled response on a page: over speed, in the complex plane, and as orbits of the shaft."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+
+from bench.plan.page import Block, Drawn, Orbits
+from ksmea.arrays import ComplexArray
+from ksmea.show.charts.chart import Chart
+from ksmea.show.charts.response_charts import nyquist_chart
+from ksmea.show.charts.responses import Response
+
+
+def response_blocks(response: Response, over_speed: Chart, file: str) -> Iterator[Block]:
+    """All plots that a response has."""
+    yield Drawn(over_speed, file)
+    if response.has_phase:
+        yield Drawn(partial(nyquist_chart, response))
+        if response.planes():
+            yield orbits(response)
+
+
+def orbits(response: Response) -> Orbits:
+    """The orbits of all planes with probes in two directions, measured and by the last model."""
+    curves = {"measured": response.measured, "model": list(response.at_speeds.values())[-1]}
+    return Orbits(
+        "Orbits",
+        "The path of the shaft in each plane at a speed, measured (dotted) and by the model; dots: where it is at phase 0.",
+        tuple(response.speed.tolist()),
+        {
+            place: {curve: _phasors(values[:, columns] @ to_xy.T) for curve, values in curves.items()}
+            for place, (columns, to_xy) in response.planes().items()
+        },
+    )
+
+
+def _phasors(values: ComplexArray) -> tuple[tuple[float, float, float, float], ...]:
+    """(n_speed, 2) of x and y as (re x, im x, re y, im y)."""
+    return tuple((x.real, x.imag, y.real, y.imag) for x, y in values.tolist())

@@ -1,0 +1,117 @@
+"""Unknowns with their intervals, each relative to a value of its own, so that all of them stand on one axis."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from ksmea.show.charts.chart import Axis, Chart, Element, Level, Points, one_panel
+from ksmea.show.charts.colours import REFERENCE, category, symbol
+from ksmea.show.text import rounded_alike, with_ends
+
+OPEN_REACH = 1.15  # times the farthest end that is drawn: where the axis, and an interval that is open, end
+FAR = 10.0  # times the reach of the intervals that are believed, beyond which arrows are drawn; tables have the values
+AT_EDGE = 0.97  # of the way to the edge: where arrows are
+ROW = 0.48  # inches for each unknown
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A value with the ends of its interval in `unit`, not a number where open."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+
+def intervals_chart(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[str, float], caption: str) -> Chart:
+    """Of each unknown, by name, the value and interval of each series, by name; `truth` has true values in the same units.
+    What is drawn is the difference from the value of the last series that has the unknown, in per cent of it, of an angle in per
+    cent of 1 rad, as far as `FAR` times what the intervals of these reach; a value beyond is an arrow at that edge."""
+    series = list(dict.fromkeys(name for of in unknowns.values() for name in of))
+    names = list(unknowns)
+    believed = {name: list(of.values())[-1] for name, of in unknowns.items()}
+    zero = {name: each.value for name, each in believed.items()}
+    scale = {name: _scale(believed[name]) or _reach(of.values()) for name, of in unknowns.items()}
+    every = [_farthest(each, zero[name], scale[name]) for name, of in unknowns.items() for each in of.values()]
+    own = max((_farthest(each, zero[name], scale[name]) for name, each in believed.items()), default=0.0)
+    edge = OPEN_REACH * (min(max(every, default=0.0), FAR * own if own else np.inf) or 1.0)
+    elements: list[Element] = [Level(at=0.0, along="x", dash="solid", width=0.8)]
+    arrows: list[Element] = []
+    for number, series_name in enumerate(series):
+        offset = 0.5 * ((number + 0.5) / len(series) - 0.5)
+        mine = [
+            (at + offset, name, of[series_name]) for at, (name, of) in enumerate(unknowns.items()) if series_name in of
+        ]
+        beyond = [each for each in mine if abs(_pct(each[2].value, zero[each[1]], scale[each[1]])) > edge]
+        inside = [each for each in mine if each not in beyond]
+        colour = category(number)
+        at = [_pct(each.value, zero[name], scale[name]) for _, name, each in inside]
+        left, right = (
+            [_end(getattr(each, end), sign * edge, zero[name], scale[name]) for _, name, each in inside]
+            for end, sign in (("low", -1), ("high", 1))
+        )
+        said = [_said(name, each) for _, name, each in inside]
+        rows = [row for row, _, _ in inside]
+        elements.append(
+            Points(at, rows, symbol(number), 6.0, left=left, right=right, name=series_name, colour=colour, said=said)
+        )
+        for row, name, each in beyond:
+            way = 1 if each.value > zero[name] else -1
+            shape = "triangle right" if way > 0 else "triangle left"
+            arrows.append(Points([way * AT_EDGE * edge], [row], shape, 7.0, colour=colour, said=[_said(name, each)]))
+    elements += arrows
+    if known := [(at, name) for at, name in enumerate(names) if np.isfinite(truth.get(name, np.nan))]:
+        at = [_pct(truth[name], zero[name], scale[name]) for _, name in known]
+        said = [f"{name}: {_with_digits_of(truth[name], believed[name])}" for _, name in known]
+        elements.append(Points(at, [row for row, _ in known], "x", 7.0, name="true value", colour=REFERENCE, said=said))
+    label = f'difference from "{series[-1]}" (%)' if len(series) > 1 else "difference from the value found (%)"
+    rows_axis = Axis(
+        low=-0.5, high=len(names) - 0.5, ticks={float(at): name for at, name in enumerate(names)}, is_reversed=True
+    )
+    caption += " Angles: 100 % is 1 rad." if any(_is_angle(each) for each in believed.values()) else ""
+    caption += " Arrows: beyond that edge, as the table says." if arrows else ""
+    x = Axis(label, low=-edge, high=edge, better="middle")
+    return one_panel(elements, x, rows_axis, "Unknowns with their intervals", caption, height=0.2 + ROW * len(names))
+
+
+def _said(name: str, each: Shown) -> str:
+    return f"{name}: {with_ends(each.value, each.low, each.high)} {each.unit}"
+
+
+def _with_digits_of(value: float, shown: Shown) -> str:
+    """A value, rounded to the digits that an interval of another one warrants."""
+    return rounded_alike(value, shown.low, shown.high)[0]
+
+
+def _scale(shown: Shown) -> float:
+    """What 100 % is: the value, or 1 rad of an angle, whose value is only counted from somewhere."""
+    return float(np.degrees(1.0)) if _is_angle(shown) else abs(shown.value)
+
+
+def _is_angle(shown: Shown) -> bool:
+    return shown.unit == "deg"
+
+
+def _farthest(shown: Shown, zero: float, scale: float) -> float:
+    """How far a value and the ends of its interval lie from a value, in per cent."""
+    return max(abs(_pct(end, zero, scale)) for end in (shown.value, shown.low, shown.high) if np.isfinite(end))
+
+
+def _pct(value: float, zero: float, scale: float) -> float:
+    return 100 * (value - zero) / scale
+
+
+def _end(value: float, edge: float, zero: float, scale: float) -> float:
+    """An end of an interval; one that is open lies at the edge."""
+    return edge if np.isnan(value) else _pct(value, zero, scale)
+
+
+def _reach(shown: Any) -> float:
+    """Of an unknown whose value is 0: how far its interval reaches."""
+    ends = [abs(end) for each in shown for end in (each.low, each.high) if np.isfinite(end)]
+    return max(ends, default=0.0) or 1.0
