@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from ksmea.show.charts.chart import Chart
@@ -75,6 +76,10 @@ class Drawn:
     file: str = ""
 
     def described(self) -> Chart:
+        return self._once
+
+    @cached_property
+    def _once(self) -> Chart:
         return self.chart if isinstance(self.chart, Chart) else self.chart()
 
 

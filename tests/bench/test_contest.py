@@ -12,7 +12,6 @@ from bench.jobs.records import finished_keys, record_file
 from bench.plan.plan import all_runs
 from bench.reports.collect import collect
 from bench.reports.contest.comparisons import all_pairs_frame, friedman_frame
-from bench.reports.contest.drawing import panels_of
 from bench.reports.contest.ecdf_curves import anytime_frame, ecdf_frame, profiles_frame
 from bench.reports.contest.entrants import entrants_frame
 from bench.reports.contest.leaderboard import leaderboard, running_time_frame
@@ -24,6 +23,7 @@ from bench.reports.identification.trace_table import read_traces
 from bench.reports.runs import runs_frame
 from contests import FAILED, contest_plan, record, write_contest
 from ksmea.errors import SettingError
+from ksmea.show.charts.picture import figure
 
 METHODS = ("fast", "slow")
 INSTANCES = [("one_disk", 3), ("one_disk", 3), ("two_disk", 4)]
@@ -282,19 +282,18 @@ def test_a_report_from_records_to_the_page(tmp_path, capsys):
     assert page.count("data:image/png") == len(figures) and "http" not in page.replace("http-equiv", "")
 
 
-def test_one_method_without_a_known_excess_is_drawn_too(tmp_path, monkeypatch):
-    monkeypatch.setattr("bench.reports.contest.report.png", lambda figure: figure.get_axes() and b"drawn")
-
+def test_one_method_without_a_known_excess_is_drawn_too(tmp_path):
     def result(label, instance, repetition):
         made = usual(label, instance, repetition)
         return made | {"trace": made["trace"] | {"least": None}}
 
     plan = contest_plan(("fast",), INSTANCES, repetitions=1)
     made = ContestReport().make(plan, write_contest(plan, tmp_path, result))
-    files = made.figures()
+    assert made.page is not None
+    files = made.page().charts()
     assert {"contest_ranks.png", "contest_ecdf_error.png"} <= files.keys()
-    assert all(draw() for draw in files.values()) and "contest_ecdf_excess.png" not in files
-    assert made.page is not None and "one method alone, fast" in made.page().headline
+    assert all(figure(describe()).get_axes() for describe in files.values()) and "contest_ecdf_excess.png" not in files
+    assert "one method alone, fast" in made.page().headline
     assert "one method alone, fast: nothing to rank" in made.text
 
 
@@ -307,7 +306,7 @@ def test_before_anything_is_run_there_is_nothing_to_rank(tmp_path):
 
 def test_any_experiment_of_methods_and_instances_can_be_ranked(enter, monkeypatch):
     """Without labels methods are called by their plugins; instances are whatever differs in problem and measurement."""
-    monkeypatch.setattr("bench.reports.contest.report.png", lambda figure: b"")
+    monkeypatch.setattr("bench.reports.collect._png", lambda chart: b"")
     words = ["table=contest", "optimizer=de,random_search", "problem.mesh=9,13", "measurement.relative=0.1"]
     ended = enter("method=direct", "method.budget=30", "study.intervals=none", *words, "repetitions=2", "workers=1")
     assert ended.code == 0, ended.err
@@ -336,11 +335,3 @@ def test_the_page_says_what_each_method_is():
     assert (
         "optimizer=mine, which is not installed here" in entrants_frame(unknown).set_index("method").loc["mine", "from"]
     )
-
-
-@pytest.mark.parametrize(("n_group", "n_legend"), [(2, 1), (3, 0)])
-def test_a_place_without_a_panel_holds_the_legend(n_group, n_legend):
-    figure, panels = panels_of([f"family {number}" for number in range(n_group)], ["de", "lm"])
-    assert len(figure.legends) == n_legend and len(panels) == n_group
-    free = [axes for axes in figure.axes if axes not in panels.values()]
-    assert all(axes.get_legend() is not None for axes in free) and len(free) == n_group % 2

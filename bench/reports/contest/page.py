@@ -3,26 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 
 import numpy as np
 import pandas as pd
 
-from bench.plan.page import Block, Control, Page, Picture, Plot, Prose, Section, Table
+from bench.plan.page import Drawn, Page, Prose, Section, Table
 from bench.plan.plan import Plan
+from bench.reports.contest.charts import anytime_chart, ecdf_chart, price_chart, profiles_chart, ranks_chart
 from bench.reports.contest.entrants import entrants_frame
 from bench.reports.contest.runs import Contest
-from bench.reports.contest.scores import WORDS
-from bench.reports.contest.targets import Measure
 from bench.reports.contest.words import shown, what_is_compared
-from bench.reports.plots.traces import COLOURS, axis, band, layout, level, line, styles
-
-COST = "evaluations / unknowns"
-LEAST = 1e-3  # of a measure: drawn as this, the data see no smaller one
-PROFILES = {
-    "performance": "expected running time / that of the fastest",
-    "data": "expected running time in simplex gradients",
-}
-ROW = 30  # px for each method
 
 
 def contest_page(plan: Plan, contest: Contest, tables: Mapping[str, pd.DataFrame], findings: Sequence[str]) -> Page:
@@ -44,7 +35,7 @@ def contest_page(plan: Plan, contest: Contest, tables: Mapping[str, pd.DataFrame
     found = "\n".join([about, _seeds(plan), *(f"- {each}" for each in findings)])
     sections = [
         Section("Result", (Prose(found), every)),
-        Section("Ranks and curves", tuple(_plots(plan, contest, tables, methods))),
+        Section("Ranks and curves", tuple(_charts(plan, contest, tables, methods))),
         Section("Running times", times),
         *([Section("Families", tuple(families))] if families else []),
         Section("Methods", (Table(entrants_frame(plan)),)),
@@ -73,114 +64,14 @@ def _times(times: pd.DataFrame, measure: str, methods: Sequence[str]) -> pd.Data
     return texts.rename(columns="≤ {:g}".format).reset_index()
 
 
-def _plots(plan: Plan, contest: Contest, tables: Mapping[str, pd.DataFrame], methods: Sequence[str]) -> Iterator[Block]:
-    yield _ranks_plot(tables[""], f"{plan.name}_ranks.png")
+def _charts(
+    plan: Plan, contest: Contest, tables: Mapping[str, pd.DataFrame], methods: Sequence[str]
+) -> Iterator[Drawn]:
+    board, first = tables[""], contest.measures[0]
+    yield Drawn(partial(ranks_chart, board, tables["_pairs"]), f"{plan.name}_ranks.png")
     for measure in contest.measures:
-        yield _ecdf_plot(tables["_ecdf"], measure, methods, f"{plan.name}_ecdf_{measure.name}.png")
-    yield _anytime_plot(tables["_anytime"], contest.measures[0], methods, f"{plan.name}_anytime.png")
-    for profile in PROFILES:
-        still = f"{plan.name}_profiles.png" if profile == "performance" else ""
-        yield _profile_plot(tables["_profiles"], profile, contest.measures[0], methods, still)
-    said = "Expected time to the main target against the price of one evaluation."
-    yield Picture(f"{plan.name}_price.png", said, "Time")
-
-
-def _ranks_plot(board: pd.DataFrame, still: str) -> Plot:
-    rows = board[board["family"] == "all"]
-    names = [name for name in WORDS if f"{name}_rank" in board]
-    traces = []
-    for number, name in enumerate(names):
-        mean, low, high = (rows[f"{name}_rank{end}"].to_numpy() for end in ("", "_low", "_high"))
-        offset = 0.5 * ((number + 0.5) / len(names) - 0.5)
-        traces.append(
-            {
-                "type": "scatter", "mode": "markers", "name": WORDS[name], "x": mean, "y": np.arange(len(rows)) + offset,
-                "marker": {"color": COLOURS[number], "size": 8},
-                "error_x": {"type": "data", "symmetric": False, "array": high - mean, "arrayminus": mean - low, "thickness": 1.5},
-                "text": rows["method"], "hovertemplate": "%{text}: %{x:.2f}",
-            }
-        )  # fmt: skip
-    made = layout("mean rank (1: best)")
-    made["yaxis"] = axis(
-        tickvals=list(range(len(rows))), ticktext=[f"{each} " for each in rows["method"]], range=[len(rows) - 0.5, -0.5]
-    )
-    said = "Mean rank of each method over all instances with its 95 % interval; the PNG joins methods that no test tells apart."
-    return Plot("Mean ranks", said, {"data": traces, "layout": made}, still, height=150 + ROW * len(rows))
-
-
-def _ecdf_plot(frame: pd.DataFrame, measure: Measure, methods: Sequence[str], still: str) -> Plot:
-    mine = frame[frame["measure"] == measure.name]
-    traces = []
-    families = list(dict.fromkeys(mine["family"]))
-    for method, (colour, dash) in styles(methods).items():
-        for family in families:
-            rows = mine[(mine["family"] == family) & (mine["method"] == method)]
-            more = {"meta": {"family": family, "method": method}}
-            cost, low, high = (rows[name].to_numpy() for name in ("cost_per_unknown", "low", "high"))
-            traces += band(cost, 100 * low, 100 * high, method, colour, showlegend=False, **more)
-            style = {"color": colour, "dash": dash, "width": 1.9, "shape": "hv"}
-            traces.append(
-                line(cost, 100 * rows["share"].to_numpy(), method, colour, line=style, legendgroup=method, **more)
-            )
-    made = layout(COST, "targets and runs reached (%)", x_log=True)
-    said = f"Share of targets ({measure.name} {measure.targets[0]:g} … {measure.targets[-1]:g}) and runs reached against the cost, with 95 % bands."
-    return Plot(
-        f"Targets reached, {measure.name}",
-        said,
-        {"data": traces, "layout": made},
-        still,
-        _controls(families, methods),
-        460,
-    )
-
-
-def _anytime_plot(frame: pd.DataFrame, measure: Measure, methods: Sequence[str], still: str) -> Plot:
-    traces = []
-    families = list(dict.fromkeys(frame["family"]))
-    for method, (colour, dash) in styles(methods).items():
-        for family in families:
-            rows = frame[(frame["family"] == family) & (frame["method"] == method)]
-            middle = rows[f"{measure.name}_median"].clip(lower=LEAST).replace(np.inf, np.nan).to_numpy()
-            style = {"color": colour, "dash": dash, "width": 1.9, "shape": "hv"}
-            traces.append(
-                line(
-                    rows["cost_per_unknown"].to_numpy(),
-                    middle,
-                    method,
-                    colour,
-                    line=style,
-                    meta={"family": family, "method": method},
-                )
-            )
-    made = layout(COST, measure.name, x_log=True, y_log=True, shapes=[level(measure.main)])
-    said = f"Median {measure.name} of the best point so far against the cost; dotted: the main target."
-    return Plot("At any time", said, {"data": traces, "layout": made}, still, _controls(families, methods), 460)
-
-
-def _profile_plot(frame: pd.DataFrame, profile: str, measure: Measure, methods: Sequence[str], still: str) -> Plot:
-    traces = []
-    for method, (colour, dash) in styles(methods).items():
-        rows = frame[(frame["family"] == "all") & (frame["method"] == method) & (frame["profile"] == profile)]
-        style = {"color": colour, "dash": dash, "width": 1.9, "shape": "hv"}
-        traces.append(
-            line(
-                rows["at"].to_numpy(),
-                100 * rows["share"].to_numpy(),
-                method,
-                colour,
-                line=style,
-                meta={"method": method},
-            )
-        )
-    made = layout(PROFILES[profile], "instances (%)", x_log=True)
-    said = f"Share of instances with {measure.name} ≤ {measure.main:g} within this cost: the {profile} profile."
-    return Plot(
-        f"{profile.capitalize()} profile", said, {"data": traces, "layout": made}, still, _controls([], methods)
-    )
-
-
-def _controls(families: Sequence[str], methods: Sequence[str]) -> tuple[Control, ...]:
-    of_family = (
-        (Control("family", "instances", tuple(families), with_all=False, chosen=families[0]),) if families else ()
-    )
-    return (*of_family, Control("method", "method", tuple(methods))) if len(methods) > 1 else of_family
+        yield Drawn(partial(ecdf_chart, tables["_ecdf"], measure, methods), f"{plan.name}_ecdf_{measure.name}.png")
+    yield Drawn(partial(anytime_chart, tables["_anytime"], first, methods), f"{plan.name}_anytime.png")
+    yield Drawn(partial(profiles_chart, tables["_profiles"], first, methods), f"{plan.name}_profiles.png")
+    if np.isfinite(board[f"{first.name}_ert"]).any():  # else no method has a line
+        yield Drawn(partial(price_chart, board, first, methods), f"{plan.name}_price.png")

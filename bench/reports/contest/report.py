@@ -2,19 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import ClassVar
 
 import numpy as np
-from matplotlib.figure import Figure
 
 from bench.plan.page import Page
 from bench.plan.plan import Plan
-from bench.plan.report import Drawing, Made, Report
-from bench.reports.contest import figures
+from bench.plan.report import Made, Report
 from bench.reports.contest.comparisons import all_pairs_frame, friedman_frame, instances_frame
 from bench.reports.contest.ecdf_curves import anytime_frame, ecdf_frame, profiles_frame
 from bench.reports.contest.leaderboard import leaderboard, running_time_frame
@@ -26,7 +22,6 @@ from bench.reports.identification.trace_table import read_traces
 from bench.reports.pages.experiment import PAGE
 from bench.reports.runs import runs_frame
 from bench.reports.tables import csv_text
-from ksmea.show.figures.style import png
 
 SEED = 20130507  # of the bootstrap: the same records make the same tables
 NOTHING = "nothing to rank: no run that all methods have ended has a trace that is judged by the truth"
@@ -63,26 +58,8 @@ class ContestReport(Report):
             "_instances": instances_frame(found),
         }
 
-        def drawn() -> Mapping[str, Drawing]:
-            first, methods = found.measures[0], board["method"].unique().tolist()
-            made = {f"_ecdf_{each.name}": partial(figures.ecdf_figure, ecdf, each, methods) for each in found.measures}
-            made |= {
-                "_ranks": partial(figures.ranks_figure, board, pairs),
-                "_anytime": partial(figures.anytime_figure, anytime, first, methods),
-                "_profiles": partial(figures.profiles_figure, profiles, first, methods),
-            }
-            if np.isfinite(board[f"{first.name}_ert"]).any():  # else no method has a line
-                made["_price"] = partial(figures.price_figure, board, first, methods)
-            return {f"{plan.name}{name}.png": partial(_drawn, figure) for name, figure in made.items()}
-
         def page() -> Page:
             return contest_page(plan, found, tables, [*findings, *plan.notes])
 
         files = {f"{plan.name}{name}.csv": csv_text(frame).encode() for name, frame in tables.items()}
-        return Made(
-            f"{text(found, board, findings)}\n\nleaderboard: {PAGE}", {**files, **of_runs}, runs, drawn, page=page
-        )
-
-
-def _drawn(figure: Callable[[], Figure]) -> bytes:
-    return png(figure())
+        return Made(f"{text(found, board, findings)}\n\nleaderboard: {PAGE}", {**files, **of_runs}, runs, page=page)

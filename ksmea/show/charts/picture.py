@@ -19,7 +19,7 @@ from ksmea.show.charts.locators import plain_ticks
 LINES: dict[str, Any] = {"solid": "-", "dash": "--", "dot": ":", "dashdot": "-."}
 MARKERS = {
     "": "", "circle": "o", "square": "s", "diamond": "D", "triangle down": "v", "triangle up": "^", "triangle left": "<", "triangle right": ">",
-    "cross": "P", "star": "*", "x": "x", "plus": "+", "bar": "_", "post": "|", "point": ".", "arrow up": "$\uparrow$",
+    "cross": "P", "star": "*", "x": "x", "plus": "+", "bar": "_", "post": "|", "point": ".", "arrow up": "$\\uparrow$",
 }  # fmt: skip
 FAINT = 0.15  # opacity of bands
 TITLE, TEXT, SMALL = 11, 9, 8  # points
