@@ -12,7 +12,7 @@ from omegaconf import DictConfig
 from bench.command_line.config import register_schemas
 from bench.command_line.config_dirs import CONFIG_DIR
 from bench.command_line.config_files import chosen_files, require_experiments, with_file
-from bench.command_line.messages import USER_ERRORS, one_line
+from bench.command_line.messages import USER_ERRORS, in_our_words
 from bench.command_line.overrides import for_some_plugins, parse, with_quoted_files
 from bench.command_line.plugin_words import register_plugins
 from bench.command_line.settable import require_offered
@@ -34,8 +34,11 @@ def run_experiment(words: list[str]) -> int:
         paths = chosen_files(words)
         return _run(words, paths)
     except (SettingError, *USER_ERRORS) as error:
-        line = str(error) if isinstance(error, SettingError) else one_line(error)
-        raise SettingError(with_file(line, paths, words)) from error
+        wrong = error if isinstance(error, SettingError) else in_our_words(error)
+        located = with_file(wrong, paths, words)
+        if located is error:
+            raise
+        raise located from error
 
 
 def _run(words: list[str], paths: list[Path]) -> int:

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import copy
 import difflib
 import unicodedata
 import warnings
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from typing import Any
 
 LONGEST_QUOTE = 40  # characters of a wrong value that an error repeats
@@ -14,14 +16,51 @@ MOST_NAMES = 60  # known ones that an error lists; a file may define any number
 UNSEEN = ("Cc", "Cf", "Cs", "Zl", "Zp")  # Unicode's categories of what moves a cursor, turns text round or ends a line
 
 
+@dataclass(frozen=True)
+class UnknownName:
+    """A name that nothing has, as an error holds it: `near` is the known name that comes nearest, `owner` the one plugin
+    that has a setting of this name, as `optimizer=pso`."""
+
+    noun: str
+    name: str
+    near: str | None = None
+    owner: str = ""
+
+    @property
+    def setting(self) -> str:
+        """The setting that the name stands for, or is the value of; '' if it is neither."""
+        return self.name if self.noun == "setting" else self.noun if self.noun.isidentifier() else ""
+
+
 class SettingError(ValueError):
     """A setting, name or file that cannot be used: one line saying what was expected, what came and what to try.
 
     Whatever it quotes, the message is one line of visible characters.
+
+    Args:
+        message: the reason, also without a location before it (`reason`).
+        setting: key of the setting that is wrong, which stands before the message.
+        meant: what was probably meant: a name, all arguments of a command, or the setting's value as a function of the one given.
     """
 
-    def __init__(self, message: object = "") -> None:
-        super().__init__(visible(str(message)))
+    def __init__(
+        self,
+        message: object = "",
+        *,
+        setting: str = "",
+        meant: UnknownName | list[str] | Callable[[str], str] | None = None,
+    ) -> None:
+        super().__init__(visible(f"{setting}: {message}" if setting else str(message)))
+        self.reason = visible(str(message))
+        self.setting = meant.setting if isinstance(meant, UnknownName) else setting
+        self.meant = meant
+
+    def within(self, where: object, setting: str = "") -> SettingError:
+        """This error with a location before its message, and the setting's whole key."""
+        located = copy.copy(self)
+        located.args = (visible(f"{where}: {self}"),)
+        located.setting = setting or self.setting
+        return located
 
 
 class BudgetSpent(Exception):
@@ -31,8 +70,9 @@ class BudgetSpent(Exception):
     """
 
 
-def unknown(noun: str, name: str, known: Iterable[str]) -> SettingError:
-    """The error for a name that nobody knows, with the nearest known one and then all of them.
+def unknown(noun: str, name: str, known: Iterable[str], within: str = "") -> SettingError:
+    """The error for a name that nobody knows, with the nearest known one and then all of them; `within` stands before the
+    name, and not before the known ones.
 
     >>> str(unknown("optimizer", "dee", ["de", "pso"]))
     "unknown optimizer 'dee'; did you mean 'de'? known: de, pso"
@@ -40,10 +80,17 @@ def unknown(noun: str, name: str, known: Iterable[str]) -> SettingError:
     names = sorted(known)
     name = shortened(name, LONGEST_NAME)
     close = nearest(name, names)
-    hint = f"did you mean '{shortened(close)}'? " if close is not None else ""
-    listed = [shortened(each, LONGEST_NAME) for each in names[:MOST_NAMES]]
-    more = [f"{len(names) - len(listed)} more"] if len(names) > len(listed) else []
-    return SettingError(f"unknown {noun} '{name}'; {hint}known: {', '.join([*listed, *more]) or 'none'}")
+    near = f"{within}{shortened(close)}" if close is not None else None
+    found = UnknownName(noun, f"{within}{name}", near)
+    hint = f"did you mean '{near}'? " if near is not None else ""
+    return SettingError(f"unknown {noun} '{found.name}'; {hint}known: {listed(names)}", meant=found)
+
+
+def listed(names: list[str]) -> str:
+    """Known names as an error lists them."""
+    shown = [shortened(each, LONGEST_NAME) for each in names[:MOST_NAMES]]
+    more = [f"{len(names) - len(shown)} more"] if len(names) > len(shown) else []
+    return ", ".join([*shown, *more]) or "none"
 
 
 def nearest(name: str, known: Iterable[str], cutoff: float = 0.4) -> str | None:

@@ -172,8 +172,9 @@ class Synthetic(MeasurementSource):
         missing = [name for name in units if name not in values]
         if missing:
             raise SettingError(
-                f"measurement.truth: expected a value for {', '.join(missing)}, got none; give"
-                f" measurement.truth='{{{', '.join(f'{name}: …' for name in missing)}}}', or a reference in the file of the rotor"
+                f"expected a value for {', '.join(missing)}, got none; give"
+                f" measurement.truth='{{{', '.join(f'{name}: …' for name in missing)}}}', or a reference in the file of the rotor",
+                setting="measurement.truth",
             )
         return {name: values[name] for name in units}
 
@@ -258,8 +259,9 @@ class Synthetic(MeasurementSource):
             if not is_drawn:
                 raise _unstable("measurement.sizes", extended, values)
         raise SettingError(
-            f"measurement.hidden: expected a rotor that is stable with {', '.join(self.hidden)}, got none in {MAX_DRAWS} draws;"
-            " give measurement.sizes"
+            f"expected a rotor that is stable with {', '.join(self.hidden)}, got none in {MAX_DRAWS} draws;"
+            " give measurement.sizes",
+            setting="measurement.hidden",
         )
 
     def _drawn(
@@ -273,7 +275,7 @@ class Synthetic(MeasurementSource):
                 theta = self._size(effect, extended, x, rng)
                 extended = effect.added_to(extended)
             except SettingError as error:
-                raise SettingError(f"measurement.hidden: {name}: {error}") from error
+                raise SettingError(f"{name}: {error}", setting="measurement.hidden") from error
             parameters = extended.parameters.items[len(x) :]
             for index, parameter in enumerate(parameters):
                 if parameter.name in self.sizes:
@@ -326,7 +328,9 @@ class Synthetic(MeasurementSource):
         if self.mesh is None:
             return settings
         if "mesh" not in {field.name for field in dataclasses.fields(settings)}:
-            raise SettingError("measurement.mesh: expected a problem with a mesh, got one without; leave it null")
+            raise SettingError(
+                "expected a problem with a mesh, got one without; leave it null", setting="measurement.mesh"
+            )
         try:
             changed: Any = {"mesh": self.mesh}
             return dataclasses.replace(settings, **changed)
@@ -346,8 +350,9 @@ def _unstable(where: str, problem: Problem, x: Array) -> SettingError:
     threshold = problem.stability_threshold(x, highest)
     since = f"from {threshold / RPM:.0f} rpm" if threshold else "from rest"
     return SettingError(
-        f"{where}: expected a rotor that is stable up to its highest measured speed, {highest / RPM:.0f} rpm, got one whose"
-        f" free motions grow {since}, where no steady response exists; give other values"
+        f"expected a rotor that is stable up to its highest measured speed, {highest / RPM:.0f} rpm, got one whose"
+        f" free motions grow {since}, where no steady response exists; give other values",
+        setting=where,
     )
 
 
@@ -364,7 +369,8 @@ def _within(parameter: Parameter, size: float) -> float:
     if not parameter.lower <= value <= parameter.upper:
         limits = f"{parameter.lower / parameter.si_per_unit:g} to {parameter.upper / parameter.si_per_unit:g}"
         raise SettingError(
-            f"measurement.sizes: expected {parameter.name} from {limits} {parameter.unit}, which is physical, got {size:g}"
+            f"expected {parameter.name} from {limits} {parameter.unit}, which is physical, got {size:g}",
+            setting="measurement.sizes",
         )
     return value
 
@@ -379,10 +385,11 @@ def _drawn_location(
         locations = [located for located in effect.locations(problem) if located not in taken]
     except (SettingError, AttributeError) as error:
         raise SettingError(
-            f"measurement.hidden: expected a problem that effects can be added to, got {type(problem).__name__} ({error})"
+            f"expected a problem that effects can be added to, got {type(problem).__name__} ({error})",
+            setting="measurement.hidden",
         ) from error
     if not locations:
         raise SettingError(
-            f"measurement.hidden: expected effects that have a location here, got {name}; {effect.if_nowhere}"
+            f"expected effects that have a location here, got {name}; {effect.if_nowhere}", setting="measurement.hidden"
         )
     return locations[rng.integers(len(locations))]

@@ -69,7 +69,7 @@ def check_probes(sensors: Sequence[float], directions: Sequence[str]) -> None:
         try:
             require_direction(direction)
         except SettingError as error:
-            raise SettingError(str(error).replace("direction", "directions", 1)) from error
+            raise SettingError(error.reason, setting="directions") from error
 
 
 def channels_of(sensors: Sequence[float], directions: Sequence[str]) -> tuple[Channel, ...]:

@@ -15,15 +15,12 @@ from bench.storage.own_files import CONF
 from ksmea.errors import SettingError
 
 PACKAGE = re.compile(r"^# *@package +_global_ *$", re.MULTILINE)
-KEY = re.compile(r"unknown setting '([\w.]+)'|unknown (\w+) '|([\w.]+): ")  # at the beginning of a line for the user
+INCLUDED = {"experiment": "includes"}  # what names one in a file
 
 
 def settings_of(words: Sequence[str]) -> tuple[Choice, ...]:
     """What the words say without options."""
     return parse([word for word in words if "=" in word and not word.startswith("-")])
-
-
-INCLUDED = {"experiment": "includes"}  # what names one in a file
 
 
 def chosen_files(words: Sequence[str]) -> list[Path]:
@@ -57,15 +54,13 @@ def require_experiments(paths: Sequence[Path]) -> None:
             )
 
 
-def with_file(line: str, paths: Sequence[Path], words: Sequence[str]) -> str:
-    """A line for the user with the name of the user's own file in front that says what it is about, if the words do not."""
-    found = KEY.match(line)
-    key = "" if found is None else found[1] or found[2] or found[3]
-    key = INCLUDED.get(key, key)
+def with_file(error: SettingError, paths: Sequence[Path], words: Sequence[str]) -> SettingError:
+    """An error with the name of the user's own file in front that has the setting which it is about, if the words do not."""
+    key = INCLUDED.get(error.setting, error.setting)
     if not key or key in [choice.key for choice in settings_of(words)]:
-        return line
+        return error
     own = [path for path in paths if not path.is_relative_to(CONF) and key in _keys(content(path))]
-    return f"{own[0]}: {line}" if own else line
+    return error.within(own[0]) if own else error
 
 
 def _keys(said: Any, above: str = "") -> Iterator[str]:

@@ -1,4 +1,4 @@
-"""The command line that was probably meant, ready to paste, for an error that tells it."""
+"""The command line that was probably meant, ready to paste, for an error that holds what was meant."""
 
 from __future__ import annotations
 
@@ -8,20 +8,14 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from bench.command_line.word_shapes import WrongShape
+from ksmea.errors import SettingError, UnknownName
 
-NEAREST = re.compile(r"unknown (?P<noun>[^']*)'(?P<wrong>[^']*)'; did you mean '(?P<near>[^']*)'")
-ONE_PLUGIN = re.compile(r"unknown setting '[\w.]+'; (?P<choice>\w+=\w+) has it, ")
-NO_LIST = re.compile(r"(?P<key>[\w.]+): expected a list \[.*got (?P<got>one value|one block|other brackets)")
-A_LIST = re.compile(r"(?P<key>[\w.]+): expected .*, got a list; several values are written without brackets")
-SEVERAL = re.compile(r"(?P<key>output|name): expected one value for the whole experiment, got several")
-COMMA = re.compile(r"(?P<key>[\w.]+): expected a decimal point, .*; write (?P<value>\S+)$")
-NO_PLUGIN = re.compile(r"unknown (problem|measurement) '(?P<file>[^']+\.(?P<suffix>ya?ml|csv|xlsx|uff|unv))'")
 FILES = {  # what a file is read by
-    ("problem", "yaml"): ("problem=rotor", "problem.file"),
-    ("measurement", "yaml"): ("measurement=campaign", "measurement.path"),
-    ("measurement", "csv"): ("measurement=file", "measurement.path"),
+    ("problem", ".yaml"): ("problem=rotor", "problem.file"),
+    ("measurement", ".yaml"): ("measurement=campaign", "measurement.path"),
+    ("measurement", ".csv"): ("measurement=file", "measurement.path"),
 }
+KEYS = ("setting", "option")  # nouns of names that stand before '='
 
 
 def program() -> str:
@@ -30,72 +24,63 @@ def program() -> str:
     return "python -m bench" if name in ("__main__.py", "") else name
 
 
-def with_cure(error: Exception, words: Sequence[str]) -> str:
+def with_cure(error: SettingError, words: Sequence[str]) -> str:
     """An error's line, with the command line that was probably meant behind it where there is one."""
     meant = corrected(error, list(words))
-    if not meant or sys.argv[0] == "-c" or meant == list(words):
+    if not meant or sys.argv[0] == "-c":
         return str(error)
     return f"{error}; try: {program()} {shlex.join(meant)}"
 
 
-def corrected(error: Exception, words: list[str]) -> list[str] | None:
+def corrected(error: SettingError, words: list[str]) -> list[str] | None:
     """The words as they were probably meant; None where the error does not tell."""
-    if isinstance(error, WrongShape):
-        return error.meant
-    line = str(error)
-    if found := NO_PLUGIN.search(line):
-        return _with_file(words, found[1], found["file"], found["suffix"])
-    if found := COMMA.search(line):
-        return _with_value(words, found["key"], found["value"])
-    if found := NO_LIST.search(line):
-        return _in_brackets(words, found["key"], found["got"] == "other brackets")
-    if found := A_LIST.search(line):
-        return _without_brackets(words, found["key"])
-    if found := SEVERAL.search(line):
-        return [f'{_key(word)}="{word.partition("=")[2]}"' if _key(word) == found["key"] else word for word in words]
-    if found := ONE_PLUGIN.search(line):
-        group, _, plugin = found["choice"].partition("=")
-        chosen = _given(words, group)
-        choice = f"{group}={chosen},{plugin}" if "," in chosen else found["choice"]
-        return [*[word for word in words if _key(word) != group], choice]
-    if found := NEAREST.search(line):
-        is_key = found["noun"].startswith(("setting ", "option "))
-        return _replaced(words, is_key, found["wrong"], found["near"])
-    return None
+    meant = error.meant
+    if isinstance(meant, UnknownName):
+        return _with_known_name(words, meant)
+    if callable(meant):
+        meant = [_changed(word, meant(_value(word))) if _key(word) == error.setting else word for word in words]
+    return None if meant == words else meant
+
+
+def in_brackets(given: str) -> str:
+    """A setting's value as a list: unchanged if it is one, or empty."""
+    return f"[{given}]" if given and not given.startswith("[") else given
+
+
+def without_brackets(given: str) -> str:
+    """A list as the values of a sweep."""
+    return given[1:-1] if len(given) > 2 and given[0] in "[({" else given
+
+
+def quoted(given: str) -> str:
+    """A value with commas as one value."""
+    return f'"{given}"'
 
 
 def _key(word: str) -> str:
     return word.partition("=")[0].lstrip("+")
 
 
-def _with_value(words: list[str], key: str, value: str) -> list[str] | None:
-    return [f"{word.partition('=')[0]}={value}" if _key(word) == key else word for word in words]
+def _value(word: str) -> str:
+    return word.partition("=")[2]
 
 
-def _given(words: list[str], key: str) -> str:
-    """The one value that the words give a setting; '' where they give none, or several."""
-    values = [word.partition("=")[2] for word in words if _key(word) == key]
-    return values[0] if len(values) == 1 else ""
+def _changed(word: str, value: str) -> str:
+    return f"{word.partition('=')[0]}={value}"
 
 
-def _in_brackets(words: list[str], key: str, is_other: bool) -> list[str] | None:
-    given = _given(words, key)
-    inner = given[1:-1] if is_other else given
-    return _with_value(words, key, f"[{inner}]") if inner and not inner.startswith("[") else None
-
-
-def _without_brackets(words: list[str], key: str) -> list[str] | None:
-    given = _given(words, key)
-    return _with_value(words, key, given[1:-1]) if given.startswith("[") and len(given) > 2 else None
-
-
-def _with_file(words: list[str], group: str, file: str, suffix: str) -> list[str] | None:
-    chosen = FILES.get((group, suffix.replace("yml", "yaml")))
-    if chosen is None:
-        return None
-    plugin, key = chosen
-    replaced = [[plugin, f"{key}={file}"] if word == f"{group}={file}" else [word] for word in words]
-    return [word for pair in replaced for word in pair]
+def _with_known_name(words: list[str], meant: UnknownName) -> list[str] | None:
+    suffix = Path(meant.name).suffix.replace(".yml", ".yaml")
+    if (chosen := FILES.get((meant.noun, suffix))) is not None:
+        plugin, key = chosen
+        pairs = [[plugin, f"{key}={meant.name}"] if word == f"{meant.noun}={meant.name}" else [word] for word in words]
+        return [word for pair in pairs for word in pair]
+    if meant.owner:
+        group, _, _ = meant.owner.partition("=")
+        chosen_there = next((_value(word) for word in words if _key(word) == group and "," in word), "")
+        choice = f"{group}={chosen_there},{_value(meant.owner)}" if chosen_there else meant.owner
+        return [*(word for word in words if _key(word) != group), choice]
+    return None if meant.near is None else _replaced(words, meant.noun.split()[0] in KEYS, meant.name, meant.near)
 
 
 def _replaced(words: list[str], is_key: bool, wrong: str, near: str) -> list[str] | None:

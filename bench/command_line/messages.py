@@ -1,4 +1,4 @@
-"""Hydra's and OmegaConf's errors as one line for the user: what was expected, what came, what to try."""
+"""Hydra's and OmegaConf's errors as those of the bench: what was expected, what came, what to try."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from hydra.errors import HydraException, MissingConfigException, OverrideParseEx
 from omegaconf import Container, OmegaConf
 from omegaconf.errors import ConfigAttributeError, ConfigKeyError, OmegaConfBaseException, ValidationError
 
+from bench.command_line.corrected_command import in_brackets
 from bench.command_line.plugin_settings import unknown_key
-from ksmea.errors import unknown
+from ksmea.errors import SettingError, unknown
 from ksmea.plugins.registry import GROUPS
 
 USER_ERRORS = (HydraException, OmegaConfBaseException)
@@ -23,15 +24,15 @@ EXPECTED = {
 }
 
 
-def one_line(error: BaseException) -> str:
+def in_our_words(error: BaseException) -> SettingError:
     """The innermost thing that Hydra or OmegaConf has to say, in words of the bench."""
     for cause in _causes(error):
         if isinstance(cause, MissingConfigException) and cause.options is not None:
             group, _, name = (cause.missing_cfg_file or "").rpartition("/")
-            return str(unknown(group or "configuration", name, cause.options))
+            return unknown(group or "configuration", name, cause.options)
         if isinstance(cause, OverrideParseException):
             key = str(cause.override).partition("=")[0]
-            return (
+            return SettingError(
                 f"{cause.override}: expected setting=value, for lists setting=a,b; check quotes and brackets, and put a name"
                 f""" with special characters into two pairs of quotes: {key}='"a=(b).csv"'"""
             )
@@ -42,7 +43,7 @@ def one_line(error: BaseException) -> str:
     text = str(error)
     if found := re.search(r"Could not override '([^']+)'", text):  # a group, or a path below one, that does not exist
         return unknown_key(found[1], GROUPS)
-    return " ".join(text.split())
+    return SettingError(" ".join(text.split()))
 
 
 def _causes(error: BaseException) -> Iterable[BaseException]:
@@ -53,22 +54,25 @@ def _causes(error: BaseException) -> Iterable[BaseException]:
     return reversed(chain)
 
 
-def _wrong_type(error: ValidationError) -> str:
-    text = str(error.msg)
+def _wrong_type(error: ValidationError) -> SettingError:
+    """The error of a value of a wrong type, which OmegaConf's sentence alone tells."""
+    text, key, meant = str(error.msg), str(error.full_key), None
     if found := re.search(r"Value '(.*)' of type '\w+' could not be converted to (\w+)", text):
-        return f"{error.full_key}: expected {EXPECTED.get(found[2], found[2])}, got '{found[1]}'"
-    if found := re.search(r"Value '(.*)' is not a valid bool", text):
-        return f"{error.full_key}: expected {EXPECTED['Boolean']}, got '{found[1]}'"
-    if "is not Optional" in text:
-        return f"{error.full_key}: expected a value, got null"
-    if "is not a ListConfig" in text:
-        return f"{error.full_key}: expected a list [a,b,...], got one value"
-    if "Cannot assign int to DictConfig" in text or "is not a DictConfig" in text:
-        return f"{error.full_key}: expected {{name: value, ...}}, got one value"
-    return f"{error.full_key}: {' '.join(text.splitlines()[0].split())}"
+        wrong = f"expected {EXPECTED.get(found[2], found[2])}, got '{found[1]}'"
+    elif found := re.search(r"Value '(.*)' is not a valid bool", text):
+        wrong = f"expected {EXPECTED['Boolean']}, got '{found[1]}'"
+    elif "is not Optional" in text:
+        wrong = "expected a value, got null"
+    elif "is not a ListConfig" in text:
+        wrong, meant = "expected a list [a,b,...], got one value", in_brackets
+    elif "Cannot assign int to DictConfig" in text or "is not a DictConfig" in text:
+        wrong = "expected {name: value, ...}, got one value"
+    else:
+        wrong = " ".join(text.splitlines()[0].split())
+    return SettingError(wrong, setting=key, meant=meant)
 
 
-def _unknown_setting(error: ConfigAttributeError | ConfigKeyError) -> str:
+def _unknown_setting(error: ConfigAttributeError | ConfigKeyError) -> SettingError:
     key = str(error.full_key or error.key)
     parent = error.parent_node
     names = [str(name) for name in parent] if isinstance(parent, Container) and OmegaConf.is_dict(parent) else []

@@ -60,7 +60,8 @@ def parse(arguments: list[str]) -> tuple[Choice, ...]:
         key = override.get_key_element().lstrip("+~")
         if override.is_sweep_override() and not override.is_discrete_sweep():
             raise SettingError(
-                f"{key}: expected a value, a list a,b,c or range(from,to,step), got {_given(override)}, which has no steps"
+                f"expected a value, a list a,b,c or range(from,to,step), got {_given(override)}, which has no steps",
+                setting=key,
             )
         choices[key] = Choice(key, _values(key, override), override)
     return tuple(choices.values())
@@ -104,8 +105,9 @@ def _values(key: str, override: Override) -> tuple[Any, ...]:
         return (_plain(value),)
     if getattr(value, "shuffle", False):
         raise SettingError(
-            f"{key}: expected values in an order that stays, got {_given(override)}; no result depends on the order of runs:"
-            " leave shuffle out"
+            f"expected values in an order that stays, got {_given(override)}; no result depends on the order of runs:"
+            " leave shuffle out",
+            setting=key,
         )
     if isinstance(value, RangeSweep):
         return _steps(key, value, override)
@@ -117,7 +119,8 @@ def _plugins(key: str, pattern: Glob, override: Override) -> tuple[str, ...]:
     """The plugins whose names fit a pattern."""
     if key not in registry.GROUPS:
         raise SettingError(
-            f"{key}: expected values, got {_given(override)}; glob chooses plugins, of {', '.join(registry.GROUPS)}"
+            f"expected values, got {_given(override)}; glob chooses plugins, of {', '.join(registry.GROUPS)}",
+            setting=key,
         )
     return tuple(pattern.filter(list(registry.registered(key))))
 
@@ -126,7 +129,7 @@ def _steps(key: str, steps: RangeSweep, override: Override) -> tuple[Any, ...]:
     """The numbers of a range, which ends before its second bound; decimal fractions as they are written: 0.15, not
     0.15000000000000002."""
     if steps.step == 0:
-        raise SettingError(f"{key}: expected a step other than 0, got {_given(override)}")
+        raise SettingError(f"expected a step other than 0, got {_given(override)}", setting=key)
     numbers = steps.range()
     return tuple(
         numbers

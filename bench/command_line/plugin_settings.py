@@ -9,7 +9,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from bench.command_line.source_settings import source_settings
-from ksmea.errors import nearest
+from ksmea.errors import SettingError, UnknownName, listed, unknown
 from ksmea.plugins.names import GROUPS, registered
 
 
@@ -60,20 +60,18 @@ def names_plugin(key: str) -> bool:
     return said is not None and said.plugin is not None
 
 
-def unknown_key(key: str, names: Iterable[str]) -> str:
-    """The line for a setting that is none of `names`, the nearest of them first."""
-    parent, _, name = key.rpartition(".")
+def unknown_key(key: str, names: Iterable[str]) -> SettingError:
+    """The error for a setting that is none of `names`, the nearest of them first."""
+    parent, dot, name = key.rpartition(".")
     known = sorted(names)
-    path = f"{parent}." if parent else ""
-    if (others := plugins_with(parent, name)) and name not in known:
-        has = " and ".join(f"{parent}={other}" for other in others)
-        hint = (
-            f"{has} {'has' if len(others) == 1 else 'have'} it, what is chosen has not; choose that, or leave it out; "
-        )
-    else:
-        close = nearest(name, known)
-        hint = f"did you mean '{path}{close}'? " if close is not None else ""
-    return f"unknown setting '{key}'; {hint}known: {', '.join(known)}"
+    others = [] if name in known else [f"{parent}={other}" for other in plugins_with(parent, name)]
+    if not others:
+        return unknown("setting", name, known, within=f"{parent}{dot}")
+    return SettingError(
+        f"unknown setting '{key}'; {' and '.join(others)} {'has' if len(others) == 1 else 'have'} it, what is chosen has"
+        f" not; choose that, or leave it out; known: {listed(known)}",
+        meant=UnknownName("setting", key, owner=others[0] if len(others) == 1 else ""),
+    )
 
 
 def plugins_with(group: str, setting: str) -> list[str]:

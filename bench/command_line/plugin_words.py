@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.command_line.config_files import chosen_files, content, settings_of
-from bench.command_line.messages import USER_ERRORS, one_line
+from bench.command_line.messages import USER_ERRORS, in_our_words
 from ksmea.errors import SettingError
 from ksmea.plugins import registry
 
@@ -47,7 +47,8 @@ def require_registered(names: Sequence[str]) -> None:
     for name in names:
         if _absolute(name) not in known:
             raise SettingError(
-                f"plugins: expected {name} on the command line or in the file of the experiment itself; name it there"
+                f"expected {name} on the command line or in the file of the experiment itself; name it there",
+                setting="plugins",
             )
 
 
@@ -56,7 +57,7 @@ def given_files(words: Sequence[str]) -> list[Path]:
     try:
         names = [*_names(words)]
     except USER_ERRORS as error:
-        raise SettingError(one_line(error)) from error
+        raise in_our_words(error) from error
     return list(dict.fromkeys(_absolute(name) for name in names))
 
 
@@ -74,5 +75,7 @@ def _names(words: Sequence[str]) -> Iterator[str]:
 
 def _listed(names: Any) -> list[str]:
     if not isinstance(names, list) or not all(isinstance(name, str) for name in names):
-        raise SettingError("plugins: expected a list of Python files, plugins=[my_optimizer.py], got something else")
+        raise SettingError(
+            "expected a list of Python files, plugins=[my_optimizer.py], got something else", setting="plugins"
+        )
     return names

@@ -12,6 +12,7 @@ from typing import Any
 
 from bench.command_line.bench_settings import bench_settings, default_plugins
 from bench.command_line.config_dirs import EXPERIMENT, experiment_files, names_folders
+from bench.command_line.corrected_command import in_brackets, without_brackets
 from bench.command_line.grid import LABEL
 from bench.command_line.plugin_settings import plugin_setting, unknown_key
 from bench.command_line.source_settings import source_settings
@@ -70,7 +71,7 @@ def _require_known(key: str, value: str) -> None:
     top, _, below = key.partition(".")
     names = [*bench_settings(), EXPERIMENT]
     if top not in names:
-        raise SettingError(unknown_key(key, names) if not below else str(unknown("group", top, GROUPS)))
+        raise unknown("group", top, GROUPS) if below else unknown_key(key, names)
     if not below:
         _require_value(key, value, _type_name(bench_settings().get(key)))
 
@@ -85,46 +86,53 @@ def _require_value(key: str, value: str, type_name: str) -> None:
     if not value:
         if key in GROUPS or key == EXPERIMENT:
             known = registered(key) if key in GROUPS else sorted(experiment_files())
-            raise SettingError(f"{key}: expected one of {', '.join(known)}, got nothing")
+            raise SettingError(f"expected one of {', '.join(known)}, got nothing", setting=key)
         if key in bench_settings() or base_type in ("int", "float", "bool"):
             raise SettingError(
-                f"{key}: expected {EXPECTED.get(key, IN_WORDS.get(base_type, 'a list [a,b,...]'))}, got nothing"
+                f"expected {EXPECTED.get(key, IN_WORDS.get(base_type, 'a list [a,b,...]'))}, got nothing", setting=key
             )
         return
     if base_type in ("int", "float") and DECIMAL_COMMA.fullmatch(value):
+        decimal = value.replace(",", ".", 1)
         raise SettingError(
-            f"{key}: expected a decimal point, or several values with commas, got '{value}'; write {value.replace(',', '.', 1)}"
+            f"expected a decimal point, or several values with commas, got '{value}'; write {decimal}",
+            setting=key,
+            meant=lambda _: decimal,
         )
     values = plain(value)
     if base_type.startswith("list[") and value not in WORDS:
         _require_list(key, value, base_type, values)
     if base_type.startswith("dict[") and (values or value.startswith("[")) and value not in WORDS:
         raise SettingError(
-            f"{key}: expected {{name: value, ...}}, got {'a list' if value.startswith('[') else 'one value'}"
+            f"expected {{name: value, ...}}, got {'a list' if value.startswith('[') else 'one value'}", setting=key
         )
     if base_type not in IN_WORDS:
         return
     if value.startswith(("[", "{")):
         raise SettingError(
-            f"{key}: expected {EXPECTED.get(key, IN_WORDS[base_type])}, got a list; several values are written without brackets"
+            f"expected {EXPECTED.get(key, IN_WORDS[base_type])}, got a list; several values are written without brackets",
+            setting=key,
+            meant=without_brackets,
         )
     if key == LABEL and value == "null":
-        raise SettingError(f"{key}: expected a label, got null; leave it out, for all of them")
+        raise SettingError("expected a label, got null; leave it out, for all of them", setting=key)
     for each in values:
         if each.casefold() not in WORDS and not _is_of(each, base_type):
-            raise SettingError(f"{key}: expected {IN_WORDS[base_type]}, got '{each}'")
+            raise SettingError(f"expected {IN_WORDS[base_type]}, got '{each}'", setting=key)
 
 
 def _require_list(key: str, value: str, base_type: str, values: tuple[str, ...]) -> None:
     is_blocks = base_type.startswith("list[dict")
     if values:
-        raise SettingError(f"{key}: expected a list [a,b,...], got one value")
+        raise SettingError("expected a list [a,b,...], got one value", setting=key, meant=in_brackets)
     if value.startswith(("{", "(")):
         raise SettingError(
-            f"{key}: expected a list {BLOCKS if is_blocks else '[a,b,...]'}, got {'one block' if is_blocks else 'other brackets'}"
+            f"expected a list {BLOCKS if is_blocks else '[a,b,...]'}, got {'one block' if is_blocks else 'other brackets'}",
+            setting=key,
+            meant=in_brackets if is_blocks else lambda given: in_brackets(without_brackets(given)),
         )
     if is_blocks and value.startswith("[") and value[1:].strip() not in ("]", "") and value[1:].strip()[0] not in "{$":
-        raise SettingError(f"{key}: expected a list {BLOCKS}, got a list of something else")
+        raise SettingError(f"expected a list {BLOCKS}, got a list of something else", setting=key)
 
 
 def _is_of(text: str, base_type: str) -> bool:
@@ -169,13 +177,13 @@ def _require_plugin_setting(key: str, value: str, said: Mapping[str, str]) -> No
     types = {found[name].type for found in settings if name in found}
     if not types:
         prefix = f"{asked.group}.{asked.plugin}" if asked.plugin else asked.group
-        raise SettingError(unknown_key(f"{prefix}.{name}", {each for found in settings for each in found}))
+        raise unknown_key(f"{prefix}.{name}", {each for found in settings for each in found})
     if len(types) == 1 and not below:
         _require_value(key, value, types.pop())
     if len(chosen) == 1 and not below and (choices := settings[0][name].choices):
         for each in plain(value):
             if each not in (*choices, *WORDS):
-                raise SettingError(f"{asked.group}={chosen[0]}: {unknown(f'value for {name}:', each, choices)}")
+                raise unknown(f"value for {name}:", each, choices).within(f"{asked.group}={chosen[0]}", key)
 
 
 def _chosen(group: str, said: Mapping[str, str]) -> list[str]:

@@ -47,14 +47,6 @@ NAMED = (
 QUOTES = "'\""
 
 
-class WrongShape(SettingError):
-    """A word that is no setting=value; `meant` are the words as they were probably meant."""
-
-    def __init__(self, message: str, meant: Sequence[str] | None = None) -> None:
-        super().__init__(message)
-        self.meant = None if meant is None else list(meant)
-
-
 def joined_options(words: Sequence[str]) -> list[str]:
     """The words with the value of an option in the same word, --config-dir=DIR; `SettingError` for an option that is none, or
     has no value."""
@@ -74,7 +66,7 @@ def joined_options(words: Sequence[str]) -> list[str]:
             value = remaining.pop(0)
         if takes == "yes" and not value:
             listed = f"one of {', '.join(VALUES[option])}" if option in VALUES else "a value"
-            raise WrongShape(f"{option}: expected {listed} after it, got nothing")
+            raise SettingError(f"{option}: expected {listed} after it, got nothing")
         if value and option in VALUES and value not in VALUES[option]:
             raise unknown(f"value of {option}:", value, VALUES[option])
         joined.append(f"{option}={value}" if value else option)
@@ -82,23 +74,23 @@ def joined_options(words: Sequence[str]) -> list[str]:
 
 
 def require_shape(words: Sequence[str], commands: Collection[str]) -> None:
-    """Raise `WrongShape` for the first word that is no setting=value; `commands` are what it may have been meant to be."""
+    """Raise `SettingError` for the first word that is no setting=value; `commands` are what it may have been meant to be."""
     for number, word in enumerate(words):
         if word.startswith("-") or _is_name(word):
             continue
         if word.startswith("~") and not word.startswith("~hydra"):
-            raise WrongShape(
+            raise SettingError(
                 f"{word}: expected setting=value, a setting cannot be taken away; leave the word out",
-                [*words[:number], *words[number + 1 :]],
+                meant=[*words[:number], *words[number + 1 :]],
             )
         before, after = list(words[:number]), list(words[number + 1 :])
         if (whole := _opened(word, after)) is not None:
             rest = after[len(whole) - 1 :]
             key, _, value = " ".join(whole).partition("=")
             listed = f"{key}=[{value}]" if key in BLOCKS and value.startswith("{") else f"{key}={value}"
-            raise WrongShape(
+            raise SettingError(
                 f"{word}: expected the whole value in one word, got it in {len(whole)}; put the word into quotes",
-                [*before, listed, *rest],
+                meant=[*before, listed, *rest],
             )
         if "=" not in word:
             raise _no_setting(word, before, after, commands)
@@ -121,7 +113,7 @@ def _unknown_option(words: Sequence[str], word: str) -> SettingError:
         following = words[number + 1 : number + 2] if not value else []
         plus = "+" if name == "experiment" else ""
         meant = [*words[:number], f"{plus}{name}={value or ''.join(following)}", *words[number + 1 + len(following) :]]
-        return WrongShape(f"{option}: settings stand without dashes, as {plus}{name}=…", meant)
+        return SettingError(f"{option}: settings stand without dashes, as {plus}{name}=…", meant=meant)
     known = [*HYDRA_OPTIONS, *ALSO]
     if not word.startswith("--"):  # one letter is as near as another
         return SettingError(f"unknown option '{shortened(word)}'; known: {', '.join(sorted(known))}")
@@ -158,46 +150,48 @@ def _unclosed(text: str) -> str:
 def _no_setting(word: str, before: list[str], after: list[str], commands: Collection[str]) -> SettingError:
     """What a word without '=' was probably meant to be."""
     if word in commands:
-        return WrongShape(f"{word}: expected a command as the first word, got it later", [word, *before, *after])
+        return SettingError(
+            f"{word}: expected a command as the first word, got it later", meant=[word, *before, *after]
+        )
     bare = word.lstrip("+")
     if bare in experiment_names():
-        return WrongShape(
+        return SettingError(
             f"{word}: expected setting=value; an experiment is chosen by +experiment={bare}",
-            [*before, f"+experiment={bare}", *after],
+            meant=[*before, f"+experiment={bare}", *after],
         )
     key, _, value = bare.partition(":")
     is_setting = key in (*bench_settings(), "experiment") or key.partition(".")[0] in GROUPS
     if is_setting and value:
-        return WrongShape(f"{word}: expected setting=value, got a colon", [*before, f"{key}={value}", *after])
+        return SettingError(f"{word}: expected setting=value, got a colon", meant=[*before, f"{key}={value}", *after])
     if is_setting and (after or before) and (after[:1] == ["="] or not _is_setting(after[:1])):
         rest = after[1:] if after[:1] == ["="] else after
         if rest and not _is_setting(rest[:1]):
             meant = [*before, f"{key}={rest[0].lstrip('=')}", *rest[1:]]
-            return WrongShape(f"{word}: expected setting=value in one word, without spaces", meant)
+            return SettingError(f"{word}: expected setting=value in one word, without spaces", meant=meant)
     if is_setting:
-        return WrongShape(
+        return SettingError(
             f"{word}: expected setting=value, got no value; python -m bench help {key} says what it takes"
         )
     if before and before[-1].endswith(","):
-        return WrongShape(f"{word}: expected no space after a comma", [*before[:-1], before[-1] + word, *after])
+        return SettingError(f"{word}: expected no space after a comma", meant=[*before[:-1], before[-1] + word, *after])
     if before and _is_setting(before[-1:]) and before[-1].partition("=")[0].lstrip("+") in GROUPS:
-        return WrongShape(
+        return SettingError(
             f"{word}: expected setting=value; several values have commas between them",
-            [*before[:-1], f"{before[-1]},{word}", *after],
+            meant=[*before[:-1], f"{before[-1]},{word}", *after],
         )
     if not before and (near := nearest(bare, commands, ALIKE)) is not None:
-        return WrongShape(
-            f"unknown command '{word}'; did you mean '{near}'? known: {', '.join(commands)}", [near, *after]
+        return SettingError(
+            f"unknown command '{word}'; did you mean '{near}'? known: {', '.join(commands)}", meant=[near, *after]
         )
     if (near := nearest(bare, experiment_names(), ALIKE)) is not None and len(after) < 2 and not before:
-        return WrongShape(
+        return SettingError(
             f"{word}: expected a command or setting=value; did you mean the experiment '{near}'? commands:"
             f" {', '.join(commands)}",
-            [f"+experiment={near}", *after],
+            meant=[f"+experiment={near}", *after],
         )
     if not before and after and after[0] in experiment_names():
         return _no_setting(after[0], [], after[1:], commands)
-    return WrongShape(
+    return SettingError(
         f"{word}: expected setting=value, as samples=40, or one of the commands {', '.join(commands)} as the first word;"
         " python -m bench help lists all"
     )
@@ -208,32 +202,32 @@ def _is_setting(words: Sequence[str]) -> bool:
 
 
 def _require_value(word: str, before: list[str], after: list[str]) -> None:
-    """Raise `WrongShape` where what stands behind '=' cannot be a value."""
+    """Raise `SettingError` where what stands behind '=' cannot be a value."""
     key, _, value = word.partition("=")
     if not key.lstrip("+~"):
-        raise WrongShape(f"{word}: expected setting=value in one word, got no name of a setting before '='")
+        raise SettingError(f"{word}: expected setting=value in one word, got no name of a setting before '='")
     if value.startswith("="):
-        raise WrongShape(f"{word}: expected one '=', got two", [*before, f"{key}={value.lstrip('=')}", *after])
+        raise SettingError(f"{word}: expected one '=', got two", meant=[*before, f"{key}={value.lstrip('=')}", *after])
     missing = _unclosed(value)
     if missing == "?":
-        raise WrongShape(
+        raise SettingError(
             f"{word}: expected brackets in pairs, got a closing one that none opens; check brackets and quotes"
         )
     if missing:
-        raise WrongShape(
+        raise SettingError(
             f"{word}: expected {missing} at the end, got a bracket or quote that is not closed",
-            [*before, word + missing, *after],
+            meant=[*before, word + missing, *after],
         )
     if any(sign in value for sign in "[{(" + QUOTES):
         return
     if value.endswith(",") and after and not _is_setting(after[:1]) and not after[0].startswith("-"):
-        raise WrongShape(f"{word}: expected no space after a comma", [*before, word + after[0], *after[1:]])
+        raise SettingError(f"{word}: expected no space after a comma", meant=[*before, word + after[0], *after[1:]])
     if value and "" in value.split(",") and "=" not in value:
         kept = ",".join(filter(None, value.split(",")))
-        raise WrongShape(
-            f"{word}: expected a value on both sides of each comma, got none", [*before, f"{key}={kept}", *after]
+        raise SettingError(
+            f"{word}: expected a value on both sides of each comma, got none", meant=[*before, f"{key}={kept}", *after]
         )
     if ";" in value and " " not in value and all(part.strip() for part in value.split(";")):
-        raise WrongShape(
-            f"{word}: expected commas between values, got a semicolon", [*before, word.replace(";", ","), *after]
+        raise SettingError(
+            f"{word}: expected commas between values, got a semicolon", meant=[*before, word.replace(";", ","), *after]
         )

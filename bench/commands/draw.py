@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from bench.command_line.config import folder_part
-from bench.command_line.messages import USER_ERRORS, one_line
+from bench.command_line.messages import USER_ERRORS, in_our_words
 from bench.command_line.overrides import parse, with_quoted_files
 from bench.command_line.plugin_words import PLUGINS, register_plugins
 from bench.plan.page import Command, Section
@@ -103,7 +103,7 @@ def _asked(words: list[str]) -> tuple[str, dict[str, Any], dict[str, float], dic
     try:
         choices = parse(words)
     except USER_ERRORS as error:
-        raise SettingError(one_line(error)) from error
+        raise in_our_words(error) from error
     for choice in choices:
         if len(choice.values) != 1 or choice.override.is_sweep_override():
             raise SettingError(

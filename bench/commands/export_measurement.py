@@ -6,7 +6,7 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from bench.command_line.messages import USER_ERRORS, one_line
+from bench.command_line.messages import USER_ERRORS, in_our_words
 from bench.command_line.overrides import Choice, parse, with_quoted_files
 from bench.commands.folders import with_option
 from bench.storage.files import replace_file
@@ -35,7 +35,7 @@ def export_measurement(words: list[str]) -> int:
     try:
         choices = parse(with_quoted_files(others))
     except USER_ERRORS as error:
-        raise SettingError(f"export measurement: {one_line(error)}") from error
+        raise in_our_words(error).within("export measurement") from error
     values = {choice.key: _value(choice) for choice in choices}
     name, seed = values.pop(PROBLEM, STANDARD), values.pop(SEED, 0)
     if values.pop(MEASUREMENT, SYNTHETIC) != SYNTHETIC:

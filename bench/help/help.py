@@ -110,7 +110,7 @@ def _whether_it_loads(group: str, name: str) -> str:
     try:
         require_offered(group, name)
     except SettingError as error:
-        return f"cannot be chosen: {str(error).removeprefix(f'{group}={name}: ')}"
+        return f"cannot be chosen: {error.reason}"
     return "loads"
 
 

@@ -46,7 +46,7 @@ def assumed_values_in_errors(settings: Mapping[str, Any]) -> Iterator[None]:
         yield
     except SettingError as error:
         said = _said(settings)
-        if not said or not str(error).startswith(f"measurement.{TRUTH}:"):
+        if not said or error.setting != f"measurement.{TRUTH}":
             raise
         raise SettingError(f"{error}; {said}") from error
 

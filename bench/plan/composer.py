@@ -120,7 +120,7 @@ class Composer:
         for key, value in sorted(self.outline.standard.items(), key=lambda item: names_plugin(item[0])):
             said = plugin_setting(key)
             if said is None or "." in said.setting:
-                raise SettingError(f"standard: expected GROUP.SETTING or GROUP.PLUGIN.SETTING, got {key}")
+                raise SettingError(f"expected GROUP.SETTING or GROUP.PLUGIN.SETTING, got {key}", setting="standard")
             if said.plugin is not None:
                 _require_setting(said.group, said.plugin, said.setting)
             chosen = groups.get(said.group, self.outline[said.group].name)
@@ -152,8 +152,9 @@ class Composer:
         if said.plugin is not None:
             if said.plugin not in names:
                 raise SettingError(
-                    f"{key}: expected a setting of what is chosen, {group}={','.join(names)}, got one of {said.plugin}; choose"
-                    " it too, or leave its settings out"
+                    f"expected a setting of what is chosen, {group}={','.join(names)}, got one of {said.plugin}; choose"
+                    " it too, or leave its settings out",
+                    setting=key,
                 )
             _require_setting(group, said.plugin, setting)
             return said.plugin == chosen
@@ -163,7 +164,7 @@ class Composer:
                 registry.registered(group) if setting != said.setting else ()
             )  # more of a path: a plugin's name, perhaps
             offered = {each for settings in known.values() for each in settings}
-            raise SettingError(unknown_key(f"{group}.{setting}", {*offered, *plugins}))
+            raise unknown_key(f"{group}.{setting}", {*offered, *plugins})
         return setting in known.get(chosen, ())
 
     @cached_property
@@ -193,7 +194,7 @@ def _names(said: PluginSetting, chosen: str) -> bool:
 def _require_setting(group: str, plugin: str, setting: str) -> None:
     known = _settings(group, plugin)
     if setting not in known:
-        raise SettingError(unknown_key(f"{group}.{plugin}.{setting}", known))
+        raise unknown_key(f"{group}.{plugin}.{setting}", known)
 
 
 def _settings(group: str, name: str) -> list[str]:

@@ -13,9 +13,11 @@ from hydra.core.config_loader import ConfigLoader
 from omegaconf import DictConfig, OmegaConf
 
 from bench.command_line.bench_settings import BenchConfig
+from bench.command_line.corrected_command import quoted
 from bench.command_line.grid import LABEL, grid_points
 from bench.command_line.overrides import Choice, as_given, override, parse
 from bench.command_line.plugin_words import require_registered
+from bench.command_line.word_shapes import NAMED
 from bench.plan.assumed_values import assumed_values_in_errors, with_assumed_values
 from bench.plan.composer import Composer, Compositions
 from bench.plan.fleet import MEASURED, ROTOR, fleet_axes, with_rotors
@@ -142,7 +144,11 @@ def _fixed(choices: Iterable[Choice]) -> list[Choice]:
 def _check_axes(keys: Iterable[str]) -> None:
     for key in keys:
         if key in (*WHOLE, *DEALING, *WORKING, "batch", "experiment"):
-            raise SettingError(f"{key}: expected one value for the whole experiment, got several; give one")
+            raise SettingError(
+                "expected one value for the whole experiment, got several; give one",
+                setting=key,
+                meant=quoted if key in NAMED else None,
+            )
 
 
 def _check_whole(config: DictConfig) -> None:
@@ -152,7 +158,7 @@ def _check_whole(config: DictConfig) -> None:
             raise unknown("setting", str(key), [*known, "experiment"])
     require_registered(config.plugins)
     if Path(config.name).name != config.name:
-        raise SettingError(f"name: expected the name of a file, got '{config.name}'")
+        raise SettingError(f"expected the name of a file, got '{config.name}'", setting="name")
     if config.paper is not None and not (PAPER / f"{config.paper}.csv").is_file():
         raise unknown("table of the paper", config.paper, [path.stem for path in PAPER.glob("*.csv")])
     if config.table is not None and config.table not in registry.registered("report"):
@@ -164,13 +170,13 @@ def _check_whole(config: DictConfig) -> None:
             raise unknown("figure", figure, FIGURES)
     for key, least in (("repetitions", 0 if config.table == "settings" else 1), ("workers", 1), ("batches", 1)):
         if config[key] is not None and config[key] < least:
-            raise SettingError(f"{key}: expected at least {least}, got {config[key]}")
+            raise SettingError(f"expected at least {least}, got {config[key]}", setting=key)
     for key in ("timeout", "memory"):
         if config[key] is not None and config[key] <= 0:
-            raise SettingError(f"{key}: expected a number above 0, got {config[key]}")
+            raise SettingError(f"expected a number above 0, got {config[key]}", setting=key)
     for folder in config.share:
         if not Path(folder).is_dir():
-            raise SettingError(f"share: expected folders of results, found none at {folder}")
+            raise SettingError(f"expected folders of results, found none at {folder}", setting="share")
 
 
 def _cells(composer: Composer, points: Sequence[dict[str, Any]], modules: dict[str, str]) -> tuple[Cell, ...]:
@@ -215,7 +221,7 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str], fa
     """
     for key, least in (("samples", 1), ("seed", 0)):
         if config[key] < least:
-            raise SettingError(f"{key}: expected at least {least}, got {config[key]}")
+            raise SettingError(f"expected at least {least}, got {config[key]}", setting=key)
     settings: dict[str, Any] = {group: OmegaConf.to_container(config[group], resolve=True) for group in registry.GROUPS}
     settings = with_assumed_values(settings | {"samples": config.samples})
     with assumed_values_in_errors(settings):
@@ -258,7 +264,9 @@ def _table(asked: str | None, cells: Sequence[Cell]) -> str:
     """The kind of table: as asked, or the one that the cells' study has; it is made of the records of one study."""
     studies = sorted({cell.settings["study"]["name"] for cell in cells})
     if len(studies) > 1:
-        raise SettingError(f"study: expected one for the whole experiment, got {', '.join(studies)}; give one")
+        raise SettingError(
+            f"expected one for the whole experiment, got {', '.join(studies)}; give one", setting="study"
+        )
     study: Any = registry.plugin_class("study", studies[0])
     table: str = asked or study.report
     if not _is_made_of(table, study):
@@ -266,7 +274,7 @@ def _table(asked: str | None, cells: Sequence[Cell]) -> str:
         for name in registry.registered("report"):
             with suppress(SettingError):  # of a report from outside, whose study is missing or broken
                 fitting += [name] if _is_made_of(name, study) else []
-        raise SettingError(f"table: expected one of {', '.join(fitting)} for study={studies[0]}, got {table}")
+        raise SettingError(f"expected one of {', '.join(fitting)} for study={studies[0]}, got {table}", setting="table")
     return table
 
 

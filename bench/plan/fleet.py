@@ -71,8 +71,9 @@ def _rotor_of(file: str, pattern: str) -> str:
     fitting = [rotor for rotor in _found(pattern) if Path(rotor).stem == Path(file).stem]
     if len(fitting) != 1:
         raise SettingError(
-            f"{ROTOR}: expected one rotor named as {file} among {pattern}, got {len(fitting)}; name them alike, or give one"
-            " rotor for all"
+            f"expected one rotor named as {file} among {pattern}, got {len(fitting)}; name them alike, or give one"
+            " rotor for all",
+            setting=ROTOR,
         )
     return fitting[0]
 
@@ -83,9 +84,10 @@ def _none_found(path: str, what: str) -> SettingError:
     folder = plain if glob.has_magic(path) else plain.parent
     if not folder.is_dir():
         return SettingError(
-            f"{MEASURED}: expected {what} {path}, found no folder {folder} (working directory: {Path.cwd()})"
+            f"expected {what} {path}, found no folder {folder} (working directory: {Path.cwd()})", setting=MEASURED
         )
     names = ", ".join(sorted(each.name for each in folder.iterdir() if each.is_file()))
     return SettingError(
-        f"{MEASURED}: expected {what} {path}, found none; the files in {folder} are: {shortened(names, LONGEST_LIST) or 'none'}"
+        f"expected {what} {path}, found none; the files in {folder} are: {shortened(names, LONGEST_LIST) or 'none'}",
+        setting=MEASURED,
     )

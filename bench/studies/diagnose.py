@@ -54,7 +54,7 @@ class Diagnose(DiagnosisOptions, Study):
                 " made of a rotor, or other effects"
             )
         if effects and not found:
-            raise SettingError(f"study.effects: {none_located(effects)}")
+            raise SettingError(f"{none_located(effects)}", setting="study.effects")
         n_data = len(setup.problem.speed) * len(setup.problem.channels)
         least = 2 * len(setup.problem.parameters)
         if n_data < least:

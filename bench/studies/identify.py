@@ -94,7 +94,7 @@ class Identify(Study):
                 return part.validate(setup)
         if self.basin and not setup.truth:
             raise SettingError(
-                "study.basin: expected true values to compare with, got a measurement without; leave it out"
+                "expected true values to compare with, got a measurement without; leave it out", setting="study.basin"
             )
         with_noise = self.intervals != "none" and not setup.source.noise_known
         require_enough(setup.source.layout(setup.settings), len(setup.problem.parameters), with_noise=with_noise)

@@ -39,10 +39,10 @@ def require_direction(direction: str) -> None:
         own = direction if direction in DIRECTIONS else direction_at(float(direction))
     except ValueError:  # a `SettingError` too: an angle that is not finite
         raise SettingError(
-            f"direction: expected x, y or degrees from x towards y, got {shortened(repr(direction))}"
+            f"expected x, y or degrees from x towards y, got {shortened(repr(direction))}", setting="direction"
         ) from None
     if own != direction:
-        raise SettingError(f"direction: expected {own}, got {shortened(repr(direction))}, another name of it")
+        raise SettingError(f"expected {own}, got {shortened(repr(direction))}, another name of it", setting="direction")
 
 
 def degrees_of(direction: str) -> float:

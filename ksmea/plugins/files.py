@@ -85,7 +85,8 @@ def plugins_of_file(path: Path) -> list[FoundPlugin]:
     if not found:
         contracts = ", ".join(CONTRACTS[group].__name__ for group in CONTRACTS if group not in OF_THE_BENCH)
         raise SettingError(
-            f"plugins: {path}: expected a class that subclasses one of {contracts} of the package ksmea, got none; add one"
+            f"{path}: expected a class that subclasses one of {contracts} of the package ksmea, got none; add one",
+            setting="plugins",
         )
     return found
 
@@ -108,7 +109,7 @@ def brought_along(path: Path) -> dict[str, Path]:
     """A plugin's file, and the modules and packages beside it that it imports, packages with all their files, by name;
     `SettingError` where there is no such file."""
     if not path.is_file():
-        raise SettingError(f"plugins: expected a Python file, found none at {path}; give its path")
+        raise SettingError(f"expected a Python file, found none at {path}; give its path", setting="plugins")
     found = {path.name: path}
     pending = [path]
     while pending:
@@ -194,10 +195,10 @@ def _beside(folder: Path, module: str) -> list[Path]:
 def _loaded(path: Path) -> ModuleType:
     """The module that a file is; its folder comes last on Python's path, so that nothing in it hides what is installed."""
     if not path.is_file():
-        raise SettingError(f"plugins: expected a Python file, found none at {path}; give its path")
+        raise SettingError(f"expected a Python file, found none at {path}; give its path", setting="plugins")
     if path.suffix != ".py" or not path.stem.isidentifier():
         raise SettingError(
-            f"plugins: expected a file named as a module is, as my_optimizer.py, got {path.name}; rename it"
+            f"expected a file named as a module is, as my_optimizer.py, got {path.name}; rename it", setting="plugins"
         )
     folder = str(path.parent)
     if folder not in sys.path:
@@ -208,7 +209,7 @@ def _loaded(path: Path) -> ModuleType:
     try:
         return importlib.import_module(path.stem)
     except (Exception, SystemExit) as error:
-        raise SettingError(f"plugins: {path} cannot be loaded: {one_line(error)}") from error
+        raise SettingError(f"{path} cannot be loaded: {one_line(error)}", setting="plugins") from error
 
 
 def _require_own_name(path: Path, name: str) -> None:
@@ -222,8 +223,9 @@ def _require_own_name(path: Path, name: str) -> None:
     beside = [path.parent / each for each in (f"{name}.py", f"{name}/__init__.py", name)]
     if place is None or not any(each.exists() and place.samefile(each) for each in beside):
         raise SettingError(
-            f"plugins: {path.parent / name}: expected a name that no other module has, but Python takes {name} from"
-            f" {place or 'elsewhere'}; rename it"
+            f"{path.parent / name}: expected a name that no other module has, but Python takes {name} from"
+            f" {place or 'elsewhere'}; rename it",
+            setting="plugins",
         )
 
 
@@ -235,6 +237,7 @@ def require_same(path: Path, planned: Mapping[str, str]) -> None:
     """Raise `SettingError` where a file, or what it imports from beside it, is no longer as planned."""
     if changed := [name for name, digest in digests(path).items() if planned.get(name) != digest]:
         raise SettingError(
-            f"plugins: {path}: expected what the experiment was planned with, but {', '.join(changed)} has changed; give"
-            " the experiment's command again"
+            f"{path}: expected what the experiment was planned with, but {', '.join(changed)} has changed; give"
+            " the experiment's command again",
+            setting="plugins",
         )

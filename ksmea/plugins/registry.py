@@ -56,8 +56,9 @@ def register_file(path: Path, planned: Mapping[str, str] | None = None) -> None:
     for each in found:
         if each.name in registered(each.group):
             raise SettingError(
-                f"plugins: {path}: expected names that no other plugin has, but {each.group}={each.name} is there from"
-                f" {origin(each.group, each.name)}; rename its class {each.plugin.__name__}"
+                f"{path}: expected names that no other plugin has, but {each.group}={each.name} is there from"
+                f" {origin(each.group, each.name)}; rename its class {each.plugin.__name__}",
+                setting="plugins",
             )
     groups = GROUPS | FURTHER
     points = [
@@ -71,25 +72,31 @@ def plugin_class(group: str, name: str) -> type:
     points = registered(group)
     if name not in points:
         raise unknown(group, name, points)
-    point = points[name]
+    try:
+        return _class_at(points[name], CONTRACTS[group])
+    except SettingError as error:
+        raise error.within(f"{group}={name}") from error
+
+
+def _class_at(point: EntryPoint, contract: type[Settings]) -> type:
+    """The class that an entry point names; `SettingError` if it cannot be loaded or is no plugin by the contract."""
     if isinstance(point, SharedName):
-        raise SettingError(f"{group}={name}: {point.refusal}")
+        raise SettingError(point.refusal)
     try:
         plugin: type = point.load()
     except (Exception, SystemExit) as error:
-        raise SettingError(f"{group}={name}: {points[name].value} cannot be loaded: {one_line(error)}") from error
+        raise SettingError(f"{point.value} cannot be loaded: {one_line(error)}") from error
     parameters = vars(plugin).get("__dataclass_params__") if isinstance(plugin, type) else None
     if parameters is None or not parameters.frozen:
-        raise SettingError(f"{group}={name}: expected a frozen dataclass at {points[name].value}, got {plugin!r}")
-    contract = CONTRACTS[group]
+        raise SettingError(f"expected a frozen dataclass at {point.value}, got {plugin!r}")
     if not issubclass(plugin, contract):
         raise SettingError(
-            f"{group}={name}: expected a subclass of {contract.__module__}.{contract.__name__} at {points[name].value},"
+            f"expected a subclass of {contract.__module__}.{contract.__name__} at {point.value},"
             f" got {plugin.__name__}; make it one, see {contract.__module__}"
         )
     if missing := sorted(plugin.__abstractmethods__):
         raise SettingError(
-            f"{group}={name}: expected {plugin.__name__} to define {', '.join(missing)}, which {contract.__name__} leaves"
+            f"expected {plugin.__name__} to define {', '.join(missing)}, which {contract.__name__} leaves"
             " abstract, got nothing; add it"
         )
     return plugin
@@ -137,7 +144,7 @@ def create(group: str, name: str, settings: Mapping[str, Any], parts: Mapping[st
     try:
         return plugin(**chosen, **settings)
     except SettingError as error:
-        raise SettingError(f"{group}={name}: {error}") from error
+        raise error.within(f"{group}={name}", setting=error.setting and f"{group}.{error.setting}") from error
 
 
 def create_all(group: str, names: Iterable[str]) -> tuple[dict[str, Any], dict[str, str]]:

@@ -112,14 +112,15 @@ def expected_range(metadata: Any) -> str:
 
 def _check_field(name: str, hint: Any, metadata: Mapping[str, Any], value: Any) -> None:
     if not is_of(value, hint):
-        raise SettingError(f"{name}: expected {in_words(hint)}, got {described(value)}")
+        raise SettingError(f"expected {in_words(hint)}, got {described(value)}", setting=name)
     choices = metadata.get("choices")
     if choices and value is not None and value not in choices:
         raise unknown(f"value for {name}:", str(value), choices)
     entries = value if isinstance(value, (list, tuple)) else [value]
     for entry in entries:
         if isinstance(entry, numbers.Real) and not isinstance(entry, bool) and not _in_range(entry, metadata):
-            raise SettingError(f"{name}: expected a number {expected_range(metadata) or 'that is finite'}, got {entry}")
+            legal = expected_range(metadata) or "that is finite"
+            raise SettingError(f"expected a number {legal}, got {entry}", setting=name)
 
 
 def _in_range(value: numbers.Real, metadata: Any) -> bool:
