@@ -28,19 +28,11 @@ from ksmea.measurement.campaign import Run
 from ksmea.measurement.measurement import Measurement
 from ksmea.measurement.noise import Noise
 from ksmea.measurement.speeds import equal_speeds
+from ksmea.records.campaign import SpreadRecord
 
 LEAST_DEGREES = 6  # of freedom; with fewer a level of two parts means nothing
 N_LEVEL = 9  # levels of each part of the noise that a search is started from the best of
 STANDS_OUT = 0.01  # p, corrected, below which a run or a channel is named
-
-
-@dataclass(frozen=True)
-class Spread:
-    """Mean square between runs over that of repeats, and the chance of as large a one where runs are alike."""
-
-    what: str
-    ratio: float
-    p: float
 
 
 @dataclass(frozen=True)
@@ -52,8 +44,8 @@ class Repeats:
     degrees: int
     amplitude: tuple[float, float]  # m, the smallest and the largest that was repeated
     are_runs: bool
-    between: Spread | None = None
-    standing_out: tuple[Spread, ...] = ()
+    between: SpreadRecord | None = None
+    standing_out: tuple[SpreadRecord, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -142,12 +134,12 @@ def _compared(
     unbiased = (1 - 2 / n_part) * found.degrees / (found.degrees - 2)
     dimensions, n_channel = measurement.dimensions, len(measurement.channels)
 
-    def spread(what: str, squares: float, degrees: int, n_compared: int = 1) -> Spread:
+    def spread(what: str, squares: float, degrees: int, n_compared: int = 1) -> SpreadRecord:
         ratio = float(squares / degrees) * unbiased
         p = n_compared * float(scipy.stats.f.sf(ratio, dimensions * degrees, found.degrees))
-        return Spread(what, ratio, min(1.0, p))
+        return SpreadRecord(what, ratio, min(1.0, p))
 
-    def runs_standing_out(alike: Sequence[Sequence[_Cell]]) -> list[Spread]:
+    def runs_standing_out(alike: Sequence[Sequence[_Cell]]) -> list[SpreadRecord]:
         """Against all others: the one that does so most, then of the others among themselves."""
         own: dict[int, list[Array]] = defaultdict(list)
         for cells in alike:

@@ -29,8 +29,8 @@ class BothWaysRecord(Record):
 
 @dataclass(frozen=True)
 class SpreadRecord(Record):
-    """Of all runs that are alike, or of one run or channel: mean square beyond repeats, relative to theirs, and its p, that of
-    one of several corrected for their number."""
+    """Of all runs that are alike, or of one run or channel: mean square between runs over that of repeats, and the chance of
+    as large a one where runs are alike, that of one of several corrected for their number."""
 
     what: str
     ratio: float

@@ -16,7 +16,7 @@ import scipy
 from scipy import linalg
 
 from ksmea.arrays import Array
-from ksmea.fits.repeats import Spread, repeats
+from ksmea.fits.repeats import repeats
 from ksmea.inference.maximisation import nearest_maximum
 from ksmea.likelihood.difference_likelihood import DifferenceLikelihood
 from ksmea.likelihood.likelihood import Likelihood
@@ -25,7 +25,7 @@ from ksmea.measurement.speeds import common_speeds
 from ksmea.problem.alignment import aligned
 from ksmea.problem.case import Case
 from ksmea.problem.counted import Model
-from ksmea.records.campaign import BothWaysRecord, MovedRecord, RepeatsRecord, SpreadRecord
+from ksmea.records.campaign import BothWaysRecord, MovedRecord, RepeatsRecord
 
 SHARES = (0.01, 0.98)  # of the information: below, differences tell next to nothing; above, they are all there is
 MOVED = 3.0  # standard errors from which an unknown is named
@@ -94,10 +94,6 @@ def repeats_of(measurement: Measurement) -> RepeatsRecord | None:
         floor=0.0 if floor < SLIGHT * relative * smallest else floor,
         degrees=found.degrees,
         are_runs=found.are_runs,
-        between=None if found.between is None else _record(found.between),
-        standing_out=tuple(map(_record, found.standing_out)),
+        between=found.between,
+        standing_out=found.standing_out,
     )
-
-
-def _record(spread: Spread) -> SpreadRecord:
-    return SpreadRecord(spread.what, spread.ratio, spread.p)
