@@ -17,8 +17,6 @@ from ksmea.errors import unknown
 from ksmea.inference.cramer_rao import Identifiability, identifiability
 from ksmea.measurement.channel import Channel
 from ksmea.measurement.measurement import OBSERVABLES
-from ksmea.measurement.noise import Noise
-from ksmea.problem.problem import Problem
 from ksmea.records.identifiability import (
     DataDescription,
     Direction,
@@ -62,16 +60,6 @@ class IdentifiabilityOptions(Settings):
                 raise unknown("entry of variations:", str(name), VARIATIONS)
 
 
-@dataclass(frozen=True)
-class Data:
-    """Data that could be measured: on a problem's speeds and channels, of a kind, with noise."""
-
-    problem: Problem
-    noise: Noise
-    kind: str
-    noise_known: bool = True
-
-
 def identifiability_study(point: DesignPoint, options: IdentifiabilityOptions | None = None) -> IdentifiabilityRecord:
     """The CRLB of each unknown at a point from data on the problem's speeds and channels, and how it changes with the data.
 
@@ -79,23 +67,14 @@ def identifiability_study(point: DesignPoint, options: IdentifiabilityOptions | 
     """
     options = options or IdentifiabilityOptions()
     problem, x = point.problem, point.x
-    data = Data(problem, point.noise, point.kind, point.noise_known)
-    present = identifiability_of(data, x)
+    present = identifiability_of(point)
     return IdentifiabilityRecord(
         level=options.level,
         sigmas=NormalDist().inv_cdf((1 + options.level) / 2),
-        data=_description(data),
+        data=_description(point),
         parameters=tuple(
-            Unknown(
-                parameter.name,
-                parameter.unit,
-                parameter.si_per_unit,
-                float(value),
-                parameter.lower,
-                parameter.upper,
-                finite(crlb),
-            )
-            for parameter, value, crlb in zip(problem.parameters, x, present.crlb)
+            Unknown(item.name, item.unit, item.si_per_unit, float(value), item.lower, item.upper, finite(crlb))
+            for item, value, crlb in zip(problem.parameters, x, present.crlb)
         ),
         correlation=tuple(tuple(finite(entry) for entry in row) for row in present.correlation),
         stability=stability_of(
@@ -103,46 +82,48 @@ def identifiability_study(point: DesignPoint, options: IdentifiabilityOptions | 
         ),
         worst_direction=Direction(tuple(present.worst_direction.tolist()), finite(present.worst_crlb)),
         variations=tuple(
-            Variation(variation, value, tuple(finite(crlb) for crlb in identifiability_of(varied, x).crlb))
+            Variation(variation, value, tuple(finite(crlb) for crlb in identifiability_of(varied).crlb))
             for variation in VARIATIONS
             if variation in options.variations
-            for value, varied in varied_data(variation, data, options)
+            for value, varied in varied_data(variation, point, options)
         ),
         lack_of_fit=point.lack_of_fit,
         remarks=point.remarks,
     )
 
 
-def identifiability_of(data: Data, x: Array) -> Identifiability:
-    """How well the data determine the unknowns at x (d,), SI."""
-    return identifiability(data.problem, x, data.noise, data.kind, noise_known=data.noise_known)
+def identifiability_of(point: DesignPoint) -> Identifiability:
+    """How well the data determine the unknowns."""
+    return identifiability(point.problem, point.x, point.noise, point.kind, noise_known=point.noise_known)
 
 
-def varied_data(variation: str, data: Data, options: IdentifiabilityOptions) -> Iterator[tuple[Value, Data]]:
+def varied_data(
+    variation: str, point: DesignPoint, options: IdentifiabilityOptions
+) -> Iterator[tuple[Value, DesignPoint]]:
     """The values of one of `VARIATIONS`, each with the data as they would be."""
     if variation == "speeds":
-        return _speeds(data, options.speed_factors)
+        return _speeds(point, options.speed_factors)
     if variation == "band":
-        return _band(data, options.top_factors)
+        return _band(point, options.top_factors)
     if variation == "position":
-        return _position(data, options.n_position)
+        return _position(point, options.n_position)
     if variation == "noise":
-        return _noise(data, options.noise_factors)
-    return _kind(data)
+        return _noise(point, options.noise_factors)
+    return _kind(point)
 
 
-def _speeds(data: Data, factors: Sequence[float]) -> Iterator[tuple[Value, Data]]:
+def _speeds(point: DesignPoint, factors: Sequence[float]) -> Iterator[tuple[Value, DesignPoint]]:
     """More or fewer speeds between the same ends, spaced as the present ones are."""
-    speed = data.problem.speed
+    speed = point.problem.speed
     n_step = len(speed) - 1
     for n_speed in sorted({max(1, round(factor * n_step)) + 1 for factor in factors} if n_step else ()):
         steps = np.linspace(0, n_step, n_speed)
-        yield n_speed, _at(data, np.interp(steps, np.arange(n_step + 1), speed))
+        yield n_speed, _at(point, np.interp(steps, np.arange(n_step + 1), speed))
 
 
-def _band(data: Data, top_factors: Sequence[float]) -> Iterator[tuple[Value, Data]]:
+def _band(point: DesignPoint, top_factors: Sequence[float]) -> Iterator[tuple[Value, DesignPoint]]:
     """As many speeds, evenly spaced, in halves and quarters of the band and up to higher speeds."""
-    speed = data.problem.speed
+    speed = point.problem.speed
     if len(speed) < 2:
         return
     low, width = speed[0], speed[-1] - speed[0]
@@ -150,45 +131,45 @@ def _band(data: Data, top_factors: Sequence[float]) -> Iterator[tuple[Value, Dat
     bands = [(low + start * width, low + end * width) for start, end in parts]
     bands += [(low, factor * speed[-1]) for factor in top_factors]
     for start, end in bands:
-        yield (float(start), float(end)), _at(data, np.linspace(start, end, len(speed)))
+        yield (float(start), float(end)), _at(point, np.linspace(start, end, len(speed)))
 
 
-def _position(data: Data, n_position: int) -> Iterator[tuple[Value, Data]]:
+def _position(point: DesignPoint, n_position: int) -> Iterator[tuple[Value, DesignPoint]]:
     """One measuring plane instead of all present probes, in the same directions, at each of the problem's sites."""
-    sites = data.problem.sites
+    sites = point.problem.sites
     if len(sites) > n_position:
         sites = sites[np.linspace(0, len(sites) - 1, n_position).round().astype(int)]
-    directions = dict.fromkeys(channel.direction for channel in data.problem.channels)
+    directions = dict.fromkeys(channel.direction for channel in point.problem.channels)
     for site in sites:
         channels = [Channel(float(site), direction) for direction in directions]
-        yield float(site), _at(data, data.problem.speed, channels)
+        yield float(site), _at(point, point.problem.speed, channels)
 
 
-def _noise(data: Data, factors: Sequence[float]) -> Iterator[tuple[Value, Data]]:
+def _noise(point: DesignPoint, factors: Sequence[float]) -> Iterator[tuple[Value, DesignPoint]]:
     for factor in sorted(set(factors)):
-        noise = data.noise.scaled(factor)
-        yield factor, dataclasses.replace(data, noise=noise)
+        noise = point.noise.scaled(factor)
+        yield factor, dataclasses.replace(point, noise=noise)
 
 
-def _kind(data: Data) -> Iterator[tuple[Value, Data]]:
+def _kind(point: DesignPoint) -> Iterator[tuple[Value, DesignPoint]]:
     for kind in OBSERVABLES:
-        yield kind, dataclasses.replace(data, kind=kind)
+        yield kind, dataclasses.replace(point, kind=kind)
 
 
-def _at(data: Data, speed: Array, channels: Sequence[Channel] | None = None) -> Data:
-    return dataclasses.replace(data, problem=data.problem.at(speed, channels or data.problem.channels))
+def _at(point: DesignPoint, speed: Array, channels: Sequence[Channel] | None = None) -> DesignPoint:
+    return dataclasses.replace(point, problem=point.problem.at(speed, channels or point.problem.channels))
 
 
-def _description(data: Data) -> DataDescription:
-    speed = data.problem.speed
+def _description(point: DesignPoint) -> DataDescription:
+    speed = point.problem.speed
     return DataDescription(
         n_speed=len(speed),
         speed_from=float(speed[0]),
         speed_to=float(speed[-1]),
-        channels=tuple(str(channel) for channel in data.problem.channels),
-        positions=tuple(sorted({float(channel.position) for channel in data.problem.channels})),
-        kind=data.kind,
-        relative=float(data.noise.relative),
-        floor=float(data.noise.floor),
-        noise_known=data.noise_known,
+        channels=tuple(str(channel) for channel in point.problem.channels),
+        positions=tuple(sorted({float(channel.position) for channel in point.problem.channels})),
+        kind=point.kind,
+        relative=float(point.noise.relative),
+        floor=float(point.noise.floor),
+        noise_known=point.noise_known,
     )

@@ -23,7 +23,6 @@ from ksmea.show.charts.picture import figure
 from ksmea.show.identifiability_text import COLUMNS, frame, sentences, text
 from ksmea.studies.design_point import DesignPoint
 from ksmea.studies.identifiability import (
-    Data,
     IdentifiabilityOptions,
     identifiability_of,
     identifiability_study,
@@ -34,6 +33,7 @@ from problems.three_disk import ThreeDisk
 FIVE = ["kxx", "kyy", "cxx", "cyy", "u"]
 EXAMPLE = "docs/examples/rotor.yaml"
 DATA = Path(__file__).parents[1] / "data"
+TRUTH = np.array(list(ThreeDisk().reference().values()))
 
 
 def record_of(problem=None, study=None, **measurement):
@@ -105,7 +105,7 @@ def test_four_times_as_many_speeds_halve_the_crlbs_where_the_response_is_smooth(
 def test_unevenly_spaced_speeds_keep_their_spacing(three_disk):
     problem = ThreeDisk().build()
     speed = np.array([200.0, 300.0, 700.0])
-    data = Data(problem.at(speed, problem.channels), Noise(0.1, 0), "amplitude", True)
+    data = DesignPoint(problem.at(speed, problem.channels), TRUTH, Noise(0.1, 0), "amplitude", True)
     options = IdentifiabilityOptions(speed_factors=[1.0, 2.0])
     found = {value: varied.problem.speed for value, varied in varied_data("speeds", data, options)}
     assert found[3] == pytest.approx(speed)
@@ -147,24 +147,22 @@ class Bare(Problem):
 
 def test_a_problem_without_sensitivity_and_sites_is_differentiated():
     problem = ThreeDisk(reading="rpm").build()
-    x = np.array(list(ThreeDisk().reference().values()))
-    data = Data(problem, Noise(0.1, 0.0), "complex", True)
+    data = DesignPoint(problem, TRUTH, Noise(0.1, 0.0), "complex", True)
     bare = dataclasses.replace(data, problem=Bare(problem))
-    assert identifiability_of(bare, x).crlb == pytest.approx(identifiability_of(data, x).crlb, rel=1e-3)
+    assert identifiability_of(bare).crlb == pytest.approx(identifiability_of(data).crlb, rel=1e-3)
     assert list(varied_data("position", bare, IdentifiabilityOptions())) == []
 
 
 def test_fewer_data_than_unknowns_tell_of_none_alone():
-    data = Data(ThreeDisk(n_speed=1, directions=["x"]).build(), Noise(0.0, 1e-7), "amplitude", True)
-    x = np.array(list(ThreeDisk().reference().values()))
-    assert np.isinf(identifiability_of(data, x).crlb).all()
+    data = DesignPoint(ThreeDisk(n_speed=1, directions=["x"]).build(), TRUTH, Noise(0.0, 1e-7), "amplitude")
+    assert np.isinf(identifiability_of(data).crlb).all()
 
 
 def test_a_value_of_0_is_measured_by_its_limits():
     """An angle or a cross-coupling can be 0; the CRLB in SI does not depend on what it is measured by."""
     problem = ThreeDisk().build()
     x = np.array([50e6, 70e6, 500.0, 0.0, 2e-4])
-    told = identifiability_of(Data(problem, Noise(0.1, 0.0), "amplitude", True), x)
+    told = identifiability_of(DesignPoint(problem, x, Noise(0.1, 0.0), "amplitude"))
     scale = problem.parameters.width  # for the inverse alone
     covariance = np.linalg.inv(told.information * np.outer(scale, scale)) * np.outer(scale, scale)
     assert told.crlb == pytest.approx(np.sqrt(np.diag(covariance)), rel=1e-6)
