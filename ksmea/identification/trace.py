@@ -32,6 +32,7 @@ from ksmea.plugins.method import Method
 from ksmea.plugins.surrogate import Predictor, Surrogate, Unsuited
 from ksmea.problem.counted import CountedProblem
 from ksmea.problem.problem import Problem
+from ksmea.records.record import rounded
 from ksmea.records.trace import StageRecord, TraceRecord, stage_number
 
 # Improvements kept for each tenfold of evaluations and Jacobians, in each stage, at most: as many as COCO logs (N. Hansen et
@@ -123,15 +124,11 @@ def thinned(improvements: Sequence[Improvement], stages: Sequence[Stage]) -> Tra
         evaluations=tuple(each.evaluations for each in found),
         jacobians=tuple(each.jacobians for each in found),
         surrogate_evaluations=tuple(each.surrogate_evaluations for each in found),
-        misfit=tuple(_rounded(each.misfit, DIGITS) for each in found),
-        seconds=tuple(_rounded(each.seconds, SECONDS_DIGITS) for each in found),
-        x=tuple(tuple(_rounded(value, DIGITS) for value in each.x) for each in found),
+        misfit=tuple(rounded(each.misfit, DIGITS) for each in found),
+        seconds=tuple(rounded(each.seconds, SECONDS_DIGITS) for each in found),
+        x=tuple(tuple(rounded(value, DIGITS) for value in each.x) for each in found),
         stages=ends,
     )
-
-
-def _rounded(value: float, digits: int) -> float:
-    return float(f"{value:.{digits}g}")
 
 
 AnyMethod = TypeVar("AnyMethod")

@@ -9,10 +9,11 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
+from ksmea.records.record import DRAWN_DIGITS, rounded
 from ksmea.units import ANGLE, SPEED, VIBRATION
 
 DIGITS = 8  # a figure of differences needs no more, and records stay small
-DRAWN_DIGITS = 5  # of what is only drawn; speeds have two more, which part those of a sharp peak
+SPEED_DIGITS = DRAWN_DIGITS + 2  # which part those of a sharp peak
 
 Row = tuple[float | None, ...]  # None: not finite
 Matrix = tuple[Row, ...]  # (n_speed, n_channel)
@@ -44,7 +45,7 @@ class FineCurve:
     def of(cls, speed: Array, response: Array | ComplexArray, breaks: tuple[int, ...], *, with_phase: bool) -> Self:
         """A response (n_speed, n_channel), m, as it is drawn."""
         phase = matrix(np.angle(response), DRAWN_DIGITS) if with_phase else None
-        return cls(row(speed, DRAWN_DIGITS + 2), matrix(np.abs(response), DRAWN_DIGITS), phase, breaks)
+        return cls(row(speed, SPEED_DIGITS), matrix(np.abs(response), DRAWN_DIGITS), phase, breaks)
 
 
 def check_shape(name: str, matrix: Matrix | None, n_row: int, n_column: int) -> None:
@@ -107,8 +108,7 @@ class ResponseCurves:
 
 def row(values: Array, digits: int = DIGITS) -> Row:
     """(n,) as a record has it."""
-    rounded: Row = tuple(_rounded(value, digits) for value in values.tolist())
-    return rounded
+    return tuple(rounded(value, digits) if np.isfinite(value) else None for value in values.tolist())
 
 
 def matrix(values: Array, digits: int = DIGITS) -> Matrix:
@@ -124,7 +124,3 @@ def as_array(values: Any) -> Array:
            [ 2.,  3.]])
     """
     return np.array(values, dtype=float)
-
-
-def _rounded(value: float, digits: int) -> float | None:
-    return float(f"{value:.{digits}g}") if np.isfinite(value) else None

@@ -11,8 +11,10 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.records.estimate import StabilityRecord
 from ksmea.records.identification import LackOfFit
-from ksmea.records.record import Record
+from ksmea.records.record import Record, renamed
 from ksmea.units import LENGTH, SI_PER_UNIT, SPEED, Length, OfUnknown, Part, Quantity, Speed, Vibration
+
+_RENAMED = {"bound": "crlb"}  # in earlier records
 
 # The speeds' count, [lowest, highest] of a band in rad/s, a position in m, a factor of the noise, or a kind of data.
 Value = int | float | str | tuple[float, float]
@@ -122,8 +124,8 @@ class IdentifiabilityRecord(Record):
         worst = data["least_told"]
         return {
             **data,
-            "parameters": [_crlb_of_bound(parameter) for parameter in data["parameters"]],
-            "variations": [_crlb_of_bound(variation) for variation in data["variations"]],
+            "parameters": [renamed(parameter, _RENAMED) for parameter in data["parameters"]],
+            "variations": [renamed(variation, _RENAMED) for variation in data["variations"]],
             "worst_direction": {"change": worst["direction"], "crlb": worst["bound"]},
         }
 
@@ -135,7 +137,3 @@ def percent(crlb: float, true: float) -> float:
     5.0
     """
     return 100 * crlb / abs(true) if true else np.nan
-
-
-def _crlb_of_bound(part: Mapping[str, Any]) -> dict[str, Any]:
-    return {"crlb" if name == "bound" else name: value for name, value in part.items()}

@@ -17,7 +17,7 @@ from ksmea.records.curves import FitCurves, Matrix, ResponseCurves, check_shape,
 from ksmea.records.estimate import NoiseLevelRecord, StabilityRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.location import LocationRecord
-from ksmea.records.record import Record
+from ksmea.records.record import Record, renamed
 from ksmea.records.trace import TraceRecord
 from ksmea.records.weights import WeightsRecord
 from ksmea.units import TURN, OfUnknown, Speed, Time, Vibration
@@ -249,13 +249,11 @@ class IdentificationRecord(Record):
         {'error': why there are none}."""
         if not any("at_bound" in parameter for parameter in data.get("parameters", ())):
             return data
-        renamed = [
-            {RENAMED.get(name, name): value for name, value in parameter.items()} for parameter in data["parameters"]
-        ]
+        parameters = [renamed(parameter, RENAMED) for parameter in data["parameters"]]
         interval = data.get("interval", {})
         error = interval.get("error")
         effort = interval if interval and error is None else None
-        return {**data, "parameters": renamed, "intervals": effort, "interval_error": error}
+        return {**data, "parameters": parameters, "intervals": effort, "interval_error": error}
 
 
 def _nearest_turn(parameter: Parameter, true: float | None, identified: float) -> float | None:

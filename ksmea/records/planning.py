@@ -17,7 +17,7 @@ from ksmea.arrays import Array
 from ksmea.measurement.campaign import Weight, notation
 from ksmea.records.estimate import StabilityRecord
 from ksmea.records.identification import LackOfFit
-from ksmea.records.record import Record
+from ksmea.records.record import Record, renamed
 from ksmea.units import Angle, Length, OfUnknown, Quantity, Speed, Unbalance
 
 OfTarget = Annotated[float, Quantity("SI, of the target")]
@@ -60,7 +60,18 @@ class Candidates:
 
 
 @dataclass(frozen=True)
-class Step:
+class Addition:
+    """Something that could be added: a speed, a probe or a trial unbalance; None where it does not apply."""
+
+    speed: Speed | None = None
+    position: Length | None = None
+    direction: str | None = None  # of a probe, 'x', 'y' or degrees
+    magnitude: Unbalance | None = None  # of a trial unbalance
+    phase: Angle | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Step(Addition):
     """One addition, after all earlier ones of its family."""
 
     candidate: int  # index among the family's candidates
@@ -68,11 +79,6 @@ class Step:
     reduction_pct: float | None
     unplanned_crlb: tuple[OfUnknown | None, ...]  # (d,) SI, with as many data that were not chosen
     unplanned_reduction_pct: float | None
-    speed: Speed | None = None  # what was added, None where it does not apply
-    position: Length | None = None
-    direction: str | None = None
-    magnitude: Unbalance | None = None
-    phase: Angle | None = None
 
 
 @dataclass(frozen=True)
@@ -140,19 +146,15 @@ class PlanningRecord(Record):
         families = [
             {
                 **family,
-                "candidates": _renamed(family["candidates"]),
-                "steps": [_renamed(step) for step in family["steps"]],
+                "candidates": renamed(family["candidates"], _RENAMED),
+                "steps": [renamed(step, _RENAMED) for step in family["steps"]],
             }
             for family in data["families"]
         ]
         facts = {"speed_from": speed_from, "speed_to": speed_to, "n_speed": int(n_speed), "families": families}
-        return {**_renamed(data), **facts}
+        return {**renamed(data, _RENAMED), **facts}
 
 
 def infinite_where_none(crlb: Sequence[float | None]) -> Array:
     """CRLBs (n,), infinite where nothing is known."""
     return np.array([np.inf if value is None else value for value in crlb])
-
-
-def _renamed(data: Mapping[str, Any]) -> dict[str, Any]:
-    return {_RENAMED.get(name, name): value for name, value in data.items()}

@@ -13,7 +13,10 @@ from typing import Any, Self
 
 import msgspec
 
+from ksmea.arrays import Array
 from ksmea.errors import SettingError
+
+DRAWN_DIGITS = 5  # of what is only drawn
 
 
 @dataclass(frozen=True)
@@ -58,6 +61,20 @@ class Record:
 def finite(value: float) -> float | None:
     """A number as JSON has it: None where it is infinite or none."""
     return float(value) if math.isfinite(value) else None
+
+
+def rounded(value: float, digits: int = DRAWN_DIGITS) -> float:
+    return float(f"{value:.{digits}g}")
+
+
+def series(values: Array) -> tuple[float, ...]:
+    """Numbers (n,) to the digits that a figure shows."""
+    return tuple(map(rounded, values.tolist()))
+
+
+def renamed(data: Mapping[str, Any], names: Mapping[str, str]) -> dict[str, Any]:
+    """Older data with the present names of fields."""
+    return {names.get(name, name): value for name, value in data.items()}
 
 
 def _builtin(value: Any) -> Any:

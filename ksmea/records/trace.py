@@ -12,6 +12,7 @@ import numpy as np
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.problem.parameters import Parameters
+from ksmea.records.record import rounded
 from ksmea.units import OfUnknown
 
 ERROR_DIGITS = 5  # that are kept of errors
@@ -69,7 +70,7 @@ class TraceRecord:
 
         def error(x: Sequence[float]) -> float:
             deviations = np.array([parameter.turned(value) for parameter, value in zip(parameters, x - true)])
-            return float(f"{np.sqrt(np.nanmean((deviations / bounds) ** 2)):.{ERROR_DIGITS}g}")
+            return rounded(np.sqrt(np.nanmean((deviations / bounds) ** 2)), ERROR_DIGITS)
 
         if np.all(np.isnan(bounds)):
             return dataclasses.replace(self, least=least)

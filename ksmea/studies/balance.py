@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy
 
-from ksmea.arrays import Array, ComplexArray, Indices
+from ksmea.arrays import ComplexArray, Indices
 from ksmea.balancing.correction import Correction, correction
 from ksmea.balancing.estimation import WeightEstimate, estimated, polar_interval
 from ksmea.balancing.fit import AUTO, COMMON, FREE, NO, YES, Asked, Fit
@@ -37,7 +37,7 @@ from ksmea.records.balancing import (
     SpreadRecord,
     WeightRecord,
 )
-from ksmea.records.record import finite
+from ksmea.records.record import finite, series
 from ksmea.settings.settings import Settings, setting
 from ksmea.units import DEGREE, GRAM_MILLIMETRE, MICROMETRE
 
@@ -274,13 +274,9 @@ def _drift(fit: Fit, order: Indices, entries: Sequence[EntryRecord]) -> tuple[Dr
     across = np.kron(fit.components.correlation(time[order], time[fit.used]), drift)
     found: ComplexArray = (across @ fit.solution.white).reshape(len(order), -1) / MICROMETRE
     return tuple(
-        DriftRecord(entry, _rounded(found[:, index].real), _rounded(found[:, index].imag))
+        DriftRecord(entry, series(found[:, index].real), series(found[:, index].imag))
         for index, entry in enumerate(entries)
     )
-
-
-def _rounded(values: Array) -> tuple[float, ...]:
-    return tuple(float(f"{value:.5g}") for value in values)
 
 
 def _entry_misfit(data: Readings, entries: Sequence[EntryRecord], beside: str, found: EntryMisfit) -> EntryMisfitRecord:

@@ -11,6 +11,7 @@ from ksmea.fits.fitting import Fit
 from ksmea.records.curves import FineCurve
 from ksmea.records.diagnosis import CurvesRecord, ResidualsRecord, ResponsesRecord, Values
 from ksmea.records.extension import BandRecord
+from ksmea.records.record import rounded, series
 from ksmea.studies.curves import fine_curve
 
 
@@ -43,15 +44,11 @@ def _fine(fit: Fit) -> FineCurve | None:
 
 def _band(averaged: Averaged) -> BandRecord:
     parts = (averaged.amplitude, averaged.amplitude_low, averaged.amplitude_high)
-    return BandRecord(*(tuple(tuple(map(_rounded, row)) for row in part) for part in parts))
+    return BandRecord(*(tuple(map(series, part)) for part in parts))
 
 
 def _parts(values: Array | ComplexArray) -> Values:
     """Complex values as pairs of real and imaginary parts, real ones as they are, to five digits."""
     if np.iscomplexobj(values):
-        return tuple(tuple((_rounded(value.real), _rounded(value.imag)) for value in row) for row in values)
-    return tuple(tuple(_rounded(value) for value in row) for row in values)
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.5g}")
+        return tuple(tuple((rounded(value.real), rounded(value.imag)) for value in row) for row in values)
+    return tuple(map(series, values))

@@ -41,6 +41,7 @@ from ksmea.records.location import (
     SiteRecord,
     StiffnessRecord,
 )
+from ksmea.records.record import series
 from ksmea.settings.settings import Settings, setting
 from ksmea.studies.enough_data import estimate_record, noise_record
 from ksmea.studies.remarks import refuse_differences
@@ -242,7 +243,7 @@ def _law(fit: LawFit, level: float) -> LawRecord:
             LawCoefficientRecord(name, unit, value=float(value / size), sd=float(sd / size))
             for (name, unit, size), value, sd in zip(fit.law.coefficients, fit.values, fit.sd)
         ),
-        amplitude=tuple(_rounded(each) for each in np.abs(fit.force).T),
+        amplitude=tuple(series(each) for each in np.abs(fit.force).T),
         amplitude_sd=_amplitude_sd(fit),
     )
 
@@ -252,7 +253,7 @@ def _amplitude_sd(fit: LawFit) -> tuple[tuple[float, ...], ...]:
     if fit.law.follows_motion:
         return ()
     _, sd = fit.amplitude(fit.site.likelihood.problem.speed)
-    return tuple(_rounded(each) for each in sd.T)
+    return tuple(series(each) for each in sd.T)
 
 
 def _extended(
@@ -285,8 +286,4 @@ def _extension(effect: EffectRecord, fit: Fit) -> ExtensionRecord:
 def _series(draws: Array, level: float) -> SeriesRecord:
     """A quantity (1 + n_draw, n_speed), the estimate first, to five digits."""
     low, high = np.quantile(draws[1:], [(1 - level) / 2, (1 + level) / 2], axis=0)
-    return SeriesRecord(*map(_rounded, (draws[0], low, high)))
-
-
-def _rounded(values: Array) -> tuple[float, ...]:
-    return tuple(float(f"{value:.5g}") for value in values)
+    return SeriesRecord(*map(series, (draws[0], low, high)))

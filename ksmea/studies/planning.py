@@ -19,7 +19,7 @@ from ksmea.measurement.channel import Channel, further_directions
 from ksmea.problem.parameters import Parameters
 from ksmea.problem.problem import Problem
 from ksmea.problem.trial_weights import equal_unbalance, weight_positions
-from ksmea.records.planning import Candidates, Family, PlanningRecord, Step, Unknown
+from ksmea.records.planning import Addition, Candidates, Family, PlanningRecord, Step, Unknown
 from ksmea.records.record import finite
 from ksmea.settings.settings import Settings, setting
 from ksmea.studies.design_point import DesignPoint
@@ -97,17 +97,6 @@ class PlanningOptions(Settings):
     def speed_limits(self, problem: Problem) -> tuple[float, float]:
         """Lowest and highest candidate speed, rad/s."""
         return float(self.band[0] * np.min(problem.speed)), float(self.band[1] * np.max(problem.speed))
-
-
-@dataclass(frozen=True)
-class Addition:
-    """Something that could be added: a speed (rad/s), a probe (m, direction) or a trial unbalance (m, kg m, rad)."""
-
-    speed: float | None = None
-    position: float | None = None
-    direction: str | None = None
-    magnitude: float | None = None
-    phase: float | None = None
 
 
 def planning_study(point: DesignPoint, options: PlanningOptions | None = None) -> PlanningRecord:
