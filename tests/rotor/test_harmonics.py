@@ -44,11 +44,11 @@ def test_a_reduction_at_a_harmonic_is_the_motion_under_a_load_of_that_frequency(
     impedances = impedances_of(rotor, ())
     reduction = reduce_rotor(rotor, impedances, SPEED, channels, loads, harmonic=harmonic)
     parts = [
-        [(b.stiffness[i.row, i.column], b.damping[i.row, i.column])]
+        [b.stiffness[i.row, i.column] + 1j * harmonic * SPEED * b.damping[i.row, i.column]]
         for i in impedances
         for b in [rotor.bearings[i.bearing]]
     ]
-    found = reduction.unit_response(*np.moveaxis(np.array(parts), -1, 0))[:, 1:, 0]
+    found = reduction.response_per_load(np.array(parts))[:, 1:, 0]
     whole, read = assemble(rotor), dense.channel_rows(rotor, channels, harmonic)
     for index, spin in enumerate(SPEED):
         omega = harmonic * spin

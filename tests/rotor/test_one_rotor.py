@@ -10,6 +10,7 @@ from ksmea.errors import SettingError
 from ksmea.plugins.registry import create
 from ksmea.problem.load import Load
 from problems.rotor.extension.extended import ExtendedPhysics
+from problems.rotor.response.unknowns import Inputs
 from problems.three_disk import ThreeDisk
 
 PROBLEM = ThreeDisk(sensors=[0.1, 0.9], n_speed=11).build()
@@ -73,6 +74,24 @@ def test_a_rotor_with_effects_can_be_sent_to_workers():
     before = pickle.loads(pickle.dumps(bowed)).response(x)
     np.testing.assert_array_equal(before, bowed.response(x))
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(bowed)).response(x), before)
+
+
+def test_bearings_that_change_with_speed_enter_at_one_place(monkeypatch):
+    """As coefficients given over speed would: the plain rotor then moves like the one with the effect."""
+    slope, full = 0.3, float(PROBLEM.speed[-1])
+    sloped = create("effect", "speed_dependent_stiffness", {}).added_to(PROBLEM)
+    x, at_rest = np.hstack([X, [[slope], [slope]]]), Inputs.bearings_at
+    expected = sloped.response(x), sloped.load_response(x, LOADS), sloped.growth_rate(x[0], SPEED)
+    frequencies = sloped.free_rotor(x[0], 1600.0).frequencies(SPEED)
+
+    def rising(inputs, speed):
+        stiffness, damping = at_rest(inputs, speed)
+        return stiffness * (1 + slope * speed / full), damping
+
+    monkeypatch.setattr(Inputs, "bearings_at", rising)
+    found = PROBLEM.response(X), PROBLEM.load_response(X, LOADS), PROBLEM.growth_rate(X[0], SPEED)
+    assert all(gap(one, other) < 1e-8 for one, other in zip(found, expected))
+    assert PROBLEM.free_rotor(X[0], 1600.0).frequencies(SPEED) == pytest.approx(frequencies, rel=1e-8)
 
 
 def test_modes_are_those_of_a_rotor_without_effects_alone():

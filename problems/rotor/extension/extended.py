@@ -146,11 +146,11 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         """Of the rotor with all that is linear in the motion and does not turn with the shaft."""
         base = self.base
         own, of_effects = self.parts(x[None])
-        coefficients, (linear, nonlinear) = base.inputs(own).coefficients, self.forces(of_effects)
+        inputs, (linear, nonlinear) = base.inputs(own), self.forces(of_effects)
         rotor = self.changed_rotor(base.rotor_at(own[0]), x[self.costly])
 
         def bearings_at(speed: Array) -> tuple[Array, Array]:
-            impedance = np.moveaxis(self.bearing_impedance(coefficients, speed, of_effects)[:, :, :, 0], -1, 0)
+            impedance = np.moveaxis(self.bearing_impedance(inputs, speed, of_effects)[:, :, :, 0], -1, 0)
             return impedance.real, impedance.imag / speed[:, None, None, None]
 
         return FreeMotion(
@@ -238,10 +238,10 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         """One set (1, d) without any reduction."""
         own, of_effects = self.parts(x)
         rotor = self.changed_rotor(self.base.rotor_at(own[0]), x[0, self.costly])
-        coefficients = self.base.inputs(own).coefficients
+        inputs = self.base.inputs(own)
 
         def bearings(harmonic: float) -> ComplexArray:
-            return self.port_impedance(coefficients, self.base.speed, of_effects, harmonic)[:, :, 0]
+            return self.port_impedance(inputs, self.base.speed, of_effects, harmonic)[:, :, 0]
 
         force = force_per_unbalance(rotor, self.base.speed) @ complex_unbalance(rotor)
         if (loads := self.loads(rotor)) is not None:
@@ -275,7 +275,7 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         for effect, values in zip(self.effects, of_effects):
             if effect.has_loads:
                 force = force + np.moveaxis(effect.loads(rotor, nodes) @ effect.load_sizes(values).T, 1, 2)
-        impedance = [self.port_impedance(inputs.coefficients, nodes, of_effects).transpose(3, 2, 0, 1)]
+        impedance = [self.port_impedance(inputs, nodes, of_effects).transpose(3, 2, 0, 1)]
         positions = []
         for site, coefficients in self.forces(of_effects)[0]:
             at_rest = np.stack([site.at_rest(each[None], nodes) for each in coefficients], axis=1)

@@ -21,12 +21,13 @@ from ksmea.problem.parameters import Parameter, Parameters
 from problems.rotor.extension.hooks import RotorHooks, effect_unknowns
 from problems.rotor.extension.run_up import Sweep
 from problems.rotor.extension.site_law import Force, SiteLaw, split_by_law, with_linear_forces
-from problems.rotor.finite_elements.data import COEFFICIENTS, STIFFNESSES, Rotor
+from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import unit_loads
 from problems.rotor.free_motion.support import Support, in_series_with, ports_on
 from problems.rotor.response.model import impedances_of
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.receptance import Impedance, Reduction, at_harmonic, reduce_rotor
+from problems.rotor.response.unknowns import Inputs
 
 MAX_REDUCTIONS = 64  # kept of rotors that an effect has changed
 
@@ -99,31 +100,30 @@ class RotorWithEffects:
         inputs = self.base.inputs(own)
         sizes = np.concatenate([inputs.complex_unbalance, *self.sizes(of_effects)], axis=1)
         if self.couples_bearings:
-            whole = self.port_impedance(inputs.coefficients, self.base.speed, of_effects, harmonic)
+            whole = self.port_impedance(inputs, self.base.speed, of_effects, harmonic)
             return np.stack([whole[item.row_port, item.column_port] for item in self.impedances]), sizes
-        seen = self._impedance_seen(inputs.coefficients, self.base.speed, of_effects, harmonic)
+        seen = self._impedance_seen(inputs, self.base.speed, of_effects, harmonic)
         return np.stack([seen[item.bearing, item.row, item.column] for item in self.impedances]), sizes
 
     def port_impedance(
-        self, coefficients: Array, speed: Array, of_effects: list[Array], harmonic: float = 1.0
+        self, inputs: Inputs, speed: Array, of_effects: list[Array], harmonic: float = 1.0
     ) -> ComplexArray:
         """Impedances from the motion of any port to the force on any other, (n_port, n_port, n, n_speed) N/m."""
-        bearings = at_harmonic(self.bearing_impedance(coefficients, speed, of_effects), harmonic)
+        bearings = at_harmonic(self.bearing_impedance(inputs, speed, of_effects), harmonic)
         return ports_on(self.supports(of_effects), bearings, harmonic * speed)
 
     def _impedance_seen(
-        self, coefficients: Array, speed: Array, of_effects: list[Array], harmonic: float = 1.0
+        self, inputs: Inputs, speed: Array, of_effects: list[Array], harmonic: float = 1.0
     ) -> ComplexArray:
-        """Impedances that the shaft feels at each bearing in a motion at a harmonic, (n_bearing, 2, 2, n, n_speed) N/m, from
-        coefficients (n, n_bearing, 8), effects and supports included but for what all bearings stand on together."""
-        bearings = at_harmonic(self.bearing_impedance(coefficients, speed, of_effects), harmonic)
+        """Impedances that the shaft feels at each bearing in a motion at a harmonic, (n_bearing, 2, 2, n, n_speed) N/m, of
+        n sets of inputs, effects and supports included but for what all bearings stand on together."""
+        bearings = at_harmonic(self.bearing_impedance(inputs, speed, of_effects), harmonic)
         return in_series_with(self.supports(of_effects), bearings, harmonic * speed)
 
-    def bearing_impedance(self, coefficients: Array, speed: Array, of_effects: list[Array]) -> ComplexArray:
+    def bearing_impedance(self, inputs: Inputs, speed: Array, of_effects: list[Array]) -> ComplexArray:
         """The same of the bearings alone, at spin speeds (n_speed,) rad/s."""
-        n, n_bearing = coefficients.shape[:2]
-        split = np.moveaxis(coefficients, 0, -1).reshape(n_bearing, len(COEFFICIENTS) // len(STIFFNESSES), 2, 2, n, 1)
-        impedance = split[:, 0] + 1j * speed * split[:, 1]
+        stiffness, damping = inputs.bearings_at(speed)
+        impedance = stiffness + 1j * speed * damping
         for effect, values in self._in_stages(of_effects):
             impedance = effect.impedance(impedance, speed, values)
         return impedance

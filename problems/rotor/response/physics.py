@@ -1,7 +1,7 @@
 """Motion and free motion of a rotor with unknowns: the contract, and the rotor as it is, without effects.
 
-Bearings enter as coefficients at each spin speed (`bearing_matrices`), the response by rank-one updates of the receptances
-between ports, its derivatives in closed form from the same receptances.
+Bearings enter by their impedances at each spin speed. The response follows by rank-one updates of the receptances between
+ports, its derivatives in closed form from the updated receptances.
 """
 
 from __future__ import annotations
@@ -89,13 +89,13 @@ class PlainPhysics(Physics):
         return self.model.own
 
     def response(self, x: Array) -> ComplexArray:
-        """By rank-one updates, as reference results were: `Reduction.motion_with` is faster and differs by rounding."""
+        """By rank-one updates, as reference results were: `Reduction.motion_on` is faster and differs by rounding."""
         model, reduction = self.model, self.model.reduction
         response = np.empty((len(x), len(model.speed), len(model.channels)), dtype=complex)
         with np.errstate(divide="ignore", invalid="ignore"):  # `finite` speaks of it instead
             for chunk in _chunks(len(x), reduction):
                 inputs = model.inputs(x[chunk])
-                per_unbalance = reduction.unit_response(*_impedance_parts(reduction, inputs))
+                per_unbalance = reduction.response_per_load(_impedances(reduction, inputs))
                 response[chunk] = _combined(per_unbalance, inputs.complex_unbalance)
         return finite(response)
 
@@ -106,7 +106,7 @@ class PlainPhysics(Physics):
         with np.errstate(divide="ignore", invalid="ignore"):
             for chunk in _chunks(len(x), reduction):
                 inputs = model.inputs(x[chunk])
-                columns = reduction.motion_with(*_impedance_parts(reduction, inputs), inputs.complex_unbalance)
+                columns = reduction.motion_on(_impedances(reduction, inputs), inputs.complex_unbalance)
                 response[chunk], per_load[chunk] = columns[..., 0], columns[..., 1:]
         return finite(response), finite(per_load)
 
@@ -122,9 +122,8 @@ class PlainPhysics(Physics):
     def linearised_per_load(self, x: Array, loads: tuple[Load, ...]) -> tuple[ComplexArray, ComplexArray]:
         """From D q = f: ∂q/∂z_rc = −D⁻¹ e_r q_c for an impedance, D⁻¹ ∂f/∂x for an unbalance."""
         model, reduction, inputs = self.model, self.model.loaded(loads), self.model.inputs(x[None])
-        stiffness, damping = (part[:, 0] for part in _impedance_parts(reduction, inputs))
         with np.errstate(divide="ignore", invalid="ignore"):
-            receptance = reduction.full_receptance(stiffness, damping)
+            receptance = reduction.receptance_on(_impedances(reduction, inputs)[:, 0])
         n_port, n_plane = reduction.n_port, len(model.rotor.unbalance)
         per_port, per_unbalance = receptance[n_port:, :n_port], receptance[n_port:, n_port : n_port + n_plane]
         of_unbalance = np.einsum("rus,u->rs", receptance[:, n_port : n_port + n_plane], inputs.complex_unbalance[0])
@@ -153,7 +152,7 @@ class PlainPhysics(Physics):
 
     def free_motion(self, x: Array, highest: float, n_mode: int) -> FreeMotion:
         model, inputs = self.model, self.model.inputs(x[None])
-        bearings_at = partial(bearing_matrices, inputs)
+        bearings_at = partial(_bearing_matrices, inputs)
         return FreeMotion(model.rotor_at(x), model.rotor, model.channels, bearings_at, highest, n_mode)
 
     def unbalance(self, x: Array) -> dict[float, complex]:
@@ -166,12 +165,11 @@ class PlainPhysics(Physics):
         return found
 
 
-def bearing_matrices(inputs: Inputs, speed: Array) -> tuple[Array, Array]:
-    """Stiffness N/m and damping N s/m of the bearings at one set of values and spin speeds (n_speed,), (n_speed, n_bearing, 2, 2)
-    each."""
-    parts = inputs.coefficients[0].reshape(-1, 2, 2, 2)  # bearing, stiffness or damping, row, column
-    over_speed = np.broadcast_to(parts, (len(speed), *parts.shape))
-    return over_speed[:, :, 0], over_speed[:, :, 1]
+def _bearing_matrices(inputs: Inputs, speed: Array) -> tuple[Array, Array]:
+    """Stiffness N/m and damping N s/m of the bearings at one set of values, (n_speed, n_bearing, 2, 2) each."""
+    stiffness, damping = (np.moveaxis(part[:, :, :, 0], -1, 0) for part in inputs.bearings_at(speed))
+    shape = len(speed), *stiffness.shape[1:]
+    return np.broadcast_to(stiffness, shape), np.broadcast_to(damping, shape)
 
 
 def _chunks(n: int, reduction: Reduction) -> list[slice]:
@@ -180,11 +178,13 @@ def _chunks(n: int, reduction: Reduction) -> list[slice]:
     return [slice(start, start + n_chunk) for start in range(0, n, n_chunk)]
 
 
-def _impedance_parts(reduction: Reduction, inputs: Inputs) -> tuple[Array, Array]:
-    """Stiffness and damping of the reduction's impedances, (n_impedance, n) each."""
-    bearing = [impedance.bearing for impedance in reduction.impedances]
-    entry = np.array([2 * impedance.row + impedance.column for impedance in reduction.impedances])
-    return inputs.coefficients[:, bearing, entry].T, inputs.coefficients[:, bearing, entry + len(STIFFNESSES)].T
+def _impedances(reduction: Reduction, inputs: Inputs) -> ComplexArray:
+    """k + iΩc of the reduction's impedances, (n_impedance, n, n_speed) N/m."""
+    stiffness, damping = inputs.bearings_at(reduction.speed)
+    found = np.empty((len(reduction.impedances), stiffness.shape[3], len(reduction.speed)), dtype=complex)
+    found.real = stiffness[reduction.entries]
+    np.multiply(damping[reduction.entries], reduction.speed, out=found.imag)
+    return found
 
 
 def _combined(per_unbalance: ComplexArray, unbalance: ComplexArray) -> ComplexArray:

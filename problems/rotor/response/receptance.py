@@ -17,10 +17,11 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray
+from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.measurement.channel import Channel
 from problems.rotor.finite_elements.assembly import assemble_free, node_dof
 from problems.rotor.finite_elements.data import Bearing, Rotor
@@ -74,28 +75,22 @@ class Reduction:
     def n_port(self) -> int:
         return PORTS_PER_BEARING * (1 + max(impedance.bearing for impedance in self.impedances))
 
-    def unit_response(self, stiffness: Array, damping: Array) -> ComplexArray:
-        """Response of each channel to a unit unbalance in each plane, (n_channel, n_plane, n, n_speed) m per kg m,
-        for n sets of coefficients (n_impedance, n) in N/m and N s/m."""
-        return updated_receptance(self.receptance, self.impedances, self._change(stiffness, damping), self.n_port)
+    @cached_property
+    def entries(self) -> tuple[Indices, ...]:
+        """Bearing, row and column of each impedance, (n_impedance,) each."""
+        return tuple(np.array([(item.bearing, item.row, item.column) for item in self.impedances]).T)
 
     def response_per_load(self, impedance: ComplexArray) -> ComplexArray:
-        """The same for impedances (n_impedance, n, n_speed), N/m, of whatever law over speed; further loads follow the
-        planes, (n_channel, n_plane + n_load, n, n_speed)."""
+        """Response of each channel to a unit unbalance in each plane, then to each further load, for n sets of impedances
+        (n_impedance, n, n_speed) N/m: (n_channel, n_plane + n_load, n, n_speed) m per kg m and m per unit."""
         return updated_receptance(self.receptance, self.impedances, impedance - self.nominal[:, None], self.n_port)
 
     def motion_on(self, impedance: ComplexArray, sizes: ComplexArray) -> ComplexArray:
         """Motion and responses to further loads (n, n_speed, n_channel, 1 + n_load), m and m per unit, on impedances
-        (n_impedance, n, n_speed) N/m with unbalances and first loads as large as `sizes` (n, n_plane + …)."""
-        return self._motion(impedance - self.nominal[:, None], sizes)
-
-    def motion_with(self, stiffness: Array, damping: Array, sizes: ComplexArray) -> ComplexArray:
-        """The same with coefficients (n_impedance, n) in N/m and N s/m."""
-        return self._motion(self._change(stiffness, damping), sizes)
-
-    def _motion(self, change: ComplexArray, sizes: ComplexArray) -> ComplexArray:
-        """The ports' motion q = (1 + H Δ)⁻¹ H f is solved for, and what the bearings' forces Δ q do to the channels taken off. Where sizes
+        (n_impedance, n, n_speed) N/m with unbalances and first loads as large as `sizes` (n, n_plane + …).
+        The ports' motion q = (1 + H Δ)⁻¹ H f is solved for, and what the bearings' forces Δ q do to the channels taken off. Where sizes
         are known this costs a fraction of the rank-one updates, which serve any."""
+        change = impedance - self.nominal[:, None]
         n_port, n_own, (_, n, n_speed) = self.n_port, sizes.shape[1], change.shape
         pairs = list(zip(self.impedances, change, strict=True))
         per_own, per_load = np.split(self.receptance[:, n_port:], [n_own], axis=1)
@@ -116,28 +111,14 @@ class Reduction:
         taken_off = taken_off.reshape(n_speed, *free[n_port:].shape[:3])  # (n_speed, n_channel, 1 + n_load, n)
         return np.subtract(free[n_port:].transpose(2, 3, 0, 1), taken_off.transpose(3, 0, 1, 2), order="C")
 
-    def full_receptance(self, stiffness: Array, damping: Array) -> ComplexArray:
-        """`receptance` on the actual bearings instead of the nominal ones, ports included, for one set of
-        coefficients (n_impedance,), (n_port + n_channel, n_port + n_plane, n_speed)."""
-        return self._changed(self._change(stiffness[:, None], damping[:, None]))
-
     def receptance_on(self, impedance: ComplexArray) -> ComplexArray:
-        """The same for impedances (n_impedance, n_speed), N/m, of whatever law over speed; further loads follow the planes."""
-        return self._changed((impedance - self.nominal)[:, None])
-
-    def _changed(self, change: ComplexArray) -> ComplexArray:
+        """`receptance` on other impedances (n_impedance, n_speed) N/m than the nominal ones, ports included,
+        (n_port + n_channel, n_port + n_plane + n_load, n_speed)."""
+        change = (impedance - self.nominal)[:, None]
         ports = np.arange(self.n_port)
         # The update consumes the ports that it works on, so those to be kept are entered twice.
         rows, columns = (np.concatenate([ports, np.arange(size)]) for size in self.receptance.shape[:2])
         return updated_receptance(self.receptance[np.ix_(rows, columns)], self.impedances, change, self.n_port)[:, :, 0]
-
-    def _change(self, stiffness: Array, damping: Array) -> ComplexArray:
-        """Impedances minus nominal, (n_impedance, n, n_speed)."""
-        change = np.empty((*stiffness.shape, len(self.speed)), dtype=complex)
-        np.subtract(stiffness[..., None], self.nominal.real[:, None], out=change.real)
-        frequency = self.harmonic * self.speed
-        np.subtract(damping[..., None] * frequency, self.nominal.imag[:, None], out=change.imag)
-        return change
 
 
 def reduce_rotor(

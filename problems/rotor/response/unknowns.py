@@ -81,6 +81,15 @@ class Inputs:
     def complex_unbalance(self) -> ComplexArray:  # (n, n_plane) kg m
         return self.unbalance[..., 0] * np.exp(1j * self.unbalance[..., 1])
 
+    def bearings_at(self, speed: Array) -> tuple[Array, Array]:
+        """Stiffness N/m and damping N s/m at spin speeds (n_speed,) rad/s, (n_bearing, 2, 2, n, n_speed) each; the last axis is 1
+        if they are the same at all speeds, as they are now. All that moves the rotor takes its bearings from here."""
+        n, n_bearing = self.coefficients.shape[:2]
+        parts = self.coefficients.transpose(1, 2, 0).reshape(
+            n_bearing, len(COEFFICIENTS) // len(STIFFNESSES), 2, 2, n, 1
+        )
+        return parts[:, 0], parts[:, 1]
+
 
 def inputs_at(rotor: Rotor, unknowns: Sequence[Unknown], x: Array) -> Inputs:
     """The rotor's own numbers with the unknowns' values (n, d) put in."""
