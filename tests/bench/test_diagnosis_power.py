@@ -6,7 +6,9 @@ import pytest
 import scipy
 
 from bench.reports.diagnosis.power import DATA, DROP, EFFECT, chance, confusion, detectable_drop, false_alarms, rates
-from bench.reports.diagnosis.power_figures import confusion_figure
+from bench.reports.diagnosis.power_page import confusion_chart, detection_chart, verdicts_chart
+from ksmea.show.charts.chart import Bars, Line, Points
+from ksmea.show.charts.picture import figure
 
 FEW = "study.effects=[runout,channel_gain,mass]"
 
@@ -52,8 +54,31 @@ def test_confusion_tells_what_each_is_called_and_what_ends_without_a_name(told):
     shares = confusion(told)
     assert shares.loc["bow", ["mass", "bow", "no name", "not seen"]].tolist() == [0.5, 0.0, 0.25, 0.25]
     assert shares.loc["mass", ["mass", "bow", "no name", "not seen"]].tolist() == [1.0, 0.0, 0.0, 0.0]
-    drawn = [text.get_text() for text in confusion_figure(shares).axes[0].texts]
+    drawn = [text.get_text() for text in figure(confusion_chart(shares)).axes[0].texts]
     assert drawn == ["100", "50", "25", "25"]
+
+
+def test_detection_is_drawn_beside_what_is_expected(told):
+    one = {"unknowns": 1, "candidates": 5, "level": 0.01}
+    needed = detectable_drop(*one.values())
+    panels = detection_chart(told.assign(**one, size=np.sqrt(told[DROP] / needed))).panels
+    assert [panel.title for panel in panels] == ["mass", "bow"]
+    of_bow = {type(element): element for element in panels[1].elements}
+    assert list(of_bow[Points].y) == [0, 75] and list(of_bow[Points].x) == pytest.approx(
+        np.sqrt([10 / needed, 80 / needed])
+    )
+    assert np.interp(1.0, of_bow[Line].x, of_bow[Line].y) == pytest.approx(90, abs=0.5)
+
+
+def test_bars_of_verdicts_stand_on_each_other():
+    counts = pd.DataFrame(
+        {name: [0, 0] for name in ("adequate", "named", "ambiguous", "located", "unknown", "not observable")}
+    )
+    bars = verdicts_chart(["one", "two"], counts.assign(named=[2, 3], unknown=[1, 0])).panels[0].elements
+    assert {bar.name: (list(bar.base), list(bar.size)) for bar in bars if isinstance(bar, Bars)} == {
+        "named": ([0, 0], [2, 3]),
+        "unknown": ([2, 3], [1, 0]),
+    }
 
 
 @pytest.fixture(scope="module")

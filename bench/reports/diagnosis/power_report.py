@@ -24,12 +24,10 @@ from bench.reports.diagnosis.power import (
     rates,
     with_places,
 )
-from bench.reports.diagnosis.power_figures import confusion_figure, detection_figure
 from bench.reports.diagnosis.power_page import power_page
 from bench.reports.diagnosis.report import diagnosis_runs
 from bench.reports.tables import csv_text, rate
 from ksmea.records.diagnosis import DiagnosisRecord
-from ksmea.show.figures.style import png
 from ksmea.show.text import aligned, number
 
 TABLE_NAMES = {"in_set": "in reported set", "sizes_held": "in their intervals", "surplus": "one too many"}
@@ -55,17 +53,11 @@ class DiagnosisPowerReport(Report):
             "false_alarms.csv": csv_text(false_alarms(right)).encode(),
             "runs.csv": csv_text(runs).encode(),
         }
-
-        def drawn() -> dict[str, bytes]:
-            return {"detection.png": png(detection_figure(with_effect)), "confusion.png": png(confusion_figure(shares))}
-
         tables = {f"By {EFFECT}": by_effect, f"By {DATA}": by_data, "Right models": alarms_in_words(right)}
         tables = {title: table for title, table in tables.items() if not table.empty}
         said = about(with_effect, right, runs)
         text = "\n\n".join([said, *map(_as_text, tables.values())])
-        return Made(
-            text, files, runs, drawn, page=lambda: power_page(seen(with_effect), said, tables, with_effect, shares)
-        )
+        return Made(text, files, runs, page=lambda: power_page(seen(with_effect), said, tables, with_effect, shares))
 
 
 def about(with_effect: pd.DataFrame, right: pd.DataFrame, runs: pd.DataFrame) -> str:

@@ -28,6 +28,7 @@ SYMBOLS = {
 THIN = ("x", "plus", "bar", "post")  # symbols that are lines
 PX = 1.5  # of a point, for symbols; lines have 1.1
 FAINT = 0.22  # opacity of bands
+PALEST = 0.06  # opacity of a share of 0
 MOST_POINTS = 2000  # values of a box of which each is drawn; of more, quartiles alone
 CLEAR = "rgba(0,0,0,0)"
 
@@ -135,7 +136,7 @@ class PanelTraces:
                 }
             case of.Heat():
                 written = [[f"{100 * share:.0f}" if share else "" for share in row] for row in element.shares]
-                scale = [[0, CLEAR], [1, colour]]
+                scale = [[0, faded(colour, PALEST)], [1, colour]]
                 more = {
                     "text": written,
                     "texttemplate": "%{text}",
