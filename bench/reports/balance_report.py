@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -12,14 +13,14 @@ import pandas as pd
 
 from bench.jobs.lines import RunLine
 from bench.jobs.records import read_records
+from bench.plan.page import Drawn, Folded, Page, Prose, Section, Table
 from bench.plan.plan import Cell, Plan
 from bench.plan.report import Made, Report
-from bench.reports.balance_page import balance_page
 from bench.reports.by_cell import result_runs
 from bench.reports.tables import csv_text
 from ksmea.records.balancing import BalanceRecord
-from ksmea.show.balance_text import frame, left_out_frame, plot, text
-from ksmea.show.figures.style import png
+from ksmea.show.balance_text import frame, left_out_frame, text
+from ksmea.show.charts.balance_chart import balance_chart, coefficients_chart
 from ksmea.show.json_units import with_units
 
 OF_ONE_RUN = ("balance.json", "coefficients.csv", "weights.csv", "left_out.csv", "balance.png")
@@ -49,7 +50,6 @@ class BalanceReport(Report):
             f"{text(record)}\n\nwritten: {written}",
             files,
             runs,
-            lambda: {"balance.png": png(plot(record))},
             outdated=outdated,
             page=lambda: balance_page(record),
         )
@@ -70,3 +70,26 @@ def _row(record: BalanceRecord, _: Cell) -> dict[str, Any]:
         **{f"g_mm@{position:g}": weight.size for position, weight in zip(found.position, found.weight)},
         **{f"angle_deg@{position:g}": weight.angle for position, weight in zip(found.position, found.weight)},
     }
+
+
+def balance_page(record: BalanceRecord) -> Page:
+    """The page of a balancing."""
+    sections = [
+        Section("What was found", (Prose(text(record)),)),
+        Section("Response", (Drawn(partial(balance_chart, record), "balance.png"),)),
+    ]
+    all_of_them = Folded("The bare response and all coefficients", (Table(frame(record), file="coefficients.csv"),))
+    sections.append(Section("Influence coefficients", (Drawn(partial(coefficients_chart, record)), all_of_them)))
+    if record.weights:
+        sections.append(Section("Unknown weights", (Table(left_out_frame(record.weights), file="weights.csv"),)))
+    return Page(headline(record), tuple(sections))
+
+
+def headline(record: BalanceRecord) -> str:
+    """The correction weights in a line."""
+    found = record.correction
+    weights = [
+        f"{weight.size:.4g} g mm at {weight.angle:.0f}° at {position:g} m"
+        for position, weight in zip(found.position, found.weight)
+    ]
+    return f"Correction: {'; '.join(weights)}"

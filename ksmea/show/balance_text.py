@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
 
 from ksmea.records.balancing import BalanceRecord, EntryRecord, LeftOutRecord, PolarRecord, WeightRecord
-from ksmea.show.figures.balance_figure import plot
+from ksmea.show.charts.balance_chart import balance_chart
+from ksmea.show.charts.picture import drawn
 from ksmea.show.text import aligned, number
 from ksmea.units import RPM
 
@@ -20,6 +23,11 @@ METHODS = {
     "repeats": "that of repeats alone, since no run is left to show the spread between runs",
     "none": "not known: there is no run left, no repeat and no sigma_um, so no interval either",
 }
+
+
+def plot(record: BalanceRecord, axes: Axes | None = None) -> Figure:
+    """The response with and without the correction, drift and runs; on given axes the responses alone."""
+    return drawn(balance_chart(record), axes)
 
 
 def text(record: BalanceRecord) -> str:

@@ -7,8 +7,10 @@ from scipy.stats import norm
 
 from bench.reports.accuracy import audit as auditing
 from bench.reports.accuracy.audit import COLUMNS, TOGETHER, chance, chance_blind, joint_chance, rounding_pct, verdict
-from bench.reports.accuracy.audit_figure import HIGHEST, audit_figure
+from bench.reports.accuracy.audit_page import HIGHEST, audit_chart
 from bench.reports.tables import PAPER
+from ksmea.show.charts.chart import Line, Points
+from ksmea.show.charts.colours import INK
 
 
 @pytest.fixture(scope="module")
@@ -166,10 +168,12 @@ def test_the_figure_holds_the_printed_errors_and_the_crlbs(frame):
     rows = of(frame, table="table3").astype({"error_pct_printed": str})
     numbers = ["error_pct_printed", "rounding_pct", "crlb_pct"]
     rows = rows.replace({"": np.nan}).assign(**{name: pd.to_numeric(rows[name], errors="coerce") for name in numbers})
-    [panel] = audit_figure(rows.assign(slip=rows["slip"].fillna(""))).axes
-    dots = sorted(line.get_ydata()[0] for line in panel.get_lines() if line.get_color() == "black")
+    [panel] = audit_chart(rows.assign(slip=rows["slip"].fillna(""))).panels
+    dots = sorted(
+        value for each in panel.elements if isinstance(each, Points) and each.colour == INK for value in each.y
+    )
     printed = pd.read_csv(PAPER / "table3.csv")["error_pct_printed"].dropna()
     assert dots == pytest.approx(sorted(printed))
-    drawn = {round(line[0][1], 6) for lines in panel.collections for line in lines.get_segments()}
+    drawn = {round(y, 6) for each in panel.elements if isinstance(each, Line) for y in each.y if np.isfinite(y)}
     crlbs = rows["crlb_pct"].dropna()
     assert drawn == {round(crlb, 6) for crlb in crlbs if crlb < HIGHEST}

@@ -3,8 +3,7 @@
 import numpy as np
 import pytest
 
-from bench.reports.identification.spread_chart import MARKS, MEDIAN_INTERVAL, interval_elements
-from bench.reports.interval_ends import drawn_ends
+from bench.reports.identification.spread_chart import MARKS, MEDIAN_INTERVAL, drawn_ends, interval_elements
 from ksmea.show.charts import interactive
 from ksmea.show.charts.chart import Axis, Boxes, one_panel
 

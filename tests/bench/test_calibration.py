@@ -12,9 +12,10 @@ from scipy.stats import norm
 from bench.command_line.config import register_schemas
 from bench.jobs.records import RecordWriter
 from bench.plan.plan import ParameterFacts, all_runs
-from bench.reports.accuracy.calibration import CalibrationReport, basin_shares, calibration_figure, calibration_frame
+from bench.reports.accuracy.calibration import CalibrationReport, basin_shares, calibration_frame
 from bench.reports.runs import runs_frame
 from bench.storage.own_files import CONF
+from ksmea.show.charts.chart import Boxes, Points
 
 CRLB = 0.5e6  # N/m
 
@@ -105,15 +106,17 @@ def test_without_basins_nothing_is_said_of_them():
 
 
 def test_the_report_is_printed_tabled_and_drawn(plan, tmp_path):
-    frame, runs = frame_of(plan, tmp_path, normal_records(400))
+    frame, _ = frame_of(plan, tmp_path, normal_records(400))
     made = CalibrationReport().make(plan, tmp_path)
     assert set(made.files) == {"coverage.csv", "runs.csv"}
     assert "100.0 %" in made.text and "covers %" in made.text
-    assert set(made.figures()) == {"coverage.png"}
-    boxes, coverage = calibration_figure(plan, frame, runs).axes
-    assert list(coverage.containers[0].lines[0].get_xdata()) == pytest.approx(frame["covered_pct"].tolist())
-    median = [line for line in boxes.get_lines() if np.ptp(line.get_xdata()) == 0 and np.ptp(line.get_ydata()) == 0.6]
-    assert [line.get_xdata()[0] for line in median] == pytest.approx([0.0], abs=1e-9)
+    charts = made.page().charts()
+    assert set(charts) == {"coverage.png"}
+    errors, coverage = charts["coverage.png"]().panels
+    (points,) = [each for each in coverage.elements if isinstance(each, Points)]
+    assert list(points.x) == pytest.approx(frame["covered_pct"].tolist())
+    (boxes,) = [each for each in errors.elements if isinstance(each, Boxes)]
+    assert [np.median(values) for values in boxes.values] == pytest.approx([0.0], abs=1e-9)
 
 
 def test_coverage_is_asked_of_thousands_of_draws_from_honest_starts():

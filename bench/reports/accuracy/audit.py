@@ -26,14 +26,12 @@ import pandas as pd
 
 from bench.plan.plan import Cell, Plan
 from bench.plan.report import Made, Report
-from bench.reports.accuracy.audit_figure import audit_figure
 from bench.reports.accuracy.audit_page import audit_page
 from bench.reports.by_cell import first_results, plain_runs, run_lines
 from bench.reports.tables import PAPER, csv_text
 from ksmea.arrays import Array
 from ksmea.errors import SettingError
 from ksmea.records.identifiability import IdentifiabilityRecord, Unknown
-from ksmea.show.figures.style import png
 from ksmea.show.text import aligned, two_digits
 
 LUCKY, IMPOSSIBLE = 0.05, 0.001  # chances below which a value is called so
@@ -67,7 +65,6 @@ class AuditReport(Report):
             audit_text(frame),
             {f"{plan.name}.csv": csv_text(frame).encode(), "runs.csv": csv_text(runs).encode()},
             runs,
-            lambda: {f"{plan.name}.png": png(audit_figure(frame))} if len(frame) else {},
             page=lambda: audit_page(audit_text(frame), frame, f"{plan.name}.csv", f"{plan.name}.png"),
         )
 

@@ -2,69 +2,127 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from functools import partial
+
 import numpy as np
 import pandas as pd
 
-from bench.plan.page import Folded, Page, Plot, Prose, Section, Table
-from bench.reports.plots.traces import COLOURS, GREY, axis, layout, points
+from bench.plan.page import Drawn, Folded, Page, Prose, Section, Table
+from bench.reports.identification.spread_chart import segments
+from ksmea.show.charts.chart import Axis, Chart, Element, Line, Panel, Points
+from ksmea.show.charts.colours import CATEGORIES, INK
 
-LOWEST, HIGHEST = 0.03, 3e4  # %, of the axis
-OFFSETS = 0.5  # width over which readings of one parameter are spread
+LOWEST, HIGHEST = 0.03, 3e4  # %, of the axis; what lies beyond stands at its edge as an arrow
+HALF_WIDTH = 0.38  # of a CRLB's line
+READINGS = {  # colour by how speeds and damping are read
+    ("rad/s", "kN s/m"): CATEGORIES[0],
+    ("rad/s", "kN s/mm"): CATEGORIES[2],
+    ("rpm", "kN s/m"): CATEGORIES[1],
+    ("rpm", "kN s/mm"): CATEGORIES[4],
+    ("rpm", "assumed"): CATEGORIES[1],
+}
+STYLES = {"amplitude": (2.6, "solid"), "complex": (1.4, "dash")}  # width and dashes by the kind of data
+SLIP, AT_LIMIT, AS_ZERO = "printed, with a slip", "printed, at a search limit", "printed as 0 (at its rounding)"
+PRINTED = {
+    "printed": ("circle", False),
+    SLIP: ("circle", True),
+    AT_LIMIT: ("square", False),
+    AS_ZERO: ("triangle down", False),
+}
 
 
-def audit_page(text: str, frame: pd.DataFrame, file: str, still: str) -> Page:
+def audit_page(text: str, frame: pd.DataFrame, file: str, picture: str) -> Page:
     """The table of readings, and for each table of the paper its printed errors against the CRLBs."""
     sections = [Section("Table", (Prose(text), Folded("All values", (Table(frame, file=file),))))]
-    single = frame[frame["crlb_pct"].notna()]
-    tables = list(dict.fromkeys(single["table"]))
-    plots = tuple(
-        _plot(table, single[single["table"] == table], still if number == 0 else "")
-        for number, table in enumerate(tables)
-    )
-    sections += [Section("Printed errors against the CRLB", plots)] if plots else []
+    if frame["crlb_pct"].notna().any():
+        sections.append(Section("Printed errors against the CRLB", (Drawn(partial(audit_chart, frame), picture),)))
     counts = frame["verdict"].value_counts()
     verdicts = ", ".join(f"{count} {name}" for name, count in counts.items())
     return Page(f"printed values under all readings: {verdicts}" if verdicts else text, tuple(sections))
 
 
-def _plot(table: str, rows: pd.DataFrame, still: str) -> Plot:
+def audit_chart(frame: pd.DataFrame) -> Chart:
+    """The paper's printed errors as dots against the CRLBs of every reading, a panel per table; not what is said of columns as a
+    whole."""
+    single = frame[frame["crlb_pct"].notna()]
+    stacks = tuple((_panel(table, single[single["table"] == table]),) for table in dict.fromkeys(single["table"]))
+    across = min(2, max(len(stacks), 1))
+    return Chart(
+        "Printed errors (dots) against what the data can tell (lines: 1 σ), by how the print is read",
+        "Printed errors of each table (black) against the CRLB (lines, 1 σ) of each reading of its units: drawn through for amplitudes, dashed"
+        f" for complex data. Squares: at a search limit; hollow: with a slip; triangles: printed as 0, at their rounding; what lies beyond"
+        f" {HIGHEST:g} % stands there as an arrow.",
+        stacks, across, 4.7 * across,
+    )  # fmt: skip
+
+
+def _panel(table: str, rows: pd.DataFrame) -> Panel:
     names = list(dict.fromkeys(rows["parameter"]))
-    readings = list(rows.groupby(["reading", "damping", "kind"], sort=False))
-    traces = []
-    for number, ((reading, damping, kind), of) in enumerate(readings):
-        one = of.drop_duplicates("parameter")
-        offset = OFFSETS * ((number + 0.5) / len(readings) - 0.5)
-        at = [names.index(name) + offset for name in one["parameter"]]
-        label = f"speeds in {reading}, damping {damping if damping == 'assumed' else f'in {damping}'}, {kind}"
-        crlb = np.clip(one["crlb_pct"].to_numpy(float), LOWEST, HIGHEST)
-        style = {"symbol": "line-ew-open", "size": 18, "line": {"width": 3}}
-        text = [f"{name}: CRLB {value:.3g} %" for name, value in zip(one["parameter"], one["crlb_pct"])]
-        traces.append(
-            points(at, crlb, label, COLOURS[number % len(COLOURS)], marker=style, text=text, hovertemplate="%{text}")
-        )
-    printed = rows.drop_duplicates(["parameter", "column"])
-    error = printed["error_pct_printed"].to_numpy(float)
-    shown = np.where(error > 0, error, printed["rounding_pct"].to_numpy(float))
-    words = [
-        f"{row.parameter}, {row.column}: printed {row.error_pct_printed:g} %, {row.verdict}"
-        for row in printed.itertuples()
-    ]
-    at = [names.index(name) for name in printed["parameter"]]
-    traces.append(
-        points(
-            at,
-            np.clip(shown, LOWEST, HIGHEST),
-            "printed error",
-            GREY,
-            text=words,
-            hovertemplate="%{text}",
-            marker={"size": 9},
-        )
+    elements: list[Element] = []
+    for (reading, damping, kind), mine in rows.groupby(["reading", "damping", "kind"], sort=False):
+        elements += _crlb(reading, damping, kind, mine, names)
+    printed = pd.concat(
+        [_side_by_side(rows[rows["parameter"] == name].drop_duplicates("column"), at) for at, name in enumerate(names)]
     )
-    made = layout("", "error (%)", y_log=True)
-    made["xaxis"] = axis(tickvals=list(range(len(names))), ticktext=names)
-    said = (
-        f"Printed errors (dots) of Table {table.removeprefix('table')} against the CRLB (bars, 1 σ) of each reading of its units;"
-        f" what lies beyond {HIGHEST:g} % stands there."
+    for name, (symbol, is_open) in PRINTED.items():
+        mine = printed[printed["mark"] == name]
+        if len(mine):
+            said = [
+                f"{row.parameter}, {row.column}: printed {row.error_pct_printed:g} %, {row.verdict}"
+                for row in mine.itertuples()
+            ]
+            elements.append(
+                Points(
+                    mine["at"].to_numpy(),
+                    mine["shown"].to_numpy(),
+                    symbol,
+                    is_open=is_open,
+                    name=name,
+                    colour=INK,
+                    said=said,
+                )
+            )
+    x = Axis(low=-0.6, high=len(names) - 0.4, ticks={float(at): name for at, name in enumerate(names)})
+    return Panel(
+        tuple(elements),
+        x,
+        Axis("error (%)", "log", LOWEST, HIGHEST, group="error"),
+        f"Table {table.removeprefix('table')}",
+        2.9,
     )
-    return Plot(f"Table {table.removeprefix('table')}", said, {"data": traces, "layout": made}, still)
+
+
+def _crlb(reading: str, damping: str, kind: str, rows: pd.DataFrame, names: Sequence[str]) -> Iterator[Element]:
+    """The bounds of one reading, a line for each parameter."""
+    one = rows.drop_duplicates("parameter")
+    at, crlb = np.array([names.index(name) for name in one["parameter"]], dtype=float), one["crlb_pct"].to_numpy(float)
+    colour, (width, dash) = READINGS[reading, damping], STYLES[kind]
+    seen = crlb < HIGHEST
+    name = f"CRLB: {reading}, {damping}, {kind}"
+    ends = segments(at[seen] - HALF_WIDTH, at[seen] + HALF_WIDTH), segments(crlb[seen], crlb[seen])
+    yield Line(*ends, dash, width, name=name, colour=colour, said=f"{name}: {{y:.3g}} %")
+    if not seen.all():
+        offset = 0.12 if kind == "complex" else -0.12
+        top = np.full(int((~seen).sum()), 0.75 * HIGHEST)
+        yield Points(
+            at[~seen] + offset,
+            top,
+            "triangle up",
+            7.0,
+            colour=colour,
+            said=[f"{name}: {value:.3g} %" for value in crlb[~seen]],
+        )
+
+
+def _side_by_side(rows: pd.DataFrame, at: int) -> pd.DataFrame:
+    """Where each printed column of one parameter stands, and as what; an error of 0 stands at its rounding."""
+    offsets = np.linspace(-0.21, 0.21, len(rows)) if len(rows) > 1 else [0.0]
+    error = rows["error_pct_printed"].to_numpy(float)
+    shown = np.where(error != 0, error, rows["rounding_pct"].to_numpy(float))
+    marks = np.select(
+        [rows["slip"].astype(bool), rows["at_search_limit"].astype(bool), error == 0],
+        [SLIP, AT_LIMIT, AS_ZERO],
+        "printed",
+    )
+    return rows.assign(at=at + np.asarray(offsets), shown=shown, mark=marks)

@@ -10,8 +10,6 @@ from typing import ClassVar
 import numpy as np
 import pandas as pd
 import scipy
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from bench.jobs.lines import RESULTS
 from bench.jobs.records import NOT_FAILED
@@ -22,7 +20,6 @@ from bench.plan.report import Made, Report
 from bench.reports.accuracy.calibration_page import calibration_page
 from bench.reports.runs import runs_frame
 from bench.reports.tables import csv_text, ended_short_pct
-from ksmea.show.figures.style import INTERVAL, OURS, PAPER, REFERENCE, png
 from ksmea.show.text import aligned, number
 
 # Two maxima of the likelihood with deviances that differ by less than this are one and the same: searches for a maximum
@@ -43,7 +40,6 @@ class CalibrationReport(Report):
             _text(plan, frame),
             files,
             runs,
-            lambda: {f"{plan.name}.png": png(calibration_figure(plan, frame, runs))},
             page=lambda: _page(plan, frame, runs),
         )
 
@@ -56,7 +52,10 @@ def _page(plan: Plan, frame: pd.DataFrame, runs: pd.DataFrame) -> Page:
     }
     named = frame.assign(cell_name=[names[index] for index, cell in enumerate(plan.cells) for _ in cell.parameters])
     levels = sorted({_level(cell) for cell in plan.cells})
-    return calibration_page(_text(plan, frame), named, names, errors, levels, f"{plan.name}.csv", f"{plan.name}.png")
+    n_draw = int(runs.groupby("cell").size().max())
+    return calibration_page(
+        f"{plan.name}: {n_draw} noise draws", _text(plan, frame), named, names, errors, levels, plan.name
+    )
 
 
 def calibration_frame(plan: Plan, runs: pd.DataFrame) -> pd.DataFrame:
@@ -180,45 +179,6 @@ def _basin_lines(plan: Plan, frame: pd.DataFrame) -> list[str]:
     ]
 
 
-def calibration_figure(plan: Plan, frame: pd.DataFrame, runs: pd.DataFrame) -> Figure:
-    """Errors in units of the CRLB (boxes: quartiles; whiskers: 2.5 and 97.5 %), a row per parameter; coverage beside."""
-    names = list(dict.fromkeys(frame["parameter"]))
-    figure = Figure(figsize=(11, 1.1 + len(names) * (0.9 + 0.24 * len(plan.cells))), layout="constrained")
-    panels = figure.subplots(len(names), 2, squeeze=False, width_ratios=[2, 1])
-    labels = [_short_name(plan, cell) for cell in plan.cells]
-    positions = np.arange(len(labels))[::-1]
-    for (left, right), name in zip(panels, names):
-        errors = [_relative_errors(cell, name, runs[runs["cell"] == index]) for index, cell in enumerate(plan.cells)]
-        left.boxplot(
-            errors, positions=positions, orientation="horizontal", whis=(2.5, 97.5), showfliers=False, widths=0.6,
-            medianprops={"color": OURS, "linewidth": 2},
-        )  # fmt: skip
-        for at in (-scipy.stats.norm.ppf(0.975), 0, scipy.stats.norm.ppf(0.975)):
-            left.axvline(at, color=REFERENCE, linestyle=":" if at else "-", linewidth=0.8)
-        _scale(left)
-        left.set_yticks(positions, labels, fontsize=8)
-        left.set_ylabel(name, fontsize=10, rotation=0, labelpad=14)
-        rows = frame[frame["parameter"] == name]
-        if "covered_pct" in rows:
-            has = [any(facts.name == name for facts in cell.parameters) for cell in plan.cells]
-            right.errorbar(
-                rows["covered_pct"], positions[has], xerr=2 * rows["covered_se"], fmt="o", color=INTERVAL, markersize=4
-            )
-            for level in {100 * _level(cell) for cell in plan.cells}:
-                right.axvline(level, color=REFERENCE, linestyle=":", linewidth=0.8)
-                right.axvspan(level - 2, level + 2, color=PAPER, alpha=0.08)
-            right.set_xlim(min(88.0, rows["covered_pct"].min() - 2), 100.5)
-        right.set_yticks([])
-        right.set_ylim(left.get_ylim())
-    for panel in panels.ravel():
-        panel.tick_params(axis="x", labelsize=8)
-        panel.grid(axis="x", alpha=0.25)
-    panels[0, 0].set_title("error / CRLB (dotted: 95 %)", fontsize=9)
-    panels[0, 1].set_title("intervals that hold the truth (%)", fontsize=9)
-    figure.suptitle(f"{plan.name}: {int(runs.groupby('cell').size().max())} noise draws", fontsize=11)
-    return figure
-
-
 def _short_name(plan: Plan, cell: Cell) -> str:
     """A cell's place with the groups of its settings left out."""
     parts = [(axis.rpartition(".")[2], cell.place.get(axis)) for axis in telling_axes(plan)]
@@ -226,18 +186,6 @@ def _short_name(plan: Plan, cell: Cell) -> str:
     return ", ".join(
         str(value) if axis in ("label", "kind") else f"{axis} {place_text(value)}" for axis, value in given
     )
-
-
-def _scale(panel: Axes) -> None:
-    """Linear where errors are a few times the CRLB, else logarithmic to both sides."""
-    reach = max(map(abs, panel.get_xlim()))
-    if reach < 6:
-        panel.set_xlim(-max(reach, 4.0), max(reach, 4.0))
-        return
-    panel.set_xscale("symlog", linthresh=3)
-    panel.set_xticks([sign * tick for tick in (1, 3, 10, 30, 100, 300) if tick < reach for sign in (-1, 1)] + [0])
-    panel.xaxis.set_major_formatter("{x:g}")
-    panel.minorticks_off()
 
 
 def _relative_errors(cell: Cell, name: str, runs: pd.DataFrame) -> np.ndarray:

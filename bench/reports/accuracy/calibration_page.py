@@ -2,37 +2,43 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from functools import partial
 from statistics import NormalDist
 
 import numpy as np
 import pandas as pd
 
-from bench.plan.page import Folded, Page, Plot, Prose, Section, Table
-from bench.reports.plots.traces import BLUE, COLOURS, GREEN, ORANGE, axis, folded, layout, level
+from bench.plan.page import Drawn, Folded, Page, Prose, Section, Table
+from ksmea.arrays import Array
+from ksmea.show.charts.chart import Axis, Bars, Boxes, Chart, Element, Level, Panel, Points, Span, one_panel
+from ksmea.show.charts.colours import INTERVAL, MODEL, PAPER
 
 ENDS = (2.5, 25, 50, 75, 97.5)  # percentiles of a box and its whiskers
-NEAR = 6.0  # times the CRLB within which errors are drawn on a linear axis
-ROW = 36  # px for each cell
+NEAR = 6.0  # times the CRLB within which errors set the axis
+FAR = 12.0  # times the CRLB, where it ends otherwise
+LEAST_COVERED = 88.0  # per cent that are shown at least
+HELD = 2.0  # per cent beside the level: shaded
+ROW, MARGINS = 0.26, 0.8  # inches for each cell and each panel
+BASINS = {
+    "right_basin_pct": ("the truth's", INTERVAL),
+    "wrong_basin_pct": ("another, less likely", PAPER),
+    "higher_elsewhere_pct": ("another, more likely", MODEL),
+}
 
 
 def calibration_page(
-    text: str, frame: pd.DataFrame, names: Sequence[str], errors: Mapping[str, Sequence[np.ndarray]], levels: Sequence[float], file: str, still: str
+    title: str, text: str, frame: pd.DataFrame, names: Sequence[str], errors: Mapping[str, Sequence[Array]], levels: Sequence[float], name: str
 ) -> Page:  # fmt: skip
-    """`errors` are those of each parameter and cell in units of the CRLB, `levels` the confidence levels of the intervals."""
-    plots = [
-        _error_plot(name, names, of, still if number == 0 else "") for number, (name, of) in enumerate(errors.items())
-    ]
-    sections = [
-        Section("Table", (Prose(text), Folded("All columns", (Table(frame, file=file),)))),
-        Section("Errors in units of the CRLB", tuple(plots)),
-    ]
-    more = (
-        [_coverage_plot(frame, names, levels)] if "covered_pct" in frame and frame["covered_pct"].notna().any() else []
+    """`errors` are those of each parameter and cell in units of the CRLB, `levels` the confidence levels of the intervals, `name` is
+    that of the experiment."""
+    charts = [Drawn(partial(calibration_chart, title, frame, names, errors, levels), f"{name}.png")]
+    charts += [Drawn(partial(basins_chart, frame, names))] if frame["right_basin_pct"].notna().any() else []
+    sections = (
+        Section("Table", (Prose(text), Folded("All columns", (Table(frame, file=f"{name}.csv"),)))),
+        Section("Errors, coverage and basins", tuple(charts)),
     )
-    more += [_basin_plot(frame, names)] if frame["right_basin_pct"].notna().any() else []
-    sections += [Section("Coverage and basins", tuple(more))] if more else []
-    return Page(_headline(frame), tuple(sections))
+    return Page(_headline(frame), sections)
 
 
 def _headline(frame: pd.DataFrame) -> str:
@@ -45,70 +51,88 @@ def _headline(frame: pd.DataFrame) -> str:
     return f"Intervals hold the truth in {low if low == high else f'{low} to {high}'} % of the runs; {of_cell}"
 
 
-def _error_plot(name: str, cells: Sequence[str], errors: Sequence[np.ndarray], still: str) -> Plot:
-    traces = []
-    for cell, values in zip(cells, errors):
-        if len(values):
-            low, first, median, third, high = np.percentile(values, ENDS)
-            traces.append(
-                {
-                    "type": "box", "orientation": "h", "name": folded(cell), "y0": folded(cell), "q1": [first], "median": [median], "q3": [third],
-                    "lowerfence": [low], "upperfence": [high], "showlegend": False, "line": {"color": BLUE},
-                }
-            )  # fmt: skip
-    reach = max((float(np.max(np.abs(np.percentile(values, ENDS)))) for values in errors if len(values)), default=1.0)
-    normal = NormalDist().inv_cdf(0.975)
-    made = layout(
-        "error / CRLB",
-        shapes=[level(at, along="x", dash="solid" if at == 0 else "dot") for at in (-normal, 0.0, normal)],
+def calibration_chart(
+    title: str,
+    frame: pd.DataFrame,
+    names: Sequence[str],
+    errors: Mapping[str, Sequence[Array]],
+    levels: Sequence[float],
+) -> Chart:
+    """Errors in units of the CRLB (boxes: quartiles; whiskers: 2.5 and 97.5 %), a row per parameter; coverage beside."""
+    has_coverage = "covered_pct" in frame and bool(frame["covered_pct"].notna().any())
+    stacks = []
+    for name, of in errors.items():
+        stacks.append((_errors(name, names, of),))
+        if has_coverage:
+            stacks.append((_coverage(frame[frame["parameter"] == name], names, levels, name),))
+    beyond = "; some reach beyond what is drawn" if any(_reach(of) >= FAR for of in errors.values()) else ""
+    said = f"Errors in units of the CRLB: boxes are quartiles, whiskers 2.5 and 97.5 %; dotted: where those of an efficient estimate lie{beyond}."
+    said += (
+        f" Beside them the share of intervals that hold the truth, ± 2 standard errors; dotted: the confidence level, ± {HELD:g} % shaded."
+        if has_coverage
+        else ""
     )
-    made["xaxis"] = axis(
-        "error / CRLB", range=[-max(reach, 4) * 1.05, max(reach, 4) * 1.05] if reach < NEAR else [-12, 12]
+    return Chart(title, said, tuple(stacks), 2 if has_coverage else 1, 11.0, most=len(stacks))
+
+
+def _rows(names: Sequence[str], group: str = "") -> Axis:
+    return Axis(
+        low=-0.6,
+        high=len(names) - 0.4,
+        ticks={float(at): name for at, name in enumerate(names)},
+        is_reversed=True,
+        group=group,
     )
-    made["yaxis"] = axis(autorange="reversed")
-    beyond = "; some reach beyond what is drawn" if reach >= 12 else ""
-    said = f"Errors of {name}: boxes are quartiles, whiskers 2.5 and 97.5 %; dotted: where those of an efficient estimate lie{beyond}."
-    return Plot(name, said, {"data": traces, "layout": made}, still, height=130 + ROW * len(cells))
 
 
-def _coverage_plot(frame: pd.DataFrame, names: Sequence[str], levels: Sequence[float]) -> Plot:
-    parameters = list(dict.fromkeys(frame["parameter"]))
-    row_of = {name: number for number, name in enumerate(names)}
-    traces = [
-        {
-            "type": "scatter", "mode": "markers", "name": name, "x": rows["covered_pct"],
-            "y": [row_of[cell] + 0.6 * ((number + 0.5) / len(parameters) - 0.5) for cell in rows["cell_name"]],
-            "marker": {"color": colour, "size": 7}, "hovertemplate": "%{x:.1f} %",
-            "error_x": {
-                "type": "data", "symmetric": False, "thickness": 1.5, "arrayminus": 2 * rows["covered_se"],
-                "array": np.minimum(2 * rows["covered_se"], 100 - rows["covered_pct"]),
-            },
-        }
-        for number, (name, colour) in enumerate(zip(parameters, COLOURS))
-        for rows in [frame[frame["parameter"] == name]]
-    ]  # fmt: skip
-    made = layout(shapes=[level(100 * each, along="x") for each in levels])
-    made["xaxis"] = axis("coverage (%)")
-    made["yaxis"] = axis(tickvals=[*row_of.values()], ticktext=[*map(folded, names)], range=[len(names) - 0.5, -0.5])
-    said = "Share of the intervals that hold the truth, ± 2 standard errors; dotted: the confidence level."
-    return Plot("Coverage", said, {"data": traces, "layout": made}, height=140 + 2 * ROW * len(names))
+def _reach(errors: Sequence[Array]) -> float:
+    return max((float(np.max(np.abs(np.percentile(values, ENDS)))) for values in errors if len(values)), default=1.0)
 
 
-def _basin_plot(frame: pd.DataFrame, names: Sequence[str]) -> Plot:
+def _errors(name: str, names: Sequence[str], errors: Sequence[Array]) -> Panel:
+    normal, reach = NormalDist().inv_cdf(0.975), _reach(errors)
+    elements: list[Element] = [Boxes(np.arange(len(errors), dtype=float), errors, (ENDS[0], ENDS[-1]), "x", 0.6)]
+    elements += [Level(at=at, along="x", dash="dot" if at else "solid", width=0.8) for at in (-normal, 0.0, normal)]
+    end = max(reach, 4.0) * 1.05 if reach < NEAR else FAR
+    return Panel(
+        tuple(elements),
+        Axis("error / CRLB", low=-end, high=end, better="middle"),
+        _rows(names, name),
+        name,
+        MARGINS + ROW * len(names),
+    )
+
+
+def _coverage(rows: pd.DataFrame, names: Sequence[str], levels: Sequence[float], name: str) -> Panel:
+    covered, room = rows["covered_pct"].to_numpy(float), 2 * rows["covered_se"].to_numpy(float)
+    at = np.array([names.index(cell) for cell in rows["cell_name"]], dtype=float)
+    elements: list[Element] = []
+    for level in levels:
+        elements.append(Span(low=100 * level - HELD, high=100 * level + HELD, along="x", colour=PAPER, opacity=0.08))
+        elements.append(Level(at=100 * level, along="x", width=0.8))
+    elements.append(
+        Points(
+            covered, at, left=covered - room, right=np.minimum(covered + room, 100), colour=INTERVAL, said="{x:.1f} %"
+        )
+    )
+    low = min(LEAST_COVERED, float(np.nanmin(covered, initial=LEAST_COVERED)) - 2)
+    x = Axis("intervals that hold the truth (%)", low=low, high=100.5)
+    return Panel(tuple(elements), x, _rows(names, name), f"{name}: coverage", MARGINS + ROW * len(names))
+
+
+def basins_chart(frame: pd.DataFrame, names: Sequence[str]) -> Chart:
+    """In which basin of the likelihood runs end: parts of a bar for each cell."""
     rows = frame.drop_duplicates("cell_name")
-    basins = {"right_basin_pct": ("the truth's", GREEN), "wrong_basin_pct": ("another, less likely", ORANGE), "higher_elsewhere_pct": ("another, more likely", BLUE)}  # fmt: skip
-    traces = [
-        {
-            "type": "bar",
-            "orientation": "h",
-            "name": said,
-            "x": rows[column],
-            "y": [*map(folded, rows["cell_name"])],
-            "marker": {"color": colour},
-        }
-        for column, (said, colour) in basins.items()
-    ]
-    made = layout("runs (%)", barmode="stack")
-    made["yaxis"] = axis(autorange="reversed", categoryorder="array", categoryarray=[*map(folded, names)])
-    said = "In which basin of the likelihood the runs of each cell end."
-    return Plot("Basins", said, {"data": traces, "layout": made}, height=140 + ROW * len(names))
+    at = [float(names.index(name)) for name in rows["cell_name"]]
+    return one_panel(
+        stacked(at, {said: (rows[column].fillna(0).to_numpy(float), colour) for column, (said, colour) in BASINS.items()}), Axis("runs (%)"), _rows(names),
+        "Basins", "In which basin of the likelihood the runs of each cell end.", height=MARGINS + ROW * len(names),
+    )  # fmt: skip
+
+
+def stacked(at: Sequence[float], parts: Mapping[str, tuple[Array, str]]) -> Iterator[Bars]:
+    """Bars to the right, of parts by name with their sizes (n,) and colours, one behind the other."""
+    base = np.zeros(len(at))
+    for name, (size, colour) in parts.items():
+        yield Bars(at, size, base, "x", name=name, colour=colour, said=f"{name}: {{x:.3g}}")
+        base = base + size

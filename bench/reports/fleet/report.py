@@ -15,14 +15,12 @@ from bench.plan.page import Page
 from bench.plan.plan import Plan, Run
 from bench.plan.report import Made
 from bench.reports.by_cell import AnyRecord, Lines
-from bench.reports.fleet.figure import fleet_figure
 from bench.reports.fleet.page import fleet_page
 from bench.reports.fleet.rows import MachineRow
 from bench.reports.pages.experiment import PAGE
 from bench.reports.runs import without_class
 from bench.reports.tables import csv_text
 from ksmea.errors import shortened
-from ksmea.show.figures.style import png
 from ksmea.show.text import aligned
 
 FILE = "file"
@@ -54,9 +52,6 @@ def fleet_report(
         "runs.csv": csv_text(runs).encode(),
     }
 
-    def figures() -> dict[str, bytes]:
-        return {} if values.empty else {f"{plan.name}.png": png(fleet_figure(values))}
-
     def shown_page() -> Page:
         details = [(_name(plan, run), found[run.key].text) for run in plan.runs if run.key in found]
         return fleet_page(about, shown, values, details, f"{plan.name}.csv", f"{plan.name}.png")
@@ -73,9 +68,8 @@ def fleet_report(
         "\n\n".join(filter(None, [*blocks, f"all machines on a page: {PAGE}"])),
         files,
         runs,
-        figures,
-        outdated,
-        shown_page,
+        outdated=outdated,
+        page=shown_page,
     )
 
 

@@ -10,7 +10,6 @@ import pandas as pd
 from bench.jobs.lines import RESULTS
 from bench.plan.naming import place_text, telling_axes
 from bench.plan.plan import Plan
-from bench.reports.interval_ends import drawn_ends
 from bench.reports.tables import EFFORT, EXACT, has_intervals, lacks_interval
 from ksmea.arrays import Array
 from ksmea.show.charts.chart import Axis, Boxes, Chart, Element, Line, Panel, Points
@@ -21,6 +20,7 @@ MAX_LABELS = 12  # more cells than this are numbered, not named
 EACH = 5  # of these cells are numbered
 WIDE = 50.0  # largest to smallest value, from which on an axis is logarithmic
 LONG = 6  # characters, from which on names of cells stand upright
+BEYOND = 0.1  # of the spread of all that is drawn: as far behind it an open side ends
 REACH = 0.45  # half of what a line of a cell takes
 
 
@@ -113,6 +113,26 @@ def interval_elements(at: Array, low: Array, high: Array, values: Array, *, is_l
         if is_open.any()
     ]
     return [line, *arrows]
+
+
+def drawn_ends(low: Array, high: Array, values: Array, *, is_log: bool = False) -> tuple[Array, Array]:
+    """Both ends (n,) of intervals, of which an open one, NaN, lies beyond all ends and values (m,) on its side: on a logarithmic
+    axis by a factor, where an end that is not above 0 is as an open one, and such values are not drawn.
+
+    >>> drawn_ends(np.array([np.nan, 1.0]), np.array([3.0, 4.0]), np.array([5.0, 6.0]))
+    (array([0.5, 1. ]), array([3., 4.]))
+    """
+    if is_log:
+        first, last = drawn_ends(
+            *(np.log(each, where=each > 0, out=np.full(len(each), np.nan)) for each in (low, high, values))
+        )
+        return np.exp(first), np.exp(last)
+    every = np.concatenate([low, high, values])
+    every = every[np.isfinite(every)]
+    if not len(every):
+        return low, high
+    reach = BEYOND * (np.ptp(every) or np.abs(every[0]) or 1.0)
+    return np.where(np.isnan(low), every.min() - reach, low), np.where(np.isnan(high), every.max() + reach, high)
 
 
 def segments(first: Array, last: Array) -> Array:

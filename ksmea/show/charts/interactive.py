@@ -16,6 +16,7 @@ INCH = 92  # px of a panel's height
 TOP, BOTTOM, LEFT, RIGHT = 40, 54, 66, 14  # px around all panels
 STACKED, APART, BESIDE = 16, 74, 0.07  # px between panels of a stack and between stacks; part of the width
 TURNED = 30  # px more below words that stand upright
+CHARACTER = 0.006  # part of the width, of a word beside an axis
 HEADING = 22  # px, for the title of a panel
 PLAIN_EXPONENT = 6  # numbers up to 10 to this power are written out on axes
 STANDOFF = 6  # px between the numbers of an axis and its title
@@ -119,7 +120,12 @@ def _layout(chart: Chart, across: int, numbers: list[list[int]]) -> Layout:
         down = max(ends, default=down)
     inner = max(down - APART, 1.0)
     n_column = max((len(row) for row in rows), default=1)
-    gap = BESIDE if n_column > 1 else 0.0
+    words = [
+        max(map(len, panel.y.ticks.values()), default=0)
+        for number, panel in shown.items()
+        if panel.y.ticks and places[number][1] and not _is_named_beside(shown, places, number)
+    ]
+    gap = BESIDE + CHARACTER * max(words, default=0) if n_column > 1 else 0.0
     part = (1 - gap * (n_column - 1)) / n_column
     groups: dict[tuple[str, str], str] = {}
     made: Layout = {"height": int(inner + TOP + BOTTOM), "margin": {"l": LEFT, "r": RIGHT, "t": TOP, "b": BOTTOM}}
@@ -143,7 +149,7 @@ def _layout(chart: Chart, across: int, numbers: list[list[int]]) -> Layout:
             first = groups.setdefault((side, scale.group), f"{side}{end}") if scale.group else ""
             own |= {"matches": first} if first not in ("", f"{side}{end}") else {}
             if side == "y" and _is_named_beside(shown, places, number):
-                own["title"] = {"text": ""}
+                own |= {"title": {"text": ""}} | ({} if scale.ticks is None else {"showticklabels": False})
             if side == "x" and is_below:
                 own |= {"showticklabels": False, "title": {"text": ""}}
             made[f"{side}axis{end}"] = own

@@ -155,6 +155,8 @@ def _finish(axes: Axes, panel: Panel, is_named_beside: bool = False, is_named_be
     axes.tick_params(axis="both", labelsize=SMALL)
     if is_named_below:
         axes.tick_params(axis="x", labelbottom=False)
+    if is_named_beside and panel.y.ticks is not None:
+        axes.tick_params(axis="y", labelleft=False)
     if panel.x.ticks is None or panel.y.ticks is None:
         axes.grid(
             alpha=0.25,
