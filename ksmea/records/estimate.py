@@ -5,10 +5,26 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Annotated
 
+import numpy as np
+
 from ksmea.records.record import Record
 from ksmea.units import Part, Quantity, Speed, Vibration
 
 RunNoise = Annotated[tuple[str, float, float], Quantity("name, part, m")]  # its relative part and its floor
+
+
+@dataclass(frozen=True)
+class Shown:
+    """A value with the ends of its interval in `unit`, not a number where open: what tables and charts show of an unknown."""
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+    @property
+    def has_interval(self) -> bool:
+        return not np.isnan([self.low, self.high]).all()
 
 
 @dataclass(frozen=True)
@@ -22,6 +38,11 @@ class EstimateRecord(Record):
     high: float | None
     interval: str  # basis, see ksmea.inference.intervals.Interval
     at_limit: bool  # the value lies on a search limit, which is what is physical for the unknowns of an effect
+
+    @property
+    def shown(self) -> Shown:
+        low, high = (np.nan if end is None else end for end in (self.low, self.high))
+        return Shown(self.value, low, high, self.unit)
 
     def holds(self, value: float) -> bool:
         """Whether a value lies in the interval; of an angle that of its turns which is nearest to the estimate."""

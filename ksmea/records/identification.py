@@ -14,7 +14,7 @@ from ksmea.errors import SettingError
 from ksmea.problem.parameters import Parameter, Parameters
 from ksmea.records.campaign import BothWaysRecord, RepeatsRecord
 from ksmea.records.curves import FitCurves, Matrix, ResponseCurves, check_shape, matrix
-from ksmea.records.estimate import NoiseLevelRecord, StabilityRecord
+from ksmea.records.estimate import NoiseLevelRecord, Shown, StabilityRecord
 from ksmea.records.hidden import HiddenEffect
 from ksmea.records.location import LocationRecord
 from ksmea.records.record import Record, renamed
@@ -52,6 +52,10 @@ class ParameterRecord:
     def in_unit(self, value: float | None) -> float:
         """One of its values in its unit; not a number where there is none."""
         return np.nan if value is None else value / self.si_per_unit
+
+    @property
+    def shown(self) -> Shown:
+        return Shown(self.in_unit(self.value), self.in_unit(self.low), self.in_unit(self.high), self.unit)
 
     @property
     def value(self) -> float:

@@ -19,8 +19,8 @@ from bench.reports.pages.index import index_page, page_facts, write_index
 from bench.reports.pages.prose import columns_of
 from bench.reports.response_blocks import orbits
 from ksmea.errors import SettingError
+from ksmea.records.estimate import Shown
 from ksmea.show.charts.colours import CATEGORIES, PALETTE
-from ksmea.show.charts.intervals_chart import Shown
 from ksmea.show.charts.responses import Response
 from ksmea.show.text import aligned
 

@@ -20,7 +20,7 @@ import pandas as pd
 from bench.reports.comparison.sides import Side
 from bench.reports.pages.made_by import OF_CODE
 from ksmea.errors import shortened
-from ksmea.show.charts.intervals_chart import Shown
+from ksmea.records.estimate import Shown
 from ksmea.show.text import aligned, in_columns, number, of_chances, with_ends
 
 AGREE = 2.0  # combined standard deviations up to which two values are said to agree

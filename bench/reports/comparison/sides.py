@@ -17,8 +17,8 @@ from bench.reports.identification import page as identification
 from bench.reports.pages.made_by import flattened
 from ksmea.errors import SettingError
 from ksmea.records.diagnosis import DiagnosisRecord
+from ksmea.records.estimate import Shown
 from ksmea.records.identification import IdentificationRecord
-from ksmea.show.charts.intervals_chart import Shown
 from ksmea.show.text import two_digits
 from ksmea.show.verdict import verdict_line
 from ksmea.units import MICROMETRE
@@ -84,11 +84,8 @@ Findings = tuple[str, str, Mapping[str, str | float], Mapping[str, Shown]]
 
 def _identification_findings(line: RunLine) -> Findings:
     record = line.record(IdentificationRecord)
-    unknowns = {
-        part.name: Shown(part.in_unit(part.value), part.in_unit(part.low), part.in_unit(part.high), part.unit)
-        for part in record.parameters
-    }
-    return identification.headline(record), identified(record).finding, dict(_facts(record)), unknowns
+    row = identified(record)
+    return identification.headline(record), row.finding, dict(_facts(record)), row.values
 
 
 def _facts(record: IdentificationRecord) -> Iterator[tuple[str, str | float]]:
@@ -126,8 +123,7 @@ def _diagnosis_findings(line: RunLine) -> Findings:
     facts |= {} if record.lack_of_fit.after is None else {"lack-of-fit p after": record.lack_of_fit.after.p}
     facts |= {} if record.lack_of_fit.after is None else {"reduced χ² after": record.lack_of_fit.after.reduced_chi2}
     facts |= {} if row.noise is None else dict(_noise(*row.noise))
-    unknowns = {each.name: Shown(each.value, each.low, each.high, each.unit) for each in row.values}
-    unknowns |= _of_extension(record)
+    unknowns = {**row.values, **_of_extension(record)}
     headline = diagnosis.headline(record)
     return headline, verdict_line(record).removeprefix("Verdict: "), facts, unknowns
 
@@ -143,4 +139,4 @@ def _of_extension(record: DiagnosisRecord) -> dict[str, Shown]:
         }
     if not record.is_explained:
         return {}
-    return {row.name: diagnosis.shown(row.after) for row in record.coefficients if row.before is None and row.after}
+    return {row.name: row.after.shown for row in record.coefficients if row.before is None and row.after}

@@ -5,12 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import partial
 
-import numpy as np
-
 from bench.plan.page import Block, Drawn, Folded, Page, Prose, Section, Table
-from ksmea.records.estimate import EstimateRecord
 from ksmea.records.location import LocationRecord
-from ksmea.show.charts.intervals_chart import Shown, intervals_chart
+from ksmea.show.charts.intervals_chart import intervals_chart
 from ksmea.show.charts.location_chart import location_chart
 from ksmea.show.location_text import sites_table, text
 from ksmea.show.location_words import headline
@@ -33,7 +30,7 @@ def location_blocks(record: LocationRecord, file: str = "", about_others: Sequen
         yield Folded(f"All {len(record.candidates)} sites that were tried", (table,))
     unknowns = {
         each.name: {
-            name: _shown(estimate)
+            name: estimate.shown
             for name, estimate in (
                 ("without", each.plain),
                 ("beside it", each.best),
@@ -46,8 +43,3 @@ def location_blocks(record: LocationRecord, file: str = "", about_others: Sequen
     if record.force is not None and unknowns:
         said = "Unknowns without what acts there, beside it at the best site, and over all accepted sites."
         yield Drawn(intervals_chart(unknowns, {}, " ".join([said, *about_others])))
-
-
-def _shown(estimate: EstimateRecord) -> Shown:
-    low, high = (np.nan if end is None else end for end in (estimate.low, estimate.high))
-    return Shown(estimate.value, low, high, estimate.unit)

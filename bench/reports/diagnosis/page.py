@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 from functools import partial
 
-import numpy as np
-
 from bench.plan.page import Block, Drawn, Folded, Page, Prose, Section, Table
 from bench.reports.diagnosis.location_page import location_blocks
 from bench.reports.response_blocks import response_blocks
 from ksmea.records.diagnosis import DiagnosisRecord
-from ksmea.records.estimate import EstimateRecord
-from ksmea.show.charts.intervals_chart import Shown, intervals_chart
+from ksmea.show.charts.intervals_chart import intervals_chart
 from ksmea.show.charts.ranking_chart import ranking_chart
 from ksmea.show.charts.responses import of_diagnosis
 from ksmea.show.diagnosis_tables import trials_table, unknowns_table
@@ -53,18 +50,10 @@ def _unknowns(record: DiagnosisRecord) -> Iterator[Block]:
         "averaged": {row.name: averaged.get(row.name) for row in own},
     }
     unknowns = {
-        row.name: {series: shown(of[row.name]) for series, of in by_series.items() if of[row.name] is not None}
+        row.name: {series: each.shown for series, of in by_series.items() if (each := of[row.name]) is not None}
         for row in own
     }
     if unknowns:
         without = ", with and without what explains the data" if has_after else ""
         said = f"The intervals of the unknowns of the model as given{without}, relative to the value that is believed."
         yield Drawn(intervals_chart(unknowns, {}, said))
-
-
-def shown(estimate: EstimateRecord | None) -> Shown:
-    """An estimate as it is drawn."""
-    if estimate is None:
-        return Shown(np.nan, np.nan, np.nan, "")
-    low, high = (np.nan if end is None else end for end in (estimate.low, estimate.high))
-    return Shown(estimate.value, low, high, estimate.unit)

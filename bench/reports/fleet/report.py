@@ -76,7 +76,10 @@ def fleet_report(
 def values_frame(plan: Plan, found: Mapping[str, MachineRow]) -> pd.DataFrame:
     """Tidy table: a row per file and unknown, in its unit; the ends of intervals are empty where open."""
     rows = [
-        {**_place(plan, run), **vars(value)} for run in plan.runs if run.key in found for value in found[run.key].values
+        {**_place(plan, run), "name": name, **vars(value)}
+        for run in plan.runs
+        if run.key in found
+        for name, value in found[run.key].values.items()
     ]
     return pd.DataFrame(rows, columns=[*_place(plan, plan.runs[0]), "name", "unit", "value", "low", "high"])
 

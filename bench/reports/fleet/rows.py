@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from ksmea.records.diagnosis import DiagnosisRecord
-from ksmea.records.estimate import EstimateRecord
-from ksmea.records.identification import IdentificationRecord, ParameterRecord
+from ksmea.records.estimate import EstimateRecord, Shown
+from ksmea.records.identification import IdentificationRecord
 from ksmea.show import diagnosis_text, identification_text
 from ksmea.show.location_words import in_short
 from ksmea.show.text import noise_parts, number, with_ends
@@ -22,28 +20,13 @@ JOINED = "; "  # remarks in a cell of a table
 
 
 @dataclass(frozen=True)
-class Value:
-    """An unknown of one machine in its unit; an end of its interval that is open is not a number."""
-
-    name: str
-    unit: str
-    value: float
-    low: float
-    high: float
-
-    def __str__(self) -> str:
-        has_interval = not np.isnan([self.low, self.high]).all()
-        return with_ends(self.value, self.low, self.high) if has_interval else number(self.value)
-
-
-@dataclass(frozen=True)
 class MachineRow:
     """One machine: its finding in a word, what its row says beside that, its unknowns, noise and remarks, and all of it as
     text. Noise is the relative part, and the floor in m."""
 
     finding: str
     facts: dict[str, str | float | None]
-    values: tuple[Value, ...]
+    values: Mapping[str, Shown]  # by name
     noise: tuple[float, float] | None
     remarks: tuple[str, ...]
     text: str
@@ -56,8 +39,8 @@ class MachineRow:
             "noise_pct": None if relative is None else 100 * relative,
             "noise_um": None if floor is None else floor / MICROMETRE,
             **{
-                f"{each.name}{end}": number
-                for each in self.values
+                f"{name}{end}": number
+                for name, each in self.values.items()
                 for end, number in (("", each.value), ("_low", each.low), ("_high", each.high))
             },
             "remarks": JOINED.join(self.remarks),
@@ -74,14 +57,14 @@ class MachineRow:
 
     def shown_values(self) -> dict[str, str]:
         """Those of its unknowns, for example {'kxx (MN/m)': '50.03 [49.99, 50.06]'}."""
-        return {f"{each.name} ({each.unit})": str(each) for each in self.values}
+        return {f"{name} ({each.unit})": _said(each) for name, each in self.values.items()}
 
 
 def diagnosed(record: DiagnosisRecord) -> MachineRow:
     """Verdict, cause with its location and sizes, and the unknowns under the model that is believed."""
     noise = diagnosis_text.believed_noise(record)
     added = [each.after for each in record.coefficients if each.before is None and each.after is not None]
-    sizes = [f"{each.name} {_estimate(each)} {each.unit}" for each in added] if record.is_explained else []
+    sizes = [f"{each.name} {_said(each.shown)} {each.unit}" for each in added] if record.is_explained else []
     facts: dict[str, str | float | None] = {
         "verdict": record.verdict,
         "cause": _cause(record),
@@ -89,7 +72,7 @@ def diagnosed(record: DiagnosisRecord) -> MachineRow:
         "size": JOINED.join(sizes),
         "lack_of_fit_p": record.lack_of_fit.before.p,
     }
-    values = tuple(map(_estimate, _believed(record)))
+    values = {each.name: each.shown for each in _believed(record)}
     level = (noise.relative, noise.floor)
     return MachineRow(record.verdict, facts, values, level, record.remarks, diagnosis_text.text(record))
 
@@ -101,7 +84,7 @@ def identified(record: IdentificationRecord) -> MachineRow:
     facts: dict[str, str | float | None] = {"fit": fit, "lack_of_fit_p": None if test is None else test.p}
     noise = None if effort is None else (effort.noise.relative, effort.noise.floor)
     remarks = () if data is None else data.remarks
-    values = tuple(map(_parameter, record.parameters))
+    values = {each.name: each.shown for each in record.parameters}
     return MachineRow(fit, facts, values, noise, remarks, identification_text.text(record))
 
 
@@ -130,10 +113,5 @@ def _believed(record: DiagnosisRecord) -> Sequence[EstimateRecord]:
     return [each for each in believed if each is not None]
 
 
-def _estimate(found: EstimateRecord) -> Value:
-    low, high = (np.nan if end is None else end for end in (found.low, found.high))
-    return Value(found.name, found.unit, found.value, low, high)
-
-
-def _parameter(found: ParameterRecord) -> Value:
-    return Value(found.name, found.unit, *(found.in_unit(value) for value in (found.value, found.low, found.high)))
+def _said(found: Shown) -> str:
+    return with_ends(found.value, found.low, found.high) if found.has_interval else number(found.value)

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from bench.plan.page import Block, Drawn, Page, Prose, Section, Table
 from bench.reports.response_blocks import response_blocks
 from ksmea.records.curves import as_array
+from ksmea.records.estimate import Shown
 from ksmea.records.identification import IdentificationRecord
 from ksmea.show.charts.chart import Axis, Chart, Line, one_panel
 from ksmea.show.charts.colours import category
-from ksmea.show.charts.intervals_chart import Shown, intervals_chart
+from ksmea.show.charts.intervals_chart import intervals_chart
 from ksmea.show.charts.responses import of_fit
 from ksmea.show.identification_text import identification_chart, table, text
 from ksmea.show.text import fit_verdict
@@ -65,16 +64,11 @@ def unknowns_blocks(record: IdentificationRecord) -> Iterator[Block]:
     beside = {} if record.location is None else {each.name: each.over_sites for each in record.location.coefficients}
     unknowns: dict[str, dict[str, Shown]] = {}
     for part in record.parameters:
-        own = {
-            "identified": Shown(part.in_unit(part.value), part.in_unit(part.low), part.in_unit(part.high), part.unit)
-        }
-        other = beside.get(part.name)
-        if other is not None:
-            low, high = (np.nan if end is None else end for end in (other.low, other.high))
-            own["beside what is unknown"] = Shown(other.value, low, high, other.unit)
-        unknowns[part.name] = own
+        unknowns[part.name] = {"identified": part.shown}
+        if (other := beside.get(part.name)) is not None:
+            unknowns[part.name]["beside what is unknown"] = other.shown
     truth = {part.name: part.in_unit(part.true) for part in record.parameters}
-    if any(not np.isnan([each.low, each.high]).all() for of in unknowns.values() for each in of.values()):
+    if any(each.has_interval for of in unknowns.values() for each in of.values()):
         yield Drawn(
             intervals_chart(
                 unknowns,

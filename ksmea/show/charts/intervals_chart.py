@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from ksmea.records.estimate import Shown
 from ksmea.show.charts.chart import Axis, Chart, Element, Level, Points, one_panel
 from ksmea.show.charts.colours import REFERENCE, category, symbol
 from ksmea.show.text import rounded_alike, with_ends
@@ -16,16 +16,6 @@ OPEN_REACH = 1.15  # times the farthest end that is drawn: where the axis, and a
 FAR = 10.0  # times the reach of the intervals that are believed, beyond which arrows are drawn; tables have the values
 AT_EDGE = 0.97  # of the way to the edge: where arrows are
 ROW = 0.48  # inches for each unknown
-
-
-@dataclass(frozen=True)
-class Shown:
-    """A value with the ends of its interval in `unit`, not a number where open."""
-
-    value: float
-    low: float
-    high: float
-    unit: str
 
 
 def intervals_chart(unknowns: Mapping[str, Mapping[str, Shown]], truth: Mapping[str, float], caption: str) -> Chart:
