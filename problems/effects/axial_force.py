@@ -46,7 +46,6 @@ class AxialForce(RotorEffect):
         "mass": "both move all modes; a force moves the lowest most: several critical speeds, or tap the rotor"
         " hanging free",
     }
-    changes_rotor: ClassVar[bool] = True
 
     sizes = (Size("axial_force", "kN", LARGEST, drawn=NOTICED, of=_buckling_load),)
 

@@ -8,9 +8,8 @@ looks like anisotropic bearings: only calibration separates these.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import ClassVar
 
 import numpy as np
@@ -34,7 +33,6 @@ class ChannelGain(PlacedEffect):
     direction: str | None = setting(None, "the channel's direction: x, y or degrees; null: all")
 
     is_scanned: ClassVar[bool] = False
-    aliases: ClassVar[Mapping[str, str]] = MappingProxyType({})
     stage: ClassVar[int] = 2
 
     what = "channel"

@@ -56,7 +56,6 @@ class CouplingMisalignment(PlacedEffect):
         "unbalance": "an unbalance grows with Ω²; measure at low speed too, or run uncoupled",
         "skewed_disk": "moments that turn with the shaft; that of a disk grows with Ω²: measure at low speed too",
     }
-    has_loads: ClassVar[bool] = True
 
     what = "coupling"
 

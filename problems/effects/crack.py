@@ -76,7 +76,6 @@ class Crack(PlacedEffect):
         "shaft_asymmetry": "both make 2X at half of a critical speed; a crack opens and closes, which makes 3X of its sag too: look there",
     }
     is_scanned: ClassVar[bool] = False  # 2X grows with it from 0, where a fit finds it
-    turns: ClassVar[bool] = True
 
     what = "crack"
     sizes = (VectorSize("crack", "%", LARGEST, drawn=NOTICED),)

@@ -40,7 +40,6 @@ class ExternalDamping(RotorEffect):
     aliases: ClassVar[Mapping[str, str]] = {
         "speed_dependent_damping": "both change peak heights; several critical speeds, of which some hardly move the bearings",
     }
-    changes_rotor: ClassVar[bool] = True
 
     sizes = (Size("external_damping", "N s/m²", (0.0, LARGEST), drawn=NOTICED, of=_per_damping_ratio),)
 

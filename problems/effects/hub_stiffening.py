@@ -46,7 +46,6 @@ class HubStiffening(SeatedEffect):
         "youngs_modulus": "both stiffen the shaft; several critical speeds, whose modes bend that place differently",
         "mass": "both move all modes; several critical speeds, whose modes bend that place differently",
     }
-    changes_rotor: ClassVar[bool] = True
 
     what, default_place, needs = "hub", "the first disk", "a disk on the rotor"
     sizes = (Size("hub_stiffening", "%", (0.0, LARGEST), drawn=NOTICED),)

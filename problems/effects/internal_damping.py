@@ -32,7 +32,6 @@ class InternalDamping(RotorEffect):
         "cross_coupling_antisymmetric": "both act on the damping of the forward whirl; the onset of instability,"
         " reverse rotation",
     }
-    changes_rotor: ClassVar[bool] = True
 
     sizes = (Size("internal_damping", "µs", (0.0, LARGEST), drawn=NOTICED),)
 

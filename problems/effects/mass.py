@@ -34,7 +34,6 @@ class Mass(RotorEffect):
         "speed_dependent_stiffness": "both move the peaks; several critical speeds, or weigh the rotor",
         "unbalance": "both change the mix of modes; a trial weight on each disk, a second mode in the band",
     }
-    changes_rotor: ClassVar[bool] = True
 
     sizes = (Size("mass_change", "%", LARGEST, drawn=NOTICED),)
 

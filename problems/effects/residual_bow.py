@@ -34,13 +34,11 @@ NOTICED = (0.3 * MICROMETRE, 30 * MICROMETRE)  # vectors as long as these are dr
 class ResidualBow(RotorEffect):
     """The shaft is bent at rest, most in its middle."""
 
-    is_scanned: ClassVar[bool] = True
     aliases: ClassVar[Mapping[str, str]] = {
         "runout": "a bow is amplified at a critical speed, runout is not: measure through one, or a second plane",
         "thermal_bow": "a bow of heat is gone when the machine is cold, and run-up and run-down differ by it",
         "coupling_misalignment": "both turn with the shaft at any speed; run uncoupled, or measure the bow on slow roll",
     }
-    has_loads: ClassVar[bool] = True
 
     sizes = (VectorSize("bow", "µm", LARGEST, drawn=NOTICED),)
 

@@ -36,7 +36,6 @@ class Runout(PlacedEffect):
 
     position: float | None = setting(None, "the measuring plane; null: all of them alike", unit="m", at_least=0)
 
-    is_scanned: ClassVar[bool] = True
     aliases: ClassVar[Mapping[str, str]] = {
         "residual_bow": "a bow is amplified at a critical speed, runout is not: measure through one, or a second plane",
     }

@@ -36,7 +36,6 @@ class ShearTheory(RotorEffect):
     aliases: ClassVar[Mapping[str, str]] = {
         "youngs_modulus": "both move all modes; shear moves the highest most: several critical speeds, or tap the shaft alone",
     }
-    changes_rotor: ClassVar[bool] = True
 
     def parameters(self, problem: RotorProblem) -> tuple[Parameter, ...]:
         least = min(segment.shear_flexibility for segment in problem.rotor.segments)

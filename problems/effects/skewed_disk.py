@@ -45,7 +45,6 @@ class SkewedDisk(SeatedEffect):
         "unbalance": "both grow with Ω² and turn with the shaft; a second critical speed, a trial weight, a dial gauge on the rim",
         "coupling_misalignment": "moments that turn with the shaft; that of a disk grows with Ω²: measure at low speed too",
     }
-    has_loads: ClassVar[bool] = True
 
     what, default_place, needs = "disk", "the first disk", "a disk whose polar and diametral inertia differ"
     sizes = (VectorSize("skew", "mrad", LARGEST, drawn=NOTICED),)

@@ -8,25 +8,21 @@ dampings change, cross-coupled ones do not.
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import ClassVar
 
-import numpy as np
-
 from ksmea.arrays import Array, ComplexArray
 from ksmea.settings.settings import setting
-from problems.rotor.extension.effect import RotorEffect, column
+from problems.effects.speed_dependent_stiffness import SlopeOverSpeed
 from problems.rotor.extension.sizes import Size
-from problems.rotor.response.problem import RotorProblem
 
 LOWEST, HIGHEST = -0.9, 5.0  # of what it is at rest: it never drives the rotor
 NOTICED = (1.0, 4.5)  # are drawn; damping that falls with speed hardly shows
 
 
 @dataclass(frozen=True)
-class SpeedDependentDamping(RotorEffect):
+class SpeedDependentDamping(SlopeOverSpeed):
     """The bearings' damping rises or falls with speed."""
 
     full_speed: float | None = setting(
@@ -43,16 +39,8 @@ class SpeedDependentDamping(RotorEffect):
 
     sizes = (Size("damping_slope", "%", (LOWEST, HIGHEST), drawn=NOTICED, rises=True),)
 
-    def locations(self, problem: RotorProblem) -> Sequence[SpeedDependentDamping]:
-        return [self.placed_on(problem)]
-
-    def placed_on(self, problem: RotorProblem) -> SpeedDependentDamping:
-        full_speed = float(np.max(problem.speed)) if self.full_speed is None else self.full_speed
-        return dataclasses.replace(self, full_speed=full_speed)
-
     def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
-        full_speed = np.max(speed) if self.full_speed is None else self.full_speed
         changed = impedance.copy()
         for axis in (0, 1):
-            changed.imag[:, axis, axis] *= 1 + column(theta[:, 0]) * speed / full_speed
+            changed.imag[:, axis, axis] *= self.factor(speed, theta)
         return changed

@@ -11,7 +11,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
@@ -26,7 +26,25 @@ NOTICED = (0.02, 0.4)  # of either sign, are drawn
 
 
 @dataclass(frozen=True)
-class SpeedDependentStiffness(RotorEffect):
+class SlopeOverSpeed(RotorEffect):
+    """Base of effects by which direct coefficients of the bearings change in proportion to speed."""
+
+    full_speed: float | None
+
+    def locations(self, problem: RotorProblem) -> Sequence[Self]:
+        return [self.placed_on(problem)]
+
+    def placed_on(self, problem: RotorProblem) -> Self:
+        full_speed = float(np.max(problem.speed)) if self.full_speed is None else self.full_speed
+        return dataclasses.replace(self, full_speed=full_speed)
+
+    def factor(self, speed: Array, theta: Array) -> Array:
+        """Coefficients over their values at rest, (n, n_speed)."""
+        return 1 + column(theta[:, 0]) * speed / (np.max(speed) if self.full_speed is None else self.full_speed)
+
+
+@dataclass(frozen=True)
+class SpeedDependentStiffness(SlopeOverSpeed):
     """The bearings' stiffness rises or falls with speed."""
 
     full_speed: float | None = setting(
@@ -44,16 +62,8 @@ class SpeedDependentStiffness(RotorEffect):
 
     sizes = (Size("stiffness_slope", "%", (LOWEST, HIGHEST), drawn=NOTICED),)
 
-    def locations(self, problem: RotorProblem) -> Sequence[SpeedDependentStiffness]:
-        return [self.placed_on(problem)]
-
-    def placed_on(self, problem: RotorProblem) -> SpeedDependentStiffness:
-        full_speed = float(np.max(problem.speed)) if self.full_speed is None else self.full_speed
-        return dataclasses.replace(self, full_speed=full_speed)
-
     def impedance(self, impedance: ComplexArray, speed: Array, theta: Array) -> ComplexArray:
-        full_speed = np.max(speed) if self.full_speed is None else self.full_speed
         changed = impedance.copy()
         for axis in (0, 1):
-            changed.real[:, axis, axis] *= 1 + column(theta[:, 0]) * speed / full_speed
+            changed.real[:, axis, axis] *= self.factor(speed, theta)
         return changed

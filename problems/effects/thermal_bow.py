@@ -57,7 +57,6 @@ class ThermalBow(RotorEffect):
         "residual_bow": "a bow of heat is gone when the machine is cold, and run-up and run-down differ by it",
         "coupling_misalignment": "both turn with the shaft; a bow of heat is gone when the machine is cold",
     }
-    has_loads: ClassVar[bool] = True
 
     sizes = (VectorSize("thermal_bow", "µm", LARGEST, drawn=NOTICED),)
 

@@ -43,7 +43,6 @@ class FurtherUnbalance(SeatedEffect):
         "skewed_disk": "both grow with Ω² and turn with the shaft; a second critical speed, a trial weight, a dial gauge on the rim",
         "coupling_misalignment": "an unbalance grows with Ω²; measure at low speed too, or run uncoupled",
     }
-    has_loads: ClassVar[bool] = True
 
     what, default_place, needs = "unbalance", "the first free disk", "a disk without unbalance in the model"
     sizes = (VectorSize("unbalance", "g mm", 1.0, drawn=NOTICED, of=unbalance_scale),)

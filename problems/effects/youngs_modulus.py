@@ -33,7 +33,6 @@ class YoungsModulus(RotorEffect):
         "speed_dependent_stiffness": "both move the peaks; several critical speeds, or tap the rotor hanging free",
         "unbalance": "both change the mix of modes; a trial weight on each disk, a second mode in the band",
     }
-    changes_rotor: ClassVar[bool] = True
 
     sizes = (Size("youngs_modulus_change", "%", LARGEST, drawn=NOTICED),)
 

@@ -72,3 +72,16 @@ def test_a_placed_effect_from_outside_may_leave_the_check_of_its_position_out():
         position = 99.0
 
     assert Elsewhere().placed_on(PLAIN).places(PLAIN) == (99.0,)
+
+
+def test_an_effect_changes_what_it_overrides_unless_it_says_otherwise():
+    class Heavier(RotorEffect):
+        def rotor(self, rotor, theta):
+            return rotor
+
+    class Stated(Heavier):
+        changes_rotor = False
+        has_loads = True
+
+    flags = [(effect.changes_rotor, effect.has_loads, effect.turns) for effect in (RotorEffect(), Heavier(), Stated())]
+    assert flags == [(False, False, False), (True, False, False), (False, True, False)]

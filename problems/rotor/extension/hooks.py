@@ -16,6 +16,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
 from ksmea.problem.parameters import Parameter, name_at
+from ksmea.problem.problem import Given
 from problems.rotor.extension.run_up import Sweep
 from problems.rotor.extension.site_law import SiteLaw
 from problems.rotor.finite_elements.data import Rotor
@@ -26,11 +27,11 @@ from problems.rotor.response.problem import RotorProblem
 class RotorHooks(ABC):
     """The hooks that an extended rotor calls, from the shaft to the probes."""
 
-    changes_rotor: ClassVar[bool] = False  # overrides `rotor`
     couples_axes: ClassVar[bool] = False  # its `impedance` has entries beside the diagonal
     couples_bearings: ClassVar[bool] = False  # its `support` is common to all bearings
-    has_loads: ClassVar[bool] = False  # overrides `loads` and `load_sizes`
-    turns: ClassVar[bool] = False  # overrides `turning_rows`, `turning_stiffness` and `weight`
+    changes_rotor = Given("rotor")
+    has_loads = Given("loads")  # with `load_sizes`
+    turns = Given("turning_rows")  # with `turning_stiffness` and `weight`
     # Effects act from the lowest stage to the highest, in whatever order they were added: what a probe sees (0) before its
     # angle (1), and that before its gain (2). Supports carry the bearings as all other effects leave them.
     stage: ClassVar[int] = 0
