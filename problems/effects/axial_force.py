@@ -25,9 +25,7 @@ from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.free_motion.static_load import buckling_load, is_held
 from problems.rotor.response.problem import RotorProblem
 
-LARGEST = (
-    0.25  # of the buckling load: ω₁ falls to √0.75 of what it is, and a shaft that is nearer buckles by its weight
-)
+LARGEST = 0.25  # of the buckling load: ω₁ falls to √0.75 of its value; a shaft that is nearer buckles under its weight
 NOTICED = (0.005, 0.15)  # of the buckling load, of either sign, are drawn
 
 

@@ -31,9 +31,7 @@ from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import forward_load
 from problems.rotor.response.problem import RotorProblem
 
-LARGEST = (
-    10.0  # times the force of the largest unbalance u at √(k/m), u k/m; a moment has the shaft's length as its arm
-)
+LARGEST = 10.0  # times the force of the largest unbalance u at √(k/m), u k/m; the arm of a moment is the shaft's length
 TWICE = 2  # per turn
 NOTICED = (0.003, 0.3)  # of the largest: vectors as long as these are drawn
 

@@ -26,9 +26,7 @@ from problems.rotor.extension.site_law import SiteLaw
 from problems.rotor.extension.sizes import Size
 from problems.rotor.response.problem import RotorProblem
 
-DOUBLED = (
-    10.0  # times the eccentricity of the largest unbalance: at a motion of that size the limit doubles the stiffness
-)
+DOUBLED = 10.0  # times the eccentricity of the largest unbalance: at such a motion the limit doubles the stiffness
 NOTICED = (0.003, 0.3)  # of the limits, of either sign, are drawn
 LAW = LAWS["cubic_spring"]
 

@@ -32,13 +32,8 @@ from problems.rotor.extension.synchronous_poles import Poles
 REACH = 2.5  # poles up to this many times the highest speed: of those beyond a sweep changes 1e-6 of the peak
 NODES = np.array([1.0, 2.0, 3.0]) / 3  # of the highest speed: where D and the forces are met
 FAR = 7.0  # |z| beyond which the series of w(z) takes over: its first five terms are right within 1e-8
-SERIES = (
-    945 / 32,
-    105 / 16,
-    15 / 8,
-    3 / 4,
-    1 / 2,
-)  # of z⁻² in i√π z w(z) = −1 − …, from the highest power (7.1.23 of the same)
+# Of z⁻² in i√π z w(z) = −1 − …, from the highest power (7.1.23 of Abramowitz & Stegun)
+SERIES = (945 / 32, 105 / 16, 15 / 8, 3 / 4, 1 / 2)
 
 
 @dataclass(frozen=True, eq=False)

@@ -21,11 +21,8 @@ from ksmea.problem.load import FORCE, Load
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import unit_loads
 
-ORDERS = (
-    1,
-    3,
-    5,
-)  # of a force that is alike in opposite directions: what is left out of it is stated by `steady_force`
+# Of a force that is alike in opposite directions; the error of what is left out is stated by `steady_force`
+ORDERS = (1, 3, 5)
 
 
 @dataclass(frozen=True)
