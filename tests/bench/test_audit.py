@@ -177,3 +177,6 @@ def test_the_figure_holds_the_printed_errors_and_the_crlbs(frame):
     drawn = {round(y, 6) for each in panel.elements if isinstance(each, Line) for y in each.y if np.isfinite(y)}
     crlbs = rows["crlb_pct"].dropna()
     assert drawn == {round(crlb, 6) for crlb in crlbs if crlb < HIGHEST}
+    (marked,) = [each for each in panel.elements if each.name == "printed, at a search limit, with a slip"]
+    stuck = rows[(rows["slip"].fillna("") != "") & rows["at_search_limit"]].drop_duplicates(["parameter", "column"])
+    assert marked.is_open and marked.symbol == "square" and list(marked.y) == stuck["error_pct_printed"].tolist()

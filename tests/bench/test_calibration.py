@@ -13,6 +13,7 @@ from bench.command_line.config import register_schemas
 from bench.jobs.records import RecordWriter
 from bench.plan.plan import ParameterFacts, all_runs
 from bench.reports.accuracy.calibration import CalibrationReport, basin_shares, calibration_frame
+from bench.reports.accuracy.calibration_page import LEAST_COVERED
 from bench.reports.runs import runs_frame
 from bench.storage.own_files import CONF
 from ksmea.show.charts.chart import Boxes, Points
@@ -115,6 +116,7 @@ def test_the_report_is_printed_tabled_and_drawn(plan, tmp_path):
     errors, coverage = charts["coverage.png"]().panels
     (points,) = [each for each in coverage.elements if isinstance(each, Points)]
     assert list(points.x) == pytest.approx(frame["covered_pct"].tolist())
+    assert coverage.x.low == LEAST_COVERED < points.left[0]
     (boxes,) = [each for each in errors.elements if isinstance(each, Boxes)]
     assert [np.median(values) for values in boxes.values] == pytest.approx([0.0], abs=1e-9)
 

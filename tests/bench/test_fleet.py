@@ -4,11 +4,13 @@ import re
 import shutil
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
 import bench
 import ksmea
+from bench.reports.fleet.page import fleet_chart
 from ksmea.errors import SettingError
 from measurements.run_up_csv import as_csv
 
@@ -145,3 +147,21 @@ def test_a_fleet_from_python(fleet, monkeypatch):
     assert list(found.to_frame()["file"]) == ["fleet/fan.csv", "fleet/pump.csv"]
     with pytest.raises(SettingError, match=r"the files in fleet are: fan\.csv, pump\.csv"):
         bench.run("identify", measurement={"path": "fleet/*.txt"}, **settings)
+
+
+def test_open_ends_are_arrows_and_without_intervals_there_are_none():
+    values = pd.DataFrame(
+        {
+            "file": ["a", "b"],
+            "name": "kxx",
+            "unit": "MN/m",
+            "value": [1.0, 2.0],
+            "low": [0.5, np.nan],
+            "high": [np.nan, np.nan],
+        }
+    )
+    bars, down, up = fleet_chart(values).panels[0].elements
+    assert list(bars.low) == [0.5, 0.5] and list(bars.high) == [2.0, 2.0]
+    assert (list(down.x), list(down.y), list(up.x), list(up.y)) == ([1], [0.5], [0, 1], [2.0, 2.0])
+    (dots,) = fleet_chart(values.assign(low=np.nan)).panels[0].elements
+    assert dots.low is None and list(dots.y) == [1.0, 2.0]

@@ -23,13 +23,8 @@ READINGS = {  # colour by how speeds and damping are read
     ("rpm", "assumed"): CATEGORIES[1],
 }
 STYLES = {"amplitude": (2.6, "solid"), "complex": (1.4, "dash")}  # width and dashes by the kind of data
-SLIP, AT_LIMIT, AS_ZERO = "printed, with a slip", "printed, at a search limit", "printed as 0 (at its rounding)"
-PRINTED = {
-    "printed": ("circle", False),
-    SLIP: ("circle", True),
-    AT_LIMIT: ("square", False),
-    AS_ZERO: ("triangle down", False),
-}
+PRINTED, AT_LIMIT, AS_ZERO = "printed", "printed, at a search limit", "printed as 0 (at its rounding)"
+SYMBOLS = {PRINTED: "circle", AT_LIMIT: "square", AS_ZERO: "triangle down"}  # hollow: with a slip
 
 
 def audit_page(text: str, frame: pd.DataFrame, file: str, picture: str) -> Page:
@@ -65,24 +60,13 @@ def _panel(table: str, rows: pd.DataFrame) -> Panel:
     printed = pd.concat(
         [_side_by_side(rows[rows["parameter"] == name].drop_duplicates("column"), at) for at, name in enumerate(names)]
     )
-    for name, (symbol, is_open) in PRINTED.items():
-        mine = printed[printed["mark"] == name]
-        if len(mine):
-            said = [
-                f"{row.parameter}, {row.column}: printed {row.error_pct_printed:g} %, {row.verdict}"
-                for row in mine.itertuples()
-            ]
-            elements.append(
-                Points(
-                    mine["at"].to_numpy(),
-                    mine["shown"].to_numpy(),
-                    symbol,
-                    is_open=is_open,
-                    name=name,
-                    colour=INK,
-                    said=said,
-                )
+    for (name, is_slip), mine in printed.groupby(["mark", "is_slip"], sort=False):
+        elements.append(
+            Points(
+                mine["at"].to_numpy(), mine["shown"].to_numpy(), SYMBOLS[name], is_open=is_slip, colour=INK,
+                name=f"{name}, with a slip" if is_slip else name, said=mine["said"].tolist(),
             )
+        )  # fmt: skip
     x = Axis(low=-0.6, high=len(names) - 0.4, ticks={float(at): name for at, name in enumerate(names)})
     return Panel(
         tuple(elements),
@@ -120,9 +104,11 @@ def _side_by_side(rows: pd.DataFrame, at: int) -> pd.DataFrame:
     offsets = np.linspace(-0.21, 0.21, len(rows)) if len(rows) > 1 else [0.0]
     error = rows["error_pct_printed"].to_numpy(float)
     shown = np.where(error != 0, error, rows["rounding_pct"].to_numpy(float))
-    marks = np.select(
-        [rows["slip"].astype(bool), rows["at_search_limit"].astype(bool), error == 0],
-        [SLIP, AT_LIMIT, AS_ZERO],
-        "printed",
+    marks = np.select([rows["at_search_limit"].astype(bool), error == 0], [AT_LIMIT, AS_ZERO], PRINTED)
+    said = [
+        f"{row.parameter}, {row.column}: printed {row.error_pct_printed:g} %, {row.verdict}"
+        for row in rows.itertuples()
+    ]
+    return rows.assign(
+        at=at + np.asarray(offsets), shown=shown, mark=marks, is_slip=rows["slip"].astype(bool), said=said
     )
-    return rows.assign(at=at + np.asarray(offsets), shown=shown, mark=marks)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
 from statistics import NormalDist
 
@@ -11,13 +11,13 @@ import pandas as pd
 
 from bench.plan.page import Drawn, Folded, Page, Prose, Section, Table
 from ksmea.arrays import Array
-from ksmea.show.charts.chart import Axis, Bars, Boxes, Chart, Element, Level, Panel, Points, Span, one_panel
+from ksmea.show.charts.chart import Axis, Boxes, Chart, Element, Level, Panel, Points, Span, one_panel, stacked_bars
 from ksmea.show.charts.colours import INTERVAL, MODEL, PAPER
 
 ENDS = (2.5, 25, 50, 75, 97.5)  # percentiles of a box and its whiskers
 NEAR = 6.0  # times the CRLB within which errors set the axis
 FAR = 12.0  # times the CRLB, where it ends otherwise
-LEAST_COVERED = 88.0  # per cent that are shown at least
+LEAST_COVERED = 88.0  # per cent, from which on the axis shows all
 HELD = 2.0  # per cent beside the level: shaded
 ROW, MARGINS = 0.26, 0.8  # inches for each cell and each panel
 BASINS = {
@@ -115,7 +115,7 @@ def _coverage(rows: pd.DataFrame, names: Sequence[str], levels: Sequence[float],
             covered, at, left=covered - room, right=np.minimum(covered + room, 100), colour=INTERVAL, said="{x:.1f} %"
         )
     )
-    low = min(LEAST_COVERED, float(np.nanmin(covered, initial=LEAST_COVERED)) - 2)
+    low = min(LEAST_COVERED, float(np.nanmin(covered, initial=100.0)) - 2)
     x = Axis("intervals that hold the truth (%)", low=low, high=100.5)
     return Panel(tuple(elements), x, _rows(names, name), f"{name}: coverage", MARGINS + ROW * len(names))
 
@@ -125,14 +125,6 @@ def basins_chart(frame: pd.DataFrame, names: Sequence[str]) -> Chart:
     rows = frame.drop_duplicates("cell_name")
     at = [float(names.index(name)) for name in rows["cell_name"]]
     return one_panel(
-        stacked(at, {said: (rows[column].fillna(0).to_numpy(float), colour) for column, (said, colour) in BASINS.items()}), Axis("runs (%)"), _rows(names),
+        stacked_bars(at, {said: (rows[column].fillna(0).to_numpy(float), colour) for column, (said, colour) in BASINS.items()}), Axis("runs (%)"), _rows(names),
         "Basins", "In which basin of the likelihood the runs of each cell end.", height=MARGINS + ROW * len(names),
     )  # fmt: skip
-
-
-def stacked(at: Sequence[float], parts: Mapping[str, tuple[Array, str]]) -> Iterator[Bars]:
-    """Bars to the right, of parts by name with their sizes (n,) and colours, one behind the other."""
-    base = np.zeros(len(at))
-    for name, (size, colour) in parts.items():
-        yield Bars(at, size, base, "x", name=name, colour=colour, said=f"{name}: {{x:.3g}}")
-        base = base + size

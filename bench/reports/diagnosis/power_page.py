@@ -15,7 +15,7 @@ from bench.plan.page import Drawn, Folded, Page, Prose, Section, Table
 from bench.plan.plan import Plan
 from bench.reports.diagnosis.power import DROP, EFFECT, SIZES, chance, detectable_drop
 from bench.reports.tables import interval
-from ksmea.show.charts.chart import Axis, Bars, Chart, Heat, Level, Line, Panel, Points, one_panel
+from ksmea.show.charts.chart import Axis, Chart, Heat, Level, Line, Panel, Points, one_panel, stacked_bars
 from ksmea.show.charts.colours import REFERENCE, category
 
 VERDICTS = ("adequate", "named", "ambiguous", "located", "unknown", "not observable")
@@ -49,13 +49,9 @@ def power_page(
 
 def verdicts_chart(names: Sequence[str], frame: pd.DataFrame) -> Chart:
     """How often each verdict was reached in each cell (n): bars that stand on each other."""
-    at, counts = np.arange(len(names), dtype=float), frame[list(VERDICTS)].to_numpy(float)
-    bases = np.cumsum(counts, axis=1) - counts
-    bars = [
-        Bars(at, counts[:, number], bases[:, number], "x", name=verdict, colour=category(number))
-        for number, verdict in enumerate(VERDICTS)
-        if counts[:, number].any()
-    ]
+    at = np.arange(len(names), dtype=float)
+    counts = {verdict: (frame[verdict].to_numpy(float), category(number)) for number, verdict in enumerate(VERDICTS)}
+    bars = stacked_bars(at, {verdict: (sizes, colour) for verdict, (sizes, colour) in counts.items() if sizes.any()})
     y = Axis(ticks=dict(zip(at, names)), low=-0.6, high=len(names) - 0.4, is_reversed=True)
     return one_panel(
         bars, Axis("runs", is_whole=True), y, "Verdicts", "How often each verdict was reached in each cell.", height=ROW * (len(names) + 1),

@@ -50,6 +50,10 @@ def _panel(mine: pd.DataFrame, files: Sequence[str], x: Axis, label: str) -> Pan
     said = [f"{files[int(place)]}: {with_ends(*each)}" for place, *each in zip(at, value, low, high)]
     every = np.concatenate([value, low, high])
     ends = np.where(np.isnan(low), np.nanmin(every), low), np.where(np.isnan(high), np.nanmax(every), high)
+    if np.isnan([low, high]).all():
+        return Panel(
+            (Points(at, value, size=4.0, said=said),), x, Axis(label), height=1.5
+        )  # no intervals were asked for
     elements: list[Element] = [Points(at, value, size=4.0, low=ends[0], high=ends[1], said=said)]
     elements += [
         Points(

@@ -7,7 +7,7 @@ Colours are roles (`colours.py`).
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Literal
 
@@ -229,6 +229,14 @@ def one_panel(elements: Iterable[Element], x: Axis, y: Axis, title: str, caption
     """A chart of one panel; `more` are fields of the panel (`height`, `is_to_scale`) and of the chart."""
     own = {name: more.pop(name) for name in ("height", "is_to_scale") if name in more}
     return Chart(title, caption, ((Panel(tuple(elements), x, y, **own),),), **more)  # type: ignore[arg-type]
+
+
+def stacked_bars(at: Values, parts: Mapping[str, tuple[Array, str]]) -> Iterator[Bars]:
+    """Bars to the right, of parts by name with their sizes (n,) and colours, one behind the other."""
+    base = np.zeros(len(at))
+    for name, (size, colour) in parts.items():
+        yield Bars(at, size, base, "x", name=name, colour=colour, said=f"{name}: {{x:.3g}}")
+        base = base + size
 
 
 def ends_of(panels: Iterable[Panel], along: Along) -> tuple[float, float]:
