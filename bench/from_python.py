@@ -30,7 +30,7 @@ from bench.plan.plan import Plan, read_plan
 from bench.plan.report import report_named
 from ksmea.errors import SettingError, visible_lines
 from ksmea.plugins import registry
-from ksmea.show.figures.style import ShownFigure, figure_of
+from ksmea.show.charts.picture import ShownFigure, figure_of
 
 BAD_INPUT, INTERRUPTED = 2, 130
 # Not `-m bench`: where it runs there may be a folder of that name. The main module is imported first, as it says why.

@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from ksmea.errors import unknown
 from ksmea.rotordynamics.whirl import Rotordynamics
 from ksmea.show import rotordynamics_text
+from ksmea.show.charts.mode_shape_charts import deflections_chart, orbits_chart
 from ksmea.show.charts.picture import drawn
+from ksmea.show.charts.rotor_chart import rotor_chart
 from ksmea.show.charts.whirl_charts import campbell_chart, speed_map_chart, stability_chart
-from ksmea.show.figures.mode_shape_figure import deflections_figure, orbits_figure
-from ksmea.show.figures.rotor_figure import rotor_figure
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,7 +26,7 @@ class RotorDrawing:
 
     def plot(self, axes: Axes | None = None) -> Figure:
         """The rotor to scale."""
-        return rotor_figure(self.record.layout, self.record.title, axes)
+        return drawn(rotor_chart(self.record.layout, self.record.title), axes)
 
     def plot_campbell(self, axes: Axes | None = None) -> Figure:
         """Natural frequencies over speed, with the critical speeds."""
@@ -42,11 +42,11 @@ class RotorDrawing:
 
     def plot_orbits(self) -> Figure:
         """Mode shapes in space."""
-        return orbits_figure(self.record)
+        return drawn(orbits_chart(self.record))
 
     def plot_deflections(self) -> Figure:
         """Mode shapes as lines of deflection in x and in y."""
-        return deflections_figure(self.record)
+        return drawn(deflections_chart(self.record))
 
     def to_frame(self, name: str = "critical_speeds") -> pd.DataFrame:
         """The numbers behind a figure: critical_speeds, rotor, campbell, speed_map or mode_shapes."""

@@ -6,7 +6,7 @@ Figures, the numbers behind them as CSV files, and one page with all of it.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,20 +14,23 @@ from bench.command_line.config import folder_part
 from bench.command_line.messages import USER_ERRORS, in_our_words
 from bench.command_line.overrides import parse, with_quoted_files
 from bench.command_line.plugin_words import PLUGINS, register_plugins
-from bench.plan.page import Command, Section
+from bench.plan.page import Block, Command, Drawn, Page, Prose, Section, Table
 from bench.plan.plan import PLAN_FILE
 from bench.reports.pages.document import document
 from bench.reports.pages.index import PAGE, page_facts, write_index_above
 from bench.reports.pages.made_by import command_line
-from bench.reports.rotor_page import rotor_sections
 from bench.reports.tables import csv_text
 from bench.storage.files import replace_file
 from ksmea.errors import SettingError, unknown, visible_lines
 from ksmea.loaded_problem import load_problem
 from ksmea.rotor_drawing import RotorDrawing
+from ksmea.rotordynamics.whirl import Rotordynamics
 from ksmea.settings.settings import own_fields
-from ksmea.show.figures.style import png
-from ksmea.show.rotordynamics_text import FRAMES
+from ksmea.show.charts.mode_shape_charts import deflections_chart, orbits_chart
+from ksmea.show.charts.picture import png
+from ksmea.show.charts.rotor_chart import rotor_chart
+from ksmea.show.charts.whirl_charts import campbell_chart, speed_map_chart, stability_chart
+from ksmea.show.rotordynamics_text import FRAMES, bearing_table, critical_speed_table, mode_table, sentences
 from ksmea.studies.rotordynamics import RotordynamicsOptions
 from ksmea.units import RPM
 
@@ -36,14 +39,6 @@ DEFAULT = "three_disk"
 STUDY = "draw"  # what an index calls it
 WHEN = "%Y-%m-%dT%H:%M:%S%z"  # of which an index shows the first part, as of records
 OPTIONS = tuple(field.name for field in own_fields(RotordynamicsOptions))
-FIGURES = {
-    "rotor": RotorDrawing.plot,
-    "campbell": RotorDrawing.plot_campbell,
-    "stability": RotorDrawing.plot_stability,
-    "speed_map": RotorDrawing.plot_speed_map,
-    "orbits": RotorDrawing.plot_orbits,
-    "deflections": RotorDrawing.plot_deflections,
-}
 
 
 def draw(words: list[str]) -> int:
@@ -58,12 +53,13 @@ def draw(words: list[str]) -> int:
     loaded = load_problem(name, **settings)
     drawing = loaded.draw(values, **options)
     left_out = [] if drawing.record.speed_map else ["speed_map"]
-    pictures = {each: png(plot(drawing)) for each, plot in FIGURES.items() if each not in left_out}
-    files = {f"{each}.png": picture for each, picture in pictures.items()}
+    sections = rotor_sections(drawing.record)
+    files = {name: png(describe()) for name, describe in Page(sections=sections).charts().items()}
+    n_picture = len(files)
     files |= {f"{each}.csv": csv_text(drawing.to_frame(each)).encode() for each in FRAMES if each not in left_out}
     file = settings.get("file")
     title = f"{drawing.record.title}: {Path(str(file)).name}" if file else drawing.record.title
-    files[PAGE] = _page(drawing, title, words, files)
+    files[PAGE] = _page(drawing, sections, title, words, files)
     folder.mkdir(parents=True, exist_ok=True)
     for each in left_out:  # of an earlier drawing
         for suffix in ("png", "csv"):
@@ -71,9 +67,7 @@ def draw(words: list[str]) -> int:
     for file, content in files.items():
         replace_file(folder / file, content)
     write_index_above(folder)
-    print(
-        visible_lines(f"{drawing}\nwritten: {folder / PAGE}, {len(pictures)} figures (.png) and their numbers (.csv)")
-    )
+    print(visible_lines(f"{drawing}\nwritten: {folder / PAGE}, {n_picture} figures (.png) and their numbers (.csv)"))
     return 0
 
 
@@ -83,14 +77,42 @@ def _require_own_page(page: Path) -> None:
         raise SettingError(f"{page}: expected a drawing's page or none, found another page; choose another output=DIR")
 
 
-def _page(drawing: RotorDrawing, title: str, words: list[str], files: Mapping[str, bytes]) -> bytes:
+def _page(
+    drawing: RotorDrawing, sections: Sequence[Section], title: str, words: list[str], files: Mapping[str, bytes]
+) -> bytes:
     """The page with all of it, and what an index of results tells of it."""
     found = drawing.record
     n_at_1x = sum(each.harmonic == 1 for each in found.critical_speeds)
     headline = f"{n_at_1x} critical speed{'s' * (n_at_1x != 1)} up to {found.highest / RPM:.0f} rpm"
     made_by = Section("Made by", (Command(command_line(["draw", *words])),))
     about = {"name": title, "study": STUDY, "when": time.strftime(WHEN), "headline": headline}
-    return document(title, headline, [*rotor_sections(found), made_by], about, files)
+    return document(title, headline, [*sections, made_by], about, files)
+
+
+def rotor_sections(found: Rotordynamics) -> tuple[Section, ...]:
+    """The chapters of the page. Figures are named as the files beside it."""
+    rotor: tuple[Block, ...] = (
+        Prose("\n".join(sentences(found))),
+        Drawn(rotor_chart(found.layout, found.title), "rotor.png"),
+        Table(bearing_table(found), "Bearings"),
+    )
+    whirl: tuple[Block, ...] = (
+        Drawn(campbell_chart(found), "campbell.png"),
+        Table(critical_speed_table(found), "Critical speeds", "critical_speeds.csv"),
+    )
+    modes = (
+        Table(mode_table(found), "Modes"),
+        *((Drawn(orbits_chart(found), "orbits.png"),) if found.shapes.directions else ()),
+        Drawn(deflections_chart(found), "deflections.png"),
+    )
+    sections = [
+        Section("Rotor", rotor),
+        Section("Critical speeds", whirl),
+        Section("Stability", (Drawn(stability_chart(found), "stability.png"),)),
+    ]
+    if found.speed_map is not None:
+        sections.append(Section("Stiffness of the bearings", (Drawn(speed_map_chart(found), "speed_map.png"),)))
+    return (*sections, Section("Mode shapes", modes))
 
 
 def _asked(words: list[str]) -> tuple[str, dict[str, Any], dict[str, float], dict[str, Any], str | None]:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from bench.storage.own_files import REFERENCE
 from benchmarks.groups import diagnosis, fe, framework, identification, scaling, surrogate
-from benchmarks.harness.figure import ratio_figure
+from benchmarks.harness.figure import ratio_chart
 from benchmarks.harness.machine import this_machine
 from benchmarks.harness.measure import measured
 from benchmarks.harness.processes import started
@@ -19,7 +19,7 @@ from benchmarks.harness.row import Row
 from benchmarks.harness.setup import VARIABLE, peers_folder, setup
 from benchmarks.harness.table import Line, fallen, lines_of, merged, read, same_ratios, table, write
 from ksmea.errors import SettingError, unknown
-from ksmea.show.figures.style import png
+from ksmea.show.charts.picture import png
 
 GROUPS: dict[str, Callable[[], list[Row]]] = {
     "fe": fe.rows,
@@ -126,7 +126,7 @@ def each_measured(rows: Sequence[Row], peers: Path, turns: int) -> Iterable[list
 def draw(path: Path) -> None:
     """Picture and page of a table, as it is read back: they cannot part from it."""
     whole = read(path)
-    picture = png(ratio_figure(whole))
+    picture = png(ratio_chart(whole))
     path.with_suffix(".png").write_bytes(picture)
     path.with_suffix(".html").write_bytes(page(whole, picture))
 

@@ -1,55 +1,46 @@
-"""The ratios of a table on a logarithmic axis, a panel for each group; drawn without a display."""
+"""The ratios of a table on a logarithmic axis, a panel for each group."""
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 import pandas as pd
-from matplotlib.figure import Figure
 
 from benchmarks.harness.report import number, title_of
 from benchmarks.harness.table import PART
-from ksmea.show.figures.style import OURS, PAPER, REFERENCE
+from ksmea.show.charts.chart import Axis, Chart, Element, Level, Panel, Points, Words
+from ksmea.show.charts.colours import MODEL, PAPER, REFERENCE
 
 ROW_HEIGHT, WIDTH = 0.24, 11.0  # inches
 MAX_NAME = 78
+SIDES = ((MODEL, "ours is faster"), (PAPER, "theirs is faster"))
+LABEL = "their time over ours, paired by turn, with quartiles; right of 1, ours is faster; |: demanded"
+NOTHING = "no contestant beside ours was measured"
 
 
-def ratio_figure(frame: pd.DataFrame) -> Figure:
+def ratio_chart(frame: pd.DataFrame) -> Chart:
     """A dot for each contestant beside ours, with the quartiles of its ratio; a mark where a demand lies."""
     shown = frame[frame["ratio"].notna() & (frame["note"] != PART)]
-    groups = list(shown.groupby("group", sort=False))
-    if not groups:
-        figure = Figure(figsize=(WIDTH, 1.0))
-        figure.text(0.5, 0.5, "no contestant beside ours was measured", ha="center")
-        return figure
-    heights = [len(rows) + 2 for _, rows in groups]
-    figure = Figure(figsize=(WIDTH, ROW_HEIGHT * sum(heights) + 0.8), layout="constrained")
-    panels = figure.subplots(len(groups), 1, height_ratios=heights, squeeze=False, sharex=True).ravel()
-    for panel, (group, rows) in zip(panels, groups):
-        places = np.arange(len(rows))[::-1]
-        ratio = rows["ratio"].to_numpy()
-        spread = [ratio - rows["ratio_q1"].to_numpy(), rows["ratio_q3"].to_numpy() - ratio]
-        colours = [OURS if value >= 1 else PAPER for value in ratio]
-        panel.errorbar(ratio, places, xerr=np.maximum(spread, 0), fmt="none", ecolor=REFERENCE, elinewidth=1)
-        panel.scatter(ratio, places, c=colours, s=18, zorder=3)
-        demanded = rows["at_least"].to_numpy()
-        panel.plot(demanded, places, "|", color=REFERENCE, markersize=9)
-        for value, end, place in zip(ratio, rows["ratio_q3"], places):
-            panel.annotate(number(value), (end, place), (6, 0), textcoords="offset points", fontsize=7, va="center")
-        panel.set_yticks(places, [_name(line) for _, line in rows.iterrows()], fontsize=7)
-        panel.set_ylim(-0.7, len(rows) - 0.3)
-        panel.set_xscale("log")
-        panel.axvline(1.0, color=REFERENCE, linewidth=1)
-        panel.grid(axis="x", alpha=0.25)
-        panel.set_title(str(group), loc="left", fontsize=9, fontweight="bold")
-    low, high = float(shown["ratio_q1"].min()), float(shown["ratio_q3"].max())
-    panels[-1].set_xlim(min(low, 0.5) / 1.5, 10 ** (math.log10(max(high, 2.0)) * 1.15))
-    panels[-1].set_xlabel(
-        "their time over ours, paired by turn, with quartiles; right of 1, ours is faster; |: demanded"
-    )
-    return figure
+    if shown.empty:
+        return Chart(NOTHING, NOTHING, (), width=WIDTH)
+    ends = min(float(shown["ratio_q1"].min()), 0.5) / 1.5, max(float(shown["ratio_q3"].max()), 2.0) ** 1.15
+    stack = tuple(_panel(str(group), rows, *ends) for group, rows in shown.groupby("group", sort=False))
+    return Chart("", LABEL, (stack,), width=WIDTH)
+
+
+def _panel(group: str, rows: pd.DataFrame, low: float, high: float) -> Panel:
+    ratio, first, third = (rows[name].to_numpy(float) for name in ("ratio", "ratio_q1", "ratio_q3"))
+    at = np.arange(len(rows), dtype=float)
+    elements: list[Element] = [Level(at=1.0, along="x", dash="solid")]
+    for (colour, name), mine in zip(SIDES, (ratio >= 1, ratio < 1)):
+        elements.append(Points(ratio[mine], at[mine], left=first[mine], right=third[mine], name=name, colour=colour))
+    elements.append(Points(rows["at_least"].to_numpy(float), at, "post", 9.0, colour=REFERENCE))
+    elements += [
+        Words(x=end, y=place, text=number(value), size=7, offset=(6, 0), side="left")
+        for value, end, place in zip(ratio, third, at)
+    ]
+    names = {float(place): _name(line) for place, (_, line) in zip(at, rows.iterrows())}
+    y = Axis(low=-0.7, high=len(rows) - 0.3, ticks=names, is_reversed=True)
+    return Panel(tuple(elements), Axis(LABEL, "log", low, high, group="ratio"), y, group, ROW_HEIGHT * (len(rows) + 1))
 
 
 def _name(line: pd.Series) -> str:

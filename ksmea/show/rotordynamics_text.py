@@ -11,7 +11,7 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import named
 from ksmea.rotordynamics.whirl import CriticalSpeed, Rotordynamics, log_decrement, roundness
 from ksmea.rotordynamics.whirl import damping_ratio as ratio_of
-from ksmea.show.figures.mode_shape_figure import in_plane, nodes
+from ksmea.show.charts.mode_shape_charts import in_plane, nodes
 from ksmea.units import GRAM_MILLIMETRE, HERTZ, KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE, RPM
 
 DIRECTIONS = {1.0: "forward", -1.0: "backward", 0.0: "mixed"}

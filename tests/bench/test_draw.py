@@ -6,16 +6,16 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from matplotlib.patches import Rectangle
 
 from ksmea import load_problem
 from ksmea.errors import SettingError
 from ksmea.rotordynamics.layout import EffectMark
 from ksmea.rotordynamics.whirl import CriticalSpeedMap
-from ksmea.show.charts.chart import Points
+from ksmea.show.charts import picture
+from ksmea.show.charts.chart import Area, Points, Words
+from ksmea.show.charts.mode_shape_charts import in_plane, nodes
+from ksmea.show.charts.rotor_chart import rotor_chart
 from ksmea.show.charts.whirl_charts import WHIRL, campbell_chart, stiffnesses_of_model
-from ksmea.show.figures.mode_shape_figure import in_plane, nodes
-from ksmea.show.figures.rotor_figure import rotor_figure
 from ksmea.studies.rotordynamics import _crossings
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -110,14 +110,14 @@ def test_bad_input_is_one_line(enter, tmp_path, word, said):
 
 
 def test_the_rotor_is_drawn_to_scale(drawing):
-    axes = rotor_figure(drawing.record.layout).axes[0]
-    assert axes.get_aspect() == 1.0
-    boxes = [patch for patch in axes.patches if isinstance(patch, Rectangle)]
-    sections = [box for box in boxes if box.get_height() == pytest.approx(100.0)]  # mm: the shaft's diameter
-    assert [box.get_width() for box in sections] == pytest.approx([200.0, 300.0, 500.0, 300.0])
-    tops = {round(box.get_y() + box.get_height()) for box in boxes if box not in sections}
-    assert {120, 200} <= tops  # outer radii of the disks
-    words = " ".join(text.get_text() for text in axes.texts)
+    chart = rotor_chart(drawing.record.layout)
+    (panel,) = chart.panels
+    assert panel.is_to_scale and picture.figure(chart).axes[0].get_aspect() == 1.0
+    areas = [each for each in panel.elements if isinstance(each, Area)]
+    sections = [each for each in areas if np.ptp(each.y) == pytest.approx(100.0)]  # mm: the shaft's diameter
+    assert [np.ptp(each.x) for each in sections] == pytest.approx([200.0, 300.0, 500.0, 300.0])
+    assert {120, 200} <= {round(max(each.y)) for each in areas}  # outer radii of the disks
+    words = " ".join(each.text for each in panel.elements if isinstance(each, Words))
     for each in ("bearing 1", "bearing 2", "disk 3", "unbalance 200 g mm", "probe x, y", "500"):
         assert each in words
 
@@ -126,7 +126,7 @@ def test_words_at_one_place_do_not_hide_each_other(drawing):
     layout = drawing.record.layout
     marks = tuple(EffectMark(f"effect {n}", "", (0.1, 0.1 + 0.02 * n)) for n in range(4))
     crowded = type(layout)(**{**vars(layout), "effects": marks})
-    figure = rotor_figure(crowded)
+    figure = picture.figure(rotor_chart(crowded))
     figure.draw_without_rendering()
     above = [text for text in figure.axes[0].texts if text.get_verticalalignment() == "bottom"]
     boxes = [text.get_window_extent() for text in above]

@@ -12,7 +12,7 @@ import pytest
 
 import ksmea
 from benchmarks.harness import command
-from benchmarks.harness.figure import ratio_figure
+from benchmarks.harness.figure import ratio_chart
 from benchmarks.harness.machine import this_machine
 from benchmarks.harness.measure import Measured, measured
 from benchmarks.harness.processes import started
@@ -22,7 +22,7 @@ from benchmarks.harness.setup import required
 from benchmarks.harness.table import COLUMNS, fallen, lines_of, merged, read, same_ratios, table, write
 from benchmarks.tasks.diagnose_here import PARTS, by_part
 from ksmea.errors import SettingError
-from ksmea.show.figures.style import png
+from ksmea.show.charts.picture import png
 
 ROOT = Path(__file__).resolve().parents[2]
 NOWHERE = Path("/nowhere")
@@ -96,7 +96,7 @@ def test_a_reason_stands_where_there_is_no_time():
     frame = table(lines_of(row, found, this_machine()))
     assert frame.loc[1, "skipped"] == "<b> is absent" and frame.loc[1, "reached"] == ""
     assert "peer  skipped: <b> is absent" in text(frame) and "fe: row; wall time per call" in text(frame)
-    shown = page(frame, png(ratio_figure(frame))).decode()
+    shown = page(frame, png(ratio_chart(frame))).decode()
     assert "&lt;b&gt; is absent" in shown and "<b> is" not in shown and "https:" not in shown
 
 
@@ -106,7 +106,7 @@ def test_parts_are_shares_of_the_whole():
     frame = table(lines_of(row, [found], this_machine()))
     assert frame["contestant"].tolist() == ["here", "here: fits", "here: rest"]
     assert frame["seconds"].tolist() == [4, 3, 1] and frame["ratio"].tolist()[1:] == [0.75, 0.25]
-    assert "here: fits  3 s  75 %" in text(frame) and "no contestant" in str(ratio_figure(frame).texts)
+    assert "here: fits  3 s  75 %" in text(frame) and "no contestant" in ratio_chart(frame).title
 
 
 def test_growth_is_fitted_to_three_sizes_or_more():

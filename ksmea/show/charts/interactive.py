@@ -12,6 +12,7 @@ from ksmea.show.charts.colours import PALETTE
 from ksmea.show.charts.ticks import symlog_ticks
 from ksmea.show.charts.traces import CLEAR, Layout, PanelTraces, Trace, place_on
 
+SPACE = 2.0  # times as high as others is a panel in space
 INCH = 92  # px of a panel's height
 TOP, BOTTOM, LEFT, RIGHT = 40, 54, 66, 14  # px around all panels
 STACKED, APART, BESIDE = 16, 74, 0.07  # px between panels of a stack and between stacks; part of the width
@@ -24,12 +25,13 @@ LOG_TICKS = 5  # of a logarithmic axis at most: over 1.5 decades and more they s
 ROOM = 0.05  # of what an axis shows, at its ends
 FEW = 6  # stacks that a page shows side by side; of more, one at a time, by choice
 EYE = {"x": 1.5, "y": -2.3, "z": 1.0}  # from where a panel in space is seen
+NARROW_EYE = 1.8  # times as far on a narrow page
 PALE = "rgba(122,122,122,0.45)"
 
 
 def plot(chart: Chart) -> Layout:
     """`data` and `layout` for plotly; `layout["narrow"]` goes over it where a page is narrow, with a height of its own."""
-    is_chosen = bool(chart.of_stacks) and len(chart.stacks) > FEW
+    is_chosen = _is_chosen(chart)
     stacks = chart.stacks
     traces: list[Trace] = []
     named: set[str] = set()
@@ -54,7 +56,7 @@ def plot(chart: Chart) -> Layout:
             if panel.title and not is_chosen:
                 notes.append(drawn.heading())
     wide = _layout(chart, 1 if is_chosen else chart.across, numbers)
-    narrow = _layout(chart, 1, numbers)
+    narrow = _layout(chart, 1, numbers, NARROW_EYE)
     base = {
         "paper_bgcolor": CLEAR,
         "plot_bgcolor": CLEAR,
@@ -73,7 +75,7 @@ def plot(chart: Chart) -> Layout:
 
 def choices(chart: Chart) -> tuple[of.Choice, ...]:
     """What a page asks for of a chart, which of many stacks among it."""
-    if not chart.of_stacks or len(chart.stacks) <= FEW:
+    if not _is_chosen(chart):
         return chart.choices
     titles = tuple(stack[0].title for stack in chart.stacks if stack)
     return (of.Choice(chart.of_stacks, chart.of_stacks, titles, with_all=False), *chart.choices)
@@ -81,8 +83,15 @@ def choices(chart: Chart) -> tuple[of.Choice, ...]:
 
 def height(chart: Chart) -> int:
     """px on a wide page."""
-    is_chosen = bool(chart.of_stacks) and len(chart.stacks) > FEW
+    is_chosen = _is_chosen(chart)
     return int(_layout(chart, 1 if is_chosen else chart.across, _numbers(chart.stacks, is_chosen))["height"])
+
+
+def _is_chosen(chart: Chart) -> bool:
+    """Whether one stack is seen at a time; they must have the same axes. In space, each takes much of a browser."""
+    axes = {tuple((panel.x.label, panel.y.label) for panel in stack) for stack in chart.stacks}
+    few = 1 if any(panel.z is not None for panel in chart.panels) else FEW
+    return bool(chart.of_stacks) and len(chart.stacks) > few and len(axes) == 1
 
 
 def _numbers(stacks: Sequence[Sequence[Panel]], is_chosen: bool) -> list[list[int]]:
@@ -94,7 +103,7 @@ def _numbers(stacks: Sequence[Sequence[Panel]], is_chosen: bool) -> list[list[in
     return found
 
 
-def _layout(chart: Chart, across: int, numbers: list[list[int]]) -> Layout:
+def _layout(chart: Chart, across: int, numbers: list[list[int]], far: float = 1.0) -> Layout:
     """Axes with the parts of the whole that their panels take, and its height, px."""
     shown = {number: panel for stack, of_stack in zip(chart.stacks, numbers) for panel, number in zip(stack, of_stack)}
     places: dict[int, tuple[int, int]] = {}  # row of stacks, column
@@ -113,9 +122,10 @@ def _layout(chart: Chart, across: int, numbers: list[list[int]]) -> Layout:
             for number in of_stack:
                 panel = shown[number]
                 at += HEADING if panel.title else 0
-                tops[number] = (at, at + INCH * panel.height)
+                tall = INCH * panel.height * (1.0 if panel.z is None else SPACE)
+                tops[number] = (at, at + tall)
                 below = STACKED if _is_named_below(shown, of_stack, number) else APART
-                at += INCH * panel.height + below + (TURNED if panel.x.is_turned else 0)
+                at += tall + below + (TURNED if panel.x.is_turned else 0)
             ends.append(at)
         down = max(ends, default=down)
     inner = max(down - APART, 1.0)
@@ -135,7 +145,7 @@ def _layout(chart: Chart, across: int, numbers: list[list[int]]) -> Layout:
         domains = {"x": [across_at, min(across_at + part, 1.0)], "y": [max(1 - bottom / inner, 0.0), 1 - top / inner]}
         end = "" if number == 1 else str(number)
         if panel.z is not None:
-            made[f"scene{end}"] = _scene(panel) | {"domain": domains}
+            made[f"scene{end}"] = _scene(panel, far) | {"domain": domains}
             continue
         is_below = _is_named_below(shown, next(each for each in numbers if number in each), number)
         for side, scale in (("x", panel.x), ("y", panel.y)):
@@ -227,7 +237,7 @@ def _with_room(scale: Axis, panels: Sequence[Panel], side: str) -> list[float]:
     return [float(low - room) if given[0] is None else given[0], float(high + room) if given[1] is None else given[1]]
 
 
-def _scene(panel: Panel) -> Layout:
+def _scene(panel: Panel, far: float) -> Layout:
     style = {
         "color": PALETTE["reference"],
         "gridcolor": PALE,
@@ -239,4 +249,9 @@ def _scene(panel: Panel) -> Layout:
         name: {"title": {"text": each.label}, **style} | ({} if each.low is None else {"range": [each.low, each.high]})
         for name, each in ends
     }
-    return {**sides, "aspectmode": "manual", "aspectratio": {"x": 2.2, "y": 1, "z": 1}, "camera": {"eye": EYE}}
+    return {
+        **sides,
+        "aspectmode": "manual",
+        "aspectratio": {"x": 2.2, "y": 1, "z": 1},
+        "camera": {"eye": {side: far * at for side, at in EYE.items()}},
+    }

@@ -4,20 +4,21 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Iterator
 from dataclasses import dataclass
 from itertools import cycle, pairwise
+from typing import Literal
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import Polygon, Rectangle
 
 from ksmea.measurement.channel import named
 from ksmea.rotordynamics.layout import DiskOutline, RotorLayout
-from ksmea.show.figures.style import INTERVAL, OURS, PAPER, REFERENCE, ShownFigure, figure_of
+from ksmea.show.charts.chart import Area, Axis, Chart, Element, Line, Points, Words, one_panel
+from ksmea.show.charts.colours import EARTH, GROUND, INK, INTERVAL, MODEL, PALE_STEEL, PAPER, REFERENCE, STEEL
 from ksmea.units import GRAM_MILLIMETRE, MILLIMETRE
 
-SHAFT, DISK, SPRING = "#c9d3dc", "#7f97ab", "#444444"
+Side = Literal["left", "center", "right"]
+Edge = Literal["top", "bottom"]
 WIDTH = 8.0  # inches
 IN_METRES = 3.0  # m, from which length on the axis is in m
 THINNEST = 0.008  # of the length: a thinner disk is drawn as wide as this
@@ -26,27 +27,24 @@ WORDS = 0.085  # of the length, as wide as those of a disk
 NEAR = 0.24  # of the length: words of places closer than this stand in different rows
 
 
-def rotor_figure(layout: RotorLayout, title: str = "", axes: Axes | None = None) -> Figure:
+def rotor_chart(layout: RotorLayout, title: str = "") -> Chart:
     """The rotor in one plane, both axes of one scale; its axis is in mm, of long rotors in m."""
-    given = axes is not None
-    if axes is None:
-        axes = ShownFigure(figsize=(WIDTH, _height(layout)), layout="constrained").subplots()
     unit, name = (1.0, "m") if layout.length >= IN_METRES else (MILLIMETRE, "mm")
-    draw = _Scaled(axes, layout, unit)
-    draw.shaft()
-    draw.disks()
-    draw.bearings()
-    draw.marks_above()
-    draw.dimensions()
-    axes.set_aspect("equal")
-    axes.set_xlabel(f"position along the shaft ({name})", fontsize=9)
-    axes.set_ylabel(f"radius ({name})", fontsize=9)
-    axes.tick_params(labelsize=8)
-    for side in ("top", "right"):
-        axes.spines[side].set_visible(False)
-    if title and not given:
-        axes.set_title(title, fontsize=11)
-    return figure_of(axes)
+    draw = _Scaled(layout, unit)
+    elements = [*draw.shaft(), *draw.disks(), *draw.bearings(), *draw.marks_above(), *draw.dimensions()]
+    low, high = draw.reach(layout)
+    x = Axis(f"position along the shaft ({name})", low=-0.06 * layout.length / unit, high=1.06 * layout.length / unit)
+    radius = layout.largest_radius / unit
+    y = Axis(
+        f"radius ({name})",
+        low=low / unit,
+        high=high / unit,
+        ticks={float(at): f"{abs(at):.4g}" for at in (-radius, 0.0, radius)},
+    )
+    return one_panel(
+        elements, x, y, title, "Shaft sections, disks, bearings, unbalance planes and probes, with lengths between them.",
+        height=_height(layout) - 0.9, width=WIDTH, is_to_scale=True,
+    )  # fmt: skip
 
 
 def _height(layout: RotorLayout) -> float:
@@ -57,16 +55,9 @@ def _height(layout: RotorLayout) -> float:
 class _Scaled:
     """A drawing in the unit of its axes. Lengths of symbols follow that of the shaft."""
 
-    def __init__(self, axes: Axes, layout: RotorLayout, unit: float) -> None:
-        self.axes, self.layout, self.unit = axes, layout, unit
+    def __init__(self, layout: RotorLayout, unit: float) -> None:
+        self.layout, self.unit = layout, unit
         self.length = layout.length
-        low, high = self.reach(layout)
-        axes.set_xlim(-0.06 * self.length / unit, 1.06 * self.length / unit)
-        axes.set_ylim(low / unit, high / unit)
-        radius = layout.largest_radius / unit
-        ticks = [tick for tick in np.linspace(-radius, radius, 3)]
-        axes.set_yticks(ticks, [f"{abs(tick):.4g}" for tick in ticks])
-        axes.spines["left"].set_bounds(-radius, radius)
 
     @staticmethod
     def reach(layout: RotorLayout) -> tuple[float, float]:
@@ -77,58 +68,61 @@ class _Scaled:
         below = max(radius, 0.1 * layout.length) + max(_drops(layout), default=0.0)
         return -below - 3.4 * ROW * layout.length, above
 
-    def shaft(self) -> None:
+    def shaft(self) -> Iterator[Element]:
         for each in self.layout.sections:
             for low, high in ((each.inner_radius, each.outer_radius), (-each.outer_radius, -each.inner_radius)):
                 if each.inner_radius == 0 and low < 0:
                     continue  # one rectangle is the whole of a solid section
                 base = -each.outer_radius if each.inner_radius == 0 else low
-                self._box(each.start, base, each.end - each.start, high - base, SHAFT)
+                yield self._box(each.start, base, each.end - each.start, high - base, PALE_STEEL)
         overhang = 0.03 * self.length / self.unit
         ends = (-overhang, self.length / self.unit + overhang)
-        self.axes.plot(ends, (0, 0), color=REFERENCE, linewidth=0.7, dashes=(12, 3, 2, 3))
+        yield Line(ends, (0, 0), "dashdot", 0.7, colour=REFERENCE)
 
-    def disks(self) -> None:
+    def disks(self) -> Iterator[Element]:
         drops = _drops(self.layout)
         for number, (disk, drop) in enumerate(zip(self.layout.disks, drops), start=1):
             width, top = max(disk.thickness, THINNEST * self.length), _top(disk, self.layout)
             if disk.outer_radius is None:
-                self.axes.plot(disk.position / self.unit, 0, "o", color=DISK, markeredgecolor="black", markersize=9)
+                yield Points([disk.position / self.unit], [0], size=9, colour=STEEL)
             else:
                 height = disk.outer_radius - disk.bore_radius
                 for base in (disk.bore_radius, -disk.outer_radius):
-                    self._box(disk.position - width / 2, base, width, height, DISK)
+                    yield self._box(disk.position - width / 2, base, width, height, STEEL)
             below = -top - 0.012 * self.length - drop
-            self._text(disk.position, below, f"disk {number}\n{disk.mass:.3g} kg", "black", "top")
+            yield self._text(disk.position, below, f"disk {number}\n{disk.mass:.3g} kg", INK, "top")
 
-    def bearings(self) -> None:
+    def bearings(self) -> Iterator[Element]:
         size = 0.035 * self.length
         for number, bearing in enumerate(self.layout.bearings, start=1):
             radius = self.layout.shaft_radius(bearing.position)
             for sign in (1, -1):
                 corners = [(0, sign * radius), (-size / 2, sign * (radius + size)), (size / 2, sign * (radius + size))]
                 points = [((bearing.position + x) / self.unit, y / self.unit) for x, y in corners]
-                self.axes.add_patch(Polygon(points, facecolor="white", edgecolor=SPRING, linewidth=1.2, zorder=4))
+                xs, ys = zip(*points)
+                yield Area(xs, ys, colour=GROUND)
                 if self.layout.support:
-                    self._box(bearing.position - 0.7 * size, sign * (radius + size) - (sign < 0) * 0.35 * size,
-                              1.4 * size, 0.35 * size, "#e6dcc8")  # fmt: skip
+                    base = sign * (radius + size) - (sign < 0) * 0.35 * size
+                    yield self._box(bearing.position - 0.7 * size, base, 1.4 * size, 0.35 * size, EARTH)
             below = -radius - (1.45 if self.layout.support else 1.0) * size
-            self._text(bearing.position, below - 0.012 * self.length, f"bearing {number}", SPRING, "top")
+            yield self._text(bearing.position, below - 0.012 * self.length, f"bearing {number}", REFERENCE, "top")
 
-    def marks_above(self) -> None:
+    def marks_above(self) -> Iterator[Element]:
         """Unbalance, probes and effects: a line to each place, and its words where those of no other place are."""
         foot = self.layout.largest_radius + 0.9 * ROW * self.length
         for mark, first in _stacked(_marks(self.layout), self.length):
             level, start = foot + first * ROW * self.length, self.layout.shaft_radius(mark.place)
             colour = mark.lines[0][1]
             line = ((mark.place / self.unit,) * 2, (start / self.unit, level / self.unit))
-            self.axes.plot(*line, color=colour, linewidth=0.9, zorder=5)
-            self.axes.plot(mark.place / self.unit, start / self.unit, "v", color=colour, markersize=5, zorder=6)
-            edge = "left" if mark.place < 0.1 * self.length else "right" if mark.place > 0.9 * self.length else "center"
+            yield Line(*line, width=0.9, colour=colour)
+            yield Points([mark.place / self.unit], [start / self.unit], "triangle down", colour=colour)
+            side: Side = (
+                "left" if mark.place < 0.1 * self.length else "right" if mark.place > 0.9 * self.length else "center"
+            )
             for row, (words, own) in enumerate(mark.lines):
-                self._text(mark.place, level + row * ROW * self.length, words, own, "bottom", edge)
+                yield self._text(mark.place, level + row * ROW * self.length, words, own, "bottom", side)
 
-    def dimensions(self) -> None:
+    def dimensions(self) -> Iterator[Element]:
         """Lengths between all places where something sits or a section ends, below the rotor."""
         layout = self.layout
         stops = {
@@ -142,30 +136,25 @@ class _Scaled:
         previous_row = cycle((0.0, 0.55 * ROW * self.length))
         for left, right in pairwise(places):
             short = right - left < 0.07 * self.length
-            at = level / self.unit
-            arrow = {"arrowstyle": "<->", "linewidth": 0.8, "color": REFERENCE, "shrinkA": 0, "shrinkB": 0}
-            self.axes.annotate("", (left / self.unit, at), (right / self.unit, at), arrowprops=arrow)
-            drop = next(previous_row) if short else 0.0
-            self._text(
-                (left + right) / 2,
-                level - 0.006 * self.length - drop,
-                f"{(right - left) / self.unit:.5g}",
-                REFERENCE,
-                "top",
+            at, ends = level / self.unit, (left / self.unit, right / self.unit)
+            yield Line(ends, (at, at), width=0.8, colour=REFERENCE)
+            yield from (
+                Points([end], [at], f"triangle {way}", 3.5, colour=REFERENCE)
+                for end, way in zip(ends, ("left", "right"))
             )
+            drop = next(previous_row) if short else 0.0
+            length = f"{(right - left) / self.unit:.5g}"
+            yield self._text((left + right) / 2, level - 0.006 * self.length - drop, length, REFERENCE, "top")
         for place in places:
-            self.axes.plot((place / self.unit,) * 2, ((level - 0.01 * self.length) / self.unit, (level + 0.02 * self.length) / self.unit),
-                           color=REFERENCE, linewidth=0.6)  # fmt: skip
+            tick = (level - 0.01 * self.length) / self.unit, (level + 0.02 * self.length) / self.unit
+            yield Line((place / self.unit,) * 2, tick, width=0.6, colour=REFERENCE)
 
-    def _box(self, left: float, bottom: float, width: float, height: float, colour: str) -> None:
-        corner = (left / self.unit, bottom / self.unit)
-        size = (width / self.unit, height / self.unit)
-        self.axes.add_patch(Rectangle(corner, *size, facecolor=colour, edgecolor="black", linewidth=0.8, zorder=3))
+    def _box(self, left: float, bottom: float, width: float, height: float, colour: str) -> Area:
+        x, y = ((start / self.unit, (start + size) / self.unit) for start, size in ((left, width), (bottom, height)))
+        return Area((x[0], x[1], x[1], x[0]), (y[0], y[0], y[1], y[1]), colour=colour)
 
-    def _text(self, x: float, y: float, text: str, colour: str, vertical: str, horizontal: str = "center") -> None:
-        self.axes.text(
-            x / self.unit, y / self.unit, text, color=colour, fontsize=8, va=vertical, ha=horizontal, zorder=7
-        )
+    def _text(self, x: float, y: float, text: str, colour: str, edge: Edge, side: Side = "center") -> Words:
+        return Words(x=x / self.unit, y=y / self.unit, text=text, colour=colour, edge=edge, side=side)
 
 
 def _drops(layout: RotorLayout) -> list[float]:
@@ -203,7 +192,7 @@ def _marks(layout: RotorLayout) -> list[_Mark]:
         lines[plane.position].append((f"unbalance {plane.magnitude / GRAM_MILLIMETRE:.4g} g mm{angle}", PAPER))
     for effect in layout.effects:
         for place in effect.positions:
-            lines[place].append((effect.name, OURS))
+            lines[place].append((effect.name, MODEL))
     return [_Mark(place, tuple(found)) for place, found in sorted(lines.items())]
 
 
