@@ -8,10 +8,12 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 import pytest
 
 import ksmea
+from ksmea.show.charts.balance_chart import balance_chart, coefficients_chart
 
 ROOT = Path(__file__).resolve().parents[2]
 EXAMPLES = ROOT / "docs" / "examples"
@@ -44,6 +46,16 @@ def test_the_door_for_python_gives_the_same(balanced):
     table = str(found).split("Unknown weights")[1]  # before it stand intervals of other draws
     assert table in balanced.out
     assert len(found.to_frame()) == 12 and found.plot() is not None
+    panel, dots = balance_chart(found.record).panels[0], coefficients_chart(found.record).panels[0]
+    bare, left = panel.elements
+    assert panel.y.scale == "log"  # beside 7 µm, 0.05 µm are not seen on a linear one
+    for bars, values in ((bare, found.record.correction.bare), (left, found.record.correction.left)):
+        assert np.asarray(bars.base) + bars.size == pytest.approx([each.size for each in values])
+    (choice,) = coefficients_chart(found.record).choices
+    assert choice.options == tuple(f"{plane.position:g} m" for plane in found.record.planes)
+    for plane, points in zip(found.record.planes, dots.elements[-2:]):
+        assert points.tags == {"plane": f"{plane.position:g} m"}
+        assert np.hypot(points.x, points.y) == pytest.approx([each.size for each in plane.coefficients])
 
 
 @pytest.mark.parametrize(

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from ksmea.records.balancing import BalanceRecord, EntryRecord, PolarRecord
-from ksmea.show.charts.chart import Axis, Bars, Chart, Element, Level, Line, Panel, Points, Words, one_panel
-from ksmea.show.charts.colours import INTERVAL, MODEL, PAPER, category
+from ksmea.show.charts.chart import Axis, Bars, Chart, Choice, Element, Level, Line, Panel, Points, Words, one_panel
+from ksmea.show.charts.colours import INTERVAL, MODEL, PAPER, category, symbol
 from ksmea.show.charts.response_charts import AMPLITUDE
 from ksmea.units import DEGREE, RPM
 
@@ -33,7 +35,14 @@ def balance_chart(record: BalanceRecord) -> Chart:
         said += (
             " p of each run's response being that of its known weights; below the dashed line a run does not fit them."
         )
-    return Chart("Before and after the correction", said, tuple((panel,) for panel in panels))
+    return Chart(
+        "Before and after the correction", said, tuple((panel,) for panel in panels),
+        choices=_choices("entry", "speed and channel", [entry_name(each.entry) for each in record.drift]),
+    )  # fmt: skip
+
+
+def _choices(key: str, label: str, options: Sequence[str]) -> tuple[Choice, ...]:
+    return (Choice(key, label, tuple(options)),) if len(options) > 1 else ()
 
 
 def entry_name(entry: EntryRecord) -> str:
@@ -83,12 +92,18 @@ def _drift(record: BalanceRecord) -> Panel:
     elements: list[Element] = []
     for index, each in enumerate(record.drift):
         colour, name = category(index), entry_name(each.entry)
-        elements.append(Line(at, each.real, width=1.0, name=name, colour=colour))
-        elements.append(Line(at, each.imaginary, "dot", 1.2, colour=colour, said=f"{name}, imaginary: {{y:.3g}}"))
+        for part, values, dash in (("real", each.real, "solid"), ("imaginary", each.imaginary, "dot")):
+            said = [f"{run}: {name}, {part} part {value:.3g} µm" for run, value in zip(record.runs, values)]
+            elements.append(Line(at, values, dash, 1.0, name=name, colour=colour, said=said, tags={"entry": name}))
     gaps = np.diff(record.run_time)
     for pause in np.flatnonzero(gaps > PAUSE * np.median(gaps)):
         elements.append(Level(at=float(pause) + 0.5, along="x", dash="dash", width=0.6))
-    return Panel(tuple(elements), Axis("run in the order of time", is_whole=True), Axis("drift (µm)"), height=2.4)
+    return Panel(
+        tuple(elements),
+        Axis("run in the order of time", is_whole=True),
+        Axis("drift (µm)\nline: real, dotted: imaginary"),
+        height=2.4,
+    )
 
 
 def _runs(record: BalanceRecord) -> Panel:
@@ -121,8 +136,19 @@ def coefficients_chart(record: BalanceRecord) -> Chart:
             f"{place}, {name}: {each.size:.4g} µm/(g mm) at {each.angle:.1f}°"
             for name, each in zip(names, plane.coefficients)
         ]
-        elements.append(Points(values.real, values.imag, name=place, colour=category(index), said=said))
+        elements.append(
+            Points(
+                values.real,
+                values.imag,
+                symbol(index),
+                name=place,
+                colour=category(index),
+                said=said,
+                tags={"plane": place},
+            )
+        )
     return one_panel(
         elements, Axis("real part (µm/(g mm))"), Axis("imaginary part (µm/(g mm))"), "In the complex plane",
         "Influence coefficients of each plane, one dot for each speed and channel; size and angle show on touch or hover.", is_to_scale=True,
+        choices=_choices("plane", "plane", [f"{plane.position:g} m" for plane in record.planes]),
     )  # fmt: skip
