@@ -9,13 +9,12 @@ from pathlib import Path
 import hydra
 from omegaconf import DictConfig
 
-from bench.command_line.config import register_schemas
 from bench.command_line.config_dirs import CONFIG_DIR
 from bench.command_line.config_files import chosen_files, require_experiments, with_file
 from bench.command_line.messages import USER_ERRORS, in_our_words
 from bench.command_line.overrides import for_some_plugins, parse, with_quoted_files
 from bench.command_line.plugin_words import register_plugins
-from bench.command_line.settable import require_offered
+from bench.command_line.schema import plugin_schema
 from bench.jobs.offers import job_of
 from bench.jobs.work import work
 from bench.storage.own_files import CONF
@@ -46,7 +45,6 @@ def _run(words: list[str], paths: list[Path]) -> int:
     register_plugins(words)
     _check_names(words)
     os.environ["HYDRA_FULL_ERROR"] = "1"  # errors come here as they are; this is the only place that prints them
-    register_schemas()
     options = [word for word in words if word.startswith("-") or "=" not in word]  # argparse wants them side by side
     settings = [word for word in words if word not in options]
     is_run = all(option.partition("=")[0] in CONFIG_DIR for option in options if option.startswith("-"))
@@ -54,7 +52,9 @@ def _run(words: list[str], paths: list[Path]) -> int:
         settings = for_some_plugins(settings, registry.GROUPS)
     sys.argv[1:] = [*options, *(f"+{word}" if word.startswith("experiment=") else word for word in settings)]
     if is_run:
-        sys.argv.append("--multirun")  # conf/config.yaml says so too, but Hydra forgets it where composing fails
+        sys.argv.append(
+            "--multirun"
+        )  # the primary configuration says so too, but Hydra forgets it where composing fails
     try:
         _job()
     except SystemExit as exit:
@@ -73,7 +73,7 @@ def _check_names(words: list[str]) -> None:
             if choice.key in registry.GROUPS and not isinstance(name, str):
                 raise unknown(choice.key, str(name), registry.registered(choice.key))
             if choice.key in registry.GROUPS and name in registry.registered(choice.key):
-                require_offered(choice.key, name)
+                plugin_schema(choice.key, name)
 
 
 @hydra.main(version_base="1.3", config_path=str(CONF), config_name="config")

@@ -35,10 +35,9 @@ class UnknownName:
 class SettingError(ValueError):
     """A setting, name or file that cannot be used: one line saying what was expected, what came and what to try.
 
-    Whatever it quotes, the message is one line of visible characters.
+    Whatever it quotes, the message is one line of visible characters. `reason` is the message without locations before it.
 
     Args:
-        message: the reason, also without a location before it (`reason`).
         setting: key of the setting that is wrong, which stands before the message.
         meant: what was probably meant: a name, all arguments of a command, or the setting's value as a function of the one given.
     """
@@ -51,7 +50,7 @@ class SettingError(ValueError):
         meant: UnknownName | list[str] | Callable[[str], str] | None = None,
     ) -> None:
         super().__init__(visible(f"{setting}: {message}" if setting else str(message)))
-        self.reason = visible(str(message))
+        self.reason = str(self)
         self.setting = meant.setting if isinstance(meant, UnknownName) else setting
         self.meant = meant
 

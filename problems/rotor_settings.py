@@ -66,10 +66,7 @@ def check_probes(sensors: Sequence[float], directions: Sequence[str]) -> None:
         if not entries or len(set(entries)) < len(entries):
             raise SettingError(f"{name}: expected at least one entry and none twice, got {list(entries)}")
     for direction in directions:
-        try:
-            require_direction(direction)
-        except SettingError as error:
-            raise SettingError(error.reason, setting="directions") from error
+        require_direction(direction, "directions")
 
 
 def channels_of(sensors: Sequence[float], directions: Sequence[str]) -> tuple[Channel, ...]:

@@ -8,9 +8,8 @@ from __future__ import annotations
 
 import re
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
 
-from bench.command_line.bench_settings import bench_settings, default_plugins
+from bench.command_line.bench_settings import bench_fields, default_plugins
 from bench.command_line.config_dirs import EXPERIMENT, experiment_files, names_folders
 from bench.command_line.corrected_command import in_brackets, without_brackets
 from bench.command_line.grid import LABEL
@@ -69,15 +68,11 @@ def _require_known(key: str, value: str) -> None:
     if "/" in key or key.partition(".")[0] == "hydra":
         return
     top, _, below = key.partition(".")
-    names = [*bench_settings(), EXPERIMENT]
+    names = [*bench_fields(), EXPERIMENT]
     if top not in names:
         raise unknown("group", top, GROUPS) if below else unknown_key(key, names)
     if not below:
-        _require_value(key, value, _type_name(bench_settings().get(key)))
-
-
-def _type_name(hint: Any) -> str:
-    return hint.__name__ if hint in (int, float, bool, str) else str(hint)
+        _require_value(key, value, str(bench_fields()[key].type) if key in bench_fields() else "")
 
 
 def _require_value(key: str, value: str, type_name: str) -> None:
@@ -87,7 +82,7 @@ def _require_value(key: str, value: str, type_name: str) -> None:
         if key in GROUPS or key == EXPERIMENT:
             known = registered(key) if key in GROUPS else sorted(experiment_files())
             raise SettingError(f"expected one of {', '.join(known)}, got nothing", setting=key)
-        if key in bench_settings() or base_type in ("int", "float", "bool"):
+        if key in bench_fields() or base_type in ("int", "float", "bool"):
             raise SettingError(
                 f"expected {EXPECTED.get(key, IN_WORDS.get(base_type, 'a list [a,b,...]'))}, got nothing", setting=key
             )

@@ -8,7 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Sequence
 
-from bench.command_line.bench_settings import bench_settings
+from bench.command_line.bench_settings import bench_fields
 from bench.command_line.config_dirs import experiment_names
 from ksmea.errors import SettingError, nearest, shortened, unknown
 from ksmea.plugins.names import GROUPS
@@ -108,7 +108,7 @@ def _is_name(word: str) -> bool:
 def _unknown_option(words: Sequence[str], word: str) -> SettingError:
     option, _, value = word.partition("=")
     name = option.lstrip("-").replace("-", "_")
-    if name in bench_settings() or name.partition(".")[0] in GROUPS or name == "experiment":
+    if name in bench_fields() or name.partition(".")[0] in GROUPS or name == "experiment":
         number = list(words).index(word)
         following = words[number + 1 : number + 2] if not value else []
         plus = "+" if name == "experiment" else ""
@@ -160,7 +160,7 @@ def _no_setting(word: str, before: list[str], after: list[str], commands: Collec
             meant=[*before, f"+experiment={bare}", *after],
         )
     key, _, value = bare.partition(":")
-    is_setting = key in (*bench_settings(), "experiment") or key.partition(".")[0] in GROUPS
+    is_setting = key in (*bench_fields(), "experiment") or key.partition(".")[0] in GROUPS
     if is_setting and value:
         return SettingError(f"{word}: expected setting=value, got a colon", meant=[*before, f"{key}={value}", *after])
     if is_setting and (after or before) and (after[:1] == ["="] or not _is_setting(after[:1])):

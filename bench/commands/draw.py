@@ -10,10 +10,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from bench.command_line.config import folder_part
 from bench.command_line.messages import USER_ERRORS, in_our_words
 from bench.command_line.overrides import parse, with_quoted_files
 from bench.command_line.plugin_words import PLUGINS, register_plugins
+from bench.plan.folder import folder_part
 from bench.plan.page import Block, Command, Drawn, Page, Prose, Section, Table
 from bench.plan.plan import PLAN_FILE
 from bench.reports.pages.document import document

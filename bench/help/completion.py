@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from pathlib import Path
 
-from bench.command_line.bench_settings import bench_settings, default_plugins
+from bench.command_line.bench_settings import bench_fields, default_plugins
 from bench.command_line.config_dirs import EXPERIMENT, experiment_files, folders
 from bench.command_line.output_level import OPTIONS
 from bench.command_line.source_settings import source_settings
@@ -23,8 +23,6 @@ SHELLS = ("bash", "zsh")
 ANSWERS = ("--help", "--version")
 TEMPLATES = ("effect", "method", "optimizer", "problem", "surrogate")  # which `new` makes
 FORMATS = ("coco", "csv", "ioh")  # which `export` writes
-FIGURES = ("cost", "response", "trace", "updates")
-OWN_SEEDS = ("instance", "label")
 FILES = "<files>"  # a line that asks the shell for names of files
 PLAN = "plan.jsonl"
 
@@ -78,7 +76,7 @@ def _of_command(command: str, given: Sequence[str]) -> Iterable[str]:
         plugins = (name for group in (*GROUPS, *FURTHER) for name in registered(group))
         if given and given[-1] in (*GROUPS, *FURTHER):
             return registered(given[-1])
-        return [*_commands(), *experiment_files(), *GROUPS, *FURTHER, *plugins, *bench_settings()]
+        return [*_commands(), *experiment_files(), *GROUPS, *FURTHER, *plugins, *bench_fields()]
     first = {"completion": SHELLS, "new": TEMPLATES, "export": FORMATS, "verify": _references()}
     if command in first:
         if not given:
@@ -104,7 +102,7 @@ def _settings(before: Sequence[str], current: str) -> Iterable[str]:
     plus = "+" * (len(current) - len(current.lstrip("+")))
     group, dot, below = current.lstrip("+").partition(".")
     if not dot:
-        return [*(f"{plus}{name}=" for name in bench_settings()), *(f"{plus}{name}." for name in GROUPS)]
+        return [*(f"{plus}{name}=" for name in bench_fields()), *(f"{plus}{name}." for name in GROUPS)]
     if group not in GROUPS:
         return []
     plugin, named, _ = below.partition(".")
@@ -129,7 +127,7 @@ def _values(key: str, before: Sequence[str]) -> Iterable[str]:
         return experiment_files(folders(before))
     if key in GROUPS:
         return registered(key)
-    listed = {"table": registered("report"), "own_seeds": OWN_SEEDS, "figures": (), "paper": _references()}
+    listed = {"table": registered("report"), "paper": _references()}
     if key in listed:
         return listed[key]
     if key in ("output", "share", "plugins"):
@@ -146,8 +144,8 @@ def _of_setting(key: str, before: Sequence[str]) -> tuple[str, tuple[str, ...]]:
     """Type and choices of a setting."""
     group, _, setting = key.partition(".")
     if group not in GROUPS:
-        hint = bench_settings().get(key)
-        return ("bool" if hint is bool else str(hint), ())
+        field = bench_fields().get(key)
+        return ("", ()) if field is None else (str(field.type), field.metadata.get("choices", ()))
     plugin, _, own = setting.partition(".")
     names = [plugin] if own else _chosen(group, before)
     for name in names:

@@ -10,7 +10,7 @@ from typing import Any
 
 import yaml
 
-from bench.command_line.bench_settings import default_plugins, remarks
+from bench.command_line.bench_settings import bench_fields, default_plugins
 from bench.command_line.grid import grid_blocks, grid_points
 from bench.storage.own_files import REFERENCE
 
@@ -105,7 +105,7 @@ def _cost(name: str, said: Mapping[str, Any]) -> str:
     if said.get("table") == "settings":
         return "nothing is run"
     n_cell = len(_points(said))
-    repetitions = said.get("repetitions", remarks()["repetitions"].default)
+    repetitions = said.get("repetitions", bench_fields()["repetitions"].default)
     runs = f"{_counted(n_cell * int(repetitions), 'run')} ({_counted(n_cell, 'cell')} × {_counted(int(repetitions), 'repetition')})"
     measured = _measured(REFERENCE / f"{name}.runs.csv")
     return f"{runs}{f'; {measured}' if measured else ''}"

@@ -105,10 +105,10 @@ def _from_outside() -> str:
 
 
 def _whether_it_loads(group: str, name: str) -> str:
-    from bench.command_line.settable import require_offered  # loads contracts and numpy
+    from bench.command_line.schema import plugin_schema  # loads contracts and numpy
 
     try:
-        require_offered(group, name)
+        plugin_schema(group, name)
     except SettingError as error:
         return f"cannot be chosen: {error.reason}"
     return "loads"

@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from bench.command_line.settable import require_offered
+from bench.command_line.schema import plugin_schema
 from ksmea.errors import SettingError
 from ksmea.plugins import registry
 from ksmea.plugins.effect import AnyEffect
@@ -44,7 +44,7 @@ def setting_text(group: str, name: str, setting: str) -> str | None:
     except SettingError:
         return None
     lines = [
-        _setting_line(f"{group}.{name}" if group == EFFECT else group, field)
+        setting_line(f"{group}.{name}.{setting}" if group == EFFECT else f"{group}.{setting}", field)
         for field in fields
         if field.name == setting
     ]
@@ -62,7 +62,7 @@ def plugin_text(group: str, name: str, problem: Problem) -> str:
     """What a plugin is, where it comes from, and its settings; of an effect its unknowns on a problem too."""
     settings = registry.plugin_class(group, name)
     lines = [f"{group}={name}: {_summary(settings)} [{registry.origin(group, name)}]"]
-    lines += [f"  {_setting_line(group, field)}" for field in own_fields(settings)]
+    lines += [f"  {setting_line(f'{group}.{field.name}', field)}" for field in own_fields(settings)]
     return "\n".join([*lines, *(_effect_lines(name, problem) if group == EFFECT else _why_not_offered(group, name))])
 
 
@@ -74,14 +74,15 @@ def _summary(settings: type) -> str:
     return " ".join(said.strip().split("\n\n")[0].split())
 
 
-def _setting_line(group: str, field: dataclasses.Field) -> str:
-    return f"{group}.{field.name}={_default(field)}  {_remarks(field)}"
+def setting_line(key: str, field: dataclasses.Field) -> str:
+    """A setting by its key, with its default, meaning, unit, range and source."""
+    return f"{key}={_default(field)}  {_remarks(field)}"
 
 
 def _why_not_offered(group: str, name: str) -> list[str]:
     """Why a plugin cannot be chosen on the command line; nothing where it can."""
     try:
-        require_offered(group, name)
+        plugin_schema(group, name)
     except SettingError as error:
         return [f"  cannot be chosen: {error}"]
     return []

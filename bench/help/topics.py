@@ -9,16 +9,15 @@ from typing import Any
 
 import yaml
 
-from bench.command_line.bench_settings import bench_settings, remarks
+from bench.command_line.bench_settings import bench_fields
 from bench.command_line.config_dirs import EXPERIMENT
 from bench.command_line.source_settings import source_settings
 from bench.help.commands import command_names, command_text
 from bench.help.experiments import experiment_text
 from bench.help.glossary import explained, mentioned, terms
-from bench.help.plugins import Problem, group_text, plugin_text, setting_text
+from bench.help.plugins import Problem, group_text, plugin_text, setting_line, setting_text
 from ksmea.errors import SettingError, nearest, shortened
 from ksmea.plugins.names import FURTHER, GROUPS, registered
-from ksmea.settings.types import in_words
 
 ALL = (*GROUPS, *FURTHER)
 MOST_NEAR = 4  # names that an unknown one might have meant
@@ -95,7 +94,8 @@ def _named(group: str, name: str, problem: Problem) -> str:
 
 def _setting_texts(key: str) -> list[str]:
     """A setting of the bench; one of plugins: GROUP.SETTING, GROUP.PLUGIN.SETTING, or SETTING alone."""
-    texts = [_bench_setting(key)] if key in remarks() else []
+    own = key in bench_fields() and key not in GROUPS
+    texts = [f"{setting_line(key, bench_fields()[key])} (of the whole experiment)"] if own else []
     group, _, setting = key.rpartition(".")
     top, _, plugin = group.partition(".")
     if top in ALL and plugin in registered(top):
@@ -110,12 +110,7 @@ def _setting_texts(key: str) -> list[str]:
     return [*texts, *filter(None, (setting_text(each, name, setting) for each, name in having))]
 
 
-def _bench_setting(key: str) -> str:
-    remark = remarks()[key]
-    return f"{key}={remark.default}  {remark.help} ({in_words(bench_settings()[key])}; of the whole experiment)"
-
-
 def _names(experiments: Mapping[str, Path], usage: str) -> list[str]:
     """All names that help knows, plugins' settings left out: they are many."""
     plugins = {name for group in ALL for name in registered(group)}
-    return sorted({*command_names(usage), *ALL, *experiments, *plugins, *remarks()})
+    return sorted({*command_names(usage), *ALL, *experiments, *plugins, *bench_fields()})

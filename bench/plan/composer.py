@@ -19,7 +19,7 @@ from omegaconf import DictConfig, OmegaConf, open_dict
 from bench.command_line.grid import Block, grid_blocks, labelled, listed
 from bench.command_line.overrides import Choice, override
 from bench.command_line.plugin_settings import PluginSetting, names_plugin, plugin_setting, short, unknown_key
-from bench.command_line.settable import require_offered
+from bench.command_line.schema import plugin_schema
 from ksmea.errors import SettingError
 from ksmea.plugins import registry
 from ksmea.settings.settings import own_fields
@@ -100,7 +100,7 @@ class Composer:
         """A configuration that is quickly copied for each point: without the lines of the grid, which have become the points,
         and Hydra's own part, where no setting takes a value from there. `SettingError` where a plugin cannot be offered."""
         for group in registry.GROUPS:
-            require_offered(group, composed[group].name)
+            plugin_schema(group, composed[group].name)
         config = composed.copy()
         with open_dict(config):
             for key in ("hydra", *LINES):
@@ -148,7 +148,7 @@ class Composer:
         group, setting = said.group, said.setting.partition(".")[0]
         names = self._alternatives[group]
         chosen = groups.get(group, self.outline[group].name)
-        require_offered(group, chosen)
+        plugin_schema(group, chosen)
         if said.plugin is not None:
             if said.plugin not in names:
                 raise SettingError(

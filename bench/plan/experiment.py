@@ -12,7 +12,7 @@ from typing import Any
 from hydra.core.config_loader import ConfigLoader
 from omegaconf import DictConfig, OmegaConf
 
-from bench.command_line.bench_settings import BenchConfig
+from bench.command_line.bench_settings import BenchConfig, bench_fields
 from bench.command_line.corrected_command import quoted
 from bench.command_line.grid import LABEL, grid_points
 from bench.command_line.overrides import Choice, as_given, override, parse
@@ -41,9 +41,8 @@ from bench.storage.own_files import PAPER
 from ksmea.errors import SettingError, unknown
 from ksmea.plugins import registry
 from ksmea.records.record import Record
+from ksmea.settings.settings import check_values
 
-FIGURES = ("updates", "response", "cost", "trace")
-OWN_SEEDS = ("instance", "label")  # what cells that draw numbers of their own differ in
 # Settings of the whole experiment, which cannot be an axis of it.
 WHOLE = (
     "name",
@@ -152,31 +151,29 @@ def _check_axes(keys: Iterable[str]) -> None:
 
 
 def _check_whole(config: DictConfig) -> None:
-    known = [field.name for field in dataclasses.fields(BenchConfig)]
+    known = bench_fields()
     for key in config:
         if key not in (*known, "hydra"):
             raise unknown("setting", str(key), [*known, "experiment"])
     require_registered(config.plugins)
+    check_values(BenchConfig, _own(config, set(known) - {*registry.GROUPS}))
+    if config.repetitions < 1 and config.table != "settings":
+        raise SettingError(f"expected a number at least 1, got {config.repetitions}", setting="repetitions")
     if Path(config.name).name != config.name:
         raise SettingError(f"expected the name of a file, got '{config.name}'", setting="name")
     if config.paper is not None and not (PAPER / f"{config.paper}.csv").is_file():
         raise unknown("table of the paper", config.paper, [path.stem for path in PAPER.glob("*.csv")])
     if config.table is not None and config.table not in registry.registered("report"):
         raise unknown("table", config.table, registry.registered("report"))
-    if config.own_seeds not in (None, *OWN_SEEDS):
-        raise unknown("value for own_seeds:", config.own_seeds, OWN_SEEDS)
-    for figure in config.figures:
-        if figure not in FIGURES:
-            raise unknown("figure", figure, FIGURES)
-    for key, least in (("repetitions", 0 if config.table == "settings" else 1), ("workers", 1), ("batches", 1)):
-        if config[key] is not None and config[key] < least:
-            raise SettingError(f"expected at least {least}, got {config[key]}", setting=key)
-    for key in ("timeout", "memory"):
-        if config[key] is not None and config[key] <= 0:
-            raise SettingError(f"expected a number above 0, got {config[key]}", setting=key)
     for folder in config.share:
         if not Path(folder).is_dir():
             raise SettingError(f"expected folders of results, found none at {folder}", setting="share")
+
+
+def _own(config: DictConfig, names: Iterable[str]) -> dict[str, Any]:
+    """Values of settings by name."""
+    values: Any = OmegaConf.to_container(OmegaConf.masked_copy(config, list(names)))
+    return dict(values)
 
 
 def _cells(composer: Composer, points: Sequence[dict[str, Any]], modules: dict[str, str]) -> tuple[Cell, ...]:
@@ -219,9 +216,7 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str], fa
 
     The modules that it uses are added to `modules`.
     """
-    for key, least in (("samples", 1), ("seed", 0)):
-        if config[key] < least:
-            raise SettingError(f"expected at least {least}, got {config[key]}", setting=key)
+    check_values(BenchConfig, _own(config, ("samples", "seed")))
     settings: dict[str, Any] = {group: OmegaConf.to_container(config[group], resolve=True) for group in registry.GROUPS}
     settings = with_assumed_values(settings | {"samples": config.samples})
     with assumed_values_in_errors(settings):
@@ -250,7 +245,7 @@ def _cell(config: DictConfig, point: dict[str, Any], modules: dict[str, str], fa
 
 
 def _seed(config: DictConfig, point: Mapping[str, Any], settings: Mapping[str, Any]) -> int:
-    """The seed of a cell: that of the experiment, or one of its own (`OWN_SEEDS`)."""
+    """The seed of a cell: that of the experiment, or one of its own (`own_seeds`)."""
     if config.own_seeds == "instance":
         return own_seed(config.seed, {group: settings[group] for group in ("problem", "measurement")})
     if config.own_seeds == "label":

@@ -2,15 +2,20 @@
 
 from __future__ import annotations
 
+import glob
+import re
+import unicodedata
 from collections.abc import Callable
+from itertools import takewhile
 from pathlib import Path
+from typing import Any
 
-from bench.command_line.config import folder_part
 from bench.command_line.overrides import path_word
 from bench.plan.plan import PLAN_FILE, Cell, Plan, read_plan
 from bench.plan.setup import FINGERPRINTS
 from ksmea.errors import SettingError, shortened
 
+MOST_BYTES = 200  # of a folder's part; file systems take 255 in all
 LONGEST_LIST = 200  # characters of the names of files that an error shows
 MOST_TRIED = 100  # names of a folder
 PROBLEM, MEASUREMENT = "problem", "measurement"
@@ -109,3 +114,22 @@ def _free(plan: Plan, found: Plan, output: Path) -> str:
     places = (output.with_name(each) for each in (name, *(f"{name}_{number}" for number in range(2, MOST_TRIED))))
     free = next((each for each in places if not each.exists()), output.with_name(f"{name}_{MOST_TRIED}"))
     return str(free.relative_to(Path.cwd()) if free.is_relative_to(Path.cwd()) else free)
+
+
+def folder_part(name: str) -> str:
+    """A name as a part of a folder's: letters of any script, digits, points and hyphens; all else is an underscore.
+
+    >>> folder_part("<b>Ümlaut (2)")
+    '_b_Ümlaut_2_'
+    """
+    part = re.sub(r"[^\w.-]+", "_", unicodedata.normalize("NFC", name))
+    return part.encode()[:MOST_BYTES].decode(errors="ignore")
+
+
+def of_file(measurement: Any) -> str:
+    """What a measured file adds to the name of a folder: '_run_up' of runs/run_up.csv, '_runs' of runs/*.csv; '' where there
+    is none."""
+    path = (measurement or {}).get("path") or ""
+    folder = Path(*takewhile(lambda part: not glob.has_magic(part), Path(path).parts))
+    name = folder.name if glob.has_magic(path) else Path(path).stem
+    return f"_{folder_part(name)}" if name else ""

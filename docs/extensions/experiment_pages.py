@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import re
+import typing
 from pathlib import Path
 
+from bench.command_line.bench_settings import BenchConfig, bench_fields
 from bench.storage.own_files import CONF
-from docstring_text import cell, escaped
-from plugin_pages import table
+from docstring_text import escaped
+from ksmea.plugins.names import GROUPS
+from plugin_pages import HEAD, row, table
 
-REMARKED = re.compile(r"^(\w+): +(\S.*?) +# (.*)$", re.MULTILINE)
 COMMAND = re.compile(r"^ *(?:python -m bench )?(\+experiment=.*)$")
 
 
 def settings_text() -> str:
-    """The settings of conf/config.yaml with their defaults and remarks."""
-    found = REMARKED.findall((CONF / "config.yaml").read_text(encoding="utf-8"))
-    rows = [(f"`{name}`", f"`{default.strip()}`", cell(remark)) for name, default, remark in found]
-    return table(("setting", "default", "is"), rows)
+    """The settings of the bench itself."""
+    hints = typing.get_type_hints(BenchConfig)
+    fields = [field for field in bench_fields().values() if field.name not in GROUPS]
+    return table(HEAD, (row(field.name, field, hints[field.name]) for field in fields))
 
 
 def experiments_text() -> str:

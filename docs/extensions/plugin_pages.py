@@ -54,13 +54,14 @@ def _settings(group: str, plugin: type) -> str:
     if not fields:
         return "It has no settings."
     hints = typing.get_type_hints(plugin)
-    return table(HEAD, (_row(group, field, hints[field.name]) for field in fields))
+    return table(HEAD, (row(f"{group}.{field.name}", field, hints[field.name]) for field in fields))
 
 
-def _row(group: str, field: dataclasses.Field[typing.Any], hint: typing.Any) -> Iterator[str]:
+def row(key: str, field: dataclasses.Field[typing.Any], hint: typing.Any) -> Iterator[str]:
+    """Key, default, type and meaning of a setting."""
     metadata = field.metadata
     source = f" – {metadata['source']}" if metadata.get("source") else ""
-    yield f"`{group}.{field.name}`"
+    yield f"`{key}`"
     yield f"`{_default(field)}`"
     yield cell(_takes(metadata, hint))
     yield cell(metadata.get("help", "") + source)

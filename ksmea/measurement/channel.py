@@ -33,16 +33,16 @@ def direction_at(degrees: float) -> str:
     return next((name for name, other in ANGLES.items() if other == angle), f"{angle:.12g}")
 
 
-def require_direction(direction: str) -> None:
+def require_direction(direction: str, setting: str = "direction") -> None:
     """Raise `SettingError` where a text is no direction, or is one under another name than its own."""
     try:
         own = direction if direction in DIRECTIONS else direction_at(float(direction))
     except ValueError:  # a `SettingError` too: an angle that is not finite
         raise SettingError(
-            f"expected x, y or degrees from x towards y, got {shortened(repr(direction))}", setting="direction"
+            f"expected x, y or degrees from x towards y, got {shortened(repr(direction))}", setting=setting
         ) from None
     if own != direction:
-        raise SettingError(f"expected {own}, got {shortened(repr(direction))}, another name of it", setting="direction")
+        raise SettingError(f"expected {own}, got {shortened(repr(direction))}, another name of it", setting=setting)
 
 
 def degrees_of(direction: str) -> float:

@@ -65,8 +65,7 @@ class Settings(ABC):  # noqa: B024 – the contracts that derive from it have ab
     """Base of settings that checks each field's type and range; override `check` for conditions between fields."""
 
     def __post_init__(self) -> None:
-        for name, hint, metadata in _checked_fields(type(self)):
-            _check_field(name, hint, metadata, getattr(self, name))
+        check_values(type(self), vars(self))
         self.check()
 
     def check(self) -> None:  # noqa: B027 – may be left out
@@ -86,6 +85,13 @@ class Settings(ABC):  # noqa: B024 – the contracts that derive from it have ab
     def parts(self) -> Sequence[Settings]:
         """Plugins that take part without being chosen by the run itself, such as effects. Left out: none."""
         return ()
+
+
+def check_values(settings: type, values: Mapping[str, Any]) -> None:
+    """Raise `SettingError` where a value by the name of its setting is not of the setting's type, range or choices."""
+    for name, hint, metadata in _checked_fields(settings):
+        if name in values:
+            _check_field(name, hint, metadata, values[name])
 
 
 @cache
@@ -114,10 +120,10 @@ def _check_field(name: str, hint: Any, metadata: Mapping[str, Any], value: Any) 
     if not is_of(value, hint):
         raise SettingError(f"expected {in_words(hint)}, got {described(value)}", setting=name)
     choices = metadata.get("choices")
-    if choices and value is not None and value not in choices:
-        raise unknown(f"value for {name}:", str(value), choices)
     entries = value if isinstance(value, (list, tuple)) else [value]
     for entry in entries:
+        if choices and entry is not None and entry not in choices:
+            raise unknown(f"value for {name}:", str(entry), choices)
         if isinstance(entry, numbers.Real) and not isinstance(entry, bool) and not _in_range(entry, metadata):
             legal = expected_range(metadata) or "that is finite"
             raise SettingError(f"expected a number {legal}, got {entry}", setting=name)

@@ -7,8 +7,6 @@ import typing
 from collections.abc import Mapping
 from typing import Any
 
-import numpy as np
-
 from ksmea.errors import SettingError, described
 
 TRUTHS = {"true": True, "false": False}  # strict YAML has them as texts
@@ -20,11 +18,7 @@ IN_WORDS = {
     type(None): "null",
     Any: "anything",
 }
-NUMBERS = {  # what counts as each; numpy's numbers are as good as Python's, and true is no number
-    bool: (bool, np.bool_),
-    int: (int, np.integer),
-    float: (int, float, np.integer, np.floating),
-}
+NUMBERS = {bool: (bool,), int: (int,), float: (int, float)}  # what counts as each; true is no number
 
 
 def is_of(value: Any, hint: Any) -> bool:
@@ -52,6 +46,8 @@ def is_of(value: Any, hint: Any) -> bool:
             is_of(key, options[0]) and is_of(entry, options[1]) for key, entry in value.items()
         )
     if hint in NUMBERS:
+        if getattr(value, "shape", None) == () and hasattr(value, "item"):  # numpy's, which is as good as Python's
+            value = value.item()
         return isinstance(value, NUMBERS[hint]) and (hint is bool or not isinstance(value, bool))
     return not isinstance(hint, type) or isinstance(value, hint)
 

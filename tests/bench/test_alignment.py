@@ -51,7 +51,7 @@ def enter_with_rig(enter, tmp_path_factory, monkeypatch):
         f"{information}/METADATA": METADATA,
         f"{information}/entry_points.txt": ENTRY_POINTS,
     }
-    with outside_package(folder, monkeypatch, files, "measurement", "rig"):
+    with outside_package(folder, monkeypatch, files):
         yield enter
 
 

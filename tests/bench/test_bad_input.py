@@ -76,8 +76,8 @@ WRONG_TYPE = [
     (["grid=3"], "grid: expected a list [a,b,...], got one value"),
 ]
 OUT_OF_RANGE = [
-    (["samples=0"], "samples: expected at least 1, got 0"),
-    (["samples=40,-1"], "samples: expected at least 1, got -1"),
+    (["samples=0"], "samples: expected a number at least 1, got 0"),
+    (["samples=40,-1"], "samples: expected a number at least 1, got -1"),
     (["samples=2"], "for this surrogate with 5 unknowns, got 2; take more samples, or a lower trend or degree"),
     (
         ["surrogate.trend=quadratic", "samples=40,21"],
@@ -100,12 +100,12 @@ OUT_OF_RANGE = [
     (["optimizer.population=4"], "optimizer=de: population: expected a number at least 5, got 4"),
     (["optimizer=ga", "optimizer.bits=[10,10]"], "optimizer=ga: bits: expected a sum of chromosome_length = 52, got"),
     (["optimizer=ga", "optimizer.bits=[26,26]"], "bits: expected one entry for each of 5 parameters, got 2 entries"),
-    (["repetitions=0"], "repetitions: expected at least 1, got 0"),
-    (["workers=0"], "workers: expected at least 1, got 0"),
-    (["batches=0"], "batches: expected at least 1, got 0"),
+    (["repetitions=0"], "repetitions: expected a number at least 1, got 0"),
+    (["workers=0"], "workers: expected a number at least 1, got 0"),
+    (["batches=0"], "batches: expected a number at least 1, got 0"),
     (["timeout=0"], "timeout: expected a number above 0, got 0"),
-    (["seed=-1"], "seed: expected at least 0, got -1"),
-    (["seed=1,-1"], "seed: expected at least 0, got -1"),
+    (["seed=-1"], "seed: expected a number at least 0, got -1"),
+    (["seed=1,-1"], "seed: expected a number at least 0, got -1"),
     (["name=a/b"], "name: expected the name of a file, got 'a/b'"),
 ]
 GRAMMAR = [
@@ -157,7 +157,7 @@ def test_bad_input_is_one_line(words, expected, refuse, tmp_path):
     "words, expected",
     [
         ([TABLE3, "optimizer=psoo"], "unknown optimizer 'psoo'; did you mean 'pso'?"),
-        ([TABLE3, "samples=0"], "samples: expected at least 1, got 0"),
+        ([TABLE3, "samples=0"], "samples: expected a number at least 1, got 0"),
         ([TABLE3, "problem.sensors=[0.1"], "problem.sensors=[0.1: expected ] at the end"),
     ],
 )

@@ -9,7 +9,6 @@ from hydra import compose, initialize_config_dir
 from hydra.core.global_hydra import GlobalHydra
 from scipy.stats import norm
 
-from bench.command_line.config import register_schemas
 from bench.jobs.records import RecordWriter
 from bench.plan.plan import ParameterFacts, all_runs
 from bench.reports.accuracy.calibration import CalibrationReport, basin_shares, calibration_frame
@@ -123,7 +122,6 @@ def test_the_report_is_printed_tabled_and_drawn(plan, tmp_path):
 
 def test_coverage_is_asked_of_thousands_of_draws_from_honest_starts():
     """The experiment itself: no start knows the truth, 2000 draws, noise known and estimated."""
-    register_schemas()
     GlobalHydra.instance().clear()
     with initialize_config_dir(str(CONF), version_base="1.3"):
         config = compose("config", overrides=["+experiment=coverage"])

@@ -10,7 +10,6 @@ from hydra import initialize_config_dir
 from hydra.core.global_hydra import GlobalHydra
 from hydra.types import RunMode
 
-from bench.command_line.config import register_schemas
 from bench.jobs.execute import execute
 from bench.jobs.records import RecordWriter
 from bench.plan.experiment import Experiment
@@ -73,7 +72,6 @@ def place(tmp_path_factory):
 @pytest.fixture(scope="module")
 def compose_all(place):
     """All experiments that a command line means."""
-    register_schemas()
     with initialize_config_dir(str(CONF), version_base="1.3"):
         loader = GlobalHydra.instance().config_loader()
         master = loader.load_configuration("config", overrides=[], run_mode=RunMode.MULTIRUN)

@@ -5,10 +5,9 @@ import re
 
 import pytest
 
-from bench.command_line.config import of_file
 from bench.jobs.records import RecordWriter
 from bench.jobs.superseded import earlier_notes
-from bench.plan.folder import require_own_folder
+from bench.plan.folder import of_file, require_own_folder
 from bench.plan.plan import all_runs, write_plan
 from ksmea.errors import SettingError
 from measurements.run_up_csv import as_csv

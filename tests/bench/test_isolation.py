@@ -92,7 +92,7 @@ def packages(tmp_path_factory):
 @pytest.fixture
 def enter_with_mine(enter, packages, monkeypatch):
     """The bench with these plugins inside this process, whose registry and Hydra's store forget them afterwards."""
-    with on_path(packages, monkeypatch, "optimizer", *NAMES):
+    with on_path(packages, monkeypatch):
         yield enter
 
 

@@ -10,7 +10,6 @@ from hydra.core.global_hydra import GlobalHydra
 from hydra.types import RunMode
 from omegaconf import OmegaConf
 
-from bench.command_line.config import register_schemas
 from bench.command_line.overrides import override
 from bench.plan.composer import Compositions
 from bench.plan.experiment import Experiment
@@ -67,7 +66,6 @@ WITHOUT_DEFAULTS = {  # nothing without a file
 
 @pytest.fixture(scope="module")
 def loader():
-    register_schemas()
     with initialize_config_dir(str(CONF), version_base="1.3"):
         yield GlobalHydra.instance().config_loader()
 

@@ -71,7 +71,7 @@ def packages(tmp_path_factory):
 
 @pytest.fixture
 def with_odd(enter, packages, monkeypatch):
-    with on_path(packages, monkeypatch, "optimizer", *(f"odd_{name}" for name in ODD)):
+    with on_path(packages, monkeypatch):
         yield enter
 
 

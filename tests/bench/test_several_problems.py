@@ -128,7 +128,7 @@ def others(tmp_path_factory):
 @pytest.fixture
 def others_here(enter, others, monkeypatch):
     """The bench with that package inside this process, whose registry forgets it afterwards."""
-    with on_path(others.partition(os.pathsep)[0], monkeypatch, "table"):
+    with on_path(others.partition(os.pathsep)[0], monkeypatch):
         yield enter
 
 

@@ -158,7 +158,7 @@ def enter_with_slow(enter, tmp_path_factory, monkeypatch):
         f"{information}/METADATA": METADATA,
         f"{information}/entry_points.txt": ENTRY_POINTS,
     }
-    with outside_package(folder, monkeypatch, files, "problem", "slow"):
+    with outside_package(folder, monkeypatch, files):
         yield enter
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from bench.command_line.bench_settings import bench_settings, default_plugins, remarks
+from bench.command_line.bench_settings import bench_fields, default_plugins
 from bench.command_line.source_settings import source_settings
 from ksmea.plugins import registry
 from ksmea.settings.settings import own_fields
@@ -31,7 +31,8 @@ def test_what_has_no_source_is_not_told():
     assert source_settings("optimizer", "nobody") is None
 
 
-def test_every_setting_of_the_bench_has_a_remark_or_is_a_group():
-    assert bench_settings().keys() - remarks().keys() == registry.GROUPS.keys()
-    assert default_plugins().keys() == registry.GROUPS.keys()
-    assert remarks()["samples"].default == "100" and "samples of a surrogate" in remarks()["samples"].help
+def test_every_setting_of_the_bench_has_its_help_or_is_a_group():
+    helped = {name for name, field in bench_fields().items() if field.metadata.get("help")}
+    assert bench_fields().keys() - helped == registry.GROUPS.keys() == default_plugins().keys()
+    samples = bench_fields()["samples"]
+    assert samples.default == 100 and "samples of a surrogate" in samples.metadata["help"]

@@ -17,7 +17,6 @@ from hydra.core.global_hydra import GlobalHydra
 from hydra.types import RunMode
 
 from bench import main
-from bench.command_line.config import register_schemas
 from bench.command_line.overrides import for_some_plugins
 from bench.commands.dispatch import COMMANDS
 from bench.commands.draw import OPTIONS, OUTPUT, PROBLEM, VALUES
@@ -137,7 +136,6 @@ class LoadsOnce:
 @pytest.fixture(scope="module")
 def composed():
     """The plans of an experiment's words, by what the command line composes them with."""
-    register_schemas()
     with initialize_config_dir(str(CONF), version_base="1.3"):
         loader = LoadsOnce(GlobalHydra.instance().config_loader())
         master = loader.load_configuration("config", [], RunMode.MULTIRUN)

@@ -5,30 +5,27 @@ from contextlib import contextmanager
 from pathlib import Path
 
 import pytest
-from hydra.core.config_store import ConfigStore
 
 from ksmea.plugins import names, registry
 
 
 @contextmanager
-def outside_package(folder, monkeypatch, files, group, name):
+def outside_package(folder, monkeypatch, files):
     """Files by path in a folder that is on Python's path; the plugin that they register is forgotten afterwards."""
     for path, content in files.items():
         (folder / path).parent.mkdir(exist_ok=True)
         (folder / path).write_text(content)
-    with on_path(folder, monkeypatch, group, name):
+    with on_path(folder, monkeypatch):
         yield
 
 
 @contextmanager
-def on_path(folder, monkeypatch, group, *names):
+def on_path(folder, monkeypatch):
     """A folder with an installed package on Python's path; the plugins of these names are forgotten afterwards."""
     monkeypatch.syspath_prepend(folder)
     registry.registered.cache_clear()
     yield
     registry.registered.cache_clear()
-    for name in names:
-        ConfigStore.instance().repo.get(group, {}).pop(f"{name}.yaml", None)
 
 
 @contextmanager
@@ -39,8 +36,6 @@ def plain_files(folder):
         patch.setattr(names, "_in_files", {})
         registry.registered.cache_clear()
         yield
-        for _, group, name in registry.plugins_in_files():
-            ConfigStore.instance().repo.get(group, {}).pop(f"{name}.yaml", None)
     registry.registered.cache_clear()
     for name, module in [*sys.modules.items()]:
         if Path(getattr(module, "__file__", None) or "/").is_relative_to(folder):
