@@ -147,14 +147,17 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         base = self.base
         own, of_effects = self.parts(x[None])
         inputs, (linear, nonlinear) = base.inputs(own), self.forces(of_effects)
-        rotor = self.changed_rotor(base.rotor_at(own[0]), x[self.costly])
+
+        def made() -> Rotor:
+            rotor = self.changed_rotor(base.rotor_at(own[0]), x[self.costly])
+            return _with_unbalance_of_effects(rotor, self, of_effects)
 
         def bearings_at(speed: Array) -> tuple[Array, Array]:
             impedance = np.moveaxis(self.bearing_impedance(inputs, speed, of_effects)[:, :, :, 0], -1, 0)
             return impedance.real, impedance.imag / speed[:, None, None, None]
 
         return FreeMotion(
-            _with_unbalance_of_effects(rotor, self, of_effects),
+            made,
             self.rotor_with(x),
             base.channels,
             bearings_at,

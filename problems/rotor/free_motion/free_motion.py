@@ -50,7 +50,7 @@ Eigenpairs = tuple[ComplexArray, ComplexArray]  # (n,) rad/s, and their coordina
 class FreeMotion(FreeRotor):
     """A rotor with all numbers given. Its functions are of spin speeds (n_speed,) rad/s."""
 
-    rotor: Rotor
+    made: Callable[[], Rotor]  # the rotor with all numbers; stability does not need it
     nominal: Rotor  # with bearings about as stiff, whose modes are taken: the same for all values of the bearings
     channels: tuple[Channel, ...]
     bearings_at: Callable[[Array], tuple[Array, Array]]  # (n_speed, n_bearing, 2, 2) each, N/m and N s/m
@@ -60,6 +60,10 @@ class FreeMotion(FreeRotor):
     supports: tuple[Support, ...] = ()  # what carries the bearings
     effects: tuple[EffectMark, ...] = ()
     left_out: tuple[str, ...] = ()
+
+    @cached_property
+    def rotor(self) -> Rotor:
+        return self.made()
 
     def low_at(self, speed: Array) -> LowModes:
         """The rotor without bearings, with what is attached to it."""

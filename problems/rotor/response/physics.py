@@ -153,7 +153,7 @@ class PlainPhysics(Physics):
     def free_motion(self, x: Array, highest: float, n_mode: int) -> FreeMotion:
         model, inputs = self.model, self.model.inputs(x[None])
         bearings_at = partial(_bearing_matrices, inputs)
-        return FreeMotion(model.rotor_at(x), model.rotor, model.channels, bearings_at, highest, n_mode)
+        return FreeMotion(partial(model.rotor_at, x), model.rotor, model.channels, bearings_at, highest, n_mode)
 
     def unbalance(self, x: Array) -> dict[float, complex]:
         inputs = self.model.inputs(x[None])
