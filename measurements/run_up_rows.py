@@ -11,11 +11,11 @@ import math
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 from typing import Any, NoReturn
 
 from ksmea.errors import SettingError, unknown
 from ksmea.measurement.channel import DIRECTIONS, direction_at
+from ksmea.settings.regular_files import read_input
 
 REQUIRED = ("speed_rpm", "position_m", "direction", "amplitude_um_0pk")
 OPTIONAL = ("phase_lead_deg", "sigma_um", "time_s", "run", "harmonic")
@@ -75,28 +75,15 @@ def rows_of_run(rows: Rows, name: str, path: str) -> Rows:
 
 def read_bytes(path: str, most: int = MAX_BYTES) -> bytes:
     """The content of a file of at most so many bytes; `SettingError` where there is none, it cannot be read or is too large."""
-    file = Path(path).expanduser()
-    try:
-        if file.is_dir():
-            raise SettingError(f"{path}: expected a CSV file, got a directory; name a file in it")
-        if not file.exists():
-            raise SettingError(f"{path}: expected a CSV file, found none (working directory: {Path.cwd()})")
-        if not file.is_file():
-            raise SettingError(f"{path}: expected a CSV file, got something that is no regular file; copy it into one")
-        if file.stat().st_size > most > MAX_BYTES:
-            raise SettingError(
-                f"{path}: expected at most {most >> 20} MB, got {file.stat().st_size >> 20} MB; cut the record into parts"
-            )
-        if file.stat().st_size > most:
-            raise SettingError(
-                f"{path}: expected at most {MAX_ROWS} rows, got {file.stat().st_size / 2**20:.0f} MB;"
-                " thin it out or average neighbouring speeds"
-            )
-        return file.read_bytes()
-    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
-        if isinstance(error, SettingError):
-            raise
-        raise SettingError(f"{path}: expected a file that can be read, got {quoted(error)}") from error
+
+    def too_large(size: int) -> str:
+        if most > MAX_BYTES:
+            return f"expected at most {most >> 20} MB, got {size >> 20} MB; cut the record into parts"
+        return (
+            f"expected at most {MAX_ROWS} rows, got {size / 2**20:.0f} MB; thin it out or average neighbouring speeds"
+        )
+
+    return read_input(path, "CSV", most, too_large)
 
 
 def text_of(content: bytes, path: str) -> str:

@@ -1,4 +1,4 @@
-"""Opening the program's own files: regular ones alone, and never what a link points to.
+"""Reading a file that a user names, and opening the program's own: regular ones alone, and of these never what a link points to.
 
 A folder of results may come from anywhere. A pipe in the place of a file would be waited for for ever, and a link would
 be written through to whatever it names.
@@ -9,10 +9,13 @@ from __future__ import annotations
 import errno
 import os
 import stat
+from collections.abc import Callable
 from pathlib import Path
 from typing import BinaryIO, cast
 
-from ksmea.errors import SettingError
+from ksmea.errors import SettingError, shortened
+
+LONGEST_REASON = 200  # characters of the system's own words
 
 FLAGS = {
     "rb": os.O_RDONLY,
@@ -22,6 +25,29 @@ FLAGS = {
     "xb": os.O_WRONLY | os.O_CREAT | os.O_EXCL,
 }
 FILE_TYPES = {stat.S_IFIFO: "a pipe", stat.S_IFDIR: "a directory", stat.S_IFSOCK: "a socket", stat.S_IFLNK: "a link"}
+
+
+def read_input(path: str, kind: str, most: int, too_large: Callable[[int], str]) -> bytes:
+    """The content of a file of a kind, such as "YAML"; `SettingError` if there is none, it cannot be read or has more than `most`
+    bytes: `too_large` makes the message of their number, before they are read."""
+    file = Path(path).expanduser()
+    try:
+        if file.is_dir():
+            raise SettingError(f"{path}: expected a {kind} file, got a directory; name a file in it")
+        if not file.exists():
+            raise SettingError(f"{path}: expected a {kind} file, found none (working directory: {Path.cwd()})")
+        if not file.is_file():
+            raise SettingError(
+                f"{path}: expected a {kind} file, got something that is no regular file; copy it into one"
+            )
+        if (size := file.stat().st_size) > most:
+            raise SettingError(f"{path}: {too_large(size)}")
+        return file.read_bytes()
+    except SettingError:
+        raise
+    except (OSError, ValueError) as error:  # ValueError: a NUL in the name
+        reason = shortened(str(error), LONGEST_REASON)
+        raise SettingError(f"{path}: expected a file that can be read, got {reason}") from error
 
 
 def open_regular(path: Path, mode: str = "rb") -> BinaryIO:

@@ -10,12 +10,12 @@ nested aliases, yamlcore has no merges; all read `true` and 0x10 as other things
 from __future__ import annotations
 
 import re
-from pathlib import Path
 from typing import Any
 
 import yaml
 
 from ksmea.errors import SettingError, shortened
+from ksmea.settings.regular_files import read_input
 
 LARGEST = 2 * 10**5  # bytes; a rotor with a thousand disks needs half of it, and a second or two to be read
 LONGEST_MESSAGE = 200  # characters of PyYAML's own words
@@ -24,17 +24,9 @@ DEEPEST = 20  # lists and mappings within each other; a rotor has four
 
 def read_bytes(path: str) -> bytes:
     """The content of a file; the error says why there is none."""
-    if Path(path).is_dir():
-        raise SettingError(f"{path}: expected a YAML file, got a directory; name a file in it")
-    if not Path(path).is_file():
-        raise SettingError(f"{path}: expected a YAML file, found none (working directory: {Path.cwd()})")
-    try:
-        content = Path(path).read_bytes()
-    except OSError as error:
-        raise SettingError(f"{path}: expected a file that can be read, got {_one_line(error)}") from error
-    if len(content) > LARGEST:
-        raise SettingError(f"{path}: expected at most {LARGEST} bytes, got {len(content)}; this is no description")
-    return content
+    return read_input(
+        path, "YAML", LARGEST, f"expected at most {LARGEST} bytes, got {{}}; this is no description".format
+    )
 
 
 def parse(content: bytes, path: str) -> Any:

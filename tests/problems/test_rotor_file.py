@@ -2,6 +2,7 @@
 
 import dataclasses
 import math
+import os
 from pathlib import Path
 
 import numpy as np
@@ -273,6 +274,14 @@ def test_what_is_no_description(write, content, said):
 def test_no_such_file_and_a_directory(write, tmp_path):
     assert refused(file="nowhere.yaml").startswith("nowhere.yaml: expected a YAML file, found none")
     assert refused(file=str(tmp_path)).endswith("got a directory; name a file in it")
+
+
+def test_a_pipe_is_no_file_and_what_is_too_large_is_not_read(write, tmp_path, monkeypatch):
+    os.mkfifo(tmp_path / "pipe.yaml")
+    assert "got something that is no regular file" in refused(file=str(tmp_path / "pipe.yaml"))
+    large = write("#" * (LARGEST + 1))
+    monkeypatch.setattr(Path, "read_bytes", lambda path: pytest.fail("it was read"))
+    assert f"expected at most {LARGEST} bytes" in refused(file=large)
 
 
 def test_random_damage_never_escapes(write):
