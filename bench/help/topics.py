@@ -16,7 +16,7 @@ from bench.help.commands import command_names, command_text
 from bench.help.experiments import experiment_text
 from bench.help.glossary import explained, mentioned, terms
 from bench.help.plugins import Problem, group_text, plugin_text, setting_line, setting_text
-from ksmea.errors import SettingError, nearest, shortened
+from ksmea.errors import SettingError, UnknownName, nearest, shortened
 from ksmea.plugins.names import FURTHER, GROUPS, registered
 
 ALL = (*GROUPS, *FURTHER)
@@ -82,7 +82,8 @@ def _not_known(word: str, names: Sequence[str]) -> SettingError:
     others = ", ".join(each for each in alike if best and each.casefold() != best.casefold())
     hint = f"did you mean '{best}'? {f'also near: {others}; ' if others else ''}" if best else ""
     return SettingError(
-        f"unknown name '{shortened(word)}'; {hint}python -m bench help lists commands, experiments and plugins"
+        f"unknown name '{shortened(word)}'; {hint}python -m bench help lists commands, experiments and plugins",
+        meant=UnknownName("name", word, best),
     )
 
 
