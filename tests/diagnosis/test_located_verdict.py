@@ -6,7 +6,7 @@ import json
 import numpy as np
 import pytest
 
-from bench.plan.page import Plot
+from bench.plan.page import Drawn
 from bench.reports.diagnosis.page import diagnosis_page
 from ksmea.errors import SettingError
 from ksmea.problem.case import Case
@@ -86,7 +86,8 @@ def test_beside_a_name_it_is_a_second_opinion(rotor, hide):
     assert "Without the library: an unknown force at" in said
     assert said.count('Trust neither, but those "after", of the extended model.') == 1
     page = [section for section in diagnosis_page(record, ()).sections if section.title == "Without the library"]
-    assert [why_without(record)[0] in block.alternative for block in page[0].blocks if isinstance(block, Plot)][-1]
+    drawn = [block.described() for block in page[0].blocks if isinstance(block, Drawn)]
+    assert why_without(record)[0] in drawn[-1].caption
 
 
 class _Named:

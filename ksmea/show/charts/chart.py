@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 
@@ -225,10 +225,10 @@ class Chart:
         return tuple(panel for stack in self.stacks for panel in stack)
 
 
-def one_panel(elements: Iterable[Element], x: Axis, y: Axis, title: str, caption: str, **more: object) -> Chart:
+def one_panel(elements: Iterable[Element], x: Axis, y: Axis, title: str, caption: str, **more: Any) -> Chart:
     """A chart of one panel; `more` are fields of the panel (`height`, `is_to_scale`) and of the chart."""
     own = {name: more.pop(name) for name in ("height", "is_to_scale") if name in more}
-    return Chart(title, caption, ((Panel(tuple(elements), x, y, **own),),), **more)  # type: ignore[arg-type]
+    return Chart(title, caption, ((Panel(tuple(elements), x, y, **own),),), **more)
 
 
 def stacked_bars(at: Values, parts: Mapping[str, tuple[Array, str]]) -> Iterator[Bars]:
