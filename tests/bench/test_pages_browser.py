@@ -24,7 +24,7 @@ def driver(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def identified(shell, tmp_path_factory):
-    """The page of an identification of complex data at four planes."""
+    """The page of an identification of complex data at two planes."""
     words = ["+experiment=identify", "measurement=synthetic", "measurement.kind=complex", "measurement.relative=0.05"]
     ended = shell(
         *words,
@@ -33,6 +33,16 @@ def identified(shell, tmp_path_factory):
         cwd=tmp_path_factory.mktemp("page"),
         output="results/identify",
     )
+    assert ended.code == 0, ended.err
+    return ended.output / PAGE
+
+
+@pytest.fixture(scope="module")
+def many(shell, tmp_path_factory):
+    """The same at four planes: eight channels are too many to be seen at once."""
+    words = ["+experiment=identify", "measurement=synthetic", "measurement.kind=complex", "measurement.relative=0.05"]
+    words += ["problem.sensors=[0.1,0.2,0.5,1.0]", "study.intervals=none"]
+    ended = shell(*words, *CHEAP, cwd=tmp_path_factory.mktemp("many"), output="results/identify")
     assert ended.code == 0, ended.err
     return ended.output / PAGE
 
@@ -54,8 +64,8 @@ SEEN = "return [...arguments[0].data].filter((trace) => trace.visible !== false)
 
 
 @pytest.mark.parametrize("width", [1200, 400])
-def test_controls_work(driver, identified, width):
-    shown(driver, identified, width)
+def test_controls_work(driver, many, width):
+    shown(driver, many, width)
     canvas = driver.find_element("css selector", "figure:has(select[data-key=channel]) .canvas")
     choose = "const s = arguments[0].closest('figure').querySelector('select'); s.value = arguments[1]; s.dispatchEvent(new Event('change'));"
     assert set(driver.execute_script(SEEN, canvas)) == {"x at 0.1 m"}  # of eight channels the first
