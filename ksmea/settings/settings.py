@@ -123,7 +123,9 @@ def _check_field(name: str, hint: Any, metadata: Mapping[str, Any], value: Any) 
     entries = value if isinstance(value, (list, tuple)) else [value]
     for entry in entries:
         if choices and entry is not None and entry not in choices:
-            raise unknown(f"value for {name}:", str(entry), choices)
+            wrong = unknown(f"value for {name}:", str(entry), choices)
+            wrong.setting = name
+            raise wrong
         if isinstance(entry, numbers.Real) and not isinstance(entry, bool) and not _in_range(entry, metadata):
             legal = expected_range(metadata) or "that is finite"
             raise SettingError(f"expected a number {legal}, got {entry}", setting=name)

@@ -273,6 +273,11 @@ HEAD = "# @package _global_\nname: own\n"
         (HEAD + "sampels: 3\n", "own.yaml: unknown setting 'sampels'; did you mean 'samples'?"),
         (HEAD + "method: {bugdet: 3}\n", "own.yaml: unknown setting 'method.bugdet'; did you mean 'method.budget'?"),
         (HEAD + "grid: [{samples: many}]\n", "own.yaml: samples: expected a whole number, got 'many'"),
+        (
+            HEAD + "optimizer: {population: 2}\n",
+            "own.yaml: optimizer=de: population: expected a number at least 5, got 2",
+        ),
+        (HEAD + "figures: [tracks]\n", "own.yaml: unknown value for figures: 'tracks'; did you mean 'trace'?"),
     ],
 )
 def test_an_error_in_an_experiment_of_ones_own_names_its_file(enter, tmp_path, monkeypatch, text, line):
