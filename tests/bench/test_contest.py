@@ -11,6 +11,7 @@ from bench.jobs.lines import SCHEMA
 from bench.jobs.records import finished_keys, record_file
 from bench.plan.plan import all_runs
 from bench.reports.collect import collect
+from bench.reports.contest.charts import ecdf_chart
 from bench.reports.contest.comparisons import all_pairs_frame, friedman_frame
 from bench.reports.contest.ecdf_curves import anytime_frame, ecdf_frame, profiles_frame
 from bench.reports.contest.entrants import entrants_frame
@@ -295,6 +296,13 @@ def test_one_method_without_a_known_excess_is_drawn_too(tmp_path):
     assert all(figure(describe()).get_axes() for describe in files.values()) and "contest_ecdf_excess.png" not in files
     assert "one method alone, fast" in made.page().headline
     assert "one method alone, fast: nothing to rank" in made.text
+
+
+def test_methods_have_symbols_of_their_own_not_colours_alone(found):
+    compared = found()
+    chart = ecdf_chart(ecdf_frame(compared, weights(compared)), compared.measures[0], METHODS)
+    lines = [each for each in chart.panels[0].elements if each.name]
+    assert [each.name for each in lines] == [*METHODS] and len({each.symbol for each in lines} - {""}) == 2
 
 
 def test_before_anything_is_run_there_is_nothing_to_rank(tmp_path):

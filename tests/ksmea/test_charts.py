@@ -89,6 +89,15 @@ def test_both_renderers_have_the_same_values_axes_and_legend(scale):
     assert [trace["name"] for trace in data if trace["showlegend"]] == ["one", "two"]
 
 
+def test_a_long_line_has_few_symbols():
+    long = np.arange(100.0)
+    for most, shown in ((0, 100), (5, 5)):
+        chart = one_panel([Line(long, long, symbol="square", most_symbols=most)], Axis(), Axis(), "title", "caption")
+        (line,) = picture.figure(chart).axes[0].get_lines()
+        assert len(long[:: line.get_markevery() or 1]) == shown
+        assert interactive.plot(chart)["data"][0]["marker"]["maxdisplayed"] == most
+
+
 def test_many_stacks_are_chosen_on_a_page_and_counted_in_a_picture():
     stacks = tuple((Panel((Line(UP, UP), Level(at=number)), title=f"cell {number}"),) for number in range(12))
     chart = Chart("title", "caption", stacks, 3, of_stacks="cell", most=9)

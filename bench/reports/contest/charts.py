@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from textwrap import fill
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -12,7 +14,7 @@ from bench.reports.contest.scores import WORDS
 from bench.reports.contest.targets import Measure
 from ksmea.arrays import Array
 from ksmea.show.charts.chart import Axis, Band, Chart, Choice, Element, Level, Line, Panel, Points
-from ksmea.show.charts.colours import INTERVAL, styles
+from ksmea.show.charts.colours import INTERVAL, styles, symbol
 
 COST = "evaluations / unknowns"
 LEAST = 1e-3  # of a measure, below which the data see no difference: drawn as this
@@ -22,6 +24,8 @@ PROFILES = {
     "performance": "expected running time / that of the fastest",
     "data": "expected running time in simplex gradients of d + 1 evaluations",
 }
+MARKED = 5  # points of a line with the symbol of its method
+TITLE = 26  # characters in a line of a title, three panels side by side
 COLUMNS, WIDTH = 2, 4.6  # panels side by side, and inches of each
 
 
@@ -104,7 +108,7 @@ def ranks_chart(board: pd.DataFrame, pairs: pd.DataFrame) -> Chart:
             ticks={float(at): method for at, method in enumerate(methods)},
             is_reversed=True,
         )
-        stacks.append((Panel(tuple(elements), x_axis, y, WORDS[name], 0.3 + 0.3 * len(methods)),))
+        stacks.append((Panel(tuple(elements), x_axis, y, fill(WORDS[name], TITLE), 0.3 + 0.3 * len(methods)),))
     said_of_all = "Mean rank of each method over all instances with its 95 % interval; green bars join methods that no test tells apart."
     return Chart("Mean ranks", said_of_all, tuple(stacks), len(stacks), 4.2 * len(stacks) + 0.5)
 
@@ -152,7 +156,8 @@ def _line(
 ) -> Line:
     colour, dash = styles(methods)[method]
     values = np.asarray(x, dtype=float), np.asarray(y, dtype=float)
-    return Line(*values, dash, 1.5, is_stepped=is_stepped, name=method, colour=colour, tags={"method": method})
+    look: dict[str, Any] = {"symbol": symbol(methods.index(method)), "most_symbols": MARKED, "colour": colour}
+    return Line(*values, dash, 1.5, is_stepped=is_stepped, name=method, tags={"method": method}, **look)
 
 
 def _chart(

@@ -63,6 +63,7 @@ class Line(Element):
     width: float = 1.6  # points
     is_stepped: bool = False  # each value holds up to the next point
     symbol: str = ""  # at each point
+    most_symbols: int = 0  # where there are more points, at some of them; 0: at each
 
 
 @dataclass(frozen=True)

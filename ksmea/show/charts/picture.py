@@ -216,7 +216,7 @@ def _element(axes: Axes, element: Element, label: str) -> None:
             symbols: dict[str, Any] = {
                 "marker": MARKERS[element.symbol],
                 "markersize": 4,
-                "markevery": _every(len(element.x)),
+                "markevery": _every(len(element.x), element.most_symbols),
             }
             axes.plot(
                 element.x,
@@ -271,7 +271,9 @@ def _element(axes: Axes, element: Element, label: str) -> None:
             raise TypeError(f"picture: expected an element of a chart, got {type(element).__name__}")
 
 
-def _every(n_point: int) -> int:
+def _every(n_point: int, most: int) -> int:
+    if most:
+        return max(-(-n_point // most), 1)
     return 1 if n_point <= MOST_LINES_OF_STEPS else n_point // 5
 
 

@@ -83,7 +83,14 @@ class PanelTraces:
                 )
                 xy = {"x": self.x(element.x), "y": self.y(element.y)}
                 symbols = (
-                    {"marker": {"symbol": SYMBOLS[element.symbol], "size": 6, "color": colour}}
+                    {
+                        "marker": {
+                            "symbol": SYMBOLS[element.symbol],
+                            "size": 6,
+                            "color": colour,
+                            "maxdisplayed": element.most_symbols,
+                        }
+                    }
                     if element.symbol
                     else {}
                 )
