@@ -126,6 +126,14 @@ def test_stacks_side_by_side_are_one_over_another_on_a_narrow_page():
     assert [panel.get_ylabel() for panel in panels] == ["y", "", ""]
 
 
+def test_long_names_of_rows_are_broken_on_a_narrow_page():
+    names = ["complex, noise_known False, floor 0.1", "short"]
+    y = Axis(ticks=dict(enumerate(names)))
+    layout = interactive.plot(one_panel([Points([1, 2], [0, 1])], Axis(), y, "title", "caption"))["layout"]
+    assert layout["yaxis"]["ticktext"] == names
+    assert layout["narrow"]["yaxis"]["ticktext"] == ["complex, noise_known<br>False, floor 0.1", "short"]
+
+
 def test_a_page_chooses_by_tags():
     lines = [Line(UP, UP, tags={"whirl": "forward"}), Line(UP, DOWN)]
     chart = one_panel(lines, Axis(), Axis(), "", "", choices=(Choice("whirl", "whirl", ("forward",)),))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import wrap
 
 import numpy as np
 
@@ -25,6 +26,7 @@ LOG_TICKS = 5  # of a logarithmic axis at most: over 1.5 decades and more they s
 ROOM = 0.05  # of what an axis shows, at its ends
 FEW = 6  # stacks that a page shows side by side; of more, one at a time, by choice
 EYE = {"x": 1.5, "y": -2.3, "z": 1.0}  # from where a panel in space is seen
+NARROW_NAME = 22  # characters in a line of a row's name on a narrow page
 NARROW_EYE = 1.8  # times as far on a narrow page
 PALE = "rgba(122,122,122,0.45)"
 
@@ -56,7 +58,7 @@ def plot(chart: Chart) -> Layout:
             if panel.title and not is_chosen:
                 notes.append(drawn.heading())
     wide = _layout(chart, 1 if is_chosen else chart.across, numbers)
-    narrow = _layout(chart, 1, numbers, NARROW_EYE)
+    narrow = _with_broken_names(_layout(chart, 1, numbers, NARROW_EYE))
     base = {
         "paper_bgcolor": CLEAR,
         "plot_bgcolor": CLEAR,
@@ -71,6 +73,16 @@ def plot(chart: Chart) -> Layout:
         "showlegend": any(trace["showlegend"] for trace in traces),
     }
     return {"data": traces, "layout": {**base, **wide, "narrow": narrow}}
+
+
+def _with_broken_names(narrow: Layout) -> Layout:
+    """A layout whose names at the left of rows leave room for what is drawn."""
+    for key, side in narrow.items():
+        if key.startswith("yaxis") and "ticktext" in side:
+            side["ticktext"] = [
+                "<br>".join(wrap(name, NARROW_NAME, break_long_words=False)) for name in side["ticktext"]
+            ]
+    return narrow
 
 
 def choices(chart: Chart) -> tuple[of.Choice, ...]:
