@@ -11,9 +11,9 @@ from ksmea import load_problem
 from ksmea.errors import SettingError
 from ksmea.rotordynamics.layout import EffectMark
 from ksmea.rotordynamics.whirl import CriticalSpeedMap
-from ksmea.show.charts import picture
+from ksmea.show.charts import interactive, picture
 from ksmea.show.charts.chart import Area, Points, Words
-from ksmea.show.charts.mode_shape_charts import in_plane, nodes
+from ksmea.show.charts.mode_shape_charts import deflections_chart, in_plane, nodes, orbits_chart
 from ksmea.show.charts.rotor_chart import rotor_chart
 from ksmea.show.charts.whirl_charts import WHIRL, campbell_chart, stiffnesses_of_model
 from ksmea.studies.rotordynamics import _crossings
@@ -166,6 +166,27 @@ def test_a_shape_in_its_plane_has_the_nodes_of_the_beam():
     inner = [node for node in nodes(places, in_plane(shape)) if 0.01 < node < 0.99]
     assert inner == pytest.approx([1 / 3, 2 / 3], abs=1e-3)  # straight lines between a hundred places
     assert np.max(np.abs(in_plane(shape))) == pytest.approx(1.0)
+
+
+def test_a_page_shows_one_orbit_at_a_time_and_all_deflections_side_by_side(drawing):
+    """Panels in space are turned by hand; the same panels stand side by side in the picture."""
+    orbits, deflections = orbits_chart(drawing.record), deflections_chart(drawing.record)
+    assert len(orbits.stacks) == len(deflections.stacks) == len(drawing.record.shapes.motions.eigenvalue) == 4
+    (choice,) = interactive.choices(orbits)
+    assert choice.options[0].startswith("1: ") and not interactive.choices(deflections)
+    layout = interactive.plot(orbits)["layout"]
+    narrow, wide = (each["scene"]["camera"]["eye"] for each in (layout["narrow"], layout))
+    assert narrow["y"] < wide["y"] < 0  # farther
+    colours = {each.colour for panel in orbits.panels for each in panel.elements if each.name in WHIRL}
+    assert colours == {WHIRL["forward"], WHIRL["backward"]}
+    second = {each.name: each for each in deflections.panels[2].elements}
+    assert max(np.max(np.abs(second[name].y)) for name in "xy") == pytest.approx(1.0)
+
+
+def test_the_legend_of_a_page_names_nodes_although_the_first_mode_has_none(drawing):
+    traces = interactive.plot(deflections_chart(drawing.record))["data"]
+    named = [trace for trace in traces if trace["showlegend"]]
+    assert {"node of x", "node of y"} <= {trace["name"] for trace in named} and all(len(trace["x"]) for trace in named)
 
 
 def test_a_page_of_others_is_not_overwritten(enter, tmp_path):

@@ -86,8 +86,8 @@ def _deflections(places: Array, shape: ComplexArray, layout: RotorLayout) -> Ite
     for values, name, colour, dash in zip(shape.T, "xy", CATEGORIES, ("solid", "dash")):
         deflection = in_plane(values) / largest
         yield Line(places, deflection, dash, name=name, colour=colour)
-        if np.max(np.abs(deflection)) > HARDLY_ROUND:
-            at = nodes(places, deflection)
+        at = nodes(places, deflection)
+        if len(at) and np.max(np.abs(deflection)) > HARDLY_ROUND:
             yield Points(at, 0 * at, is_open=True, name=f"node of {name}", colour=colour)
 
 

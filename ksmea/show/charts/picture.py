@@ -153,6 +153,7 @@ def _finish(axes: Axes, panel: Panel, is_named_beside: bool = False, is_named_be
     axes.set_xlabel("" if is_named_below else panel.x.label, fontsize=TEXT)
     axes.set_ylabel("" if is_named_beside else panel.y.label, fontsize=TEXT)
     axes.tick_params(axis="both", labelsize=SMALL)
+    axes.set_axisbelow(True)
     if is_named_below:
         axes.tick_params(axis="x", labelbottom=False)
     if is_named_beside and panel.y.ticks is not None:
