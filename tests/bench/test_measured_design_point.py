@@ -89,8 +89,7 @@ def test_a_plan_of_nothing_measured_was_not_tested(rotor):
 
 
 @pytest.mark.parametrize("study", ["plan", "identifiability"])
-def test_the_command_ends_with_the_diagnosis_to_run(study, bad, enter, tmp_path, few_fits, monkeypatch):
-    monkeypatch.setattr("bench.reports.design.planning_report.png", lambda figure: b"")
+def test_the_command_ends_with_the_diagnosis_to_run(study, bad, enter, tmp_path, few_fits):
     (tmp_path / "run.csv").write_text(as_csv(bad))
     own = ["study.add=2", "study.sensors=0", "study.trial_phases=[]"] if study == "plan" else ["study.variations=[]"]
     data = ["problem.n_speed=27", "measurement=file", "measurement.path=run.csv"]
