@@ -34,7 +34,7 @@ SETTINGS = {"problem": {"name": "three_disk"}, "measurement": {"name": "syntheti
 
 @pytest.fixture
 def plan(enter, monkeypatch):
-    """`+experiment=plan` with a coarser choice of speeds; its figure is drawn and not written."""
+    """`+experiment=plan` with a coarser choice of speeds; its chart is drawn and not written."""
     drawn = []
 
     def draw(*found):
@@ -46,7 +46,7 @@ def plan(enter, monkeypatch):
     def call(*words):
         ended = enter(*PLAN, *words, output=OUTPUT)
         assert ended.code == 0, ended.err
-        assert len(drawn) == 2  # as a picture and on the page
+        assert len(drawn) == 1  # one chart for the picture and the page
         return ended
 
     return call
