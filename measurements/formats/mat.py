@@ -6,6 +6,8 @@ A vector `n` is called n, the second column of a matrix `q` is q[2], a field is 
 from __future__ import annotations
 
 import io
+import struct
+import zlib
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -16,6 +18,10 @@ from ksmea.errors import SettingError, shortened
 from measurements.formats.sheet import Sheet
 from measurements.run_up_rows import MAX_BYTES, quoted
 
+HEADER = 128  # bytes; the last two say in which order those of a number stand
+ENDIAN = {b"IM": "<", b"MI": ">"}
+MATRIX, COMPRESSED = 14, 15
+ELEMENTS = (MATRIX, COMPRESSED)  # what the file consists of
 HDF5 = b"\x89HDF\r\n\x1a\n"
 MAX_COLUMNS = 1000
 DEEPEST = 3  # structures within each other
@@ -27,6 +33,7 @@ def read_mat(content: bytes, path: str, headings: Sequence[str]) -> Sheet:
         raise SettingError(
             f"{path}: expected a .mat file of version 7 or before, got 7.3; save it by save('run.mat', …, '-v7') in MATLAB"
         )
+    _require_whole(content, path)
     file: Any = io.BytesIO(content)  # which loadmat takes, though its stubs do not say so
     try:
         variables: dict[str, Any] = loadmat(file, squeeze_me=False, verify_compressed_data_integrity=True)
@@ -54,6 +61,41 @@ def read_mat(content: bytes, path: str, headings: Sequence[str]) -> Sheet:
     length = _length(columns, headings, path)
     chosen: dict[str, Any] = {name: column for name, column in columns.items() if len(column) == length}
     return Sheet(path, range(1, length + 1), chosen, has_units_in_headings=False)
+
+
+def _require_whole(content: bytes, path: str) -> None:
+    """Refuse a version-5 file whose elements are cut or do not decompress: loadmat of SciPy 1.17 crashes on a stream that ends early.
+
+    An element has a tag of its type and its number of bytes, uint32 each (MathWorks, MAT-File Format, 2023)."""
+    order = ENDIAN.get(content[HEADER - 2 : HEADER])
+    if order is None:  # version 4 has no such header
+        return
+    start = HEADER
+    while start + 8 <= len(content):
+        kind, size = struct.unpack_from(f"{order}II", content, start)
+        body = content[start + 8 : start + 8 + size]
+        if kind not in ELEMENTS or len(body) < size:
+            raise SettingError(
+                f"{path}: expected a .mat file that can be read, got one that is cut or damaged; save it again"
+            )
+        if kind == COMPRESSED:
+            _require_stream(body, path)
+        start += 8 + size
+
+
+def _require_stream(body: bytes, path: str) -> None:
+    stream = zlib.decompressobj()
+    try:
+        stream.decompress(body, 8 * MAX_BYTES)
+    except zlib.error as error:
+        raise SettingError(
+            f"{path}: expected a .mat file that can be read, got {quoted(error)}; save it again"
+        ) from error
+    if not stream.eof:
+        got = "more" if stream.unconsumed_tail else "a variable that ends early"
+        raise SettingError(
+            f"{path}: expected whole variables of at most {8 * MAX_BYTES >> 20} MB, got {got}; save what is needed again"
+        )
 
 
 def _length(columns: dict[str, np.ndarray], headings: Sequence[str], path: str) -> int:

@@ -25,6 +25,7 @@ from instrument_files import (
 from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
 from measurements.file import File
+from measurements.formats.mat import read_mat
 from measurements.formats.probe_positions import model_direction
 from measurements.run_up_csv import rows_as_csv
 
@@ -88,6 +89,16 @@ def test_an_imported_file_is_the_same_measurement_exactly(folder, name, capsys):
     for word in (example.name, f"format {example.settings['format']}", f"phase {sense}"):
         assert any(word in line for line in head), word
     assert "slow roll: not subtracted" in "\n".join(head) and "written: run.csv" in told
+
+
+@pytest.mark.parametrize("missing", [1, 4, 40])
+def test_a_matlab_file_whose_variable_ends_early_is_refused(missing):
+    """Its tag says as many bytes as there are: loadmat ends the process on such a file (SciPy 1.17)."""
+    whole = mat().content
+    size = int.from_bytes(whole[132:136], "little") - missing
+    cut = whole[:132] + size.to_bytes(4, "little") + whole[136:-missing]
+    with pytest.raises(SettingError, match=r"^run.mat: .* ends early"):
+        read_mat(cut, "run.mat", [])
 
 
 def test_the_public_system_1_example(folder):
