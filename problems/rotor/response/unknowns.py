@@ -83,7 +83,8 @@ class Inputs:
 
     def bearings_at(self, speed: Array) -> tuple[Array, Array]:
         """Stiffness N/m and damping N s/m at spin speeds (n_speed,) rad/s, (n_bearing, 2, 2, n, n_speed) each; the last axis is 1
-        if they are the same at all speeds, as they are now. All that moves the rotor takes its bearings from here."""
+        if they are equal at all speeds, as they are now. Responses, loads and free motion take bearings from here; the dense route
+        and modes take them from `rotor_at`."""
         n, n_bearing = self.coefficients.shape[:2]
         parts = self.coefficients.transpose(1, 2, 0).reshape(
             n_bearing, len(COEFFICIENTS) // len(STIFFNESSES), 2, 2, n, 1
