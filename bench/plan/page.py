@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
-from ksmea.show.charts.chart import Chart
+from ksmea.show.charts.chart import Chart, Choice
 
 if TYPE_CHECKING:
     import pandas as pd  # needed when there is something to report
@@ -43,15 +43,7 @@ class Table:
     file: str = ""
 
 
-@dataclass(frozen=True)
-class Control:
-    """A choice of which traces are seen: those whose `meta[key]` is the chosen option, and all that have no such key."""
-
-    key: str
-    label: str
-    options: tuple[str, ...]
-    with_all: bool = True  # the first option shows all of them
-    chosen: str = ""  # at first; '': all, or the first option
+Control = Choice  # of a plot: its traces have the tags as `meta`
 
 
 @dataclass(frozen=True)

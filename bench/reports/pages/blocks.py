@@ -48,7 +48,7 @@ class Blocks:
                     chart = block.described()
                 except Exception:  # told where its picture is written
                     return f"<p>{safe(block.file or 'A plot')} cannot be drawn.</p>"
-                controls = tuple(Control(**vars(each)) for each in interactive.choices(chart))
+                controls = interactive.choices(chart)
                 about = (chart.title, chart.caption, interactive.plot(chart), block.file)
                 return self._plot(Plot(*about, controls, interactive.height(chart)))
             case Orbits():
