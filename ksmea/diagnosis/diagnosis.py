@@ -311,7 +311,8 @@ def _with_near(best: Explanation, others: Iterable[Explanation], rng: np.random.
 def _concluded(state: _State, left_out: Mapping[str, str], search: Search) -> Diagnosis:
     """The diagnosis that a last state comes to."""
     explained, workers = state.explained, search.workers
-    baseline, baseline_estimate = state.settled or settled(state.baseline.best, state.criteria.interval_level, workers)
+    assert state.settled is not None, "a state that is not the last one"
+    baseline, baseline_estimate = state.settled
     best = best_estimate = best_quality = None
     if explained is not None:
         best, best_estimate = settled_stable(explained.best.fit, state.criteria.interval_level, workers)

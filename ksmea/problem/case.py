@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 from dataclasses import dataclass
 
 import numpy as np
@@ -62,7 +61,3 @@ class Case:
             return self
         part = self.measurement.through(kept)
         return Case(through(self.problem, part.channels), part)
-
-    def without_noise_level(self) -> Case:
-        """The noise taken for unknown."""
-        return self.of_measurement(dataclasses.replace(self.measurement, noise=None))
