@@ -29,7 +29,8 @@ from ksmea.plugins.source import ProblemSettings
 from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
 from ksmea.units import DEGREE, GIGAPASCAL, GRAM_MILLIMETRE, KILONEWTON_SECOND_PER_METRE, MEGANEWTON_PER_METRE
-from problems.rotor.finite_elements.data import Bearing, Disk, Material, Rotor, UnbalancePlane
+from problems.rotor.finite_elements.bearing import Bearing
+from problems.rotor.finite_elements.data import Disk, Material, Rotor, UnbalancePlane
 from problems.rotor.finite_elements.mesh import uniform_shaft
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, Target, UnbalanceTarget, Unknown

@@ -28,7 +28,8 @@ from ksmea.plugins.source import ProblemSettings
 from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
 from ksmea.units import GRAM_MILLIMETRE, RPM
-from problems.rotor.finite_elements.data import Bearing, Material, Rotor, UnbalancePlane
+from problems.rotor.finite_elements.bearing import Bearing
+from problems.rotor.finite_elements.data import Material, Rotor, UnbalancePlane
 from problems.rotor.finite_elements.mesh import uniform_shaft, weighed_ring
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, Target, UnbalanceTarget, Unknown

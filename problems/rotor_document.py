@@ -8,6 +8,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -17,16 +18,8 @@ from ksmea.measurement.channel import DIRECTIONS, Channel, direction_at
 from ksmea.problem.parameters import Parameter
 from ksmea.settings.document import Block, Units, inside
 from ksmea.units import GIGAPASCAL
-from problems.rotor.finite_elements.data import (
-    COEFFICIENTS,
-    STIFFNESSES,
-    Bearing,
-    Disk,
-    Material,
-    Rotor,
-    ShaftSegment,
-    UnbalancePlane,
-)
+from problems.rotor.finite_elements.bearing import COEFFICIENTS, DAMPINGS, MASSES, STIFFNESSES, Bearing
+from problems.rotor.finite_elements.data import Disk, Material, Rotor, ShaftSegment, UnbalancePlane
 from problems.rotor.finite_elements.mesh import share_elements
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import UNBALANCE_PARTS, BearingTarget, Target, UnbalanceTarget, Unknown
@@ -37,10 +30,12 @@ MAX_ANGLE = 360.0  # degrees
 THINNEST_WALL = 1e-6  # of the outer diameter; differences of squares lose thinner ones
 LONGEST_SHAFT = 50.0  # m; more, and moduli beyond those of soft plastics and of diamond, are slips in a unit
 LEAST_MODULUS, LARGEST_MODULUS = 1 * GIGAPASCAL, 1500 * GIGAPASCAL
-CROSS_COEFFICIENTS = ("kxy", "kyx", "cxy", "cyx")  # optional: none unless given
+OPTIONAL_COEFFICIENTS = ("kxy", "kyx", "cxy", "cyx", *MASSES)  # none unless given
 PARTS = {"bearing": COEFFICIENTS, "unbalance": UNBALANCE_PARTS}  # what a target may set of which thing
 QUANTITY_OF_PART = {
-    **{name: "stiffness" if name in STIFFNESSES else "damping" for name in COEFFICIENTS},
+    **dict.fromkeys(STIFFNESSES, "stiffness"),
+    **dict.fromkeys(DAMPINGS, "damping"),
+    **dict.fromkeys(MASSES, "mass"),
     "magnitude": "unbalance",
     "phase": "angle",
 }
@@ -182,11 +177,12 @@ def _disk(block: Block, units: Units, materials: Mapping[str, Material], shaft: 
 
 def _bearing(block: Block, units: Units, shaft: Rotor, index: int, owners: Mapping[Target, str]) -> Bearing:
     estimated = _estimated(block, {name: BearingTarget(index, name) for name in COEFFICIENTS}, owners)
-    required = [name for name in COEFFICIENTS if name not in CROSS_COEFFICIENTS and name not in estimated]
-    block.check_keys(["position", *required], CROSS_COEFFICIENTS)
+    required = [name for name in COEFFICIENTS if name not in OPTIONAL_COEFFICIENTS and name not in estimated]
+    block.check_keys(["position", *required], OPTIONAL_COEFFICIENTS)
     position = _position(block, units, shaft, "bearing", needs_node=True)
     given = [name for name in COEFFICIENTS if name in block.values]
-    return Bearing(position, **{name: units.quantity(block, name, QUANTITY_OF_PART[name]) for name in given})
+    numbers: dict[str, Any] = {name: units.quantity(block, name, QUANTITY_OF_PART[name]) for name in given}
+    return Bearing(position, **numbers)
 
 
 def _plane(block: Block, units: Units, shaft: Rotor, index: int, owners: Mapping[Target, str]) -> UnbalancePlane:

@@ -14,7 +14,8 @@ from ksmea.plugins.source import ProblemSettings
 from ksmea.problem.parameters import Parameter
 from ksmea.settings.settings import setting
 from ksmea.units import GRAM_MILLIMETRE, RPM
-from problems.rotor.finite_elements.data import Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane
+from problems.rotor.finite_elements.bearing import Bearing
+from problems.rotor.finite_elements.data import Disk, Material, Rotor, ShaftSegment, UnbalancePlane
 from problems.rotor.finite_elements.mesh import share_elements
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, Target, UnbalanceTarget, Unknown

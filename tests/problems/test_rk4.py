@@ -9,7 +9,8 @@ import pytest
 from ksmea.errors import SettingError
 from problems.rk4 import DISK_MASS, LAYOUTS, RK4, rk4_rotor, solid_thickness
 from problems.rotor.finite_elements.assembly import assemble, displacement_row
-from problems.rotor.finite_elements.data import Bearing, Material
+from problems.rotor.finite_elements.bearing import Bearing
+from problems.rotor.finite_elements.data import Material
 from problems.rotor.free_motion.critical_speeds import critical_speeds
 from problems.rotor.response.unknowns import rotor_at
 

@@ -10,7 +10,8 @@ from ksmea.errors import SettingError
 from ksmea.plugins import registry
 from ksmea.rotordynamics.whirl import direction_of_whirl
 from ksmea.studies.rotordynamics import RotordynamicsOptions, critical_speeds, rotordynamics
-from problems.rotor.finite_elements.data import Bearing, Disk, Material, Rotor, ShaftSegment
+from problems.rotor.finite_elements.bearing import Bearing
+from problems.rotor.finite_elements.data import Disk, Material, Rotor, ShaftSegment
 from problems.rotor.free_motion.critical_speeds import critical_speeds as of_whole_rotor
 from problems.rotor.free_motion.modes import undamped_critical_speeds
 from problems.three_disk import ThreeDisk

@@ -10,7 +10,8 @@ from ksmea.measurement.channel import Channel
 from ksmea.plugins import registry
 from ksmea.problem.load import Load
 from problems.rotor.finite_elements.assembly import assemble
-from problems.rotor.finite_elements.data import Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane
+from problems.rotor.finite_elements.bearing import Bearing
+from problems.rotor.finite_elements.data import Disk, Material, Rotor, ShaftSegment, UnbalancePlane
 from problems.rotor.finite_elements.loads import unit_loads
 from problems.rotor.response import dense
 from problems.rotor.response.model import impedances_of

@@ -85,8 +85,8 @@ def test_bearings_that_change_with_speed_enter_at_one_place(monkeypatch):
     frequencies = sloped.free_rotor(x[0], 1600.0).frequencies(SPEED)
 
     def rising(inputs, speed):
-        stiffness, damping = at_rest(inputs, speed)
-        return stiffness * (1 + slope * speed / full), damping
+        stiffness, damping, mass = at_rest(inputs, speed)
+        return stiffness * (1 + slope * speed / full), damping, mass
 
     monkeypatch.setattr(Inputs, "bearings_at", rising)
     found = PROBLEM.response(X), PROBLEM.load_response(X, LOADS), PROBLEM.growth_rate(X[0], SPEED)

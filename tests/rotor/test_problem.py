@@ -10,15 +10,8 @@ import pytest
 from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
 from ksmea.problem.parameters import Parameter
-from problems.rotor.finite_elements.data import (
-    COEFFICIENTS,
-    Bearing,
-    Disk,
-    Material,
-    Rotor,
-    ShaftSegment,
-    UnbalancePlane,
-)
+from problems.rotor.finite_elements.bearing import COEFFICIENTS, MASSES, Bearing
+from problems.rotor.finite_elements.data import Disk, Material, Rotor, ShaftSegment, UnbalancePlane
 from problems.rotor.response import physics as physics_module
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, UnbalanceTarget, Unknown
@@ -53,7 +46,7 @@ def test_reduced_response_is_the_dense_one_in_the_whole_box(mesh):
 
 
 def full_problem():
-    """Two different bearings with all eight coefficients unknown, a third one given, two planes with phase."""
+    """Two different bearings with all twelve coefficients unknown, a third one given, two planes with phase."""
     given = Bearing(1.0, kxx=3e7, kyy=2e7, kxy=4e6, kyx=-2e6, cxx=2e4, cyy=3e4, cxy=1e3, cyx=2e3)
     rotor = Rotor(
         segments=(ShaftSegment(0.4, 0.04, STEEL, 3), ShaftSegment(0.6, 0.05, STEEL, 4, inner_radius=0.02)),
@@ -67,6 +60,8 @@ def full_problem():
             return 1e7, 9e7
         if name in ("kxy", "kyx"):
             return -5e6, 6e6
+        if name in MASSES:
+            return (2.0, 30.0) if name in ("mxx", "myy") else (-3.0, 4.0)
         return (5e3, 5e4) if name in ("cxx", "cyy") else (-2e3, 3e3)
 
     coefficients = [

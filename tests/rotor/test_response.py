@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from ksmea.measurement.channel import Channel
-from problems.rotor.finite_elements.data import Bearing, Disk, Material, Rotor, ShaftSegment, UnbalancePlane
+from problems.rotor.finite_elements.bearing import Bearing
+from problems.rotor.finite_elements.data import Disk, Material, Rotor, ShaftSegment, UnbalancePlane
 from problems.rotor.finite_elements.shaft import shear_coefficient
 from problems.rotor.response.dense import dense_response
 

@@ -24,7 +24,8 @@ from ksmea.problem.problem import Problem
 from problems.rotor.extension.extended import ExtendedPhysics
 from problems.rotor.extension.hooks import RotorHooks
 from problems.rotor.extension.sizes import Size, drawn, drawn_either_side, drawn_vector  # noqa: F401 – for effects
-from problems.rotor.finite_elements.data import SAME_PLACE, STIFFNESSES
+from problems.rotor.finite_elements.bearing import STIFFNESSES
+from problems.rotor.finite_elements.data import SAME_PLACE
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.unknowns import BearingTarget, UnbalanceTarget
 

@@ -122,7 +122,7 @@ class RotorWithEffects:
 
     def bearing_impedance(self, inputs: Inputs, speed: Array, of_effects: list[Array]) -> ComplexArray:
         """The same of the bearings alone, at spin speeds (n_speed,) rad/s."""
-        stiffness, damping = inputs.bearings_at(speed)
+        stiffness, damping, _ = inputs.bearings_at(speed)
         impedance = stiffness + 1j * speed * damping
         for effect, values in self._in_stages(of_effects):
             impedance = effect.impedance(impedance, speed, values)

@@ -39,12 +39,13 @@ class Matrices:
 def assemble(rotor: Rotor) -> Matrices:
     """The matrices of a rotor on its bearings."""
     free = assemble_free(rotor)
-    stiffness, damping = free.stiffness.copy(), free.damping.copy()
+    mass, stiffness, damping = free.mass.copy(), free.stiffness.copy(), free.damping.copy()
     for bearing in rotor.bearings:
         lateral = node_dof(rotor.node_at(bearing.position, "bearing"))[:2]
         stiffness[np.ix_(lateral, lateral)] += bearing.stiffness
         damping[np.ix_(lateral, lateral)] += bearing.damping
-    return Matrices(free.mass, damping, free.gyroscopic, stiffness, free.circulatory)
+        mass[np.ix_(lateral, lateral)] += bearing.mass
+    return Matrices(mass, damping, free.gyroscopic, stiffness, free.circulatory)
 
 
 @lru_cache(maxsize=MAX_KEPT)

@@ -15,12 +15,8 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
+from problems.rotor.finite_elements.bearing import LARGEST, Bearing
 
-STIFFNESSES = ("kxx", "kxy", "kyx", "kyy")  # the 2 × 2 matrix of a bearing, row by row
-DAMPINGS = ("cxx", "cxy", "cyx", "cyy")
-COEFFICIENTS = STIFFNESSES + DAMPINGS
-
-LARGEST = 1e30  # SI, of any number here, and its reciprocal the smallest: fourth powers neither overflow nor vanish
 SAME_PLACE = 1e-9  # of the shaft's length: positions closer than this are one (rounding of summed lengths)
 
 
@@ -108,36 +104,6 @@ class Disk:
 
 
 @dataclass(frozen=True)
-class Bearing:
-    """A linear bearing at a node: force on the shaft −(K q + C q̇) with full 2 × 2 matrices, N/m and N s/m."""
-
-    position: float  # m
-    kxx: float = 0.0
-    kxy: float = 0.0
-    kyx: float = 0.0
-    kyy: float = 0.0
-    cxx: float = 0.0
-    cxy: float = 0.0
-    cyx: float = 0.0
-    cyy: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name in COEFFICIENTS:
-            if not abs(getattr(self, name)) <= LARGEST:
-                raise SettingError(
-                    f"{name} of the bearing at {self.position:g} m: expected a number, got {getattr(self, name)}"
-                )
-
-    @property
-    def stiffness(self) -> Array:  # (2, 2) N/m
-        return np.array([getattr(self, name) for name in STIFFNESSES]).reshape(2, 2)
-
-    @property
-    def damping(self) -> Array:  # (2, 2) N s/m
-        return np.array([getattr(self, name) for name in DAMPINGS]).reshape(2, 2)
-
-
-@dataclass(frozen=True)
 class UnbalancePlane:
     """An unbalance m·e at a position on the shaft; at t = 0 it points `phase` past +x towards +y."""
 
@@ -149,6 +115,15 @@ class UnbalancePlane:
         _require_not_negative("magnitude of an unbalance", self.magnitude, "kg m")
         if not abs(self.phase) <= LARGEST:
             raise SettingError(f"phase of an unbalance: expected an angle in rad, got {self.phase}")
+
+
+@dataclass(frozen=True)
+class HousingProbe:
+    """A place whose probes are fixed to the housing of a bearing: they read the shaft against it."""
+
+    position: float  # m
+    direction: str | None  # None: all directions
+    bearing: int  # index in `Rotor.supported`
 
 
 @dataclass(frozen=True)
@@ -183,6 +158,11 @@ class Rotor:
     external_damping: float = 0.0
     axial_force: float = 0.0
     hubs: tuple[Hub, ...] = ()
+    seals: tuple[
+        Bearing, ...
+    ] = ()  # forces as those of bearings, but they carry no weight, and effects on bearings leave them alone
+    couplings: tuple[float, ...] = ()  # positions, m
+    housing_probes: tuple[HousingProbe, ...] = ()
 
     def __post_init__(self) -> None:
         _require_not_negative("internal damping", self.internal_damping, "s")
@@ -195,10 +175,19 @@ class Rotor:
             self.node_at(disk.position, "disk")
         for bearing in self.bearings:
             self.node_at(bearing.position, "bearing")
+        for seal in self.seals:
+            self.node_at(seal.position, "seal")
+        for coupling in self.couplings:
+            self.require_on_shaft(coupling, "coupling")
         for plane in self.unbalance:
             self.require_on_shaft(plane.position, "unbalance")
         for hub in self.hubs:
             self.require_on_shaft(hub.position, "hub")
+
+    @property
+    def supported(self) -> tuple[Bearing, ...]:
+        """All bearings, then all seals."""
+        return (*self.bearings, *self.seals)
 
     @cached_property
     def length(self) -> float:  # m

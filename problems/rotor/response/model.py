@@ -17,7 +17,8 @@ from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
 from ksmea.problem.load import Load
 from ksmea.problem.parameters import Parameters
-from problems.rotor.finite_elements.data import DAMPINGS, STIFFNESSES, Rotor
+from problems.rotor.finite_elements.bearing import COEFFICIENTS, STIFFNESSES
+from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import unit_loads
 from problems.rotor.response.receptance import Impedance, Reduction, reduce_rotor
 from problems.rotor.response.unknowns import BearingTarget, Inputs, Unknown, check_unknowns, inputs_at, rotor_at
@@ -114,14 +115,14 @@ def impedances_of(rotor: Rotor, unknowns: Sequence[Unknown]) -> tuple[Impedance,
         if row == column
         or bearing.stiffness[row, column]
         or bearing.damping[row, column]
+        or bearing.mass[row, column]
         or Impedance(index, row, column) in unknown
     )
 
 
 def impedance_of(target: BearingTarget) -> Impedance:
     """The impedance that a coefficient of a bearing is part of."""
-    names = STIFFNESSES if target.coefficient in STIFFNESSES else DAMPINGS
-    return Impedance(target.bearing, *divmod(names.index(target.coefficient), 2))
+    return Impedance(target.bearing, *divmod(COEFFICIENTS.index(target.coefficient) % len(STIFFNESSES), 2))
 
 
 def _check(rotor: Rotor, unknowns: Sequence[Unknown], speed: Array, channels: Sequence[Channel]) -> None:

@@ -16,7 +16,7 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.problem.load import Load
 from ksmea.problem.parameters import Parameters
-from problems.rotor.finite_elements.data import STIFFNESSES
+from problems.rotor.finite_elements.bearing import COEFFICIENTS, STIFFNESSES
 from problems.rotor.free_motion.free_motion import FreeMotion
 from problems.rotor.response import dense
 from problems.rotor.response.model import RotorModel, finite, impedance_of
@@ -130,6 +130,7 @@ class PlainPhysics(Physics):
         columns = np.concatenate([of_unbalance[:, None], receptance[:, n_port + n_plane :]], axis=1)
         at_ports, seen = columns[:n_port], columns[n_port:]  # (…, 1 + n_load, n_speed)
         change = np.zeros((len(model.unknowns), *seen.shape), dtype=complex)
+        per_coefficient = 1.0, 1j * model.speed, -(model.speed**2)  # of K, C, M
         for index, target in ((index, target) for index, item in enumerate(model.unknowns) for target in item.targets):
             if isinstance(target, OriginTarget):
                 change[index, :, 0] += 1j * seen[:, 0]
@@ -137,7 +138,7 @@ class PlainPhysics(Physics):
                 change[index, :, 0] += per_unbalance[:, target.plane] * _unbalance_change(inputs, target)
             else:
                 impedance = impedance_of(target)
-                factor = 1.0 if target.coefficient in STIFFNESSES else 1j * model.speed
+                factor = per_coefficient[COEFFICIENTS.index(target.coefficient) // len(STIFFNESSES)]
                 change[index] -= per_port[:, impedance.row_port, None] * (factor * at_ports[impedance.column_port])
         ordered = seen.transpose(2, 0, 1), change.transpose(3, 1, 2, 0)
         # What follows runs over the unknowns, which lie together in memory then
@@ -167,7 +168,7 @@ class PlainPhysics(Physics):
 
 def _bearing_matrices(inputs: Inputs, speed: Array) -> tuple[Array, Array]:
     """Stiffness N/m and damping N s/m of the bearings at one set of values, (n_speed, n_bearing, 2, 2) each."""
-    stiffness, damping = (np.moveaxis(part[:, :, :, 0], -1, 0) for part in inputs.bearings_at(speed))
+    stiffness, damping = (np.moveaxis(part[:, :, :, 0], -1, 0) for part in inputs.bearings_at(speed)[:2])
     shape = len(speed), *stiffness.shape[1:]
     return np.broadcast_to(stiffness, shape), np.broadcast_to(damping, shape)
 
@@ -180,9 +181,11 @@ def _chunks(n: int, reduction: Reduction) -> list[slice]:
 
 def _impedances(reduction: Reduction, inputs: Inputs) -> ComplexArray:
     """k + iΩc of the reduction's impedances, (n_impedance, n, n_speed) N/m."""
-    stiffness, damping = inputs.bearings_at(reduction.speed)
+    stiffness, damping, mass = inputs.bearings_at(reduction.speed)
     found = np.empty((len(reduction.impedances), stiffness.shape[3], len(reduction.speed)), dtype=complex)
     found.real = stiffness[reduction.entries]
+    if np.any(mass):
+        found.real -= mass[reduction.entries] * reduction.speed**2
     np.multiply(damping[reduction.entries], reduction.speed, out=found.imag)
     return found
 

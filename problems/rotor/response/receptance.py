@@ -24,7 +24,8 @@ import numpy as np
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.measurement.channel import Channel
 from problems.rotor.finite_elements.assembly import assemble_free, node_dof
-from problems.rotor.finite_elements.data import Bearing, Rotor
+from problems.rotor.finite_elements.bearing import Bearing
+from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import force_per_unbalance
 from problems.rotor.response.banded import DIAGONAL, dynamic_stiffness_band, solve
 from problems.rotor.response.dense import channel_rows

@@ -9,6 +9,7 @@ import dataclasses
 from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -16,7 +17,8 @@ from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError, unknown
 from ksmea.problem.parameters import Parameter
 from ksmea.problem.response_structure import UnknownImpedance
-from problems.rotor.finite_elements.data import COEFFICIENTS, DAMPINGS, STIFFNESSES, Rotor
+from problems.rotor.finite_elements.bearing import COEFFICIENTS, DAMPINGS, STIFFNESSES
+from problems.rotor.finite_elements.data import Rotor
 
 UNBALANCE_PARTS = ("magnitude", "phase")
 CARTESIAN_PARTS = ("x", "y")  # in their place: the components at 0° and at 90°, of either sign
@@ -73,7 +75,7 @@ class Unknown:
 class Inputs:
     """The numbers of a rotor that unknowns may set, for a batch of parameter sets."""
 
-    coefficients: Array  # (n, n_bearing, 8) in the order of COEFFICIENTS, N/m and N s/m
+    coefficients: Array  # (n, n_bearing, 12) in the order of COEFFICIENTS, N/m, N s/m, kg
     unbalance: Array  # (n, n_plane, 2): magnitude in kg m, phase in rad
     origin: Array  # (n,) rad, by which all phases are turned
 
@@ -81,15 +83,15 @@ class Inputs:
     def complex_unbalance(self) -> ComplexArray:  # (n, n_plane) kg m
         return self.unbalance[..., 0] * np.exp(1j * self.unbalance[..., 1])
 
-    def bearings_at(self, speed: Array) -> tuple[Array, Array]:
-        """Stiffness N/m and damping N s/m at spin speeds (n_speed,) rad/s, (n_bearing, 2, 2, n, n_speed) each; the last axis is 1
+    def bearings_at(self, speed: Array) -> tuple[Array, Array, Array]:
+        """Stiffness N/m, damping N s/m and mass kg at spin speeds (n_speed,) rad/s, (n_bearing, 2, 2, n, n_speed) each; the last axis is 1
         if they are equal at all speeds, as they are now. Responses, loads and free motion take bearings from here; the dense route
         and modes take them from `rotor_at`."""
         n, n_bearing = self.coefficients.shape[:2]
         parts = self.coefficients.transpose(1, 2, 0).reshape(
             n_bearing, len(COEFFICIENTS) // len(STIFFNESSES), 2, 2, n, 1
         )
-        return parts[:, 0], parts[:, 1]
+        return parts[:, 0], parts[:, 1], parts[:, 2]
 
 
 def inputs_at(rotor: Rotor, unknowns: Sequence[Unknown], x: Array) -> Inputs:
@@ -117,10 +119,10 @@ def inputs_at(rotor: Rotor, unknowns: Sequence[Unknown], x: Array) -> Inputs:
 def rotor_at(rotor: Rotor, unknowns: Sequence[Unknown], x: Array) -> Rotor:
     """The rotor with one set of values (d,) put in."""
     inputs = inputs_at(rotor, unknowns, np.asarray(x, dtype=float)[None])
-    bearings = tuple(
-        dataclasses.replace(bearing, **dict(zip(COEFFICIENTS, map(float, values), strict=True)))
-        for bearing, values in zip(rotor.bearings, inputs.coefficients[0], strict=True)
-    )
+    numbers: list[dict[str, Any]] = [
+        dict(zip(COEFFICIENTS, map(float, values), strict=True)) for values in inputs.coefficients[0]
+    ]
+    bearings = tuple(dataclasses.replace(bearing, **own) for bearing, own in zip(rotor.bearings, numbers, strict=True))
     unbalance = tuple(
         dataclasses.replace(plane, **dict(zip(UNBALANCE_PARTS, map(float, values), strict=True)))
         for plane, values in zip(rotor.unbalance, inputs.unbalance[0], strict=True)
