@@ -42,7 +42,7 @@ def test_a_reduction_at_a_harmonic_is_the_motion_under_a_load_of_that_frequency(
     rotor = damped_rotor()
     loads = unit_loads(rotor, [Load(0.5, "x"), Load(0.5, "y", "moment")], len(SPEED))
     channels = [Channel(0.5, "x", harmonic), Channel(0.2, "y", harmonic)]
-    impedances = impedances_of(rotor, ())
+    impedances = impedances_of(rotor, (), of_all_bearings=True)
     reduction = reduce_rotor(rotor, impedances, SPEED, channels, loads, harmonic=harmonic)
     parts = [
         [b.stiffness[i.row, i.column] + 1j * harmonic * SPEED * b.damping[i.row, i.column]]

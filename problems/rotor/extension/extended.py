@@ -34,8 +34,9 @@ from problems.rotor.finite_elements.data import Rotor, UnbalancePlane
 from problems.rotor.finite_elements.loads import complex_unbalance, force_per_unbalance
 from problems.rotor.free_motion.free_motion import FreeMotion
 from problems.rotor.free_motion.stability import searched_speed
+from problems.rotor.response.links import condensed
 from problems.rotor.response.model import finite
-from problems.rotor.response.physics import Physics
+from problems.rotor.response.physics import Physics, bearing_matrices
 from problems.rotor.response.problem import RotorProblem
 from problems.rotor.response.receptance import Reduction
 
@@ -152,9 +153,9 @@ class ExtendedPhysics(RotorWithEffects, Physics):
             rotor = self.changed_rotor(base.rotor_at(own[0]), x[self.costly])
             return _with_unbalance_of_effects(rotor, self, of_effects)
 
-        def bearings_at(speed: Array) -> tuple[Array, Array]:
+        def bearings_at(speed: Array) -> tuple[Array, Array, Array]:
             impedance = np.moveaxis(self.bearing_impedance(inputs, speed, of_effects)[:, :, :, 0], -1, 0)
-            return impedance.real, impedance.imag / speed[:, None, None, None]
+            return impedance.real, impedance.imag / speed[:, None, None, None], bearing_matrices(inputs, speed)[2]
 
         return FreeMotion(
             made,
@@ -165,6 +166,7 @@ class ExtendedPhysics(RotorWithEffects, Physics):
             n_mode,
             tuple((force[0].position, partial(attached, force)) for force in linear if force[0].law.follows_motion),
             tuple(self.supports(of_effects)),
+            inputs.pedestals_of(0),
             tuple(_mark(effect, base) for effect in self.effects),
             _left_out(self, [site.law.name for site, _ in nonlinear]),
         )
@@ -278,7 +280,9 @@ class ExtendedPhysics(RotorWithEffects, Physics):
         for effect, values in zip(self.effects, of_effects):
             if effect.has_loads:
                 force = force + np.moveaxis(effect.loads(rotor, nodes) @ effect.load_sizes(values).T, 1, 2)
-        impedance = [self.port_impedance(inputs, nodes, of_effects).transpose(3, 2, 0, 1)]
+        on_ground = [(index, inputs.pedestal_impedance(index, nodes)) for index, _ in inputs.pedestals_of(0)]
+        felt, _ = condensed(self.port_impedance(inputs, nodes, of_effects), on_ground)
+        impedance = [felt.transpose(3, 2, 0, 1)]
         positions = []
         for site, coefficients in self.forces(of_effects)[0]:
             at_rest = np.stack([site.at_rest(each[None], nodes) for each in coefficients], axis=1)

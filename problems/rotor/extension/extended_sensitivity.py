@@ -25,11 +25,12 @@ from scipy.linalg import block_diag
 from ksmea.arrays import Array, ComplexArray
 from ksmea.numerics.differences import CentralDifferences, central_differences
 from problems.rotor.extension.with_effects import RotorWithEffects
-from problems.rotor.finite_elements.assembly import assemble_free, node_dof
+from problems.rotor.finite_elements.assembly import assemble_free
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import force_per_unbalance
-from problems.rotor.response.banded import DIAGONAL, dynamic_stiffness_band, solve_both_ways
+from problems.rotor.response.banded import dynamic_stiffness_band, solve_both_ways
 from problems.rotor.response.dense import channel_rows
+from problems.rotor.response.links import LinksOfShaft, add_to_band, links_of, on_their_pedestals, read_housings
 
 STEP = 1e-6  # of differences, in parts of each unknown's range: (1e-6)² and rounding of 1e-16 / 1e-6 or 1e-12 / 1e-6
 
@@ -98,20 +99,22 @@ def _over_shaft(problem: RotorWithEffects, x: Array, impedance: ComplexArray, we
     """The same where unknowns change the rotor, by the motion of the whole shaft."""
     rotor = problem.rotor_with(x)
     forces = _forces(problem, rotor)  # (n_speed, n_dof, n_load)
-    ports = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
-    stiffness = dynamic_stiffness_band(assemble_free(rotor), problem.base.speed)
-    for item, values in zip(problem.impedances, impedance, strict=True):
-        row, column = ports[item.row_port], ports[item.column_port]
-        stiffness[:, column, DIAGONAL + row - column] += values
-    motion, rows = solve_both_ways(stiffness, forces @ weights, channel_rows(rotor, problem.seen_channels))
+    speed, channels = problem.base.speed, problem.seen_channels
+    bearings = on_their_pedestals(rotor, problem.impedances, impedance, speed)
+    stiffness = dynamic_stiffness_band(assemble_free(rotor), speed)
+    add_to_band(stiffness, bearings)
+    readings, n_dof = read_housings(rotor, channels), stiffness.shape[1]
+    links = LinksOfShaft(bearings, links_of(problem.impedances), readings, n_dof, len(speed))
+    motion, rows = solve_both_ways(stiffness, forces @ weights, links.reading_rows(channel_rows(rotor, channels)))
+    seen_per_port = rows @ links.port_forces() + links.beside_shaft(len(channels))[:, -len(channels) :]
     by_rotor = {}
     for unknown in problem.costly:
         changed = _rotor_change(problem, x, unknown, motion, weights)
         by_rotor[int(unknown)] = (rows @ changed).transpose(1, 2, 0)
     return Solution(
         (rows @ forces).transpose(1, 2, 0),
-        rows[:, :, ports].transpose(1, 2, 0),
-        motion[:, ports].transpose(1, 2, 0),
+        seen_per_port.transpose(1, 2, 0),
+        (links.port_rows() @ motion).transpose(1, 2, 0),
         by_rotor,
     )
 

@@ -19,7 +19,7 @@ from ksmea.nonlinear.steady_motion import SiteForce, SiteMotion, steady_force
 from problems.rotor.extension.site_law import Force
 from problems.rotor.finite_elements.assembly import assemble_free
 from problems.rotor.finite_elements.data import Rotor
-from problems.rotor.response.dense import add_bearings, channel_rows, dynamic_stiffness
+from problems.rotor.response.dense import bearings_and_readings, dynamic_stiffness
 
 AtOrder = Callable[[int], ComplexArray]
 
@@ -117,23 +117,27 @@ def dense_motion(
     sites = [site.rows(rotor) for site, _ in nonlinear]
     units = [np.broadcast_to(rows.T, (len(speed), *rows.T.shape)) for rows in sites]
 
-    def stiffness_at(order: int) -> ComplexArray:
-        stiffness = dynamic_stiffness(free, speed, order)
-        add_bearings(stiffness, rotor, bearings(order))
+    def stiffness_at(order: int) -> tuple[ComplexArray, ComplexArray]:
+        """The dynamic stiffness, and rows of the channels."""
+        of_bearings, rows_read = bearings_and_readings(rotor, speed, seen, bearings(order), order)
+        stiffness = dynamic_stiffness(free, speed, order) + of_bearings
         for site, coefficients in linear:
             if site.law.follows_motion:
                 rows = site.rows(rotor)
                 stiffness = stiffness + rows.T @ site.stiffness_at(coefficients, speed, order) @ rows
-        return stiffness
+        return stiffness, rows_read
 
     def at_order(order: int) -> ComplexArray:
-        read = np.concatenate([channel_rows(rotor, seen, order), *sites])
-        return (read @ np.linalg.solve(stiffness_at(order), np.concatenate(units, axis=2)))[None]
+        stiffness, rows_read = stiffness_at(order)
+        at_sites = (np.broadcast_to(rows, (len(speed), *rows.shape)) for rows in sites)
+        read = np.concatenate([rows_read, *at_sites], axis=1)
+        return (read @ np.linalg.solve(stiffness, np.concatenate(units, axis=2)))[None]
 
     for site, coefficients in linear:
         force = force + site.at_rest(coefficients, speed) @ site.rows(rotor)
-    moved = np.linalg.solve(stiffness_at(1), np.concatenate([force[..., None], *units], axis=2))
-    columns = (channel_rows(rotor, seen) @ moved)[None]
+    stiffness, rows_read = stiffness_at(1)
+    moved = np.linalg.solve(stiffness, np.concatenate([force[..., None], *units], axis=2))
+    columns = (rows_read @ moved)[None]
     return with_nonlinear_forces(columns, nonlinear, seen, speed, at_order)[0][0, :, :, 0]
 
 

@@ -28,7 +28,7 @@ from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import force_per_unbalance
 from problems.rotor.free_motion.stability import low_modes, nominal_springs
 from problems.rotor.response.dense import channel_rows
-from problems.rotor.response.receptance import NOMINAL_PHASE
+from problems.rotor.response.links import NOMINAL_PHASE
 
 N_MODE = 40  # of the rotor on nominal springs, and its deflections under forces at its ports: frequencies within 1e-7
 N_NEWTON = 3  # steps from the small eigenproblem to the poles: its errors of 1e-2 become rounding
@@ -100,7 +100,7 @@ def spectrum(
 ) -> Spectrum:
     """That of a rotor on impedances as large as those of its bearings, but well damped; further ports lie at positions (m)."""
     low = low_modes(rotor, highest, positions, N_MODE)
-    nominal = np.concatenate([NOMINAL_PHASE * nominal_springs(rotor), np.zeros(len(low.sites))])
+    nominal = np.concatenate([NOMINAL_PHASE * nominal_springs(rotor.supported), np.zeros(len(low.sites))])
     return spectrum_of(
         low.matrices, np.vstack([low.ports, low.sites]), nominal, low.basis, channel_rows(rotor, channels)
     )

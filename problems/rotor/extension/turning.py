@@ -34,7 +34,8 @@ from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE
 from problems.rotor.free_motion.static_load import GRAVITY
 from problems.rotor.response import dense
-from problems.rotor.response.receptance import Impedance, Reduction, reduce_rotor
+from problems.rotor.response.links import Impedance
+from problems.rotor.response.receptance import Reduction, reduce_rotor
 
 HIGHEST = 3  # order of the motion that is kept: 3X is the highest that is measured as a rule
 CHUNK_BYTES = 2**20  # of the largest temporary array of a batch: about what a core's own cache holds
@@ -140,17 +141,17 @@ class TurningShaft:
             for column, other in enumerate(orders):
                 whole[:, row, :, column] += ports.T @ _of_order(turning, order - other)[0] @ ports
         size = len(orders) * n_dof
-        found = np.linalg.solve(whole.reshape(n_speed, size, size), forces.reshape(n_speed, size, 1))
-        motion = found.reshape(forces.shape)
-        read = (
-            motion[:, HIGHEST + h] @ dense.channel_rows(self.rotor, self.channels, h).T for h in range(1, HIGHEST + 1)
-        )
-        return np.asarray(2 * sum(read))
+        motion = np.linalg.solve(whole.reshape(n_speed, size, size), forces.reshape(n_speed, size, 1))
+        motion = motion.reshape(forces.shape)
+        found = np.zeros((n_speed, len(self.channels)), dtype=complex)
+        for h in range(1, HIGHEST + 1):
+            _, rows = dense.bearings_and_readings(self.rotor, self.speed, self.channels, impedances[h], h)
+            found += 2 * (rows @ motion[:, HIGHEST + h, :, None])[..., 0]
+        return found
 
     def _stiffness(self, free: Matrices, impedance: ComplexArray, order: int) -> ComplexArray:
-        stiffness = dense.dynamic_stiffness(free, self.speed, float(order))
-        dense.add_bearings(stiffness, self.rotor, impedance)
-        return stiffness
+        of_bearings, _ = dense.bearings_and_readings(self.rotor, self.speed, (), impedance, float(order))
+        return dense.dynamic_stiffness(free, self.speed, float(order)) + of_bearings
 
 
 def weight_of(rotor: Rotor, angle: float) -> Array:

@@ -24,9 +24,10 @@ from problems.rotor.extension.site_law import Force, SiteLaw, split_by_law, with
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import unit_loads
 from problems.rotor.free_motion.support import Support, in_series_with, ports_on
+from problems.rotor.response.links import Impedance
 from problems.rotor.response.model import impedances_of
 from problems.rotor.response.problem import RotorProblem
-from problems.rotor.response.receptance import Impedance, Reduction, at_harmonic, reduce_rotor
+from problems.rotor.response.receptance import Reduction, at_harmonic, reduce_rotor
 from problems.rotor.response.unknowns import Inputs
 
 MAX_REDUCTIONS = 64  # kept of rotors that an effect has changed
@@ -79,13 +80,14 @@ class RotorWithEffects:
     @cached_property
     def impedances(self) -> tuple[Impedance, ...]:
         """All that the rotor's own unknowns or an effect may set."""
-        needed = set(impedances_of(self.base.rotor, self.base.unknowns))
+        n_bearing = len(self.base.rotor.bearings)
+        needed = set(impedances_of(self.base.rotor, self.base.unknowns, of_all_bearings=True))
         if any(effect.couples_axes for effect in self.effects):
-            bearings = range(len(self.base.rotor.bearings))
+            bearings = range(n_bearing)
             needed |= {Impedance(bearing, row, column) for bearing in bearings for row in (0, 1) for column in (0, 1)}
         if self.couples_bearings:
-            pairs = itertools.permutations(range(len(self.base.rotor.bearings)), 2)
-            entries = {(item.row, item.column) for item in needed}
+            pairs = itertools.permutations(range(n_bearing), 2)
+            entries = {(item.row, item.column) for item in needed if item.link < n_bearing}
             needed |= {Impedance(one, *entry, other) for (one, other), entry in itertools.product(pairs, entries)}
         return tuple(sorted(needed, key=lambda item: (item.row_port, item.column_port)))
 
@@ -99,34 +101,60 @@ class RotorWithEffects:
         own, of_effects = self.parts(x)
         inputs = self.base.inputs(own)
         sizes = np.concatenate([inputs.complex_unbalance, *self.sizes(of_effects)], axis=1)
-        if self.couples_bearings:
-            whole = self.port_impedance(inputs, self.base.speed, of_effects, harmonic)
-            return np.stack([whole[item.row_port, item.column_port] for item in self.impedances]), sizes
-        seen = self._impedance_seen(inputs, self.base.speed, of_effects, harmonic)
-        return np.stack([seen[item.bearing, item.row, item.column] for item in self.impedances]), sizes
+        frequency = harmonic * self.base.speed
+        films = self._films_on_supports(inputs, self.base.speed, of_effects, harmonic)
+        whole = self.port_impedance(inputs, self.base.speed, of_effects, harmonic) if self.couples_bearings else None
+        found = []
+        for item in self.impedances:
+            if item.of_pedestal:
+                found.append(inputs.pedestal_impedance(item.bearing, frequency)[item.row, item.column])
+            elif whole is None:
+                found.append(films[item.bearing, item.row, item.column])
+            else:
+                moved = item.bearing if item.moved is None else item.moved
+                found.append(whole[2 * item.bearing + item.row, 2 * moved + item.column])
+        return np.stack(found), sizes
 
     def port_impedance(
         self, inputs: Inputs, speed: Array, of_effects: list[Array], harmonic: float = 1.0
     ) -> ComplexArray:
-        """Impedances from the motion of any port to the force on any other, (n_port, n_port, n, n_speed) N/m."""
-        bearings = at_harmonic(self.bearing_impedance(inputs, speed, of_effects), harmonic)
-        return ports_on(self.supports(of_effects), bearings, harmonic * speed)
+        """Impedances between all ports of bearings and seals, from motion against the housing to the force on any other,
+        (n_port, n_port, n, n_speed) N/m, effects and their supports included."""
+        films, n_bearing = self._films(inputs, speed, of_effects, harmonic), len(self.base.rotor.bearings)
+        of_bearings = ports_on(self.supports(of_effects), films[:n_bearing], harmonic * speed)
+        n_own, n_port = len(of_bearings), 2 * len(films)
+        whole = np.zeros((n_port, n_port, *of_bearings.shape[2:]), dtype=complex)
+        whole[:n_own, :n_own] = of_bearings
+        for seal, own in enumerate(films[n_bearing:], start=n_bearing):
+            whole[2 * seal : 2 * seal + 2, 2 * seal : 2 * seal + 2] = own
+        return whole
 
-    def _impedance_seen(
-        self, inputs: Inputs, speed: Array, of_effects: list[Array], harmonic: float = 1.0
+    def _films_on_supports(
+        self, inputs: Inputs, speed: Array, of_effects: list[Array], harmonic: float
     ) -> ComplexArray:
-        """Impedances that the shaft feels at each bearing in a motion at a harmonic, (n_bearing, 2, 2, n, n_speed) N/m, of
-        n sets of inputs, effects and supports included but for what all bearings stand on together."""
-        bearings = at_harmonic(self.bearing_impedance(inputs, speed, of_effects), harmonic)
-        return in_series_with(self.supports(of_effects), bearings, harmonic * speed)
+        """Impedances that the shaft feels at each bearing and seal in a motion at a harmonic, (n_supported, 2, 2, n, n_speed) N/m, of n
+        sets of inputs, effects and their supports included but for what all bearings stand on together."""
+        films, n_bearing = self._films(inputs, speed, of_effects, harmonic), len(self.base.rotor.bearings)
+        if supports := self.supports(of_effects):
+            carried = in_series_with(supports, films[:n_bearing], harmonic * speed)
+            return np.concatenate([carried, films[n_bearing:]])
+        return films
+
+    def _films(self, inputs: Inputs, speed: Array, of_effects: list[Array], harmonic: float) -> ComplexArray:
+        """Those of bearings and seals alone."""
+        films = at_harmonic(self.bearing_impedance(inputs, speed, of_effects), harmonic)
+        if inputs.own.has_mass:
+            films = films - inputs.bearings_at(speed)[2] * (harmonic * speed) ** 2
+        return films
 
     def bearing_impedance(self, inputs: Inputs, speed: Array, of_effects: list[Array]) -> ComplexArray:
-        """The same of the bearings alone, at spin speeds (n_speed,) rad/s."""
+        """K + iΩC of bearings and seals, the bearings as effects change them, at spin speeds (n_speed,) rad/s."""
         stiffness, damping, _ = inputs.bearings_at(speed)
-        impedance = stiffness + 1j * speed * damping
+        whole, n_bearing = stiffness + 1j * speed * damping, len(self.base.rotor.bearings)
+        impedance = whole[:n_bearing]
         for effect, values in self._in_stages(of_effects):
             impedance = effect.impedance(impedance, speed, values)
-        return impedance
+        return impedance if len(whole) == n_bearing else np.concatenate([impedance, whole[n_bearing:]])
 
     def supports(self, of_effects: list[Array]) -> list[Support]:
         """What carries the bearings, from the bearing to the ground."""

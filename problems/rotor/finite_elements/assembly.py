@@ -36,16 +36,38 @@ class Matrices:
     circulatory: Array
 
 
-def assemble(rotor: Rotor) -> Matrices:
-    """The matrices of a rotor on its bearings."""
-    free = assemble_free(rotor)
-    mass, stiffness, damping = free.mass.copy(), free.stiffness.copy(), free.damping.copy()
-    for bearing in rotor.bearings:
-        lateral = node_dof(rotor.node_at(bearing.position, "bearing"))[:2]
-        stiffness[np.ix_(lateral, lateral)] += bearing.stiffness
-        damping[np.ix_(lateral, lateral)] += bearing.damping
-        mass[np.ix_(lateral, lateral)] += bearing.mass
-    return Matrices(mass, damping, free.gyroscopic, stiffness, free.circulatory)
+def assemble(rotor: Rotor, speed: float = 0.0) -> Matrices:
+    """The matrices of a rotor on its bearings and seals at a spin speed (rad/s), at which their tables are read. Housings on pedestals
+    have two degrees of freedom each, behind those of the shaft; a pedestal's loss factor makes its stiffness complex (for motions of
+    positive frequency), and its measured dynamic stiffness is a spring and a damper, those at the frequency of rotation."""
+    free, supported = assemble_free(rotor), rotor.supported
+    n_dof = len(free.mass)
+    housings = [index for index, bearing in enumerate(supported) if bearing.pedestal is not None]
+    n_whole = n_dof + 2 * len(housings)
+    mass, damping, gyroscopic, stiffness, circulatory = (
+        np.pad(part, (0, n_whole - n_dof))
+        for part in (free.mass, free.damping, free.gyroscopic, free.stiffness, free.circulatory)
+    )
+    for index, bearing in enumerate(supported):
+        relative = np.zeros((2, n_whole))
+        relative[[0, 1], node_dof(rotor.node_at(bearing.position, "bearing"))[:2]] = 1.0
+        if bearing.pedestal is not None:
+            start = n_dof + 2 * housings.index(index)
+            housing = slice(start, start + 2)
+            relative[[0, 1], [start, start + 1]] = -1.0
+            elastic, viscous, inertia = bearing.pedestal.matrices(speed)
+            if np.any(elastic.imag):
+                stiffness = stiffness.astype(complex)
+                stiffness.imag[housing, housing] += elastic.imag
+            stiffness.real[housing, housing] += elastic.real
+            damping[housing, housing] += viscous
+            mass[housing, housing] += inertia
+        touched = np.flatnonzero(np.any(relative, axis=0))
+        place, sides = np.ix_(touched, touched), relative[:, touched]
+        own = (part[0] for part in bearing.matrices_at(np.array([speed])))
+        for matrix, part in zip((stiffness, damping, mass), own):
+            matrix[place] += sides.T @ part @ sides
+    return Matrices(mass, damping, gyroscopic, stiffness, circulatory)
 
 
 @lru_cache(maxsize=MAX_KEPT)

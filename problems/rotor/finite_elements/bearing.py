@@ -6,9 +6,11 @@ against the housing. K, C and M are functions of the speed of rotation Ω, a ped
 
 from __future__ import annotations
 
+import dataclasses
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import pairwise
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy.interpolate import PchipInterpolator
@@ -20,8 +22,9 @@ STIFFNESSES = ("kxx", "kxy", "kyx", "kyy")  # the 2 × 2 matrix of a bearing, ro
 DAMPINGS = ("cxx", "cxy", "cyx", "cyy")
 MASSES = ("mxx", "mxy", "myx", "myy")
 COEFFICIENTS = STIFFNESSES + DAMPINGS + MASSES
-FACTORS = ("stiffness_factor", "damping_factor", "mass_factor")  # on all four entries of K, C, M in a table
+GROUP_FACTORS = ("stiffness_factor", "damping_factor", "mass_factor")  # on all four entries of K, C, M in a table
 
+MAX_KEPT = 8  # interpolations of a table
 LARGEST = (
     1e30  # SI, of any number of a rotor, and its reciprocal the smallest: fourth powers neither overflow nor vanish
 )
@@ -46,11 +49,22 @@ class SpeedTable:
         """(n_speed, n_column) at speeds (n_speed,) rad/s."""
         if len(self.speed) == 1:
             return np.tile(np.array(self.rows[0]), (len(speed), 1))
-        return np.asarray(self._interpolator(np.clip(speed, self.speed[0], self.speed[-1])))
+        if (kept := self._kept.get(speed.tobytes())) is None:
+            kept = np.asarray(self._interpolator(np.clip(speed, self.speed[0], self.speed[-1])))
+            kept.setflags(write=False)
+            if len(self._kept) >= MAX_KEPT:
+                self._kept.pop(next(iter(self._kept)))
+            self._kept[speed.tobytes()] = kept
+        return kept
 
     @cached_property
     def _interpolator(self) -> PchipInterpolator:
         return PchipInterpolator(np.array(self.speed), np.array(self.rows), axis=0)
+
+    @cached_property
+    def _kept(self) -> dict[bytes, Array]:
+        """Rows at the speeds that were asked for last: fits ask for the same ones again and again."""
+        return {}
 
     def beyond(self, speed: Array) -> tuple[float, float] | None:
         """The first and the last of these speeds (rad/s) if any lies beyond the table."""
@@ -82,10 +96,20 @@ class Pedestal:
     def __post_init__(self) -> None:
         _require_numbers(self, "support")
 
-    def matrices(self) -> tuple[ComplexArray, Array, Array]:
-        """K (1 + iη), C, M, (2, 2) each; without `dynamic_stiffness`."""
+    def impedance(self, frequency: Array) -> ComplexArray:
+        """z at frequencies (n,) rad/s, (n, 2, 2) N/m."""
         stiffness, damping, mass = _matrices(self)
-        return np.asarray(stiffness * complex(1, self.loss_factor)), damping, mass
+        sign, omega = np.sign(frequency)[:, None, None], np.asarray(frequency)[:, None, None]
+        measured = np.moveaxis(self.measured(frequency), -1, 0)
+        elastic = stiffness * (1 + 1j * self.loss_factor * sign)
+        return np.asarray(elastic + 1j * omega * damping - omega**2 * mass + measured, dtype=complex)
+
+    def matrices(self, speed: float = 0.0) -> tuple[ComplexArray, Array, Array]:
+        """K (1 + iη), C and M, (2, 2) each; `dynamic_stiffness` as spring and damper at a frequency (rad/s), at 0 without damper."""
+        stiffness, damping, mass = _matrices(self)
+        measured = self.measured(np.array([speed]))[..., 0]
+        elastic = stiffness * complex(1, self.loss_factor) + measured.real
+        return np.asarray(elastic), damping + (measured.imag / speed if speed else 0.0), mass
 
     def measured(self, frequency: Array) -> ComplexArray:
         """`dynamic_stiffness` at frequencies (n,) rad/s, (2, 2, n) N/m."""
@@ -138,16 +162,46 @@ class Bearing:
 
     def matrices_at(self, speed: Array) -> tuple[Array, Array, Array]:
         """K (N/m), C (N s/m) and M (kg) at speeds of rotation (n_speed,) rad/s, (n_speed, 2, 2) each."""
-        own = np.array([getattr(self, name) for name in COEFFICIENTS])
-        whole = np.tile(own, (len(speed), 1))
+        speed = np.asarray(speed, dtype=float)
+        whole = np.tile(numbers_of(self), (len(speed), 1))
         if self.table is not None:
-            whole = whole + np.array(self.factors) * self.table.at(np.asarray(speed))
+            whole = whole + np.array(self.factors) * self.table.at(speed)
         stiffness, damping, mass = whole.reshape(len(speed), 3, 2, 2).transpose(1, 0, 2, 3)
         return stiffness, damping, mass
 
+    def impedance(self, speed: Array, harmonic: float = 1.0) -> ComplexArray:
+        """K + iωC − ω²M of a motion at ω = hΩ, h the harmonic, at speeds (n_speed,) rad/s, (n_speed, 2, 2) N/m."""
+        stiffness, damping, mass = self.matrices_at(speed)
+        omega = (harmonic * np.asarray(speed))[:, None, None]
+        return np.asarray(stiffness + 1j * omega * damping - omega**2 * mass, dtype=complex)
+
+
+Coefficients = TypeVar("Coefficients", Bearing, Pedestal)
+
+
+def numbers_of(bearing: Bearing | Pedestal) -> list[float]:
+    """Its coefficients in the order of COEFFICIENTS."""
+    return [getattr(bearing, name) for name in COEFFICIENTS]
+
+
+def with_numbers(bearing: Bearing, own: Array, factors: Array, of_pedestal: Array) -> Bearing:
+    """The bearing with other coefficients (12,), factors of its table (12,), and coefficients of its pedestal (12,)."""
+    changed = with_coefficients(bearing, own)
+    if bearing.table is not None:
+        changed = dataclasses.replace(changed, factors=tuple(map(float, factors)))
+    if bearing.pedestal is not None:
+        changed = dataclasses.replace(changed, pedestal=with_coefficients(bearing.pedestal, of_pedestal))
+    return changed
+
+
+def with_coefficients(of: Coefficients, values: Array) -> Coefficients:
+    """A bearing or pedestal with other coefficients (12,), in the order of COEFFICIENTS."""
+    numbers: dict[str, Any] = dict(zip(COEFFICIENTS, map(float, values), strict=True))
+    return dataclasses.replace(of, **numbers)
+
 
 def _matrices(bearing: Bearing | Pedestal) -> tuple[Array, Array, Array]:
-    stiffness, damping, mass = np.array([getattr(bearing, name) for name in COEFFICIENTS]).reshape(3, 2, 2)
+    stiffness, damping, mass = np.array(numbers_of(bearing)).reshape(3, 2, 2)
     return stiffness, damping, mass
 
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.errors import SettingError
+from ksmea.measurement.channel import Channel
 from problems.rotor.finite_elements.bearing import LARGEST, Bearing
 
 SAME_PLACE = 1e-9  # of the shaft's length: positions closer than this are one (rounding of summed lengths)
@@ -188,6 +189,14 @@ class Rotor:
     def supported(self) -> tuple[Bearing, ...]:
         """All bearings, then all seals."""
         return (*self.bearings, *self.seals)
+
+    def housing_of(self, channel: Channel) -> int | None:
+        """The bearing, by its index in `supported`, whose housing carries a probe; None: it is fixed to the ground."""
+        for probe in self.housing_probes:
+            is_there = abs(channel.position - probe.position) <= SAME_PLACE * self.length
+            if is_there and probe.direction in (None, channel.direction):
+                return probe.bearing
+        return None
 
     @cached_property
     def length(self) -> float:  # m

@@ -8,7 +8,9 @@ does not end near its start, the whole rotor is scanned.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 import scipy.linalg
@@ -17,6 +19,7 @@ import scipy.optimize
 from ksmea.arrays import Array, ComplexArray
 from problems.rotor.finite_elements.assembly import Matrices, assemble
 from problems.rotor.finite_elements.data import Rotor
+from problems.rotor.free_motion.free_motion import free_motion_of
 from problems.rotor.free_motion.modes import natural_frequencies, state_matrix
 
 REACH = 4.0  # modes up to this many times the highest speed carry the scan: its errors stay far below its step
@@ -31,34 +34,56 @@ def critical_speeds(rotor: Rotor, highest: float, n_scan: int = 64) -> Array:
     The Campbell diagram is scanned at `n_scan` speeds; a frequency that crosses twice between two scanned speeds is
     missed, so raise `n_scan` where two criticals of one curve lie close.
     """
+    scanned = np.linspace(0.0, highest, n_scan + 1)[1:]
+    if any(bearing.table is not None or bearing.pedestal is not None for bearing in rotor.supported):
+        return _with_changing_bearings(rotor, scanned)
     whole = assemble(rotor)
     low, basis = _lowest_modes(whole, REACH * highest)
-    scanned = np.linspace(0.0, highest, n_scan + 1)[1:]
-    found = [_corrected(whole, low, basis, start) for start in _crossings(low, scanned)]
+    found = [_corrected(whole, low, basis, start) for start in _crossings(partial(natural_frequencies, low), scanned)]
     corrected = np.sort(np.array([speed for speed in found if speed is not None]))
     if len(corrected) < len(found) or np.any(np.diff(corrected) <= 1e-9 * highest):
-        return _crossings(whole, scanned)
+        return _crossings(partial(natural_frequencies, whole), scanned)
     return corrected
 
 
-def _crossings(matrices: Matrices, scanned: Array) -> Array:
-    """Where a natural frequency equals the spin speed, rising, rad/s, from all eigenvalues."""
-    table = np.array([_excess(matrices, speed) for speed in scanned])  # (n_scan, n_dof)
+def _with_changing_bearings(rotor: Rotor, scanned: Array) -> Array:
+    """The same of a rotor whose bearings change with speed or stand on pedestals: scanned in the space of its lowest modes, each crossing
+    corrected with the whole rotor at its own speed."""
+    low = free_motion_of(rotor, float(scanned[-1]))
+    found = _crossings(lambda speed: low.frequencies(np.array([speed]))[0], scanned)
+
+    def matrices_at(speed: float) -> Matrices:
+        return assemble(rotor, speed)
+
+    corrected = [_crossing(matrices_at, _pair_near(matrices_at(start), start), start) for start in found]
+    both = zip(found, corrected)
+    return np.sort([other if other and abs(other - start) <= NEAR * start else start for start, other in both])
+
+
+def _pair_near(matrices: Matrices, speed: float) -> Eigenpair:
+    """An eigenpair near λ = iΩ by inverse iteration."""
+    damping = matrices.damping + speed * matrices.gyroscopic
+    stiffness = matrices.stiffness + speed * matrices.circulatory
+    dynamic = stiffness + 1j * speed * damping - speed**2 * matrices.mass
+    vector = np.ones(len(dynamic)) + 1j * np.arange(len(dynamic)) / len(dynamic)
+    for _ in range(3):
+        vector = np.linalg.solve(dynamic, vector / np.linalg.norm(vector))
+    return Eigenpair(1j * speed, vector / np.linalg.norm(vector))
+
+
+def _crossings(frequencies: Callable[[float], Array], scanned: Array) -> Array:
+    """Where a natural frequency equals the spin speed, rising, rad/s, from all frequencies (n,) rad/s at each."""
+    table = np.array([frequencies(speed) - speed for speed in scanned])  # (n_scan, n)
     intervals, curves = np.nonzero(np.sign(table[:-1]) * np.sign(table[1:]) < 0)
     crossings = []
     for interval, curve in zip(intervals, curves):
 
         def excess(speed: float, curve: int = int(curve)) -> float:
-            return float(_excess(matrices, speed)[curve])
+            return float(frequencies(speed)[curve] - speed)
 
         low, high = float(scanned[interval]), float(scanned[interval + 1])
         crossings.append(scipy.optimize.brentq(excess, low, high, rtol=1e-10))
     return np.sort(np.array(crossings))
-
-
-def _excess(matrices: Matrices, speed: float) -> Array:
-    """Natural frequencies above the spin speed, (n_dof,) rad/s, rising."""
-    return natural_frequencies(matrices, speed) - speed
 
 
 def _lowest_modes(matrices: Matrices, highest: float) -> tuple[Matrices, Array]:
@@ -83,7 +108,7 @@ def _corrected(whole: Matrices, low: Matrices, basis: Array, start: float) -> fl
     eigenvalues, vectors = scipy.linalg.eig(state_matrix(low, start))
     nearest = int(np.argmin(np.abs(eigenvalues.imag - start)))
     pair = Eigenpair(complex(eigenvalues[nearest]), basis @ vectors[: len(low.mass), nearest])
-    found = _crossing(whole, pair, start)
+    found = _crossing(lambda _: whole, pair, start)
     return found if found is not None and abs(found - start) <= NEAR * start else None
 
 
@@ -95,11 +120,11 @@ class Eigenpair:
     vector: ComplexArray
 
 
-def _crossing(matrices: Matrices, pair: Eigenpair | None, speed: float) -> float | None:
+def _crossing(matrices_at: Callable[[float], Matrices], pair: Eigenpair | None, speed: float) -> float | None:
     """The speed at which Im λ of one eigenpair equals it, by secants; None where they do not converge."""
     before: tuple[float, float] | None = None  # speed and excess
     for _ in range(20):
-        pair = _eigenpair(matrices, speed, pair) if pair is not None else None
+        pair = _eigenpair(matrices_at(speed), speed, pair) if pair is not None else None
         if pair is None:
             return None
         excess = pair.value.imag - speed

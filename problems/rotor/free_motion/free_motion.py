@@ -20,19 +20,21 @@ from ksmea.rotordynamics.free_rotor import FreeRotor
 from ksmea.rotordynamics.layout import EffectMark, RotorLayout
 from ksmea.rotordynamics.whirl import Motions
 from problems.rotor.finite_elements.assembly import Matrices, assemble_free, displacement_row
+from problems.rotor.finite_elements.bearing import Pedestal
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE
 from problems.rotor.free_motion.layout import layout_of
 from problems.rotor.free_motion.modes import OVERDAMPED, undamped_critical_speeds
 from problems.rotor.free_motion.passivity import is_passive
 from problems.rotor.free_motion.stability import (
+    Held,
     LowModes,
-    by_port,
+    Pencil,
     finite_eigenvalues,
     growth_rate,
     low_modes,
-    pencil_on_supports,
-    state_matrices,
+    pencils_of,
+    symmetric,
 )
 from problems.rotor.free_motion.support import Support
 
@@ -40,7 +42,6 @@ N_MODE = 30  # of the rotor on nominal springs, besides its deflections under fo
 AT_REST = 1e-7  # of the middle one of all frequencies: slower motions are those of a rotor that nothing holds
 DOUBLE = 1e-7  # relative difference of eigenvalues that are one
 
-Pencil = tuple[ComplexArray, Array]  # A and B of A z = λ B z
 # Position (m) of a site, and mass (2, 2), damping and stiffness (n_speed, 2, 2) there at spin speeds (n_speed,)
 Attached = tuple[float, Callable[[Array], tuple[Array, Array, Array]]]
 Eigenpairs = tuple[ComplexArray, ComplexArray]  # (n,) rad/s, and their coordinates (n_low, n)
@@ -53,11 +54,13 @@ class FreeMotion(FreeRotor):
     made: Callable[[], Rotor]  # the rotor with all numbers; stability does not need it
     nominal: Rotor  # with bearings about as stiff, whose modes are taken: the same for all values of the bearings
     channels: tuple[Channel, ...]
-    bearings_at: Callable[[Array], tuple[Array, Array]]  # (n_speed, n_bearing, 2, 2) each, N/m and N s/m
+    # Stiffness N/m, damping N s/m and mass kg of bearings and seals, (n_speed, n_supported, 2, 2) each
+    bearings_at: Callable[[Array], tuple[Array, Array, Array]]
     highest: float  # rad/s, frequency and spin speed up to which motions are true
     n_mode: int = N_MODE  # or more
     attached: tuple[Attached, ...] = ()
-    supports: tuple[Support, ...] = ()  # what carries the bearings
+    supports: tuple[Support, ...] = ()  # of effects, which carry the bearings
+    pedestals: tuple[tuple[int, Pedestal], ...] = ()  # of bearings by their index
     effects: tuple[EffectMark, ...] = ()
     left_out: tuple[str, ...] = ()
 
@@ -74,21 +77,32 @@ class FreeMotion(FreeRotor):
 
     def growth_rate(self, speed: Array) -> Array:
         """The largest real part of any damped eigenvalue, (n_speed,) 1/s."""
-        return growth_rate(self.low_at(speed), speed, *self.bearings_at(speed), self.supports)
+        return growth_rate(self.low_at(speed), self.held_at(speed))
+
+    def held_at(self, speed: Array) -> Held:
+        return Held(speed, *self.bearings_at(speed), self.supports, self.pedestals)
 
     def is_passive(self, speed: Array) -> bool:
         """Whether nothing can feed a free motion at these spin speeds, as far as that is known without eigenvalues."""
-        spring, damper = self.bearings_at(speed)
+        spring, damper, inertia = self.bearings_at(speed)
         parts = [matrices_at(speed) for _, matrices_at in self.attached]
         masses, dampers, springs = ([part[index] for part in parts] for index in range(3))
-        return is_passive(self.nominal, [spring, *springs], [damper, *dampers], masses, self.supports)
+        for _, pedestal in self.pedestals:
+            if pedestal.dynamic_stiffness is not None:
+                return False
+            of_pedestal = pedestal.matrices()
+            springs, dampers, masses = (
+                [*each, part.real] for each, part in zip((springs, dampers, masses), of_pedestal)
+            )
+        all_masses = [inertia, *masses]
+        return is_passive(self.nominal, [spring, *springs], [damper, *dampers], all_masses, self.supports)
 
     @property
     def remarks(self) -> tuple[str, ...]:
         return self.left_out
 
     def layout(self, speed: float) -> RotorLayout:
-        stiffness, damping = (part[0] for part in self.bearings_at(np.array([speed])))
+        stiffness, damping, _ = (part[0] for part in self.bearings_at(np.array([speed])))
         return layout_of(self.rotor, self.channels, stiffness, damping, self.supports, self.effects)
 
     def frequencies(self, speed: Array, *, damped: bool = True) -> Array:
@@ -132,21 +146,30 @@ class FreeMotion(FreeRotor):
 
     def _pencils(self, speed: Array, damped: bool) -> Array | list[Pencil]:
         """State matrices (n_speed, 2 n_low, 2 n_low) of a rotor on rigid ground; on supports two matrices for each speed."""
-        low, (of_bearings, damping_of_bearings) = self.low_at(speed), self.bearings_at(speed)
-        own, supports = low.matrices, self.supports
-        spin = speed[:, None, None]
-        stiffness, damping = own.stiffness + spin * own.circulatory, own.damping + spin * own.gyroscopic
-        if not damped:
-            stiffness, of_bearings = _symmetric(stiffness), _symmetric(of_bearings)
-            damping, damping_of_bearings = spin * own.gyroscopic, np.zeros_like(damping_of_bearings)
-            supports = tuple(dataclasses.replace(each, loss_factor=0.0) for each in supports)
-        springs, dampers = by_port(of_bearings), by_port(damping_of_bearings)
-        if supports:
-            parts = zip(stiffness, damping, springs, dampers)
-            return [pencil_on_supports(low, *each, supports) for each in parts]
-        stiffness = stiffness + low.ports.T @ springs @ low.ports
-        damping = damping + low.ports.T @ dampers @ low.ports
-        return state_matrices(*np.linalg.solve(own.mass, np.stack([stiffness, damping])))
+        low, held = self.low_at(speed), self.held_at(speed)
+        if damped:
+            return pencils_of(low, held)
+        own = low.matrices
+        without = dataclasses.replace(
+            own,
+            stiffness=symmetric(own.stiffness),
+            damping=np.zeros_like(own.damping),
+            circulatory=symmetric(own.circulatory),
+        )
+        return pencils_of(dataclasses.replace(low, matrices=without), held.undamped())
+
+
+def free_motion_of(rotor: Rotor, highest: float) -> FreeMotion:
+    """That of a rotor whose numbers are all given, up to a frequency and spin speed (rad/s)."""
+
+    def bearings_at(speed: Array) -> tuple[Array, Array, Array]:
+        parts = zip(*(bearing.matrices_at(speed) for bearing in rotor.supported))
+        stiffness, damping, mass = (np.stack(part, axis=1) for part in parts)
+        return stiffness, damping, mass
+
+    own = ((index, bearing.pedestal) for index, bearing in enumerate(rotor.supported))
+    pedestals = tuple((index, pedestal) for index, pedestal in own if pedestal is not None)
+    return FreeMotion(lambda: rotor, rotor, (), bearings_at, highest, pedestals=pedestals)
 
 
 def _oscillates(eigenvalue: ComplexArray) -> Array:
@@ -178,7 +201,3 @@ def _as_circles(pair: ComplexArray) -> ComplexArray:
     except np.linalg.LinAlgError:  # the same motion twice
         return pair
     return np.einsum("ij,ink->jnk", sums, pair)
-
-
-def _symmetric(matrices: Array) -> Array:
-    return np.asarray((matrices + matrices.swapaxes(-1, -2)) / 2)

@@ -30,13 +30,36 @@ OVERDAMPED = (
 
 
 def natural_modes(rotor: Rotor, speed: float, n_mode: int | None = None) -> tuple[Mode, ...]:
-    """The oscillating modes at a spin speed (rad/s) by rising frequency, the first `n_mode` or all."""
-    matrices = assemble(rotor)
-    eigenvalues, vectors = map(np.asarray, scipy.linalg.eig(state_matrix(matrices, speed)))
+    """The oscillating modes at a spin speed (rad/s) by rising frequency, the first `n_mode` or all. Shapes are those of the shaft."""
+    matrices = assemble(rotor, speed)
+    eigenvalues, vectors = eigenpairs(matrices, speed)
     oscillating = np.flatnonzero(eigenvalues.imag > OVERDAMPED * np.abs(eigenvalues))
     order = oscillating[np.argsort(eigenvalues[oscillating].imag)][:n_mode]
-    n_dof = len(matrices.mass)
+    n_dof = DOF_PER_NODE * len(rotor.node_positions)
     return tuple(_mode(eigenvalues[index], vectors[:n_dof, index]) for index in order)
+
+
+def eigenpairs(matrices: Matrices, speed: float) -> tuple[ComplexArray, ComplexArray]:
+    """λ (n,) and shapes (2 n_dof, n) at a spin speed (rad/s); housings without mass have infinite ones, which are left out."""
+    if has_mass(matrices):
+        eigenvalues, vectors = map(np.asarray, scipy.linalg.eig(state_matrix(matrices, speed)))
+        return eigenvalues, vectors
+    n_dof = len(matrices.mass)
+    damping = matrices.damping + speed * matrices.gyroscopic
+    stiffness = matrices.stiffness + speed * matrices.circulatory
+    # Time in units of the frequency at which stiffness and mass weigh alike: rows of both are then of one size
+    unit = np.sqrt(np.linalg.norm(stiffness) / np.linalg.norm(matrices.mass))
+    none, one = np.zeros((n_dof, n_dof)), np.eye(n_dof)
+    left = np.block([[none, one], [-stiffness / unit**2, -damping / unit]])
+    right = scipy.linalg.block_diag(one, matrices.mass)
+    (numerator, denominator), vectors = scipy.linalg.eig(left, right, homogeneous_eigvals=True)
+    finite = np.abs(numerator) < INFINITE * np.abs(denominator)
+    return np.asarray(unit * numerator[finite] / denominator[finite]), np.asarray(vectors[:, finite])
+
+
+def has_mass(matrices: Matrices) -> bool:
+    """Whether each degree of freedom has."""
+    return bool(np.all(np.diag(matrices.mass) > 0))
 
 
 def natural_frequencies(matrices: Matrices, speed: float) -> Array:
@@ -44,16 +67,19 @@ def natural_frequencies(matrices: Matrices, speed: float) -> Array:
 
     Each entry is a continuous function of speed, because the pairs never leave the count.
     """
+    n_dof = len(matrices.mass)
+    if not has_mass(matrices) or np.iscomplexobj(matrices.stiffness):
+        found = eigenpairs(matrices, speed)[0].imag
+        return np.sort(np.concatenate([np.zeros(n_dof), np.maximum(found, 0.0)]))[-n_dof:]
     eigenvalues = scipy.linalg.eigvals(state_matrix(matrices, speed))
-    return np.sort(eigenvalues.imag)[len(matrices.mass) :]
+    return np.sort(eigenvalues.imag)[n_dof:]
 
 
 def campbell_diagram(rotor: Rotor, speed: Array, n_mode: int) -> Campbell:
     """Natural frequencies and damping ratios of the first `n_mode` modes over spin speeds (n_speed,) rad/s."""
-    matrices = assemble(rotor)
     frequency, damping_ratio = np.full((2, len(speed), n_mode), np.nan)
     for index, spin in enumerate(speed):
-        eigenvalues: ComplexArray = np.asarray(scipy.linalg.eigvals(state_matrix(matrices, float(spin))), dtype=complex)
+        eigenvalues, _ = eigenpairs(assemble(rotor, float(spin)), float(spin))
         oscillating = eigenvalues[eigenvalues.imag > OVERDAMPED * np.abs(eigenvalues)]
         lowest = oscillating[np.argsort(oscillating.imag)][:n_mode]
         frequency[index, : len(lowest)] = lowest.imag
@@ -81,6 +107,7 @@ def _mode(eigenvalue: complex, vector: ComplexArray) -> Mode:
     )
 
 
+INFINITE = 1e8  # times the unit of frequency: eigenvalues beyond are those of housings without mass
 FORWARD = np.array([[1, 0], [-1j, 0], [0, 1j], [0, 1]])  # (x, y, φ_x, φ_y) of the deflection in x and its slope φ_y
 
 

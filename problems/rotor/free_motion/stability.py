@@ -6,9 +6,10 @@ of the spin speed; supports are functions of λ and have degrees of freedom of t
 
 The rotor is seen in the space of its lowest modes and of its deflections under forces at the bearings, which leaves out
 only what lies far above the spin speed: free motions that grow whirl below it, or little above. With supports, e_l the
-deflections of support l and d = q_b − Σ T_l e_l those of the bearings (T_l takes a common support to each, else it is 1),
+deflections of support l, v those of the housings on pedestals of the rotor itself, and d = q_b − v − Σ T_l e_l those of the bearings (T_l
+takes a common support to each, else it is 1), and with f = (K_b + λ C_b + λ² M_b) d,
 
-    λ² q + λ (C + ΩG) q + (K + ΩN) q + Pᵀ (K_b + λ C_b) d = 0,      (1 + iη_l) e_l + λ² s_l m_l e_l − s_l T_lᵀ (K_b + λ C_b) d = 0,
+    λ² q + λ (C + ΩG) q + (K + ΩN) q + Pᵀ f = 0,   (1 + iη_l) e_l + λ² s_l m_l e_l − s_l T_lᵀ f = 0,   (K_p + λ C_p + λ² M_p) v − f = 0,
 
 which also holds for s_l = 0 and m_l = 0, where eigenvalues go to infinity and are left out. A loss factor is that of
 motions with ω > 0: the other half of the plane is no motion of the rotor.
@@ -26,15 +27,25 @@ from functools import lru_cache
 import numpy as np
 import scipy.linalg
 
-from ksmea.arrays import Array, ComplexArray
+from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.measurement.channel import DIRECTIONS
 from problems.rotor.finite_elements.assembly import Matrices, assemble_free, displacement_row, node_dof
+from problems.rotor.finite_elements.bearing import (
+    COEFFICIENTS,
+    DAMPINGS,
+    Bearing,
+    Pedestal,
+    numbers_of,
+    with_coefficients,
+)
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.free_motion.support import Support
 
 REACH = 4.0  # modes up to this many times the highest speed
 HEADROOM = 1.5  # of a problem's highest speed
 MIN_MODES = 12
+IS_DAMPING = np.isin(COEFFICIENTS, DAMPINGS)
+Pencil = tuple[ComplexArray, Array]  # A and B of A z = λ B z
 WEAKEST = 1e-3  # of the stiffest bearing: springs of the rotor whose modes these are, where a bearing has less
 SAME_DIRECTION = 1e-5  # relative: what differs by less from the modes is left out, there is rounding in it
 NEITHER = 1e-7  # |σ|/|λ| up to which a motion counts as neither growing nor decaying: rounding
@@ -68,9 +79,9 @@ def low_modes(rotor: Rotor, highest: float, positions: tuple[float, ...] = (), l
     """The rotor on springs about as stiff as its bearings: modes up to `REACH` times a speed (rad/s), `least` or more, and its
     deflections under forces at the bearings and at further positions (m)."""
     free = assemble_free(rotor)
-    dof = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
+    dof = ports_of(rotor, rotor.supported)
     stiffness = free.stiffness.copy()
-    stiffness[dof, dof] += nominal_springs(rotor)
+    np.add.at(stiffness, (dof, dof), nominal_springs(rotor.supported))
     squared, shapes = scipy.linalg.eigh(stiffness, free.mass)
     n_mode = max(least, int(np.count_nonzero(squared <= (REACH * highest) ** 2)))
     rows = [displacement_row(rotor, position, axis) for position in positions for axis in DIRECTIONS]
@@ -89,10 +100,22 @@ def low_modes(rotor: Rotor, highest: float, positions: tuple[float, ...] = (), l
     return LowModes(matrices, basis[dof], sites, basis, REACH * highest)
 
 
-def nominal_springs(rotor: Rotor) -> Array:
-    """Springs at the ports about as stiff as the bearings, (n_port,) N/m."""
-    springs = np.abs(np.concatenate([np.diag(bearing.stiffness) for bearing in rotor.bearings]))
+def nominal_springs(bearings: Sequence[Bearing]) -> Array:
+    """Springs at the ports about as stiff as the bearings, at the first speed of their tables, (n_port,) N/m."""
+    if not bearings:
+        return np.zeros(0)
+    springs = np.abs(np.concatenate([np.diag(_first_stiffness(bearing)) for bearing in bearings]))
     return np.maximum(springs, WEAKEST * np.max(springs))
+
+
+def _first_stiffness(bearing: Bearing) -> Array:
+    return bearing.stiffness if bearing.table is None else bearing.matrices_at(np.array(bearing.table.speed[:1]))[0][0]
+
+
+def ports_of(rotor: Rotor, bearings: Sequence[Bearing]) -> Indices:
+    """Degrees of freedom of the shaft in x and y at each of these bearings, (n_port,)."""
+    dof = [node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in bearings]
+    return np.concatenate([np.empty(0, dtype=int), *dof])
 
 
 def searched_speed(own: Array, asked: Array) -> float:
@@ -100,67 +123,101 @@ def searched_speed(own: Array, asked: Array) -> float:
     return float(max(HEADROOM * np.max(own), np.max(asked)))
 
 
-def growth_rate(
-    low: LowModes, speed: Array, stiffness: Array, damping: Array, supports: Sequence[Support] = ()
-) -> Array:
-    """The largest real part of any eigenvalue of these modes, (n_speed,) 1/s, at spin speeds (n_speed,) rad/s; 0 where a motion neither
-    grows nor decays.
+@dataclass(frozen=True, eq=False)
+class Held:
+    """What holds a rotor at n_speed spin speeds: matrices of bearings and seals (n_speed, n_supported, 2, 2) N/m, N s/m, kg, the supports of
+    effects for one parameter set, from the bearing to the ground, and the pedestals of bearings by their index."""
 
-    `stiffness` and `damping` of the bearings are (n_speed, n_bearing, 2, 2) N/m and N s/m, `supports` those of one
-    parameter set, from the bearing to the ground.
-    """
-    spin = speed[:, None, None]
-    own_damping = low.matrices.damping + spin * low.matrices.gyroscopic
-    own_stiffness = low.matrices.stiffness + spin * low.matrices.circulatory
-    bearing_stiffness, bearing_damping = by_port(stiffness), by_port(damping)
-    if not supports:
-        own_stiffness = own_stiffness + low.ports.T @ bearing_stiffness @ low.ports
-        own_damping = own_damping + low.ports.T @ bearing_damping @ low.ports
-        parts = np.linalg.solve(low.matrices.mass, np.stack([own_stiffness, own_damping]))
-        return _largest(np.linalg.eigvals(state_matrices(*parts)).astype(complex))
-    return np.array(
+    speed: Array
+    stiffness: Array
+    damping: Array
+    mass: Array
+    supports: tuple[Support, ...] = ()
+    pedestals: tuple[tuple[int, Pedestal], ...] = ()
+
+    @property
+    def is_on_ground(self) -> bool:
+        return not self.supports and not self.pedestals
+
+    def at_ports(self) -> tuple[Array, Array, Array]:
+        """K, C, M between all ports, (n_speed, n_port, n_port)."""
+        return by_port(self.stiffness), by_port(self.damping), by_port(self.mass)
+
+    def undamped(self) -> Held:
+        """With symmetric stiffness and without any damping."""
+        return dataclasses.replace(
+            self,
+            stiffness=symmetric(self.stiffness),
+            damping=np.zeros_like(self.damping),
+            supports=tuple(dataclasses.replace(each, loss_factor=0.0) for each in self.supports),
+            pedestals=tuple((index, undamped_pedestal(each)) for index, each in self.pedestals),
+        )
+
+
+def symmetric(matrices: Array) -> Array:
+    return (matrices + np.swapaxes(matrices, -1, -2)) / 2
+
+
+def undamped_pedestal(pedestal: Pedestal) -> Pedestal:
+    """A pedestal with symmetric stiffness alone, and its mass."""
+    cross = (pedestal.kxy + pedestal.kyx) / 2
+    changed = dataclasses.replace(pedestal, kxy=cross, kyx=cross, loss_factor=0.0)
+    return with_coefficients(changed, np.where(IS_DAMPING, 0.0, numbers_of(changed)))
+
+
+def growth_rate(low: LowModes, held: Held) -> Array:
+    """The largest real part of any eigenvalue of these modes, (n_speed,) 1/s, at each spin speed; 0 where a motion neither grows nor
+    decays."""
+    pencils = pencils_of(low, held)
+    if not isinstance(pencils, list):
+        return _largest(np.linalg.eigvals(pencils).astype(complex))
+    found = [finite_eigenvalues(*scipy.linalg.eigvals(*each, homogeneous_eigvals=True)) for each in pencils]
+    return np.array([_largest(each[None] * low.highest)[0] for each in found])
+
+
+def pencils_of(low: LowModes, held: Held) -> Array | list[Pencil]:
+    """State matrices (n_speed, 2 n_low, 2 n_low) of a rotor on rigid ground; on supports two matrices for each speed."""
+    own, spin = low.matrices, held.speed[:, None, None]
+    stiffness, damping = own.stiffness + spin * own.circulatory, own.damping + spin * own.gyroscopic
+    springs, dampers, masses = held.at_ports()
+    if not held.is_on_ground:
+        parts = zip(held.speed, stiffness, damping, springs, dampers, masses)
+        return [_pencil_on_supports(low, float(speed), each, held) for speed, *each in parts]
+    mass = own.mass + low.ports.T @ masses @ low.ports if np.any(masses) else own.mass
+    stiffness = stiffness + low.ports.T @ springs @ low.ports
+    damping = damping + low.ports.T @ dampers @ low.ports
+    return state_matrices(*np.linalg.solve(mass, np.stack([stiffness, damping])))
+
+
+def _pencil_on_supports(low: LowModes, speed: float, matrices: Sequence[Array], held: Held) -> Pencil:
+    """A and B (2n, 2n) of A z = λ B z with z = (q, e, v, λq, λe, λv) at one spin speed; time in units of the highest frequency. The
+    matrices are stiffness and damping (n_low, n_low) of the rotor, then K, C, M (n_port, n_port) of its bearings."""
+    stiffness, damping, *of_bearings = matrices
+    n_port = len(low.ports)
+    supports, unit = held.supports, low.highest**2  # the rows of rotor and housings in terms of it
+    carries = [np.tile(np.eye(2), (n_port // 2, 1)) if support.is_common else np.eye(n_port) for support in supports]
+    springs = [np.diag(np.tile(one.spring[:, 0], each.shape[1] // 2)) for one, each in zip(supports, carries)]
+    housings = [np.eye(n_port)[:, 2 * index : 2 * index + 2] for index, _ in held.pedestals]
+    bearing = np.hstack([low.ports, *(-each for each in (*carries, *housings))])  # d = bearing @ (q, e, v)
+    forces = np.vstack(
         [
-            _largest(_on_supports(low, *parts, supports)[None])[0]
-            for parts in zip(own_stiffness, own_damping, bearing_stiffness, bearing_damping)
+            low.ports.T / unit,
+            *(-spring @ each.T for spring, each in zip(springs, carries)),
+            *(-each.T / unit for each in housings),
         ]
     )
-
-
-def _on_supports(
-    low: LowModes, stiffness: Array, damping: Array, of_bearings: Array, damping_of_bearings: Array,
-    supports: Sequence[Support],
-) -> ComplexArray:  # fmt: skip
-    """Eigenvalues (n,) at one spin speed, 0 in place of infinite ones."""
-    pencil = pencil_on_supports(low, stiffness, damping, of_bearings, damping_of_bearings, supports)
-    return finite_eigenvalues(*scipy.linalg.eigvals(*pencil, homogeneous_eigvals=True)) * low.highest
-
-
-def pencil_on_supports(
-    low: LowModes, stiffness: Array, damping: Array, of_bearings: Array, damping_of_bearings: Array,
-    supports: Sequence[Support],
-) -> tuple[ComplexArray, Array]:  # fmt: skip
-    """A and B (2n, 2n) of A z = λ B z with z = (q, e, λq, λe) at one spin speed; time in units of the highest frequency."""
-    n_port, n_low = low.ports.shape
-    n_bearing = n_port // 2
-    carries = [np.tile(np.eye(2), (n_bearing, 1)) if support.is_common else np.eye(n_port) for support in supports]
-    bearing = np.hstack([low.ports, *(-each for each in carries)])  # d = bearing @ (q, e)
-    springs = [np.diag(np.tile(one.spring[:, 0], each.shape[1] // 2)) for one, each in zip(supports, carries)]
-    forces = np.vstack([low.ports.T, *(-spring @ each.T for spring, each in zip(springs, carries))])
+    own = [pedestal.matrices(speed) for _, pedestal in held.pedestals]
     elastic = [(1 + 1j * support.loss_factor) * np.eye(len(spring)) for support, spring in zip(supports, springs)]
-    inertia = [support.mass[0] * low.highest**2 * spring for support, spring in zip(supports, springs)]
-    unit = low.highest**2  # the rotor's rows in terms of it
-    scale = np.ones(len(forces))
-    scale[:n_low] = 1 / unit
+    inertia = [support.mass[0] * unit * spring for support, spring in zip(supports, springs)]
     none = np.zeros((sum(map(len, springs)),) * 2)
-    of_stiffness = scipy.linalg.block_diag(stiffness / unit, *elastic) + scale[:, None] * forces @ of_bearings @ bearing
-    of_damping = low.highest * (
-        scipy.linalg.block_diag(damping / unit, none) + scale[:, None] * forces @ damping_of_bearings @ bearing
-    )
-    mass = scipy.linalg.block_diag(low.matrices.mass, *inertia)
+    on_bearings = [forces @ each @ bearing for each in of_bearings]
+    block = scipy.linalg.block_diag
+    of_stiffness = block(stiffness / unit, *elastic, *(each[0] / unit for each in own)) + on_bearings[0]
+    of_damping = low.highest * (block(damping / unit, none, *(each[1] / unit for each in own)) + on_bearings[1])
+    mass = block(low.matrices.mass, *inertia, *(each[2] for each in own)) + unit * on_bearings[2]
     n = len(mass)
     left = np.block([[np.zeros((n, n)), np.eye(n)], [-of_stiffness, -of_damping]])
-    right = scipy.linalg.block_diag(np.eye(n), mass)
-    return left, right
+    return left, block(np.eye(n), mass)
 
 
 def finite_eigenvalues(numerator: ComplexArray, denominator: ComplexArray) -> ComplexArray:

@@ -15,10 +15,10 @@ import scipy.linalg
 
 from ksmea.arrays import Array
 from problems.rotor.finite_elements import shaft
-from problems.rotor.finite_elements.assembly import assemble_free, chained, node_dof, of_elements
+from problems.rotor.finite_elements.assembly import assemble_free, chained, of_elements
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.mesh import DOF_PER_NODE
-from problems.rotor.free_motion.stability import nominal_springs
+from problems.rotor.free_motion.stability import nominal_springs, ports_of
 
 GRAVITY = 9.80665  # m/s², standard
 
@@ -29,10 +29,9 @@ def weight_shares(rotor: Rotor) -> Array:
     Two bearings share it by levers alone. More share it as the shaft bends on springs as stiff as the bearings, all at one height.
     """
     free = assemble_free(rotor)
-    ports = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
-    springs = nominal_springs(rotor)
+    ports, springs = ports_of(rotor, rotor.bearings), nominal_springs(rotor.bearings)
     stiffness = free.stiffness.copy()
-    stiffness[ports, ports] += springs
+    np.add.at(stiffness, (ports, ports), springs)
     down = np.tile([0.0, -1.0, 0.0, 0.0], len(stiffness) // DOF_PER_NODE)
     deflection = np.linalg.solve(stiffness, GRAVITY * free.mass @ down)
     return np.asarray(-(springs * deflection[ports])[1::2])
@@ -48,7 +47,7 @@ def buckling_load(rotor: Rotor) -> float:
     """The least compression, N, under which a shaft buckles that `is_held`."""
     stiffness = assemble_free(dataclasses.replace(rotor, axial_force=0.0)).stiffness
     geometric = chained(of_elements(rotor, shaft.geometric_stiffness))
-    pins = [node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings]
-    free = np.setdiff1d(np.arange(len(stiffness)), np.concatenate(pins))
+    pins = ports_of(rotor, rotor.bearings)
+    free = np.setdiff1d(np.arange(len(stiffness)), pins)
     per_load = scipy.linalg.eigh(geometric[np.ix_(free, free)], stiffness[np.ix_(free, free)], eigvals_only=True)
     return float(1 / per_load[-1])

@@ -52,11 +52,13 @@ def solve(band: ComplexArray, force: ComplexArray) -> ComplexArray:
     return np.swapaxes(motion, 1, 2)
 
 
-def solve_both_ways(band: ComplexArray, force: ComplexArray, rows: Array) -> tuple[ComplexArray, ComplexArray]:
-    """D⁻¹ f at each speed, (n_speed, n_dof, n_force), and rows (n_row, n_dof) times D⁻¹, (n_speed, n_row, n_dof), by one
-    factorisation; `band` is used up. `LinAlgError` where D is singular."""
+def solve_both_ways(
+    band: ComplexArray, force: ComplexArray, rows: Array | ComplexArray
+) -> tuple[ComplexArray, ComplexArray]:
+    """D⁻¹ f at each speed, (n_speed, n_dof, n_force), and rows (n_row, n_dof) or (n_speed, n_row, n_dof) times D⁻¹, (n_speed, n_row, n_dof), by
+    one factorisation; `band` is used up. `LinAlgError` where D is singular."""
     motion = np.array(np.swapaxes(force, 1, 2), dtype=complex, order="C")
-    seen = np.array(np.broadcast_to(rows, (len(band), *rows.shape)), dtype=complex, order="C")
+    seen = np.array(np.broadcast_to(rows, (len(band), *rows.shape[-2:])), dtype=complex, order="C")
     for columns, of_force, of_rows in zip(band, motion, seen, strict=True):
         factors, pivots, info = zgbtrf(columns.T, HALF_BANDWIDTH, HALF_BANDWIDTH, overwrite_ab=True)
         if info:

@@ -11,9 +11,11 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray
 from ksmea.measurement.channel import Channel
-from problems.rotor.finite_elements.assembly import Matrices, assemble, displacement_row, node_dof
+from problems.rotor.finite_elements.assembly import Matrices, assemble_free, displacement_row, node_dof
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import complex_unbalance, force_per_unbalance
+from problems.rotor.finite_elements.mesh import DOF_PER_NODE
+from problems.rotor.response.links import condensed, read_housings
 
 
 def dynamic_stiffness(matrices: Matrices, speed: Array, harmonic: float = 1.0) -> ComplexArray:
@@ -26,17 +28,59 @@ def dynamic_stiffness(matrices: Matrices, speed: Array, harmonic: float = 1.0) -
 
 
 def dense_response(rotor: Rotor, speed: Array, channels: Sequence[Channel]) -> ComplexArray:
-    """Unbalance response of a rotor whose numbers are all given, (n_speed, n_channel) m."""
-    force = force_per_unbalance(rotor, speed) @ complex_unbalance(rotor)  # (n_speed, n_dof)
-    motion = np.linalg.solve(dynamic_stiffness(assemble(rotor), speed), force[..., None])[..., 0]
-    return motion @ channel_rows(rotor, channels).T
+    """Unbalance response of a rotor whose numbers are all given, (n_speed, n_channel) m. Housings on pedestals have degrees of freedom of
+    their own, behind those of the shaft."""
+    shaft, supported = assemble_free(rotor), rotor.supported
+    n_dof = len(shaft.mass)
+    housings = {index: n_dof + 2 * place for place, index in enumerate(_on_pedestals(rotor))}
+    n_whole = n_dof + 2 * len(housings)
+    stiffness = np.zeros((len(speed), n_whole, n_whole), dtype=complex)
+    stiffness[:, :n_dof, :n_dof] = dynamic_stiffness(shaft, speed)
+    for index, bearing in enumerate(supported):
+        relative = np.eye(n_whole)[node_dof(rotor.node_at(bearing.position, "bearing"))[:2]]
+        if bearing.pedestal is not None:
+            housing = np.eye(n_whole)[[housings[index], housings[index] + 1]]
+            stiffness += housing.T @ bearing.pedestal.impedance(speed) @ housing
+            relative = relative - housing
+        stiffness += relative.T @ bearing.impedance(speed) @ relative
+    rows = np.zeros((len(channels), n_whole))
+    rows[:, :n_dof] = channel_rows(rotor, channels)
+    for row, channel in zip(rows, channels):
+        if (carrier := rotor.housing_of(channel)) is not None:
+            row[[housings[carrier], housings[carrier] + 1]] = -np.array(channel.cosines)
+    force = np.zeros((len(speed), n_whole), dtype=complex)
+    force[:, :n_dof] = force_per_unbalance(rotor, speed) @ complex_unbalance(rotor)
+    motion = np.linalg.solve(stiffness, force[..., None])[..., 0]
+    return np.asarray(motion @ rows.T)
 
 
-def add_bearings(stiffness: ComplexArray, rotor: Rotor, impedance: ComplexArray) -> None:
-    """Add impedances between all ports of the bearings (n_port, n_port, n_speed), N/m, to a dynamic stiffness
-    (n_speed, n_dof, n_dof)."""
-    ports = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
-    stiffness[:, ports[:, None], ports] += np.moveaxis(impedance, -1, 0)
+def _on_pedestals(rotor: Rotor) -> list[int]:
+    return [index for index, bearing in enumerate(rotor.supported) if bearing.pedestal is not None]
+
+
+def bearings_and_readings(
+    rotor: Rotor,
+    speed: Array,
+    channels: Sequence[Channel],
+    impedance: ComplexArray,
+    harmonic: float = 1.0,
+) -> tuple[ComplexArray, ComplexArray]:
+    """With impedances between all ports of bearings and seals (n_port, n_port, n_speed), N/m at a harmonic: the dynamic stiffness that they
+    and the rotor's pedestals add, (n_speed, n_dof, n_dof), and the rows that read the channels, (n_speed, n_channel, n_dof)."""
+    supported, n_dof = rotor.supported, DOF_PER_NODE * len(rotor.node_positions)
+    dof = [node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in supported]
+    ports = np.eye(n_dof)[np.concatenate([np.empty(0, dtype=int), *dof])]
+    own = [(index, bearing.pedestal) for index, bearing in enumerate(supported) if bearing.pedestal is not None]
+    on_ground = [(index, np.moveaxis(each.impedance(harmonic * speed), 0, -1)) for index, each in own]
+    felt, housings = condensed(impedance, on_ground)
+    rows = np.zeros((len(speed), len(channels), n_dof), dtype=complex)
+    if channels:
+        rows += channel_rows(rotor, channels, harmonic)
+    place = {index: housing for housing, (index, _) in enumerate(own)}
+    for reading in read_housings(rotor, channels, harmonic):
+        moved = np.tensordot(reading.cosines, housings[place[reading.bearing]], 1)  # (n_port, n_speed)
+        rows[:, reading.channel] -= moved.T @ ports
+    return ports.T @ np.moveaxis(felt, -1, 0) @ ports, rows
 
 
 def channel_rows(rotor: Rotor, channels: Sequence[Channel], harmonic: float = 1.0) -> Array:

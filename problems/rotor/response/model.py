@@ -17,11 +17,21 @@ from ksmea.errors import SettingError
 from ksmea.measurement.channel import Channel
 from ksmea.problem.load import Load
 from ksmea.problem.parameters import Parameters
-from problems.rotor.finite_elements.bearing import COEFFICIENTS, STIFFNESSES
+from problems.rotor.finite_elements.bearing import Bearing, numbers_of
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import unit_loads
-from problems.rotor.response.receptance import Impedance, Reduction, reduce_rotor
-from problems.rotor.response.unknowns import BearingTarget, Inputs, Unknown, check_unknowns, inputs_at, rotor_at
+from problems.rotor.response.links import Impedance
+from problems.rotor.response.receptance import Reduction, reduce_rotor
+from problems.rotor.response.unknowns import (
+    BearingTarget,
+    Inputs,
+    PedestalTarget,
+    RotorNumbers,
+    Unknown,
+    check_unknowns,
+    inputs_at,
+    rotor_at,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,7 +61,11 @@ class RotorModel:
 
     def inputs(self, x: Array) -> Inputs:
         """The rotor's numbers at sets (n, d) of its own unknowns, SI."""
-        return inputs_at(self.rotor, self.unknowns, x)
+        return inputs_at(self._numbers, x)
+
+    @cached_property
+    def _numbers(self) -> RotorNumbers:
+        return RotorNumbers.of(self.rotor, self.unknowns)
 
     def rotor_at(self, x: Array) -> Rotor:
         """The rotor at values (d,) of its own unknowns, SI."""
@@ -102,27 +116,37 @@ def finite(values: ComplexArray) -> ComplexArray:
     return values
 
 
-def impedances_of(rotor: Rotor, unknowns: Sequence[Unknown]) -> tuple[Impedance, ...]:
-    """All direct impedances, and those cross-coupled ones that are given or unknown."""
-    unknown = {
-        impedance_of(target) for item in unknowns for target in item.targets if isinstance(target, BearingTarget)
-    }
-    return tuple(
-        Impedance(index, row, column)
-        for index, bearing in enumerate(rotor.bearings)
-        for row in range(2)
-        for column in range(2)
-        if row == column
-        or bearing.stiffness[row, column]
-        or bearing.damping[row, column]
-        or bearing.mass[row, column]
-        or Impedance(index, row, column) in unknown
-    )
+def impedances_of(rotor: Rotor, unknowns: Sequence[Unknown], *, of_all_bearings: bool = False) -> tuple[Impedance, ...]:
+    """Those that may differ from nominal: of each bearing, seal or pedestal of which a number is unknown, or of all bearings and of
+    these seals and pedestals, all direct impedances and those cross-coupled ones that are given or unknown."""
+    targets = [target for item in unknowns for target in item.targets]
+    unknown = [
+        {(target.bearing, column % 4) for target in targets if isinstance(target, kind) for column in target.columns}
+        for kind in (BearingTarget, PedestalTarget)
+    ]
+    every = set(range(len(rotor.bearings))) if of_all_bearings else set()
+    films, pedestals = (sorted({bearing for bearing, _ in each}) for each in unknown)
+    films = sorted({*films, *every})
+    parts = [(bearing, False) for bearing in films] + [(bearing, True) for bearing in pedestals]
+    found = []
+    for link, (bearing, is_pedestal) in enumerate(parts):
+        given = _given(rotor.supported[bearing], is_pedestal)
+        found += [
+            Impedance(bearing, *divmod(entry, 2), link=link, of_pedestal=is_pedestal)
+            for entry in range(4)
+            if entry in (0, 3) or given[entry] or (bearing, entry) in unknown[is_pedestal]
+        ]
+    return tuple(found)
 
 
-def impedance_of(target: BearingTarget) -> Impedance:
-    """The impedance that a coefficient of a bearing is part of."""
-    return Impedance(target.bearing, *divmod(COEFFICIENTS.index(target.coefficient) % len(STIFFNESSES), 2))
+def _given(bearing: Bearing, is_pedestal: bool) -> Array:
+    """Entries of the 2 × 2 matrices of a bearing or of its pedestal that are not 0, (4,)."""
+    if not is_pedestal:
+        rows = [numbers_of(bearing), *(bearing.table.rows if bearing.table is not None else ())]
+        return np.any(np.reshape(rows, (-1, 4)), axis=0)
+    assert bearing.pedestal is not None, "a bearing without a support"
+    is_measured = bearing.pedestal.dynamic_stiffness is not None
+    return np.any(np.reshape(numbers_of(bearing.pedestal), (-1, 4)), axis=0) | is_measured
 
 
 def _check(rotor: Rotor, unknowns: Sequence[Unknown], speed: Array, channels: Sequence[Channel]) -> None:
@@ -131,6 +155,12 @@ def _check(rotor: Rotor, unknowns: Sequence[Unknown], speed: Array, channels: Se
             "rotor: expected at least one bearing and one unbalance plane,"
             f" got {len(rotor.bearings)} and {len(rotor.unbalance)}"
         )
+    for probe in rotor.housing_probes:
+        if not 0 <= probe.bearing < len(rotor.supported) or rotor.supported[probe.bearing].pedestal is None:
+            raise SettingError(
+                f"probe at {probe.position:g} m: expected a bearing with a support to be relative to, got bearing"
+                f" {probe.bearing + 1}; give that bearing a support, or measure against the ground"
+            )
     if not unknowns:
         raise SettingError("unknowns of a rotor: expected at least one, got none")
     check_unknowns(rotor, unknowns)

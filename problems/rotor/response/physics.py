@@ -9,19 +9,27 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import partial
+from functools import cached_property, partial
 
 import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.problem.load import Load
 from ksmea.problem.parameters import Parameters
-from problems.rotor.finite_elements.bearing import COEFFICIENTS, STIFFNESSES
+from problems.rotor.finite_elements.bearing import COEFFICIENTS
+from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.free_motion.free_motion import FreeMotion
 from problems.rotor.response import dense
-from problems.rotor.response.model import RotorModel, finite, impedance_of
+from problems.rotor.response.model import RotorModel, finite
 from problems.rotor.response.receptance import Reduction
-from problems.rotor.response.unknowns import Inputs, OriginTarget, UnbalanceTarget
+from problems.rotor.response.unknowns import (
+    BearingTarget,
+    Inputs,
+    OriginTarget,
+    PedestalTarget,
+    UnbalanceTarget,
+    columns_at,
+)
 
 CHUNK_BYTES = 2**20  # of the largest temporary array of a batch: about what a core's own cache holds
 
@@ -130,19 +138,27 @@ class PlainPhysics(Physics):
         columns = np.concatenate([of_unbalance[:, None], receptance[:, n_port + n_plane :]], axis=1)
         at_ports, seen = columns[:n_port], columns[n_port:]  # (…, 1 + n_load, n_speed)
         change = np.zeros((len(model.unknowns), *seen.shape), dtype=complex)
-        per_coefficient = 1.0, 1j * model.speed, -(model.speed**2)  # of K, C, M
         for index, target in ((index, target) for index, item in enumerate(model.unknowns) for target in item.targets):
             if isinstance(target, OriginTarget):
                 change[index, :, 0] += 1j * seen[:, 0]
             elif isinstance(target, UnbalanceTarget):
                 change[index, :, 0] += per_unbalance[:, target.plane] * _unbalance_change(inputs, target)
             else:
-                impedance = impedance_of(target)
-                factor = per_coefficient[COEFFICIENTS.index(target.coefficient) // len(STIFFNESSES)]
-                change[index] -= per_port[:, impedance.row_port, None] * (factor * at_ports[impedance.column_port])
+                for row, column, slope in self._impedance_changes[target]:
+                    change[index] -= per_port[:, row, None] * (slope * at_ports[column])
         ordered = seen.transpose(2, 0, 1), change.transpose(3, 1, 2, 0)
         # What follows runs over the unknowns, which lie together in memory then
         return finite(np.ascontiguousarray(ordered[0])), finite(np.ascontiguousarray(ordered[1]))
+
+    @cached_property
+    def _impedance_changes(self) -> dict[object, list[tuple[int, int, ComplexArray]]]:
+        reduction, rotor = self.model.reduction, self.model.rotor
+        targets = (target for item in self.model.unknowns for target in item.targets)
+        return {
+            each: impedance_changes(reduction, rotor, each)
+            for each in targets
+            if isinstance(each, (BearingTarget, PedestalTarget))
+        }
 
     def linearises_cheaply(self, loads: Sequence[Load]) -> bool:
         return True
@@ -153,8 +169,15 @@ class PlainPhysics(Physics):
 
     def free_motion(self, x: Array, highest: float, n_mode: int) -> FreeMotion:
         model, inputs = self.model, self.model.inputs(x[None])
-        bearings_at = partial(_bearing_matrices, inputs)
-        return FreeMotion(partial(model.rotor_at, x), model.rotor, model.channels, bearings_at, highest, n_mode)
+        return FreeMotion(
+            partial(model.rotor_at, x),
+            model.rotor,
+            model.channels,
+            partial(bearing_matrices, inputs),
+            highest,
+            n_mode,
+            pedestals=inputs.pedestals_of(0),
+        )
 
     def unbalance(self, x: Array) -> dict[float, complex]:
         inputs = self.model.inputs(x[None])
@@ -166,11 +189,35 @@ class PlainPhysics(Physics):
         return found
 
 
-def _bearing_matrices(inputs: Inputs, speed: Array) -> tuple[Array, Array]:
-    """Stiffness N/m and damping N s/m of the bearings at one set of values, (n_speed, n_bearing, 2, 2) each."""
-    stiffness, damping = (np.moveaxis(part[:, :, :, 0], -1, 0) for part in inputs.bearings_at(speed)[:2])
-    shape = len(speed), *stiffness.shape[1:]
-    return np.broadcast_to(stiffness, shape), np.broadcast_to(damping, shape)
+def impedance_changes(
+    reduction: Reduction, rotor: Rotor, target: BearingTarget | PedestalTarget
+) -> list[tuple[int, int, ComplexArray]]:
+    """What a number that an unknown sets does to impedances: row and column of their ports, and ∂z/∂x (n_speed,)."""
+    speed, bearing = reduction.speed, rotor.supported[target.bearing]
+    elastic = 1.0 + 0j
+    if isinstance(target, PedestalTarget) and bearing.pedestal is not None:
+        elastic = complex(1, bearing.pedestal.loss_factor)
+    slopes = np.array([np.full(len(speed), elastic), 1j * speed, -(speed**2)])  # of K, C, M
+    is_factor = isinstance(target, BearingTarget) and target.is_factor
+    tables = columns_at(bearing, speed) if is_factor else np.ones((len(COEFFICIENTS), 1))
+    ports = {
+        (item.row, item.column): (item.row_port, item.column_port)
+        for item in reduction.impedances
+        if item.bearing == target.bearing and item.of_pedestal == isinstance(target, PedestalTarget)
+    }
+    return [
+        (*ports[divmod(column % 4, 2)], slopes[column // 4] * (tables[column] if is_factor else 1.0))
+        for column in target.columns
+        if divmod(column % 4, 2) in ports
+    ]
+
+
+def bearing_matrices(inputs: Inputs, speed: Array) -> tuple[Array, Array, Array]:
+    """Stiffness N/m, damping N s/m and mass kg of bearings and seals at one set of values, (n_speed, n_supported, 2, 2) each."""
+    parts = [np.moveaxis(part[:, :, :, 0], -1, 0) for part in inputs.bearings_at(speed)]
+    shape = len(speed), *parts[0].shape[1:]
+    stiffness, damping, mass = (np.broadcast_to(part, shape) for part in parts)
+    return stiffness, damping, mass
 
 
 def _chunks(n: int, reduction: Reduction) -> list[slice]:
@@ -180,13 +227,17 @@ def _chunks(n: int, reduction: Reduction) -> list[slice]:
 
 
 def _impedances(reduction: Reduction, inputs: Inputs) -> ComplexArray:
-    """k + iΩc of the reduction's impedances, (n_impedance, n, n_speed) N/m."""
+    """Those of the reduction, (n_impedance, n, n_speed) N/m."""
     stiffness, damping, mass = inputs.bearings_at(reduction.speed)
-    found = np.empty((len(reduction.impedances), stiffness.shape[3], len(reduction.speed)), dtype=complex)
-    found.real = stiffness[reduction.entries]
-    if np.any(mass):
-        found.real -= mass[reduction.entries] * reduction.speed**2
-    np.multiply(damping[reduction.entries], reduction.speed, out=found.imag)
+    n_film = len(reduction.entries[0])
+    shape = len(reduction.impedances), len(inputs.origin), len(reduction.speed)
+    found = np.empty(shape, dtype=complex)
+    found.real[:n_film] = stiffness[reduction.entries]
+    np.multiply(damping[reduction.entries], reduction.speed, out=found.imag[:n_film])
+    if inputs.own.has_mass:
+        found.real[:n_film] -= mass[reduction.entries] * reduction.speed**2
+    for index, item in enumerate(reduction.of_pedestals, start=n_film):
+        found[index] = inputs.pedestal_impedance(item.bearing, reduction.speed)[item.row, item.column]
     return found
 
 

@@ -83,7 +83,11 @@ class RotorProblem(RotorModel, Problem, Rotordynamic):
 
     @property
     def physics(self) -> Physics:
-        return self._physics_of_effects if self.effects else PlainPhysics(self)
+        return self._physics_of_effects if self.effects else self._plain_physics
+
+    @cached_property
+    def _plain_physics(self) -> PlainPhysics:
+        return PlainPhysics(self)
 
     @cached_property
     def _physics_of_effects(self) -> Physics:

@@ -23,42 +23,21 @@ import numpy as np
 
 from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.measurement.channel import Channel
-from problems.rotor.finite_elements.assembly import assemble_free, node_dof
-from problems.rotor.finite_elements.bearing import Bearing
+from problems.rotor.finite_elements.assembly import assemble_free
 from problems.rotor.finite_elements.data import Rotor
 from problems.rotor.finite_elements.loads import force_per_unbalance
-from problems.rotor.response.banded import DIAGONAL, dynamic_stiffness_band, solve
+from problems.rotor.response.banded import dynamic_stiffness_band, solve
 from problems.rotor.response.dense import channel_rows
-
-PORTS_PER_BEARING = 2  # x and y
-
-# Phase of the nominal impedances. It makes them dissipate at every speed, so that the nominal rotor has no sharp
-# resonance where the factorisation would lose digits, and so that each update starts from a damped rotor.
-NOMINAL_PHASE = np.exp(0.25j * np.pi)
-
-
-@dataclass(frozen=True)
-class Impedance:
-    """The impedance of a bearing from motion in direction `column` to force in direction `row` (0 is x, 1 is y). `moved` is the
-    bearing that moves where that is another one, by way of what both stand on."""
-
-    bearing: int
-    row: int
-    column: int
-    moved: int | None = None
-
-    @property
-    def row_port(self) -> int:
-        return PORTS_PER_BEARING * self.bearing + self.row
-
-    @property
-    def column_port(self) -> int:
-        return PORTS_PER_BEARING * (self.bearing if self.moved is None else self.moved) + self.column
-
-    @property
-    def is_direct(self) -> bool:
-        """Whether it answers motion with a force in line with it."""
-        return self.row_port == self.column_port
+from problems.rotor.response.links import (
+    PORTS_PER_LINK,
+    Impedance,
+    LinksOfShaft,
+    add_to_band,
+    links_of,
+    nominal_impedances,
+    on_their_pedestals,
+    read_housings,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -72,14 +51,20 @@ class Reduction:
     receptance: ComplexArray
     harmonic: float = 1.0  # h of the motion
 
-    @property
+    @cached_property
     def n_port(self) -> int:
-        return PORTS_PER_BEARING * (1 + max(impedance.bearing for impedance in self.impedances))
+        return PORTS_PER_LINK * len(links_of(self.impedances))
 
     @cached_property
     def entries(self) -> tuple[Indices, ...]:
-        """Bearing, row and column of each impedance, (n_impedance,) each."""
-        return tuple(np.array([(item.bearing, item.row, item.column) for item in self.impedances]).T)
+        """Bearing, row and column of each impedance of a bearing, (n,) each."""
+        found = [(item.bearing, item.row, item.column) for item in self.impedances if not item.of_pedestal]
+        return tuple(np.array(found, dtype=int).reshape(-1, 3).T)
+
+    @cached_property
+    def of_pedestals(self) -> tuple[Impedance, ...]:
+        """The impedances of pedestals, which follow those of bearings."""
+        return tuple(item for item in self.impedances if item.of_pedestal)
 
     def response_per_load(self, impedance: ComplexArray) -> ComplexArray:
         """Response of each channel to a unit unbalance in each plane, then to each further load, for n sets of impedances
@@ -138,24 +123,35 @@ def reduce_rotor(
     read the motion beside the channels. At a `harmonic` only its own channels read anything. The rotor is solved as the
     chain that it is (`problems.rotor.response.banded`).
     """
-    nominal = np.stack([_nominal_impedance(rotor.bearings, impedance, harmonic * speed) for impedance in impedances])
-    ports = np.concatenate([node_dof(rotor.node_at(bearing.position, "bearing"))[:2] for bearing in rotor.bearings])
+    nominal = nominal_impedances(rotor, impedances, speed, harmonic)
+    bearings = on_their_pedestals(rotor, impedances, nominal, speed, harmonic)
     free = assemble_free(rotor)
     stiffness = dynamic_stiffness_band(free, speed, harmonic)
-    for impedance, values in zip(impedances, nominal, strict=True):
-        if impedance.is_direct:
-            stiffness[:, ports[impedance.row_port], DIAGONAL] += values
-    n_dof = len(free.mass)
-    port_rows = np.eye(n_dof)[ports]
-    forces = np.broadcast_to(port_rows.T, (len(speed), n_dof, len(ports)))
+    add_to_band(stiffness, bearings)
+    n_dof, n_speed = len(free.mass), len(speed)
+    links = LinksOfShaft(bearings, links_of(impedances), read_housings(rotor, channels, harmonic), n_dof, n_speed)
+    of_ports = links.port_forces()
     of_unbalance = (
-        force_per_unbalance(rotor, speed) if harmonic == 1 else np.zeros((len(speed), n_dof, len(rotor.unbalance)))
+        force_per_unbalance(rotor, speed) if harmonic == 1 else np.zeros((n_speed, n_dof, len(rotor.unbalance)))
     )
-    forces = np.concatenate([forces, of_unbalance, *([] if loads is None else [loads])], axis=2)
-    motion = solve(stiffness, forces)
-    read = [port_rows, channel_rows(rotor, channels, harmonic), *([] if rows is None else [rows])]
-    receptance = np.concatenate(read) @ motion  # (n_speed, row, column)
+    at_ports = np.broadcast_to(of_ports, (n_speed, *of_ports.shape[-2:]))
+    forces = np.concatenate([at_ports, of_unbalance, *([] if loads is None else [loads])], axis=2)
+    motion = solve(stiffness, np.asarray(forces, dtype=complex))
+    read = [links.port_rows(), links.reading_rows(channel_rows(rotor, channels, harmonic))]
+    read += [] if rows is None else [rows]
+    receptance = _stacked(read, n_speed) @ motion  # (n_speed, row, column)
+    if not links.is_on_ground:
+        beside = links.beside_shaft(len(channels))
+        receptance[:, : beside.shape[1], : beside.shape[2]] += beside
     return Reduction(speed, impedances, nominal, np.ascontiguousarray(np.moveaxis(receptance, 0, 2)), harmonic)
+
+
+def _stacked(rows: Sequence[Array | ComplexArray], n_speed: int) -> Array | ComplexArray:
+    """Rows ([n_speed,] n_row, n_dof) one below the other."""
+    if all(each.ndim == 2 for each in rows):
+        return np.concatenate([each.real for each in rows])
+    spread = [np.broadcast_to(each, (n_speed, *each.shape[-2:])).astype(complex) for each in rows]
+    return np.concatenate(spread, axis=1)
 
 
 def at_harmonic(impedance: ComplexArray, harmonic: float) -> ComplexArray:
@@ -203,11 +199,3 @@ def eliminated(system: ComplexArray) -> ComplexArray:
 def _first_port(impedances: Sequence[Impedance], n_port: int) -> int:
     """The lowest port that these impedances touch."""
     return min((min(impedance.row_port, impedance.column_port) for impedance in impedances), default=n_port)
-
-
-def _nominal_impedance(bearings: Sequence[Bearing], impedance: Impedance, frequency: Array) -> ComplexArray:
-    """(n_speed,): the size of the given impedance at each frequency with the nominal phase; none off the diagonal."""
-    bearing, row, column = bearings[impedance.bearing], impedance.row, impedance.column
-    if not impedance.is_direct:
-        return np.zeros(len(frequency), dtype=complex)
-    return NOMINAL_PHASE * np.abs(bearing.stiffness[row, column] + 1j * frequency * bearing.damping[row, column])

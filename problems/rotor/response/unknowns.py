@@ -7,33 +7,79 @@ from __future__ import annotations
 
 import dataclasses
 from collections import Counter, defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import cached_property
 
 import numpy as np
 
-from ksmea.arrays import Array, ComplexArray
+from ksmea.arrays import Array, ComplexArray, Indices
 from ksmea.errors import SettingError, unknown
 from ksmea.problem.parameters import Parameter
 from ksmea.problem.response_structure import UnknownImpedance
-from problems.rotor.finite_elements.bearing import COEFFICIENTS, DAMPINGS, STIFFNESSES
+from problems.rotor.finite_elements.bearing import (
+    COEFFICIENTS,
+    DAMPINGS,
+    GROUP_FACTORS,
+    MASSES,
+    STIFFNESSES,
+    Bearing,
+    Pedestal,
+    numbers_of,
+    with_coefficients,
+    with_numbers,
+)
 from problems.rotor.finite_elements.data import Rotor
 
 UNBALANCE_PARTS = ("magnitude", "phase")
+PEDESTAL_PARTS = (*COEFFICIENTS, "mass")
+FACTORS = (*GROUP_FACTORS, *(f"{name}_factor" for name in COEFFICIENTS))
+COLUMNS_OF: dict[str, tuple[int, ...]] = {
+    **{name: (index,) for index, name in enumerate(COEFFICIENTS)},
+    **{f"{name}_factor": (index,) for index, name in enumerate(COEFFICIENTS)},
+    **{name: tuple(range(4 * group, 4 * group + 4)) for group, name in enumerate(GROUP_FACTORS)},
+    "mass": (COEFFICIENTS.index("mxx"), COEFFICIENTS.index("myy")),
+}
 CARTESIAN_PARTS = ("x", "y")  # in their place: the components at 0° and at 90°, of either sign
 
 
 @dataclass(frozen=True)
 class BearingTarget:
-    """One coefficient of one bearing, by the bearing's index in `Rotor.bearings`."""
+    """One coefficient of one bearing or seal, or a factor on its table (`kxx_factor` on one column, `stiffness_factor` on all four of K),
+    by its index in `Rotor.supported`."""
 
     bearing: int
     coefficient: str
 
     def __post_init__(self) -> None:
-        if self.coefficient not in COEFFICIENTS:
-            raise unknown("bearing coefficient", self.coefficient, COEFFICIENTS)
+        if self.coefficient not in (*COEFFICIENTS, *FACTORS):
+            raise unknown("bearing coefficient", self.coefficient, (*COEFFICIENTS, *FACTORS))
+
+    @property
+    def is_factor(self) -> bool:
+        return self.coefficient in FACTORS
+
+    @property
+    def columns(self) -> tuple[int, ...]:
+        """What it sets, in the order of COEFFICIENTS."""
+        return COLUMNS_OF[self.coefficient]
+
+
+@dataclass(frozen=True)
+class PedestalTarget:
+    """One coefficient of the pedestal of a bearing, or its `mass` in x and y, by the bearing's index in `Rotor.supported`."""
+
+    bearing: int
+    coefficient: str
+
+    def __post_init__(self) -> None:
+        if self.coefficient not in PEDESTAL_PARTS:
+            raise unknown("support coefficient", self.coefficient, PEDESTAL_PARTS)
+
+    @property
+    def columns(self) -> tuple[int, ...]:
+        """What it sets, in the order of COEFFICIENTS."""
+        return COLUMNS_OF[self.coefficient]
 
 
 @dataclass(frozen=True)
@@ -60,7 +106,7 @@ class OriginTarget:
     """An angle (rad) added to the phases of all unbalance: where the measured phases begin."""
 
 
-Target = BearingTarget | UnbalanceTarget | OriginTarget
+Target = BearingTarget | PedestalTarget | UnbalanceTarget | OriginTarget
 
 
 @dataclass(frozen=True)
@@ -75,7 +121,10 @@ class Unknown:
 class Inputs:
     """The numbers of a rotor that unknowns may set, for a batch of parameter sets."""
 
-    coefficients: Array  # (n, n_bearing, 12) in the order of COEFFICIENTS, N/m, N s/m, kg
+    own: RotorNumbers  # for all that they do not set
+    coefficients: Array  # (n, n_supported, 12) in the order of COEFFICIENTS, N/m, N s/m, kg
+    factors: Array  # (n, n_supported, 12) on the columns of tables
+    pedestals: Array  # (n, n_supported, 12) as of `coefficients`
     unbalance: Array  # (n, n_plane, 2): magnitude in kg m, phase in rad
     origin: Array  # (n,) rad, by which all phases are turned
 
@@ -83,78 +132,207 @@ class Inputs:
     def complex_unbalance(self) -> ComplexArray:  # (n, n_plane) kg m
         return self.unbalance[..., 0] * np.exp(1j * self.unbalance[..., 1])
 
+    @property
+    def rotor(self) -> Rotor:
+        return self.own.rotor
+
     def bearings_at(self, speed: Array) -> tuple[Array, Array, Array]:
-        """Stiffness N/m, damping N s/m and mass kg at spin speeds (n_speed,) rad/s, (n_bearing, 2, 2, n, n_speed) each; the last axis is 1
-        if they are equal at all speeds, as they are now. Responses, loads and free motion take bearings from here; the dense route
-        and modes take them from `rotor_at`."""
-        n, n_bearing = self.coefficients.shape[:2]
-        parts = self.coefficients.transpose(1, 2, 0).reshape(
-            n_bearing, len(COEFFICIENTS) // len(STIFFNESSES), 2, 2, n, 1
-        )
+        """Stiffness N/m, damping N s/m and mass kg of bearings and seals at spin speeds (n_speed,) rad/s,
+        (n_supported, 2, 2, n, n_speed) each; the last axis is 1 if they are equal at all speeds. Responses, loads and free motion take
+        bearings from here; the dense route and modes take them from `rotor_at`."""
+        n, n_supported = self.coefficients.shape[:2]
+        parts = self.coefficients.transpose(1, 2, 0)[..., None]
+        if self.own.has_tables:
+            tables = np.stack([columns_at(bearing, speed) for bearing in self.rotor.supported])
+            parts = parts + self.factors.transpose(1, 2, 0)[..., None] * tables[:, :, None]
+        parts = parts.reshape(n_supported, len(COEFFICIENTS) // len(STIFFNESSES), 2, 2, n, parts.shape[-1])
         return parts[:, 0], parts[:, 1], parts[:, 2]
 
+    def pedestals_of(self, index: int) -> tuple[tuple[int, Pedestal], ...]:
+        """Those of one parameter set, each with the index of its bearing."""
+        found = []
+        for bearing, each in enumerate(self.rotor.supported):
+            if each.pedestal is not None:
+                found.append((bearing, with_coefficients(each.pedestal, self.pedestals[index, bearing])))
+        return tuple(found)
 
-def inputs_at(rotor: Rotor, unknowns: Sequence[Unknown], x: Array) -> Inputs:
+    def pedestal_impedance(self, bearing: int, frequency: Array) -> ComplexArray:
+        """That of the support of one bearing at frequencies (n_speed,) rad/s, (2, 2, n, n_speed) N/m."""
+        pedestal = self.rotor.supported[bearing].pedestal
+        assert pedestal is not None, "a bearing without a support"
+        stiffness, damping, mass = self.pedestals[:, bearing].T.reshape(3, 2, 2, -1, 1)
+        return np.asarray(
+            stiffness * (1 + 1j * pedestal.loss_factor * np.sign(frequency))
+            + 1j * frequency * damping
+            - frequency**2 * mass
+            + pedestal.measured(frequency)[:, :, None]
+        )
+
+
+def columns_at(bearing: Bearing, speed: Array) -> Array:
+    """The table of a bearing at speeds (n_speed,) rad/s, (12, n_speed); zeros without one."""
+    if bearing.table is None:
+        return np.zeros((len(COEFFICIENTS), len(speed)))
+    return bearing.table.at(speed).T
+
+
+@dataclass(frozen=True, eq=False)
+class RotorNumbers:
+    """Those of a rotor that unknowns may set, as arrays, and which unknown sets which; the shapes are those of `Inputs` without their first
+    axis."""
+
+    rotor: Rotor
+    coefficients: Array
+    factors: Array
+    pedestals: Array
+    unbalance: Array
+    # Column of x, bearing or plane, and column of the array, for each number that an unknown sets, (3, n) each
+    set_coefficients: Indices
+    set_factors: Indices
+    set_pedestals: Indices
+    set_unbalance: Indices
+    components: tuple[tuple[int, int, complex], ...]  # column of x, plane, direction of a Cartesian part
+    origin: int | None  # column of x
+
+    @classmethod
+    def of(cls, rotor: Rotor, unknowns: Sequence[Unknown]) -> RotorNumbers:
+        supported, width = rotor.supported, len(COEFFICIENTS)
+        pedestals = [numbers_of(bearing.pedestal or Pedestal()) for bearing in supported]
+        unbalance = [[getattr(plane, part) for part in UNBALANCE_PARTS] for plane in rotor.unbalance]
+        targets = [(column, target) for column, item in enumerate(unknowns) for target in item.targets]
+        of_bearings = [(column, each) for column, each in targets if isinstance(each, BearingTarget)]
+        of_planes = [(column, each) for column, each in targets if isinstance(each, UnbalanceTarget)]
+        return cls(
+            rotor,
+            np.reshape([numbers_of(bearing) for bearing in supported], (-1, width)).astype(float),
+            np.reshape([bearing.factors for bearing in supported], (-1, width)).astype(float),
+            np.reshape(pedestals, (-1, width)).astype(float),
+            np.reshape(unbalance, (-1, len(UNBALANCE_PARTS))).astype(float),
+            _settings([(column, each) for column, each in of_bearings if not each.is_factor]),
+            _settings([(column, each) for column, each in of_bearings if each.is_factor]),
+            _settings([(column, each) for column, each in targets if isinstance(each, PedestalTarget)]),
+            _indices(
+                (column, each.plane, UNBALANCE_PARTS.index(each.part))
+                for column, each in of_planes
+                if each.part in UNBALANCE_PARTS
+            ),
+            tuple(
+                (column, each.plane, 1 if each.part == "x" else 1j)
+                for column, each in of_planes
+                if each.part in CARTESIAN_PARTS
+            ),
+            next((column for column, each in targets if isinstance(each, OriginTarget)), None),
+        )
+
+    @cached_property
+    def has_tables(self) -> bool:
+        return any(bearing.table is not None for bearing in self.rotor.supported)
+
+    @cached_property
+    def has_mass(self) -> bool:
+        """Whether bearings or seals have mass terms, or may have."""
+        masses = slice(COEFFICIENTS.index(MASSES[0]), None)
+        tables = [np.array(each.table.rows)[:, masses] for each in self.rotor.supported if each.table is not None]
+        are_set = self.set_coefficients[2] >= masses.start
+        return bool(np.any(self.coefficients[:, masses]) or np.any(are_set) or any(map(np.any, tables)))
+
+
+def _settings(targets: Iterable[tuple[int, BearingTarget | PedestalTarget]]) -> Indices:
+    return _indices((column, each.bearing, entry) for column, each in targets for entry in each.columns)
+
+
+def _indices(rows: Iterable[tuple[int, int, int]]) -> Indices:
+    return np.array(list(rows), dtype=int).reshape(-1, 3).T
+
+
+def inputs_at(own: RotorNumbers, x: Array) -> Inputs:
     """The rotor's own numbers with the unknowns' values (n, d) put in."""
-    coefficients = np.array([[getattr(bearing, name) for name in COEFFICIENTS] for bearing in rotor.bearings])
-    unbalance = np.array([[getattr(plane, part) for part in UNBALANCE_PARTS] for plane in rotor.unbalance])
-    inputs = Inputs(np.tile(coefficients, (len(x), 1, 1)), np.tile(unbalance, (len(x), 1, 1)), np.zeros(len(x)))
-    components: dict[int, ComplexArray] = defaultdict(lambda: np.zeros(len(x), dtype=complex))
-    for column, item in enumerate(unknowns):
-        for target in item.targets:
-            if isinstance(target, BearingTarget):
-                inputs.coefficients[:, target.bearing, COEFFICIENTS.index(target.coefficient)] = x[:, column]
-            elif isinstance(target, OriginTarget):
-                inputs.origin[:] = x[:, column]
-            elif target.part in CARTESIAN_PARTS:
-                components[target.plane] += (1 if target.part == "x" else 1j) * x[:, column]
-            else:
-                inputs.unbalance[:, target.plane, UNBALANCE_PARTS.index(target.part)] = x[:, column]
-    for plane, vector in components.items():
+    inputs = Inputs(
+        own,
+        _with_values(own.coefficients, own.set_coefficients, x),
+        _with_values(own.factors, own.set_factors, x),
+        _with_values(own.pedestals, own.set_pedestals, x),
+        _with_values(own.unbalance, own.set_unbalance, x, is_written=True),
+        np.zeros(len(x)) if own.origin is None else x[:, own.origin].copy(),
+    )
+    vectors: dict[int, ComplexArray] = defaultdict(lambda: np.zeros(len(x), dtype=complex))
+    for column, plane, direction in own.components:
+        vectors[plane] += direction * x[:, column]
+    for plane, vector in vectors.items():
         inputs.unbalance[:, plane] = np.stack([np.abs(vector), np.angle(vector)], axis=-1)
     inputs.unbalance[:, :, 1] += inputs.origin[:, None]  # after all phases are set
     return inputs
 
 
+def _with_values(rows: Array, settings: Indices, x: Array, *, is_written: bool = False) -> Array:
+    """(n, n_row, width) of rows (n_row, width), with values (n, d) where they are set."""
+    columns, places, entries = settings
+    if not len(columns) and not is_written:
+        return np.broadcast_to(rows, (len(x), *rows.shape))
+    whole = np.empty((len(x), *rows.shape))
+    whole[:] = rows
+    whole[:, places, entries] = x[:, columns]
+    return whole
+
+
 def rotor_at(rotor: Rotor, unknowns: Sequence[Unknown], x: Array) -> Rotor:
     """The rotor with one set of values (d,) put in."""
-    inputs = inputs_at(rotor, unknowns, np.asarray(x, dtype=float)[None])
-    numbers: list[dict[str, Any]] = [
-        dict(zip(COEFFICIENTS, map(float, values), strict=True)) for values in inputs.coefficients[0]
+    inputs = inputs_at(RotorNumbers.of(rotor, unknowns), np.asarray(x, dtype=float)[None])
+    supported = [
+        with_numbers(bearing, inputs.coefficients[0, index], inputs.factors[0, index], inputs.pedestals[0, index])
+        for index, bearing in enumerate(rotor.supported)
     ]
-    bearings = tuple(dataclasses.replace(bearing, **own) for bearing, own in zip(rotor.bearings, numbers, strict=True))
+    n_bearing = len(rotor.bearings)
     unbalance = tuple(
         dataclasses.replace(plane, **dict(zip(UNBALANCE_PARTS, map(float, values), strict=True)))
         for plane, values in zip(rotor.unbalance, inputs.unbalance[0], strict=True)
     )
-    return dataclasses.replace(rotor, bearings=bearings, unbalance=unbalance)
+    return dataclasses.replace(
+        rotor, bearings=tuple(supported[:n_bearing]), seals=tuple(supported[n_bearing:]), unbalance=unbalance
+    )
 
 
 def check_unknowns(rotor: Rotor, unknowns: Sequence[Unknown]) -> None:
     """Raise `SettingError` where an unknown points at nothing, or two point at the same number."""
-    owner: dict[Target, str] = {}
+    owner: dict[object, str] = {}
     for item in unknowns:
         name = item.parameter.name
         if not item.targets:
             raise SettingError(f"unknown {name}: expected at least one target, got none")
         for target in item.targets:
             _check_target(rotor, name, target)
-            if target in owner:
-                raise SettingError(
-                    f"unknown {name}: {target} is already set by {owner[target]}; tie them in one unknown"
-                )
-            owner[target] = name
+            for number in _numbers_set_by(target):
+                if number in owner:
+                    raise SettingError(
+                        f"unknown {name}: {target} is already set by {owner[number]}; tie them in one unknown"
+                    )
+                owner[number] = name
+
+
+def _numbers_set_by(target: Target) -> list[object]:
+    if isinstance(target, BearingTarget):
+        return [(target.bearing, target.is_factor, column) for column in target.columns]
+    if isinstance(target, PedestalTarget):
+        return [(target.bearing, "pedestal", column) for column in target.columns]
+    return [target]
 
 
 def _check_target(rotor: Rotor, name: str, target: Target) -> None:
     if isinstance(target, OriginTarget):
         return
-    if isinstance(target, BearingTarget):
-        thing, index, count = "bearing", target.bearing, len(rotor.bearings)
-    else:
+    if isinstance(target, UnbalanceTarget):
         thing, index, count = "unbalance plane", target.plane, len(rotor.unbalance)
+    else:
+        thing, index, count = "bearing", target.bearing, len(rotor.supported)
     if not 0 <= index < count:
         raise SettingError(f"unknown {name}: expected a {thing} from 0 to {count - 1}, got {index}")
+    if isinstance(target, BearingTarget) and target.is_factor and rotor.supported[index].table is None:
+        raise SettingError(
+            f"unknown {name}: expected a bearing with a table for a {target.coefficient.replace('_', ' ')}, got"
+            f" bearing {index + 1} without one; set a coefficient, or give it a table"
+        )
+    if isinstance(target, PedestalTarget) and rotor.supported[index].pedestal is None:
+        raise SettingError(f"unknown {name}: expected a bearing with a support, got bearing {index + 1} without one")
 
 
 def unknown_impedances(unknowns: Sequence[Unknown]) -> tuple[UnknownImpedance, ...]:
